@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/parallel/communicator.h"
+
+#include <functional>
+
+namespace CLI {
+class App;
+}
+
+/// The commands of the program. Each function declares its command on `app`; when the command is chosen on the
+/// command line, `run` is set to what it does. Its value is the exit status.
+namespace crackle::apps {
+
+using Action = std::function<int(const parallel::Communicator& world)>;
+
+/// Exit statuses of the program.
+enum ExitStatus : int { success = 0, input_error = 1, some_samples_failed = 2, stopped_resumable = 3 };
+
+void add_check_command(CLI::App& app, Action& run);
+void add_mesh_command(CLI::App& app, Action& run);
+void add_sample_command(CLI::App& app, Action& run);
+void add_run_command(CLI::App& app, Action& run);
+void add_stats_command(CLI::App& app, Action& run);
+
+}  // namespace crackle::apps

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/fracture/break_record.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace crackle::dynamics {
+
+/// The energy account at one time of the last dynamic phase [J]. external = kinetic + strain + released, each
+/// counted from the unloaded body; what an arrested phase left in motion is in `dissipated`.
+struct EnergyRow {
+  double time;  ///< since the start of the phase [s]
+  double kinetic;
+  double strain;
+  double external;
+  double released;
+  double dissipated;
+  std::int64_t broken;  ///< tetrahedra broken so far
+};
+
+/// A picture of the fields during the last dynamic phase; on the group's root only.
+struct Frame {
+  double time;                      ///< since the start of the phase [s]
+  std::vector<float> displacement;  ///< n_nodes x 3, in the realization's numbering [m]
+  std::vector<float> velocity;      ///< n_nodes x 3 [m/s]
+  std::int64_t broken;              ///< the first `broken` entries of SampleResult::breaks are open
+};
+
+enum class Outcome {
+  unbroken,   ///< no load of the program breaks the body
+  arrested,   ///< cracks stopped and the load can grow no further
+  separated,  ///< the loaded and the held part are no longer connected
+  running,    ///< the dynamic phase ended with the body in one piece
+};
+
+/// Work that a sample took; equal on every machine.
+struct SampleCounts {
+  std::int64_t quasi_static_breaks = 0;
+  std::int64_t static_solves = 0;
+  std::int64_t solver_iterations = 0;
+  std::int64_t dynamic_phases = 0;
+  std::int64_t steps = 0;              ///< of all dynamic phases
+  std::int64_t force_evaluations = 0;
+};
+
+/// Wall-clock times; differ between runs.
+struct SampleTimings {
+  double mesh = 0;
+  double setup = 0;
+  double quasi_static = 0;
+  double dynamic = 0;
+  double element_updates_per_second = 0;  ///< tetrahedra x force evaluations / dynamic time, of the group
+};
+
+/// What the mechanics of one sample yields. Complete on the group's root; elsewhere breaks, frames are empty.
+struct SampleResult {
+  Outcome outcome = Outcome::unbroken;
+  double onset_time = 0;   ///< load time at the start of the last dynamic phase [s]; NaN if there was none
+  double onset_force = 0;  ///< largest resultant over the loaded boundaries then [N]; NaN if there was none
+  double time_step = 0;    ///< used [s]
+  double stable_step = 0;  ///< of the intact body and the integrator [s]
+  double energy_error = 0;  ///< max over the outputs of |external - kinetic - strain - released - dissipated| / external
+  std::vector<fracture::Break> breaks;  ///< in order of time, then of tetrahedron number
+  std::vector<EnergyRow> energy;
+  std::vector<Frame> frames;
+  SampleCounts counts;
+  SampleTimings timings;
+};
+
+std::string to_string(Outcome outcome);
+
+}  // namespace crackle::dynamics

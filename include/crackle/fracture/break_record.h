@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+
+namespace crackle::fracture {
+
+/// The seven ways to separate the four particles of a tetrahedron: cut 0..3 separates node `cut` from the other
+/// three (vector area V b^a), cuts 4, 5, 6 separate the pairs {0,1|2,3}, {0,2|1,3}, {0,3|1,2} (V (b^0 + b^k)).
+inline constexpr int n_cuts = 7;
+
+/// One broken tetrahedron.
+struct Break {
+  std::int64_t tetrahedron;  ///< number in the realization
+  double load_time;          ///< time of the quasi-static equilibrium, or of the dynamic phase's start [s]
+  double phase_time;         ///< time since then; 0 for a quasi-static break [s]
+  double principal_stress;   ///< largest principal stress when it broke [Pa]
+  double released_energy;    ///< strain energy taken out of the body [J]
+  std::int32_t cut;          ///< the most loaded of the seven cuts: its dual facets are the crack
+};
+
+}  // namespace crackle::fracture

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+/// The typed, immutable parameters of an ensemble. All values are in SI units.
+namespace crackle::input {
+
+using Vector = std::array<double, 3>;
+
+/// A face of the specimen's box; x is the thickness, y the width, z the length.
+enum class Face : int { x_min, x_max, y_min, y_max, z_min, z_max };
+
+struct EnsembleStop {
+  double half_width;  ///< of the confidence interval of the mean crack position, at every section [m]
+  double confidence;
+  int min_samples;
+};
+
+struct Ensemble {
+  int samples = 1;
+  std::uint64_t seed = 0;
+  int ranks_per_sample = 1;
+  std::optional<EnsembleStop> stop;
+};
+
+/// A slot through the whole thickness, cut into one of the faces y-min, y-max, z-min or z-max.
+struct Notch {
+  Face face = Face::y_min;
+  double at = 0;      ///< mid-plane of the slot along the face's other in-plane axis [m]
+  double depth = 0;   ///< [m]
+  double height = 0;  ///< opening of the slot [m]
+};
+
+struct Specimen {
+  Vector size{};  ///< [m]
+  std::vector<Notch> notches;
+};
+
+struct Mesh {
+  double spacing = 0;        ///< far from the notches [m]
+  double notch_spacing = 0;  ///< at the notch tips [m]
+  double growth = 0;         ///< increase of spacing per unit distance from a notch tip
+  double perturbation = 0;   ///< amplitude of the disturbance in local spacings
+  double min_quality = 0;    ///< mean-ratio quality that every tetrahedron keeps
+  std::optional<std::filesystem::path> points;  ///< base mother points from a file instead
+};
+
+struct Material {
+  double youngs_modulus = 0;  ///< [Pa]
+  double poisson_ratio = 0;
+  double density = 0;  ///< [kg/m^3]
+};
+
+enum class Memory { cumulative, step };
+enum class Release { element, facet };
+
+struct Fracture {
+  double strength = 0;  ///< sigma_0 [Pa]
+  double exponent = 2;  ///< beta
+  double impulse = 0;   ///< K_f [Pa^beta s]
+  Memory memory = Memory::cumulative;
+  Release release = Release::element;
+};
+
+/// What a boundary condition prescribes.
+enum class BoundaryKind {
+  fix,           ///< zero displacement of the chosen components
+  force,         ///< total force, spread by area [N]
+  traction,      ///< [Pa]
+  velocity,      ///< [m/s]
+  displacement,  ///< [m]
+};
+
+/// One prescribed quantity on a face or on a box region of it.
+///
+/// The prescribed vector at time t is value + rate t or, with a history, value times the factor that is
+/// interpolated linearly in the history (constant before its first and after its last entry).
+struct Boundary {
+  Face on = Face::z_min;
+  std::array<std::pair<double, double>, 3> region{
+      std::pair{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()},
+      std::pair{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()},
+      std::pair{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()}};
+  BoundaryKind kind = BoundaryKind::fix;
+  std::array<bool, 3> components{};  ///< the components that are prescribed (fix, velocity, displacement)
+  Vector value{};
+  Vector rate{};
+  std::vector<std::pair<double, double>> history;  ///< (time [s], factor), times ascending
+};
+
+enum class Start { quasi_static, rest };
+enum class Integrator { bilateral4, verlet };
+
+struct Time {
+  Start start = Start::quasi_static;
+  std::optional<double> step;  ///< [s]; empty: a fraction of the stable step ("auto")
+  double duration = 0;         ///< of the dynamic phase [s]
+  Integrator integrator = Integrator::bilateral4;
+};
+
+struct Sections {
+  std::vector<double> y;  ///< [m], ascending
+};
+
+struct Output {
+  int frames = 11;
+};
+
+struct Parameters {
+  std::string text;  ///< the input file as it was read
+  Ensemble ensemble;
+  Specimen specimen;
+  Mesh mesh;
+  Material material;
+  Fracture fracture;
+  std::vector<Boundary> boundaries;
+  Time time;
+  Sections sections;
+  Output output;
+};
+
+}  // namespace crackle::input

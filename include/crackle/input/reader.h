@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/input/parameters.h"
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace crackle::input {
+
+/// All errors of an input file. what() has one line for each: "file:line: key: what is wrong; what is accepted".
+class InputError : public std::runtime_error {
+public:
+  explicit InputError(std::vector<std::string> messages);
+  const std::vector<std::string>& messages() const { return messages_; }
+
+private:
+  std::vector<std::string> messages_;
+};
+
+/// Reads and validates an input file: syntax, units, dimensions, ranges, unknown and missing keys, and
+/// contradictions between keys (a notch outside the body, overlapping notches, a section outside the width).
+/// Relative file names in the input are relative to the input file.
+/// @throws InputError with every error of the file
+Parameters read(const std::filesystem::path& file);
+
+/// As read(), for a text already in memory; `name` stands for the file in messages.
+Parameters parse(const std::string& text, const std::filesystem::path& name);
+
+/// The resolved input, one "key = value unit" line for each key, defaults included.
+std::string echo(const Parameters& parameters);
+
+/// The table of all keys in Markdown: key, dimension, default, accepted range, meaning.
+std::string key_table();
+
+}  // namespace crackle::input
