@@ -9,8 +9,8 @@ namespace CLI {
 class App;
 }
 
-/// The commands of the program. Each function declares its command on `app`; when the command is chosen on the
-/// command line, `run` is set to what it does. Its value is the exit status.
+/// The commands of the program. Each function declares its command on `app`; when the command is chosen on
+/// the command line, `run` is set to what it does. Its value is the exit status.
 namespace crackle::apps {
 
 using Action = std::function<int(const parallel::Communicator& world)>;

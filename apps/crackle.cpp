@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The program: parse the command line, start MPI and PETSc, run one command, turn failures into exit statuses.
+// The program: parse the command line, start MPI and PETSc, run one command, turn failures into exit
+// statuses.
 #include "commands.h"
 #include "crackle/version.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <petscsys.h>
+#include <CLI/CLI.hpp>
 
 #include <cstdio>
 #include <exception>

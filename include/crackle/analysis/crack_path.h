@@ -11,7 +11,7 @@ namespace crackle::analysis {
 
 /// Where the cracks of one notch cross one section y = const.
 struct SectionCrossing {
-  double z;               ///< through-thickness mean of the main crossing [m]; NaN where the crack did not arrive
+  double z;  ///< through-thickness mean of the main crossing [m]; NaN where the crack did not arrive
   std::int32_t branches;  ///< number of separate crossings
 };
 

@@ -12,11 +12,12 @@
 
 namespace crackle::analysis {
 
-/// One opened dual facet: the quadrilateral edge midpoint, face centroid, tetrahedron centroid, face centroid.
+/// One opened dual facet: the quadrilateral edge midpoint, face centroid, tetrahedron centroid, face
+/// centroid.
 struct CrackFacet {
   std::array<geometry::Point, 4> corner;  ///< in order round the quadrilateral [m]
   double area;                            ///< [m^2]
-  double time;                            ///< since the onset of the last dynamic phase; negative before it [s]
+  double time;  ///< since the onset of the last dynamic phase; negative before it [s]
   std::int64_t tetrahedron;
   std::int32_t crack;  ///< sample-local crack id: index into CrackSurface::cracks
 };

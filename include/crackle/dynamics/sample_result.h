@@ -42,7 +42,7 @@ struct SampleCounts {
   std::int64_t static_solves = 0;
   std::int64_t solver_iterations = 0;
   std::int64_t dynamic_phases = 0;
-  std::int64_t steps = 0;              ///< of all dynamic phases
+  std::int64_t steps = 0;  ///< of all dynamic phases
   std::int64_t force_evaluations = 0;
 };
 
@@ -62,7 +62,8 @@ struct SampleResult {
   double onset_force = 0;  ///< largest resultant over the loaded boundaries then [N]; NaN if there was none
   double time_step = 0;    ///< used [s]
   double stable_step = 0;  ///< of the intact body and the integrator [s]
-  double energy_error = 0;  ///< max over the outputs of |external - kinetic - strain - released - dissipated| / external
+  double energy_error =
+      0;  ///< max over the outputs of |external - kinetic - strain - released - dissipated| / external
   std::vector<fracture::Break> breaks;  ///< in order of time, then of tetrahedron number
   std::vector<EnergyRow> energy;
   std::vector<Frame> frames;

@@ -12,11 +12,12 @@
 
 namespace crackle::dynamics {
 
-/// One line about the sample's progress ("t0 = 76.2 s, 381 N, dynamic phase 3 starts"); called on the root only.
+/// One line about the sample's progress ("t0 = 76.2 s, 381 N, dynamic phase 3 starts"); called on the root
+/// only.
 using SampleLog = std::function<void(const std::string& line)>;
 
-/// One body's way from the unloaded state to its end: quasi-static loading, run-away, dynamic breaking, arrest.
-/// Collective over the group; a failure on one rank is thrown on all.
+/// One body's way from the unloaded state to its end: quasi-static loading, run-away, dynamic breaking,
+/// arrest. Collective over the group; a failure on one rank is thrown on all.
 /// @param subdomain this rank's part of the realization
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,
                         const geometry::Body& body, const geometry::Subdomain& subdomain,

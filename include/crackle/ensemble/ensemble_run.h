@@ -27,8 +27,8 @@ struct RunOutcome {
 };
 
 /// Runs the ensemble: rank 0 makes realizations ahead of need and hands them out one at a time, groups of
-/// ranks_per_sample ranks compute them, all ranks write ensemble.h5. With one rank, master and worker share it.
-/// Collective over `world`.
+/// ranks_per_sample ranks compute them, all ranks write ensemble.h5. With one rank, master and worker share
+/// it. Collective over `world`.
 /// @throws the same exception on every rank (unusable folder, body that cannot be meshed)
 RunOutcome run_ensemble(const parallel::Communicator& world, const input::Parameters& parameters,
                         const RunOptions& options, const SampleFunction& sample_function);

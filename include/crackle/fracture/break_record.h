@@ -5,8 +5,9 @@
 
 namespace crackle::fracture {
 
-/// The seven ways to separate the four particles of a tetrahedron: cut 0..3 separates node `cut` from the other
-/// three (vector area V b^a), cuts 4, 5, 6 separate the pairs {0,1|2,3}, {0,2|1,3}, {0,3|1,2} (V (b^0 + b^k)).
+/// The seven ways to separate the four particles of a tetrahedron: cut 0..3 separates node `cut` from the
+/// other three (vector area V b^a), cuts 4, 5, 6 separate the pairs {0,1|2,3}, {0,2|1,3}, {0,3|1,2} (V (b^0 +
+/// b^k)).
 inline constexpr int n_cuts = 7;
 
 /// One broken tetrahedron.

@@ -23,8 +23,8 @@ using SurfaceId = std::int32_t;
 struct Surface {
   int axis;
   double position;
-  double area;      ///< exact area that belongs to the body's boundary [m^2]
-  double outward;   ///< +1 or -1: direction of the outward normal along `axis`
+  double area;     ///< exact area that belongs to the body's boundary [m^2]
+  double outward;  ///< +1 or -1: direction of the outward normal along `axis`
 };
 
 /// The exact geometry of the notched box that every realization must fill.
@@ -45,7 +45,8 @@ public:
   /// The notch whose walls or tip carry this surface id, or -1.
   static int notch_of(SurfaceId id) { return id < 6 ? -1 : (id - 6) / 3; }
 
-  /// Distance from p to the tip (the bottom face of the slot) of the nearest notch [m]; infinity without notches.
+  /// Distance from p to the tip (the bottom face of the slot) of the nearest notch [m]; infinity without
+  /// notches.
   double distance_to_notch_tip(const Point& p) const;
 
 private:

@@ -27,8 +27,8 @@ private:
 /// Bit i of `movable` is set where coordinate i may be disturbed: a point in the interior has all three bits,
 /// one on a plane of the body two, one on an edge one, a corner none. So the disturbance keeps the geometry.
 struct MotherPoints {
-  std::vector<Point> position;       ///< [m]
-  std::vector<double> spacing;       ///< target spacing at the point [m]
+  std::vector<Point> position;  ///< [m]
+  std::vector<double> spacing;  ///< target spacing at the point [m]
   std::vector<std::uint8_t> movable;
   std::size_t size() const { return position.size(); }
 };

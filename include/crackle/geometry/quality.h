@@ -8,7 +8,8 @@ namespace crackle::geometry {
 /// Signed volume [m^3]; positive for the orientation that all tetrahedra of a realization have.
 double signed_volume(const Point& a, const Point& b, const Point& c, const Point& d);
 
-/// Mean-ratio quality 12 (3V)^(2/3) / sum of squared edge lengths; 1 for the regular tetrahedron, 0 for a flat or inverted one.
+/// Mean-ratio quality 12 (3V)^(2/3) / sum of squared edge lengths; 1 for the regular tetrahedron, 0 for a
+/// flat or inverted one.
 double mean_ratio(const Point& a, const Point& b, const Point& c, const Point& d);
 
 }  // namespace crackle::geometry

@@ -19,9 +19,9 @@ struct BoundaryTriangle {
 
 /// What making a realization took; the same on every machine.
 struct RealizationReport {
-  int rounds = 0;                 ///< rounds of local redrawing
+  int rounds = 0;                   ///< rounds of local redrawing
   std::int64_t redrawn_points = 0;  ///< points drawn at least once more
-  double min_quality = 0;         ///< mean-ratio quality of the worst tetrahedron
+  double min_quality = 0;           ///< mean-ratio quality of the worst tetrahedron
 };
 
 /// One conforming tessellation of the body. Its nodes keep the numbers of the base mother points; its
@@ -41,8 +41,8 @@ struct Realization {
 Realization make_realization(const Body& body, const MotherPoints& base, const input::Mesh& mesh,
                              std::uint64_t seed, std::uint64_t sample);
 
-/// Checks everything that a realization promises (design: volume to 1e-12 relative, boundary triangles exactly
-/// on the planes of the body, areas, no tetrahedron across a notch, minimum quality).
+/// Checks everything that a realization promises (design: volume to 1e-12 relative, boundary triangles
+/// exactly on the planes of the body, areas, no tetrahedron across a notch, minimum quality).
 /// @throws std::runtime_error naming the first violation with its figures
 void verify(const Realization& realization, const Body& body, double min_quality);
 

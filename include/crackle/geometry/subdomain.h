@@ -9,22 +9,24 @@
 
 namespace crackle::geometry {
 
-/// The part of a realization that one rank of a group computes: every tetrahedron that touches a node it owns.
+/// The part of a realization that one rank of a group computes: every tetrahedron that touches a node it
+/// owns.
 ///
-/// A tetrahedron on a part boundary is held, and computed, by every rank that owns one of its nodes; so an owned
-/// node finds all its contributions on its own rank, always in ascending global order, and one exchange of the
-/// ghost nodes' values is all that a force evaluation needs.
+/// A tetrahedron on a part boundary is held, and computed, by every rank that owns one of its nodes; so an
+/// owned node finds all its contributions on its own rank, always in ascending global order, and one exchange
+/// of the ghost nodes' values is all that a force evaluation needs.
 struct Subdomain {
   std::int64_t n_nodes_global = 0;
   std::int64_t n_tetrahedra_global = 0;
-  std::int32_t n_owned = 0;                   ///< nodes 0..n_owned-1 are owned, the others are ghosts
-  std::vector<Point> nodes;                   ///< [m]
-  std::vector<std::int64_t> node_number;      ///< in the realization; ascending among owned and among ghosts
-  std::vector<std::int64_t> distributed_number;  ///< numbering in which each rank's owned nodes are contiguous
-  std::vector<Tetrahedron> tetrahedra;        ///< local node numbers, in ascending order of tetrahedron_number
+  std::int32_t n_owned = 0;               ///< nodes 0..n_owned-1 are owned, the others are ghosts
+  std::vector<Point> nodes;               ///< [m]
+  std::vector<std::int64_t> node_number;  ///< in the realization; ascending among owned and among ghosts
+  std::vector<std::int64_t>
+      distributed_number;               ///< numbering in which each rank's owned nodes are contiguous
+  std::vector<Tetrahedron> tetrahedra;  ///< local node numbers, in ascending order of tetrahedron_number
   std::vector<std::int64_t> tetrahedron_number;  ///< in the realization
-  std::vector<std::uint8_t> counted;          ///< 1 on exactly one rank for each tetrahedron: where sums count it
-  std::vector<BoundaryTriangle> boundary;     ///< local node numbers; every triangle that touches an owned node
+  std::vector<std::uint8_t> counted;  ///< 1 on exactly one rank for each tetrahedron: where sums count it
+  std::vector<BoundaryTriangle> boundary;  ///< local node numbers; every triangle that touches an owned node
   std::vector<std::int64_t> boundary_number;  ///< in the realization, ascending
 
   std::int32_t n_local() const { return static_cast<std::int32_t>(nodes.size()); }

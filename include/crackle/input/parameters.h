@@ -45,11 +45,11 @@ struct Specimen {
 };
 
 struct Mesh {
-  double spacing = 0;        ///< far from the notches [m]
-  double notch_spacing = 0;  ///< at the notch tips [m]
-  double growth = 0;         ///< increase of spacing per unit distance from a notch tip
-  double perturbation = 0;   ///< amplitude of the disturbance in local spacings
-  double min_quality = 0;    ///< mean-ratio quality that every tetrahedron keeps
+  double spacing = 0;                           ///< far from the notches [m]
+  double notch_spacing = 0;                     ///< at the notch tips [m]
+  double growth = 0;                            ///< increase of spacing per unit distance from a notch tip
+  double perturbation = 0;                      ///< amplitude of the disturbance in local spacings
+  double min_quality = 0;                       ///< mean-ratio quality that every tetrahedron keeps
   std::optional<std::filesystem::path> points;  ///< base mother points from a file instead
 };
 

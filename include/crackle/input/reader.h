@@ -10,7 +10,8 @@
 
 namespace crackle::input {
 
-/// All errors of an input file. what() has one line for each: "file:line: key: what is wrong; what is accepted".
+/// All errors of an input file. what() has one line for each: "file:line: key: what is wrong; what is
+/// accepted".
 class InputError : public std::runtime_error {
 public:
   explicit InputError(std::vector<std::string> messages);

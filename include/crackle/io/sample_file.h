@@ -34,7 +34,8 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
 void write_failed_sample(const std::filesystem::path& file, const input::Parameters& parameters,
                          std::uint64_t sample, const analysis::SampleSummary& summary);
 
-/// The sample's row. @throws std::runtime_error when the file is not a whole sample file of this input and number
+/// The sample's row. @throws std::runtime_error when the file is not a whole sample file of this input and
+/// number
 analysis::SampleSummary read_summary(const std::filesystem::path& file, const input::Parameters& parameters,
                                      std::uint64_t sample);
 

@@ -7,8 +7,8 @@
 
 namespace crackle::io {
 
-/// Writes a realization as a VTKHDF 1.0 unstructured grid (tetrahedra with their mean-ratio quality), readable
-/// by ParaView and VTK 9.1. Written under another name and renamed when whole.
+/// Writes a realization as a VTKHDF 1.0 unstructured grid (tetrahedra with their mean-ratio quality),
+/// readable by ParaView and VTK 9.1. Written under another name and renamed when whole.
 void write_vtk_mesh(const std::filesystem::path& file, const geometry::Realization& realization);
 
 }  // namespace crackle::io

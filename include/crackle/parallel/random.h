@@ -9,8 +9,9 @@ namespace crackle::parallel {
 
 /// A random stream that depends on (seed, sample, purpose) only and gives the same numbers on every platform.
 ///
-/// Counter-based (Philox 4x32-10, Salmon et al. 2011): the k-th number of a stream is a function of the key and k,
-/// so streams for different samples or purposes never overlap, and `substream` gives an independent one per item.
+/// Counter-based (Philox 4x32-10, Salmon et al. 2011): the k-th number of a stream is a function of the key
+/// and k, so streams for different samples or purposes never overlap, and `substream` gives an independent
+/// one per item.
 class RandomStream {
 public:
   RandomStream(std::uint64_t seed, std::uint64_t sample, std::string_view purpose);

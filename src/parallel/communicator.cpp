@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/parallel/communicator.h"
+
+#include <array>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace crackle::parallel {
+
+void check_mpi(int code, const char* call) {
+  if (code == MPI_SUCCESS) return;
+  std::array<char, MPI_MAX_ERROR_STRING> text{};
+  int length = 0;
+  MPI_Error_string(code, text.data(), &length);
+  throw std::runtime_error(std::string(call) + ": " +
+                           std::string(text.data(), static_cast<std::size_t>(length)));
+}
+
+namespace {
+
+MPI_Comm with_returned_errors(MPI_Comm communicator) {
+  check_mpi(MPI_Comm_set_errhandler(communicator, MPI_ERRORS_RETURN), "MPI_Comm_set_errhandler");
+  return communicator;
+}
+
+}  // namespace
+
+Communicator::Communicator(MPI_Comm communicator) {
+  check_mpi(MPI_Comm_dup(communicator, &communicator_), "MPI_Comm_dup");
+  with_returned_errors(communicator_);
+  check_mpi(MPI_Comm_rank(communicator_, &rank_), "MPI_Comm_rank");
+  check_mpi(MPI_Comm_size(communicator_, &size_), "MPI_Comm_size");
+}
+
+Communicator::~Communicator() {
+  if (communicator_ != MPI_COMM_NULL) MPI_Comm_free(&communicator_);
+}
+
+Communicator::Communicator(Communicator&& other) noexcept
+    : communicator_(std::exchange(other.communicator_, MPI_COMM_NULL)),
+      rank_(other.rank_),
+      size_(other.size_) {}
+
+Communicator& Communicator::operator=(Communicator&& other) noexcept {
+  std::swap(communicator_, other.communicator_);
+  std::swap(rank_, other.rank_);
+  std::swap(size_, other.size_);
+  return *this;
+}
+
+Communicator Communicator::split(int color, int key) const {
+  Communicator part;
+  check_mpi(MPI_Comm_split(communicator_, color, key, &part.communicator_), "MPI_Comm_split");
+  with_returned_errors(part.communicator_);
+  check_mpi(MPI_Comm_rank(part.communicator_, &part.rank_), "MPI_Comm_rank");
+  check_mpi(MPI_Comm_size(part.communicator_, &part.size_), "MPI_Comm_size");
+  return part;
+}
+
+}  // namespace crackle::parallel
