@@ -2,7 +2,6 @@
 #pragma once
 
 #include "crackle/dynamics/sample_result.h"
-#include "crackle/geometry/body.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
 #include "crackle/parallel/communicator.h"
@@ -20,7 +19,6 @@ using SampleLog = std::function<void(const std::string& line)>;
 /// arrest. Collective over the group; a failure on one rank is thrown on all.
 /// @param subdomain this rank's part of the realization
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,
-                        const geometry::Body& body, const geometry::Subdomain& subdomain,
-                        const SampleLog& log = {});
+                        const geometry::Subdomain& subdomain, const SampleLog& log = {});
 
 }  // namespace crackle::dynamics

@@ -104,6 +104,8 @@ struct Time {
   std::optional<double> step;  ///< [s]; empty: a fraction of the stable step ("auto")
   double duration = 0;         ///< of the dynamic phase [s]
   Integrator integrator = Integrator::bilateral4;
+  std::optional<double>
+      arrest;  ///< time without a break that ends a dynamic phase [s]; empty: from the body ("auto")
 };
 
 struct Sections {

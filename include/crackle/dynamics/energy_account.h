@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/dynamics/sample_result.h"
+#include "crackle/fracture/breakable_body.h"
+#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/parallel/communicator.h"
+#include "crackle/parallel/node_field.h"
+
+#include <span>
+#include <vector>
+
+namespace crackle::dynamics {
+
+/// What the loads do work on, at one moment of quasi-static loading.
+struct LoadState {
+  std::vector<double> amplitude;  ///< of each force pattern [N or Pa]
+  std::vector<double> position;   ///< its conjugate displacement: sum of weight times displacement [m or m^3]
+  std::vector<double> reaction;   ///< resultant that each prescribed motion exerts [N]
+  std::vector<double> travel;     ///< displacement of each prescribed motion [m]
+};
+
+/// Collective; equal bits for any number of ranks.
+LoadState measure_loads(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                        const mechanics::BoundaryLoads& loads, const parallel::NodeField& displacement,
+                        double time);
+
+/// The energy account of a body from its unloaded state on:
+/// external work = kinetic + strain + released + dissipated. All members are collective, their values equal
+/// bits for any number of ranks. [J]
+class EnergyAccount {
+public:
+  EnergyAccount(const parallel::Communicator& group, const fracture::BreakableBody& body)
+      : group_(&group), body_(&body) {}
+
+  /// Work between two equilibria, exact when loads, stiffness and so displacements change linearly between
+  /// them, or when only the stiffness changes under constant loads.
+  void add_static_work(const LoadState& from, const LoadState& to);
+  void add_external(double work) { external_ += work; }
+
+  /// The body came to rest: kinetic energy and the potential energy between `before` and the equilibrium
+  /// `after` are taken out of the account's mechanical part, by 1/2 d K d with d their difference.
+  void add_relaxation(double kinetic, const parallel::NodeField& before, const parallel::NodeField& after);
+
+  /// The account now; `kinetic` and `phase_work` (external work of the running phase) are given.
+  EnergyRow row(double time, double kinetic, double phase_work,
+                const parallel::NodeField& displacement) const;
+
+  /// |external - kinetic - strain - released - dissipated| / external.
+  static double relative_error(const EnergyRow& row);
+
+private:
+  const parallel::Communicator* group_;
+  const fracture::BreakableBody* body_;
+  double external_ = 0;
+  double dissipated_ = 0;
+};
+
+}  // namespace crackle::dynamics

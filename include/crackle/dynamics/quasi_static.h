@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/dynamics/energy_account.h"
+#include "crackle/fracture/breakable_body.h"
+#include "crackle/fracture/tuler_butcher.h"
+#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/static_solver.h"
+#include "crackle/parallel/communicator.h"
+#include "crackle/parallel/node_field.h"
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace crackle::dynamics {
+
+/// How a quasi-static phase ended.
+enum class QuasiStaticEnd {
+  run_away,   ///< a tetrahedron is over the limit at an unchanged load: dynamics takes over
+  no_load,    ///< no further load of the program breaks the body
+  separated,  ///< the loaded part came loose
+};
+
+/// Event-driven quasi-static loading. Between two breaks the equilibrium is linear in the loads: one unit
+/// solution for each force pattern and each prescribed motion, scaled by its program. Under a slow ramp the
+/// Tuler-Butcher overshoot is negligible, so a tetrahedron breaks when its largest principal stress reaches
+/// the strength.
+class QuasiStaticLoading {
+public:
+  /// Solves for the intact body. Collective. The references must outlive the object.
+  /// @param patience a tetrahedron over the limit that would take longer than this to break in dynamics [s]
+  /// is
+  ///        released quasi-statically: a dynamic phase would have ended as arrested before its first break
+  QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
+                     const mechanics::BoundaryLoads& loads, const fracture::TulerButcher& criterion,
+                     double patience);
+
+  /// Loads on from the present time until run-away or the end of the program. Collective.
+  QuasiStaticEnd advance(EnergyAccount& account);
+
+  /// Continues at `time` from a body that came to rest after the dynamic state `displacement`, with what
+  /// broke meanwhile: solves for its equilibrium and settles the account. Collective.
+  /// @return false when the loaded part has come loose
+  bool resume(double time, double kinetic, const parallel::NodeField& displacement, EnergyAccount& account);
+
+  double time() const { return time_; }
+  const parallel::NodeField& displacement() const { return displacement_; }
+  std::int64_t n_solves() const { return n_solves_; }
+  std::int64_t n_iterations() const { return n_iterations_; }
+  std::int64_t n_breaks() const { return n_breaks_; }
+
+private:
+  struct Critical {
+    double value = std::numeric_limits<double>::infinity();
+    std::int64_t number = -1;  ///< in the realization; -1: none
+    std::int32_t local = -1;   ///< on this rank, or -1
+  };
+
+  void solve_unit_problems();
+  void combine(double time, parallel::NodeField& displacement) const;
+  bool update_after_breaks();
+  Critical most_loaded() const;
+  Critical first_to_break(double until) const;
+  Critical agree(Critical local, bool smallest) const;
+
+  const parallel::Communicator* group_;
+  fracture::BreakableBody* body_;
+  const mechanics::BoundaryLoads* loads_;
+  const fracture::TulerButcher* criterion_;
+  double patience_;
+  mechanics::StaticSolver solver_;
+  std::vector<parallel::NodeField> unit_;  // for each force pattern, then for each motion that is not fixed
+  parallel::NodeField displacement_;       // equilibrium at time_
+  std::size_t n_breaks_solved_ = 0;        // of the body's local breaks, those that the solver knows
+  double time_ = 0;
+  std::int64_t n_solves_ = 0;
+  std::int64_t n_iterations_ = 0;
+  std::int64_t n_breaks_ = 0;
+};
+
+/// Whether every load still acts on a piece that a prescribed motion holds; true for a body that nothing
+/// holds. Collective.
+bool loads_are_held(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                    const mechanics::BoundaryLoads& loads);
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/realization.h"
+#include "crackle/geometry/subdomain.h"
+#include "crackle/input/parameters.h"
+#include "crackle/mechanics/internal_force.h"
+#include "crackle/mechanics/operators.h"
+#include "crackle/parallel/communicator.h"
+
+namespace crackle::dynamics {
+
+/// Largest circular eigenfrequency of M^-1 K of the body as it is, by the Lanczos method on the force itself;
+/// the estimate's residual is added, so that the value is not below the true one in practice. Held components
+/// only lower it. Collective; equal bits for any number of ranks. [1/s]
+double largest_frequency(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+                         const mechanics::PdsOperators& operators, const mechanics::InternalForce& force);
+
+/// Largest stable time step of the input's integrator on a realization [s]. Not collective (runs on one
+/// rank).
+double stable_step(const input::Parameters& parameters, const geometry::Realization& realization);
+
+/// The time step of a run and its number of steps.
+struct TimeGrid {
+  double step;           ///< [s]
+  std::int64_t n_steps;  ///< a whole number of the integrator's cycles, covering the duration
+};
+
+/// The input's step, or with "auto" the largest that stays below 0.9 of the stable one and divides the
+/// duration.
+/// @throws std::runtime_error naming the stable step when the input's step is above it
+TimeGrid choose_time_grid(const input::Time& time, double stable_step);
+
+}  // namespace crackle::dynamics

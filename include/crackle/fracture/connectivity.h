@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/fracture/breakable_body.h"
+#include "crackle/parallel/communicator.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace crackle::fracture {
+
+/// For every local node the smallest node number of the piece that unbroken tetrahedra join it to. Two nodes
+/// are in one piece exactly when their labels are equal. Collective; equal for any number of ranks.
+std::vector<std::int64_t> piece_labels(const parallel::Communicator& group, const BreakableBody& body);
+
+}  // namespace crackle::fracture

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/body.h"
+#include "crackle/geometry/subdomain.h"
+#include "crackle/input/parameters.h"
+#include "crackle/parallel/communicator.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace crackle::mechanics {
+
+/// A quantity that is prescribed over time: value + rate t, or value times a piecewise linear factor.
+class Program {
+public:
+  Program() = default;
+  Program(double value, double rate, std::vector<std::pair<double, double>> history);
+
+  double at(double time) const;
+  double slope(double time) const;     ///< right-sided derivative
+  double integral(double time) const;  ///< from 0 to time, exact
+  /// First time after `time` at which the slope changes; infinity when there is none.
+  double next_kink(double time) const;
+  bool is_zero() const;
+
+private:
+  double value_ = 0;
+  double rate_ = 0;
+  std::vector<std::pair<double, double>> history_;
+};
+
+/// A nodal force pattern and its amplitude: the force on node n in direction `component` is amplitude(t)
+/// weight[i].
+struct ForcePattern {
+  int component = 0;
+  Program amplitude;                ///< total force [N], or traction [Pa]
+  std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
+  std::vector<double> weight;       ///< share of the total (adds up to 1 over all ranks), or area [m^2]
+  double total_weight = 0;          ///< over all ranks
+};
+
+/// Displacement components that follow a program.
+struct PrescribedMotion {
+  int component = 0;
+  bool is_velocity = false;  ///< the program is a velocity, the displacement its integral from time 0
+  bool is_fixed = false;
+  Program program;
+  std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
+
+  double displacement(double time) const { return is_velocity ? program.integral(time) : program.at(time); }
+  double velocity(double time) const { return is_velocity ? program.at(time) : program.slope(time); }
+};
+
+/// The input's boundary list on one subdomain. A node belongs to a condition when a boundary triangle of the
+/// chosen face has it as a corner and it lies in the region; a triangle, when its centroid does.
+struct BoundaryLoads {
+  std::vector<ForcePattern> forces;
+  std::vector<PrescribedMotion> motions;
+
+  /// First time after `time` at which any program's slope changes; infinity when there is none.
+  double next_kink(double time) const;
+  /// Whether any load or motion changes after `time`.
+  bool grows_after(double time) const;
+  /// Largest resultant over the force conditions at `time` [N].
+  double largest_force(double time) const;
+  /// Adds the nodal forces at `time` to `force` (3 n_owned).
+  void add_forces(double time, std::span<double> force) const;
+  /// Writes the prescribed displacements at `time` into the owned part of `displacement`.
+  void set_displacements(double time, std::span<double> displacement) const;
+};
+
+/// Collective (total areas are summed over the group).
+/// @throws parallel::AgreedError when a condition meets no node or no area of the body
+BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
+                                  const geometry::Subdomain& subdomain);
+
+}  // namespace crackle::mechanics

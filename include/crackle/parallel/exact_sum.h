@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/parallel/communicator.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+namespace crackle::parallel {
+
+/// A sum of doubles that does not depend on the order of its terms, nor on the ranks they lie on.
+///
+/// Every term is added without rounding to a fixed-point number that spans the whole range of a double (a
+/// small superaccumulator, Kulisch 2008); only value() rounds. So energies, areas and dot products have the
+/// same bits for every numbering and partition.
+class ExactSum {
+public:
+  /// @throws std::domain_error for a term that is not finite
+  void add(double term);
+  void add(const ExactSum& other);
+
+  /// The sum, rounded to a double (error below one unit in the last place).
+  double value() const;
+
+  /// Adds up the sums of all ranks, in place. Collective.
+  void all_reduce(const Communicator& group);
+
+private:
+  // Digit d counts multiples of 2^(32 d - 1074). Digits hold 32 bits and 31 bits of room for carries.
+  static constexpr int n_digits = 68;
+  void carry();
+  std::array<std::int64_t, n_digits> digit_{};
+  std::int64_t terms_since_carry_ = 0;
+};
+
+/// The sum of all ranks' terms, equal on every rank. Collective.
+/// @throws AgreedError on every rank when a term is not finite
+double exact_sum(const Communicator& group, std::span<const double> terms);
+
+}  // namespace crackle::parallel

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/subdomain.h"
+#include "crackle/parallel/communicator.h"
+#include "crackle/parallel/petsc.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace crackle::parallel {
+
+/// Three numbers at every node of a subdomain: a ghosted PETSc vector of block size 3.
+///
+/// The local array holds the owned nodes first, then the ghosts, each node's x, y, z in a row. Ghost values
+/// are those of the last update_ghosts().
+class NodeField {
+public:
+  /// All zero. Collective.
+  NodeField(const Communicator& group, const geometry::Subdomain& subdomain);
+  ~NodeField();
+  NodeField(NodeField&& other) noexcept;
+  NodeField& operator=(NodeField&&) = delete;
+
+  std::span<double> local() { return values_; }                              ///< 3 n_local
+  std::span<const double> local() const { return values_; }                  ///< 3 n_local
+  std::span<double> owned() { return values_.first(n_owned_); }              ///< 3 n_owned
+  std::span<const double> owned() const { return values_.first(n_owned_); }  ///< 3 n_owned
+
+  /// Sends owned values to the ranks that hold them as ghosts. Collective.
+  void update_ghosts();
+
+  /// Tells PETSc that values were written through the spans, before it reads the vector.
+  void mark_changed();
+
+  /// Copies all values, ghosts included.
+  void assign(const NodeField& other);
+
+  /// The global PETSc vector, for solvers that read or write owned values.
+  Vec vector() const { return global_.get(); }
+
+private:
+  VecOwner global_;
+  Vec ghosted_ = nullptr;  // PETSc's local form of global_, held for the field's life
+  std::span<double> values_;
+  std::size_t n_owned_ = 0;
+};
+
+/// All nodes' values in the realization's numbering on the root, empty elsewhere. Collective.
+/// @param owned 3 n_owned values
+std::vector<double> gather_nodes(const Communicator& group, const geometry::Subdomain& subdomain,
+                                 std::span<const double> owned);
+
+}  // namespace crackle::parallel

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <petscksp.h>
+
+#include <utility>
+
+namespace crackle::parallel {
+
+/// @throws std::runtime_error with PETSc's message unless `code` is 0
+void check_petsc(PetscErrorCode code, const char* call);
+
+/// Move-only owner of a PETSc object. Destroying one is collective over its communicator.
+template <class Handle, PetscErrorCode (*destroy)(Handle*)>
+class PetscOwner {
+public:
+  PetscOwner() = default;
+  explicit PetscOwner(Handle handle) : handle_(handle) {}
+  ~PetscOwner() {
+    if (handle_ != nullptr) destroy(&handle_);
+  }
+  PetscOwner(PetscOwner&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
+  PetscOwner& operator=(PetscOwner&& other) noexcept {
+    std::swap(handle_, other.handle_);
+    return *this;
+  }
+  PetscOwner(const PetscOwner&) = delete;
+  PetscOwner& operator=(const PetscOwner&) = delete;
+
+  Handle get() const { return handle_; }
+  /// For PETSc's creating functions. @pre the owner is empty
+  Handle* put() { return &handle_; }
+
+private:
+  Handle handle_ = nullptr;
+};
+
+using VecOwner = PetscOwner<Vec, VecDestroy>;
+using MatOwner = PetscOwner<Mat, MatDestroy>;
+using KspOwner = PetscOwner<KSP, KSPDestroy>;
+using NullSpaceOwner = PetscOwner<MatNullSpace, MatNullSpaceDestroy>;
+
+}  // namespace crackle::parallel

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/dynamics/energy_account.h"
+
+#include "crackle/parallel/exact_sum.h"
+
+#include <cmath>
+
+namespace crackle::dynamics {
+
+LoadState measure_loads(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                        const mechanics::BoundaryLoads& loads, const parallel::NodeField& displacement,
+                        double time) {
+  LoadState state;
+  std::vector<double> terms;
+  const auto u = displacement.local();
+  for (const auto& pattern : loads.forces) {
+    terms.clear();
+    for (std::size_t i = 0; i < pattern.nodes.size(); ++i) {
+      terms.push_back(
+          pattern.weight[i] *
+          u[3 * static_cast<std::size_t>(pattern.nodes[i]) + static_cast<std::size_t>(pattern.component)]);
+    }
+    state.amplitude.push_back(pattern.amplitude.at(time));
+    state.position.push_back(parallel::exact_sum(group, terms));
+  }
+  std::vector<double> force(u.size());
+  body.force().evaluate(u, force);
+  std::vector<double> external(displacement.owned().size(), 0.0);
+  loads.add_forces(time, external);
+  for (const auto& motion : loads.motions) {
+    terms.clear();
+    for (const auto node : motion.nodes) {
+      const auto i = 3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(motion.component);
+      terms.push_back(force[i] - external[i]);
+    }
+    state.reaction.push_back(parallel::exact_sum(group, terms));
+    state.travel.push_back(motion.displacement(time));
+  }
+  return state;
+}
+
+void EnergyAccount::add_static_work(const LoadState& from, const LoadState& to) {
+  for (std::size_t k = 0; k < from.amplitude.size(); ++k) {
+    external_ += 0.5 * (from.amplitude[k] + to.amplitude[k]) * (to.position[k] - from.position[k]);
+  }
+  for (std::size_t m = 0; m < from.reaction.size(); ++m) {
+    external_ += 0.5 * (from.reaction[m] + to.reaction[m]) * (to.travel[m] - from.travel[m]);
+  }
+}
+
+void EnergyAccount::add_relaxation(double kinetic, const parallel::NodeField& before,
+                                   const parallel::NodeField& after) {
+  std::vector<double> difference(before.local().size());
+  for (std::size_t i = 0; i < difference.size(); ++i) difference[i] = before.local()[i] - after.local()[i];
+  dissipated_ += kinetic + parallel::exact_sum(*group_, body_->strain_energies(difference));
+}
+
+EnergyRow EnergyAccount::row(double time, double kinetic, double phase_work,
+                             const parallel::NodeField& displacement) const {
+  EnergyRow row{};
+  row.time = time;
+  row.kinetic = kinetic;
+  row.strain = parallel::exact_sum(*group_, body_->strain_energies(displacement.local()));
+  row.external = external_ + phase_work;
+  row.released = parallel::exact_sum(*group_, body_->released_energies());
+  row.dissipated = dissipated_;
+  row.broken = static_cast<std::int64_t>(body_->breaks().size());
+  parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &row.broken, 1, MPI_INT64_T, MPI_SUM, group_->get()),
+                      "MPI_Allreduce");
+  return row;
+}
+
+double EnergyAccount::relative_error(const EnergyRow& row) {
+  const double balance = row.external - row.kinetic - row.strain - row.released - row.dissipated;
+  return row.external == 0 ? std::abs(balance) : std::abs(balance / row.external);
+}
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/dynamics/quasi_static.h"
+
+#include "crackle/fracture/connectivity.h"
+#include "crackle/fracture/principal_stress.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace crackle::dynamics {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+mechanics::HeldComponents held_components(const parallel::Communicator& group,
+                                          const geometry::Subdomain& subdomain,
+                                          const mechanics::BoundaryLoads& loads) {
+  parallel::NodeField marks(group, subdomain);
+  for (const auto& motion : loads.motions) {
+    for (const auto node : motion.nodes) {
+      marks.local()[3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(motion.component)] = 1;
+    }
+  }
+  marks.update_ghosts();
+  mechanics::HeldComponents held(marks.local().size());
+  std::ranges::transform(marks.local(), held.begin(), [](double mark) { return mark != 0 ? 1 : 0; });
+  return held;
+}
+
+/// Rate of a motion's displacement.
+double travel_rate(const mechanics::PrescribedMotion& motion, double time) {
+  return motion.velocity(time);
+}
+
+mechanics::Symmetric combined(const mechanics::Symmetric& a, double factor, const mechanics::Symmetric& b) {
+  mechanics::Symmetric sum{};
+  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = a[i] + factor * b[i];
+  return sum;
+}
+
+/// Smallest s in (0, limit] with sigma_1(stress + s rate) >= strength, or infinity. sigma_1 is convex in s
+/// and below the strength at 0, so there is one crossing at most; found by bisection to the last bit.
+double crossing(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate, double strength,
+                double limit) {
+  const auto excess = [&](double s) {
+    return fracture::largest_principal(combined(stress, s, rate)) - strength;
+  };
+  double upper = limit;
+  if (std::isinf(upper)) {
+    const double growth = fracture::largest_principal(rate);
+    if (growth <= 0) return infinity;
+    upper = 2 *
+            (strength + fracture::largest_principal_bound(
+                            {-stress[0], -stress[1], -stress[2], -stress[3], -stress[4], -stress[5]})) /
+            growth;
+    upper = std::max(upper, 1e-300);
+  }
+  if (excess(upper) < 0) return infinity;
+  double lower = 0;
+  for (;;) {
+    const double middle = 0.5 * (lower + upper);
+    if (middle <= lower || middle >= upper) return upper;
+    (excess(middle) < 0 ? lower : upper) = middle;
+  }
+}
+
+}  // namespace
+
+QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
+                                       const mechanics::BoundaryLoads& loads,
+                                       const fracture::TulerButcher& criterion, double patience)
+    : group_(&group),
+      body_(&body),
+      loads_(&loads),
+      criterion_(&criterion),
+      patience_(patience),
+      solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.force(),
+              held_components(group, body.subdomain(), loads)),
+      displacement_(group, body.subdomain()) {
+  for (std::size_t i = 0; i < loads.forces.size(); ++i) unit_.emplace_back(group, body.subdomain());
+  for (const auto& motion : loads.motions) {
+    if (motion.is_fixed) continue;
+    auto& unit = unit_.emplace_back(group, body.subdomain());
+    for (const auto node : motion.nodes) {
+      unit.local()[3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(motion.component)] = 1;
+    }
+  }
+  solve_unit_problems();
+  combine(time_, displacement_);
+}
+
+void QuasiStaticLoading::solve_unit_problems() {
+  std::vector<double> force(displacement_.owned().size());
+  for (std::size_t k = 0; k < unit_.size(); ++k) {
+    std::ranges::fill(force, 0.0);
+    if (k < loads_->forces.size()) {
+      const auto& pattern = loads_->forces[k];
+      for (std::size_t n = 0; n < pattern.nodes.size(); ++n) {
+        force[3 * static_cast<std::size_t>(pattern.nodes[n]) + static_cast<std::size_t>(pattern.component)] =
+            pattern.weight[n];
+      }
+    }
+    n_iterations_ += solver_.solve(force, unit_[k]);
+    ++n_solves_;
+  }
+}
+
+void QuasiStaticLoading::combine(double time, parallel::NodeField& displacement) const {
+  const auto sum = displacement.local();
+  std::ranges::fill(sum, 0.0);
+  std::size_t k = 0;
+  const auto add = [&](double factor) {
+    const auto unit = unit_[k++].local();
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += factor * unit[i];
+  };
+  for (const auto& pattern : loads_->forces) add(pattern.amplitude.at(time));
+  for (const auto& motion : loads_->motions) {
+    if (!motion.is_fixed) add(motion.displacement(time));
+  }
+}
+
+bool QuasiStaticLoading::update_after_breaks() {
+  const auto broken = body_->broken_tetrahedra();
+  solver_.release(broken.subspan(n_breaks_solved_));
+  n_breaks_solved_ = broken.size();
+  if (!loads_are_held(*group_, *body_, *loads_)) return false;
+  solve_unit_problems();
+  combine(time_, displacement_);
+  return true;
+}
+
+QuasiStaticLoading::Critical QuasiStaticLoading::agree(Critical local, bool smallest) const {
+  if (!smallest) local.value = -local.value;
+  double best = local.number < 0 ? infinity : local.value;
+  parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &best, 1, MPI_DOUBLE, MPI_MIN, group_->get()),
+                      "MPI_Allreduce");
+  Critical agreed;
+  agreed.value = smallest ? best : -best;
+  constexpr auto none = std::numeric_limits<std::int64_t>::max();
+  std::int64_t number = local.number >= 0 && local.value == best ? local.number : none;
+  parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &number, 1, MPI_INT64_T, MPI_MIN, group_->get()),
+                      "MPI_Allreduce");
+  if (number == none) return agreed;
+  agreed.number = number;
+  const auto& numbers = body_->subdomain().tetrahedron_number;
+  const auto place = std::ranges::lower_bound(numbers, number);
+  if (place != numbers.end() && *place == number)
+    agreed.local = static_cast<std::int32_t>(place - numbers.begin());
+  return agreed;
+}
+
+QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
+  Critical best;
+  best.value = -infinity;
+  const auto u = displacement_.local();
+  for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
+    if (body_->is_broken(t)) continue;
+    const mechanics::Symmetric sigma = body_->stress(t, u);
+    if (best.number >= 0 && fracture::largest_principal_bound(sigma) < best.value * (1 - 1e-12)) continue;
+    const double stress = fracture::largest_principal(sigma);
+    if (best.number < 0 || stress > best.value) {
+      best.value = stress;
+      best.number = body_->subdomain().tetrahedron_number[static_cast<std::size_t>(t)];
+    }
+  }
+  return agree(best, false);
+}
+
+QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) const {
+  // Rates of change of the displacement; constant up to `until`.
+  std::vector<double> rate(displacement_.local().size(), 0.0);
+  std::size_t k = 0;
+  const auto add = [&](double factor) {
+    const auto unit = unit_[k++].local();
+    for (std::size_t i = 0; i < rate.size(); ++i) rate[i] += factor * unit[i];
+  };
+  for (const auto& pattern : loads_->forces) add(pattern.amplitude.slope(time_));
+  for (const auto& motion : loads_->motions) {
+    if (!motion.is_fixed) add(travel_rate(motion, time_));
+  }
+  Critical best;
+  const double limit = until - time_;
+  const auto u = displacement_.local();
+  for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
+    if (body_->is_broken(t)) continue;
+    const mechanics::Symmetric sigma = body_->stress(t, u);
+    const mechanics::Symmetric sigma_rate = body_->stress(t, rate);
+    // sigma_1(A + s B) <= sigma_1(A) + s sigma_1(B): most tetrahedra cannot come first, by their bounds
+    // alone.
+    const double growth = fracture::largest_principal_bound(sigma_rate);
+    const double room = criterion_->strength() - fracture::largest_principal_bound(sigma);
+    const double target = std::min(best.value, limit);
+    if (growth <= 0 || room > growth * target * (1 + 1e-9)) continue;
+    const double s = crossing(sigma, sigma_rate, criterion_->strength(), target);
+    if (s < best.value) {
+      best.value = s;
+      best.number = body_->subdomain().tetrahedron_number[static_cast<std::size_t>(t)];
+    }
+  }
+  return agree(best, true);
+}
+
+QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account) {
+  LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
+  for (;;) {
+    Critical next = most_loaded();
+    if (next.number < 0) return QuasiStaticEnd::separated;
+    if (next.value > criterion_->strength() && criterion_->time_to_failure(next.value) <= patience_) {
+      return QuasiStaticEnd::run_away;
+    }
+    if (next.value < criterion_->strength()) {
+      // Load on: kink by kink of the programs until a tetrahedron reaches the limit.
+      for (;;) {
+        const double kink = loads_->next_kink(time_);
+        next = first_to_break(kink);
+        if (next.number < 0 && (std::isinf(kink) || !loads_->grows_after(time_)))
+          return QuasiStaticEnd::no_load;
+        time_ = next.number < 0 ? kink : time_ + next.value;
+        combine(time_, displacement_);
+        LoadState reached = measure_loads(*group_, *body_, *loads_, displacement_, time_);
+        account.add_static_work(state, reached);
+        state = std::move(reached);
+        if (next.number >= 0) break;
+      }
+    }
+    if (next.local >= 0) body_->release(next.local, displacement_.local(), time_, 0);
+    ++n_breaks_;
+    parallel::NodeField before(*group_, body_->subdomain());
+    before.assign(displacement_);
+    if (!update_after_breaks()) return QuasiStaticEnd::separated;
+    account.add_relaxation(0, before, displacement_);
+    LoadState relaxed = measure_loads(*group_, *body_, *loads_, displacement_, time_);
+    account.add_static_work(state, relaxed);
+    state = std::move(relaxed);
+  }
+}
+
+bool QuasiStaticLoading::resume(double time, double kinetic, const parallel::NodeField& displacement,
+                                EnergyAccount& account) {
+  time_ = time;
+  const LoadState before = measure_loads(*group_, *body_, *loads_, displacement, time);
+  if (!update_after_breaks()) return false;
+  account.add_relaxation(kinetic, displacement, displacement_);
+  account.add_static_work(before, measure_loads(*group_, *body_, *loads_, displacement_, time));
+  return true;
+}
+
+bool loads_are_held(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                    const mechanics::BoundaryLoads& loads) {
+  const auto labels = fracture::piece_labels(group, body);
+  // Pieces are few, but their labels are known only where their nodes are: the ranks gather them.
+  const auto gather = [&](const std::vector<std::int32_t>& nodes, std::set<std::int64_t>& pieces) {
+    for (const auto node : nodes) pieces.insert(labels[static_cast<std::size_t>(node)]);
+  };
+  const auto gathered = [&](const std::set<std::int64_t>& local) {
+    const std::vector<std::int64_t> mine(local.begin(), local.end());
+    int n_mine = static_cast<int>(mine.size());
+    std::vector<int> counts(static_cast<std::size_t>(group.size()));
+    parallel::check_mpi(MPI_Allgather(&n_mine, 1, MPI_INT, counts.data(), 1, MPI_INT, group.get()),
+                        "MPI_Allgather");
+    std::vector<int> offsets(counts.size(), 0);
+    for (std::size_t r = 1; r < counts.size(); ++r) offsets[r] = offsets[r - 1] + counts[r - 1];
+    std::vector<std::int64_t> all(static_cast<std::size_t>(offsets.back() + counts.back()));
+    parallel::check_mpi(MPI_Allgatherv(mine.data(), n_mine, MPI_INT64_T, all.data(), counts.data(),
+                                       offsets.data(), MPI_INT64_T, group.get()),
+                        "MPI_Allgatherv");
+    return std::set<std::int64_t>(all.begin(), all.end());
+  };
+  const bool any_fixed = std::ranges::any_of(loads.motions, &mechanics::PrescribedMotion::is_fixed);
+  std::set<std::int64_t> held;
+  for (const auto& motion : loads.motions) {
+    if (motion.is_fixed || !any_fixed) gather(motion.nodes, held);
+  }
+  held = gathered(held);
+  if (held.empty()) return true;
+  const auto is_loose = [&](const std::vector<std::int32_t>& nodes) {
+    std::set<std::int64_t> pieces;
+    gather(nodes, pieces);
+    pieces = gathered(pieces);
+    return std::ranges::none_of(pieces, [&](std::int64_t piece) { return held.contains(piece); });
+  };
+  for (const auto& pattern : loads.forces) {
+    if (is_loose(pattern.nodes)) return false;
+  }
+  for (const auto& motion : loads.motions) {
+    if (!motion.is_fixed && is_loose(motion.nodes)) return false;
+  }
+  return true;
+}
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/dynamics/stable_step.h"
+
+#include "crackle/dynamics/integrator.h"
+#include "crackle/geometry/partition.h"
+#include "crackle/parallel/exact_sum.h"
+#include "crackle/parallel/node_field.h"
+#include "crackle/parallel/random.h"
+
+#include <fmt/format.h>
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+namespace crackle::dynamics {
+
+namespace {
+
+constexpr int max_lanczos_steps = 60;
+constexpr double lanczos_tolerance = 1e-3;  // of the squared frequency
+constexpr double fraction_of_stable_step = 0.9;
+
+double exact_dot(const parallel::Communicator& group, std::span<const double> a, std::span<const double> b) {
+  parallel::ExactSum sum;
+  for (std::size_t i = 0; i < a.size(); ++i) sum.add(a[i] * b[i]);
+  sum.all_reduce(group);
+  return sum.value();
+}
+
+}  // namespace
+
+double largest_frequency(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+                         const mechanics::PdsOperators& operators, const mechanics::InternalForce& force) {
+  const auto n = 3 * static_cast<std::size_t>(subdomain.n_owned);
+  std::vector<double> scale(n);  // M^-1/2
+  for (std::size_t i = 0; i < n; ++i) scale[i] = 1 / std::sqrt(operators.node_mass[i / 3]);
+
+  std::vector<double> current(n), previous(n, 0.0), next(n);
+  const parallel::RandomStream stream(0, 0, "lanczos");
+  for (std::size_t i = 0; i < n; ++i) {
+    auto node_stream = stream.substream(static_cast<std::uint64_t>(3 * subdomain.node_number[i / 3]) + i % 3);
+    current[i] = node_stream.uniform(-1, 1);
+  }
+  const double length = std::sqrt(exact_dot(group, current, current));
+  for (auto& value : current) value /= length;
+
+  parallel::NodeField displacement(group, subdomain);
+  std::vector<double> internal(3 * subdomain.nodes.size());
+  std::vector<double> alpha, beta;
+  double estimate = 0;
+  for (int step = 0; step < max_lanczos_steps; ++step) {
+    for (std::size_t i = 0; i < n; ++i) displacement.owned()[i] = scale[i] * current[i];
+    displacement.update_ghosts();
+    force.evaluate(displacement.local(), internal);
+    for (std::size_t i = 0; i < n; ++i) next[i] = scale[i] * internal[i];
+    alpha.push_back(exact_dot(group, next, current));
+    for (std::size_t i = 0; i < n; ++i) {
+      next[i] -= alpha.back() * current[i] + (beta.empty() ? 0 : beta.back()) * previous[i];
+    }
+    beta.push_back(std::sqrt(exact_dot(group, next, next)));
+
+    const auto size = static_cast<Eigen::Index>(alpha.size());
+    Eigen::VectorXd diagonal = Eigen::Map<Eigen::VectorXd>(alpha.data(), size);
+    Eigen::VectorXd off_diagonal = Eigen::Map<Eigen::VectorXd>(beta.data(), size - 1);
+    Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
+    solver.computeFromTridiagonal(diagonal, off_diagonal);
+    const double residual = beta.back() * std::abs(solver.eigenvectors()(size - 1, size - 1));
+    estimate = solver.eigenvalues()[size - 1] + residual;
+    if (residual <= lanczos_tolerance * estimate || beta.back() == 0) break;
+    for (std::size_t i = 0; i < n; ++i) {
+      previous[i] = current[i];
+      current[i] = next[i] / beta.back();
+    }
+  }
+  return std::sqrt(estimate);
+}
+
+double stable_step(const input::Parameters& parameters, const geometry::Realization& realization) {
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const auto subdomain = geometry::split(realization, geometry::partition(realization, 1)).front();
+  const auto operators = mechanics::make_operators(subdomain, parameters.material.density);
+  const mechanics::ReferenceForce force(operators, mechanics::IsotropicElasticity(parameters.material));
+  return splitting(parameters.time.integrator).stability_limit /
+         largest_frequency(self, subdomain, operators, force);
+}
+
+TimeGrid choose_time_grid(const input::Time& time, double stable_step) {
+  const int cycle = splitting(time.integrator).steps_per_cycle;
+  const auto whole_cycles = [cycle](double steps) {
+    return cycle * static_cast<std::int64_t>(std::ceil(steps / cycle * (1 - 1e-12)));
+  };
+  if (!time.step) {
+    const std::int64_t n_steps = whole_cycles(time.duration / (fraction_of_stable_step * stable_step));
+    return {time.duration / static_cast<double>(n_steps), n_steps};
+  }
+  if (*time.step > stable_step) {
+    throw std::runtime_error(
+        fmt::format("time.step: {:.4g} ns is above the stable step of this mesh, {:.4g} ns; give a smaller "
+                    "one, or \"auto\"",
+                    1e9 * *time.step, 1e9 * stable_step));
+  }
+  return {*time.step, whole_cycles(time.duration / *time.step)};
+}
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/mechanics/boundary_loads.h"
+
+#include "crackle/mechanics/tensor.h"
+#include "crackle/parallel/agreement.h"
+#include "crackle/parallel/exact_sum.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <string>
+
+namespace crackle::mechanics {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+bool inside(const input::Boundary& condition, const geometry::Point& p) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    // A region's limits are decimal input: a node on one must not be lost to the last bit.
+    const auto [lower, upper] = condition.region[i];
+    const double slack = 1e-12;
+    if (p[i] < lower - slack || p[i] > upper + slack) return false;
+  }
+  return true;
+}
+
+struct TriangleGeometry {
+  geometry::Point centroid;
+  double area;
+};
+
+TriangleGeometry measure(const geometry::Subdomain& subdomain, const geometry::Triangle& nodes) {
+  const auto& a = subdomain.nodes[static_cast<std::size_t>(nodes[0])];
+  const auto& b = subdomain.nodes[static_cast<std::size_t>(nodes[1])];
+  const auto& c = subdomain.nodes[static_cast<std::size_t>(nodes[2])];
+  const Vector n = cross({b[0] - a[0], b[1] - a[1], b[2] - a[2]}, {c[0] - a[0], c[1] - a[1], c[2] - a[2]});
+  return {{(a[0] + b[0] + c[0]) / 3, (a[1] + b[1] + c[1]) / 3, (a[2] + b[2] + c[2]) / 3},
+          std::sqrt(dot(n, n)) / 2};
+}
+
+/// The rank that owns a triangle's lowest node counts the triangle.
+bool counts(const geometry::Subdomain& subdomain, const geometry::Triangle& nodes) {
+  const auto lowest = *std::ranges::min_element(
+      nodes, {}, [&](std::int32_t node) { return subdomain.node_number[static_cast<std::size_t>(node)]; });
+  return lowest < subdomain.n_owned;
+}
+
+/// The part of a condition's face on this rank: tributary areas of its owned nodes.
+struct LoadedFace {
+  std::vector<std::int32_t> nodes;
+  std::vector<double> area;
+  double total_area = 0;  // over all ranks
+};
+
+LoadedFace loaded_face(const parallel::Communicator& group, const input::Boundary& condition,
+                       const geometry::Subdomain& subdomain) {
+  std::map<std::int32_t, double> tributary;
+  parallel::ExactSum total;
+  for (const auto& triangle : subdomain.boundary) {
+    if (triangle.surface != static_cast<geometry::SurfaceId>(condition.on)) continue;
+    const auto [centroid, area] = measure(subdomain, triangle.nodes);
+    if (!inside(condition, centroid)) continue;
+    if (counts(subdomain, triangle.nodes)) total.add(area);
+    for (const auto node : triangle.nodes) {
+      if (node < subdomain.n_owned) tributary[node] += area / 3;
+    }
+  }
+  total.all_reduce(group);
+  LoadedFace face;
+  face.total_area = total.value();
+  for (const auto& [node, area] : tributary) {
+    face.nodes.push_back(node);
+    face.area.push_back(area);
+  }
+  return face;
+}
+
+std::vector<std::int32_t> held_nodes(const input::Boundary& condition, const geometry::Subdomain& subdomain) {
+  std::set<std::int32_t> nodes;
+  for (const auto& triangle : subdomain.boundary) {
+    if (triangle.surface != static_cast<geometry::SurfaceId>(condition.on)) continue;
+    for (const auto node : triangle.nodes) {
+      if (node < subdomain.n_owned && inside(condition, subdomain.nodes[static_cast<std::size_t>(node)])) {
+        nodes.insert(node);
+      }
+    }
+  }
+  return {nodes.begin(), nodes.end()};
+}
+
+const char* face_name(input::Face face) {
+  static constexpr std::array names{"x-min", "x-max", "y-min", "y-max", "z-min", "z-max"};
+  return names[static_cast<std::size_t>(face)];
+}
+
+}  // namespace
+
+Program::Program(double value, double rate, std::vector<std::pair<double, double>> history)
+    : value_(value), rate_(rate), history_(std::move(history)) {}
+
+double Program::at(double time) const {
+  if (history_.empty()) return value_ + rate_ * time;
+  if (time <= history_.front().first) return value_ * history_.front().second;
+  for (std::size_t i = 1; i < history_.size(); ++i) {
+    const auto [t0, f0] = history_[i - 1];
+    const auto [t1, f1] = history_[i];
+    if (time <= t1) return value_ * (f0 + (f1 - f0) * ((time - t0) / (t1 - t0)));
+  }
+  return value_ * history_.back().second;
+}
+
+double Program::slope(double time) const {
+  if (history_.empty()) return rate_;
+  for (std::size_t i = 1; i < history_.size(); ++i) {
+    const auto [t0, f0] = history_[i - 1];
+    const auto [t1, f1] = history_[i];
+    if (time >= t0 && time < t1) return value_ * (f1 - f0) / (t1 - t0);
+  }
+  return 0;
+}
+
+double Program::integral(double time) const {
+  if (history_.empty()) return value_ * time + 0.5 * rate_ * time * time;
+  double sum = 0;
+  double from = 0;
+  while (from < time) {
+    const double to = std::min(time, next_kink(from));
+    sum += 0.5 * (at(from) + at(to)) * (to - from);
+    from = to;
+  }
+  return sum;
+}
+
+double Program::next_kink(double time) const {
+  for (const auto& [t, factor] : history_) {
+    if (t > time) return t;
+  }
+  return infinity;
+}
+
+bool Program::is_zero() const {
+  return value_ == 0 && rate_ == 0;
+}
+
+double BoundaryLoads::next_kink(double time) const {
+  double kink = infinity;
+  for (const auto& force : forces) kink = std::min(kink, force.amplitude.next_kink(time));
+  for (const auto& motion : motions) kink = std::min(kink, motion.program.next_kink(time));
+  return kink;
+}
+
+bool BoundaryLoads::grows_after(double time) const {
+  const auto grows = [time](const Program& program) {
+    return program.slope(time) != 0 || program.next_kink(time) < infinity;
+  };
+  return std::ranges::any_of(forces, [&](const auto& force) { return grows(force.amplitude); }) ||
+         std::ranges::any_of(motions, [&](const auto& motion) {
+           return grows(motion.program) || (motion.is_velocity && motion.program.at(time) != 0);
+         });
+}
+
+double BoundaryLoads::largest_force(double time) const {
+  double largest = 0;
+  for (const auto& force : forces) {
+    largest = std::max(largest, std::abs(force.amplitude.at(time)) * force.total_weight);
+  }
+  return largest;
+}
+
+void BoundaryLoads::add_forces(double time, std::span<double> force) const {
+  for (const auto& pattern : forces) {
+    const double amplitude = pattern.amplitude.at(time);
+    for (std::size_t i = 0; i < pattern.nodes.size(); ++i) {
+      force[3 * static_cast<std::size_t>(pattern.nodes[i]) + static_cast<std::size_t>(pattern.component)] +=
+          amplitude * pattern.weight[i];
+    }
+  }
+}
+
+void BoundaryLoads::set_displacements(double time, std::span<double> displacement) const {
+  for (const auto& motion : motions) {
+    const double value = motion.displacement(time);
+    for (const auto node : motion.nodes) {
+      displacement[3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(motion.component)] = value;
+    }
+  }
+}
+
+BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
+                                  const geometry::Subdomain& subdomain) {
+  BoundaryLoads loads;
+  int number = 0;
+  for (const auto& condition : parameters.boundaries) {
+    ++number;
+    const auto refuse_empty = [&](bool empty, const char* what) {
+      if (!empty) return;
+      throw parallel::AgreedError(0, "boundary " + std::to_string(number) + " on " + face_name(condition.on) +
+                                         ": its region contains no " + what +
+                                         " of the mesh; enlarge the region or refine the mesh");
+    };
+    const bool is_load =
+        condition.kind == input::BoundaryKind::force || condition.kind == input::BoundaryKind::traction;
+    if (is_load) {
+      const LoadedFace face = loaded_face(group, condition, subdomain);
+      refuse_empty(face.total_area == 0, "boundary triangle");
+      for (int component = 0; component < 3; ++component) {
+        const auto c = static_cast<std::size_t>(component);
+        Program amplitude(condition.value[c], condition.rate[c], condition.history);
+        if (amplitude.is_zero()) continue;
+        ForcePattern pattern{component, std::move(amplitude), face.nodes, face.area, face.total_area};
+        if (condition.kind == input::BoundaryKind::force) {
+          for (auto& weight : pattern.weight) weight /= face.total_area;
+          pattern.total_weight = 1;
+        }
+        loads.forces.push_back(std::move(pattern));
+      }
+    } else {
+      const std::vector<std::int32_t> nodes = held_nodes(condition, subdomain);
+      auto n_nodes = static_cast<std::int64_t>(nodes.size());
+      parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &n_nodes, 1, MPI_INT64_T, MPI_SUM, group.get()),
+                          "MPI_Allreduce");
+      refuse_empty(n_nodes == 0, "node");
+      for (int component = 0; component < 3; ++component) {
+        const auto c = static_cast<std::size_t>(component);
+        if (!condition.components[c]) continue;
+        PrescribedMotion motion;
+        motion.component = component;
+        motion.is_fixed = condition.kind == input::BoundaryKind::fix;
+        motion.is_velocity = condition.kind == input::BoundaryKind::velocity;
+        if (!motion.is_fixed)
+          motion.program = Program(condition.value[c], condition.rate[c], condition.history);
+        motion.nodes = nodes;
+        loads.motions.push_back(std::move(motion));
+      }
+    }
+  }
+  return loads;
+}
+
+}  // namespace crackle::mechanics

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/parallel/exact_sum.h"
+
+#include "crackle/parallel/agreement.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <stdexcept>
+
+namespace crackle::parallel {
+
+namespace {
+
+constexpr int bits_per_digit = 32;
+constexpr std::int64_t digit_mask = (std::int64_t{1} << bits_per_digit) - 1;
+constexpr int lowest_exponent = -1074;  // of the smallest subnormal double
+// A term adds less than 2^32 to a digit, so this many terms leave an int64 digit far from its limits.
+constexpr std::int64_t max_terms_before_carry = std::int64_t{1} << 30;
+
+}  // namespace
+
+void ExactSum::add(double term) {
+  if (!std::isfinite(term)) throw std::domain_error("exact sum: a term is not finite");
+  if (term == 0) return;
+  const auto bits = std::bit_cast<std::uint64_t>(term);
+  const auto biased = static_cast<int>((bits >> 52) & 0x7ff);
+  std::uint64_t mantissa = bits & ((std::uint64_t{1} << 52) - 1);
+  if (biased != 0) mantissa |= std::uint64_t{1} << 52;
+  const int position = biased == 0 ? 0 : biased - 1;  // exponent of the mantissa's last bit above 2^-1074
+  const int first = position / bits_per_digit;
+  const int shift = position % bits_per_digit;
+  const std::uint64_t low = (mantissa & 0xffffffffULL) << shift;
+  const std::uint64_t high = (mantissa >> 32) << shift;
+  const std::int64_t parts[3] = {static_cast<std::int64_t>(low & 0xffffffffULL),
+                                 static_cast<std::int64_t>((low >> 32) + (high & 0xffffffffULL)),
+                                 static_cast<std::int64_t>(high >> 32)};
+  if (term > 0) {
+    for (int i = 0; i < 3; ++i) digit_[static_cast<std::size_t>(first + i)] += parts[i];
+  } else {
+    for (int i = 0; i < 3; ++i) digit_[static_cast<std::size_t>(first + i)] -= parts[i];
+  }
+  if (++terms_since_carry_ == max_terms_before_carry) carry();
+}
+
+void ExactSum::add(const ExactSum& other) {
+  ExactSum normal = other;
+  normal.carry();
+  carry();
+  for (std::size_t d = 0; d < n_digits; ++d) digit_[d] += normal.digit_[d];
+  ++terms_since_carry_;
+}
+
+void ExactSum::carry() {
+  // Arithmetic shift rounds down, so all digits but the last become non-negative: a unique form of the sum.
+  for (std::size_t d = 0; d + 1 < n_digits; ++d) {
+    digit_[d + 1] += digit_[d] >> bits_per_digit;
+    digit_[d] &= digit_mask;
+  }
+  terms_since_carry_ = 0;
+}
+
+double ExactSum::value() const {
+  ExactSum normal = *this;
+  normal.carry();
+  const bool negative = normal.digit_[n_digits - 1] < 0;
+  if (negative) {
+    for (auto& digit : normal.digit_) digit = -digit;
+    normal.carry();
+  }
+  // Three leading digits hold at least 65 significant bits; what follows cannot change the result by an ulp.
+  int top = n_digits - 1;
+  while (top > 0 && normal.digit_[static_cast<std::size_t>(top)] == 0) --top;
+  double sum = 0;
+  for (int d = std::max(0, top - 2); d <= top; ++d) {
+    sum += std::ldexp(static_cast<double>(normal.digit_[static_cast<std::size_t>(d)]),
+                      bits_per_digit * d + lowest_exponent);
+  }
+  return negative ? -sum : sum;
+}
+
+void ExactSum::all_reduce(const Communicator& group) {
+  carry();
+  if (group.size() == 1) return;
+  check_mpi(MPI_Allreduce(MPI_IN_PLACE, digit_.data(), n_digits, MPI_INT64_T, MPI_SUM, group.get()),
+            "MPI_Allreduce");
+  carry();
+}
+
+double exact_sum(const Communicator& group, std::span<const double> terms) {
+  ExactSum sum = agree(group, [&] {
+    ExactSum local;
+    for (const double term : terms) local.add(term);
+    return local;
+  });
+  sum.all_reduce(group);
+  return sum.value();
+}
+
+}  // namespace crackle::parallel

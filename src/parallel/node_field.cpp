@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/parallel/node_field.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace crackle::parallel {
+
+NodeField::NodeField(const Communicator& group, const geometry::Subdomain& subdomain) {
+  const auto first_ghost = subdomain.distributed_number.begin() + subdomain.n_owned;
+  std::vector<PetscInt> ghosts(first_ghost, subdomain.distributed_number.end());
+  n_owned_ = 3 * static_cast<std::size_t>(subdomain.n_owned);
+  check_petsc(VecCreateGhostBlock(group.get(), 3, static_cast<PetscInt>(n_owned_), PETSC_DECIDE,
+                                  static_cast<PetscInt>(ghosts.size()), ghosts.data(), global_.put()),
+              "VecCreateGhostBlock");
+  check_petsc(VecGhostGetLocalForm(global_.get(), &ghosted_), "VecGhostGetLocalForm");
+  check_petsc(VecSet(ghosted_, 0), "VecSet");
+  double* values = nullptr;
+  check_petsc(VecGetArray(ghosted_, &values), "VecGetArray");
+  // PETSc keeps the storage in place for the vector's life; the array is returned at once so that PETSc's own
+  // operations on the vector find it free.
+  values_ = {values, 3 * subdomain.nodes.size()};
+  check_petsc(VecRestoreArray(ghosted_, &values), "VecRestoreArray");
+}
+
+NodeField::~NodeField() {
+  if (ghosted_ != nullptr) VecGhostRestoreLocalForm(global_.get(), &ghosted_);
+}
+
+NodeField::NodeField(NodeField&& other) noexcept
+    : global_(std::move(other.global_)),
+      ghosted_(std::exchange(other.ghosted_, nullptr)),
+      values_(other.values_),
+      n_owned_(other.n_owned_) {}
+
+void NodeField::update_ghosts() {
+  check_petsc(VecGhostUpdateBegin(global_.get(), INSERT_VALUES, SCATTER_FORWARD), "VecGhostUpdateBegin");
+  check_petsc(VecGhostUpdateEnd(global_.get(), INSERT_VALUES, SCATTER_FORWARD), "VecGhostUpdateEnd");
+}
+
+void NodeField::mark_changed() {
+  // Returning an array makes PETSc forget the norms that it keeps with a vector.
+  double* values = nullptr;
+  check_petsc(VecGetArray(global_.get(), &values), "VecGetArray");
+  check_petsc(VecRestoreArray(global_.get(), &values), "VecRestoreArray");
+}
+
+void NodeField::assign(const NodeField& other) {
+  std::ranges::copy(other.values_, values_.begin());
+}
+
+std::vector<double> gather_nodes(const Communicator& group, const geometry::Subdomain& subdomain,
+                                 std::span<const double> owned) {
+  const int n_owned = subdomain.n_owned;
+  std::vector<int> counts(static_cast<std::size_t>(group.size()));
+  check_mpi(MPI_Gather(&n_owned, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, group.get()), "MPI_Gather");
+  std::vector<int> offsets(counts.size());
+  std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
+
+  std::vector<std::int64_t> numbers;
+  std::vector<double> values;
+  if (group.is_root()) {
+    numbers.resize(static_cast<std::size_t>(subdomain.n_nodes_global));
+    values.resize(3 * numbers.size());
+  }
+  check_mpi(MPI_Gatherv(subdomain.node_number.data(), n_owned, MPI_INT64_T, numbers.data(), counts.data(),
+                        offsets.data(), MPI_INT64_T, 0, group.get()),
+            "MPI_Gatherv");
+  for (std::size_t rank = 0; rank < counts.size(); ++rank) {
+    counts[rank] *= 3;
+    offsets[rank] *= 3;
+  }
+  check_mpi(MPI_Gatherv(owned.data(), 3 * n_owned, MPI_DOUBLE, values.data(), counts.data(), offsets.data(),
+                        MPI_DOUBLE, 0, group.get()),
+            "MPI_Gatherv");
+  if (!group.is_root()) return {};
+  std::vector<double> ordered(values.size());
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
+                ordered.begin() + static_cast<std::ptrdiff_t>(3 * numbers[i]));
+  }
+  return ordered;
+}
+
+}  // namespace crackle::parallel
