@@ -3,6 +3,7 @@
 
 #include "crackle/parallel/exact_sum.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace crackle::dynamics {
@@ -70,9 +71,15 @@ EnergyRow EnergyAccount::row(double time, double kinetic, double phase_work,
   return row;
 }
 
-double EnergyAccount::relative_error(const EnergyRow& row) {
-  const double balance = row.external - row.kinetic - row.strain - row.released - row.dissipated;
-  return row.external == 0 ? std::abs(balance) : std::abs(balance / row.external);
+double energy_error(std::span<const EnergyRow> rows) {
+  double imbalance = 0;
+  double work = 0;
+  for (const auto& row : rows) {
+    imbalance = std::max(imbalance,
+                         std::abs(row.external - row.kinetic - row.strain - row.released - row.dissipated));
+    work = std::max(work, std::abs(row.external));
+  }
+  return work > 0 ? imbalance / work : imbalance;
 }
 
 }  // namespace crackle::dynamics

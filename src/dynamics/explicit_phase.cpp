@@ -18,15 +18,15 @@ constexpr std::int64_t arrest_check_interval = 16;
 class Motion {
 public:
   Motion(const parallel::Communicator& group, fracture::BreakableBody& body,
-         const mechanics::BoundaryLoads& loads, double load_time, parallel::NodeField& displacement)
+         const mechanics::BoundaryLoads& loads, double load_time, MotionState& state)
       : group_(&group),
         body_(&body),
         loads_(&loads),
         load_time_(load_time),
-        displacement_(&displacement),
-        velocity_(group, body.subdomain()),
-        force_(displacement.local().size()),
-        inverse_mass_(displacement.owned().size()) {
+        displacement_(&state.displacement),
+        velocity_(&state.velocity),
+        force_(state.displacement.local().size()),
+        inverse_mass_(state.displacement.owned().size()) {
     for (std::size_t i = 0; i < inverse_mass_.size(); ++i)
       inverse_mass_[i] = 1 / body.operators().node_mass[i / 3];
     for (const auto& motion : loads.motions) {
@@ -34,15 +34,17 @@ public:
       reaction_work_.emplace_back(motion.nodes.size(), 0.0);
     }
     for (const auto& pattern : loads.forces) rate_work_.emplace_back(pattern.nodes.size(), 0.0);
+    start_ = driven_kinetic();
     set_prescribed(load_time);
     displacement_->update_ghosts();
-    start_ = load_potential(load_time);
+    const auto potential = load_potential(load_time);
+    start_.insert(start_.end(), potential.begin(), potential.end());
   }
 
   void kick(double duration, double time) {
     update_force();
     const auto f = std::span<double>(force_).first(inverse_mass_.size());
-    const auto v = velocity_.owned();
+    const auto v = velocity_->owned();
     // Loads act on few nodes: they enter after the sweep over the internal force.
     for (std::size_t i = 0; i < v.size(); ++i) v[i] -= duration * inverse_mass_[i] * f[i];
     for (std::size_t k = 0; k < loads_->forces.size(); ++k) {
@@ -67,7 +69,7 @@ public:
 
   void drift(double duration, double time_after) {
     const auto u = displacement_->owned();
-    const auto v = velocity_.owned();
+    const auto v = velocity_->owned();
     for (std::size_t i = 0; i < u.size(); ++i) u[i] += duration * v[i];
     set_prescribed(time_after);
     ghosts_are_current_ = false;
@@ -85,7 +87,7 @@ public:
   }
 
   double kinetic_energy() const {
-    const auto v = velocity_.owned();
+    const auto v = velocity_->owned();
     const auto& mass = body_->operators().node_mass;
     std::vector<double> terms(mass.size());
     for (std::size_t n = 0; n < mass.size(); ++n) {
@@ -105,19 +107,13 @@ public:
       for (const double work : works) terms.push_back(-work);
     }
     for (const auto& works : reaction_work_) terms.insert(terms.end(), works.begin(), works.end());
-    // The drive supplies the kinetic energy of the components it moves; the body started from rest.
-    for (const auto& motion : loads_->motions) {
-      const double velocity = motion.velocity(time);
-      for (const auto node : motion.nodes) {
-        terms.push_back(0.5 * body_->operators().node_mass[static_cast<std::size_t>(node)] * velocity *
-                        velocity);
-      }
-    }
+    const auto driven = driven_kinetic();
+    terms.insert(terms.end(), driven.begin(), driven.end());
     return parallel::exact_sum(*group_, terms);
   }
 
   const parallel::NodeField& displacement() const { return *displacement_; }
-  const parallel::NodeField& velocity() const { return velocity_; }
+  const parallel::NodeField& velocity() const { return *velocity_; }
   std::int64_t n_forces() const { return n_forces_; }
 
 private:
@@ -137,8 +133,20 @@ private:
     loads_->set_displacements(time, displacement_->owned());
     for (const auto& motion : loads_->motions) {
       const double velocity = motion.velocity(time);
-      for (const auto node : motion.nodes) velocity_.owned()[index(node, motion.component)] = velocity;
+      for (const auto node : motion.nodes) velocity_->owned()[index(node, motion.component)] = velocity;
     }
+  }
+
+  /// Kinetic energy of the components that a prescribed motion drives: the drive supplies it.
+  std::vector<double> driven_kinetic() const {
+    std::vector<double> terms;
+    for (const auto& motion : loads_->motions) {
+      for (const auto node : motion.nodes) {
+        const double v = velocity_->owned()[index(node, motion.component)];
+        terms.push_back(0.5 * body_->operators().node_mass[static_cast<std::size_t>(node)] * v * v);
+      }
+    }
+    return terms;
   }
 
   /// F(t).u node by node.
@@ -159,7 +167,7 @@ private:
   const mechanics::BoundaryLoads* loads_;
   double load_time_;
   parallel::NodeField* displacement_;
-  parallel::NodeField velocity_;
+  parallel::NodeField* velocity_;
   std::vector<double> force_;
   std::vector<double> inverse_mass_;            // 0 for prescribed components
   std::vector<std::vector<double>> rate_work_;  // for each pattern and node: sum of F' u dt over the kicks
@@ -215,13 +223,13 @@ std::vector<std::int32_t> breaking_tetrahedra(const fracture::BreakableBody& bod
 PhaseResult run_explicit_phase(const parallel::Communicator& group, fracture::BreakableBody& body,
                                const mechanics::BoundaryLoads& loads, fracture::TulerButcher& criterion,
                                const Splitting& splitting, const EnergyAccount& account, double load_time,
-                               const PhaseOptions& options, parallel::NodeField& displacement) {
+                               const PhaseOptions& options, MotionState& state) {
   PhaseResult result;
   const double dt = options.grid.step;
   const std::int64_t n_steps = options.grid.n_steps;
   const std::int64_t row_interval = std::max<std::int64_t>(1, n_steps / options.n_energy_rows);
   const auto pictures = frame_steps(options.n_frames, n_steps);
-  Motion motion(group, body, loads, load_time, displacement);
+  Motion motion(group, body, loads, load_time, state);
 
   const auto write_outputs = [&](std::int64_t step, bool last) {
     const bool is_picture = std::ranges::binary_search(pictures, step);
@@ -250,7 +258,7 @@ PhaseResult run_explicit_phase(const parallel::Communicator& group, fracture::Br
     }
     ++step;
     motion.update_ghosts();
-    for (const auto tetrahedron : breaking_tetrahedra(body, displacement.local(), dt, criterion)) {
+    for (const auto tetrahedron : breaking_tetrahedra(body, state.displacement.local(), dt, criterion)) {
       motion.release(tetrahedron, static_cast<double>(step) * dt);
       last_break = step;
     }

@@ -13,6 +13,8 @@ namespace crackle::dynamics {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
+/// Displacements above this share of the body's extent mean a mechanism: linear elasticity ends long before.
+constexpr double mechanism_displacement = 0.2;
 
 mechanics::HeldComponents held_components(const parallel::Communicator& group,
                                           const geometry::Subdomain& subdomain,
@@ -79,6 +81,11 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
       solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.force(),
               held_components(group, body.subdomain(), loads)),
       displacement_(group, body.subdomain()) {
+  for (const auto& node : body.subdomain().nodes) {
+    for (const double x : node) extent_ = std::max(extent_, x);
+  }
+  parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &extent_, 1, MPI_DOUBLE, MPI_MAX, group.get()),
+                      "MPI_Allreduce");
   for (std::size_t i = 0; i < loads.forces.size(); ++i) unit_.emplace_back(group, body.subdomain());
   for (const auto& motion : loads.motions) {
     if (motion.is_fixed) continue;
@@ -126,9 +133,18 @@ bool QuasiStaticLoading::update_after_breaks() {
   solver_.release(broken.subspan(n_breaks_solved_));
   n_breaks_solved_ = broken.size();
   if (!loads_are_held(*group_, *body_, *loads_)) return false;
+  parallel::NodeField last(*group_, body_->subdomain());
+  last.assign(displacement_);
   solve_unit_problems();
   combine(time_, displacement_);
-  return true;
+  // A part that hangs by a corner or an edge is a mechanism: only the tiny stiffness of loose nodes holds it.
+  double largest = 0;
+  for (const double u : displacement_.owned()) largest = std::max(largest, std::abs(u));
+  parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, group_->get()),
+                      "MPI_Allreduce");
+  if (largest <= mechanism_displacement * extent_) return true;
+  displacement_.assign(last);
+  return false;
 }
 
 QuasiStaticLoading::Critical QuasiStaticLoading::agree(Critical local, bool smallest) const {

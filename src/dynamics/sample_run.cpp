@@ -91,8 +91,8 @@ public:
 
   SampleResult run() {
     if (parameters_.time.start == input::Start::rest) {
-      parallel::NodeField displacement(group_, subdomain_);
-      move(0, displacement);
+      MotionState state = at_rest();
+      move(0, state);
       result_.outcome = loads_are_held(group_, body_, loads_) ? Outcome::running : Outcome::separated;
     } else {
       load_until_end();
@@ -126,29 +126,33 @@ private:
         }
         return;
       }
-      parallel::NodeField displacement(group_, subdomain_);
-      displacement.assign(loading.displacement());
-      const PhaseResult phase = move(loading.time(), displacement);
+      MotionState state = at_rest();
+      state.displacement.assign(loading.displacement());
+      const PhaseResult phase = move(loading.time(), state);
       watch = Stopwatch();
       if (!phase.arrested) {
         result_.outcome = loads_are_held(group_, body_, loads_) ? Outcome::running : Outcome::separated;
         return;
       }
       account_.add_external(phase.external_work);
-      if (!loading.resume(loading.time() + phase.time, phase.kinetic, displacement, account_)) {
+      if (!loading.resume(loading.time() + phase.time, phase.kinetic, state.displacement, account_)) {
         result_.outcome = Outcome::separated;
         return;
       }
     }
   }
 
-  PhaseResult move(double load_time, parallel::NodeField& displacement) {
+  MotionState at_rest() const {
+    return {parallel::NodeField(group_, subdomain_), parallel::NodeField(group_, subdomain_)};
+  }
+
+  PhaseResult move(double load_time, MotionState& state) {
     result_.onset_time = load_time;
-    result_.onset_force = onset_force(load_time, displacement);
+    result_.onset_force = onset_force(load_time, state.displacement);
     ++result_.counts.dynamic_phases;
     Stopwatch watch;
     PhaseResult phase = run_explicit_phase(group_, body_, loads_, criterion_, splitting_, account_, load_time,
-                                           options_, displacement);
+                                           options_, state);
     result_.timings.dynamic += watch.seconds();
     result_.counts.steps += phase.n_steps;
     result_.counts.force_evaluations += phase.n_forces;
@@ -171,9 +175,7 @@ private:
   }
 
   void finish() {
-    for (const auto& row : result_.energy) {
-      result_.energy_error = std::max(result_.energy_error, EnergyAccount::relative_error(row));
-    }
+    result_.energy_error = energy_error(result_.energy);
     result_.breaks = gather_breaks(group_, body_.breaks());
     if (result_.timings.dynamic > 0) {
       result_.timings.element_updates_per_second = static_cast<double>(subdomain_.n_tetrahedra_global) *

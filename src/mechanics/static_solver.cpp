@@ -183,9 +183,8 @@ void StaticSolver::release(std::span<const std::int32_t> tetrahedra) {
 }
 
 int StaticSolver::run_solver(double reference_norm) {
-  check_petsc(
-      KSPSetTolerances(ksp_.get(), PETSC_DEFAULT, relative_tolerance * reference_norm, 1e10, max_iterations),
-      "KSPSetTolerances");
+  check_petsc(KSPSetTolerances(ksp_.get(), 0.0, relative_tolerance * reference_norm, 1e10, max_iterations),
+              "KSPSetTolerances");
   check_petsc(KSPSolve(ksp_.get(), residual_.vector(), correction_.vector()), "KSPSolve");
   int iterations = 0;
   check_petsc(KSPGetIterationNumber(ksp_.get(), &iterations), "KSPGetIterationNumber");

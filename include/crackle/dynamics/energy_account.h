@@ -46,14 +46,15 @@ public:
   EnergyRow row(double time, double kinetic, double phase_work,
                 const parallel::NodeField& displacement) const;
 
-  /// |external - kinetic - strain - released - dissipated| / external.
-  static double relative_error(const EnergyRow& row);
-
 private:
   const parallel::Communicator* group_;
   const fracture::BreakableBody* body_;
   double external_ = 0;
   double dissipated_ = 0;
 };
+
+/// Largest |external - kinetic - strain - released - dissipated| over the rows, relative to the largest
+/// external work; 0 without rows.
+double energy_error(std::span<const EnergyRow> rows);
 
 }  // namespace crackle::dynamics

@@ -34,13 +34,19 @@ struct PhaseResult {
   std::vector<Frame> frames;  ///< root only
 };
 
-/// Explicit dynamics with breaking, from rest at `displacement`: the splitting's stages, at the end of every
-/// step the breaking check, then outputs. On return `displacement` is the last state. Collective.
+/// The state of a moving body.
+struct MotionState {
+  parallel::NodeField displacement;  ///< [m]
+  parallel::NodeField velocity;      ///< [m/s]
+};
+
+/// Explicit dynamics with breaking: the splitting's stages, at the end of every step the breaking check, then
+/// outputs. On return `state` is the last one. Collective.
 /// @param load_time time of the load programs at the phase's start [s]
 PhaseResult run_explicit_phase(const parallel::Communicator& group, fracture::BreakableBody& body,
                                const mechanics::BoundaryLoads& loads, fracture::TulerButcher& criterion,
                                const Splitting& splitting, const EnergyAccount& account, double load_time,
-                               const PhaseOptions& options, parallel::NodeField& displacement);
+                               const PhaseOptions& options, MotionState& state);
 
 /// The tetrahedra that break at the end of a step: adds the step's impulse to every tetrahedron above the
 /// threshold. Local; ghosts of `displacement` must be up to date.

@@ -19,7 +19,7 @@ namespace crackle::dynamics {
 enum class QuasiStaticEnd {
   run_away,   ///< a tetrahedron is over the limit at an unchanged load: dynamics takes over
   no_load,    ///< no further load of the program breaks the body
-  separated,  ///< the loaded part came loose
+  separated,  ///< the loaded part came loose, or hangs on as a mechanism
 };
 
 /// Event-driven quasi-static loading. Between two breaks the equilibrium is linear in the loads: one unit
@@ -73,6 +73,7 @@ private:
   std::vector<parallel::NodeField> unit_;  // for each force pattern, then for each motion that is not fixed
   parallel::NodeField displacement_;       // equilibrium at time_
   std::size_t n_breaks_solved_ = 0;        // of the body's local breaks, those that the solver knows
+  double extent_ = 0;                      // of the body, whose box starts at the origin [m]
   double time_ = 0;
   std::int64_t n_solves_ = 0;
   std::int64_t n_iterations_ = 0;

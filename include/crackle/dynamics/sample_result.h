@@ -62,8 +62,7 @@ struct SampleResult {
   double onset_force = 0;  ///< largest resultant over the loaded boundaries then [N]; NaN if there was none
   double time_step = 0;    ///< used [s]
   double stable_step = 0;  ///< of the intact body and the integrator [s]
-  double energy_error =
-      0;  ///< max over the outputs of |external - kinetic - strain - released - dissipated| / external
+  double energy_error = 0;  ///< largest imbalance over the outputs, relative to the work done
   std::vector<fracture::Break> breaks;  ///< in order of time, then of tetrahedron number
   std::vector<EnergyRow> energy;
   std::vector<Frame> frames;

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/partition.h"
+#include "crackle/geometry/realization.h"
+#include "crackle/geometry/subdomain.h"
+#include "crackle/input/parameters.h"
+#include "crackle/parallel/random.h"
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <map>
+#include <vector>
+
+/// Small meshes whose exact solutions tests know: a box of cells, each cut into six tetrahedra.
+namespace crackle::testing {
+
+struct BoxMesh {
+  geometry::Point size{1, 1, 1};
+  std::array<int, 3> cells{1, 1, 1};
+  double disturbance = 0;  ///< of the nodes, in cell sizes; nodes on a face move in the face
+  std::function<bool(const geometry::Point& centre)> removed = [](const geometry::Point&) { return false; };
+};
+
+inline geometry::Realization make_box(const BoxMesh& box) {
+  geometry::Realization mesh;
+  const auto [nx, ny, nz] = box.cells;
+  const auto number = [&](int i, int j, int k) { return (k * (ny + 1) + j) * (nx + 1) + i; };
+  std::vector<geometry::Point> grid;
+  for (int k = 0; k <= nz; ++k) {
+    for (int j = 0; j <= ny; ++j) {
+      for (int i = 0; i <= nx; ++i) {
+        const std::array<int, 3> index{i, j, k};
+        geometry::Point p{};
+        parallel::RandomStream stream(1, 0, "box");
+        stream = stream.substream(static_cast<std::uint64_t>(number(i, j, k)));
+        for (std::size_t a = 0; a < 3; ++a) {
+          const double h = box.size[a] / box.cells[a];
+          const bool inside = index[a] > 0 && index[a] < box.cells[a];
+          p[a] = index[a] == box.cells[a] ? box.size[a] : index[a] * h;
+          const double shift = stream.uniform(-1, 1) * box.disturbance * h;
+          if (inside) p[a] += shift;
+        }
+        grid.push_back(p);
+      }
+    }
+  }
+  // Kuhn's subdivision: one tetrahedron for each order in which a path along the axes crosses the cell.
+  const std::array<std::array<int, 3>, 6> orders{
+      {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
+  for (int k = 0; k < nz; ++k) {
+    for (int j = 0; j < ny; ++j) {
+      for (int i = 0; i < nx; ++i) {
+        const geometry::Point centre{(i + 0.5) * box.size[0] / nx, (j + 0.5) * box.size[1] / ny,
+                                     (k + 0.5) * box.size[2] / nz};
+        if (box.removed(centre)) continue;
+        for (std::size_t o = 0; o < orders.size(); ++o) {
+          std::array<int, 3> at{i, j, k};
+          geometry::Tetrahedron t{number(i, j, k), 0, 0, 0};
+          for (std::size_t s = 0; s < 3; ++s) {
+            ++at[static_cast<std::size_t>(orders[o][s])];
+            t[s + 1] = number(at[0], at[1], at[2]);
+          }
+          const bool odd = o == 1 || o == 2 || o == 5;
+          if (odd) std::swap(t[2], t[3]);
+          mesh.tetrahedra.push_back(t);
+        }
+      }
+    }
+  }
+  // Only nodes that a tetrahedron uses stay.
+  std::vector<std::int32_t> renumbered(grid.size(), -1);
+  for (const auto& t : mesh.tetrahedra) {
+    for (const auto node : t) renumbered[static_cast<std::size_t>(node)] = 0;
+  }
+  for (std::size_t n = 0; n < grid.size(); ++n) {
+    if (renumbered[n] < 0) continue;
+    renumbered[n] = static_cast<std::int32_t>(mesh.nodes.size());
+    mesh.nodes.push_back(grid[n]);
+  }
+  for (auto& t : mesh.tetrahedra) {
+    for (auto& node : t) node = renumbered[static_cast<std::size_t>(node)];
+  }
+  std::map<std::array<std::int32_t, 3>, std::pair<int, geometry::Triangle>> faces;
+  constexpr std::array<std::array<std::size_t, 3>, 4> outward{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
+  for (const auto& t : mesh.tetrahedra) {
+    for (const auto& corners : outward) {
+      const geometry::Triangle triangle{t[corners[0]], t[corners[1]], t[corners[2]]};
+      auto key = triangle;
+      std::ranges::sort(key);
+      auto& entry = faces[key];
+      ++entry.first;
+      entry.second = triangle;
+    }
+  }
+  for (const auto& [key, entry] : faces) {
+    if (entry.first != 1) continue;
+    geometry::SurfaceId surface = 6;  // a cut-out's wall
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (const double side : {0.0, 1.0}) {
+        const bool on_side = std::ranges::all_of(key, [&](std::int32_t node) {
+          return mesh.nodes[static_cast<std::size_t>(node)][axis] == side * box.size[axis];
+        });
+        if (on_side) surface = static_cast<geometry::SurfaceId>(2 * axis + (side > 0 ? 1 : 0));
+      }
+    }
+    mesh.boundary.push_back({entry.second, surface});
+  }
+  return mesh;
+}
+
+inline geometry::Subdomain whole(const geometry::Realization& mesh) {
+  return geometry::split(mesh, geometry::partition(mesh, 1)).front();
+}
+
+/// The paper's epoxy in SI.
+inline input::Material epoxy() {
+  return {3300e6, 0.38, 1180};
+}
+
+inline input::Boundary boundary(input::Face face, input::BoundaryKind kind,
+                                std::array<bool, 3> components = {}, input::Vector value = {},
+                                input::Vector rate = {}) {
+  input::Boundary condition;
+  condition.on = face;
+  condition.kind = kind;
+  condition.components = components;
+  condition.value = value;
+  condition.rate = rate;
+  return condition;
+}
+
+}  // namespace crackle::testing

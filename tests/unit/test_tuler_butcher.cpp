@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/fracture/breakable_body.h"
+#include "crackle/fracture/principal_stress.h"
+#include "crackle/fracture/tuler_butcher.h"
+#include "crackle/parallel/random.h"
+#include "support/box_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+namespace crackle::fracture {
+namespace {
+
+input::Fracture epoxy_fracture(input::Memory memory = input::Memory::cumulative) {
+  return {.strength = 35e6, .exponent = 2, .impulse = 1e4, .memory = memory};  // 1e-8 MPa^2 s
+}
+
+/// Steps until the tetrahedron breaks under stress(t).
+double breaking_time(TulerButcher criterion, auto&& stress, double dt, int max_steps) {
+  for (int step = 1; step <= max_steps; ++step) {
+    const double s = stress(step * dt);
+    if (s > criterion.strength() && criterion.advance(0, s, dt)) return step * dt;
+  }
+  return INFINITY;
+}
+
+TEST(TulerButcher, ConstantOverstressFailsAfterItsImpulse) {
+  for (const double over : {0.5e6, 1e6, 3e6}) {
+    const double expected = 1e4 / (over * over);
+    const double dt = expected / 1000;
+    const double time = breaking_time(
+        {epoxy_fracture(), 1}, [&](double) { return 35e6 + over; }, dt, 2000);
+    std::printf("overstress %.1f MPa: %.4g ns, exact %.4g ns\n", over * 1e-6, time * 1e9, expected * 1e9);
+    EXPECT_NEAR(time, expected, 1.01 * dt);
+    EXPECT_DOUBLE_EQ(TulerButcher(epoxy_fracture(), 1).time_to_failure(35e6 + over), expected);
+  }
+}
+
+TEST(TulerButcher, RampFailsAtTheCubeRoot) {
+  const double rate = 1e6 / 1e-8;  // 1 MPa in 10 ns
+  const double expected = std::cbrt(3 * 1e4 / (rate * rate));
+  const double dt = expected / 2000;
+  const double time = breaking_time(
+      {epoxy_fracture(), 1}, [&](double t) { return 35e6 + rate * t; }, dt, 4000);
+  std::printf("ramp: %.5g ns, exact %.5g ns\n", time * 1e9, expected * 1e9);
+  EXPECT_NEAR(time, expected, 2 * dt);
+}
+
+TEST(TulerButcher, NeverFailsBelowTheThreshold) {
+  EXPECT_EQ(breaking_time(
+                {epoxy_fracture(), 1}, [](double) { return 35e6; }, 1.0, 100000),
+            INFINITY);
+  EXPECT_EQ(TulerButcher(epoxy_fracture(), 1).time_to_failure(35e6), INFINITY);
+}
+
+TEST(TulerButcher, StepMemoryCountsTheLastStepOnly) {
+  const double dt = 5e-9;
+  const double needed = std::sqrt(1e4 / dt);  // 1.41 MPa over the threshold
+  const auto run = [&](double over) {
+    return breaking_time(
+        {epoxy_fracture(input::Memory::step), 1}, [&](double) { return 35e6 + over; }, dt, 10000);
+  };
+  EXPECT_EQ(run(0.999 * needed), INFINITY);
+  EXPECT_EQ(run(1.001 * needed), dt);
+}
+
+TEST(TulerButcher, CumulativeMemoryKeepsEarlierImpulse) {
+  // Over the threshold for half the impulse, below it for long, over it again for the other half.
+  const double half = 0.5 * 1e4 / 1e12;
+  const double dt = half / 500;
+  const auto stress = [&](double t) { return t <= half || t > 10 * half ? 36e6 : 20e6; };
+  EXPECT_NEAR(breaking_time({epoxy_fracture(), 1}, stress, dt, 20000), 11 * half, 2 * dt);
+}
+
+TEST(PrincipalStress, MatchesTensorsOfKnownValues) {
+  EXPECT_DOUBLE_EQ(largest_principal({1, 5, 3, 0, 0, 0}), 5);
+  EXPECT_NEAR(largest_principal({0, 0, 0, 2, 0, 0}), 2, 1e-15);
+  EXPECT_NEAR(largest_principal({3, 3, 1, 0, 0, 0}), 3, 1e-15);
+  EXPECT_NEAR(largest_principal({-1, -1, -1, 0, 0, 0}), -1, 1e-15);
+  parallel::RandomStream stream(4, 0, "stress");
+  double worst = 0;
+  for (int i = 0; i < 1000; ++i) {
+    mechanics::Symmetric s{};
+    for (auto& value : s) value = stream.uniform(-1, 1);
+    const double value = largest_principal(s);
+    // The characteristic polynomial vanishes at a principal value.
+    const double a = s[0] - value, b = s[1] - value, c = s[2] - value;
+    const double determinant =
+        a * (b * c - s[3] * s[3]) - s[5] * (s[5] * c - s[3] * s[4]) + s[4] * (s[5] * s[3] - b * s[4]);
+    worst = std::max(worst, std::abs(determinant));
+    EXPECT_GE(largest_principal_bound(s), value - 1e-14);
+  }
+  std::printf("largest determinant at a principal value: %.2e\n", worst);
+  EXPECT_LT(worst, 1e-13);
+}
+
+TEST(Cuts, UniaxialTensionOpensTheFacetsAcrossIt) {
+  // A corner tetrahedron: cut 3 separates the node on the z axis; its vector area points along z.
+  const auto t =
+      mechanics::tetrahedron_operator({0, 1, 2, 3}, {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}});
+  const auto areas = cut_areas(t);
+  EXPECT_NEAR(areas[3][2], 1.0 / 6, 1e-15);
+  EXPECT_EQ(most_loaded_cut(t, {0, 0, 1, 0, 0, 0}), 3);
+  EXPECT_EQ(most_loaded_cut(t, {1, 0, 0, 0, 0, 0}), 1);
+  // The areas of complementary cuts: V (b^0 + b^3) separates the pairs {0,3} and {1,2}.
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(areas[6][i], areas[0][i] + areas[3][i], 1e-15);
+}
+
+TEST(BreakableBody, RecordsEnergyAndStressOfABreak) {
+  const auto mesh = testing::make_box({.cells = {1, 1, 1}});
+  const auto subdomain = testing::whole(mesh);
+  BreakableBody body(subdomain, testing::epoxy());
+  std::vector<double> u;
+  for (const auto& p : subdomain.nodes) u.insert(u.end(), {-0.38e-3 * p[0], -0.38e-3 * p[1], 1e-3 * p[2]});
+  body.release(2, u, 1.5, 2e-6);
+  ASSERT_EQ(body.breaks().size(), 1U);
+  const Break& record = body.breaks()[0];
+  EXPECT_NEAR(record.principal_stress, 3.3e6, 1e-6);
+  EXPECT_NEAR(record.released_energy, 0.5 * 3.3e6 * 1e-3 / 6, 1e-9);
+  EXPECT_EQ(record.tetrahedron, 2);
+  EXPECT_TRUE(body.is_broken(2));
+  double strain_energy = 0;
+  for (const double e : body.strain_energies(u)) strain_energy += e;
+  EXPECT_NEAR(strain_energy + record.released_energy, 0.5 * 3.3e6 * 1e-3, 1e-8);
+}
+
+}  // namespace
+}  // namespace crackle::fracture

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Run-away and arrest, each on a case designed for it.
+#include "crackle/dynamics/sample_run.h"
+#include "support/box_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+namespace crackle::dynamics {
+namespace {
+
+using input::BoundaryKind;
+using input::Face;
+
+input::Parameters epoxy_parameters() {
+  input::Parameters parameters;
+  parameters.material = testing::epoxy();
+  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
+  parameters.time.duration = 4e-5;
+  return parameters;
+}
+
+SampleResult run(const input::Parameters& parameters, const geometry::Realization& mesh) {
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const auto subdomain = testing::whole(mesh);
+  const auto result = run_sample(self, parameters, subdomain,
+                                 [](const std::string& line) { std::printf("  %s\n", line.c_str()); });
+  std::printf(
+      "  %s: onset %.6g N at %.6g s, %zu breaks (%lld quasi-static), %lld dynamic phases, energy error "
+      "%.1e\n",
+      to_string(result.outcome).c_str(), result.onset_force, result.onset_time, result.breaks.size(),
+      static_cast<long long>(result.counts.quasi_static_breaks),
+      static_cast<long long>(result.counts.dynamic_phases), result.energy_error);
+  return result;
+}
+
+TEST(RunAway, UniformBarUnderDeadLoadComesApartInOnePhase) {
+  auto parameters = epoxy_parameters();
+  parameters.boundaries.push_back(testing::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
+  parameters.boundaries.push_back(testing::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10}));
+  parameters.specimen.size = {0.002, 0.004, 0.012};
+  const auto mesh =
+      testing::make_box({.size = parameters.specimen.size, .cells = {2, 4, 12}, .disturbance = 0.2});
+  const auto result = run(parameters, mesh);
+  EXPECT_EQ(result.outcome, Outcome::separated);
+  EXPECT_EQ(result.counts.dynamic_phases, 1);
+  // The clamp raises the stress above the mean, so the bar breaks below strength times area.
+  EXPECT_LT(result.onset_force, 35e6 * 0.002 * 0.004);
+  EXPECT_GT(result.onset_force, 0.5 * 35e6 * 0.002 * 0.004);
+  EXPECT_NEAR(result.onset_time, result.onset_force / 10, 1e-9 * result.onset_time);
+  EXPECT_LT(result.energy_error, 1e-3);
+}
+
+TEST(Arrest, WedgeOpenedStripCracksInManySteps) {
+  // A strip with a slot along half its length, opened by prescribed displacements: the crack unloads itself
+  // as it grows, so every pop-in arrests and needs a wider opening to go on.
+  auto parameters = epoxy_parameters();
+  const double width = 0.012, length = 0.03;
+  for (const auto& [face, sign] : {std::pair{Face::y_max, 1.0}, {Face::y_min, -1.0}}) {
+    auto wedge = testing::boundary(face, BoundaryKind::displacement, {true, true, true}, {0, sign * 1e-5, 0});
+    wedge.region[2] = {0, 0.0021};
+    wedge.history = {{0, 0}, {100, 100}};
+    parameters.boundaries.push_back(wedge);
+  }
+  parameters.time.duration = 6e-5;
+  parameters.time.arrest = 1e-5;
+  const auto mesh = testing::make_box({.size = {0.001, width, length},
+                                       .cells = {1, 12, 30},
+                                       .disturbance = 0.15,
+                                       .removed = [&](const geometry::Point& p) {
+                                         return p[2] < 0.4 * length && std::abs(p[1] - 0.0065) < 0.0005;
+                                       }});
+  const auto result = run(parameters, mesh);
+  EXPECT_GE(result.counts.dynamic_phases, 3) << "the crack must have arrested at least twice";
+  EXPECT_LT(result.energy_error, 1e-3);
+}
+
+TEST(Separation, IsRecognizedDuringQuasiStaticLoading) {
+  // No patience for dynamics: every break is released quasi-statically, until the bar is in two pieces.
+  auto parameters = epoxy_parameters();
+  parameters.time.arrest = 1e-30;
+  parameters.boundaries.push_back(testing::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
+  parameters.boundaries.push_back(testing::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10}));
+  const auto mesh =
+      testing::make_box({.size = {0.002, 0.004, 0.012}, .cells = {2, 4, 12}, .disturbance = 0.2});
+  const auto result = run(parameters, mesh);
+  EXPECT_EQ(result.outcome, Outcome::separated);
+  EXPECT_EQ(result.counts.dynamic_phases, 0);
+  EXPECT_GE(result.breaks.size(), 8U * 6U / 2U);
+  EXPECT_LT(result.energy_error, 1e-6);
+}
+
+}  // namespace
+}  // namespace crackle::dynamics

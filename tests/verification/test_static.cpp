@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Static equilibrium and onset against exact solutions of uniformly stressed bodies.
+#include "crackle/dynamics/quasi_static.h"
+#include "support/box_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+namespace crackle::dynamics {
+namespace {
+
+using input::BoundaryKind;
+using input::Face;
+
+constexpr double length = 0.02, width = 0.006, thickness = 0.004;
+
+/// A bar whose loads are added by the test; everything that a quasi-static phase needs.
+struct Bar {
+  input::Parameters parameters;
+  parallel::Communicator self{MPI_COMM_SELF};
+  geometry::Realization mesh;
+  geometry::Subdomain subdomain;
+
+  Bar() {
+    mesh = testing::make_box({.size = {thickness, width, length}, .cells = {3, 4, 8}, .disturbance = 0.2});
+    subdomain = testing::whole(mesh);
+    parameters.material = testing::epoxy();
+    parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
+  }
+
+  /// Six components at three corners: holds the body without any stress under balanced loads.
+  void hold_at_corners() {
+    const auto hold = [&](double y, double z, std::array<bool, 3> components) {
+      auto corner = testing::boundary(Face::x_min, BoundaryKind::fix, components);
+      corner.region[1] = {y, y};
+      corner.region[2] = {z, z};
+      parameters.boundaries.push_back(corner);
+    };
+    hold(0, 0, {true, true, true});
+    hold(0, length, {true, true, false});
+    hold(width, 0, {true, false, false});
+  }
+};
+
+TEST(Static, BarInTensionHasTheExactDisplacement) {
+  Bar bar;
+  for (const auto& [face, axis] : {std::pair{Face::x_min, 0}, {Face::y_min, 1}, {Face::z_min, 2}}) {
+    std::array<bool, 3> components{};
+    components[static_cast<std::size_t>(axis)] = true;
+    bar.parameters.boundaries.push_back(testing::boundary(face, BoundaryKind::fix, components));
+  }
+  const double stress = 10e6;
+  bar.parameters.boundaries.push_back(
+      testing::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, stress * width * thickness}));
+  fracture::BreakableBody body(bar.subdomain, bar.parameters.material);
+  const auto loads = mechanics::make_boundary_loads(bar.self, bar.parameters, bar.subdomain);
+  fracture::TulerButcher criterion(bar.parameters.fracture, bar.subdomain.tetrahedra.size());
+  const QuasiStaticLoading loading(bar.self, body, loads, criterion, 1e-5);
+
+  const double strain = stress / bar.parameters.material.youngs_modulus;
+  double worst = 0;
+  const auto u = loading.displacement().local();
+  for (std::size_t n = 0; n < bar.subdomain.nodes.size(); ++n) {
+    const auto& p = bar.subdomain.nodes[n];
+    const double exact[3] = {-0.38 * strain * p[0], -0.38 * strain * p[1], strain * p[2]};
+    for (std::size_t i = 0; i < 3; ++i)
+      worst = std::max(worst, std::abs(u[3 * n + i] - exact[i]) / (strain * length));
+  }
+  std::printf("bar in tension: largest displacement error %.2e of the elongation\n", worst);
+  EXPECT_LT(worst, 1e-9);
+
+  EnergyAccount account(bar.self, body);
+  const auto row = account.row(0, 0, 0, loading.displacement());
+  EXPECT_NEAR(row.strain, 0.5 * stress * strain * length * width * thickness, 1e-8 * row.strain);
+}
+
+struct OnsetCase {
+  double lateral;  ///< constant stress across the bar [Pa]
+  double shear;    ///< constant shear stress [Pa]
+};
+
+class Onset : public ::testing::TestWithParam<OnsetCase> {};
+
+TEST_P(Onset, IsExactUnderLateralAndShearStress) {
+  const auto [lateral, shear] = GetParam();
+  const double rate = 1e6;
+  Bar bar;
+  bar.hold_at_corners();
+  const auto traction = [&](Face face, input::Vector value, input::Vector change = {}) {
+    bar.parameters.boundaries.push_back(testing::boundary(face, BoundaryKind::traction, {}, value, change));
+  };
+  traction(Face::z_max, {0, shear, 0}, {0, 0, rate});
+  traction(Face::z_min, {0, -shear, 0}, {0, 0, -rate});
+  traction(Face::y_max, {0, lateral, shear});
+  traction(Face::y_min, {0, -lateral, -shear});
+  fracture::BreakableBody body(bar.subdomain, bar.parameters.material);
+  const auto loads = mechanics::make_boundary_loads(bar.self, bar.parameters, bar.subdomain);
+  fracture::TulerButcher criterion(bar.parameters.fracture, bar.subdomain.tetrahedra.size());
+  QuasiStaticLoading loading(bar.self, body, loads, criterion, 1e-3);
+  EnergyAccount account(bar.self, body);
+  EXPECT_EQ(loading.advance(account), QuasiStaticEnd::run_away);
+
+  // sigma_1 of [[p, tau], [tau, s]] equals sigma_0 at s = sigma_0 - tau^2 / (sigma_0 - p).
+  const double exact = (35e6 - shear * shear / (35e6 - lateral)) / rate;
+  std::printf("lateral %5.1f MPa, shear %5.1f MPa: onset %.9f s, exact %.9f s\n", lateral * 1e-6,
+              shear * 1e-6, loading.time(), exact);
+  EXPECT_NEAR(loading.time(), exact, 1e-7 * exact);
+  EXPECT_GE(loading.n_breaks(), 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Family, Onset,
+                         ::testing::Values(OnsetCase{0, 0}, OnsetCase{10e6, 0}, OnsetCase{-20e6, 0},
+                                           OnsetCase{0, 10e6}, OnsetCase{10e6, 12e6}, OnsetCase{-15e6, 20e6},
+                                           OnsetCase{20e6, 5e6}, OnsetCase{30e6, 2e6}));
+
+TEST(Static, LoadHistoryIsFollowedFromKinkToKink) {
+  Bar bar;
+  bar.hold_at_corners();
+  const double area = width * thickness;
+  // 20 MPa after 1 s, down to 10 MPa at 2 s, 50 MPa at 4 s: 35 MPa are reached at 3.25 s.
+  for (const double sign : {1.0, -1.0}) {
+    auto load = testing::boundary(sign > 0 ? Face::z_max : Face::z_min, BoundaryKind::force, {},
+                                  {0, 0, sign * 10e6 * area});
+    load.history = {{0, 0}, {1, 2}, {2, 1}, {4, 5}};
+    bar.parameters.boundaries.push_back(load);
+  }
+  fracture::BreakableBody body(bar.subdomain, bar.parameters.material);
+  const auto loads = mechanics::make_boundary_loads(bar.self, bar.parameters, bar.subdomain);
+  fracture::TulerButcher criterion(bar.parameters.fracture, bar.subdomain.tetrahedra.size());
+  QuasiStaticLoading loading(bar.self, body, loads, criterion, 1e-3);
+  EnergyAccount account(bar.self, body);
+  EXPECT_EQ(loading.advance(account), QuasiStaticEnd::run_away);
+  std::printf("onset %.9f s, exact 3.25 s\n", loading.time());
+  EXPECT_NEAR(loading.time(), 3.25, 1e-6);
+}
+
+TEST(Static, LoadThatStaysTooSmallBreaksNothing) {
+  Bar bar;
+  bar.hold_at_corners();
+  for (const double sign : {1.0, -1.0}) {
+    auto load = testing::boundary(sign > 0 ? Face::z_max : Face::z_min, BoundaryKind::force, {},
+                                  {0, 0, sign * 34.99e6 * width * thickness});
+    load.history = {{0, 0}, {1, 1}, {2, 0.5}};
+    bar.parameters.boundaries.push_back(load);
+  }
+  fracture::BreakableBody body(bar.subdomain, bar.parameters.material);
+  const auto loads = mechanics::make_boundary_loads(bar.self, bar.parameters, bar.subdomain);
+  fracture::TulerButcher criterion(bar.parameters.fracture, bar.subdomain.tetrahedra.size());
+  QuasiStaticLoading loading(bar.self, body, loads, criterion, 1e-3);
+  EnergyAccount account(bar.self, body);
+  EXPECT_EQ(loading.advance(account), QuasiStaticEnd::no_load);
+  EXPECT_TRUE(body.breaks().empty());
+}
+
+}  // namespace
+}  // namespace crackle::dynamics
