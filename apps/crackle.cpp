@@ -10,6 +10,7 @@
 #include <petscsys.h>
 #include <CLI/CLI.hpp>
 
+#include <array>
 #include <cstdio>
 #include <exception>
 #include <string>
@@ -30,18 +31,24 @@ public:
   bool started() const { return started_; }
 
 private:
-  static bool start() {
+  bool start() {
     // A .petscrc that happens to lie about must not change results; signals are the program's own affair; and
     // errors come back as return codes, which the callers turn into one message.
-    return PetscOptionsSetValue(nullptr, "-skip_petscrc", "true") == 0 && PetscInitializeNoArguments() == 0 &&
+    return PetscInitialize(&n_arguments_, &arguments_, nullptr, nullptr) == 0 &&
            PetscPopSignalHandler() == 0 && PetscPushErrorHandler(PetscReturnErrorHandler, nullptr) == 0;
   }
 
+  // PETSc keeps these; the program's own arguments are not for it.
+  std::string name_ = "crackle";
+  std::string skip_option_ = "-skip_petscrc";
+  std::array<char*, 3> argument_list_{name_.data(), skip_option_.data(), nullptr};
+  char** arguments_ = argument_list_.data();
+  int n_arguments_ = 2;
   bool started_;
 };
 
 void add_commands(CLI::App& app, apps::Action& run) {
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);
   app.set_version_flag("--version", [] { return version_text(); });
   apps::add_check_command(app, run);
   apps::add_mesh_command(app, run);
@@ -66,6 +73,7 @@ bool parse(CLI::App& app, int argc, char** argv, bool print, int& status) {
   }
   try {
     app.parse(argc, argv);
+    if (app.get_subcommands().empty()) throw CLI::RequiredError("a command");
     return true;
   } catch (const CLI::ParseError& outcome) {
     // --help and --version arrive here too, with exit code 0.

@@ -173,29 +173,30 @@ Key fix_key() {
 Key prescription_key(BoundaryKind kind, const std::string& help) {
   const Dimension& dimension = value_dimension(kind);
   const bool free = may_be_free(kind);
-  return {kind_name(kind),
-          dimension.name.substr(dimension.name.find(' ') + 1),
-          optional("one of the five kinds"),
-          vector_form(dimension, free),
-          help,
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            const auto components = read_components(source, dimension, value_range(kind), free);
-            Boundary& condition = boundary(parameters, i);
-            condition.kind = kind;
-            if (!components) return;
-            condition.value = components->value;
-            const auto& prescribed = components->prescribed;
-            if (free) condition.components = prescribed;
-            if (std::none_of(prescribed.begin(), prescribed.end(), [](bool p) { return p; })) {
-              source.report("all three components are free; prescribe at least one, such as " +
-                            vector_form(dimension, free));
-            }
-          },
-          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            const Boundary& condition = boundary(parameters, i);
-            if (condition.kind != kind) return {};
-            return show_components(condition.value, given_components(condition), dimension);
-          }};
+  return {
+      kind_name(kind),
+      dimension.name.substr(dimension.name.find(' ') + 1),
+      optional("one of the five kinds"),
+      vector_form(dimension, free),
+      help,
+      [=](const Source& source, Parameters& parameters, std::size_t i) {
+        const auto components = read_components(source, dimension, value_range(kind), free);
+        Boundary& condition = boundary(parameters, i);
+        condition.kind = kind;
+        if (!components) return;
+        condition.value = components->value;
+        const auto& prescribed = components->prescribed;
+        if (free) condition.components = prescribed;
+        if (std::none_of(prescribed.begin(), prescribed.end(), [](bool p) { return p; })) {
+          source.report(fmt::format("all three components are free; prescribe at least one, such as \"{}\"",
+                                    dimension.example));
+        }
+      },
+      [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+        const Boundary& condition = boundary(parameters, i);
+        if (condition.kind != kind) return {};
+        return show_components(condition.value, given_components(condition), dimension);
+      }};
 }
 
 /// The kinds that a [[boundary]] in the file names; it should name one.
@@ -256,7 +257,7 @@ Key history_key() {
             for (const Source& point : *points) {
               const auto pair = read_elements(point, 2, "a time and a factor, such as [\"10 s\", 1]");
               if (!pair) continue;
-              const auto time = read_quantity((*pair)[0], time_dimension(), {0, 1e12});
+              const auto time = read_quantity((*pair)[0], with_example(time_dimension(), "10 s"), {0, 1e12});
               const auto factor = read_number((*pair)[1], {-1e12, 1e12});
               if (!time || !factor) continue;
               if (!history.empty() && *time <= history.back().first) {

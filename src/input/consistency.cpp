@@ -19,6 +19,12 @@ std::string show(double length) {
   return format_quantity(length, length_dimension());
 }
 
+/// To two figures, for advice.
+double rounded_up(double value) {
+  const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
+  return std::ceil(value / unit) * unit;
+}
+
 std::string notch_key(std::size_t i) {
   return fmt::format("specimen.notch[{}]", i);
 }
@@ -118,7 +124,7 @@ void check_mesh(const Parameters& parameters, Findings& findings) {
         "mesh.spacing",
         fmt::format("{} gives some {:.0e} nodes, and at most {:.0e} can be numbered; give at least {}",
                     show(mesh.spacing), n_nodes, max_nodes,
-                    show(std::cbrt(size[0] * size[1] * size[2] / max_nodes))));
+                    show(rounded_up(std::cbrt(size[0] * size[1] * size[2] / max_nodes)))));
   }
 }
 

@@ -100,10 +100,10 @@ std::string format_number(double value) {
 std::string format_quantity(double si_value, const Dimension& dimension) {
   // A unit still fits a value that rounding has left a little below 1.
   constexpr double rounding = 1e-12;
-  const ReadableUnit* unit = si_value == 0 ? &dimension.units.front() : &dimension.units.back();
+  const ReadableUnit* unit = &dimension.units.back();
   for (const ReadableUnit& candidate : dimension.units) {
     const double from = candidate.from > 0 ? candidate.from : candidate.factor;
-    if (std::abs(si_value) >= from * (1 - rounding)) {
+    if (std::abs(si_value) >= from * (1 - rounding) || (si_value == 0 && candidate.factor == 1)) {
       unit = &candidate;
       break;
     }

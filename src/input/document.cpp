@@ -118,7 +118,10 @@ std::string condensed(const std::string& explanation, const std::string& line) {
   if (!text.empty() && text.back() == '.') text.pop_back();
   text = shortened(text, 160);
   const auto start = line.find_first_not_of(" \t");
-  if (start != std::string::npos) text += fmt::format(", in: {}", shortened(line.substr(start)));
+  if (start != std::string::npos) {
+    const auto end = line.find_last_not_of(" \t\r") + 1;
+    text += fmt::format(", in: {}", shortened(line.substr(start, end - start)));
+  }
   if (is_unquoted_quantity(line)) text += " (a value with a unit stands in quotes, such as \"1.0 mm\")";
   return text;
 }
