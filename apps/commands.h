@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/input/parameters.h"
 #include "crackle/parallel/communicator.h"
 
+#include <filesystem>
 #include <functional>
 
 namespace CLI {
@@ -23,5 +25,9 @@ void add_mesh_command(CLI::App& app, Action& run);
 void add_sample_command(CLI::App& app, Action& run);
 void add_run_command(CLI::App& app, Action& run);
 void add_stats_command(CLI::App& app, Action& run);
+
+/// Reads the input file: either every rank has its parameters or all throw the same input::InputError.
+/// Collective over `world`.
+input::Parameters read_input(const parallel::Communicator& world, const std::filesystem::path& file);
 
 }  // namespace crackle::apps

@@ -2,21 +2,27 @@
 // The program: parse the command line, start MPI and PETSc, run one command, turn failures into exit
 // statuses.
 #include "commands.h"
+#include "crackle/input/reader.h"
+#include "crackle/parallel/agreement.h"
 #include "crackle/version.h"
 
 #include <fmt/format.h>
 #include <petscsys.h>
 #include <CLI/CLI.hpp>
 
+#include <array>
 #include <cstdio>
 #include <exception>
+#include <string>
 
 namespace {
+
+using namespace crackle;
 
 /// Starts and ends PETSc, and with it MPI.
 class Runtime {
 public:
-  Runtime() : started_(PetscInitializeNoArguments() == 0) {}
+  Runtime() : started_(start()) {}
   ~Runtime() {
     if (started_) PetscFinalize();
   }
@@ -25,42 +31,100 @@ public:
   bool started() const { return started_; }
 
 private:
+  bool start() {
+    // A .petscrc that happens to lie about must not change results; signals are the program's own affair; and
+    // errors come back as return codes, which the callers turn into one message.
+    return PetscInitialize(&n_arguments_, &arguments_, nullptr, nullptr) == 0 &&
+           PetscPopSignalHandler() == 0 && PetscPushErrorHandler(PetscReturnErrorHandler, nullptr) == 0;
+  }
+
+  // PETSc keeps these; the program's own arguments are not for it.
+  std::string name_ = "crackle";
+  std::string skip_option_ = "-skip_petscrc";
+  std::array<char*, 3> argument_list_{name_.data(), skip_option_.data(), nullptr};
+  char** arguments_ = argument_list_.data();
+  int n_arguments_ = 2;
   bool started_;
 };
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  using namespace crackle;
-
-  CLI::App app{"crackle: Monte-Carlo ensembles of dynamic brittle fracture by PDS-FEM", "crackle"};
-  apps::Action run;
-  app.require_subcommand(1);
+void add_commands(CLI::App& app, apps::Action& run) {
+  app.require_subcommand(0, 1);
   app.set_version_flag("--version", [] { return version_text(); });
   apps::add_check_command(app, run);
   apps::add_mesh_command(app, run);
   apps::add_sample_command(app, run);
   apps::add_run_command(app, run);
   apps::add_stats_command(app, run);
+}
 
-  Runtime runtime;
+/// "crackle run" when that command was named on the command line.
+std::string chosen_command(const CLI::App& app) {
+  std::string name = app.get_name();
+  for (const CLI::App* command : app.get_subcommands()) name += " " + command->get_name();
+  return name;
+}
+
+/// Parses the command line. Returns false, with the exit status, when there is nothing left to do.
+bool parse(CLI::App& app, int argc, char** argv, bool print, int& status) {
+  if (argc <= 1) {
+    if (print) fmt::print("{}", app.help());
+    status = apps::input_error;
+    return false;
+  }
+  try {
+    app.parse(argc, argv);
+    if (app.get_subcommands().empty()) throw CLI::RequiredError("a command");
+    return true;
+  } catch (const CLI::ParseError& outcome) {
+    // --help and --version arrive here too, with exit code 0.
+    const bool done = outcome.get_exit_code() == 0;
+    status = done ? apps::success : apps::input_error;
+    if (print && done) app.exit(outcome);
+    if (print && !done) {
+      fmt::print(stderr, "crackle: {}; see {} --help\n", outcome.what(), chosen_command(app));
+    }
+    return false;
+  }
+}
+
+int run_command(const apps::Action& run, const parallel::Communicator& world) {
+  try {
+    return run(world);
+  } catch (const input::InputError& error) {
+    // Its lines begin with the file's name.
+    if (world.is_root()) fmt::print(stderr, "{}\n", error.what());
+  } catch (const parallel::AgreedError& error) {
+    if (world.is_root()) fmt::print(stderr, "crackle: {}\n", error.what());
+  } catch (const std::exception& error) {
+    if (world.size() == 1) {
+      fmt::print(stderr, "crackle: {}\n", error.what());
+    } else {
+      // The other ranks may not know of this failure and would wait for ever.
+      fmt::print(stderr, "crackle: rank {}: {}\n", world.rank(), error.what());
+      std::fflush(nullptr);
+      MPI_Abort(world.get(), apps::input_error);
+    }
+  }
+  return apps::input_error;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"crackle: Monte-Carlo ensembles of dynamic brittle fracture by PDS-FEM", "crackle"};
+  apps::Action run;
+  const Runtime runtime;
   if (!runtime.started()) {
     fmt::print(stderr, "crackle: MPI or PETSc could not be started\n");
     return apps::input_error;
   }
   const parallel::Communicator world(MPI_COMM_WORLD);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& outcome) {
-    // --help and --version arrive here too, with exit code 0.
-    const int status = world.is_root() ? app.exit(outcome) : outcome.get_exit_code();
-    return status == 0 ? apps::success : apps::input_error;
+  int status = apps::success;
+  add_commands(app, run);
+  if (parse(app, argc, argv, world.is_root(), status)) status = run_command(run, world);
+  if (world.is_root() && (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && status == apps::success) {
+    fmt::print(stderr, "crackle: standard output cannot be written\n");
+    status = apps::input_error;
   }
-  try {
-    return run(world);
-  } catch (const std::exception& error) {
-    // Commands throw agreed errors, the same on every rank, so one message is enough.
-    if (world.is_root()) fmt::print(stderr, "crackle: {}\n", error.what());
-    return apps::input_error;
-  }
+  return status;
 }

@@ -104,8 +104,9 @@ struct Time {
   std::optional<double> step;  ///< [s]; empty: a fraction of the stable step ("auto")
   double duration = 0;         ///< of the dynamic phase [s]
   Integrator integrator = Integrator::bilateral4;
-  std::optional<double>
-      arrest;  ///< time without a break that ends a dynamic phase [s]; empty: from the body ("auto")
+  /// Time without a break, and without any tetrahedron over the strength, after which a dynamic phase counts
+  /// as arrested [s]; empty: chosen by the program ("auto").
+  std::optional<double> arrest;
 };
 
 struct Sections {

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// crackle check: validates an input file and says what running it will take.
+#include "commands.h"
+#include "crackle/dynamics/stable_step.h"
+#include "crackle/ensemble/estimate.h"
+#include "crackle/geometry/body.h"
+#include "crackle/geometry/mother_points.h"
+#include "crackle/geometry/realization.h"
+#include "crackle/input/reader.h"
+#include "crackle/parallel/agreement.h"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace crackle::apps {
+
+namespace {
+
+struct CheckOptions {
+  std::string file;
+  bool keys = false;
+};
+
+std::string aligned(const std::vector<std::pair<std::string, std::string>>& rows) {
+  std::size_t width = 0;
+  for (const auto& row : rows) width = std::max(width, row.first.size());
+  std::string text;
+  for (const auto& [name, value] : rows) text += fmt::format("{:<{}} = {}\n", name, width, value);
+  return text;
+}
+
+std::string estimate_text(const input::Parameters& parameters) {
+  const geometry::Body body(parameters.specimen);
+  const std::uint64_t seed = parameters.ensemble.seed;
+  const auto base = geometry::make_mother_points(body, parameters.mesh, seed);
+  const auto realization = geometry::make_realization(body, base, parameters.mesh, seed, 0);
+  const double stable_step = dynamics::stable_step(parameters, realization);
+  const auto n_nodes = static_cast<std::int64_t>(realization.nodes.size());
+  const auto n_tetrahedra = static_cast<std::int64_t>(realization.tetrahedra.size());
+  const auto estimate = ensemble::make_estimate(parameters, n_nodes, n_tetrahedra, stable_step);
+  const int n_samples = parameters.ensemble.samples;
+  const int n_ranks = parameters.ensemble.ranks_per_sample;
+  const auto n_faces = static_cast<std::int64_t>(realization.boundary.size());
+  return aligned({
+      {"nodes", fmt::format("{}", n_nodes)},
+      {"tetrahedra", fmt::format("{} (worst quality {:.3f})", n_tetrahedra, realization.report.min_quality)},
+      {"boundary triangles", fmt::format("{}", n_faces)},
+      {"stable step", fmt::format("{:.4g} ns", stable_step * 1e9)},
+      {"time step", fmt::format("{:.4g} ns", estimate.step * 1e9)},
+      {"steps", fmt::format("{} per sample", estimate.steps)},
+      {"force evaluations", fmt::format("{} per sample", estimate.force_evaluations)},
+      {"memory", fmt::format("{:.0f} MB per sample, on {} rank{}", estimate.sample_memory / 1e6, n_ranks,
+                             n_ranks == 1 ? "" : "s")},
+      {"core-hours", fmt::format("{:.3g} for {} sample{} of one dynamic phase each, at {:.0f} million "
+                                 "tetrahedron updates per second and core",
+                                 estimate.core_hours, n_samples, n_samples == 1 ? "" : "s",
+                                 ensemble::updates_per_core_second / 1e6)},
+  });
+}
+
+int check(const parallel::Communicator& world, const std::string& file) {
+  const input::Parameters parameters = read_input(world, file);
+  parallel::agree(world, [&] {
+    if (!world.is_root()) return;
+    fmt::print("{} is valid\n\n{}\nThe mesh of sample 0 and what the ensemble takes:\n", file,
+               input::echo(parameters));
+    std::fflush(stdout);
+    try {
+      fmt::print("{}", estimate_text(parameters));
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error(fmt::format("{}: {}", file, error.what()));
+    }
+  });
+  return success;
+}
+
+}  // namespace
+
+void add_check_command(CLI::App& app, Action& run) {
+  auto options = std::make_shared<CheckOptions>();
+  CLI::App* command = app.add_subcommand(
+      "check", "Validate an input file; print the resolved values and what running them will take");
+  command->add_option("input", options->file, "input file (TOML)");
+  command->add_flag("--keys", options->keys, "print the table of all input keys (Markdown) instead");
+  command->callback([options, &run] {
+    if (options->keys != options->file.empty()) {
+      throw CLI::ValidationError("check takes either an input file or --keys");
+    }
+    run = [options](const parallel::Communicator& world) {
+      if (!options->keys) return check(world, options->file);
+      if (world.is_root()) fmt::print("{}", input::key_table());
+      return static_cast<int>(success);
+    };
+  });
+}
+
+}  // namespace crackle::apps

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "schema.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+
+namespace crackle::input {
+
+namespace {
+
+const std::array<std::string, 3> axis_names{"x", "y", "z"};
+
+Boundary& boundary(Parameters& parameters, std::size_t i) {
+  return parameters.boundaries.at(i);
+}
+
+std::string bracketed(const std::vector<std::string>& items) {
+  return fmt::format("[{}]", fmt::join(items, ", "));
+}
+
+std::string kind_name(BoundaryKind kind) {
+  switch (kind) {
+    case BoundaryKind::fix:
+      return "fix";
+    case BoundaryKind::force:
+      return "force";
+    case BoundaryKind::traction:
+      return "traction";
+    case BoundaryKind::velocity:
+      return "velocity";
+    case BoundaryKind::displacement:
+      break;
+  }
+  return "displacement";
+}
+
+/// Whether components may be left free: motions are prescribed by component, loads as a whole.
+bool may_be_free(BoundaryKind kind) {
+  return kind == BoundaryKind::velocity || kind == BoundaryKind::displacement;
+}
+
+Range value_range(BoundaryKind kind) {
+  const bool motion = may_be_free(kind);
+  return {motion ? -1e6 : -1e15, motion ? 1e6 : 1e15};
+}
+
+constexpr Range rate_range{-1e18, 1e18};
+
+std::string vector_form(const Dimension& dimension, bool free) {
+  const std::string zero = free ? "free" : "0 " + dimension.si_unit;
+  return fmt::format("three components, such as [\"{0}\", \"{0}\", \"{1}\"]", zero, dimension.example);
+}
+
+struct Components {
+  Vector value{};
+  std::array<bool, 3> prescribed{};
+};
+
+/// Three quantities, each of which may be "free" where `free` allows it.
+std::optional<Components> read_components(const Source& source, const Dimension& dimension,
+                                          const Range& range, bool free) {
+  const auto elements = read_elements(source, 3, vector_form(dimension, free));
+  if (!elements) return {};
+  Components result;
+  bool sound = true;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Source& element = (*elements)[axis];
+    if (element.value.kind == ValueKind::string && element.value.string == "free") {
+      if (free) continue;
+      element.report(fmt::format("a load has no free components; give {} such as \"0 {}\"", dimension.name,
+                                 dimension.si_unit));
+      sound = false;
+      continue;
+    }
+    const auto value = read_quantity(element, dimension, range);
+    sound = sound && value.has_value();
+    result.value[axis] = value.value_or(0);
+    result.prescribed[axis] = true;
+  }
+  if (!sound) return {};
+  return result;
+}
+
+std::string show_components(const Vector& value, const std::array<bool, 3>& prescribed,
+                            const Dimension& dimension) {
+  std::vector<std::string> items;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    items.push_back(prescribed[axis] ? format_quantity(value[axis], dimension) : "free");
+  }
+  return bracketed(items);
+}
+
+/// A load has all three components.
+std::array<bool, 3> given_components(const Boundary& condition) {
+  return may_be_free(condition.kind) ? condition.components : std::array<bool, 3>{true, true, true};
+}
+
+Key on_key() {
+  return choice_key<Face>(
+      "on", [](Parameters& parameters, std::size_t i) -> Face& { return boundary(parameters, i).on; },
+      {{"x-min", Face::x_min},
+       {"x-max", Face::x_max},
+       {"y-min", Face::y_min},
+       {"y-max", Face::y_max},
+       {"z-min", Face::z_min},
+       {"z-max", Face::z_max}},
+      required(), "face of the box that the condition holds on");
+}
+
+Key region_key(std::size_t axis) {
+  const std::string form = "two lengths, the smaller one first, such as [\"50 mm\", \"100 mm\"]";
+  return {"region." + axis_names[axis],
+          "length",
+          optional("whole face"),
+          form,
+          "restricts the condition to the part of the face between these coordinates",
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            const auto ends = read_elements(source, 2, form);
+            if (!ends) return;
+            const auto lower = read_quantity((*ends)[0], length_dimension(), coordinate);
+            const auto upper = read_quantity((*ends)[1], length_dimension(), coordinate);
+            if (!lower || !upper) return;
+            if (*lower >= *upper) {
+              source.report(fmt::format("{} is not below {}; give {}", (*ends)[0].value.source,
+                                        (*ends)[1].value.source, form));
+              return;
+            }
+            boundary(parameters, i).region[axis] = {*lower, *upper};
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const auto [lower, upper] = boundary(parameters, i).region[axis];
+            if (lower == -infinity) return {};
+            return bracketed(
+                {format_quantity(lower, length_dimension()), format_quantity(upper, length_dimension())});
+          }};
+}
+
+Key fix_key() {
+  const std::string form = "an array of different axes out of \"x\", \"y\", \"z\"";
+  return {"fix",
+          "words",
+          optional("one of the five kinds"),
+          form,
+          "zero displacement of these components",
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            const auto elements = read_elements(source, 0, form);
+            if (!elements) return;
+            Boundary& condition = boundary(parameters, i);
+            condition.kind = BoundaryKind::fix;
+            for (const Source& element : *elements) {
+              const auto axis = read_choice(element, {axis_names.begin(), axis_names.end()});
+              if (!axis) continue;
+              if (condition.components[*axis]) {
+                element.report(fmt::format("{} stands here twice; give {}", element.value.source, form));
+              }
+              condition.components[*axis] = true;
+            }
+          },
+          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const Boundary& condition = boundary(parameters, i);
+            if (condition.kind != BoundaryKind::fix) return {};
+            std::vector<std::string> items;
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+              if (condition.components[axis]) items.push_back(axis_names[axis]);
+            }
+            return bracketed(items);
+          }};
+}
+
+Key prescription_key(BoundaryKind kind, const std::string& help) {
+  const Dimension& dimension = value_dimension(kind);
+  const bool free = may_be_free(kind);
+  return {
+      kind_name(kind),
+      dimension.name.substr(dimension.name.find(' ') + 1),
+      optional("one of the five kinds"),
+      vector_form(dimension, free),
+      help,
+      [=](const Source& source, Parameters& parameters, std::size_t i) {
+        const auto components = read_components(source, dimension, value_range(kind), free);
+        Boundary& condition = boundary(parameters, i);
+        condition.kind = kind;
+        if (!components) return;
+        condition.value = components->value;
+        const auto& prescribed = components->prescribed;
+        if (free) condition.components = prescribed;
+        if (std::none_of(prescribed.begin(), prescribed.end(), [](bool p) { return p; })) {
+          source.report(fmt::format("all three components are free; prescribe at least one, such as \"{}\"",
+                                    dimension.example));
+        }
+      },
+      [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+        const Boundary& condition = boundary(parameters, i);
+        if (condition.kind != kind) return {};
+        return show_components(condition.value, given_components(condition), dimension);
+      }};
+}
+
+/// The kinds that a [[boundary]] in the file names; it should name one.
+int n_kinds_given(const Findings& findings, const std::string& table) {
+  int n_kinds = 0;
+  for (const BoundaryKind kind : {BoundaryKind::fix, BoundaryKind::force, BoundaryKind::traction,
+                                  BoundaryKind::velocity, BoundaryKind::displacement}) {
+    n_kinds += findings.given(table + "." + kind_name(kind)) ? 1 : 0;
+  }
+  return n_kinds;
+}
+
+Key rate_key() {
+  return {"rate",
+          "as prescribed, per time",
+          optional("constant in time"),
+          "three components, such as [\"0 N/s\", \"0 N/s\", \"5 N/s\"]",
+          "increase of the prescribed quantity with time",
+          [](const Source& source, Parameters& parameters, std::size_t i) {
+            Boundary& condition = boundary(parameters, i);
+            const std::string table = source.key.substr(0, source.key.rfind('.'));
+            // With none or several kinds the dimension is not known; that is an error of its own.
+            if (n_kinds_given(source.context.findings, table) != 1) return;
+            if (condition.kind == BoundaryKind::fix) {
+              source.report("a fixed boundary does not change with time; give a displacement instead of fix");
+              return;
+            }
+            const bool free = may_be_free(condition.kind);
+            const auto rate = read_components(source, rate_dimension(condition.kind), rate_range, free);
+            if (!rate || source.context.findings.faulty(table + "." + kind_name(condition.kind))) return;
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+              if (rate->value[axis] != 0 && !given_components(condition)[axis]) {
+                source.report(fmt::format(
+                    "component {} is free and cannot have a rate; give \"free\" here too", axis_names[axis]));
+              }
+            }
+            condition.rate = rate->value;
+          },
+          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const Boundary& condition = boundary(parameters, i);
+            if (condition.rate == Vector{}) return {};
+            return show_components(condition.rate, given_components(condition),
+                                   rate_dimension(condition.kind));
+          }};
+}
+
+Key history_key() {
+  const std::string form = "an array of [time, factor], such as [[\"0 s\", 0], [\"10 s\", 1]]";
+  return {"history",
+          "time and number",
+          optional("constant in time"),
+          form + ", times ascending from 0 on",
+          "factors on the prescribed quantity, linear between these times",
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            const auto points = read_elements(source, 0, form);
+            if (!points) return;
+            auto& history = boundary(parameters, i).history;
+            for (const Source& point : *points) {
+              const auto pair = read_elements(point, 2, "a time and a factor, such as [\"10 s\", 1]");
+              if (!pair) continue;
+              const auto time = read_quantity((*pair)[0], with_example(time_dimension(), "10 s"), {0, 1e12});
+              const auto factor = read_number((*pair)[1], {-1e12, 1e12});
+              if (!time || !factor) continue;
+              if (!history.empty() && *time <= history.back().first) {
+                (*pair)[0].report((*pair)[0].value.source +
+                                  " is not later than the time before it; give ascending times");
+              }
+              history.emplace_back(*time, *factor);
+            }
+          },
+          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const auto& history = boundary(parameters, i).history;
+            if (history.empty()) return {};
+            std::vector<std::string> items;
+            for (const auto& [time, factor] : history) {
+              items.push_back(bracketed({format_quantity(time, time_dimension()), format_number(factor)}));
+            }
+            return bracketed(items);
+          }};
+}
+
+}  // namespace
+
+Table boundary_table() {
+  return {
+      "boundary",
+      Occurrence::many,
+      "boundary conditions; each gives exactly one of fix, force, traction, velocity, displacement",
+      {on_key(), region_key(0), region_key(1), region_key(2), fix_key(),
+       prescription_key(BoundaryKind::force, "total force, spread by area"),
+       prescription_key(BoundaryKind::traction, "force per area"),
+       prescription_key(BoundaryKind::velocity, "velocity; \"free\" for a component that is not prescribed"),
+       prescription_key(BoundaryKind::displacement,
+                        "displacement; \"free\" for a component that is not prescribed"),
+       rate_key(), history_key()},
+      [](const Parameters& parameters) { return parameters.boundaries.size(); },
+      [](Parameters& parameters) { parameters.boundaries.emplace_back(); }};
+}
+
+}  // namespace crackle::input

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/input/parameters.h"
+#include "findings.h"
+
+/// Contradictions between keys. Each check leaves out what depends on a key that is faulty itself.
+namespace crackle::input {
+
+void check_specimen(const Parameters& parameters, Findings& findings);
+void check_mesh(const Parameters& parameters, Findings& findings);
+void check_sections(const Parameters& parameters, Findings& findings);
+void check_boundaries(const Parameters& parameters, Findings& findings);
+void check_time(const Parameters& parameters, Findings& findings);
+
+/// Keys of the interface that this version reads but does not act on: an error, so that nobody gets results
+/// of something else than was asked for.
+void check_availability(const Parameters& parameters, Findings& findings);
+
+/// Axis of the normal of a face: 0, 1 or 2.
+inline int axis_of(Face face) {
+  return static_cast<int>(face) / 2;
+}
+
+/// Whether it is the face at the upper end of its axis.
+inline bool is_upper(Face face) {
+  return static_cast<int>(face) % 2 == 1;
+}
+
+/// The closed intervals of x, y and z that a notch removes.
+std::array<std::pair<double, double>, 3> slot_of(const Notch& notch, const Vector& size);
+
+}  // namespace crackle::input

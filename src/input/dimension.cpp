@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dimension.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace crackle::input {
+
+const Dimension& length_dimension() {
+  static const Dimension dimension{
+      "a length", "m", "1.0 mm", 0, {{"km", 1e3}, {"m", 1}, {"mm", 1e-3, 1e-5}, {"um", 1e-6}, {"nm", 1e-9}}};
+  return dimension;
+}
+
+const Dimension& time_dimension() {
+  static const Dimension dimension{
+      "a time",
+      "s",
+      "5 ns",
+      0,
+      {{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}, {"ps", 1e-12}, {"fs", 1e-15}}};
+  return dimension;
+}
+
+const Dimension& stress_dimension() {
+  static const Dimension dimension{
+      "a stress", "Pa", "35 MPa", 0, {{"GPa", 1e9, 1e11}, {"MPa", 1e6}, {"kPa", 1e3}, {"Pa", 1}}};
+  return dimension;
+}
+
+const Dimension& density_dimension() {
+  static const Dimension dimension{"a density", "kg/m^3", "1180 kg/m^3", 0, {{"kg/m^3", 1}}};
+  return dimension;
+}
+
+Dimension impulse_dimension(double exponent) {
+  const std::string power = exponent == 1 ? std::string() : fmt::format("^{}", format_number(exponent));
+  const std::string unit = fmt::format("MPa{} s", power);
+  return {exponent == 1 ? "a stress times a time" : fmt::format("a stress{} times a time", power),
+          fmt::format("Pa{} s", power),
+          "1e-8 " + unit,
+          exponent,
+          {{unit, std::pow(1e6, exponent)}}};
+}
+
+const Dimension& value_dimension(BoundaryKind kind) {
+  static const Dimension force{"a force", "N", "135 N", 0, {{"N", 1}, {"mN", 1e-3}}};
+  static const Dimension velocity{"a velocity", "m/s", "0.1 m/s", 0, {{"m/s", 1}, {"mm/s", 1e-3}}};
+  static const Dimension displacement = with_example(length_dimension(), "0.1 mm");
+  switch (kind) {
+    case BoundaryKind::force:
+      return force;
+    case BoundaryKind::traction:
+      return stress_dimension();
+    case BoundaryKind::velocity:
+      return velocity;
+    case BoundaryKind::displacement:
+      return displacement;
+    case BoundaryKind::fix:
+      break;
+  }
+  throw std::logic_error("a fixed boundary prescribes no quantity");
+}
+
+const Dimension& rate_dimension(BoundaryKind kind) {
+  static const Dimension force_rate{"a force per time", "N/s", "5 N/s", 0, {{"N/s", 1}, {"mN/s", 1e-3}}};
+  static const Dimension stress_rate{
+      "a stress per time", "Pa/s", "1 MPa/s", 0, {{"MPa/s", 1e6}, {"kPa/s", 1e3}, {"Pa/s", 1}}};
+  static const Dimension acceleration{
+      "an acceleration", "m/s^2", "1 m/s^2", 0, {{"m/s^2", 1}, {"mm/s^2", 1e-3}}};
+  static const Dimension displacement_rate{
+      "a displacement per time", "m/s", "0.01 mm/s", 0, {{"m/s", 1}, {"mm/s", 1e-3}, {"um/s", 1e-6}}};
+  switch (kind) {
+    case BoundaryKind::force:
+      return force_rate;
+    case BoundaryKind::traction:
+      return stress_rate;
+    case BoundaryKind::velocity:
+      return acceleration;
+    case BoundaryKind::displacement:
+      return displacement_rate;
+    case BoundaryKind::fix:
+      break;
+  }
+  throw std::logic_error("a fixed boundary has no rate");
+}
+
+Dimension with_example(Dimension dimension, std::string example) {
+  dimension.example = std::move(example);
+  return dimension;
+}
+
+std::string format_number(double value) {
+  return fmt::format("{:.10g}", value);
+}
+
+std::string format_quantity(double si_value, const Dimension& dimension) {
+  // A unit still fits a value that rounding has left a little below 1.
+  constexpr double rounding = 1e-12;
+  const ReadableUnit* unit = &dimension.units.back();
+  for (const ReadableUnit& candidate : dimension.units) {
+    const double from = candidate.from > 0 ? candidate.from : candidate.factor;
+    if (std::abs(si_value) >= from * (1 - rounding) || (si_value == 0 && candidate.factor == 1)) {
+      unit = &candidate;
+      break;
+    }
+  }
+  return format_number(si_value / unit->factor) + " " + unit->name;
+}
+
+}  // namespace crackle::input

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/input/parameters.h"
+
+#include <string>
+#include <vector>
+
+namespace crackle::input {
+
+/// A unit that values are printed in.
+struct ReadableUnit {
+  std::string name;
+  double factor;    ///< SI value of one unit
+  double from = 0;  ///< smallest SI value that is printed in this unit; 0: one unit
+};
+
+/// What a value with a unit measures.
+struct Dimension {
+  std::string name;                 ///< with its article: "a length"
+  std::string si_unit;              ///< as UDUNITS reads it: "m"
+  std::string example;              ///< "1.0 mm"
+  double exponent = 0;              ///< beta of stress^beta time; 0 for every other dimension
+  std::vector<ReadableUnit> units;  ///< largest first
+};
+
+const Dimension& length_dimension();
+const Dimension& time_dimension();
+const Dimension& stress_dimension();
+const Dimension& density_dimension();
+
+/// stress^exponent time, the dimension of the Tuler-Butcher impulse K_f.
+Dimension impulse_dimension(double exponent);
+
+/// Of the quantity that a boundary condition prescribes, and of its rate of change. @pre kind is not fix
+const Dimension& value_dimension(BoundaryKind kind);
+const Dimension& rate_dimension(BoundaryKind kind);
+
+/// The dimension with another example for messages.
+Dimension with_example(Dimension dimension, std::string example);
+
+/// "24.5 mm": the value in the largest readable unit that fits it.
+std::string format_quantity(double si_value, const Dimension& dimension);
+
+/// A plain number, as short as ten digits allow.
+std::string format_number(double value);
+
+}  // namespace crackle::input

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "document.h"
+
+#include "text_checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <sstream>
+#include <toml.hpp>
+
+namespace crackle::input {
+
+namespace {
+
+using TomlValue = toml::basic_value<toml::discard_comments, std::map, std::vector>;
+
+/// toml11 clamps numbers that are too large without a word, so their source is read a second time.
+bool fits(std::string source, ValueKind kind) {
+  source.erase(std::remove(source.begin(), source.end(), '_'), source.end());
+  const char* begin = source.data();
+  const char* const end = begin + source.size();
+  if (begin != end && *begin == '+') ++begin;
+  if (kind == ValueKind::number) {
+    double number = 0;
+    return std::from_chars(begin, end, number).ec == std::errc{};
+  }
+  int base = 10;
+  if (end - begin > 2 && begin[0] == '0') {
+    base = begin[1] == 'x' ? 16 : begin[1] == 'o' ? 8 : begin[1] == 'b' ? 2 : 10;
+    if (base != 10) begin += 2;
+  }
+  std::int64_t integer = 0;
+  return std::from_chars(begin, end, integer, base).ec == std::errc{};
+}
+
+std::string source_of(const toml::source_location& place) {
+  const std::string& line = place.line_str();
+  const std::size_t start = place.column() > 0 ? place.column() - 1 : 0;
+  return start < line.size() ? line.substr(start, place.region()) : std::string();
+}
+
+Value convert(const TomlValue& toml_value) {
+  Value value;
+  const toml::source_location place = toml_value.location();
+  value.line = static_cast<int>(place.line());
+  const std::string source = source_of(place);
+  value.source = shortened(source);
+  switch (toml_value.type()) {
+    case toml::value_t::boolean:
+      value.kind = ValueKind::boolean;
+      value.boolean = toml_value.as_boolean();
+      break;
+    case toml::value_t::integer:
+      value.kind = ValueKind::integer;
+      value.integer = toml_value.as_integer();
+      value.number = static_cast<double>(value.integer);
+      value.representable = fits(source, value.kind);
+      break;
+    case toml::value_t::floating:
+      value.kind = ValueKind::number;
+      value.number = toml_value.as_floating();
+      value.representable = fits(source, value.kind);
+      break;
+    case toml::value_t::string:
+      value.kind = ValueKind::string;
+      value.string = toml_value.as_string().str;
+      value.source = '"' + shortened(value.string) + '"';
+      break;
+    case toml::value_t::array:
+      value.kind = ValueKind::array;
+      for (const TomlValue& element : toml_value.as_array()) value.elements.push_back(convert(element));
+      break;
+    case toml::value_t::table:
+      value.kind = ValueKind::table;
+      for (const auto& [name, member] : toml_value.as_table()) {
+        value.members.push_back({name, convert(member)});
+      }
+      break;
+    default:
+      value.kind = ValueKind::date;
+  }
+  return value;
+}
+
+bool is_unquoted_quantity(const std::string& line) {
+  const auto equals = line.find('=');
+  if (equals == std::string::npos) return false;
+  const auto start = line.find_first_not_of(" \t", equals + 1);
+  if (start == std::string::npos || !(std::isdigit(static_cast<unsigned char>(line[start])))) return false;
+  const auto end = line.find_first_not_of("0123456789.eE+-_", start);
+  if (end == std::string::npos) return false;
+  const auto unit = line.find_first_not_of(" \t", end);
+  return unit != std::string::npos && std::isalpha(static_cast<unsigned char>(line[unit]));
+}
+
+/// toml11 explains an error on some ten lines: a title, the source line, and remarks after "^---".
+std::string condensed(const std::string& explanation, const std::string& line) {
+  std::istringstream lines(explanation);
+  std::string text;
+  std::getline(lines, text);
+  for (const std::string prefix : {"[error] ", "toml::"}) {
+    if (text.compare(0, prefix.size(), prefix) == 0) text.erase(0, prefix.size());
+  }
+  if (const auto colon = text.find(": "); colon != std::string::npos && text.find(' ') > colon) {
+    text.erase(0, colon + 2);
+  }
+  std::string remark;
+  for (std::string next; std::getline(lines, next);) {
+    if (const auto arrow = next.find("^---"); arrow != std::string::npos) remark = next.substr(arrow + 4);
+  }
+  remark.erase(0, remark.find_first_not_of(' '));
+  if (!remark.empty() && remark != "here" && remark.find("value already exists") == std::string::npos) {
+    text += ", " + remark;
+  }
+  if (!text.empty() && text.back() == '.') text.pop_back();
+  text = shortened(text, 160);
+  const auto start = line.find_first_not_of(" \t");
+  if (start != std::string::npos) {
+    const auto end = line.find_last_not_of(" \t\r") + 1;
+    text += fmt::format(", in: {}", shortened(line.substr(start, end - start)));
+  }
+  if (is_unquoted_quantity(line)) text += " (a value with a unit stands in quotes, such as \"1.0 mm\")";
+  return text;
+}
+
+}  // namespace
+
+const Value* Value::find(const std::string& name) const {
+  for (const Member& member : members) {
+    if (member.name == name) return &member.value;
+  }
+  return nullptr;
+}
+
+Value parse_document(const std::string& text) {
+  check_text(text);
+  std::istringstream stream(text);
+  try {
+    return convert(toml::parse<toml::discard_comments, std::map, std::vector>(stream, "input"));
+  } catch (const toml::exception& error) {
+    const toml::source_location& place = error.location();
+    throw SyntaxError(static_cast<int>(place.line()),
+                      "syntax error: " + condensed(error.what(), place.line_str()));
+  } catch (const SyntaxError&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw SyntaxError(1, "syntax error: " + condensed(error.what(), ""));
+  }
+}
+
+std::string shortened(const std::string& text, std::size_t length) {
+  std::string result;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7f) {
+      result += c == '\n' || c == '\t' ? " " : "?";
+    } else {
+      result += c;
+    }
+  }
+  if (result.size() <= length) return result;
+  result.resize(length);
+  // Do not cut an UTF-8 sequence in two.
+  while (!result.empty() && (static_cast<unsigned char>(result.back()) & 0xc0) == 0x80) result.pop_back();
+  if (!result.empty() && static_cast<unsigned char>(result.back()) >= 0x80) result.pop_back();
+  return result + "...";
+}
+
+std::string describe(ValueKind kind) {
+  switch (kind) {
+    case ValueKind::boolean:
+      return "a boolean";
+    case ValueKind::integer:
+    case ValueKind::number:
+      return "a plain number";
+    case ValueKind::string:
+      return "a string";
+    case ValueKind::array:
+      return "an array";
+    case ValueKind::table:
+      return "a table";
+    case ValueKind::date:
+      break;
+  }
+  return "a date";
+}
+
+}  // namespace crackle::input

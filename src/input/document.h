@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace crackle::input {
+
+enum class ValueKind { boolean, integer, number, string, array, table, date };
+
+struct Member;
+
+/// One value of a TOML document with the place it stands at.
+struct Value {
+  ValueKind kind = ValueKind::table;
+  int line = 1;
+  std::string source;         ///< as written in the file, shortened, for messages
+  bool representable = true;  ///< false for a number beyond its type's range
+  bool boolean = false;
+  std::int64_t integer = 0;
+  double number = 0;  ///< of an integer too
+  std::string string;
+  std::vector<Value> elements;  ///< of an array
+  std::vector<Member> members;  ///< of a table, sorted by name
+
+  const Value* find(const std::string& name) const;  ///< the table's member, or null
+};
+
+struct Member {
+  std::string name;
+  Value value;
+};
+
+/// The text is not TOML.
+class SyntaxError : public std::runtime_error {
+public:
+  SyntaxError(int line, const std::string& message) : std::runtime_error(message), line_(line) {}
+  int line() const { return line_; }
+
+private:
+  int line_;
+};
+
+/// The document's root table.
+/// @throws SyntaxError for anything that is not a text or not TOML
+Value parse_document(const std::string& text);
+
+/// One line of printable text out of any text, at most `length` bytes.
+std::string shortened(const std::string& text, std::size_t length = 60);
+
+/// "a string", "a table", ... for messages.
+std::string describe(ValueKind kind);
+
+}  // namespace crackle::input

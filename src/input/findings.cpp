@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "findings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace crackle::input {
+
+namespace {
+
+bool is_inside(const std::string& key, const std::string& outer) {
+  if (key.size() < outer.size() || key.compare(0, outer.size(), outer) != 0) return false;
+  return key.size() == outer.size() || key[outer.size()] == '.' || key[outer.size()] == '[';
+}
+
+}  // namespace
+
+void Findings::report(const std::string& key, const std::string& message) {
+  std::string place = key;
+  while (!place.empty() && !given(place)) {
+    const auto separator = place.find_last_of(".[");
+    place.erase(separator == std::string::npos ? 0 : separator);
+  }
+  const auto found = lines_.find(place);
+  report(key, found == lines_.end() ? 1 : found->second, message);
+}
+
+void Findings::report(const std::string& key, int line, const std::string& message) {
+  findings_.push_back({line, key, message});
+}
+
+bool Findings::faulty(const std::string& key) const {
+  return std::any_of(findings_.begin(), findings_.end(), [&](const Finding& finding) {
+    return is_inside(key, finding.key) || is_inside(finding.key, key);
+  });
+}
+
+std::vector<std::string> Findings::messages(const std::filesystem::path& file) const {
+  std::vector<Finding> sorted = findings_;
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const Finding& a, const Finding& b) { return a.line < b.line; });
+  std::vector<std::string> result;
+  for (const Finding& finding : sorted) {
+    const std::string key = finding.key.empty() ? "" : finding.key + ": ";
+    result.push_back(fmt::format("{}:{}: {}{}", file.string(), finding.line, key, finding.message));
+  }
+  return result;
+}
+
+}  // namespace crackle::input

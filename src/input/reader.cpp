@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/input/reader.h"
+
+#include "consistency.h"
+#include "document.h"
+#include "findings.h"
+#include "schema.h"
+#include "text_checks.h"
+#include "unknown_keys.h"
+#include "values.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+namespace crackle::input {
+
+namespace {
+
+std::string joined(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += (text.empty() ? "" : "\n") + line;
+  return text;
+}
+
+void locate(const Value& value, const std::string& key, Findings& findings) {
+  if (!key.empty()) findings.locate(key, value.line);
+  for (const Member& member : value.members) {
+    locate(member.value, key.empty() ? member.name : key + "." + member.name, findings);
+  }
+  for (std::size_t i = 0; i < value.elements.size(); ++i) {
+    locate(value.elements[i], fmt::format("{}[{}]", key, i), findings);
+  }
+}
+
+/// The value at a dotted path below `table`, or null where there is none. Values on the way that are no
+/// tables are reported with the unknown keys.
+const Value* find_path(const Value& table, const std::string& path) {
+  const Value* value = &table;
+  for (std::size_t start = 0; start <= path.size() && value != nullptr;) {
+    const std::size_t end = std::min(path.find('.', start), path.size());
+    value = value->find(path.substr(start, end - start));
+    start = end + 1;
+  }
+  return value;
+}
+
+void read_default(const Key& key, const std::string& name, Parameters& parameters, std::size_t index,
+                  Context& context) {
+  if (key.presence.fallback.empty()) return;
+  const Value document = parse_document("value = " + key.presence.fallback);
+  key.read({*document.find("value"), name, context}, parameters, index);
+}
+
+/// Reads the keys of one table of the document.
+void read_table(const Table& table, const Value& value, const std::string& name, Parameters& parameters,
+                std::size_t index, Context& context) {
+  for (const Key& key : table.keys) {
+    const std::string key_name = name + "." + key.name;
+    if (const Value* given = find_path(value, key.name)) {
+      key.read({*given, key_name, context}, parameters, index);
+    } else if (key.presence.required) {
+      context.findings.report(key_name, fmt::format("the key is missing; give {}", key.accepted));
+    } else {
+      read_default(key, key_name, parameters, index, context);
+    }
+  }
+}
+
+void report_missing_table(const Table& table, Findings& findings) {
+  std::string needed;
+  for (const Key& key : table.keys) {
+    if (key.presence.required) needed += (needed.empty() ? "" : ", ") + key.name;
+  }
+  findings.report(table.path, fmt::format("the table [{}] is missing; it gives {}", table.path, needed));
+}
+
+bool has_required_keys(const Table& table) {
+  for (const Key& key : table.keys) {
+    if (key.presence.required) return true;
+  }
+  return false;
+}
+
+/// Reads all tables of one entry of the schema.
+void read_tables(const Table& table, const Value& root, Parameters& parameters, Context& context) {
+  const Value* value = find_path(root, table.path);
+  if (table.occurrence == Occurrence::many) {
+    if (value == nullptr || value->kind != ValueKind::array) return;
+    for (std::size_t i = 0; i < value->elements.size(); ++i) {
+      table.append(parameters);
+      if (value->elements[i].kind != ValueKind::table) continue;
+      read_table(table, value->elements[i], fmt::format("{}[{}]", table.path, i), parameters, i, context);
+    }
+  } else if (value != nullptr) {
+    if (value->kind != ValueKind::table) return;
+    table.append(parameters);
+    read_table(table, *value, table.path, parameters, 0, context);
+  } else if (table.occurrence == Occurrence::once) {
+    if (has_required_keys(table)) {
+      report_missing_table(table, context.findings);
+    } else {
+      read_table(table, Value{}, table.path, parameters, 0, context);
+    }
+  }
+}
+
+void check_consistency(const Parameters& parameters, Findings& findings) {
+  check_specimen(parameters, findings);
+  check_mesh(parameters, findings);
+  check_sections(parameters, findings);
+  check_boundaries(parameters, findings);
+  check_time(parameters, findings);
+  check_availability(parameters, findings);
+}
+
+std::string read_text_file(const std::filesystem::path& file) {
+  const auto fail = [&](const std::string& reason) {
+    throw InputError({fmt::format("{}: {}; give an input file in TOML", file.string(), reason)});
+  };
+  std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  if (!std::filesystem::exists(status)) fail("there is no such file");
+  if (std::filesystem::is_directory(status)) fail("is a directory");
+  errno = 0;
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) fail(fmt::format("cannot be read ({})", std::strerror(errno)));
+  std::string text(max_text_size + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (stream.bad()) fail("cannot be read to its end");
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  return text;
+}
+
+}  // namespace
+
+InputError::InputError(std::vector<std::string> messages)
+    : std::runtime_error(joined(messages)), messages_(std::move(messages)) {}
+
+Parameters parse(const std::string& text, const std::filesystem::path& name) {
+  Findings findings;
+  Parameters parameters;
+  try {
+    const Value root = parse_document(text);
+    if (root.members.empty()) {
+      throw SyntaxError(1, "there are no keys in the file; give an input file in TOML");
+    }
+    const UnitSystem units;
+    Context context{units, findings, name.parent_path()};
+    locate(root, "", findings);
+    report_unknown_keys(root, findings);
+    for (const Table& table : schema()) read_tables(table, root, parameters, context);
+  } catch (const SyntaxError& error) {
+    findings.report("", error.line(), error.what());
+    throw InputError(findings.messages(name));
+  }
+  if (parameters.mesh.notch_spacing == 0) parameters.mesh.notch_spacing = parameters.mesh.spacing;
+  check_consistency(parameters, findings);
+  if (!findings.empty()) throw InputError(findings.messages(name));
+  parameters.text = text;
+  return parameters;
+}
+
+Parameters read(const std::filesystem::path& file) {
+  return parse(read_text_file(file), file);
+}
+
+}  // namespace crackle::input

@@ -1,0 +1,328 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "schema.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <system_error>
+
+namespace crackle::input {
+
+namespace {
+
+/// The member of one of the groups of the parameters, such as `parameters.mesh.spacing`.
+template <class Group, class T>
+Access<T> in(Group Parameters::*group, T Group::*member) {
+  return [=](Parameters& parameters, std::size_t) -> T& { return parameters.*group.*member; };
+}
+
+template <class T>
+Access<T> notch(T Notch::*member) {
+  return
+      [=](Parameters& parameters, std::size_t i) -> T& { return parameters.specimen.notches.at(i).*member; };
+}
+
+template <class T>
+Access<T> stop(T EnsembleStop::*member) {
+  return [=](Parameters& parameters, std::size_t) -> T& { return parameters.ensemble.stop.value().*member; };
+}
+
+std::string bracketed(const std::vector<std::string>& items) {
+  return fmt::format("[{}]", fmt::join(items, ", "));
+}
+
+Key size_key() {
+  const std::string form = "three lengths, such as [\"5 mm\", \"24.5 mm\", \"140 mm\"]";
+  return {"size",
+          "length",
+          required(),
+          form + ", each from 1 nm to 1 km",
+          "thickness (x), width (y) and length (z) of the box",
+          [=](const Source& source, Parameters& parameters, std::size_t) {
+            const auto elements = read_elements(source, 3, form);
+            for (std::size_t axis = 0; elements && axis < 3; ++axis) {
+              if (const auto value = read_quantity((*elements)[axis], length_dimension(), positive_length)) {
+                parameters.specimen.size[axis] = *value;
+              }
+            }
+          },
+          [](Parameters& parameters, std::size_t) {
+            std::vector<std::string> items;
+            for (const double size : parameters.specimen.size) {
+              items.push_back(format_quantity(size, length_dimension()));
+            }
+            return bracketed(items);
+          }};
+}
+
+Key points_key() {
+  return {"points",
+          "file name",
+          optional("points are generated"),
+          "name of a readable file, relative to the input file",
+          "base mother points from a file instead",
+          [](const Source& source, Parameters& parameters, std::size_t) {
+            const auto name = read_text(source, "the name of a file with points");
+            if (!name) return;
+            const std::filesystem::path file = source.context.folder / *name;
+            std::error_code error;
+            if (!std::filesystem::is_regular_file(file, error)) {
+              source.report(
+                  fmt::format("there is no file \"{}\"; give the name of a file with points, "
+                              "relative to the input file",
+                              shortened(file.string(), 200)));
+              return;
+            }
+            parameters.mesh.points = file;
+          },
+          [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
+            if (!parameters.mesh.points) return {};
+            return parameters.mesh.points->string();
+          }};
+}
+
+Key impulse_key() {
+  const Range range{0, infinity, true};
+  return {"impulse",
+          "stress^exponent time",
+          required(),
+          "above 0, such as \"1e-8 MPa^2 s\" for exponent = 2",
+          "K_f of the Tuler-Butcher criterion",
+          [=](const Source& source, Parameters& parameters, std::size_t) {
+            // Without the exponent the dimension is not known.
+            if (source.context.findings.faulty("fracture.exponent")) return;
+            const Dimension dimension = impulse_dimension(parameters.fracture.exponent);
+            if (const auto value = read_quantity(source, dimension, range)) {
+              parameters.fracture.impulse = *value;
+            }
+          },
+          [](Parameters& parameters, std::size_t) {
+            return format_quantity(parameters.fracture.impulse,
+                                   impulse_dimension(parameters.fracture.exponent));
+          }};
+}
+
+Key sections_key() {
+  const std::string form = "an array of lengths, such as [\"7 mm\", \"12.25 mm\"]";
+  return {"y",
+          "length",
+          required(),
+          form + ", ascending, inside the width",
+          "cross-sections that the crack paths are measured at",
+          [=](const Source& source, Parameters& parameters, std::size_t) {
+            const auto elements = read_elements(source, 0, form);
+            if (!elements) return;
+            for (const Source& element : *elements) {
+              const auto value = read_quantity(element, length_dimension(), coordinate);
+              parameters.sections.y.push_back(value.value_or(std::nan("")));
+            }
+          },
+          [](Parameters& parameters, std::size_t) {
+            std::vector<std::string> items;
+            for (const double y : parameters.sections.y) {
+              items.push_back(format_quantity(y, length_dimension()));
+            }
+            return bracketed(items);
+          }};
+}
+
+Table ensemble_table() {
+  return {"ensemble",
+          Occurrence::once,
+          "the samples",
+          {integer_key("samples", in(&Parameters::ensemble, &Ensemble::samples), 1, 1'000'000, required(),
+                       "number of realizations"),
+           integer_key("seed", in(&Parameters::ensemble, &Ensemble::seed), 0,
+                       std::numeric_limits<std::int64_t>::max(), by_default("0"),
+                       "sample i depends on (seed, i) only"),
+           integer_key("ranks_per_sample", in(&Parameters::ensemble, &Ensemble::ranks_per_sample), 1, 100'000,
+                       by_default("1"), "ranks that share one realization")}};
+}
+
+Table stop_table() {
+  return {"ensemble.stop",
+          Occurrence::optional,
+          "stop when the mean crack path is known well enough",
+          {quantity_key("half_width", stop(&EnsembleStop::half_width),
+                        with_example(length_dimension(), "0.25 mm"), positive_length, required(),
+                        "of the confidence interval of the mean path, at every section"),
+           number_key("confidence", stop(&EnsembleStop::confidence), {0, 1, true, true}, by_default("0.95"),
+                      "level of that interval"),
+           integer_key("min_samples", stop(&EnsembleStop::min_samples), 2, 1'000'000, by_default("30"),
+                       "samples before the first test")},
+          [](const Parameters& parameters) { return parameters.ensemble.stop ? std::size_t{1} : 0; },
+          [](Parameters& parameters) { parameters.ensemble.stop.emplace(); }};
+}
+
+Table notch_table() {
+  return {
+      "specimen.notch",
+      Occurrence::many,
+      "a slot through the whole thickness",
+      {choice_key<Face>(
+           "face", notch(&Notch::face),
+           {{"y-min", Face::y_min}, {"y-max", Face::y_max}, {"z-min", Face::z_min}, {"z-max", Face::z_max}},
+           required(), "face that the slot is cut into"),
+       quantity_key("at", notch(&Notch::at), with_example(length_dimension(), "65 mm"), {0, 1e3, true},
+                    required(), "mid-plane of the slot, along the face's other in-plane axis (y or z)"),
+       quantity_key("depth", notch(&Notch::depth), with_example(length_dimension(), "6 mm"), positive_length,
+                    required(), "from the face to the tip"),
+       quantity_key("height", notch(&Notch::height), with_example(length_dimension(), "0.6 mm"),
+                    positive_length, required(), "opening of the slot")},
+      [](const Parameters& parameters) { return parameters.specimen.notches.size(); },
+      [](Parameters& parameters) { parameters.specimen.notches.emplace_back(); }};
+}
+
+Table mesh_table() {
+  return {"mesh",
+          Occurrence::once,
+          "the mother points and their tessellation",
+          {quantity_key("spacing", in(&Parameters::mesh, &Mesh::spacing), length_dimension(), positive_length,
+                        required(), "distance of the points far from the notches"),
+           quantity_key("notch_spacing", in(&Parameters::mesh, &Mesh::notch_spacing),
+                        with_example(length_dimension(), "0.3 mm"), positive_length, optional("as spacing"),
+                        "distance of the points at the notch tips"),
+           number_key("growth", in(&Parameters::mesh, &Mesh::growth), {0, 1}, by_default("0.03"),
+                      "increase of the spacing per unit distance from a notch tip"),
+           number_key("perturbation", in(&Parameters::mesh, &Mesh::perturbation), {0, 0.4}, by_default("0.2"),
+                      "amplitude of the disturbance, in local spacings"),
+           number_key("min_quality", in(&Parameters::mesh, &Mesh::min_quality), {0, 0.5}, by_default("0.2"),
+                      "mean-ratio quality that every tetrahedron keeps"),
+           points_key()}};
+}
+
+Table material_table() {
+  return {"material",
+          Occurrence::once,
+          "isotropic linear elasticity",
+          {quantity_key("youngs_modulus", in(&Parameters::material, &Material::youngs_modulus),
+                        with_example(stress_dimension(), "3300 MPa"), positive_stress, required(),
+                        "Young's modulus"),
+           number_key("poisson_ratio", in(&Parameters::material, &Material::poisson_ratio),
+                      {-1, 0.5, true, true}, required(), "Poisson's ratio"),
+           quantity_key("density", in(&Parameters::material, &Material::density), density_dimension(),
+                        {0, 1e6, true}, required(), "mass density")}};
+}
+
+Table fracture_table() {
+  return {"fracture",
+          Occurrence::once,
+          "the Tuler-Butcher criterion",
+          {quantity_key("strength", in(&Parameters::fracture, &Fracture::strength), stress_dimension(),
+                        positive_stress, required(), "sigma_0: largest principal stress without damage"),
+           number_key("exponent", in(&Parameters::fracture, &Fracture::exponent), {0, 20, true},
+                      by_default("2"), "beta"),
+           impulse_key(),
+           choice_key<Memory>("memory", in(&Parameters::fracture, &Fracture::memory),
+                              {{"cumulative", Memory::cumulative}, {"step", Memory::step}},
+                              by_default("\"cumulative\""),
+                              "damage adds up for ever, or over one time step only"),
+           choice_key<Release>("release", in(&Parameters::fracture, &Fracture::release),
+                               {{"element", Release::element}, {"facet", Release::facet}},
+                               by_default("\"element\""),
+                               "what a break opens: all dual facets of the tetrahedron, or one group")}};
+}
+
+Table time_table() {
+  return {
+      "time",
+      Occurrence::once,
+      "the way of loading and the dynamic phase",
+      {choice_key<Start>("start", in(&Parameters::time, &Time::start),
+                         {{"quasi-static", Start::quasi_static}, {"rest", Start::rest}},
+                         by_default("\"quasi-static\""), "equilibria up to run-away, or dynamics from t = 0"),
+       automatic_time_key("step", in(&Parameters::time, &Time::step), "5 ns",
+                          "time step; \"auto\" is a fraction of the stable step"),
+       quantity_key("duration", in(&Parameters::time, &Time::duration),
+                    with_example(time_dimension(), "100 us"), positive_time, required(),
+                    "of the dynamic phase"),
+       choice_key<Integrator>("integrator", in(&Parameters::time, &Time::integrator),
+                              {{"bilateral4", Integrator::bilateral4}, {"verlet", Integrator::verlet}},
+                              by_default("\"bilateral4\""),
+                              "order 4 with four forces per step, or order 2 with one"),
+       automatic_time_key("arrest", in(&Parameters::time, &Time::arrest), "20 us",
+                          "time without a break, and without any tetrahedron over the strength, after "
+                          "which a dynamic phase counts as arrested")}};
+}
+
+Table output_table() {
+  return {"output",
+          Occurrence::once,
+          "what the sample files hold",
+          {integer_key("frames", in(&Parameters::output, &Output::frames), 0, 100'000, by_default("11"),
+                       "pictures of the fields during the dynamic phase")}};
+}
+
+}  // namespace
+
+const std::vector<Table>& schema() {
+  static const std::vector<Table> tables{
+      ensemble_table(),
+      stop_table(),
+      {"specimen", Occurrence::once, "the body: a box with notches", {size_key()}},
+      notch_table(),
+      mesh_table(),
+      material_table(),
+      fracture_table(),
+      boundary_table(),
+      time_table(),
+      {"sections", Occurrence::once, "where crack paths are measured", {sections_key()}},
+      output_table()};
+  return tables;
+}
+
+Key quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
+                 Presence presence, std::string help) {
+  const std::string plain_name = dimension.name.substr(dimension.name.find(' ') + 1);
+  return {std::move(name),
+          plain_name,
+          std::move(presence),
+          accepted(dimension, range),
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto value = read_quantity(source, dimension, range)) access(parameters, i) = *value;
+          },
+          [=](Parameters& parameters, std::size_t i) {
+            return format_quantity(access(parameters, i), dimension);
+          }};
+}
+
+Key automatic_time_key(std::string name, Access<std::optional<double>> access, const std::string& example,
+                       std::string help) {
+  const Dimension dimension = with_example(time_dimension(), example);
+  return {std::move(name),
+          "time",
+          by_default("\"auto\""),
+          "\"auto\" or " + accepted(dimension, positive_time),
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            const bool text = source.value.kind == ValueKind::string;
+            if (text && source.value.string == "auto") {
+              access(parameters, i).reset();
+            } else if (text && source.value.string.find_first_of("0123456789") == std::string::npos) {
+              source.report(fmt::format("{} is not known; give \"auto\" or a time such as \"{}\"",
+                                        source.value.source, example));
+            } else if (const auto value = read_quantity(source, dimension, positive_time)) {
+              access(parameters, i) = *value;
+            }
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::string {
+            const std::optional<double>& value = access(parameters, i);
+            return value ? format_quantity(*value, dimension) : "auto";
+          }};
+}
+
+Key number_key(std::string name, Access<double> access, Range range, Presence presence, std::string help) {
+  return {std::move(name),
+          "number",
+          std::move(presence),
+          accepted_number(range),
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto value = read_number(source, range)) access(parameters, i) = *value;
+          },
+          [=](Parameters& parameters, std::size_t i) { return format_number(access(parameters, i)); }};
+}
+
+}  // namespace crackle::input

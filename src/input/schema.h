@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "values.h"
+
+#include "crackle/input/parameters.h"
+
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+/// The keys of the input file. Each is declared once, in schema.cpp; reading, checking, the echo of the
+/// resolved input and the table of keys all follow from that declaration.
+namespace crackle::input {
+
+/// The place of a value in the parameters; `index` is the number of the table in an array of tables.
+template <class T>
+using Access = std::function<T&(Parameters& parameters, std::size_t index)>;
+
+/// What holds when a key is not given.
+struct Presence {
+  bool required = true;
+  std::string fallback;  ///< default as it would stand in the file; empty: the value stays unset
+  std::string unset;     ///< what an unset value means, for the table of keys
+};
+inline Presence required() {
+  return {};
+}
+inline Presence by_default(std::string value) {
+  return {false, std::move(value), {}};
+}
+inline Presence optional(std::string meaning) {
+  return {false, {}, std::move(meaning)};
+}
+
+struct Key {
+  std::string name;       ///< within its table; "region.y" for a member of a table inside it
+  std::string dimension;  ///< for the table of keys
+  Presence presence;
+  std::string accepted;
+  std::string help;
+  std::function<void(const Source&, Parameters&, std::size_t)> read;
+  /// Text for the echo; nothing where the key does not apply.
+  std::function<std::optional<std::string>(Parameters&, std::size_t)> show;
+};
+
+enum class Occurrence { once, optional, many };
+
+struct Table {
+  std::string path;
+  Occurrence occurrence = Occurrence::once;
+  std::string help;
+  std::vector<Key> keys;
+  /// Number of these tables in the parameters, and a new one; for `once` there is always one.
+  std::function<std::size_t(const Parameters&)> count = [](const Parameters&) { return std::size_t{1}; };
+  std::function<void(Parameters&)> append = [](Parameters&) {};
+};
+
+/// All tables with their keys, in the order in which they are read and shown.
+const std::vector<Table>& schema();
+
+/// Keys of [[boundary]], whose values depend on each other.
+Table boundary_table();
+
+// The kinds of keys.
+
+Key quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
+                 Presence presence, std::string help);
+/// A time or the word "auto", which leaves the value empty.
+Key automatic_time_key(std::string name, Access<std::optional<double>> access, const std::string& example,
+                       std::string help);
+Key number_key(std::string name, Access<double> access, Range range, Presence presence, std::string help);
+
+template <class Integer>
+Key integer_key(std::string name, Access<Integer> access, std::int64_t lower, std::int64_t upper,
+                Presence presence, std::string help) {
+  return {std::move(name),
+          "integer",
+          std::move(presence),
+          accepted_integer(lower, upper),
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto value = read_integer(source, lower, upper)) {
+              access(parameters, i) = static_cast<Integer>(*value);
+            }
+          },
+          [=](Parameters& parameters, std::size_t i) { return std::to_string(access(parameters, i)); }};
+}
+
+/// One of the `names`, which stand for the enumerators 0, 1, 2, ...
+template <class Enum>
+Key choice_key(std::string name, Access<Enum> access, std::vector<std::pair<std::string, Enum>> choices,
+               Presence presence, std::string help) {
+  std::vector<std::string> names;
+  for (const auto& choice : choices) names.push_back(choice.first);
+  return {std::move(name),
+          "word",
+          std::move(presence),
+          accepted_choice(names),
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto index = read_choice(source, names)) access(parameters, i) = choices[*index].second;
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            for (const auto& choice : choices) {
+              if (choice.second == access(parameters, i)) return choice.first;
+            }
+            return {};
+          }};
+}
+
+// Ranges. The outer bounds only keep slips such as "5e300 mm" away from the arithmetic.
+
+inline constexpr double infinity = std::numeric_limits<double>::infinity();
+inline constexpr Range positive_length{1e-9, 1e3};
+inline constexpr Range positive_time{1e-15, 1e6};
+inline constexpr Range positive_stress{0, 1e14, true};
+inline constexpr Range coordinate{-1e3, 1e3};
+
+}  // namespace crackle::input

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+namespace crackle::input {
+
+/// Far more than any input needs; keeps a wrong file name from filling the memory.
+inline constexpr std::size_t max_text_size = std::size_t{1} << 20;
+
+/// What the TOML parser must not be given: bytes that are no text, invalid UTF-8, no content at all, or
+/// nesting so deep that its recursion would exhaust the stack.
+/// @throws SyntaxError
+void check_text(const std::string& text);
+
+}  // namespace crackle::input

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "units.h"
+
+#include <udunits2.h>
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string_view>
+
+namespace crackle::input {
+
+namespace {
+
+using Unit = std::unique_ptr<ut_unit, void (*)(ut_unit*)>;
+using Converter = std::unique_ptr<cv_converter, void (*)(cv_converter*)>;
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+bool is_name(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || static_cast<unsigned char>(c) >= 0x80;
+}
+
+/// Products, quotients and small integer powers of names. UDUNITS reads far more as a unit ("mm 3", "m @ 5",
+/// "lg(re 1 m)", "s since 2000"), which in an input file can only be a slip.
+bool looks_like_unit(std::string_view text) {
+  if (text.empty() || text.size() > 80 || !(is_name(text[0]) || text[0] == '(')) return false;
+  for (std::size_t i = 0; i < text.size();) {
+    if (is_name(text[i]) || text[i] == ')') {
+      const bool name = is_name(text[i]);
+      ++i;
+      while (name && i < text.size() && is_name(text[i])) ++i;
+      std::size_t digits = i;
+      if (digits < text.size() && text[digits] == '^') ++digits;
+      if (digits < text.size() && (text[digits] == '-' || text[digits] == '+')) ++digits;
+      std::size_t end = digits;
+      while (end < text.size() && is_digit(text[end])) ++end;
+      if (end - digits > 2 || (end == digits && digits != i)) return false;
+      i = end;
+    } else if (std::string_view(" ./*(").find(text[i]) != std::string_view::npos) {
+      ++i;
+    } else {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// SI value of one `unit` [si_unit], 0 for something that is no unit, NaN for another dimension.
+double factor_to(ut_system* system, std::string_view unit, const std::string& si_unit) {
+  if (!looks_like_unit(unit)) return 0;
+  const Unit from(ut_parse(system, std::string(unit).c_str(), UT_UTF8), ut_free);
+  if (!from) return 0;
+  const Unit to(ut_parse(system, si_unit.c_str(), UT_UTF8), ut_free);
+  if (!to) throw std::logic_error("UDUNITS does not know " + si_unit);
+  const double other_dimension = std::numeric_limits<double>::quiet_NaN();
+  if (!ut_are_convertible(from.get(), to.get())) return other_dimension;
+  const Converter converter(ut_get_converter(from.get(), to.get()), cv_free);
+  if (!converter) return other_dimension;
+  // UDUNITS also converts reciprocals (Hz to s), logarithms and offsets; only a factor is a change of unit.
+  const double one = cv_convert_double(converter.get(), 1.0);
+  const bool proportional = cv_convert_double(converter.get(), 0.0) == 0 &&
+                            std::abs(cv_convert_double(converter.get(), 2.0) - 2 * one) <= 1e-12 * one;
+  return proportional ? one : other_dimension;
+}
+
+}  // namespace
+
+UnitSystem::UnitSystem() : system_(nullptr, ut_free_system) {
+  ut_set_error_message_handler(ut_ignore);
+  system_.reset(ut_read_xml(nullptr));
+  if (!system_) throw std::runtime_error("UDUNITS: the unit data base (udunits2.xml) cannot be read");
+}
+
+Quantity UnitSystem::convert(double number, const std::string& unit, const Dimension& dimension) const {
+  double factor = 0;
+  if (dimension.exponent != std::floor(dimension.exponent)) {
+    // UDUNITS has integer powers only: read "<stress>^<exponent> <time>" in its parts.
+    const auto caret = unit.find('^');
+    double exponent = 0;
+    const char* const end = unit.data() + unit.size();
+    if (caret != std::string::npos) {
+      const auto [rest, status] = std::from_chars(unit.data() + caret + 1, end, exponent);
+      const std::string_view after = trimmed(std::string_view(rest, static_cast<std::size_t>(end - rest)));
+      const double stress = factor_to(system_.get(), trimmed(std::string_view(unit).substr(0, caret)), "Pa");
+      const double time = factor_to(system_.get(), after, "s");
+      const bool matches = status == std::errc{} && std::abs(exponent - dimension.exponent) < 1e-12;
+      factor =
+          matches ? std::pow(stress, dimension.exponent) * time : std::numeric_limits<double>::quiet_NaN();
+    } else {
+      factor = looks_like_unit(unit) ? std::numeric_limits<double>::quiet_NaN() : 0;
+    }
+  } else {
+    factor = factor_to(system_.get(), unit, dimension.si_unit);
+  }
+  if (factor == 0) return {0, QuantityError::unknown_unit, unit};
+  if (std::isnan(factor)) return {0, QuantityError::wrong_dimension, unit};
+  const double value = number * factor;
+  if (!std::isfinite(value)) return {0, QuantityError::not_finite, unit};
+  return {value, QuantityError::none, unit};
+}
+
+Quantity UnitSystem::read(const std::string& text, const Dimension& dimension) const {
+  std::string_view rest = trimmed(text);
+  if (rest.size() > 1 && rest[0] == '+' && rest[1] != '-') rest.remove_prefix(1);
+  double number = 0;
+  const auto [end, status] = std::from_chars(rest.data(), rest.data() + rest.size(), number);
+  if (status == std::errc::invalid_argument) return {0, QuantityError::no_number, {}};
+  rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
+  const std::string unit(trimmed(rest));
+  if (status == std::errc::result_out_of_range || !std::isfinite(number)) {
+    return {0, QuantityError::not_finite, unit};
+  }
+  if (unit.empty()) return {0, QuantityError::no_unit, unit};
+  return convert(number, unit, dimension);
+}
+
+}  // namespace crackle::input

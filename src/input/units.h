@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "dimension.h"
+
+#include <memory>
+#include <string>
+
+struct ut_system;
+
+namespace crackle::input {
+
+/// Why a text is not the wanted quantity.
+enum class QuantityError { none, no_number, no_unit, unknown_unit, wrong_dimension, not_finite };
+
+struct Quantity {
+  double value = 0;  ///< [SI unit of the dimension]; 0 on error
+  QuantityError error = QuantityError::none;
+  std::string unit;  ///< the unit's text
+};
+
+/// The unit data base of UDUNITS.
+class UnitSystem {
+public:
+  /// @throws std::runtime_error when the data base cannot be read
+  UnitSystem();
+
+  /// Reads "<number> <unit>" and converts it to the SI unit of `dimension`.
+  Quantity read(const std::string& text, const Dimension& dimension) const;
+
+private:
+  Quantity convert(double number, const std::string& unit, const Dimension& dimension) const;
+
+  std::unique_ptr<ut_system, void (*)(ut_system*)> system_;
+};
+
+}  // namespace crackle::input

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "unknown_keys.h"
+
+#include "schema.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+namespace crackle::input {
+
+namespace {
+
+/// A full path of the schema without numbers ("boundary.region.y") and what stands there.
+struct Place {
+  enum class Form { key, table, tables };
+  std::string path;
+  Form form;
+};
+
+std::vector<Place> all_places() {
+  std::vector<Place> places;
+  const auto add = [&](const std::string& path, Place::Form form) {
+    for (Place& place : places) {
+      if (place.path == path) {
+        if (form == Place::Form::tables) place.form = form;
+        return;
+      }
+    }
+    places.push_back({path, form});
+  };
+  for (const Table& table : schema()) {
+    for (auto dot = table.path.find('.'); dot != std::string::npos; dot = table.path.find('.', dot + 1)) {
+      add(table.path.substr(0, dot), Place::Form::table);
+    }
+    add(table.path, table.occurrence == Occurrence::many ? Place::Form::tables : Place::Form::table);
+    for (const Key& key : table.keys) {
+      const auto dot = key.name.find('.');
+      if (dot != std::string::npos) add(table.path + "." + key.name.substr(0, dot), Place::Form::table);
+      add(table.path + "." + key.name, Place::Form::key);
+    }
+  }
+  return places;
+}
+
+std::string last_name(const std::string& path) {
+  return path.substr(path.rfind('.') + 1);
+}
+
+std::string parent(const std::string& path) {
+  const auto dot = path.rfind('.');
+  return dot == std::string::npos ? "" : path.substr(0, dot);
+}
+
+/// Levenshtein distance.
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, diagonal + 1, row[j] + 1});
+    }
+  }
+  return row.back();
+}
+
+/// What to write instead of an unknown `name` in the table at `path`: a name that is spelled nearly so there,
+/// the same name in another table, or else all names that the table has.
+std::string advice(const std::vector<Place>& places, const std::string& path, const std::string& name) {
+  std::vector<std::string> siblings;
+  const Place* nearest = nullptr;
+  std::size_t smallest = std::max<std::size_t>(2, name.size() / 3) + 1;
+  for (const Place& place : places) {
+    if (parent(place.path) != path) continue;
+    siblings.push_back(last_name(place.path));
+    const std::size_t distance = edit_distance(name, siblings.back());
+    if (distance < smallest && distance < name.size()) {
+      smallest = distance;
+      nearest = &place;
+    }
+  }
+  if (nearest != nullptr) return fmt::format("did you mean {}?", last_name(nearest->path));
+  for (const Place& place : places) {
+    if (last_name(place.path) == name) return fmt::format("did you mean {}?", place.path);
+  }
+  return fmt::format("known here: {}", fmt::join(siblings, ", "));
+}
+
+void visit(const Value& table, const std::string& path, const std::string& key,
+           const std::vector<Place>& places, Findings& findings) {
+  for (const Member& member : table.members) {
+    const Value& value = member.value;
+    const std::string member_path = path.empty() ? member.name : path + "." + member.name;
+    const std::string member_key = key.empty() ? member.name : key + "." + member.name;
+    const auto place =
+        std::find_if(places.begin(), places.end(), [&](const Place& p) { return p.path == member_path; });
+    const bool is_table = value.kind == ValueKind::table;
+    if (place == places.end() || member.name.find('.') != std::string::npos) {
+      const bool tables = is_table || (value.kind == ValueKind::array && !value.elements.empty() &&
+                                       value.elements.front().kind == ValueKind::table);
+      findings.report(
+          shortened(member_key, 100), value.line,
+          fmt::format("unknown {}; {}", tables ? "table" : "key", advice(places, path, member.name)));
+    } else if (place->form == Place::Form::table) {
+      if (is_table) {
+        visit(value, member_path, member_key, places, findings);
+      } else if (value.kind == ValueKind::array) {
+        findings.report(
+            member_key, value.line,
+            fmt::format("this is a table that stands once; write [{}], in single brackets", member_path));
+      } else {
+        findings.report(
+            member_key, value.line,
+            fmt::format("{} is {}; give a table [{}]", value.source, describe(value.kind), member_path));
+      }
+    } else if (place->form == Place::Form::tables) {
+      bool sound = value.kind == ValueKind::array;
+      for (std::size_t i = 0; sound && i < value.elements.size(); ++i) {
+        sound = value.elements[i].kind == ValueKind::table;
+        if (sound)
+          visit(value.elements[i], member_path, fmt::format("{}[{}]", member_key, i), places, findings);
+      }
+      if (!sound) {
+        findings.report(
+            member_key, value.line,
+            fmt::format("this is a list of tables; write [[{}]], in double brackets", member_path));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void report_unknown_keys(const Value& root, Findings& findings) {
+  visit(root, "", "", all_places(), findings);
+}
+
+}  // namespace crackle::input

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace crackle::input {
+
+namespace {
+
+template <class Format>
+std::string describe_range(const Range& range, Format format) {
+  if (range.upper == std::numeric_limits<double>::infinity()) {
+    return fmt::format("{} {}", range.lower_open ? "above" : "at least", format(range.lower));
+  }
+  const bool from_to = !range.lower_open && !range.upper_open;
+  if (from_to) return fmt::format("from {} to {}", format(range.lower), format(range.upper));
+  return fmt::format("{} {} and {} {}", range.lower_open ? "above" : "at least", format(range.lower),
+                     range.upper_open ? "below" : "up to", format(range.upper));
+}
+
+std::string describe_range(const Range& range, const Dimension& dimension) {
+  return describe_range(
+      range, [&](double bound) { return bound == 0 ? std::string("0") : format_quantity(bound, dimension); });
+}
+
+/// "a plain number without a unit" and the like, for a value of the wrong type.
+std::string describe_wrong_type(const Value& value) {
+  return fmt::format("{} is {}", value.source, describe(value.kind));
+}
+
+/// Messages about arrays and tables do not repeat their source, which may be long.
+std::string what_is_given(const Value& value) {
+  const bool compound = value.kind == ValueKind::array || value.kind == ValueKind::table;
+  return compound ? "this is " + describe(value.kind) : describe_wrong_type(value);
+}
+
+}  // namespace
+
+std::string accepted(const Dimension& dimension, const Range& range) {
+  return fmt::format("{} {}, such as \"{}\"", dimension.name, describe_range(range, dimension),
+                     dimension.example);
+}
+
+std::string accepted_number(const Range& range) {
+  return "a number " + describe_range(range, [](double bound) { return format_number(bound); });
+}
+
+std::string accepted_integer(std::int64_t lower, std::int64_t upper) {
+  return fmt::format("a whole number from {} to {}", lower, upper);
+}
+
+std::string accepted_choice(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    text += i == 0 ? "" : i + 1 == names.size() ? " or " : ", ";
+    text += '"' + names[i] + '"';
+  }
+  return text;
+}
+
+std::optional<double> read_quantity(const Source& source, const Dimension& dimension, const Range& range) {
+  const Value& value = source.value;
+  const std::string advice = fmt::format("; give {} such as \"{}\"", dimension.name, dimension.example);
+  if (value.kind == ValueKind::integer || value.kind == ValueKind::number) {
+    source.report(
+        fmt::format("{} is a plain number without a unit; give {} with its unit, in quotes, such as "
+                    "\"{}\"",
+                    value.source, dimension.name, dimension.example));
+    return {};
+  }
+  if (value.kind != ValueKind::string) {
+    source.report(what_is_given(value) + advice);
+    return {};
+  }
+  const Quantity quantity = source.context.units.read(value.string, dimension);
+  switch (quantity.error) {
+    case QuantityError::none:
+      break;
+    case QuantityError::no_number:
+      source.report(value.source + " is not a number with a unit" + advice);
+      return {};
+    case QuantityError::no_unit:
+      source.report(value.source + " has no unit" + advice);
+      return {};
+    case QuantityError::unknown_unit:
+      source.report(
+          fmt::format("{} has the unknown unit \"{}\"{}", value.source, shortened(quantity.unit), advice));
+      return {};
+    case QuantityError::wrong_dimension:
+      source.report(fmt::format("{} has not the dimension of {}{}", value.source, dimension.name, advice));
+      return {};
+    case QuantityError::not_finite:
+      source.report(value.source + " is not a finite number; give " + accepted(dimension, range));
+      return {};
+  }
+  if (!range.contains(quantity.value)) {
+    source.report(value.source + " is out of range; give " + accepted(dimension, range));
+    return {};
+  }
+  return quantity.value;
+}
+
+std::optional<double> read_number(const Source& source, const Range& range) {
+  const Value& value = source.value;
+  if (value.kind != ValueKind::integer && value.kind != ValueKind::number) {
+    source.report(fmt::format("{}; give {}, without quotes", what_is_given(value), accepted_number(range)));
+    return {};
+  }
+  if (!value.representable || !std::isfinite(value.number)) {
+    source.report(value.source + " is not a finite number; give " + accepted_number(range));
+    return {};
+  }
+  if (!range.contains(value.number)) {
+    source.report(value.source + " is out of range; give " + accepted_number(range));
+    return {};
+  }
+  return value.number;
+}
+
+std::optional<std::int64_t> read_integer(const Source& source, std::int64_t lower, std::int64_t upper) {
+  const Value& value = source.value;
+  const std::string advice = "; give " + accepted_integer(lower, upper);
+  if (value.kind == ValueKind::number) {
+    source.report(value.source + " is not a whole number" + advice);
+    return {};
+  }
+  if (value.kind != ValueKind::integer) {
+    source.report(what_is_given(value) + advice + ", without quotes");
+    return {};
+  }
+  if (!value.representable || value.integer < lower || value.integer > upper) {
+    source.report(value.source + " is out of range" + advice);
+    return {};
+  }
+  return value.integer;
+}
+
+std::optional<std::string> read_text(const Source& source, const std::string& accepted) {
+  if (source.value.kind != ValueKind::string || source.value.string.empty()) {
+    source.report(fmt::format(
+        "{}; give {}",
+        source.value.kind == ValueKind::string ? "the string is empty" : what_is_given(source.value),
+        accepted));
+    return {};
+  }
+  return source.value.string;
+}
+
+std::optional<std::size_t> read_choice(const Source& source, const std::vector<std::string>& names) {
+  const Value& value = source.value;
+  if (value.kind != ValueKind::string) {
+    source.report(what_is_given(value) + "; give " + accepted_choice(names));
+    return {};
+  }
+  const auto found = std::find(names.begin(), names.end(), value.string);
+  if (found == names.end()) {
+    source.report(value.source + " is not known; give " + accepted_choice(names));
+    return {};
+  }
+  return static_cast<std::size_t>(found - names.begin());
+}
+
+std::optional<std::vector<Source>> read_elements(const Source& source, std::size_t count,
+                                                 const std::string& accepted) {
+  const Value& value = source.value;
+  if (value.kind != ValueKind::array) {
+    source.report(what_is_given(value) + "; give " + accepted);
+    return {};
+  }
+  if (value.elements.empty() || (count != 0 && value.elements.size() != count)) {
+    const std::size_t n = value.elements.size();
+    source.report(fmt::format("the array has {} element{}; give {}", n, n == 1 ? "" : "s", accepted));
+    return {};
+  }
+  std::vector<Source> elements;
+  for (std::size_t i = 0; i < value.elements.size(); ++i) {
+    elements.push_back({value.elements[i], fmt::format("{}[{}]", source.key, i), source.context});
+  }
+  return elements;
+}
+
+}  // namespace crackle::input

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "dimension.h"
+#include "document.h"
+#include "findings.h"
+#include "units.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+/// Typed values out of a document: each function either gives a value that keeps to what is accepted, or
+/// reports what is wrong and gives nothing.
+namespace crackle::input {
+
+struct Context {
+  const UnitSystem& units;
+  Findings& findings;
+  std::filesystem::path folder;  ///< that relative file names start from
+};
+
+/// A value under the name that messages give it.
+struct Source {
+  const Value& value;
+  std::string key;
+  Context& context;
+
+  void report(const std::string& message) const { context.findings.report(key, value.line, message); }
+};
+
+/// An interval of accepted values, in SI units.
+struct Range {
+  double lower;
+  double upper;
+  bool lower_open = false;
+  bool upper_open = false;
+
+  bool contains(double value) const {
+    return (lower_open ? value > lower : value >= lower) && (upper_open ? value < upper : value <= upper);
+  }
+};
+
+/// "a length above 0 and up to 1 m, such as "1.0 mm"", "a number from 0 to 0.5".
+std::string accepted(const Dimension& dimension, const Range& range);
+std::string accepted_number(const Range& range);
+std::string accepted_integer(std::int64_t lower, std::int64_t upper);
+std::string accepted_choice(const std::vector<std::string>& names);
+
+std::optional<double> read_quantity(const Source& source, const Dimension& dimension, const Range& range);
+std::optional<double> read_number(const Source& source, const Range& range);
+std::optional<std::int64_t> read_integer(const Source& source, std::int64_t lower, std::int64_t upper);
+std::optional<std::string> read_text(const Source& source, const std::string& accepted);
+
+/// Index of the string in `names`.
+std::optional<std::size_t> read_choice(const Source& source, const std::vector<std::string>& names);
+
+/// The elements of an array.
+/// @param count how many there must be; 0: at least one
+std::optional<std::vector<Source>> read_elements(const Source& source, std::size_t count,
+                                                 const std::string& accepted);
+
+}  // namespace crackle::input
