@@ -220,6 +220,16 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
 
 QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account) {
   LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
+  if (!is_loaded_) {
+    // The loads that the program starts with are taken to have grown from nothing.
+    const auto nothing = [](const std::vector<double>& like) {
+      return std::vector<double>(like.size(), 0.0);
+    };
+    account.add_static_work(
+        {nothing(state.amplitude), nothing(state.position), nothing(state.reaction), nothing(state.travel)},
+        state);
+    is_loaded_ = true;
+  }
   for (;;) {
     Critical next = most_loaded();
     if (next.number < 0) return QuasiStaticEnd::separated;

@@ -75,6 +75,7 @@ private:
   std::size_t n_breaks_solved_ = 0;        // of the body's local breaks, those that the solver knows
   double extent_ = 0;                      // of the body, whose box starts at the origin [m]
   double time_ = 0;
+  bool is_loaded_ = false;  // whether the account knows the loads at time 0
   std::int64_t n_solves_ = 0;
   std::int64_t n_iterations_ = 0;
   std::int64_t n_breaks_ = 0;
