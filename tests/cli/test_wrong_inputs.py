@@ -97,6 +97,7 @@ def main():
     parser.add_argument("--demo", required=True, help="the input that is spoilt")
     parser.add_argument("--commands", nargs="+", default=["check"])
     parser.add_argument("--verbose", action="store_true", help="print every message")
+    parser.add_argument("--only", default="", help="run the cases that have this in their names")
     options = parser.parse_args()
     program = os.path.abspath(options.program)
     demo = pathlib.Path(options.demo).read_text()
@@ -105,6 +106,9 @@ def main():
     jobs += [(run_file, *file) for file in FILES]
     jobs += [(run_path, "missing file", "nowhere.toml", "there is no such file"),
              (run_path, "folder", "folder", "is a directory")]
+    jobs = [job for job in jobs if options.only in getattr(job[-1], "name", job[1])]
+    if not jobs:
+        sys.exit(f"no case has {options.only!r} in its name")
     with concurrent.futures.ThreadPoolExecutor(max_workers=2) as pool:
         futures = []
         for i, (function, *arguments) in enumerate(jobs):

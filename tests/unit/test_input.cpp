@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Correct inputs: every key, its units and its default.
+#include "crackle/input/reader.h"
+#include "unit/input_samples.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+namespace crackle::test {
+namespace {
+
+using input::BoundaryKind;
+using input::Face;
+using ::testing::DoubleEq;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Pair;
+
+/// Units are converted by one multiplication, which may round.
+void expect_close(double value, double expected) {
+  EXPECT_NEAR(value, expected, 1e-14 * std::abs(expected));
+}
+
+TEST(Input, EnsembleKeys) {
+  const auto p = parse_tables([] {
+    auto tables = minimal_tables();
+    set_key(tables, "[ensemble]", "samples", "200");
+    set_key(tables, "[ensemble]", "seed", "9223372036854775807");
+    set_key(tables, "[ensemble]", "ranks_per_sample", "4");
+    return tables;
+  }());
+  EXPECT_EQ(p.ensemble.samples, 200);
+  EXPECT_EQ(p.ensemble.seed, 9223372036854775807U);
+  EXPECT_EQ(p.ensemble.ranks_per_sample, 4);
+  EXPECT_FALSE(p.ensemble.stop.has_value());
+}
+
+TEST(Input, Defaults) {
+  const auto p = parse_tables(minimal_tables());
+  EXPECT_EQ(p.ensemble.seed, 0U);
+  EXPECT_EQ(p.ensemble.ranks_per_sample, 1);
+  EXPECT_TRUE(p.specimen.notches.empty());
+  EXPECT_EQ(p.mesh.notch_spacing, p.mesh.spacing);
+  EXPECT_EQ(p.mesh.growth, 0.03);
+  EXPECT_EQ(p.mesh.perturbation, 0.2);
+  EXPECT_EQ(p.mesh.min_quality, 0.2);
+  EXPECT_FALSE(p.mesh.points.has_value());
+  EXPECT_EQ(p.fracture.exponent, 2);
+  EXPECT_EQ(p.fracture.memory, input::Memory::cumulative);
+  EXPECT_EQ(p.fracture.release, input::Release::element);
+  EXPECT_EQ(p.time.start, input::Start::quasi_static);
+  EXPECT_FALSE(p.time.step.has_value());
+  EXPECT_FALSE(p.time.arrest.has_value());
+  EXPECT_EQ(p.time.integrator, input::Integrator::bilateral4);
+  EXPECT_EQ(p.output.frames, 11);
+  EXPECT_EQ(p.text, to_text(minimal_tables()));
+}
+
+TEST(Input, SpecimenWithNotches) {
+  auto tables = minimal_tables();
+  tables.insert(
+      tables.begin() + 2,
+      {{"[[specimen.notch]]",
+        {{"face", R"("y-min")"}, {"at", R"("65 mm")"}, {"depth", R"("6 mm")"}, {"height", R"("0.6 mm")"}}},
+       {"[[specimen.notch]]",
+        {{"face", R"("z-max")"}, {"at", R"("1 cm")"}, {"depth", R"("0.01 m")"}, {"height", R"("300 um")"}}}});
+  const auto p = parse_tables(tables);
+  expect_close(p.specimen.size[0], 5e-3);
+  expect_close(p.specimen.size[1], 24.5e-3);
+  expect_close(p.specimen.size[2], 140e-3);
+  ASSERT_EQ(p.specimen.notches.size(), 2U);
+  EXPECT_EQ(p.specimen.notches[0].face, Face::y_min);
+  expect_close(p.specimen.notches[0].at, 65e-3);
+  expect_close(p.specimen.notches[0].depth, 6e-3);
+  expect_close(p.specimen.notches[0].height, 0.6e-3);
+  EXPECT_EQ(p.specimen.notches[1].face, Face::z_max);
+  expect_close(p.specimen.notches[1].at, 10e-3);
+  expect_close(p.specimen.notches[1].depth, 10e-3);
+  expect_close(p.specimen.notches[1].height, 0.3e-3);
+}
+
+TEST(Input, MeshKeys) {
+  auto tables = minimal_tables();
+  for (const auto& [key, value] :
+       std::vector<std::pair<std::string, std::string>>{{"spacing", R"("1.5 mm")"},
+                                                        {"notch_spacing", R"("0.5 mm")"},
+                                                        {"growth", "0.1"},
+                                                        {"perturbation", "0"},
+                                                        {"min_quality", "0.5"}}) {
+    set_key(tables, "[mesh]", key, value);
+  }
+  const auto p = parse_tables(tables);
+  expect_close(p.mesh.spacing, 1.5e-3);
+  expect_close(p.mesh.notch_spacing, 0.5e-3);
+  EXPECT_EQ(p.mesh.growth, 0.1);
+  EXPECT_EQ(p.mesh.perturbation, 0);
+  EXPECT_EQ(p.mesh.min_quality, 0.5);
+}
+
+TEST(Input, PointsAreRelativeToTheInputFile) {
+  const auto folder = std::filesystem::path(::testing::TempDir()) / "crackle_input_points";
+  std::filesystem::create_directories(folder / "sub");
+  std::ofstream(folder / "sub" / "cloud.txt") << "0 0 0\n";
+  auto tables = minimal_tables();
+  set_key(tables, "[mesh]", "points", R"("sub/cloud.txt")");
+  std::ofstream(folder / "plate.toml") << to_text(tables);
+  const auto p = input::read(folder / "plate.toml");
+  ASSERT_TRUE(p.mesh.points.has_value());
+  EXPECT_TRUE(std::filesystem::equivalent(*p.mesh.points, folder / "sub" / "cloud.txt"));
+  std::filesystem::remove_all(folder);
+}
+
+TEST(Input, MaterialAndFractureKeys) {
+  auto tables = minimal_tables();
+  set_key(tables, "[material]", "youngs_modulus", R"("3.3 GPa")");
+  set_key(tables, "[material]", "density", R"("1.18 g/cm^3")");
+  set_key(tables, "[material]", "poisson_ratio", "-0.25");
+  set_key(tables, "[fracture]", "strength", R"("35 N/mm^2")");
+  set_key(tables, "[fracture]", "memory", R"("step")");
+  const auto p = parse_tables(tables);
+  expect_close(p.material.youngs_modulus, 3.3e9);
+  expect_close(p.material.density, 1180);
+  EXPECT_EQ(p.material.poisson_ratio, -0.25);
+  expect_close(p.fracture.strength, 35e6);
+  expect_close(p.fracture.impulse, 1e4);
+  EXPECT_EQ(p.fracture.memory, input::Memory::step);
+}
+
+TEST(Input, ImpulseHasTheDimensionThatTheExponentGives) {
+  const auto impulse = [](const std::string& exponent, const std::string& value) {
+    auto tables = minimal_tables();
+    set_key(tables, "[fracture]", "exponent", exponent);
+    set_key(tables, "[fracture]", "impulse", value);
+    return parse_tables(tables).fracture.impulse;
+  };
+  expect_close(impulse("1", R"("2 MPa us")"), 2.0);
+  expect_close(impulse("2", R"("2 kPa2 s")"), 2e6);
+  expect_close(impulse("3", R"("2 MPa^3 s")"), 2e18);
+  expect_close(impulse("2.5", R"("3 MPa^2.5 ms")"), 3e15 * 1e-3);
+  expect_close(impulse("0.5", R"("4 kPa^0.5 s")"), 4 * std::sqrt(1e3));
+}
+
+TEST(Input, TimeKeys) {
+  auto tables = minimal_tables();
+  set_key(tables, "[time]", "start", R"("rest")");
+  set_key(tables, "[time]", "step", R"("5 ns")");
+  set_key(tables, "[time]", "arrest", R"("20 µs")");
+  set_key(tables, "[time]", "integrator", R"("verlet")");
+  const auto p = parse_tables(tables);
+  EXPECT_EQ(p.time.start, input::Start::rest);
+  EXPECT_EQ(p.time.integrator, input::Integrator::verlet);
+  expect_close(p.time.step.value(), 5e-9);
+  expect_close(p.time.duration, 100e-6);
+  expect_close(p.time.arrest.value(), 20e-6);
+  EXPECT_FALSE(parse_with("[time]", "step", R"("auto")").time.step.has_value());
+  EXPECT_FALSE(parse_with("[time]", "arrest", R"("auto")").time.arrest.has_value());
+}
+
+TEST(Input, SectionsAndOutput) {
+  const auto p = parse_with("[sections]", "y", R"(["7 mm", "0.9 cm", "12.25e-3 m"])");
+  ASSERT_EQ(p.sections.y.size(), 3U);
+  expect_close(p.sections.y[0], 7e-3);
+  expect_close(p.sections.y[1], 9e-3);
+  expect_close(p.sections.y[2], 12.25e-3);
+  EXPECT_EQ(parse_with("[output]", "frames", "0").output.frames, 0);
+}
+
+/// The minimal input with a second boundary.
+input::Boundary second_boundary(const std::vector<std::pair<std::string, std::string>>& keys,
+                                const std::string& start = R"("quasi-static")") {
+  auto tables = minimal_tables();
+  tables.push_back({"[[boundary]]", keys});
+  set_key(tables, "[time]", "start", start);
+  return parse_tables(tables).boundaries.at(1);
+}
+
+TEST(Input, FixedBoundary) {
+  const auto b = second_boundary({{"on", R"("x-max")"}, {"fix", R"(["z", "x"])"}});
+  EXPECT_EQ(b.on, Face::x_max);
+  EXPECT_EQ(b.kind, BoundaryKind::fix);
+  EXPECT_THAT(b.components, ElementsAre(true, false, true));
+  EXPECT_EQ(b.region[1].first, -std::numeric_limits<double>::infinity());
+  EXPECT_EQ(b.region[1].second, std::numeric_limits<double>::infinity());
+}
+
+TEST(Input, ForceWithRateAndRegion) {
+  const auto b = second_boundary({{"on", R"("z-max")"},
+                                  {"region", R"({ y = ["10 mm", "20 mm"], x = ["0 mm", "2 mm"] })"},
+                                  {"force", R"(["0 N", "-1 kN", "135 N"])"},
+                                  {"rate", R"(["0 N/s", "0 N/s", "5 mN/ms"])"}});
+  EXPECT_EQ(b.kind, BoundaryKind::force);
+  EXPECT_THAT(b.value, ElementsAre(0, -1000, 135));
+  EXPECT_THAT(b.rate, ElementsAre(0, 0, DoubleEq(5)));
+  expect_close(b.region[1].first, 10e-3);
+  expect_close(b.region[1].second, 20e-3);
+  EXPECT_EQ(b.region[0].first, 0);
+  expect_close(b.region[0].second, 2e-3);
+}
+
+TEST(Input, TractionWithHistory) {
+  const auto b = second_boundary({{"on", R"("y-max")"},
+                                  {"traction", R"(["0 Pa", "0 Pa", "2 MPa"])"},
+                                  {"history", R"([["0 s", 0], ["1 min", 1.5], ["100 s", -1]])"}});
+  EXPECT_EQ(b.kind, BoundaryKind::traction);
+  EXPECT_THAT(b.value, ElementsAre(0, 0, 2e6));
+  EXPECT_THAT(b.history, ElementsAre(Pair(0, 0), Pair(60, 1.5), Pair(100, -1)));
+}
+
+TEST(Input, MotionsMayLeaveComponentsFree) {
+  const auto moved = second_boundary({{"on", R"("z-max")"},
+                                      {"displacement", R"(["free", "0 mm", "0.5 mm"])"},
+                                      {"rate", R"(["free", "0 m/s", "1 um/s"])"}});
+  EXPECT_EQ(moved.kind, BoundaryKind::displacement);
+  EXPECT_THAT(moved.components, ElementsAre(false, true, true));
+  EXPECT_THAT(moved.value, ElementsAre(0, 0, DoubleEq(0.5e-3)));
+  EXPECT_THAT(moved.rate, ElementsAre(0, 0, DoubleEq(1e-6)));
+  const auto pulled = second_boundary({{"on", R"("z-max")"},
+                                       {"velocity", R"(["free", "free", "3.6 km/h"])"},
+                                       {"rate", R"(["free", "free", "2 m/s^2"])"}},
+                                      R"("rest")");
+  EXPECT_EQ(pulled.kind, BoundaryKind::velocity);
+  EXPECT_THAT(pulled.components, ElementsAre(false, false, true));
+  EXPECT_NEAR(pulled.value[2], 1, 1e-14);
+  EXPECT_THAT(pulled.rate, ElementsAre(0, 0, 2));
+}
+
+TEST(Input, JobsOfTheProjectAreCorrect) {
+  const std::filesystem::path jobs = std::filesystem::path(CRACKLE_SOURCE_DIR) / "jobs";
+  int n_jobs = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(jobs)) {
+    if (entry.path().extension() != ".toml") continue;
+    ++n_jobs;
+    EXPECT_NO_THROW(input::read(entry.path())) << entry.path();
+  }
+  std::printf("%d jobs\n", n_jobs);
+  EXPECT_GE(n_jobs, 2);
+}
+
+TEST(Input, OtherLineEndsAndByteOrderMarkAreText) {
+  std::string text = to_text(minimal_tables());
+  std::string windows = "\xef\xbb\xbf";
+  for (const char c : text) windows += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  EXPECT_EQ(input::parse(windows, "test.toml").ensemble.samples, 3);
+}
+
+}  // namespace
+}  // namespace crackle::test

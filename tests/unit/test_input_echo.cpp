@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The echo of the resolved input is itself a complete description of it, and the table of keys names them
+// all.
+#include "crackle/input/reader.h"
+#include "unit/input_samples.h"
+
+#include <gmock/gmock.h>
+
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+namespace crackle::test {
+namespace {
+
+/// An input that has every key but those of [ensemble.stop] and the file of points.
+std::vector<InputTable> full_tables() {
+  return {{"[ensemble]", {{"samples", "17"}, {"seed", "2012"}, {"ranks_per_sample", "2"}}},
+          {"[specimen]", {{"size", R"(["5 mm", "24.5 mm", "140 mm"])"}}},
+          {"[[specimen.notch]]",
+           {{"face", R"("y-max")"},
+            {"at", R"("75.3 mm")"},
+            {"depth", R"("6.21 mm")"},
+            {"height", R"("0.6 mm")"}}},
+          {"[[specimen.notch]]",
+           {{"face", R"("z-min")"}, {"at", R"("12 mm")"}, {"depth", R"("11 mm")"}, {"height", R"("50 um")"}}},
+          {"[mesh]",
+           {{"spacing", R"("1.25 mm")"},
+            {"notch_spacing", R"("0.3 mm")"},
+            {"growth", "0.07"},
+            {"perturbation", "0.15"},
+            {"min_quality", "0.21"}}},
+          {"[material]",
+           {{"youngs_modulus", R"("210 GPa")"}, {"poisson_ratio", "0.3"}, {"density", R"("7850 kg/m^3")"}}},
+          {"[fracture]",
+           {{"strength", R"("350 MPa")"},
+            {"exponent", "1.5"},
+            {"impulse", R"("2.5e-7 MPa^1.5 s")"},
+            {"memory", R"("step")"},
+            {"release", R"("element")"}}},
+          {"[[boundary]]", {{"on", R"("z-min")"}, {"fix", R"(["x", "z"])"}}},
+          {"[[boundary]]",
+           {{"on", R"("z-max")"},
+            {"region", R"({ x = ["1 mm", "4 mm"], y = ["-1 mm", "20 mm"], z = ["139 mm", "141 mm"] })"},
+            {"force", R"(["0 N", "1.5 N", "135 N"])"},
+            {"rate", R"(["0 N/s", "1 mN/s", "5 N/s"])"}}},
+          {"[[boundary]]",
+           {{"on", R"("y-max")"},
+            {"traction", R"(["0 Pa", "3 kPa", "-1 MPa"])"},
+            {"history", R"([["0 s", 0], ["20 ms", 1.25], ["3 s", -2]])"}}},
+          {"[[boundary]]", {{"on", R"("x-min")"}, {"velocity", R"(["free", "2 mm/s", "free"])"}}},
+          {"[[boundary]]",
+           {{"on", R"("x-max")"},
+            {"displacement", R"(["0.1 mm", "free", "free"])"},
+            {"rate", R"(["3 um/s", "free", "free"])"}}},
+          {"[time]",
+           {{"start", R"("quasi-static")"},
+            {"step", R"("5 ns")"},
+            {"duration", R"("123 us")"},
+            {"integrator", R"("verlet")"},
+            {"arrest", R"("20 us")"}}},
+          {"[sections]", {{"y", R"(["7 mm", "9 mm", "12.25 mm"])"}}},
+          {"[output]", {{"frames", "3"}}}};
+}
+
+/// A value of the echo as it stands in an input file: everything but plain numbers in quotes.
+std::string as_written(const std::string& shown) {
+  std::string text;
+  std::string item;
+  const auto finish_item = [&] {
+    const auto first = item.find_first_not_of(' ');
+    if (first == std::string::npos) return;
+    item.erase(0, first);
+    double number = 0;
+    const auto end = std::from_chars(item.data(), item.data() + item.size(), number).ptr;
+    text += end == item.data() + item.size() ? item : '"' + item + '"';
+    item.clear();
+  };
+  for (const char c : shown) {
+    if (c == '[' || c == ']' || c == ',') {
+      finish_item();
+      text += c;
+    } else {
+      item += c;
+    }
+  }
+  finish_item();
+  return text;
+}
+
+/// An input file made from an echo.
+std::string input_from_echo(const std::string& echo) {
+  std::string text;
+  std::string table;
+  std::istringstream lines(echo);
+  for (std::string line; std::getline(lines, line);) {
+    const auto equals = line.find(" = ");
+    std::string key = line.substr(0, equals);
+    key.erase(key.find_last_not_of(' ') + 1);
+    const std::string name =
+        key.substr(key.find('.', key.find(']') == std::string::npos ? 0 : key.find(']')) + 1);
+    const std::string path = key.substr(0, key.size() - name.size() - 1);
+    if (path != table) {
+      const auto bracket = path.find('[');
+      text += bracket == std::string::npos ? "[" + path + "]\n" : "[[" + path.substr(0, bracket) + "]]\n";
+      table = path;
+    }
+    text += name;
+    text += " = " + as_written(line.substr(equals + 3)) + "\n";
+  }
+  return text;
+}
+
+TEST(InputEcho, IsACompleteDescription) {
+  for (const auto& tables : {full_tables(), minimal_tables()}) {
+    const std::string echo = input::echo(parse_tables(tables));
+    std::printf("%s\n", echo.c_str());
+    const auto again = input::parse(input_from_echo(echo), "echo.toml");
+    EXPECT_EQ(input::echo(again), echo);
+  }
+}
+
+TEST(InputEcho, KeepsTheValues) {
+  const auto p = parse_tables(full_tables());
+  const auto again = input::parse(input_from_echo(input::echo(p)), "echo.toml");
+  const auto expect_near = [](double a, double b) { EXPECT_NEAR(a, b, 1e-9 * std::abs(b)); };
+  expect_near(again.material.youngs_modulus, 210e9);
+  expect_near(again.fracture.impulse, 2.5e-7 * 1e9);
+  expect_near(again.specimen.notches.at(0).depth, 6.21e-3);
+  expect_near(again.specimen.notches.at(1).height, 50e-6);
+  expect_near(again.time.duration, 123e-6);
+  expect_near(again.boundaries.at(1).region[1].first, -1e-3);
+  expect_near(again.boundaries.at(1).rate[1], 1e-3);
+  expect_near(again.boundaries.at(2).value[1], 3e3);
+  expect_near(again.boundaries.at(2).history.at(1).first, 0.02);
+  expect_near(again.boundaries.at(3).value[1], 2e-3);
+  expect_near(again.boundaries.at(4).rate[0], 3e-6);
+  EXPECT_EQ(again.boundaries.at(4).components, p.boundaries.at(4).components);
+  EXPECT_EQ(again.ensemble.seed, 2012U);
+}
+
+TEST(InputEcho, ShowsReadableUnitsInAlignedLines) {
+  const std::string echo = input::echo(parse_tables(full_tables()));
+  std::set<std::size_t> columns;
+  std::istringstream lines(echo);
+  for (std::string line; std::getline(lines, line);) columns.insert(line.find(" = "));
+  EXPECT_EQ(columns.size(), 1U);
+  for (const char* shown : {"= 1.25 mm\n", "= 0.3 mm\n", "= 210 GPa\n", "= 350 MPa\n", "= 5 ns\n",
+                            "= 123 us\n", "= 2.5e-07 MPa^1.5 s\n", "= [5 mm, 24.5 mm, 140 mm]\n",
+                            "= [[0 s, 0], [20 ms, 1.25], [3 s, -2]]\n", "= [free, 2 mm/s, free]\n"}) {
+    EXPECT_THAT(echo, ::testing::HasSubstr(shown));
+  }
+}
+
+/// The keys of the table, as "table.key".
+std::set<std::string> table_keys() {
+  std::set<std::string> keys;
+  std::string table;
+  std::istringstream lines(input::key_table());
+  for (std::string line; std::getline(lines, line);) {
+    const auto open = line.find('`');
+    if (open == std::string::npos) continue;
+    std::string name = line.substr(open + 1, line.find('`', open + 1) - open - 1);
+    if (name[0] == '[') {
+      const auto first = name.find_first_not_of('[');
+      table = name.substr(first, name.find(']') - first);
+    } else {
+      keys.insert(table + "." + name);
+    }
+  }
+  return keys;
+}
+
+TEST(InputEcho, AndTableOfKeysNameTheSameKeys) {
+  std::set<std::string> shown;
+  std::istringstream lines(input::echo(parse_tables(full_tables())));
+  for (std::string line; std::getline(lines, line);) {
+    std::string key = line.substr(0, line.find(' '));
+    const auto open = key.find('[');
+    if (open != std::string::npos) key.erase(open, key.find(']') - open + 1);
+    shown.insert(key);
+  }
+  for (const char* unused :
+       {"ensemble.stop.half_width", "ensemble.stop.confidence", "ensemble.stop.min_samples", "mesh.points"}) {
+    shown.insert(unused);
+  }
+  const auto declared = table_keys();
+  std::printf("%zu keys\n", declared.size());
+  EXPECT_EQ(shown, declared);
+}
+
+}  // namespace
+}  // namespace crackle::test

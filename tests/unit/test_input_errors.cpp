@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Wrong inputs as the reader sees them; the table of wrong inputs of the whole program is tests/cli.
+#include "crackle/input/reader.h"
+#include "unit/input_samples.h"
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace crackle::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::StartsWith;
+
+TEST(InputErrors, NameFileLineKeyAndWhatIsAccepted) {
+  EXPECT_THAT(
+      errors_with("[mesh]", "spacing", R"("3 kg")"),
+      ElementsAre("test.toml:6: mesh.spacing: \"3 kg\" has not the dimension of a length; give a length "
+                  "such as \"1.0 mm\""));
+}
+
+TEST(InputErrors, AllAreReportedInTheOrderOfTheLines) {
+  auto tables = minimal_tables();
+  set_key(tables, "[sections]", "y", R"(["30 mm"])");
+  set_key(tables, "[material]", "density", "3");
+  set_key(tables, "[ensemble]", "samples", "0");
+  set_key(tables, "[fracture]", "typo", "0");
+  EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(StartsWith("test.toml:2: ensemble.samples: "),
+                                                      StartsWith("test.toml:10: material.density: "),
+                                                      StartsWith("test.toml:14: fracture.typo: "),
+                                                      StartsWith("test.toml:21: sections.y[0]: ")));
+}
+
+TEST(InputErrors, TextOfTheExceptionHasOneLineForEach) {
+  const input::InputError error({"a.toml:1: b: c", "a.toml:2: d: e"});
+  EXPECT_STREQ(error.what(), "a.toml:1: b: c\na.toml:2: d: e");
+  EXPECT_THAT(error.messages(), ElementsAre("a.toml:1: b: c", "a.toml:2: d: e"));
+}
+
+TEST(InputErrors, ValuesThatDependOnAWrongOneAreNotJudged) {
+  // Without a size nothing can be said about sections, notches and regions.
+  auto tables = minimal_tables();
+  set_key(tables, "[specimen]", "size", R"(["5 mm", "24.5 kg", "140 mm"])");
+  set_key(tables, "[sections]", "y", R"(["30 mm"])");
+  EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(HasSubstr("specimen.size[1]")));
+  // Without an exponent the impulse has no dimension.
+  EXPECT_THAT(errors_with("[fracture]", "exponent", R"("two")"), ElementsAre(HasSubstr("fracture.exponent")));
+}
+
+TEST(InputErrors, MissingFilesAndFoldersAreNamed) {
+  const auto message = [](const std::filesystem::path& file) -> std::string {
+    try {
+      input::read(file);
+    } catch (const input::InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(message("/nonexistent/plate.toml"),
+              StartsWith("/nonexistent/plate.toml: there is no such file"));
+  EXPECT_THAT(message(::testing::TempDir()), HasSubstr(": is a directory"));
+}
+
+TEST(InputErrors, BoundsAreOpenOrClosedAsDocumented) {
+  EXPECT_THAT(errors_with("[mesh]", "perturbation", "0"), IsEmpty());
+  EXPECT_THAT(errors_with("[mesh]", "perturbation", "0.4"), IsEmpty());
+  EXPECT_THAT(errors_with("[mesh]", "perturbation", "0.4000001"), ElementsAre(HasSubstr("from 0 to 0.4")));
+  EXPECT_THAT(errors_with("[mesh]", "min_quality", "0.5"), IsEmpty());
+  EXPECT_THAT(errors_with("[mesh]", "growth", "1"), IsEmpty());
+  EXPECT_THAT(errors_with("[material]", "poisson_ratio", "0.4999999"), IsEmpty());
+  EXPECT_THAT(errors_with("[material]", "poisson_ratio", "-0.9999999"), IsEmpty());
+  EXPECT_THAT(errors_with("[material]", "poisson_ratio", "0.5"), ElementsAre(HasSubstr("below 0.5")));
+  EXPECT_THAT(errors_with("[ensemble]", "samples", "1000000"), IsEmpty());
+  EXPECT_THAT(errors_with("[ensemble]", "samples", "1000001"), ElementsAre(HasSubstr("1000000")));
+}
+
+TEST(InputErrors, UnitsThatUdunitsReadsOtherwiseAreRefused) {
+  // Each of these is a valid unit to UDUNITS, and convertible by its rules.
+  for (const char* value : {R"("3 1/m")", R"("3 m-1")", R"("3 mm @ 5")", R"("3 mm 4")", R"("3 -4 mm")",
+                            "\"3 lg(re 1 m)\"", R"("3 * mm")"}) {
+    const auto errors = errors_with("[mesh]", "spacing", value);
+    EXPECT_EQ(errors.size(), 1U) << value;
+    for (const auto& error : errors) EXPECT_THAT(error, HasSubstr("mesh.spacing")) << value;
+  }
+  for (const char* value : {R"("2mm")", R"("  2   mm ")", R"("+2 mm")", R"("2e0 mm")", R"("0.002 m")",
+                            R"("2.0 mm^1")", R"("2000 µm")", R"("0.1 inch")", R"("2 m.mm/m")"}) {
+    EXPECT_THAT(errors_with("[mesh]", "spacing", value), IsEmpty()) << value;
+  }
+}
+
+TEST(InputErrors, ConflictsAreJudgedByFaceRegionAndComponent) {
+  const auto errors = [](const std::vector<std::pair<std::string, std::string>>& first,
+                         const std::vector<std::pair<std::string, std::string>>& second) {
+    auto tables = minimal_tables();
+    tables.push_back({"[[boundary]]", first});
+    tables.push_back({"[[boundary]]", second});
+    return errors_of(to_text(tables));
+  };
+  const std::pair<std::string, std::string> on{"on", R"("z-max")"};
+  const std::pair<std::string, std::string> lower{"region", R"({ y = ["0 mm", "10 mm"] })"};
+  const std::pair<std::string, std::string> upper{"region", R"({ y = ["10 mm", "24.5 mm"] })"};
+  const std::pair<std::string, std::string> middle{"region", R"({ y = ["9 mm", "24.5 mm"] })"};
+  const std::pair<std::string, std::string> pull{"displacement", R"(["free", "free", "1 mm"])"};
+  const std::pair<std::string, std::string> push{"velocity", R"(["free", "free", "-1 mm/s"])"};
+  const std::pair<std::string, std::string> fix{"fix", R"(["x", "y"])"};
+  const std::pair<std::string, std::string> fix_all{"fix", R"(["x", "y", "z"])"};
+  EXPECT_THAT(errors({on, pull}, {on, push}),
+              ElementsAre(HasSubstr("boundary[2]: prescribes the motion in z")));
+  EXPECT_THAT(errors({on, fix_all}, {on, push}), ElementsAre(HasSubstr("boundary[1] prescribes too")));
+  EXPECT_THAT(errors({on, pull, lower}, {on, push, middle}), ElementsAre(HasSubstr("boundary[2]")));
+  EXPECT_THAT(errors({on, pull, lower}, {on, push, upper}), IsEmpty());
+  EXPECT_THAT(errors({on, pull}, {on, fix}), IsEmpty());
+  EXPECT_THAT(errors({on, fix}, {on, fix_all}), IsEmpty());
+  EXPECT_THAT(errors({on, pull}, {{"on", R"("y-max")"}, push}), IsEmpty());
+}
+
+TEST(InputErrors, RestNeedsNoSupport) {
+  auto tables = minimal_tables();
+  set_key(tables, "[[boundary]]", "fix", R"(["z"])");
+  EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(HasSubstr("nothing holds the body in x and y")));
+  set_key(tables, "[time]", "start", R"("rest")");
+  EXPECT_THAT(errors_of(to_text(tables)), IsEmpty());
+}
+
+TEST(InputErrors, SyntaxErrorsAreOneLine) {
+  const auto errors = errors_of("[mesh]\nspacing = 3 mm\n");
+  ASSERT_EQ(errors.size(), 1U);
+  EXPECT_THAT(errors[0], AllOf(StartsWith("test.toml:2: syntax error: "), HasSubstr("stands in quotes")));
+  EXPECT_EQ(errors[0].find('\n'), std::string::npos);
+}
+
+}  // namespace
+}  // namespace crackle::test
