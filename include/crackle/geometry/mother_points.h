@@ -6,20 +6,33 @@
 #include "crackle/input/parameters.h"
 
 #include <cstdint>
+#include <filesystem>
 #include <vector>
 
 namespace crackle::geometry {
 
 /// The target distance between neighbouring mother points: `notch_spacing` at a notch tip, growing with
 /// `growth` per unit distance up to `spacing`.
+///
+/// Where the body itself is finer, the spacing follows it, because Delaunay tetrahedra conform to a wall only
+/// if its points are about as close to each other as to the next wall: at most the height of the slot on its
+/// walls, at most the clear distance between two notches or between a notch and a parallel or opposite face, at
+/// most the smallest size of the body. From there it grows with the larger of `growth` and 0.2.
 class SpacingField {
 public:
   SpacingField(const Body& body, const input::Mesh& mesh);
-  double operator()(const Point& p) const;
+
+  double operator()(const Point& p) const;      ///< [m]
+  double lower_bound(const Box& region) const;  ///< a bound over a box, sharp for small ones [m]
 
 private:
-  const Body* body_;
-  double far_, tip_, growth_;
+  struct Source {
+    Box region;
+    double spacing;  ///< in the region [m]
+    double growth;   ///< per distance from the region
+  };
+  double far_;
+  std::vector<Source> sources_;
 };
 
 /// The base distribution: one per ensemble, in slab order along the longest edge of the body.
@@ -33,10 +46,26 @@ struct MotherPoints {
   std::size_t size() const { return position.size(); }
 };
 
-/// Graded blue noise in the body, dense enough on the notch walls that Delaunay tetrahedra conform to them.
+/// The number of mother points that make_mother_points would place, to a few percent; cheap.
+double estimate_n_points(const Body& body, const input::Mesh& mesh);
+
+/// Graded blue noise in the body: corners, then edges, surfaces and interior by weighted sample elimination
+/// from random candidates, improved by a few rounds of optimal Delaunay triangulation that keep the geometry,
+/// then by local moves until every tetrahedron of the tessellation has a good shape and conforms to the notches.
+///
 /// Deterministic: depends on the body, the mesh parameters and the seed only. With `mesh.points` the points
-/// come from that file.
-/// @throws std::runtime_error naming the reason where the body cannot be meshed with this spacing
+/// come from that file (read_points), and only points at tetrahedra that do not conform or fall below
+/// `min_quality` are moved.
+/// @throws std::runtime_error naming the reason where the body cannot be meshed with this spacing and quality
 MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed);
+
+/// Reads mother points from a text file: one point "x y z" in millimetres per line, separated by blanks; text
+/// after '#' and empty lines are skipped. A coordinate within 1e-9 of the body's largest size of a plane of the
+/// body is set exactly on it, so points on surfaces, edges and corners are recognized. Points that are
+/// nearer than that to each other are duplicates. Every corner of the body must be among the points.
+/// @return positions in the order of the file [m]
+/// @throws std::runtime_error with "file:line: reason" for each bad line (at most 20), point outside the body and
+///   duplicate, and naming missing corners
+std::vector<Point> read_points(const std::filesystem::path& file, const Body& body);
 
 }  // namespace crackle::geometry

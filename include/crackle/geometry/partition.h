@@ -14,10 +14,15 @@ struct Partition {
   std::vector<std::int32_t> tetrahedron_part;
   std::vector<std::int32_t> node_part;  ///< a part that owns a tetrahedron round the node
   std::int64_t edge_cut = 0;            ///< tetrahedron faces between two parts
-  double imbalance = 1;                 ///< largest part over the mean
+  double imbalance = 1;                 ///< largest number of tetrahedra of a part over the mean
 };
 
 /// METIS k-way partition of the dual graph (fixed seed and options). Results never depend on it; speed does.
+///
+/// Parts are numbered in the order of their smallest tetrahedron. A node goes to the part with the fewest
+/// nodes so far of those that own a tetrahedron round it. With more parts than tetrahedra the last parts are
+/// empty.
+/// @throws std::runtime_error with METIS's error code; std::invalid_argument for n_parts < 1
 Partition partition(const Realization& realization, int n_parts);
 
 }  // namespace crackle::geometry

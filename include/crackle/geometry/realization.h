@@ -43,7 +43,8 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
 
 /// Checks everything that a realization promises (design: volume to 1e-12 relative, boundary triangles
 /// exactly on the planes of the body, areas, no tetrahedron across a notch, minimum quality).
+/// @return quality of the worst tetrahedron
 /// @throws std::runtime_error naming the first violation with its figures
-void verify(const Realization& realization, const Body& body, double min_quality);
+double verify(const Realization& realization, const Body& body, double min_quality);
 
 }  // namespace crackle::geometry

@@ -21,8 +21,8 @@ struct Subdomain {
   std::int32_t n_owned = 0;               ///< nodes 0..n_owned-1 are owned, the others are ghosts
   std::vector<Point> nodes;               ///< [m]
   std::vector<std::int64_t> node_number;  ///< in the realization; ascending among owned and among ghosts
-  std::vector<std::int64_t>
-      distributed_number;               ///< numbering in which each rank's owned nodes are contiguous
+  /// Numbers in which each rank's owned nodes are contiguous: those of rank 0 first, in the order of node_number.
+  std::vector<std::int64_t> distributed_number;
   std::vector<Tetrahedron> tetrahedra;  ///< local node numbers, in ascending order of tetrahedron_number
   std::vector<std::int64_t> tetrahedron_number;  ///< in the realization
   std::vector<std::uint8_t> counted;  ///< 1 on exactly one rank for each tetrahedron: where sums count it
@@ -33,7 +33,7 @@ struct Subdomain {
   std::int32_t n_tetrahedra() const { return static_cast<std::int32_t>(tetrahedra.size()); }
 };
 
-/// All parts of a realization, one for each rank of the group.
+/// All parts of a realization, one for each rank of the group; one that owns no nodes is empty.
 std::vector<Subdomain> split(const Realization& realization, const Partition& partition);
 
 }  // namespace crackle::geometry

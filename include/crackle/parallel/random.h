@@ -7,27 +7,34 @@
 
 namespace crackle::parallel {
 
+/// The Philox 4x32-10 bijection of Salmon et al. (2011): 128 random bits for each counter under a key.
+std::array<std::uint32_t, 4> philox_4x32_10(std::array<std::uint32_t, 4> counter,
+                                            std::array<std::uint32_t, 2> key);
+
 /// A random stream that depends on (seed, sample, purpose) only and gives the same numbers on every platform.
 ///
-/// Counter-based (Philox 4x32-10, Salmon et al. 2011): the k-th number of a stream is a function of the key
-/// and k, so streams for different samples or purposes never overlap, and `substream` gives an independent
-/// one per item.
+/// Counter-based (Philox 4x32-10): the k-th number of a stream is a function of the key, the stream's path of
+/// substreams and k. The substreams of one stream never overlap; streams for different seeds, samples or
+/// purposes, and deeper substreams, differ by 64-bit hashes. Copies continue independently from where they are.
 class RandomStream {
 public:
+  /// @param purpose what the numbers are for, so that two uses in one sample are independent
   RandomStream(std::uint64_t seed, std::uint64_t sample, std::string_view purpose);
 
-  /// The independent stream of item `index` (a mother point, a redraw round).
+  /// The independent stream of item `index` (a mother point, a draw), always from its first number, however
+  /// many numbers this stream has given. May be nested.
   RandomStream substream(std::uint64_t index) const;
 
   std::uint64_t bits();  ///< 64 uniform random bits
   double uniform();      ///< in [0, 1), 53 bits
+  /// In [lower, upper), or upper itself where rounding leads there.
   double uniform(double lower, double upper) { return lower + (upper - lower) * uniform(); }
 
 private:
   std::array<std::uint32_t, 2> key_{};
-  std::array<std::uint32_t, 4> counter_{};
+  std::array<std::uint32_t, 4> counter_{};  ///< words 0, 1: number of the block; words 2, 3: path of substreams
   std::array<std::uint32_t, 4> block_{};
-  int used_ = 4;
+  int used_ = 4;  ///< words of the block that have been given
 };
 
 }  // namespace crackle::parallel

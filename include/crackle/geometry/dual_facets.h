@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/body.h"
+#include "crackle/geometry/realization.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace crackle::geometry {
+
+/// The node pairs of a tetrahedron's six dual facets, in their order.
+inline constexpr std::array<std::array<std::size_t, 2>, 6> dual_facet_nodes{
+    {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
+
+/// Vector areas of the six dual facets of a tetrahedron, each from the first to the second node of its pair:
+/// S^ab = V (grad N_b - grad N_a) / 4 [m^2].
+std::array<Point, 6> dual_facet_areas(const Point& a, const Point& b, const Point& c, const Point& d);
+
+/// Orientation of the candidate crack facets: the moments of the normals n of the dual facets, weighted by area.
+struct OrientationMoments {
+  double area = 0;                                            ///< [m^2]
+  std::array<std::array<double, 3>, 3> second{};              ///< mean of n_i n_j
+  std::array<std::array<std::array<std::array<double, 3>, 3>, 3>, 3> fourth{};  ///< mean of n_i n_j n_k n_l
+};
+
+/// Over the tetrahedra whose centroid lies in the region.
+OrientationMoments orientation_moments(const Realization& realization, const Box& region);
+
+/// Distance of the second moment from the isotropic one, delta_ij / 3, over the size of that (Frobenius norms):
+/// 0 when no direction is preferred, 1.41 when all normals are parallel.
+double second_order_bias(const OrientationMoments& moments);
+
+/// As second_order_bias for the fourth moment, whose isotropic value is
+/// (delta_ij delta_kl + delta_ik delta_jl + delta_il delta_jk) / 15. It sees the planes of a cubic lattice, which
+/// are isotropic to the second order.
+double fourth_order_bias(const OrientationMoments& moments);
+
+/// All dual facets as quadrilaterals: edge midpoint, face centroid, tetrahedron centroid, face centroid.
+struct DualSurface {
+  std::vector<Point> points;  ///< [m]
+  std::vector<std::array<std::int32_t, 4>> quadrilaterals;
+  std::vector<std::int32_t> tetrahedron;  ///< of each quadrilateral
+};
+
+DualSurface dual_surface(const Realization& realization);
+
+}  // namespace crackle::geometry

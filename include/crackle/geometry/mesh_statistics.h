@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/realization.h"
+
+namespace crackle::geometry {
+
+/// Smallest value, the value below which 1 % lie, the median and the largest value.
+struct Quantiles {
+  double smallest = 0;
+  double one_percent = 0;
+  double median = 0;
+  double largest = 0;
+};
+
+/// Figures that describe a realization.
+struct MeshStatistics {
+  Quantiles edge_length;        ///< over the edges, each once [m]
+  Quantiles quality;            ///< mean ratio, over the tetrahedra
+  double smallest_angle = 0;    ///< dihedral [rad]
+  double largest_angle = 0;     ///< dihedral [rad]
+  std::int64_t n_edges = 0;
+};
+
+MeshStatistics mesh_statistics(const Realization& realization);
+
+}  // namespace crackle::geometry

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "blue_noise.h"
+
+#include "point_tree.h"
+#include "vector_algebra.h"
+
+#include <algorithm>
+#include <cmath>
+#include <queue>
+#include <utility>
+
+namespace crackle::geometry {
+
+namespace {
+
+constexpr double candidates_per_point = 5;
+
+bool is_flat(const Box& region) {
+  for (std::size_t i = 0; i < 3; ++i)
+    if (region.upper[i] == region.lower[i]) return true;
+  return false;
+}
+
+double power(double value, bool flat) { return flat ? value * value : value * value * value; }
+
+double measure(const Box& region) {
+  double product = 1;
+  for (std::size_t i = 0; i < 3; ++i)
+    if (region.upper[i] > region.lower[i]) product *= region.upper[i] - region.lower[i];
+  return product;
+}
+
+Point centre(const Box& region) {
+  Point p{};
+  for (std::size_t i = 0; i < 3; ++i) p[i] = region.lower[i] + (region.upper[i] - region.lower[i]) / 2;
+  return p;
+}
+
+/// Calls `visit` for boxes that fill the region and are small enough for the spacing to vary little in them,
+/// until it returns false.
+template <class Visit>
+bool subdivide(const SpacingField& spacing, const Box& region, const Visit& visit) {
+  std::size_t longest = 0;
+  for (std::size_t i = 1; i < 3; ++i)
+    if (region.upper[i] - region.lower[i] > region.upper[longest] - region.lower[longest]) longest = i;
+  const Point middle = centre(region);
+  const double length = region.upper[longest] - region.lower[longest];
+  if (length <= 2 * spacing(middle) && length <= 4 * spacing.lower_bound(region)) return visit(region);
+  Box first = region;
+  first.upper[longest] = middle[longest];
+  Box second = region;
+  second.lower[longest] = middle[longest];
+  return subdivide(spacing, first, visit) && subdivide(spacing, second, visit);
+}
+
+SpacedPoints candidates(const SpacingField& spacing, const Box& region,
+                        const std::function<bool(const Point&, double)>& accepts,
+                        parallel::RandomStream& stream) {
+  const bool flat = is_flat(region);
+  const double density = candidates_per_point * (flat ? surface_density : interior_density);
+  SpacedPoints result;
+  subdivide(spacing, region, [&](const Box& cell) {
+    const double finest = spacing.lower_bound(cell);
+    const double wanted = density * measure(cell) / power(finest, flat);
+    const auto n_trials = static_cast<std::int64_t>(std::floor(wanted + stream.uniform()));
+    for (std::int64_t trial = 0; trial < n_trials; ++trial) {
+      Point p = cell.lower;
+      for (std::size_t i = 0; i < 3; ++i)
+        if (cell.upper[i] > cell.lower[i]) p[i] = stream.uniform(cell.lower[i], cell.upper[i]);
+      const double local = spacing(p);
+      if (power(finest, flat) < stream.uniform() * power(local, flat)) continue;
+      if (!accepts(p, local)) continue;
+      result.position.push_back(p);
+      result.spacing.push_back(local);
+    }
+    return true;
+  });
+  return result;
+}
+
+/// Neighbours are looked for within this multiple of the smaller reach of the two points.
+constexpr double search_factor = 1.5;
+
+/// How strongly two points at a distance from each other ask for the removal of one; 0 from `reach` local
+/// spacings on. Symmetric in the spacings.
+double weight(double distance, double spacing_a, double spacing_b, double reach) {
+  const double x = 1 - 2 * distance / ((spacing_a + spacing_b) * reach);
+  if (x <= 0 || distance >= search_factor * reach * std::min(spacing_a, spacing_b)) return 0;
+  const double x2 = x * x;
+  return x2 * x2 * x2 * x2;
+}
+
+}  // namespace
+
+std::vector<Point> blue_noise(const SpacingField& spacing, const Box& region,
+                              const std::function<bool(const Point&, double spacing)>& accepts,
+                              const SpacedPoints& fixed, parallel::RandomStream stream) {
+  SpacedPoints pool = candidates(spacing, region, accepts, stream);
+  const std::size_t n_candidates = pool.position.size();
+  const auto n_wanted = static_cast<std::size_t>(
+      std::floor(static_cast<double>(n_candidates) / candidates_per_point + stream.uniform()));
+  pool.position.insert(pool.position.end(), fixed.position.begin(), fixed.position.end());
+  pool.spacing.insert(pool.spacing.end(), fixed.spacing.begin(), fixed.spacing.end());
+
+  // Twice the radius of the densest packing of the wanted number of points, in local spacings. The roots of
+  // 2 / (sqrt(3) density) and sqrt(2) / density are taken by Newton's iteration, which every machine computes alike.
+  const bool flat = is_flat(region);
+  double reach = 1;
+  for (int i = 0; i < 8; ++i)
+    reach = flat ? (reach + 2 / (std::sqrt(3.0) * surface_density) / reach) / 2
+                 : (2 * reach + std::sqrt(2.0) / interior_density / (reach * reach)) / 3;
+
+  const PointTree tree(pool.position);
+  std::vector<std::int32_t> near;
+  const auto for_neighbours = [&](std::size_t i, const auto& visit) {
+    tree.find(pool.position[i], search_factor * reach * pool.spacing[i], near);
+    for (const std::int32_t j : near) {
+      const auto other = static_cast<std::size_t>(j);
+      if (other == i) continue;
+      const double w = weight(norm(difference(pool.position[other], pool.position[i])),
+                              pool.spacing[other], pool.spacing[i], reach);
+      if (w > 0) visit(other, w);
+    }
+  };
+
+  std::vector<double> crowding(n_candidates, 0);
+  std::vector<std::pair<double, std::int64_t>> keys(n_candidates);
+  for (std::size_t i = 0; i < n_candidates; ++i) {
+    for_neighbours(i, [&](std::size_t, double w) { crowding[i] += w; });
+    keys[i] = {crowding[i], static_cast<std::int64_t>(i)};
+  }
+  // Crowding only falls, so an outdated key is too high: when it comes up, it is put back with its new value.
+  std::priority_queue<std::pair<double, std::int64_t>> queue({}, std::move(keys));
+  std::vector<std::uint8_t> alive(n_candidates, 1);
+  for (std::size_t n_alive = n_candidates; n_alive > n_wanted;) {
+    const auto [key, number] = queue.top();
+    queue.pop();
+    const auto i = static_cast<std::size_t>(number);
+    if (crowding[i] != key) {
+      queue.emplace(crowding[i], number);
+      continue;
+    }
+    alive[i] = 0;
+    --n_alive;
+    for_neighbours(i, [&](std::size_t other, double w) {
+      if (other < n_candidates && alive[other]) crowding[other] -= w;
+    });
+  }
+
+  std::vector<Point> kept;
+  kept.reserve(n_wanted);
+  for (std::size_t i = 0; i < n_candidates; ++i)
+    if (alive[i]) kept.push_back(pool.position[i]);
+  return kept;
+}
+
+double expected_points(const SpacingField& spacing, const Box& region,
+                       const std::function<bool(const Point&, double spacing)>& accepts, double limit) {
+  const bool flat = is_flat(region);
+  const double density = flat ? surface_density : interior_density;
+  double sum = 0;
+  subdivide(spacing, region, [&](const Box& cell) {
+    // The midpoints of the eight parts of the cell; those of a flat one coincide in pairs.
+    double mean = 0;
+    for (unsigned part = 0; part < 8; ++part) {
+      Point p{};
+      for (unsigned i = 0; i < 3; ++i)
+        p[i] = cell.lower[i] + ((part >> i) & 1u ? 0.75 : 0.25) * (cell.upper[i] - cell.lower[i]);
+      const double local = spacing(p);
+      if (accepts(p, local)) mean += 1 / (8 * power(local, flat));
+    }
+    sum += density * measure(cell) * mean;
+    return sum <= limit;
+  });
+  return sum;
+}
+
+}  // namespace crackle::geometry

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/body.h"
+#include "crackle/geometry/mother_points.h"
+#include "crackle/parallel/random.h"
+
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace crackle::geometry {
+
+/// Points with the spacing that is wanted round them.
+struct SpacedPoints {
+  std::vector<Point> position;
+  std::vector<double> spacing;
+};
+
+/// Points per spacing^2 on a surface and per spacing^3 in the interior, such that the edges of the tessellation
+/// have the spacing as their mean length.
+inline constexpr double surface_density = 1.05;
+inline constexpr double interior_density = 1.07;
+
+/// Graded blue noise in a box, which is flat along one axis for a surface: as many points as the spacing asks
+/// for in the part of the box that `accepts`, by weighted sample elimination (Yuksel 2015) from random
+/// candidates of the wanted density. The points keep away from each other and from `fixed` ones, and have no
+/// preferred directions.
+std::vector<Point> blue_noise(const SpacingField& spacing, const Box& region,
+                              const std::function<bool(const Point&, double spacing)>& accepts,
+                              const SpacedPoints& fixed, parallel::RandomStream stream);
+
+/// The number of points that blue_noise would give, to a few percent, from a quadrature; stops when it exceeds
+/// the limit.
+double expected_points(const SpacingField& spacing, const Box& region,
+                       const std::function<bool(const Point&, double spacing)>& accepts, double limit);
+
+}  // namespace crackle::geometry

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/body.h"
+#include "crackle/parallel/random.h"
+
+#include <cstdint>
+
+namespace crackle::geometry {
+
+/// A point uniformly distributed within `radius` of `centre` along its movable axes: in a ball, a disc or a
+/// segment. Positions outside the body or on another surface are drawn again.
+Point displaced(const Body& body, const Point& centre, std::uint8_t movable, double radius,
+                parallel::RandomStream stream);
+
+}  // namespace crackle::geometry

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/geometry/mesh_statistics.h"
+
+#include "crackle/geometry/quality.h"
+#include "vector_algebra.h"
+
+#include <algorithm>
+#include <numbers>
+#include <utility>
+
+namespace crackle::geometry {
+
+namespace {
+
+Quantiles quantiles(std::vector<double>& values) {
+  if (values.empty()) return {};
+  std::sort(values.begin(), values.end());
+  return {values.front(), values[values.size() / 100], values[values.size() / 2], values.back()};
+}
+
+}  // namespace
+
+MeshStatistics mesh_statistics(const Realization& realization) {
+  MeshStatistics statistics;
+  statistics.smallest_angle = std::numbers::pi;
+  std::vector<double> quality;
+  std::vector<std::pair<std::int32_t, std::int32_t>> edges;
+  quality.reserve(realization.tetrahedra.size());
+  edges.reserve(6 * realization.tetrahedra.size());
+  for (const Tetrahedron& t : realization.tetrahedra) {
+    std::array<Point, 4> corner{};
+    for (std::size_t i = 0; i < 4; ++i) {
+      corner[i] = realization.nodes[static_cast<std::size_t>(t[i])];
+      for (std::size_t j = 0; j < i; ++j) edges.push_back(std::minmax(t[i], t[j]));
+    }
+    quality.push_back(mean_ratio(corner[0], corner[1], corner[2], corner[3]));
+    for (const double angle : dihedral_angles(corner[0], corner[1], corner[2], corner[3])) {
+      statistics.smallest_angle = std::min(statistics.smallest_angle, angle);
+      statistics.largest_angle = std::max(statistics.largest_angle, angle);
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  std::vector<double> length;
+  length.reserve(edges.size());
+  for (const auto& [a, b] : edges)
+    length.push_back(norm(difference(realization.nodes[static_cast<std::size_t>(a)],
+                                     realization.nodes[static_cast<std::size_t>(b)])));
+  statistics.n_edges = static_cast<std::int64_t>(edges.size());
+  statistics.edge_length = quantiles(length);
+  statistics.quality = quantiles(quality);
+  return statistics;
+}
+
+}  // namespace crackle::geometry

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/geometry/mother_points.h"
+
+#include "blue_noise.h"
+#include "displacement.h"
+#include "redraw.h"
+#include "relaxation.h"
+#include "slab_order.h"
+#include "vector_algebra.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace crackle::geometry {
+
+namespace {
+
+/// Points of a higher dimension keep this many local spacings away from edges and surfaces.
+constexpr double outline_margin = 0.55;
+constexpr double surface_margin = 0.5;
+
+/// Random share of a cell by which points leave equal distances on an edge, so that opposite edges differ.
+constexpr double edge_jitter = 0.15;
+
+constexpr int relaxation_rounds = 8;
+constexpr int improving_rounds = 20;
+constexpr int final_rounds = 200;
+constexpr double improving_radius = 0.25;  ///< in local spacings
+constexpr double quality_goal = 0.35;      ///< of the base, so that few disturbed tetrahedra are bad
+constexpr double max_points = 2e7;
+
+enum Stream : std::uint64_t { on_edges, on_surfaces, in_interior, improving, choosing };
+
+/// Distance from a point of a surface to the outline of that plane piece.
+double distance_to_outline(const Body& body, const Surface& surface, const Point& p) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < 3; ++i)
+    if (static_cast<int>(i) != surface.axis)
+      nearest = std::min({nearest, p[i] - surface.extent.lower[i], surface.extent.upper[i] - p[i]});
+  const bool is_face = &surface - body.surfaces().data() < 6;
+  if (is_face)
+    for (int i = 0; i < body.n_notches(); ++i)
+      if (distance(body.slot(i), surface.extent) == 0) nearest = std::min(nearest, distance(p, body.slot(i)));
+  return nearest;
+}
+
+/// Collects points, each with the surface that it lies in.
+struct Collection {
+  const Body& body;
+  const SpacingField& spacing;
+  MotherPoints points;
+  std::vector<SurfaceId> surface;  ///< for points with two movable axes, otherwise -1
+
+  void add(const Point& p, SurfaceId id) {
+    points.position.push_back(p);
+    points.spacing.push_back(spacing(p));
+    points.movable.push_back(body.movable_axes(p));
+    surface.push_back(id);
+  }
+  SpacedPoints all() const { return {points.position, points.spacing}; }
+};
+
+/// Number of spacings from the start of an edge to each of many equally distant positions on it.
+std::vector<double> n_edge_spacings(const SpacingField& spacing, const Edge& edge) {
+  const auto axis = static_cast<std::size_t>(edge.axis);
+  const double length = edge.to[axis] - edge.from[axis];
+  const double finest = spacing.lower_bound({edge.from, edge.to});
+  const auto n_steps = static_cast<std::size_t>(std::ceil(20 * length / finest));
+  std::vector<double> count(n_steps + 1, 0);
+  for (std::size_t i = 0; i < n_steps; ++i) {
+    Point p = edge.from;
+    p[axis] += (static_cast<double>(i) + 0.5) * length / static_cast<double>(n_steps);
+    count[i + 1] = count[i] + length / static_cast<double>(n_steps) / spacing(p);
+  }
+  return count;
+}
+
+void place_on_edge(Collection& collection, const Edge& edge, parallel::RandomStream stream) {
+  const auto axis = static_cast<std::size_t>(edge.axis);
+  const std::vector<double> count = n_edge_spacings(collection.spacing, edge);
+  const double step = (edge.to[axis] - edge.from[axis]) / static_cast<double>(count.size() - 1);
+  const auto n_cells = std::max<std::int64_t>(1, std::llround(count.back()));
+  for (std::int64_t cell = 1; cell < n_cells; ++cell) {
+    const double wanted = count.back() *
+                          (static_cast<double>(cell) + stream.uniform(-edge_jitter, edge_jitter)) /
+                          static_cast<double>(n_cells);
+    const auto upper = std::upper_bound(count.begin(), count.end(), wanted);
+    const auto i = static_cast<std::size_t>(upper - count.begin()) - 1;
+    Point p = edge.from;
+    p[axis] += step * (static_cast<double>(i) + (wanted - count[i]) / (count[i + 1] - count[i]));
+    collection.add(p, -1);
+  }
+}
+
+void place_on_surface(Collection& collection, SurfaceId id, parallel::RandomStream stream) {
+  const Surface& surface = collection.body.surfaces()[static_cast<std::size_t>(id)];
+  SpacedPoints fixed;
+  for (std::size_t i = 0; i < collection.points.size(); ++i) {
+    if (!surface.extent.contains(collection.points.position[i])) continue;
+    fixed.position.push_back(collection.points.position[i]);
+    fixed.spacing.push_back(collection.points.spacing[i]);
+  }
+  const auto accepts = [&](const Point& p, double spacing) {
+    return distance_to_outline(collection.body, surface, p) >= outline_margin * spacing;
+  };
+  for (const Point& p : blue_noise(collection.spacing, surface.extent, accepts, fixed, stream))
+    collection.add(p, id);
+}
+
+void place_in_interior(Collection& collection, parallel::RandomStream stream) {
+  const Body& body = collection.body;
+  const auto accepts = [&](const Point& p, double spacing) {
+    return body.distance_to_surface(p) >= surface_margin * spacing;
+  };
+  for (const Point& p :
+       blue_noise(collection.spacing, {{0, 0, 0}, body.size()}, accepts, collection.all(), stream))
+    collection.add(p, -1);
+}
+
+void relax(Collection& collection) {
+  const Body& body = collection.body;
+  const auto may_move = [&](std::size_t i, const Point& p) {
+    const double spacing = collection.points.spacing[i];
+    if (norm(difference(p, collection.points.position[i])) > 0.5 * spacing) return false;
+    const SurfaceId id = collection.surface[i];
+    return id < 0 ? body.distance_to_surface(p) >= surface_margin * spacing
+                  : distance_to_outline(body, body.surfaces()[static_cast<std::size_t>(id)], p) >=
+                        outline_margin * spacing;
+  };
+  for (int round = 0; round < relaxation_rounds; ++round) {
+    relax(body, collection.points, may_move);
+    for (std::size_t i = 0; i < collection.points.size(); ++i)
+      collection.points.spacing[i] = collection.spacing(collection.points.position[i]);
+  }
+}
+
+/// Moves points at bad cells, first for a good shape as far as it goes, then until every cell is good.
+/// @throws std::runtime_error with the places that stay bad
+void improve(const Body& body, MotherPoints& points, const input::Mesh& mesh, double goal,
+             parallel::RandomStream stream) {
+  Tessellation tessellation(body, points.position, goal);
+  const std::vector<Point> centre = points.position;
+  std::uint64_t pass = 0;
+  const Draw draw = [&](std::int32_t node, std::int32_t number, double amplitude) {
+    const auto i = static_cast<std::size_t>(node);
+    return displaced(body, centre[i], points.movable[i], amplitude * improving_radius * points.spacing[i],
+                     stream.substream(pass).substream(i).substream(static_cast<std::uint64_t>(number)));
+  };
+  redraw(tessellation, points.movable, draw, stream.substream(choosing),
+         {.max_rounds = improving_rounds, .only_improve = true});
+  ++pass;
+  tessellation.set_min_quality(mesh.min_quality);
+  const RedrawOutcome outcome = redraw(tessellation, points.movable, draw, stream.substream(choosing + 1),
+                                       {.max_rounds = final_rounds, .shrinking = false});
+  points.position.assign(tessellation.points().begin(), tessellation.points().end());
+  if (outcome.remaining.empty()) return;
+  const Point& where = points.position[static_cast<std::size_t>(outcome.remaining.front()[0])];
+  throw std::runtime_error(fmt::format(
+      "mesh: {} tetrahedra stay below min_quality = {} or reach across a notch, the first near ({:g}, {:g}, "
+      "{:g}) m; use a finer spacing there or a lower min_quality",
+      outcome.remaining.size(), mesh.min_quality, where[0], where[1], where[2]));
+}
+
+}  // namespace
+
+double estimate_n_points(const Body& body, const input::Mesh& mesh) {
+  const SpacingField spacing(body, mesh);
+  double sum = static_cast<double>(body.corners().size());
+  for (const Edge& edge : body.edges()) sum += n_edge_spacings(spacing, edge).back();
+  for (const Surface& surface : body.surfaces()) {
+    const auto accepts = [&](const Point& p, double local) {
+      return distance_to_outline(body, surface, p) >= outline_margin * local;
+    };
+    sum += expected_points(spacing, surface.extent, accepts, max_points);
+  }
+  const auto accepts = [&](const Point& p, double local) {
+    return body.contains(p) && body.distance_to_surface(p) >= surface_margin * local;
+  };
+  return sum + expected_points(spacing, {{0, 0, 0}, body.size()}, accepts, max_points);
+}
+
+MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed) {
+  const SpacingField spacing(body, mesh);
+  const parallel::RandomStream stream(seed, 0, "mother points");
+  Collection collection{body, spacing, {}, {}};
+  if (mesh.points) {
+    for (const Point& p : read_points(*mesh.points, body)) collection.add(p, -1);
+  } else {
+    if (estimate_n_points(body, mesh) > max_points)
+      throw std::runtime_error(
+          fmt::format("mesh: this spacing needs more than {:.0f} nodes; use a coarser one", max_points));
+    for (const Point& p : body.corners()) collection.add(p, -1);
+    std::uint64_t item = 0;
+    for (const Edge& edge : body.edges())
+      place_on_edge(collection, edge, stream.substream(on_edges).substream(item++));
+    for (std::size_t id = 0; id < body.surfaces().size(); ++id)
+      place_on_surface(collection, static_cast<SurfaceId>(id), stream.substream(on_surfaces).substream(id));
+    place_in_interior(collection, stream.substream(in_interior));
+    relax(collection);
+  }
+  MotherPoints points = in_slab_order(collection.points, body.size());
+  improve(body, points, mesh, mesh.points ? mesh.min_quality : std::max(quality_goal, mesh.min_quality),
+          stream.substream(improving));
+  return points;
+}
+
+}  // namespace crackle::geometry

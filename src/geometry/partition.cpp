@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/geometry/partition.h"
+
+#include <fmt/format.h>
+#include <metis.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+
+namespace crackle::geometry {
+
+namespace {
+
+constexpr std::size_t index(std::int32_t number) { return static_cast<std::size_t>(number); }
+
+void check_metis(int code) {
+  if (code == METIS_OK) return;
+  const char* const reason = code == METIS_ERROR_INPUT    ? "erroneous input"
+                             : code == METIS_ERROR_MEMORY ? "not enough memory"
+                                                          : "other error";
+  throw std::runtime_error(fmt::format("METIS_PartMeshDual: {} ({})", reason, code));
+}
+
+/// @param edge_cut set to the number of tetrahedron faces between two parts
+std::vector<std::int32_t> metis_parts(const Realization& realization, int n_parts, std::int64_t& edge_cut) {
+  const auto& tetrahedra = realization.tetrahedra;
+  auto n_elements = static_cast<idx_t>(tetrahedra.size());
+  auto n_nodes = static_cast<idx_t>(realization.nodes.size());
+  std::vector<idx_t> element_begin(tetrahedra.size() + 1);
+  std::vector<idx_t> element_nodes;
+  element_nodes.reserve(4 * tetrahedra.size());
+  for (std::size_t i = 0; i < tetrahedra.size(); ++i) {
+    element_begin[i + 1] = static_cast<idx_t>(4 * (i + 1));
+    element_nodes.insert(element_nodes.end(), tetrahedra[i].begin(), tetrahedra[i].end());
+  }
+  std::array<idx_t, METIS_NOPTIONS> options{};
+  check_metis(METIS_SetDefaultOptions(options.data()));
+  options[METIS_OPTION_PTYPE] = METIS_PTYPE_KWAY;
+  options[METIS_OPTION_OBJTYPE] = METIS_OBJTYPE_CUT;
+  options[METIS_OPTION_SEED] = 1;
+  options[METIS_OPTION_UFACTOR] = 10;  // at most 1 % imbalance: the slowest rank sets the pace
+  options[METIS_OPTION_NUMBERING] = 0;
+  idx_t n_common = 3;
+  idx_t n_wanted = n_parts;
+  idx_t cut = 0;
+  std::vector<idx_t> element_part(tetrahedra.size());
+  std::vector<idx_t> node_part(realization.nodes.size());
+  check_metis(METIS_PartMeshDual(&n_elements, &n_nodes, element_begin.data(), element_nodes.data(), nullptr,
+                                 nullptr, &n_common, &n_wanted, nullptr, options.data(), &cut,
+                                 element_part.data(), node_part.data()));
+  edge_cut = cut;
+  return {element_part.begin(), element_part.end()};
+}
+
+/// Numbers the parts in the order in which they first occur.
+void renumber(std::vector<std::int32_t>& parts, int n_parts) {
+  std::vector<std::int32_t> number(static_cast<std::size_t>(n_parts), -1);
+  std::int32_t next = 0;
+  for (std::int32_t& part : parts) {
+    if (number[index(part)] < 0) number[index(part)] = next++;
+    part = number[index(part)];
+  }
+}
+
+std::vector<std::int32_t> node_parts(const Realization& realization, const Partition& partition) {
+  // The parts round each node, in the order of the tetrahedra, each once.
+  std::vector<std::vector<std::int32_t>> candidates(realization.nodes.size());
+  for (std::size_t i = 0; i < realization.tetrahedra.size(); ++i)
+    for (const std::int32_t node : realization.tetrahedra[i]) {
+      auto& list = candidates[index(node)];
+      const std::int32_t part = partition.tetrahedron_part[i];
+      if (std::find(list.begin(), list.end(), part) == list.end()) list.push_back(part);
+    }
+  std::vector<std::int64_t> n_nodes(static_cast<std::size_t>(partition.n_parts), 0);
+  std::vector<std::int32_t> result(realization.nodes.size(), 0);
+  for (std::size_t node = 0; node < candidates.size(); ++node) {
+    const auto& list = candidates[node];
+    if (list.empty()) continue;
+    result[node] = *std::min_element(list.begin(), list.end(), [&](std::int32_t a, std::int32_t b) {
+      return n_nodes[index(a)] != n_nodes[index(b)] ? n_nodes[index(a)] < n_nodes[index(b)] : a < b;
+    });
+    ++n_nodes[index(result[node])];
+  }
+  return result;
+}
+
+}  // namespace
+
+Partition partition(const Realization& realization, int n_parts) {
+  if (n_parts < 1) throw std::invalid_argument(fmt::format("partition into {} parts", n_parts));
+  const std::size_t n_tetrahedra = realization.tetrahedra.size();
+  Partition result;
+  result.n_parts = n_parts;
+  result.tetrahedron_part.assign(n_tetrahedra, 0);
+  result.node_part.assign(realization.nodes.size(), 0);
+  if (n_parts == 1 || n_tetrahedra == 0) return result;
+
+  if (static_cast<std::size_t>(n_parts) < n_tetrahedra) {
+    result.tetrahedron_part = metis_parts(realization, n_parts, result.edge_cut);
+    renumber(result.tetrahedron_part, n_parts);
+  } else {
+    for (std::size_t i = 0; i < n_tetrahedra; ++i)
+      result.tetrahedron_part[i] = static_cast<std::int32_t>(i);
+    result.edge_cut = static_cast<std::int64_t>((4 * n_tetrahedra - realization.boundary.size()) / 2);
+  }
+  result.node_part = node_parts(realization, result);
+  std::vector<std::int64_t> size(static_cast<std::size_t>(n_parts), 0);
+  for (const std::int32_t part : result.tetrahedron_part) ++size[index(part)];
+  result.imbalance = static_cast<double>(*std::max_element(size.begin(), size.end())) * n_parts /
+                     static_cast<double>(n_tetrahedra);
+  return result;
+}
+
+}  // namespace crackle::geometry

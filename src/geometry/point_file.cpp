@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/geometry/mother_points.h"
+#include "point_tree.h"
+#include "vector_algebra.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+namespace crackle::geometry {
+
+namespace {
+
+constexpr double metres_per_unit = 1e-3;
+constexpr double relative_tolerance = 1e-9;
+constexpr std::size_t max_messages = 20;
+
+/// The next blank-separated word of `line`, which is shortened by it.
+std::string_view next_word(std::string_view& line) {
+  const char* const blanks = " \t\r,";
+  line.remove_prefix(std::min(line.find_first_not_of(blanks), line.size()));
+  const std::string_view word = line.substr(0, line.find_first_of(blanks));
+  line.remove_prefix(word.size());
+  return word;
+}
+
+std::optional<double> number(std::string_view word) {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc{} || end != word.data() + word.size() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+/// Sets coordinates that lie within the tolerance of a plane of the body exactly on it.
+Point snapped(const Body& body, Point p, double tolerance) {
+  for (const Surface& surface : body.surfaces()) {
+    double& coordinate = p[static_cast<std::size_t>(surface.axis)];
+    if (std::abs(coordinate - surface.position) > tolerance) continue;
+    Point q = p;
+    q[static_cast<std::size_t>(surface.axis)] = surface.position;
+    if (distance(q, surface.extent) <= tolerance) coordinate = surface.position;
+  }
+  return p;
+}
+
+class Messages {
+public:
+  explicit Messages(const std::filesystem::path& file) : file_(file.string()) {}
+  void add(std::size_t line, const std::string& reason) {
+    if (n_++ < max_messages) text_ += fmt::format("{}{}:{}: {}", text_.empty() ? "" : "\n", file_, line, reason);
+  }
+  void throw_if_any() const {
+    if (n_ == 0) return;
+    throw std::runtime_error(n_ <= max_messages ? text_
+                                                : fmt::format("{}\n{}: {} more errors", text_, file_, n_ - max_messages));
+  }
+
+private:
+  std::string file_;
+  std::string text_;
+  std::size_t n_ = 0;
+};
+
+}  // namespace
+
+std::vector<Point> read_points(const std::filesystem::path& file, const Body& body) {
+  std::ifstream stream(file);
+  if (!stream) throw std::runtime_error(fmt::format("{}: cannot be opened for reading", file.string()));
+  const double tolerance = relative_tolerance * *std::max_element(body.size().begin(), body.size().end());
+  Messages messages(file);
+  std::vector<Point> points;
+  std::vector<std::size_t> lines;
+  std::string text;
+  for (std::size_t line = 1; std::getline(stream, text); ++line) {
+    std::string_view rest = std::string_view(text).substr(0, text.find('#'));
+    std::string_view word = next_word(rest);
+    if (word.empty()) continue;
+    Point p{};
+    bool valid = true;
+    for (double& coordinate : p) {
+      const std::optional<double> value = number(word);
+      valid = valid && value;
+      coordinate = value.value_or(0) * metres_per_unit;
+      word = next_word(rest);
+    }
+    if (!valid || !word.empty()) {
+      messages.add(line, "not a point; accepted are three numbers \"x y z\" in millimetres");
+      continue;
+    }
+    p = snapped(body, p, tolerance);
+    if (!body.contains(p)) {
+      messages.add(line, fmt::format("the point ({:g}, {:g}, {:g}) mm lies outside the body", p[0] / metres_per_unit,
+                                     p[1] / metres_per_unit, p[2] / metres_per_unit));
+      continue;
+    }
+    points.push_back(p);
+    lines.push_back(line);
+  }
+  if (stream.bad()) throw std::runtime_error(fmt::format("{}: reading failed", file.string()));
+
+  const PointTree tree(points);
+  std::vector<std::int32_t> near;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    tree.find(points[i], tolerance, near);
+    if (static_cast<std::size_t>(near.front()) < i)
+      messages.add(lines[i], fmt::format("the same point as in line {}", lines[static_cast<std::size_t>(near.front())]));
+  }
+  messages.throw_if_any();
+
+  for (const Point& corner : body.corners()) {
+    tree.find(corner, tolerance, near);
+    if (near.empty())
+      throw std::runtime_error(fmt::format("{}: the corner ({:g}, {:g}, {:g}) mm of the body is not among the points",
+                                           file.string(), corner[0] / metres_per_unit, corner[1] / metres_per_unit,
+                                           corner[2] / metres_per_unit));
+  }
+  return points;
+}
+
+}  // namespace crackle::geometry

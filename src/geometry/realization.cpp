@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/geometry/realization.h"
+
+#include "crackle/geometry/quality.h"
+#include "displacement.h"
+#include "redraw.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <utility>
+
+namespace crackle::geometry {
+
+namespace {
+
+constexpr int max_rounds = 200;
+
+constexpr std::size_t index(std::int32_t node) { return static_cast<std::size_t>(node); }
+
+/// The same tetrahedron with its smallest node first and the smallest of the others second.
+Tetrahedron canonical(const Tetrahedron& t) {
+  // The even permutations that bring each corner to the front; then the other three turn.
+  constexpr std::array<std::array<std::size_t, 4>, 4> to_front{
+      {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 3, 0, 1}, {3, 2, 1, 0}}};
+  const auto& order =
+      to_front[static_cast<std::size_t>(std::min_element(t.begin(), t.end()) - t.begin())];
+  Tetrahedron result{t[order[0]], t[order[1]], t[order[2]], t[order[3]]};
+  std::rotate(result.begin() + 1, std::min_element(result.begin() + 1, result.end()), result.end());
+  return result;
+}
+
+Triangle canonical(Triangle t) {
+  std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+  return t;
+}
+
+/// Sorts cells, whose first node is their smallest, by their sorted nodes: first into the buckets of the first
+/// node, which is most of the work, then within them.
+void sort_cells(std::vector<Tetrahedron>& cells, std::size_t n_nodes) {
+  std::vector<std::size_t> begin(n_nodes + 1, 0);
+  for (const Tetrahedron& cell : cells) ++begin[index(cell[0]) + 1];
+  for (std::size_t i = 0; i < n_nodes; ++i) begin[i + 1] += begin[i];
+  std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
+  std::vector<Tetrahedron> sorted(cells.size());
+  for (const Tetrahedron& cell : cells) sorted[next[index(cell[0])]++] = cell;
+  for (std::size_t i = 0; i < n_nodes; ++i)
+    std::sort(sorted.begin() + static_cast<std::ptrdiff_t>(begin[i]),
+              sorted.begin() + static_cast<std::ptrdiff_t>(begin[i + 1]),
+              [](const Tetrahedron& a, const Tetrahedron& b) {
+                if (a[1] != b[1]) return a[1] < b[1];
+                const auto [a2, a3] = std::minmax(a[2], a[3]);
+                const auto [b2, b3] = std::minmax(b[2], b[3]);
+                return a2 != b2 ? a2 < b2 : a3 < b3;
+              });
+  cells.swap(sorted);
+}
+
+/// The plane piece in which all three corners lie exactly.
+SurfaceId surface_of(const Body& body, const std::vector<Point>& nodes, const Triangle& t) {
+  const auto& surfaces = body.surfaces();
+  for (std::size_t id = 0; id < surfaces.size(); ++id)
+    if (std::all_of(t.begin(), t.end(),
+                    [&](std::int32_t node) { return surfaces[id].extent.contains(nodes[index(node)]); }))
+      return static_cast<SurfaceId>(id);
+  throw std::runtime_error("realization: a boundary triangle lies on no plane of the body");
+}
+
+}  // namespace
+
+Realization make_realization(const Body& body, const MotherPoints& base, const input::Mesh& mesh,
+                             std::uint64_t seed, std::uint64_t sample) {
+  const parallel::RandomStream stream(seed, sample, "disturbance");
+  const auto draw = [&](std::size_t i, std::int32_t number, double amplitude) {
+    return displaced(body, base.position[i], base.movable[i], amplitude * mesh.perturbation * base.spacing[i],
+                     stream.substream(i).substream(static_cast<std::uint64_t>(number)));
+  };
+  Realization realization;
+  realization.nodes.resize(base.size());
+  for (std::size_t i = 0; i < base.size(); ++i) realization.nodes[i] = draw(i, 0, 1);
+
+  Tessellation tessellation(body, realization.nodes, mesh.min_quality);
+  const RedrawOutcome outcome = redraw(
+      tessellation, base.movable,
+      [&](std::int32_t node, std::int32_t number, double amplitude) {
+        return draw(index(node), number, amplitude);
+      },
+      parallel::RandomStream(seed, sample, "choice of redrawn points"), {.max_rounds = max_rounds});
+  if (!outcome.remaining.empty())
+    throw std::runtime_error(fmt::format(
+        "sample {}: after {} rounds of redrawing, {} tetrahedra are still below min_quality = {} or "
+        "reach across a notch",
+        sample, outcome.rounds, outcome.remaining.size(), mesh.min_quality));
+
+  realization.nodes.assign(tessellation.points().begin(), tessellation.points().end());
+  TessellationContent content = tessellation.content();
+  realization.tetrahedra = std::move(content.tetrahedra);
+  for (Tetrahedron& cell : realization.tetrahedra) cell = canonical(cell);
+  sort_cells(realization.tetrahedra, realization.nodes.size());
+
+  for (Triangle& triangle : content.boundary) triangle = canonical(triangle);
+  std::sort(content.boundary.begin(), content.boundary.end());
+  realization.boundary.reserve(content.boundary.size());
+  for (const Triangle& triangle : content.boundary)
+    realization.boundary.push_back({triangle, surface_of(body, realization.nodes, triangle)});
+
+  realization.report.rounds = outcome.rounds;
+  realization.report.redrawn_points = outcome.redrawn_points;
+  realization.report.min_quality = verify(realization, body, mesh.min_quality);
+  return realization;
+}
+
+}  // namespace crackle::geometry

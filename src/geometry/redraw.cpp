@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "redraw.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace crackle::geometry {
+
+namespace {
+
+constexpr int draws_per_attempt = 16;
+constexpr int attempts_at_full_amplitude = 3;
+constexpr int attempts_until_zero = 16;
+constexpr double shrinkage = 0.8;
+constexpr int attempts_per_ring = 5;
+constexpr int max_rings = 3;
+
+constexpr std::size_t index(std::int32_t node) { return static_cast<std::size_t>(node); }
+
+double amplitude_of(int attempt) {
+  if (attempt >= attempts_until_zero) return 0;
+  double amplitude = 1;
+  for (int i = attempts_at_full_amplitude; i < attempt; ++i) amplitude *= shrinkage;
+  return amplitude;
+}
+
+class Redrawing {
+public:
+  Redrawing(Tessellation& tessellation, std::span<const std::uint8_t> movable, const Draw& draw,
+            parallel::RandomStream choice, const RedrawRules& rules)
+      : tessellation_(tessellation),
+        movable_(movable),
+        draw_(draw),
+        choice_(choice),
+        rules_(rules),
+        attempts_(movable.size(), 0),
+        draws_(movable.size(), 0) {}
+
+  RedrawOutcome run() {
+    RedrawOutcome outcome;
+    std::vector<Tetrahedron> bad = tessellation_.bad_cells();
+    for (; !bad.empty() && outcome.rounds < rules_.max_rounds; ++outcome.rounds) {
+      next_.clear();
+      for (const Tetrahedron& cell : bad) {
+        if (!tessellation_.has_bad_cell(cell)) continue;
+        const std::int32_t node = choose(cell);
+        if (node < 0) {
+          next_.push_back(cell);
+          continue;
+        }
+        redraw(node);
+        if (tessellation_.has_bad_cell(cell)) next_.push_back(cell);
+      }
+      std::sort(next_.begin(), next_.end());
+      next_.erase(std::unique(next_.begin(), next_.end()), next_.end());
+      std::erase_if(next_, [&](const Tetrahedron& cell) { return !tessellation_.has_bad_cell(cell); });
+      bad.swap(next_);
+    }
+    outcome.remaining = std::move(bad);
+    outcome.redrawn_points =
+        std::count_if(draws_.begin(), draws_.end(), [](std::int32_t draws) { return draws > 0; });
+    return outcome;
+  }
+
+private:
+  /// The point of the cell with the fewest attempts so far, one of more freedom first; further rings of
+  /// neighbours join when all have been tried often.
+  std::int32_t choose(const Tetrahedron& cell) {
+    std::vector<std::int32_t> pool(cell.begin(), cell.end());
+    for (int ring = 0; ring < max_rings; ++ring) {
+      const bool exhausted = std::all_of(pool.begin(), pool.end(), [&](std::int32_t node) {
+        return movable_[index(node)] == 0 || attempts_[index(node)] >= attempts_per_ring * (ring + 1);
+      });
+      if (!exhausted) break;
+      std::vector<std::int32_t> wider = pool;
+      for (const std::int32_t node : pool) {
+        const std::vector<std::int32_t> neighbours = tessellation_.neighbours(node);
+        wider.insert(wider.end(), neighbours.begin(), neighbours.end());
+      }
+      std::sort(wider.begin(), wider.end());
+      wider.erase(std::unique(wider.begin(), wider.end()), wider.end());
+      pool.swap(wider);
+    }
+    std::vector<std::int32_t> best;
+    int lowest = 0;
+    for (const std::int32_t node : pool) {
+      if (movable_[index(node)] == 0) continue;
+      const int handicap = attempts_[index(node)] + 3 - std::popcount(movable_[index(node)]);
+      if (best.empty() || handicap < lowest) {
+        best.clear();
+        lowest = handicap;
+      }
+      if (handicap == lowest) best.push_back(node);
+    }
+    if (best.empty()) return -1;
+    return best[static_cast<std::size_t>(choice_.bits() % best.size())];
+  }
+
+  void redraw(std::int32_t node) {
+    const Point before = tessellation_.points()[index(node)];
+    const int attempt = attempts_[index(node)]++;
+    const double amplitude = rules_.shrinking ? amplitude_of(attempt) : 1;
+    tessellation_.lift(node);
+    Tessellation::Trial best;
+    Point position = before;
+    if (rules_.only_improve) best = tessellation_.try_at(before, best);
+    for (int i = 0; i < draws_per_attempt; ++i) {
+      const Point candidate = draw_(node, ++draws_[index(node)], amplitude);
+      const Tessellation::Trial trial = tessellation_.try_at(candidate, best);
+      if (trial.better_than(best)) {
+        best = trial;
+        position = candidate;
+      }
+      // A good position is taken as it comes, so that among good ones the distribution stays that of the draw.
+      if ((best.n_bad == 0 && !(rules_.only_improve && position == before)) || amplitude == 0) break;
+    }
+    tessellation_.put(position, next_);
+  }
+
+  Tessellation& tessellation_;
+  std::span<const std::uint8_t> movable_;
+  const Draw& draw_;
+  parallel::RandomStream choice_;
+  const RedrawRules& rules_;
+  std::vector<int> attempts_;
+  std::vector<std::int32_t> draws_;
+  std::vector<Tetrahedron> next_;
+};
+
+}  // namespace
+
+RedrawOutcome redraw(Tessellation& tessellation, std::span<const std::uint8_t> movable, const Draw& draw,
+                     parallel::RandomStream choice, const RedrawRules& rules) {
+  return Redrawing(tessellation, movable, draw, choice, rules).run();
+}
+
+}  // namespace crackle::geometry

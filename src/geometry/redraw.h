@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/parallel/random.h"
+#include "tessellation.h"
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace crackle::geometry {
+
+/// Another position for a point.
+/// @param draw 1 for the first redraw of this point, 2 for the second, ...
+/// @param amplitude factor for the point's full amplitude, from 1 down to 0
+using Draw = std::function<Point(std::int32_t node, std::int32_t draw, double amplitude)>;
+
+struct RedrawRules {
+  int max_rounds = 0;
+  /// True: a point only moves where that improves the cells round it. False: a redrawn point takes the best of
+  /// the new positions.
+  bool only_improve = false;
+  /// The amplitude of a point that is redrawn again and again shrinks until it ends at 0.
+  bool shrinking = true;
+};
+
+struct RedrawOutcome {
+  int rounds = 0;
+  std::int64_t redrawn_points = 0;
+  std::vector<Tetrahedron> remaining;  ///< bad cells that are left; empty on success
+};
+
+/// Draws points at bad cells again, one at a time, until every cell is good or the rounds are used up.
+///
+/// A round goes through the bad cells in ascending order. One point of each is lifted and put where, of some
+/// draws, the fewest bad cells and then the best worst quality result; only the cells that this changes are
+/// examined. A cell that resists has its other points, then their neighbours, redrawn with shrinking amplitude.
+/// @param choice decides between points that are equally suitable
+RedrawOutcome redraw(Tessellation& tessellation, std::span<const std::uint8_t> movable, const Draw& draw,
+                     parallel::RandomStream choice, const RedrawRules& rules);
+
+}  // namespace crackle::geometry

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "relaxation.h"
+
+#include "tessellation.h"
+#include "vector_algebra.h"
+
+#include <bit>
+#include <utility>
+
+namespace crackle::geometry {
+
+namespace {
+
+constexpr std::size_t index(std::int32_t node) { return static_cast<std::size_t>(node); }
+
+/// A weight and the weighted vector from the first corner to the circumcentre.
+struct Pull {
+  double weight;
+  Point vector;
+};
+
+Pull pull_of_tetrahedron(const Point& a, const Point& b, const Point& c, const Point& d) {
+  const Point u = difference(b, a);
+  const Point v = difference(c, a);
+  const Point w = difference(d, a);
+  const Point vw = cross(v, w);
+  const Point wu = cross(w, u);
+  const Point uv = cross(u, v);
+  Pull pull{dot(u, vw) / 6, {}};
+  for (std::size_t i = 0; i < 3; ++i)
+    pull.vector[i] = (dot(u, u) * vw[i] + dot(v, v) * wu[i] + dot(w, w) * uv[i]) / 12;
+  return pull;
+}
+
+Pull pull_of_triangle(const Point& a, const Point& b, const Point& c) {
+  const Point u = difference(b, a);
+  const Point v = difference(c, a);
+  const Point n = cross(u, v);
+  const double length = norm(n);
+  const Point nu = cross(n, u);
+  const Point vn = cross(v, n);
+  Pull pull{length / 2, {}};
+  for (std::size_t i = 0; i < 3; ++i)
+    pull.vector[i] = (dot(v, v) * nu[i] + dot(u, u) * vn[i]) / (4 * length);
+  return pull;
+}
+
+}  // namespace
+
+void relax(const Body& body, MotherPoints& points, const MayMove& may_move) {
+  const Tessellation tessellation(body, points.position, 0);
+  const TessellationContent content = tessellation.content();
+  std::vector<std::uint8_t> stays(points.size(), 0);
+  for (const Tetrahedron& crossing : tessellation.bad_cells())
+    for (const std::int32_t node : crossing) stays[index(node)] = 1;
+
+  std::vector<Point> sum(points.size(), Point{});
+  std::vector<double> weights(points.size(), 0);
+  const auto add = [&](std::int32_t node, std::int32_t first, const Pull& pull, double scale) {
+    const Point offset =
+        difference(points.position[index(first)], points.position[index(node)]);
+    weights[index(node)] += scale * pull.weight;
+    for (std::size_t i = 0; i < 3; ++i)
+      sum[index(node)][i] += scale * (pull.weight * offset[i] + pull.vector[i]);
+  };
+  const auto position = [&](std::int32_t node) -> const Point& { return points.position[index(node)]; };
+  const auto freedom = [&](std::int32_t node) { return std::popcount(points.movable[index(node)]); };
+
+  for (const Tetrahedron& t : content.tetrahedra) {
+    const Pull pull = pull_of_tetrahedron(position(t[0]), position(t[1]), position(t[2]), position(t[3]));
+    double local = 0;
+    for (const std::int32_t node : t) local += points.spacing[index(node)] / 4;
+    // A cell pulls with volume times distance, spacing^4; this power makes neighbours of different size balance.
+    const double scale = 1 / (local * local * local * local);
+    for (const std::int32_t node : t)
+      if (freedom(node) == 3) add(node, t[0], pull, scale);
+  }
+  for (const Triangle& t : content.boundary) {
+    const Pull pull = pull_of_triangle(position(t[0]), position(t[1]), position(t[2]));
+    double local = 0;
+    for (const std::int32_t node : t) local += points.spacing[index(node)] / 3;
+    const double scale = 1 / (local * local * local);
+    for (const std::int32_t node : t)
+      if (freedom(node) == 2) add(node, t[0], pull, scale);
+  }
+
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (stays[i] || !(weights[i] > 0)) continue;
+    Point p = points.position[i];
+    for (unsigned axis = 0; axis < 3; ++axis)
+      if ((points.movable[i] >> axis) & 1u) p[axis] += sum[i][axis] / weights[i];
+    if (body.contains(p) && body.movable_axes(p) == points.movable[i] && may_move(i, p))
+      points.position[i] = p;
+  }
+}
+
+}  // namespace crackle::geometry

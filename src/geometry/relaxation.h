@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/body.h"
+#include "crackle/geometry/mother_points.h"
+
+#include <functional>
+
+namespace crackle::geometry {
+
+/// Decides whether point i may move to p.
+using MayMove = std::function<bool(std::size_t i, const Point& p)>;
+
+/// One round of optimal Delaunay triangulation (Chen and Xu 2004): every point moves to the mean of the
+/// circumcentres of its tetrahedra, one on a surface to that of its boundary triangles, weighted such that the
+/// spacing is kept. Points on edges, and points at tetrahedra that cross a notch, stay.
+void relax(const Body& body, MotherPoints& points, const MayMove& may_move);
+
+}  // namespace crackle::geometry

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/geometry/mother_points.h"
+
+#include <algorithm>
+
+namespace crackle::geometry {
+
+namespace {
+
+/// Growth away from places where the shape of the body, not the input, asks for a fine spacing.
+constexpr double shape_growth = 0.2;
+
+/// The box of the points between two boxes: along each axis their common interval or the gap between them.
+Box between(const Box& a, const Box& b) {
+  Box region{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double inner_lower = std::max(a.lower[i], b.lower[i]);
+    const double inner_upper = std::min(a.upper[i], b.upper[i]);
+    region.lower[i] = std::min(inner_lower, inner_upper);
+    region.upper[i] = std::max(inner_lower, inner_upper);
+  }
+  return region;
+}
+
+}  // namespace
+
+SpacingField::SpacingField(const Body& body, const input::Mesh& mesh) {
+  far_ = std::min(mesh.spacing, *std::min_element(body.size().begin(), body.size().end()));
+  const double growth = std::max(mesh.growth, shape_growth);
+  const auto add = [&](const Box& region, double spacing, double rate) {
+    if (spacing < far_) sources_.push_back({region, spacing, rate});
+  };
+  for (int i = 0; i < body.n_notches(); ++i) {
+    const Box& slot = body.slot(i);
+    add(body.surfaces()[static_cast<std::size_t>(8 + 3 * i)].extent, mesh.notch_spacing, mesh.growth);
+    add(slot, body.notch(i).height, growth);
+    for (int j = 0; j < i; ++j) {
+      const double gap = distance(slot, body.slot(j));
+      add(between(slot, body.slot(j)), gap, growth);
+    }
+    for (std::size_t id = 2; id < 6; ++id) {
+      const Box& face = body.surfaces()[id].extent;
+      const double gap = distance(slot, face);
+      if (gap > 0) add(between(slot, face), gap, growth);
+    }
+  }
+}
+
+double SpacingField::operator()(const Point& p) const {
+  double spacing = far_;
+  for (const Source& source : sources_)
+    spacing = std::min(spacing, source.spacing + source.growth * distance(p, source.region));
+  return spacing;
+}
+
+double SpacingField::lower_bound(const Box& region) const {
+  double spacing = far_;
+  for (const Source& source : sources_)
+    spacing = std::min(spacing, source.spacing + source.growth * distance(region, source.region));
+  return spacing;
+}
+
+}  // namespace crackle::geometry

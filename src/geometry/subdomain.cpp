@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/geometry/subdomain.h"
+
+#include <algorithm>
+#include <array>
+#include <span>
+
+namespace crackle::geometry {
+
+namespace {
+
+constexpr std::size_t index(std::int64_t number) { return static_cast<std::size_t>(number); }
+
+/// Calls visit(part) once for each part that owns one of the nodes.
+template <class Visit>
+void for_owning_parts(std::span<const std::int32_t> nodes, const std::vector<std::int32_t>& node_part,
+                      const Visit& visit) {
+  std::array<std::int32_t, 4> parts{};
+  std::size_t n_parts = 0;
+  for (const std::int32_t node : nodes) {
+    const std::int32_t part = node_part[index(node)];
+    const auto end = parts.begin() + static_cast<std::ptrdiff_t>(n_parts);
+    if (std::find(parts.begin(), end, part) != end) continue;
+    parts[n_parts++] = part;
+    visit(part);
+  }
+}
+
+/// Fills in the nodes of a subdomain, whose tetrahedra and triangles still have the realization's node numbers,
+/// and gives those local ones.
+/// @param local scratch, -1 for every node of the realization; left so
+void number_locally(const Realization& realization, std::vector<std::int32_t>& local, Subdomain& subdomain) {
+  auto& numbers = subdomain.node_number;  // the owned nodes so far
+  for (std::size_t i = 0; i < numbers.size(); ++i) local[index(numbers[i])] = static_cast<std::int32_t>(i);
+  const std::size_t n_owned = numbers.size();
+  for (const Tetrahedron& t : subdomain.tetrahedra)
+    for (const std::int32_t node : t)
+      if (local[index(node)] < 0) {
+        local[index(node)] = 0;
+        numbers.push_back(node);
+      }
+  std::sort(numbers.begin() + static_cast<std::ptrdiff_t>(n_owned), numbers.end());
+  for (std::size_t i = n_owned; i < numbers.size(); ++i)
+    local[index(numbers[i])] = static_cast<std::int32_t>(i);
+  for (Tetrahedron& t : subdomain.tetrahedra)
+    for (std::int32_t& node : t) node = local[index(node)];
+  for (BoundaryTriangle& triangle : subdomain.boundary)
+    for (std::int32_t& node : triangle.nodes) node = local[index(node)];
+  subdomain.nodes.reserve(numbers.size());
+  for (const std::int64_t number : numbers) {
+    subdomain.nodes.push_back(realization.nodes[index(number)]);
+    local[index(number)] = -1;
+  }
+}
+
+}  // namespace
+
+std::vector<Subdomain> split(const Realization& realization, const Partition& partition) {
+  const auto& node_part = partition.node_part;
+  std::vector<Subdomain> parts(index(partition.n_parts));
+  for (std::size_t node = 0; node < realization.nodes.size(); ++node)
+    parts[index(node_part[node])].node_number.push_back(static_cast<std::int64_t>(node));
+  std::vector<std::int64_t> distributed(realization.nodes.size());
+  std::int64_t next = 0;
+  for (Subdomain& part : parts) {
+    part.n_nodes_global = static_cast<std::int64_t>(realization.nodes.size());
+    part.n_tetrahedra_global = static_cast<std::int64_t>(realization.tetrahedra.size());
+    part.n_owned = static_cast<std::int32_t>(part.node_number.size());
+    for (const std::int64_t number : part.node_number) distributed[index(number)] = next++;
+  }
+
+  for (std::size_t i = 0; i < realization.tetrahedra.size(); ++i) {
+    const Tetrahedron& t = realization.tetrahedra[i];
+    for_owning_parts(t, node_part, [&](std::int32_t number) {
+      Subdomain& part = parts[index(number)];
+      part.tetrahedra.push_back(t);
+      part.tetrahedron_number.push_back(static_cast<std::int64_t>(i));
+      part.counted.push_back(number == node_part[index(t[0])]);
+    });
+  }
+  for (std::size_t i = 0; i < realization.boundary.size(); ++i) {
+    const BoundaryTriangle& triangle = realization.boundary[i];
+    for_owning_parts(triangle.nodes, node_part, [&](std::int32_t number) {
+      parts[index(number)].boundary.push_back(triangle);
+      parts[index(number)].boundary_number.push_back(static_cast<std::int64_t>(i));
+    });
+  }
+
+  std::vector<std::int32_t> local(realization.nodes.size(), -1);
+  for (Subdomain& part : parts) {
+    number_locally(realization, local, part);
+    part.distributed_number.reserve(part.node_number.size());
+    for (const std::int64_t number : part.node_number)
+      part.distributed_number.push_back(distributed[index(number)]);
+  }
+  return parts;
+}
+
+}  // namespace crackle::geometry

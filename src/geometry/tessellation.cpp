@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tessellation.h"
+
+#include "crackle/geometry/quality.h"
+#include "notch_crossing.h"
+
+#include <CGAL/Delaunay_triangulation_3.h>
+#include <CGAL/Delaunay_triangulation_cell_base_3.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Triangulation_cell_base_with_info_3.h>
+#include <CGAL/Triangulation_data_structure_3.h>
+#include <CGAL/Triangulation_vertex_base_with_info_3.h>
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <stdexcept>
+#include <utility>
+
+namespace crackle::geometry {
+
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using VertexBase = CGAL::Triangulation_vertex_base_with_info_3<std::int32_t, Kernel>;
+/// A cell's info marks it for the trial that met it last.
+using CellBase = CGAL::Triangulation_cell_base_with_info_3<std::int64_t, Kernel>;
+using DataStructure = CGAL::Triangulation_data_structure_3<VertexBase, CellBase>;
+using Delaunay = CGAL::Delaunay_triangulation_3<Kernel, DataStructure>;
+using CellHandle = Delaunay::Cell_handle;
+using VertexHandle = Delaunay::Vertex_handle;
+using Facet = Delaunay::Facet;
+
+/// Corners of the face opposite to corner i of a positively oriented cell, with the normal outwards.
+constexpr std::array<std::array<int, 3>, 4> outward_face{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
+
+constexpr std::size_t index(std::int32_t node) { return static_cast<std::size_t>(node); }
+
+Kernel::Point_3 kernel_point(const Point& p) { return {p[0], p[1], p[2]}; }
+
+/// A cell's shape; `quality` is the third power of the mean ratio.
+struct Rating {
+  bool good;
+  double quality;
+};
+
+}  // namespace
+
+struct Tessellation::Data {
+  const Body& body;
+  std::vector<Point> points;
+  double min_quality_cubed = 0;
+  Delaunay delaunay;
+  std::vector<VertexHandle> vertices;
+
+  std::int32_t lifted = -1;
+  std::vector<std::pair<CellHandle, Rating>> filling;  // cells that lifting has made
+  mutable std::int64_t trial = 0;
+  mutable std::vector<Facet> zone_boundary;
+  mutable std::vector<CellHandle> zone;
+
+  Data(const Body& the_body, std::span<const Point> the_points)
+      : body(the_body), points(the_points.begin(), the_points.end()), vertices(the_points.size()) {}
+
+  Tetrahedron nodes(CellHandle cell) const {
+    return {cell->vertex(0)->info(), cell->vertex(1)->info(), cell->vertex(2)->info(),
+            cell->vertex(3)->info()};
+  }
+
+  Place place_of(const Tetrahedron& cell) const {
+    if (body.sections().empty()) return Place::solid;
+    return place(body.sections(), {points[index(cell[0])], points[index(cell[1])], points[index(cell[2])],
+                                   points[index(cell[3])]});
+  }
+
+  /// @param cell nodes ascending, so that equal cells get equal bits
+  Rating rate(const Tetrahedron& cell) const {
+    switch (place_of(cell)) {
+      case Place::cavity:
+        return {true, 1};
+      case Place::crossing:
+        return {false, 0};
+      case Place::solid:
+        break;
+    }
+    const double quality = mean_ratio_cubed(points[index(cell[0])], points[index(cell[1])],
+                                            points[index(cell[2])], points[index(cell[3])]);
+    return {quality >= min_quality_cubed, quality};
+  }
+
+  Tetrahedron sorted_nodes(CellHandle cell) const {
+    Tetrahedron result = nodes(cell);
+    std::sort(result.begin(), result.end());
+    return result;
+  }
+};
+
+Tessellation::Tessellation(const Body& body, std::span<const Point> points, double min_quality)
+    : data_(std::make_unique<Data>(body, points)) {
+  set_min_quality(min_quality);
+  std::vector<std::pair<Kernel::Point_3, std::int32_t>> numbered(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    numbered[i] = {kernel_point(points[i]), static_cast<std::int32_t>(i)};
+  data_->delaunay.insert(numbered.begin(), numbered.end());
+  if (data_->delaunay.number_of_vertices() != points.size() || data_->delaunay.dimension() != 3)
+    throw std::runtime_error("mother points: two points coincide, or all lie in one plane");
+  for (const VertexHandle vertex : data_->delaunay.finite_vertex_handles())
+    data_->vertices[index(vertex->info())] = vertex;
+}
+
+Tessellation::~Tessellation() = default;
+
+void Tessellation::set_min_quality(double min_quality) {
+  data_->min_quality_cubed = min_quality * min_quality * min_quality;
+}
+
+std::span<const Point> Tessellation::points() const { return data_->points; }
+
+std::vector<Tetrahedron> Tessellation::bad_cells() const {
+  std::vector<Tetrahedron> bad;
+  for (const CellHandle cell : data_->delaunay.finite_cell_handles()) {
+    const Tetrahedron nodes = data_->sorted_nodes(cell);
+    if (!data_->rate(nodes).good) bad.push_back(nodes);
+  }
+  std::sort(bad.begin(), bad.end());
+  return bad;
+}
+
+bool Tessellation::has_bad_cell(const Tetrahedron& nodes) const {
+  CellHandle cell;
+  const auto& vertices = data_->vertices;
+  return !data_->rate(nodes).good &&
+         data_->delaunay.is_cell(vertices[index(nodes[0])], vertices[index(nodes[1])],
+                                 vertices[index(nodes[2])], vertices[index(nodes[3])], cell);
+}
+
+std::vector<std::int32_t> Tessellation::neighbours(std::int32_t node) const {
+  std::vector<VertexHandle> adjacent;
+  data_->delaunay.finite_adjacent_vertices(data_->vertices[index(node)], std::back_inserter(adjacent));
+  std::vector<std::int32_t> result;
+  result.reserve(adjacent.size());
+  for (const VertexHandle vertex : adjacent) result.push_back(vertex->info());
+  std::sort(result.begin(), result.end());
+  return result;
+}
+
+void Tessellation::lift(std::int32_t node) {
+  Data& data = *data_;
+  std::vector<CellHandle> made;
+  data.delaunay.remove_and_give_new_cells(data.vertices[index(node)], std::back_inserter(made));
+  data.vertices[index(node)] = VertexHandle();
+  data.lifted = node;
+  data.filling.clear();
+  for (const CellHandle cell : made) {
+    cell->info() = 0;
+    const bool infinite = data.delaunay.is_infinite(cell);
+    data.filling.emplace_back(cell, infinite ? Rating{true, 1} : data.rate(data.sorted_nodes(cell)));
+  }
+}
+
+Tessellation::Trial Tessellation::try_at(const Point& p, const Trial& enough) const {
+  const Data& data = *data_;
+  const Trial hopeless;
+  Delaunay::Locate_type type{};
+  int i = 0;
+  int j = 0;
+  const Kernel::Point_3 position = kernel_point(p);
+  const CellHandle cell = data.delaunay.locate(position, type, i, j, data.filling.front().first);
+  if (type == Delaunay::VERTEX || type == Delaunay::OUTSIDE_AFFINE_HULL ||
+      type == Delaunay::OUTSIDE_CONVEX_HULL)
+    return hopeless;
+
+  data.zone.clear();
+  data.zone_boundary.clear();
+  data.delaunay.find_conflicts(position, cell, std::back_inserter(data.zone_boundary),
+                               std::back_inserter(data.zone));
+  ++data.trial;
+  for (const CellHandle conflict : data.zone) conflict->info() = data.trial;
+
+  Trial result{0, 1};
+  const auto count = [&](const Rating& rating) {
+    result.n_bad += !rating.good;
+    result.worst = std::min(result.worst, rating.quality);
+  };
+  for (const auto& [remaining, rating] : data.filling)
+    if (remaining->info() != data.trial) count(rating);
+
+  data_->points[index(data.lifted)] = p;
+  for (const auto& [inside, opposite] : data.zone_boundary) {
+    Tetrahedron nodes{};
+    bool infinite = false;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const VertexHandle vertex = inside->vertex(static_cast<int>(k));
+      if (static_cast<int>(k) == opposite) {
+        nodes[k] = data.lifted;
+      } else if (data.delaunay.is_infinite(vertex)) {
+        infinite = true;
+      } else {
+        nodes[k] = vertex->info();
+      }
+    }
+    if (infinite) continue;
+    std::sort(nodes.begin(), nodes.end());
+    count(data.rate(nodes));
+    if (!result.better_than(enough)) return hopeless;
+  }
+  return result;
+}
+
+void Tessellation::put(const Point& p, std::vector<Tetrahedron>& bad) {
+  Data& data = *data_;
+  const Trial worst;
+  // Marks the cells of the filling that remain; the others are about to be replaced.
+  try_at(p, worst);
+  std::vector<CellHandle> changed;
+  for (const auto& [cell, rating] : data.filling)
+    if (cell->info() != data.trial && !rating.good) bad.push_back(data.sorted_nodes(cell));
+
+  data.points[index(data.lifted)] = p;
+  const Facet& facet = data.zone_boundary.front();
+  const VertexHandle vertex = data.delaunay.insert_in_hole(kernel_point(p), data.zone.begin(),
+                                                           data.zone.end(), facet.first, facet.second);
+  vertex->info() = data.lifted;
+  data.vertices[index(data.lifted)] = vertex;
+  data.delaunay.incident_cells(vertex, std::back_inserter(changed));
+  for (const CellHandle cell : changed) {
+    cell->info() = 0;
+    if (data.delaunay.is_infinite(cell)) continue;
+    const Tetrahedron nodes = data.sorted_nodes(cell);
+    if (!data.rate(nodes).good) bad.push_back(nodes);
+  }
+  data.lifted = -1;
+  data.filling.clear();
+}
+
+TessellationContent Tessellation::content() const {
+  const Data& data = *data_;
+  TessellationContent content;
+  content.tetrahedra.reserve(data.points.size() * 6);
+  for (const CellHandle cell : data.delaunay.finite_cell_handles()) {
+    const Tetrahedron nodes = data.nodes(cell);
+    if (data.place_of(nodes) == Place::cavity) continue;
+    content.tetrahedra.push_back(nodes);
+    for (std::size_t i = 0; i < 4; ++i) {
+      const CellHandle neighbour = cell->neighbor(static_cast<int>(i));
+      if (data.delaunay.is_infinite(neighbour) || data.place_of(data.nodes(neighbour)) == Place::cavity)
+        content.boundary.push_back({nodes[static_cast<std::size_t>(outward_face[i][0])],
+                                    nodes[static_cast<std::size_t>(outward_face[i][1])],
+                                    nodes[static_cast<std::size_t>(outward_face[i][2])]});
+    }
+  }
+  return content;
+}
+
+}  // namespace crackle::geometry

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/geometry/quality.h"
+#include "crackle/geometry/realization.h"
+#include "notch_crossing.h"
+#include "vector_algebra.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace crackle::geometry {
+
+namespace {
+
+constexpr double relative_tolerance = 1e-12;
+
+constexpr std::size_t index(std::int32_t node) { return static_cast<std::size_t>(node); }
+
+template <class... Arguments>
+[[noreturn]] void violation(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+  throw std::runtime_error("realization: " + fmt::format(format, std::forward<Arguments>(arguments)...));
+}
+
+/// Neumaier's compensated sum.
+class CompensatedSum {
+public:
+  void add(double term) {
+    const double sum = sum_ + term;
+    correction_ += std::abs(sum_) >= std::abs(term) ? (sum_ - sum) + term : (term - sum) + sum_;
+    sum_ = sum;
+  }
+  double value() const { return sum_ + correction_; }
+
+private:
+  double sum_ = 0;
+  double correction_ = 0;
+};
+
+bool same(double value, double exact) { return std::abs(value - exact) <= relative_tolerance * exact; }
+
+/// @return quality of the worst tetrahedron, as its third power
+double check_tetrahedra(const Realization& realization, const Body& body, double min_quality) {
+  const auto& nodes = realization.nodes;
+  const auto n_nodes = static_cast<std::int32_t>(nodes.size());
+  std::vector<std::uint8_t> used(nodes.size(), 0);
+  CompensatedSum volume;
+  double worst = 1;
+  for (std::size_t i = 0; i < realization.tetrahedra.size(); ++i) {
+    const Tetrahedron& t = realization.tetrahedra[i];
+    for (const std::int32_t node : t) {
+      if (node < 0 || node >= n_nodes) violation("tetrahedron {} has the node {} of {}", i, node, n_nodes);
+      used[index(node)] = 1;
+    }
+    const std::array<Point, 4> corner{nodes[index(t[0])], nodes[index(t[1])], nodes[index(t[2])],
+                                      nodes[index(t[3])]};
+    const double own = signed_volume(corner[0], corner[1], corner[2], corner[3]);
+    if (!(own > 0)) violation("tetrahedron {} has the volume {:g} m^3", i, own);
+    volume.add(own);
+    // By ascending nodes, as when the tessellation was made, for the same bits.
+    Tetrahedron sorted = t;
+    std::sort(sorted.begin(), sorted.end());
+    const double quality = mean_ratio_cubed(nodes[index(sorted[0])], nodes[index(sorted[1])],
+                                            nodes[index(sorted[2])], nodes[index(sorted[3])]);
+    if (quality < min_quality * min_quality * min_quality)
+      violation("tetrahedron {} has the quality {:g}, below min_quality = {:g}", i, std::cbrt(quality),
+                min_quality);
+    worst = std::min(worst, quality);
+    if (!body.sections().empty() && place(body.sections(), corner) != Place::solid)
+      violation("tetrahedron {} reaches into a notch", i);
+  }
+  const auto unused = std::find(used.begin(), used.end(), 0);
+  if (unused != used.end()) violation("node {} belongs to no tetrahedron", unused - used.begin());
+  if (!same(volume.value(), body.volume()))
+    violation("the tetrahedra have the volume {:.17g} m^3, the body {:.17g} m^3", volume.value(),
+              body.volume());
+  return worst;
+}
+
+/// Corners of the face opposite to each corner, with the normal outwards.
+constexpr std::array<std::array<std::size_t, 3>, 4> outward_face{
+    {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
+
+/// The faces of all tetrahedra that have no counterpart of the opposite orientation: smallest node first,
+/// normal outwards, ascending.
+std::vector<Triangle> unmatched_faces(const Realization& realization) {
+  // A face with the nodes a < b < c goes into the bucket of a as the key b, c, orientation.
+  struct Face {
+    std::int32_t a;
+    std::uint64_t key;
+  };
+  const auto face_of = [](const Tetrahedron& t, std::size_t i) {
+    const auto& corners = outward_face[i];
+    Triangle f{t[corners[0]], t[corners[1]], t[corners[2]]};
+    std::rotate(f.begin(), std::min_element(f.begin(), f.end()), f.end());
+    const bool flipped = f[1] > f[2];
+    if (flipped) std::swap(f[1], f[2]);
+    return Face{f[0], (static_cast<std::uint64_t>(f[1]) << 33) | (static_cast<std::uint64_t>(f[2]) << 1) |
+                          static_cast<std::uint64_t>(flipped)};
+  };
+  std::vector<std::size_t> begin(realization.nodes.size() + 1, 0);
+  for (const Tetrahedron& t : realization.tetrahedra)
+    for (std::size_t i = 0; i < 4; ++i) ++begin[index(face_of(t, i).a) + 1];
+  for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
+  std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
+  std::vector<std::uint64_t> keys(4 * realization.tetrahedra.size());
+  for (const Tetrahedron& t : realization.tetrahedra)
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Face face = face_of(t, i);
+      keys[next[index(face.a)]++] = face.key;
+    }
+
+  std::vector<Triangle> unmatched;
+  for (std::size_t a = 0; a + 1 < begin.size(); ++a) {
+    const auto first = keys.begin() + static_cast<std::ptrdiff_t>(begin[a]);
+    const auto last = keys.begin() + static_cast<std::ptrdiff_t>(begin[a + 1]);
+    std::sort(first, last);
+    for (auto key = first; key != last; ++key) {
+      const auto after = key + 1;
+      const auto b = static_cast<std::int32_t>(*key >> 33);
+      const auto c = static_cast<std::int32_t>((*key >> 1) & 0x7FFFFFFFu);
+      if (after != last && (*key ^ *after) == 1u) {
+        ++key;
+        continue;
+      }
+      if (after != last && *key == *after)
+        violation("two tetrahedra overlap at the face of the nodes {}, {}, {}", a, b, c);
+      const bool flipped = *key & 1u;
+      unmatched.push_back({static_cast<std::int32_t>(a), flipped ? c : b, flipped ? b : c});
+    }
+  }
+  std::sort(unmatched.begin(), unmatched.end());
+  return unmatched;
+}
+
+void check_boundary(const Realization& realization, const Body& body) {
+  const std::vector<Triangle> expected = unmatched_faces(realization);
+  const auto& boundary = realization.boundary;
+  if (expected.size() != boundary.size())
+    violation("{} boundary triangles are listed, but {} faces have only one tetrahedron", boundary.size(),
+              expected.size());
+  std::vector<CompensatedSum> area(body.surfaces().size());
+  for (std::size_t i = 0; i < boundary.size(); ++i) {
+    const auto& [t, id] = boundary[i];
+    if (t != expected[i])
+      violation("boundary triangle {} is not the face {}, {}, {} of a tetrahedron", i, expected[i][0],
+                expected[i][1], expected[i][2]);
+    if (id < 0 || index(id) >= body.surfaces().size()) violation("boundary triangle {} has the surface {}", i, id);
+    const Surface& surface = body.surfaces()[index(id)];
+    for (const std::int32_t node : t)
+      if (!surface.extent.contains(realization.nodes[index(node)]))
+        violation("node {} of boundary triangle {} does not lie exactly on surface {}", node, i, id);
+    const Point& a = realization.nodes[index(t[0])];
+    const Point normal = cross(difference(realization.nodes[index(t[1])], a),
+                               difference(realization.nodes[index(t[2])], a));
+    const double projected = surface.outward * normal[static_cast<std::size_t>(surface.axis)] / 2;
+    if (!(projected > 0)) violation("boundary triangle {} is not oriented outwards", i);
+    area[index(id)].add(projected);
+  }
+  for (std::size_t id = 0; id < area.size(); ++id)
+    if (!same(area[id].value(), body.surfaces()[id].area))
+      violation("surface {} is covered by {:.17g} m^2 of boundary triangles; its area is {:.17g} m^2", id,
+                area[id].value(), body.surfaces()[id].area);
+}
+
+}  // namespace
+
+double verify(const Realization& realization, const Body& body, double min_quality) {
+  const double worst = check_tetrahedra(realization, body, min_quality);
+  check_boundary(realization, body);
+  return std::cbrt(worst);
+}
+
+}  // namespace crackle::geometry
