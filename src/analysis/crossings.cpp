@@ -98,6 +98,23 @@ std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::s
   return traces;
 }
 
+Trace extent(const CrackSurface& surface, std::size_t facet, int across) {
+  const auto side = static_cast<std::size_t>(across);
+  const std::array<geometry::Point, 4>& corner = surface.facets[facet].corner;
+  Trace box{{corner[0][0], corner[0][0]},
+            {corner[0][side], corner[0][side]},
+            local_spacing(surface.facets[facet]),
+            surface.facets[facet].time,
+            facet};
+  for (const geometry::Point& p : corner) {
+    box.x[0] = std::min(box.x[0], p[0]);
+    box.x[1] = std::max(box.x[1], p[0]);
+    box.across[0] = std::min(box.across[0], p[side]);
+    box.across[1] = std::max(box.across[1], p[side]);
+  }
+  return box;
+}
+
 std::vector<std::vector<std::size_t>> group(std::span<const Trace> traces, double thickness) {
   std::vector<std::size_t> parent(traces.size());
   std::iota(parent.begin(), parent.end(), std::size_t{0});

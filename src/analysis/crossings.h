@@ -30,6 +30,9 @@ double mean_spacing(const CrackSurface& surface, std::span<const std::size_t> fa
 std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::size_t> facets, int axis,
                              int across, double position);
 
+/// A facet's extent through the thickness and across.
+Trace extent(const CrackSurface& surface, std::size_t facet, int across);
+
 /// Separate groups of traces (see section_crossings), without those that cover less than
 /// min_thickness_share of the thickness; each in ascending order, groups ordered by their first member.
 std::vector<std::vector<std::size_t>> group(std::span<const Trace> traces, double thickness);

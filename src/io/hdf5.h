@@ -71,21 +71,11 @@ enum class Storage {
   compressed,  ///< in chunks of about a megabyte, shuffled and deflated
 };
 
-/// A file that is built in memory and then written in one piece, so that an error of the disk can neither
-/// leave a part of a file nor confuse HDF5. Its bytes depend on its content only: no times are stored.
-class MemoryFile {
-public:
-  MemoryFile();
-  MemoryFile(const MemoryFile&) = delete;
-  MemoryFile& operator=(const MemoryFile&) = delete;
-  hid_t get() const { return file_.get(); }
-  /// Ends the file and returns its bytes.
-  std::vector<std::byte> finish();
+Handle property_list(hid_t list_class);
 
-private:
-  std::vector<std::byte> bytes_;  ///< filled when the file is closed
-  Handle file_;
-};
+/// File access without locks: files are complete when they get their name, and locks fail on some parallel
+/// file systems.
+Handle unlocked_access();
 
 /// @throws Error naming the file when it is missing, truncated or not HDF5
 Handle open_for_reading(const std::filesystem::path& file);

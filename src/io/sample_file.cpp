@@ -2,6 +2,7 @@
 #include "crackle/io/sample_file.h"
 
 #include "hdf5.h"
+#include "memory_file.h"
 #include "partial_file.h"
 #include "provenance.h"
 #include "summary_columns.h"
