@@ -9,6 +9,28 @@
 
 namespace crackle::analysis {
 
+/// The measures by which crack surfaces are read. A crack surface of broken tetrahedra is rough: one to three
+/// tetrahedra thick, with small holes and stray breaks at its sides, so nothing below asks for a closed
+/// sheet. Lengths in "spacings" are multiples of the local mesh spacing (local_spacing).
+
+/// Opened facets that are further apart than this across the crack lie on different branches [spacings].
+inline constexpr double branch_gap = 1.0;
+/// Facets of one branch may be this far apart through the thickness [spacings].
+inline constexpr double hole_size = 3.0;
+/// A crossing that covers a smaller share of the thickness is a stray break and does not count.
+inline constexpr double min_thickness_share = 0.3;
+/// A crack that crosses this share of its notch's ligament is developed.
+inline constexpr double developed_share = 0.4;
+/// A developed crack that crosses this share of the ligament is a main crack.
+inline constexpr double through_share = 0.6;
+/// A crack that crosses less than this share of the ligament has not started.
+inline constexpr double started_share = 0.1;
+/// Branches shorter than this, or apart from each other on a shorter way, do not count [spacings].
+inline constexpr int min_branch_length = 3;
+/// A front's speed is taken over this share of the ligament, but at least over speed_window_spacings.
+inline constexpr double speed_window_share = 0.1;
+inline constexpr double speed_window_spacings = 4;
+
 /// Where the cracks of one notch cross one section y = const.
 struct SectionCrossing {
   double z;  ///< through-thickness mean of the main crossing [m]; NaN where the crack did not arrive
@@ -16,19 +38,43 @@ struct SectionCrossing {
 };
 
 /// Crossings for every notch and section, row-major: [notch * n_sections + section].
+///
+/// The facets of the notch's cracks meet the plane of the section in segments (x, z). Segments within
+/// branch_gap in z and hole_size in x of each other form one crossing; crossings that cover less than
+/// min_thickness_share of the thickness are left out. The main crossing is the one that covers most of the
+/// thickness (of equals the earliest); z is its mean over the thickness covered, where several segments lie
+/// over each other their mean. Notches in a z-face have no crossings with sections y.
 std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const CrackSurface& surface,
                                                std::span<const double> sections);
+
+/// Share of its ligament (from the notch's tip to the opposite face) that each notch's crack crosses, up to
+/// the farthest place where it covers min_thickness_share of the thickness; in steps of 0.02.
+std::vector<double> crossed_shares(const geometry::Body& body, const CrackSurface& surface);
 
 /// The crack pattern of a sample, as stored in /samples/pattern.
 enum class Pattern : std::int32_t { none = 0, one_crack = 1, two_cracks = 2, other = 3 };
 
-/// Pattern by the documented rule: how far each notch's crack runs across the width.
+/// Pattern by how far each notch's crack runs across its ligament: one_crack when exactly one is developed
+/// and it is a main crack, two_cracks when exactly two are developed, none when no crack has started, other
+/// in all other cases. A crack that belongs to no notch counts when it covers developed_share of the width:
+/// then the pattern is other.
 Pattern classify(const geometry::Body& body, const CrackSurface& surface);
 
-/// Number of places where a crack parts in two branches.
+/// Number of places where a crack parts in two branches on its way from its notch.
+///
+/// The body is cut across the advance of the crack in slabs as thick as the mean local spacing. In each slab
+/// the facets form pieces as in section_crossings; pieces of neighbouring slabs are connected when they share
+/// a facet. A piece from which k > 1 ways lead on, each at least min_branch_length long and without a common
+/// piece on that length, counts as k - 1.
 std::int32_t count_bifurcations(const geometry::Body& body, const CrackSurface& surface);
 
-/// Largest speed of the crack fronts across the width, from a smoothed front position [m/s].
+/// Largest speed of the crack fronts along the notch's direction [m/s]; 0 when no front advances by a window
+/// during the dynamic phase.
+///
+/// The front of a notch's crack is the mean over columns through the thickness (two mean spacings wide) of
+/// the farthest facet opened so far, so that one stray break ahead moves it little; between the times at
+/// which it moves it is taken as linear. The speed is the window's length over the time the front takes for
+/// it.
 double max_crack_speed(const geometry::Body& body, const CrackSurface& surface);
 
 }  // namespace crackle::analysis

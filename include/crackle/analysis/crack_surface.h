@@ -12,8 +12,8 @@
 
 namespace crackle::analysis {
 
-/// One opened dual facet: the quadrilateral edge midpoint, face centroid, tetrahedron centroid, face
-/// centroid.
+/// One opened dual facet: the plane, convex quadrilateral edge midpoint, face centroid, tetrahedron centroid,
+/// face centroid.
 struct CrackFacet {
   std::array<geometry::Point, 4> corner;  ///< in order round the quadrilateral [m]
   double area;                            ///< [m^2]
@@ -22,8 +22,17 @@ struct CrackFacet {
   std::int32_t crack;  ///< sample-local crack id: index into CrackSurface::cracks
 };
 
-/// A connected crack. Broken tetrahedra that share an edge are connected; in order of breaking, a tetrahedron
-/// joins the crack it touches first, and a crack belongs to the notch that it touched first.
+/// Local mesh spacing at a facet: the length of its tetrahedron's edge opposite to the one the facet cuts
+/// [m].
+double local_spacing(const CrackFacet& facet);
+
+/// A connected crack.
+///
+/// Broken tetrahedra that share an edge are connected. In order of breaking, a tetrahedron joins the cracks
+/// it touches, which makes them one crack, with one exception: cracks of different notches stay apart, and
+/// the tetrahedron at which they meet joins the one whose latest break it touches (the running one). A crack
+/// belongs to the notch that it touched first, either with a tetrahedron that has a node on the notch's tip
+/// or on its walls no further from the tip than the notch is high, or by joining a crack of that notch.
 struct Crack {
   std::int32_t notch;  ///< notch it started at, or -1
   double area;         ///< [m^2]
@@ -33,12 +42,16 @@ struct Crack {
 
 struct CrackSurface {
   std::vector<CrackFacet> facets;  ///< in order of breaking
-  std::vector<Crack> cracks;
-  double area() const;  ///< sum over all facets [m^2]
+  std::vector<Crack> cracks;       ///< in order of their first break
+  double area() const;             ///< sum over all facets [m^2]
 };
 
-/// The crack surface: for every break the dual facets of its most loaded cut.
-/// @param onset_time load time that facet times are counted from [s]
+/// The crack surface: for every break the dual facets of its most loaded cut (three for a cut 1|3, four for a
+/// cut 2|2).
+/// @param breaks in order of breaking
+/// @param onset_time load time that facet times are counted from [s]; with NaN (no dynamic phase) they are
+/// counted from the last break
+/// @throws std::invalid_argument for a break that the realization does not have
 CrackSurface make_crack_surface(const geometry::Body& body, const geometry::Realization& realization,
                                 std::span<const fracture::Break> breaks, double onset_time);
 

@@ -6,12 +6,31 @@
 #include "crackle/input/parameters.h"
 #include "crackle/parallel/communicator.h"
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
-#include <span>
 #include <string>
 #include <vector>
 
+/// The ensemble's file, out/ensemble.h5. All values are SI; `units` is an attribute of each dataset. N
+/// samples, S sections:
+///
+/// | object | shape | meaning |
+/// |---|---|---|
+/// | attributes of / | | kind, schema_version, program_version, git_commit, library_versions, seed, input |
+/// | /samples/status, error | N | analysis::SampleStatus; the reason of a failed sample |
+/// | /samples/onset_force, onset_time, outcome, pattern, bifurcations, breaks, crack_area, crack_speed_max,
+/// energy_error | N | the fields of analysis::SampleSummary |
+/// | /crack_path/section | S | y of the sections |
+/// | /crack_path/z, branches | N x notches x S | see analysis::SectionCrossing |
+/// | /statistics/z_mean, z_std, z_half_width, reached | notches x S | see analysis::Statistics |
+/// | /statistics/running_mean | N x notches x S | |
+/// | /statistics/pattern_share, pattern_half_width | 4 | |
+/// | attribute confidence of /statistics | | |
+/// | /timing/wall_time, attributes of /provenance | N | what differs between two runs |
 namespace crackle::io {
+
+inline constexpr std::int64_t ensemble_schema_version = 1;
 
 /// Rows first..first+rows.size() of the ensemble, written by one rank.
 struct EnsembleBlock {
@@ -20,19 +39,25 @@ struct EnsembleBlock {
 };
 
 /// Writes ensemble.h5 through MPI-IO; every rank writes its block of rows, all ranks take part in every
-/// collective call, ranks without rows too. Written under another name and renamed when whole. Collective.
-/// @param base mother points of the ensemble (root only; may be empty elsewhere)
-/// @throws the same parallel::AgreedError on every rank
+/// collective call, ranks without rows too. Samples that no rank holds are pending. Written under another
+/// name and renamed when whole; the file is the same for any distribution of the rows over any number of
+/// ranks, except /provenance. Collective.
+/// @param statistics the same on every rank; only the root's are written
+/// @throws the same parallel::AgreedError on every rank: blocks that overlap or leave the ensemble, a row of
+/// another shape than the input's, a file that cannot be written
 void write_ensemble(const parallel::Communicator& world, const std::filesystem::path& file,
                     const input::Parameters& parameters, const EnsembleBlock& block,
                     const analysis::Statistics& statistics);
 
-/// What is stored in an ensemble file; not collective.
+/// What is stored in an ensemble file.
 struct EnsembleContent {
   std::string input_text;
+  std::vector<double> sections;  ///< y [m]
   std::vector<analysis::SampleSummary> samples;
   analysis::Statistics statistics;
 };
+
+/// Not collective. @throws std::runtime_error when the file is not a whole ensemble file of this schema
 EnsembleContent read_ensemble(const std::filesystem::path& file);
 
 }  // namespace crackle::io

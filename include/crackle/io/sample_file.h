@@ -7,11 +7,35 @@
 #include "crackle/geometry/realization.h"
 #include "crackle/input/parameters.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
+/// Sample files, out/samples/NNNN.h5. All values are SI; `units` is an attribute of each dataset.
+///
+/// | object | shape | meaning |
+/// |---|---|---|
+/// | attributes of / | | kind, schema_version, program_version, git_commit, library_versions, input, seed,
+/// sample, status, error |
+/// | /mesh/nodes, tetrahedra | n x 3, m x 4 | the realization; attributes of /mesh: its report |
+/// | /mesh/boundary, boundary_surface | k x 3, k | boundary triangles and their geometry::SurfaceId |
+/// | /crack_surface/corners | f x 4 x 3 | opened dual facets, in order of breaking |
+/// | /crack_surface/time, area, tetrahedron, crack | f | see analysis::CrackFacet |
+/// | /crack_surface/cracks/notch, area, first_time, last_time | c | see analysis::Crack |
+/// | /breaks/... | b | the columns of fracture::Break |
+/// | /energy/... | e | the columns of dynamics::EnergyRow |
+/// | /frames/time, broken | t | see dynamics::Frame |
+/// | /frames/displacement, velocity | t x n x 3 | single precision |
+/// | /summary/... | | the sample's row: the fields of analysis::SampleSummary, and the time steps |
+/// | /counts/... | | dynamics::SampleCounts |
+/// | /timing/..., attributes of /provenance | | what differs between two runs |
+///
+/// A failed sample has the attributes, /summary, /timing and /provenance only.
 namespace crackle::io {
+
+inline constexpr std::int64_t sample_schema_version = 1;
 
 /// Everything that goes into out/samples/NNNN.h5.
 struct SampleFileContent {
@@ -21,12 +45,14 @@ struct SampleFileContent {
   const dynamics::SampleResult& result;
   const analysis::CrackSurface& surface;
   const analysis::SampleSummary& summary;
+  int n_ranks = 1;  ///< that computed the sample; for /provenance
 };
 
-/// out/samples/NNNN.h5
+/// out/samples/NNNN.h5 for folder = out
 std::filesystem::path sample_path(const std::filesystem::path& folder, std::uint64_t sample);
 
-/// Writes the file under another name, flushes it and renames it when it is whole. Not collective.
+/// Writes the file under another name, flushes it and renames it when it is whole; makes its folder when it
+/// is missing. Not collective.
 /// @throws std::runtime_error naming the file when anything cannot be written; no partial file is left
 void write_sample(const std::filesystem::path& file, const SampleFileContent& content);
 
@@ -34,9 +60,15 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
 void write_failed_sample(const std::filesystem::path& file, const input::Parameters& parameters,
                          std::uint64_t sample, const analysis::SampleSummary& summary);
 
-/// The sample's row. @throws std::runtime_error when the file is not a whole sample file of this input and
-/// number
+/// The sample's row. @throws std::runtime_error with the reason when the file is not a whole sample file of
+/// this schema, number and input (the same text, byte by byte)
 analysis::SampleSummary read_summary(const std::filesystem::path& file, const input::Parameters& parameters,
                                      std::uint64_t sample);
+
+/// The rows of samples first, first + 1, ... first + count - 1 of an ensemble's folder. A sample without file
+/// is pending; so is one whose file read_summary refuses, with the reason in `error`. Not collective.
+std::vector<analysis::SampleSummary> read_summaries(const std::filesystem::path& folder,
+                                                    const input::Parameters& parameters, std::uint64_t first,
+                                                    std::size_t count);
 
 }  // namespace crackle::io

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/crack_surface.h"
+
+#include "notch_frame.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <unordered_map>
+#include <utility>
+
+namespace crackle::analysis {
+
+namespace {
+
+using geometry::Point;
+using geometry::Realization;
+using geometry::Tetrahedron;
+
+Point operator-(const Point& a, const Point& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+
+double norm(const Point& a) {
+  return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+}
+
+Point cross(const Point& a, const Point& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+/// The two groups of local nodes that a cut separates; the first `n_first` of `node` are one group.
+struct Cut {
+  std::array<int, 4> node;
+  int n_first;
+};
+
+constexpr std::array<Cut, fracture::n_cuts> cuts{{{{0, 1, 2, 3}, 1},
+                                                  {{1, 0, 2, 3}, 1},
+                                                  {{2, 0, 1, 3}, 1},
+                                                  {{3, 0, 1, 2}, 1},
+                                                  {{0, 1, 2, 3}, 2},
+                                                  {{0, 2, 1, 3}, 2},
+                                                  {{0, 3, 1, 2}, 2}}};
+
+/// The dual facet between local nodes a and b.
+CrackFacet dual_facet(const Realization& realization, const Tetrahedron& tetrahedron, int a, int b) {
+  std::array<Point, 4> p;
+  for (std::size_t k = 0; k < 4; ++k) p[k] = realization.nodes[static_cast<std::size_t>(tetrahedron[k])];
+  std::array<std::size_t, 2> other{};
+  std::size_t n_other = 0;
+  for (int k = 0; k < 4; ++k) {
+    if (k != a && k != b) other[n_other++] = static_cast<std::size_t>(k);
+  }
+  const Point& pa = p[static_cast<std::size_t>(a)];
+  const Point& pb = p[static_cast<std::size_t>(b)];
+  CrackFacet facet{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    facet.corner[0][i] = (pa[i] + pb[i]) / 2;
+    facet.corner[1][i] = (pa[i] + pb[i] + p[other[0]][i]) / 3;
+    facet.corner[2][i] = (p[0][i] + p[1][i] + p[2][i] + p[3][i]) / 4;
+    facet.corner[3][i] = (pa[i] + pb[i] + p[other[1]][i]) / 3;
+  }
+  facet.area = norm(cross(facet.corner[2] - facet.corner[0], facet.corner[3] - facet.corner[1])) / 2;
+  return facet;
+}
+
+/// For every node the notch that a crack through it starts at, or -1.
+std::vector<std::int32_t> notch_of_nodes(const geometry::Body& body, const Realization& realization) {
+  std::vector<std::int32_t> notch_of(realization.nodes.size(), -1);
+  for (const auto& triangle : realization.boundary) {
+    const int notch = geometry::Body::notch_of(triangle.surface);
+    if (notch < 0) continue;
+    const NotchFrame frame = notch_frame(body, notch);
+    for (const std::int32_t node : triangle.nodes) {
+      const auto i = static_cast<std::size_t>(node);
+      const double behind_tip = -frame.advance(realization.nodes[i][static_cast<std::size_t>(frame.axis)]);
+      if (behind_tip <= body.notch(notch).height) notch_of[i] = notch;
+    }
+  }
+  return notch_of;
+}
+
+/// Broken tetrahedra joined to cracks, in order of breaking. The number of a crack is that of its first
+/// break.
+class CrackForest {
+public:
+  explicit CrackForest(std::size_t n_breaks) : parent_(n_breaks), notch_(n_breaks, -1) {}
+
+  std::size_t crack_of(std::size_t i) {
+    while (parent_[i] != i) {
+      parent_[i] = parent_[parent_[i]];
+      i = parent_[i];
+    }
+    return i;
+  }
+  std::int32_t notch_of(std::size_t i) { return notch_[crack_of(i)]; }
+
+  /// Adds break i, which touches the earlier breaks `touched` and, unless -1, a notch.
+  void add(std::size_t i, const std::vector<std::size_t>& touched, std::int32_t own_notch) {
+    parent_[i] = i;
+    // The latest touched break that belongs to a notch decides where several cracks meet.
+    std::size_t latest = i;
+    for (const std::size_t j : touched) {
+      if (notch_of(j) >= 0 && (latest == i || j > latest)) latest = j;
+    }
+    const std::int32_t notch = latest == i ? own_notch : notch_of(latest);
+    notch_[i] = notch;
+    for (const std::size_t j : touched) {
+      if (notch_of(j) == -1 || notch_of(j) == notch) join(i, j, notch);
+    }
+  }
+
+private:
+  void join(std::size_t i, std::size_t j, std::int32_t notch) {
+    const auto [first, second] = std::minmax({crack_of(i), crack_of(j)});
+    parent_[second] = first;
+    notch_[first] = notch;
+  }
+
+  std::vector<std::size_t> parent_;
+  std::vector<std::int32_t> notch_;  ///< valid at a crack's first break
+};
+
+CrackForest connect(const geometry::Body& body, const Realization& realization,
+                    std::span<const fracture::Break> breaks) {
+  const std::vector<std::int32_t> notch_of_node = notch_of_nodes(body, realization);
+  CrackForest forest(breaks.size());
+  std::unordered_map<std::uint64_t, std::vector<std::size_t>> breaks_at_edge;
+  std::vector<std::size_t> touched;
+  for (std::size_t i = 0; i < breaks.size(); ++i) {
+    const Tetrahedron& nodes = realization.tetrahedra[static_cast<std::size_t>(breaks[i].tetrahedron)];
+    std::int32_t own_notch = -1;
+    for (const std::int32_t node : nodes) {
+      const std::int32_t notch = notch_of_node[static_cast<std::size_t>(node)];
+      if (notch >= 0 && (own_notch < 0 || notch < own_notch)) own_notch = notch;
+    }
+    touched.clear();
+    for (std::size_t a = 0; a < 4; ++a) {
+      for (std::size_t b = a + 1; b < 4; ++b) {
+        const auto [low, high] = std::minmax({nodes[a], nodes[b]});
+        auto& at_edge = breaks_at_edge[(static_cast<std::uint64_t>(low) << 32) |
+                                       static_cast<std::uint64_t>(static_cast<std::uint32_t>(high))];
+        touched.insert(touched.end(), at_edge.begin(), at_edge.end());
+        at_edge.push_back(i);
+      }
+    }
+    forest.add(i, touched, own_notch);
+  }
+  return forest;
+}
+
+}  // namespace
+
+double local_spacing(const CrackFacet& facet) {
+  return 3 * norm(facet.corner[3] - facet.corner[1]);
+}
+
+double CrackSurface::area() const {
+  double sum = 0;
+  for (const CrackFacet& facet : facets) sum += facet.area;
+  return sum;
+}
+
+CrackSurface make_crack_surface(const geometry::Body& body, const Realization& realization,
+                                std::span<const fracture::Break> breaks, double onset_time) {
+  for (const fracture::Break& broken : breaks) {
+    if (broken.tetrahedron < 0 ||
+        broken.tetrahedron >= static_cast<std::int64_t>(realization.tetrahedra.size()) || broken.cut < 0 ||
+        broken.cut >= fracture::n_cuts) {
+      throw std::invalid_argument(
+          fmt::format("break of tetrahedron {} by cut {}: the realization has {} "
+                      "tetrahedra and the cuts are 0 to {}",
+                      broken.tetrahedron, broken.cut, realization.tetrahedra.size(), fracture::n_cuts - 1));
+    }
+  }
+  CrackForest forest = connect(body, realization, breaks);
+  if (std::isnan(onset_time) && !breaks.empty()) {
+    onset_time = breaks.back().load_time + breaks.back().phase_time;
+  }
+
+  CrackSurface surface;
+  std::vector<std::int32_t> id(breaks.size(), -1);
+  for (std::size_t i = 0; i < breaks.size(); ++i) {
+    const fracture::Break& broken = breaks[i];
+    // Load times are large against phase times: their difference first keeps the phase time's digits.
+    const double time = (broken.load_time - onset_time) + broken.phase_time;
+    const std::size_t first = forest.crack_of(i);
+    if (first == i) {
+      id[i] = static_cast<std::int32_t>(surface.cracks.size());
+      surface.cracks.push_back({forest.notch_of(i), 0, time, time});
+    }
+    id[i] = id[first];
+    Crack& crack = surface.cracks[static_cast<std::size_t>(id[i])];
+    crack.last_time = std::max(crack.last_time, time);
+    const Cut& cut = cuts[static_cast<std::size_t>(broken.cut)];
+    for (int a = 0; a < cut.n_first; ++a) {
+      for (int b = cut.n_first; b < 4; ++b) {
+        CrackFacet facet =
+            dual_facet(realization, realization.tetrahedra[static_cast<std::size_t>(broken.tetrahedron)],
+                       cut.node[static_cast<std::size_t>(a)], cut.node[static_cast<std::size_t>(b)]);
+        facet.time = time;
+        facet.tetrahedron = broken.tetrahedron;
+        facet.crack = id[i];
+        crack.area += facet.area;
+        surface.facets.push_back(facet);
+      }
+    }
+  }
+  return surface;
+}
+
+}  // namespace crackle::analysis

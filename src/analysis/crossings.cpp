@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crossings.h"
+
+#include "crackle/analysis/crack_path.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+namespace crackle::analysis {
+
+namespace {
+
+double gap(double a_low, double a_high, double b_low, double b_high) {
+  return std::max({0.0, a_low - b_high, b_low - a_high});
+}
+
+bool are_near(const Trace& a, const Trace& b) {
+  const double spacing = (a.spacing + b.spacing) / 2;
+  if (gap(a.x[0], a.x[1], b.x[0], b.x[1]) > hole_size * spacing) return false;
+  const auto [a_low, a_high] = std::minmax(a.across[0], a.across[1]);
+  const auto [b_low, b_high] = std::minmax(b.across[0], b.across[1]);
+  return gap(a_low, a_high, b_low, b_high) <= branch_gap * spacing;
+}
+
+/// The ends of all traces in ascending order: between two of them the set of traces does not change.
+std::vector<double> ends(std::span<const Trace> traces, std::span<const std::size_t> members) {
+  std::vector<double> x;
+  for (const std::size_t i : members) x.insert(x.end(), {traces[i].x[0], traces[i].x[1]});
+  std::sort(x.begin(), x.end());
+  x.erase(std::unique(x.begin(), x.end()), x.end());
+  return x;
+}
+
+/// Integrates over the covered thickness. @return (length covered, integral of the mean over it)
+std::pair<double, double> integrate(std::span<const Trace> traces, std::span<const std::size_t> members) {
+  const std::vector<double> x = ends(traces, members);
+  double length = 0;
+  double integral = 0;
+  for (std::size_t k = 0; k + 1 < x.size(); ++k) {
+    const double middle = (x[k] + x[k + 1]) / 2;
+    double sum = 0;
+    int n = 0;
+    for (const std::size_t i : members) {
+      const Trace& trace = traces[i];
+      if (trace.x[0] > x[k] || trace.x[1] < x[k + 1]) continue;
+      const double share = (middle - trace.x[0]) / (trace.x[1] - trace.x[0]);
+      sum += trace.across[0] + share * (trace.across[1] - trace.across[0]);
+      ++n;
+    }
+    if (n == 0) continue;
+    length += x[k + 1] - x[k];
+    integral += sum / n * (x[k + 1] - x[k]);
+  }
+  return {length, integral};
+}
+
+}  // namespace
+
+std::vector<std::size_t> facets_of_notch(const CrackSurface& surface, std::int32_t notch) {
+  std::vector<std::size_t> facets;
+  for (std::size_t i = 0; i < surface.facets.size(); ++i) {
+    if (surface.cracks[static_cast<std::size_t>(surface.facets[i].crack)].notch == notch) facets.push_back(i);
+  }
+  return facets;
+}
+
+double mean_spacing(const CrackSurface& surface, std::span<const std::size_t> facets) {
+  double sum = 0;
+  for (const std::size_t i : facets) sum += local_spacing(surface.facets[i]);
+  return facets.empty() ? 0 : sum / static_cast<double>(facets.size());
+}
+
+std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::size_t> facets, int axis,
+                             int across, double position) {
+  const auto along = static_cast<std::size_t>(axis);
+  const auto side = static_cast<std::size_t>(across);
+  std::vector<Trace> traces;
+  for (const std::size_t i : facets) {
+    const CrackFacet& facet = surface.facets[i];
+    std::array<std::pair<double, double>, 2> end;
+    std::size_t n_ends = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const geometry::Point& a = facet.corner[k];
+      const geometry::Point& b = facet.corner[(k + 1) % 4];
+      // Half open, so that a corner on the plane belongs to one of its sides; a convex facet is then met at
+      // two sides or none.
+      if ((a[along] < position) == (b[along] < position) || n_ends == 2) continue;
+      const double share = (position - a[along]) / (b[along] - a[along]);
+      end[n_ends++] = {a[0] + share * (b[0] - a[0]), a[side] + share * (b[side] - a[side])};
+    }
+    if (n_ends < 2) continue;
+    if (end[1].first < end[0].first) std::swap(end[0], end[1]);
+    traces.push_back(
+        {{end[0].first, end[1].first}, {end[0].second, end[1].second}, local_spacing(facet), facet.time, i});
+  }
+  return traces;
+}
+
+Trace extent(const CrackSurface& surface, std::size_t facet, int across) {
+  const auto side = static_cast<std::size_t>(across);
+  const std::array<geometry::Point, 4>& corner = surface.facets[facet].corner;
+  Trace box{{corner[0][0], corner[0][0]},
+            {corner[0][side], corner[0][side]},
+            local_spacing(surface.facets[facet]),
+            surface.facets[facet].time,
+            facet};
+  for (const geometry::Point& p : corner) {
+    box.x[0] = std::min(box.x[0], p[0]);
+    box.x[1] = std::max(box.x[1], p[0]);
+    box.across[0] = std::min(box.across[0], p[side]);
+    box.across[1] = std::max(box.across[1], p[side]);
+  }
+  return box;
+}
+
+std::vector<std::vector<std::size_t>> group(std::span<const Trace> traces, double thickness) {
+  std::vector<std::size_t> parent(traces.size());
+  std::iota(parent.begin(), parent.end(), std::size_t{0});
+  const auto root = [&](std::size_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  for (std::size_t i = 0; i < traces.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (!are_near(traces[i], traces[j])) continue;
+      const auto [low, high] = std::minmax({root(i), root(j)});
+      parent[high] = low;
+    }
+  }
+  std::vector<std::vector<std::size_t>> members(traces.size());
+  for (std::size_t i = 0; i < traces.size(); ++i) members[root(i)].push_back(i);
+  std::erase_if(members, [&](const auto& some) {
+    return some.empty() || covered(traces, some) < min_thickness_share * thickness;
+  });
+  return members;
+}
+
+double covered(std::span<const Trace> traces, std::span<const std::size_t> members) {
+  return integrate(traces, members).first;
+}
+
+double mean_across(std::span<const Trace> traces, std::span<const std::size_t> members) {
+  const auto [length, integral] = integrate(traces, members);
+  return integral / length;
+}
+
+}  // namespace crackle::analysis

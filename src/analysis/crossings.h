@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/analysis/crack_surface.h"
+#include "notch_frame.h"
+
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace crackle::analysis {
+
+/// An opened piece seen along the advance of the crack: its way through the thickness (x) and across.
+struct Trace {
+  double x[2];       ///< ends, x[0] <= x[1] [m]
+  double across[2];  ///< at these ends [m]
+  double spacing;    ///< local mesh spacing [m]
+  double time;       ///< [s]
+  std::size_t facet;
+};
+
+/// The facets whose crack started at `notch`, in order of breaking; -1 for cracks without notch.
+std::vector<std::size_t> facets_of_notch(const CrackSurface& surface, std::int32_t notch);
+
+/// Mean local spacing of facets [m]; 0 without facets.
+double mean_spacing(const CrackSurface& surface, std::span<const std::size_t> facets);
+
+/// Segments in which facets meet the plane of coordinate `axis` = position.
+std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::size_t> facets, int axis,
+                             int across, double position);
+
+/// A facet's extent through the thickness and across.
+Trace extent(const CrackSurface& surface, std::size_t facet, int across);
+
+/// Separate groups of traces (see section_crossings), without those that cover less than
+/// min_thickness_share of the thickness; each in ascending order, groups ordered by their first member.
+std::vector<std::vector<std::size_t>> group(std::span<const Trace> traces, double thickness);
+
+/// Length in x that the traces of a group cover together [m].
+double covered(std::span<const Trace> traces, std::span<const std::size_t> members);
+
+/// Mean over the covered x of the mean of the traces that lie over each other there [m].
+double mean_across(std::span<const Trace> traces, std::span<const std::size_t> members);
+
+}  // namespace crackle::analysis

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/io/ensemble_file.h"
+
+#include "crackle/parallel/agreement.h"
+#include "hdf5.h"
+#include "memory_file.h"
+#include "partial_file.h"
+#include "provenance.h"
+#include "summary_columns.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <functional>
+#include <numeric>
+#include <optional>
+#include <stdexcept>
+#include <type_traits>
+
+namespace crackle::io {
+
+// How the file is written. The root lays it out in memory, with every object, every attribute and the rows of
+// pending samples, and writes that to the partial file in one piece. Then all ranks open the file through
+// MPI-IO and put their rows into datasets whose place is already reserved. So no rank changes the file's
+// structure in parallel, the file cannot depend on the ranks, and a full disk shows on the root before any
+// collective call. The transfers are independent: they are a few kilobytes for each rank, and Open MPI's
+// collective writes (OMPIO's fcoll components) have hung.
+
+namespace {
+
+using analysis::SampleSummary;
+using hdf5::Shape;
+
+std::int32_t status_of(const SampleSummary& row) {
+  return static_cast<std::int32_t>(row.status);
+}
+
+/// Calls visit(dataset, units, value of a row) for every dataset with one value for each sample.
+template <class Visit>
+void for_each_column(Visit&& visit) {
+  visit("samples/status", "", status_of);
+  for_each_result([&](const char* name, auto member, const char* units) {
+    visit(std::string("samples/") + name, units, [member](const SampleSummary& row) { return row.*member; });
+  });
+  visit("timing/wall_time", "s", [](const SampleSummary& row) { return row.wall_time; });
+}
+
+/// Calls visit(dataset, units, values of a row) for every dataset with notches x sections values for each
+/// sample.
+template <class Visit>
+void for_each_position_table(Visit&& visit) {
+  visit(
+      "crack_path/z", "m", [](const SampleSummary& row) -> auto& { return row.z; });
+  visit(
+      "crack_path/branches", "", [](const SampleSummary& row) -> auto& { return row.branches; });
+}
+
+struct EnsembleShape {
+  std::size_t n_samples;
+  std::size_t n_notches;
+  std::size_t n_sections;
+  std::size_t n_positions() const { return n_notches * n_sections; }
+};
+
+EnsembleShape shape_of(const input::Parameters& parameters) {
+  return {static_cast<std::size_t>(parameters.ensemble.samples), parameters.specimen.notches.size(),
+          parameters.sections.y.size()};
+}
+
+void check_block(const EnsembleBlock& block, const EnsembleShape& shape) {
+  if (block.first > shape.n_samples || block.rows.size() > shape.n_samples - block.first) {
+    throw std::invalid_argument(fmt::format("ensemble rows {} to {}: the ensemble has {} samples",
+                                            block.first, block.first + block.rows.size(), shape.n_samples));
+  }
+  for (std::size_t i = 0; i < block.rows.size(); ++i) {
+    const SampleSummary& row = block.rows[i];
+    if (row.z.size() != shape.n_positions() || row.branches.size() != shape.n_positions()) {
+      throw std::invalid_argument(
+          fmt::format("ensemble row {}: {} crack positions and {} branch counts "
+                      "instead of {} notches x {} sections",
+                      block.first + i, row.z.size(), row.branches.size(), shape.n_notches, shape.n_sections));
+    }
+  }
+}
+
+/// Blocks must not overlap. Collective; every rank sees all blocks, so all ranks come to the same verdict.
+void check_disjoint(const parallel::Communicator& world, const EnsembleBlock& block) {
+  const std::array<unsigned long long, 2> mine{block.first, block.rows.size()};
+  std::vector<std::array<unsigned long long, 2>> blocks(static_cast<std::size_t>(world.size()));
+  parallel::check_mpi(MPI_Allgather(mine.data(), 2, MPI_UNSIGNED_LONG_LONG, blocks.data(), 2,
+                                    MPI_UNSIGNED_LONG_LONG, world.get()),
+                      "MPI_Allgather");
+  std::erase_if(blocks, [](const auto& some) { return some[1] == 0; });
+  std::sort(blocks.begin(), blocks.end());
+  std::optional<std::string> error;
+  for (std::size_t i = 0; i + 1 < blocks.size(); ++i) {
+    if (blocks[i][0] + blocks[i][1] > blocks[i + 1][0]) {
+      error = fmt::format("ensemble row {} is held by two ranks", blocks[i + 1][0]);
+    }
+  }
+  parallel::agree_on_error(world, error);
+}
+
+/// The error texts of all samples, on the root. Collective.
+std::vector<std::string> gather_errors(const parallel::Communicator& world, const EnsembleBlock& block,
+                                       std::size_t n_samples) {
+  std::string mine;  // "<sample> <length> <text>" for every sample with an error
+  for (std::size_t i = 0; i < block.rows.size(); ++i) {
+    const std::string& error = block.rows[i].error;
+    if (!error.empty()) mine += fmt::format("{} {} {}", block.first + i, error.size(), error);
+  }
+  const int size = static_cast<int>(mine.size());
+  std::vector<int> sizes(static_cast<std::size_t>(world.size()));
+  parallel::check_mpi(MPI_Gather(&size, 1, MPI_INT, sizes.data(), 1, MPI_INT, 0, world.get()), "MPI_Gather");
+  std::vector<int> offsets(sizes.size(), 0);
+  std::partial_sum(sizes.begin(), sizes.end() - 1, offsets.begin() + 1);
+  std::string all(static_cast<std::size_t>(offsets.back() + sizes.back()), '\0');
+  parallel::check_mpi(MPI_Gatherv(mine.data(), size, MPI_CHAR, all.data(), sizes.data(), offsets.data(),
+                                  MPI_CHAR, 0, world.get()),
+                      "MPI_Gatherv");
+  std::vector<std::string> errors(n_samples);
+  for (std::size_t at = 0; world.is_root() && at < all.size();) {
+    std::size_t used = 0;
+    const std::size_t sample = std::stoull(all.substr(at), &used);
+    at += used + 1;
+    const std::size_t length = std::stoull(all.substr(at), &used);
+    at += used + 1;
+    errors[sample] = all.substr(at, length);
+    at += length;
+  }
+  return errors;
+}
+
+void write_statistics(hid_t file, const analysis::Statistics& statistics, const EnsembleShape& shape) {
+  const hdf5::Handle group = hdf5::create_group(file, "statistics");
+  const hid_t id = group.get();
+  const Shape positions{shape.n_notches, shape.n_sections};
+  hdf5::write_attribute(id, "confidence", statistics.confidence);
+  hdf5::write_dataset<double>(id, "z_mean", positions, statistics.z_mean, "m");
+  hdf5::write_dataset<double>(id, "z_std", positions, statistics.z_std, "m");
+  hdf5::write_dataset<double>(id, "z_half_width", positions, statistics.z_half_width, "m");
+  hdf5::write_dataset<std::int32_t>(id, "reached", positions, statistics.reached, "");
+  hdf5::write_dataset<double>(id, "running_mean", {shape.n_samples, shape.n_notches, shape.n_sections},
+                              statistics.running_mean, "m");
+  hdf5::write_dataset<double>(id, "pattern_share", {analysis::n_patterns}, statistics.pattern_share, "1");
+  hdf5::write_dataset<double>(id, "pattern_half_width", {analysis::n_patterns}, statistics.pattern_half_width,
+                              "1");
+}
+
+/// The whole file, with all samples pending except for their error texts.
+std::vector<std::byte> lay_out(const input::Parameters& parameters, const std::vector<std::string>& errors,
+                               const analysis::Statistics& statistics, int n_ranks) {
+  const hdf5::QuietErrors quiet;
+  const EnsembleShape shape = shape_of(parameters);
+  const SampleSummary pending = analysis::empty_summary(
+      static_cast<int>(shape.n_notches), static_cast<int>(shape.n_sections), analysis::SampleStatus::pending);
+  hdf5::MemoryFile file;
+  write_identity(file.get(), "crackle ensemble", ensemble_schema_version, parameters);
+  for (const char* name : {"samples", "crack_path", "timing"}) hdf5::create_group(file.get(), name);
+  for_each_column([&](const std::string& name, const char* units, auto value) {
+    using Value = std::invoke_result_t<decltype(value), const SampleSummary&>;
+    const std::vector<Value> column(shape.n_samples, value(pending));
+    hdf5::write_dataset<Value>(file.get(), name, {shape.n_samples}, column, units);
+  });
+  hdf5::write_texts(file.get(), "samples/error", errors);
+  hdf5::write_dataset<double>(file.get(), "crack_path/section", {shape.n_sections}, parameters.sections.y,
+                              "m");
+  for_each_position_table([&](const char* name, const char* units, auto values) {
+    using Value = typename std::decay_t<decltype(values(pending))>::value_type;
+    std::vector<Value> table;
+    for (std::size_t i = 0; i < shape.n_samples; ++i) {
+      table.insert(table.end(), values(pending).begin(), values(pending).end());
+    }
+    hdf5::write_dataset<Value>(file.get(), name, {shape.n_samples, shape.n_notches, shape.n_sections}, table,
+                               units);
+  });
+  write_statistics(file.get(), statistics, shape);
+  write_provenance(file.get(), n_ranks);
+  return file.finish();
+}
+
+/// The partial file, opened by all ranks together. Collective.
+hdf5::Handle open_together(const parallel::Communicator& world, const std::filesystem::path& file) {
+  const hdf5::Handle access = hdf5::unlocked_access();
+  hdf5::check(H5Pset_fapl_mpio(access.get(), world.get(), MPI_INFO_NULL), "HDF5 through MPI-IO");
+  return hdf5::Handle(H5Fopen(file.c_str(), H5F_ACC_RDWR, access.get()), H5Fclose, file.string());
+}
+
+template <class Value>
+void write_rows(hid_t file, const std::string& name, std::size_t first, std::size_t n_rows,
+                const std::vector<Value>& values) {
+  const std::string what = "dataset " + name;
+  const hdf5::Handle dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose, what);
+  const hdf5::Handle space(H5Dget_space(dataset.get()), H5Sclose, what);
+  std::array<hsize_t, 3> extent{};
+  hdf5::check(H5Sget_simple_extent_dims(space.get(), extent.data(), nullptr), what);
+  const std::array<hsize_t, 3> start{first, 0, 0};
+  const std::array<hsize_t, 3> count{n_rows, extent[1], extent[2]};
+  if (values.empty()) {
+    hdf5::check(H5Sselect_none(space.get()), what);
+  } else {
+    hdf5::check(
+        H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr), what);
+  }
+  const hsize_t n_values = values.size();
+  const hdf5::Handle memory(H5Screate_simple(1, &n_values, nullptr), H5Sclose, what);
+  hdf5::check(H5Dwrite(dataset.get(), hdf5::memory_type<Value>(), memory.get(), space.get(), H5P_DEFAULT,
+                       values.data()),
+              what);
+}
+
+void write_block(hid_t file, const EnsembleBlock& block) {
+  for_each_column([&](const std::string& name, const char*, auto value) {
+    std::vector<std::invoke_result_t<decltype(value), const SampleSummary&>> column;
+    for (const SampleSummary& row : block.rows) column.push_back(value(row));
+    write_rows(file, name, block.first, block.rows.size(), column);
+  });
+  for_each_position_table([&](const char* name, const char*, auto values) {
+    std::vector<typename std::decay_t<decltype(values(block.rows.front()))>::value_type> table;
+    for (const SampleSummary& row : block.rows) {
+      table.insert(table.end(), values(row).begin(), values(row).end());
+    }
+    write_rows(file, name, block.first, block.rows.size(), table);
+  });
+}
+
+/// All ranks put their rows into the file. Collective; a rank that fails still takes part in closing it.
+void write_blocks(const parallel::Communicator& world, const std::filesystem::path& file,
+                  const EnsembleBlock& block) {
+  const hdf5::QuietErrors quiet;
+  // Opening is the one step that could leave ranks waiting, so first make sure that every rank can.
+  parallel::agree(world, [&] {
+    if (::access(file.c_str(), R_OK | W_OK) != 0) {
+      throw std::runtime_error(fmt::format("rank {}: {}", world.rank(), std::strerror(errno)));
+    }
+  });
+  std::optional<std::string> error;
+  const auto attempt = [&error](const auto& step) {
+    try {
+      step();
+    } catch (const std::exception& failure) {
+      if (!error) error = failure.what();
+    }
+  };
+  hdf5::Handle together;
+  attempt([&] { together = open_together(world, file); });
+  parallel::agree_on_error(world, error);
+  attempt([&] { write_block(together.get(), block); });
+  attempt([&] { hdf5::check(H5Fflush(together.get(), H5F_SCOPE_GLOBAL), "flush"); });
+  attempt([&] { together.close("close"); });
+  parallel::agree_on_error(world, error);
+}
+
+}  // namespace
+
+void write_ensemble(const parallel::Communicator& world, const std::filesystem::path& file,
+                    const input::Parameters& parameters, const EnsembleBlock& block,
+                    const analysis::Statistics& statistics) {
+  const EnsembleShape shape = shape_of(parameters);
+  try {
+    parallel::agree(world, [&] { check_block(block, shape); });
+    check_disjoint(world, block);
+    const std::vector<std::string> errors = gather_errors(world, block, shape.n_samples);
+    std::optional<PartialFile> partial;  // the root's: removes the file unless it became whole
+    parallel::agree(world, [&] {
+      if (!world.is_root()) return;
+      partial.emplace(file);
+      partial->write(lay_out(parameters, errors, statistics, world.size()));
+    });
+    write_blocks(world, PartialFile::partial_name(file), block);
+    parallel::agree(world, [&] {
+      if (partial) partial->commit();
+    });
+  } catch (const parallel::AgreedError& error) {
+    const std::string prefix = "cannot write '" + file.string() + "'";
+    const std::string reason = error.what();
+    throw parallel::AgreedError(error.failing_rank(),
+                                reason.starts_with(prefix) ? reason : prefix + ": " + reason);
+  }
+}
+
+}  // namespace crackle::io

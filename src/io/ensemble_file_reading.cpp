@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/io/ensemble_file.h"
+
+#include "hdf5.h"
+#include "provenance.h"
+#include "summary_columns.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <type_traits>
+#include <utility>
+
+namespace crackle::io {
+
+namespace {
+
+using analysis::SampleSummary;
+using hdf5::Shape;
+
+std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape) {
+  const std::size_t n_samples = shape[0];
+  const std::size_t n_positions = shape[1] * shape[2];
+  const auto status = hdf5::read_dataset<std::int32_t>(file, "samples/status", {n_samples});
+  const auto errors = hdf5::read_texts(file, "samples/error");
+  const auto wall_time = hdf5::read_dataset<double>(file, "timing/wall_time", {n_samples});
+  const auto z = hdf5::read_dataset<double>(file, "crack_path/z", shape);
+  const auto branches = hdf5::read_dataset<std::int32_t>(file, "crack_path/branches", shape);
+  if (errors.size() != n_samples) throw hdf5::Error("dataset samples/error: not one text for each sample");
+  std::vector<SampleSummary> samples(n_samples);
+  for (std::size_t i = 0; i < n_samples; ++i) {
+    if (status[i] < 0 || status[i] > 2) throw hdf5::Error(fmt::format("sample {}: unknown status", i));
+    samples[i].status = static_cast<analysis::SampleStatus>(status[i]);
+    samples[i].error = errors[i];
+    samples[i].wall_time = wall_time[i];
+    const auto at = static_cast<std::ptrdiff_t>(i * n_positions);
+    const auto end = at + static_cast<std::ptrdiff_t>(n_positions);
+    samples[i].z.assign(z.begin() + at, z.begin() + end);
+    samples[i].branches.assign(branches.begin() + at, branches.begin() + end);
+  }
+  for_each_result([&](const char* name, auto member, const char*) {
+    using Value = std::remove_cvref_t<decltype(std::declval<SampleSummary>().*member)>;
+    const auto column = hdf5::read_dataset<Value>(file, std::string("samples/") + name, {n_samples});
+    for (std::size_t i = 0; i < n_samples; ++i) samples[i].*member = column[i];
+  });
+  return samples;
+}
+
+analysis::Statistics read_statistics(hid_t file, const Shape& shape) {
+  const hdf5::Handle group = hdf5::open_group(file, "statistics");
+  const hid_t id = group.get();
+  const Shape positions{shape[1], shape[2]};
+  analysis::Statistics statistics;
+  statistics.n_notches = static_cast<int>(shape[1]);
+  statistics.n_sections = static_cast<int>(shape[2]);
+  statistics.n_samples = static_cast<int>(shape[0]);
+  statistics.confidence = hdf5::read_number_attribute(id, "confidence");
+  statistics.z_mean = hdf5::read_dataset<double>(id, "z_mean", positions);
+  statistics.z_std = hdf5::read_dataset<double>(id, "z_std", positions);
+  statistics.z_half_width = hdf5::read_dataset<double>(id, "z_half_width", positions);
+  statistics.reached = hdf5::read_dataset<std::int32_t>(id, "reached", positions);
+  statistics.running_mean = hdf5::read_dataset<double>(id, "running_mean", shape);
+  const auto share = hdf5::read_dataset<double>(id, "pattern_share", {analysis::n_patterns});
+  const auto width = hdf5::read_dataset<double>(id, "pattern_half_width", {analysis::n_patterns});
+  std::copy(share.begin(), share.end(), statistics.pattern_share.begin());
+  std::copy(width.begin(), width.end(), statistics.pattern_half_width.begin());
+  return statistics;
+}
+
+}  // namespace
+
+EnsembleContent read_ensemble(const std::filesystem::path& file) {
+  try {
+    const hdf5::QuietErrors quiet;
+    const hdf5::Handle root = hdf5::open_for_reading(file);
+    const hid_t id = root.get();
+    check_identity(id, "crackle ensemble", ensemble_schema_version);
+    const Shape shape = hdf5::read_shape(id, "crack_path/z");
+    if (shape.size() != 3) throw hdf5::Error("dataset crack_path/z: not samples x notches x sections");
+    EnsembleContent content;
+    content.input_text = hdf5::read_text_attribute(id, "input");
+    content.sections = hdf5::read_dataset<double>(id, "crack_path/section", {shape[2]});
+    content.samples = read_samples(id, shape);
+    content.statistics = read_statistics(id, shape);
+    content.statistics.n_done = static_cast<int>(std::count_if(
+        content.samples.begin(), content.samples.end(),
+        [](const SampleSummary& sample) { return sample.status == analysis::SampleStatus::done; }));
+    return content;
+  } catch (const std::exception& error) {
+    throw std::runtime_error("cannot use '" + file.string() + "': " + error.what());
+  }
+}
+
+}  // namespace crackle::io

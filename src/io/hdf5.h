@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <hdf5.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+/// Owners and checked calls for HDF5. Every failure is an Error whose text comes from HDF5's error stack.
+namespace crackle::io::hdf5 {
+
+class Error : public std::runtime_error {
+public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Switches HDF5's automatic error printing off while it lives.
+class QuietErrors {
+public:
+  QuietErrors();
+  ~QuietErrors();
+  QuietErrors(const QuietErrors&) = delete;
+  QuietErrors& operator=(const QuietErrors&) = delete;
+
+private:
+  H5E_auto2_t function_ = nullptr;
+  void* data_ = nullptr;
+};
+
+/// @throws Error "what: HDF5's reason" for a negative status
+void check(herr_t status, const std::string& what);
+
+/// Move-only owner of an HDF5 identifier.
+class Handle {
+public:
+  using Close = herr_t (*)(hid_t);
+  Handle() = default;
+  /// @throws Error "what: HDF5's reason" for a negative identifier
+  Handle(hid_t id, Close close, const std::string& what);
+  ~Handle();
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Handle& operator=(Handle&& other) noexcept {
+    std::swap(id_, other.id_);
+    std::swap(close_, other.close_);
+    return *this;
+  }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+
+  hid_t get() const { return id_; }
+  /// Closes now. @throws Error when that fails; a destructor can not tell
+  void close(const std::string& what);
+
+private:
+  hid_t id_ = -1;
+  Close close_ = nullptr;
+};
+
+using Shape = std::vector<hsize_t>;
+
+/// How a dataset is stored.
+enum class Storage {
+  plain,       ///< contiguous, with its place in the file reserved when it is created
+  compressed,  ///< in chunks of about a megabyte, shuffled and deflated
+};
+
+Handle property_list(hid_t list_class);
+
+/// File access without locks: files are complete when they get their name, and locks fail on some parallel
+/// file systems.
+Handle unlocked_access();
+
+/// @throws Error naming the file when it is missing, truncated or not HDF5
+Handle open_for_reading(const std::filesystem::path& file);
+
+Handle create_group(hid_t parent, const std::string& name);
+Handle open_group(hid_t parent, const std::string& name);
+
+void write_attribute(hid_t object, const std::string& name, const std::string& text);
+void write_attribute(hid_t object, const std::string& name, std::int64_t value);
+void write_attribute(hid_t object, const std::string& name, std::uint64_t value);
+void write_attribute(hid_t object, const std::string& name, double value);
+std::string read_text_attribute(hid_t object, const std::string& name);
+std::int64_t read_integer_attribute(hid_t object, const std::string& name);
+double read_number_attribute(hid_t object, const std::string& name);
+
+/// Creates and fills a dataset; an empty shape is a scalar. `units` become an attribute, "" for none.
+/// Value is one of std::uint8_t, std::int32_t, std::int64_t, float, double.
+/// @throws std::invalid_argument when `values` has another size than `shape`
+template <class Value>
+void write_dataset(hid_t parent, const std::string& name, const Shape& shape, std::span<const Value> values,
+                   const std::string& units, Storage storage = Storage::plain);
+
+/// Text of any length, one for each entry.
+void write_texts(hid_t parent, const std::string& name, const std::vector<std::string>& texts);
+std::vector<std::string> read_texts(hid_t parent, const std::string& name);
+
+Shape read_shape(hid_t parent, const std::string& name);
+
+/// @throws Error when the dataset is missing or its shape is not `shape`
+template <class Value>
+std::vector<Value> read_dataset(hid_t parent, const std::string& name, const Shape& shape);
+
+/// A scalar, as a dataset without dimensions.
+template <class Value>
+void write_scalar(hid_t parent, const std::string& name, Value value, const std::string& units) {
+  write_dataset<Value>(parent, name, {}, std::span<const Value>(&value, 1), units);
+}
+template <class Value>
+Value read_scalar(hid_t parent, const std::string& name) {
+  return read_dataset<Value>(parent, name, {}).front();
+}
+
+/// HDF5's type for Value in memory.
+template <class Value>
+hid_t memory_type();
+
+}  // namespace crackle::io::hdf5

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "hdf5.h"
+
+#include <cstddef>
+#include <vector>
+
+namespace crackle::io::hdf5 {
+
+/// A file that is built in memory and then written in one piece, so that an error of the disk can neither
+/// leave a part of a file nor confuse HDF5. Its bytes depend on its content only: no times are stored.
+class MemoryFile {
+public:
+  MemoryFile();
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  hid_t get() const { return file_.get(); }
+  /// Ends the file and returns its bytes.
+  std::vector<std::byte> finish();
+
+private:
+  std::vector<std::byte> bytes_;  ///< filled when the file is closed
+  Handle file_;
+};
+
+}  // namespace crackle::io::hdf5

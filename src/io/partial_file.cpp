@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "partial_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <utility>
+
+namespace crackle::io {
+
+namespace {
+
+[[noreturn]] void throw_failure(const std::filesystem::path& file, int error) {
+  throw std::runtime_error("cannot write '" + file.string() + "': " + std::strerror(error));
+}
+
+/// Owner of a file descriptor.
+class Descriptor {
+public:
+  Descriptor(const std::filesystem::path& path, int flags)
+      : id_(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {}
+  ~Descriptor() {
+    if (id_ >= 0) ::close(id_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return id_; }
+  int close() { return ::close(std::exchange(id_, -1)); }
+
+private:
+  int id_;
+};
+
+}  // namespace
+
+PartialFile::PartialFile(std::filesystem::path file)
+    : file_(std::move(file)), partial_(partial_name(file_)) {}
+
+PartialFile::~PartialFile() {
+  if (!committed_) ::unlink(partial_.c_str());
+}
+
+void PartialFile::write(std::span<const std::byte> bytes) {
+  if (file_.has_parent_path()) {
+    std::error_code error;
+    std::filesystem::create_directories(file_.parent_path(), error);
+    if (error) throw_failure(file_, error.value());
+  }
+  Descriptor descriptor(partial_, O_WRONLY | O_CREAT | O_TRUNC);
+  if (descriptor.get() < 0) throw_failure(file_, errno);
+  while (!bytes.empty()) {
+    // Linux writes at most 2 GiB at a time.
+    const std::size_t part = std::min<std::size_t>(bytes.size(), std::size_t{1} << 30);
+    const ssize_t written = ::write(descriptor.get(), bytes.data(), part);
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) throw_failure(file_, errno);
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  if (descriptor.close() != 0) throw_failure(file_, errno);
+}
+
+void PartialFile::commit() {
+  Descriptor descriptor(partial_, O_RDONLY);
+  if (descriptor.get() < 0 || ::fsync(descriptor.get()) != 0) throw_failure(file_, errno);
+  if (::rename(partial_.c_str(), file_.c_str()) != 0) throw_failure(file_, errno);
+  committed_ = true;
+  const std::filesystem::path folder = file_.has_parent_path() ? file_.parent_path() : ".";
+  Descriptor folder_descriptor(folder, O_RDONLY | O_DIRECTORY);
+  // Some file systems cannot bring a folder to the disk (EINVAL); the file itself is there already.
+  if (folder_descriptor.get() < 0 || (::fsync(folder_descriptor.get()) != 0 && errno != EINVAL)) {
+    throw_failure(file_, errno);
+  }
+}
+
+void write_whole_file(const std::filesystem::path& file, std::span<const std::byte> bytes) {
+  PartialFile partial(file);
+  partial.write(bytes);
+  partial.commit();
+}
+
+}  // namespace crackle::io

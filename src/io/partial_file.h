@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+
+namespace crackle::io {
+
+/// A file that gets its name when it is whole: until commit() it is called "<name>.partial", in the same
+/// folder, and it is removed when it is not committed.
+class PartialFile {
+public:
+  explicit PartialFile(std::filesystem::path file);
+  ~PartialFile();
+  PartialFile(const PartialFile&) = delete;
+  PartialFile& operator=(const PartialFile&) = delete;
+
+  /// The name that `file` has until it is whole.
+  static std::filesystem::path partial_name(std::filesystem::path file) { return file += ".partial"; }
+
+  /// Makes the folder if needed and writes the partial file anew.
+  /// @throws std::runtime_error naming the file and the reason
+  void write(std::span<const std::byte> bytes);
+
+  /// Brings the partial file to the disk and gives it its name. @throws as write
+  void commit();
+
+private:
+  std::filesystem::path file_;
+  std::filesystem::path partial_;
+  bool committed_ = false;
+};
+
+/// Writes a file in one piece: as a whole, or not at all. @throws as PartialFile
+void write_whole_file(const std::filesystem::path& file, std::span<const std::byte> bytes);
+
+}  // namespace crackle::io

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "provenance.h"
+
+#include "crackle/version.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <ctime>
+
+namespace crackle::io {
+
+namespace {
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown";
+}
+
+}  // namespace
+
+void write_identity(hid_t file, const std::string& kind, std::int64_t schema_version,
+                    const input::Parameters& parameters) {
+  hdf5::write_attribute(file, "kind", kind);
+  hdf5::write_attribute(file, "schema_version", schema_version);
+  hdf5::write_attribute(file, "program_version", program_version());
+  hdf5::write_attribute(file, "git_commit", git_commit());
+  hdf5::write_attribute(file, "library_versions", library_versions());
+  hdf5::write_attribute(file, "seed", parameters.ensemble.seed);
+  hdf5::write_attribute(file, "input", parameters.text);
+}
+
+void check_identity(hid_t file, const std::string& kind, std::int64_t schema_version) {
+  if (H5Aexists(file, "kind") <= 0 || hdf5::read_text_attribute(file, "kind") != kind) {
+    throw hdf5::Error("not a " + kind + " file");
+  }
+  const std::int64_t found = hdf5::read_integer_attribute(file, "schema_version");
+  if (found != schema_version) {
+    throw hdf5::Error(fmt::format("schema version {}; this program reads version {}", found, schema_version));
+  }
+}
+
+void write_provenance(hid_t file, int n_ranks) {
+  const hdf5::Handle group = hdf5::create_group(file, "provenance");
+  hdf5::write_attribute(group.get(), "host", host_name());
+  hdf5::write_attribute(group.get(), "written",
+                        fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))));
+  hdf5::write_attribute(group.get(), "ranks", std::int64_t{n_ranks});
+}
+
+}  // namespace crackle::io

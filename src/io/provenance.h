@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/input/parameters.h"
+#include "hdf5.h"
+
+#include <string>
+
+namespace crackle::io {
+
+/// Attributes of / that every result file carries: kind, schema_version, program_version, git_commit,
+/// library_versions, seed, input.
+void write_identity(hid_t file, const std::string& kind, std::int64_t schema_version,
+                    const input::Parameters& parameters);
+
+/// @throws hdf5::Error unless the file is of this kind and schema
+void check_identity(hid_t file, const std::string& kind, std::int64_t schema_version);
+
+/// The group /provenance: where and when the file was written, by how many ranks.
+void write_provenance(hid_t file, int n_ranks);
+
+}  // namespace crackle::io

@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/io/sample_file.h"
+
+#include "hdf5.h"
+#include "memory_file.h"
+#include "partial_file.h"
+#include "provenance.h"
+#include "summary_columns.h"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <type_traits>
+
+namespace crackle::io {
+
+namespace {
+
+using analysis::SampleSummary;
+using hdf5::Shape;
+using hdf5::Storage;
+
+constexpr const char* kind = "crackle sample";
+
+/// Writes one column of a table: `value(row)` for every row.
+template <class Value, class Row, class Function>
+void write_column(hid_t group, const std::string& name, const std::vector<Row>& rows, Function value,
+                  const std::string& units) {
+  std::vector<Value> column;
+  column.reserve(rows.size());
+  for (const Row& row : rows) column.push_back(static_cast<Value>(value(row)));
+  hdf5::write_dataset<Value>(group, name, {column.size()}, column, units, Storage::compressed);
+}
+
+/// Entries of fixed-size arrays one after the other.
+template <class Value, class Row, class Member>
+std::vector<Value> flatten(const std::vector<Row>& rows, Member array_of) {
+  std::vector<Value> flat;
+  for (const Row& row : rows) {
+    for (const auto& value : array_of(row)) flat.push_back(value);
+  }
+  return flat;
+}
+
+void write_mesh(hid_t file, const geometry::Realization& realization) {
+  const hdf5::Handle group = hdf5::create_group(file, "mesh");
+  const auto itself = [](const auto& row) -> const auto& {
+    return row;
+  };
+  hdf5::write_dataset<double>(group.get(), "nodes", {realization.nodes.size(), 3},
+                              flatten<double>(realization.nodes, itself), "m", Storage::compressed);
+  hdf5::write_dataset<std::int32_t>(group.get(), "tetrahedra", {realization.tetrahedra.size(), 4},
+                                    flatten<std::int32_t>(realization.tetrahedra, itself), "",
+                                    Storage::compressed);
+  hdf5::write_dataset<std::int32_t>(
+      group.get(), "boundary", {realization.boundary.size(), 3},
+      flatten<std::int32_t>(realization.boundary, [](const auto& row) { return row.nodes; }), "",
+      Storage::compressed);
+  write_column<std::int32_t>(
+      group.get(), "boundary_surface", realization.boundary, [](const auto& row) { return row.surface; }, "");
+  hdf5::write_attribute(group.get(), "rounds", std::int64_t{realization.report.rounds});
+  hdf5::write_attribute(group.get(), "redrawn_points", realization.report.redrawn_points);
+  hdf5::write_attribute(group.get(), "min_quality", realization.report.min_quality);
+}
+
+void write_crack_surface(hid_t file, const analysis::CrackSurface& surface) {
+  using analysis::Crack;
+  using analysis::CrackFacet;
+  const hdf5::Handle group = hdf5::create_group(file, "crack_surface");
+  const auto& facets = surface.facets;
+  std::vector<double> corners;
+  corners.reserve(facets.size() * 12);
+  for (const CrackFacet& facet : facets) {
+    for (const geometry::Point& corner : facet.corner) {
+      corners.insert(corners.end(), corner.begin(), corner.end());
+    }
+  }
+  hdf5::write_dataset<double>(group.get(), "corners", {facets.size(), 4, 3}, corners, "m",
+                              Storage::compressed);
+  const hid_t id = group.get();
+  write_column<double>(
+      id, "time", facets, [](const CrackFacet& f) { return f.time; }, "s");
+  write_column<double>(
+      id, "area", facets, [](const CrackFacet& f) { return f.area; }, "m^2");
+  write_column<std::int64_t>(
+      id, "tetrahedron", facets, [](const CrackFacet& f) { return f.tetrahedron; }, "");
+  write_column<std::int32_t>(
+      id, "crack", facets, [](const CrackFacet& f) { return f.crack; }, "");
+
+  const hdf5::Handle table = hdf5::create_group(id, "cracks");
+  write_column<std::int32_t>(
+      table.get(), "notch", surface.cracks, [](const Crack& c) { return c.notch; }, "");
+  write_column<double>(
+      table.get(), "area", surface.cracks, [](const Crack& c) { return c.area; }, "m^2");
+  write_column<double>(
+      table.get(), "first_time", surface.cracks, [](const Crack& c) { return c.first_time; }, "s");
+  write_column<double>(
+      table.get(), "last_time", surface.cracks, [](const Crack& c) { return c.last_time; }, "s");
+}
+
+void write_breaks(hid_t file, const std::vector<fracture::Break>& breaks) {
+  using fracture::Break;
+  const hdf5::Handle group = hdf5::create_group(file, "breaks");
+  const hid_t id = group.get();
+  write_column<std::int64_t>(
+      id, "tetrahedron", breaks, [](const Break& b) { return b.tetrahedron; }, "");
+  write_column<double>(
+      id, "load_time", breaks, [](const Break& b) { return b.load_time; }, "s");
+  write_column<double>(
+      id, "phase_time", breaks, [](const Break& b) { return b.phase_time; }, "s");
+  write_column<double>(
+      id, "principal_stress", breaks, [](const Break& b) { return b.principal_stress; }, "Pa");
+  write_column<double>(
+      id, "released_energy", breaks, [](const Break& b) { return b.released_energy; }, "J");
+  write_column<std::int32_t>(
+      id, "cut", breaks, [](const Break& b) { return b.cut; }, "");
+}
+
+void write_energy(hid_t file, const std::vector<dynamics::EnergyRow>& rows) {
+  using dynamics::EnergyRow;
+  const hdf5::Handle group = hdf5::create_group(file, "energy");
+  const hid_t id = group.get();
+  write_column<double>(
+      id, "time", rows, [](const EnergyRow& r) { return r.time; }, "s");
+  write_column<double>(
+      id, "kinetic", rows, [](const EnergyRow& r) { return r.kinetic; }, "J");
+  write_column<double>(
+      id, "strain", rows, [](const EnergyRow& r) { return r.strain; }, "J");
+  write_column<double>(
+      id, "external", rows, [](const EnergyRow& r) { return r.external; }, "J");
+  write_column<double>(
+      id, "released", rows, [](const EnergyRow& r) { return r.released; }, "J");
+  write_column<double>(
+      id, "dissipated", rows, [](const EnergyRow& r) { return r.dissipated; }, "J");
+  write_column<std::int64_t>(
+      id, "broken", rows, [](const EnergyRow& r) { return r.broken; }, "");
+}
+
+void write_frames(hid_t file, const std::vector<dynamics::Frame>& frames, std::size_t n_nodes) {
+  using dynamics::Frame;
+  const hdf5::Handle group = hdf5::create_group(file, "frames");
+  const hid_t id = group.get();
+  const Shape shape{frames.size(), n_nodes, 3};
+  write_column<double>(
+      id, "time", frames, [](const Frame& f) { return f.time; }, "s");
+  write_column<std::int64_t>(
+      id, "broken", frames, [](const Frame& f) { return f.broken; }, "");
+  hdf5::write_dataset<float>(id, "displacement", shape,
+                             flatten<float>(
+                                 frames, [](const Frame& f) -> auto& { return f.displacement; }),
+                             "m", Storage::compressed);
+  hdf5::write_dataset<float>(id, "velocity", shape,
+                             flatten<float>(
+                                 frames, [](const Frame& f) -> auto& { return f.velocity; }),
+                             "m/s", Storage::compressed);
+}
+
+void write_counts(hid_t file, const dynamics::SampleCounts& counts) {
+  const hdf5::Handle group = hdf5::create_group(file, "counts");
+  const hid_t id = group.get();
+  hdf5::write_scalar<std::int64_t>(id, "quasi_static_breaks", counts.quasi_static_breaks, "");
+  hdf5::write_scalar<std::int64_t>(id, "static_solves", counts.static_solves, "");
+  hdf5::write_scalar<std::int64_t>(id, "solver_iterations", counts.solver_iterations, "");
+  hdf5::write_scalar<std::int64_t>(id, "dynamic_phases", counts.dynamic_phases, "");
+  hdf5::write_scalar<std::int64_t>(id, "steps", counts.steps, "");
+  hdf5::write_scalar<std::int64_t>(id, "force_evaluations", counts.force_evaluations, "");
+}
+
+Shape position_shape(const input::Parameters& parameters) {
+  return {parameters.specimen.notches.size(), parameters.sections.y.size()};
+}
+
+/// Identity, status and the sample's row. @return the group /summary
+hdf5::Handle write_row(hid_t file, const input::Parameters& parameters, std::uint64_t sample,
+                       const SampleSummary& summary) {
+  write_identity(file, kind, sample_schema_version, parameters);
+  hdf5::write_attribute(file, "sample", sample);
+  hdf5::write_attribute(file, "status", static_cast<std::int64_t>(summary.status));
+  hdf5::write_attribute(file, "error", summary.error);
+  hdf5::Handle group = hdf5::create_group(file, "summary");
+  const hid_t id = group.get();
+  for_each_result([&](const char* name, auto member, const char* units) {
+    hdf5::write_scalar(id, name, summary.*member, units);
+  });
+  hdf5::write_dataset<double>(id, "z", position_shape(parameters), summary.z, "m");
+  hdf5::write_dataset<std::int32_t>(id, "branches", position_shape(parameters), summary.branches, "");
+  return group;
+}
+
+hdf5::Handle write_timing(hid_t file, const SampleSummary& summary) {
+  hdf5::Handle group = hdf5::create_group(file, "timing");
+  hdf5::write_scalar<double>(group.get(), "wall_time", summary.wall_time, "s");
+  return group;
+}
+
+/// Fills a file in memory and writes it; failures name the file.
+template <class Fill>
+void write_file(const std::filesystem::path& path, Fill fill) {
+  std::vector<std::byte> bytes;
+  try {
+    const hdf5::QuietErrors quiet;
+    hdf5::MemoryFile file;
+    fill(file.get());
+    bytes = file.finish();
+  } catch (const std::exception& error) {
+    throw std::runtime_error("cannot write '" + path.string() + "': " + error.what());
+  }
+  write_whole_file(path, bytes);
+}
+
+}  // namespace
+
+std::filesystem::path sample_path(const std::filesystem::path& folder, std::uint64_t sample) {
+  return folder / "samples" / fmt::format("{:04}.h5", sample);
+}
+
+void write_sample(const std::filesystem::path& file, const SampleFileContent& content) {
+  write_file(file, [&](hid_t id) {
+    const dynamics::SampleResult& result = content.result;
+    const hdf5::Handle summary = write_row(id, content.parameters, content.sample, content.summary);
+    hdf5::write_scalar<double>(summary.get(), "time_step", result.time_step, "s");
+    hdf5::write_scalar<double>(summary.get(), "stable_step", result.stable_step, "s");
+    write_mesh(id, content.realization);
+    write_crack_surface(id, content.surface);
+    write_breaks(id, result.breaks);
+    write_energy(id, result.energy);
+    write_frames(id, result.frames, content.realization.nodes.size());
+    write_counts(id, result.counts);
+    const hdf5::Handle timing = write_timing(id, content.summary);
+    hdf5::write_scalar<double>(timing.get(), "mesh", result.timings.mesh, "s");
+    hdf5::write_scalar<double>(timing.get(), "setup", result.timings.setup, "s");
+    hdf5::write_scalar<double>(timing.get(), "quasi_static", result.timings.quasi_static, "s");
+    hdf5::write_scalar<double>(timing.get(), "dynamic", result.timings.dynamic, "s");
+    hdf5::write_scalar<double>(timing.get(), "element_updates_per_second",
+                               result.timings.element_updates_per_second, "1/s");
+    write_provenance(id, content.n_ranks);
+  });
+}
+
+void write_failed_sample(const std::filesystem::path& file, const input::Parameters& parameters,
+                         std::uint64_t sample, const SampleSummary& summary) {
+  write_file(file, [&](hid_t id) {
+    write_row(id, parameters, sample, summary);
+    write_timing(id, summary);
+    write_provenance(id, 1);
+  });
+}
+
+SampleSummary read_summary(const std::filesystem::path& file, const input::Parameters& parameters,
+                           std::uint64_t sample) {
+  try {
+    const hdf5::QuietErrors quiet;
+    const hdf5::Handle root = hdf5::open_for_reading(file);
+    check_identity(root.get(), kind, sample_schema_version);
+    const std::int64_t number = hdf5::read_integer_attribute(root.get(), "sample");
+    if (number != static_cast<std::int64_t>(sample)) {
+      throw hdf5::Error(fmt::format("holds sample {} instead of {}", number, sample));
+    }
+    if (hdf5::read_text_attribute(root.get(), "input") != parameters.text) {
+      throw hdf5::Error("was made from another input");
+    }
+    SampleSummary row;
+    const std::int64_t status = hdf5::read_integer_attribute(root.get(), "status");
+    if (status != static_cast<std::int64_t>(analysis::SampleStatus::done) &&
+        status != static_cast<std::int64_t>(analysis::SampleStatus::failed)) {
+      throw hdf5::Error(fmt::format("status {} is neither done (1) nor failed (2)", status));
+    }
+    row.status = static_cast<analysis::SampleStatus>(status);
+    row.error = hdf5::read_text_attribute(root.get(), "error");
+    const hdf5::Handle group = hdf5::open_group(root.get(), "summary");
+    const hid_t id = group.get();
+    for_each_result([&](const char* name, auto member, const char*) {
+      row.*member = hdf5::read_scalar<std::remove_reference_t<decltype(row.*member)>>(id, name);
+    });
+    row.z = hdf5::read_dataset<double>(id, "z", position_shape(parameters));
+    row.branches = hdf5::read_dataset<std::int32_t>(id, "branches", position_shape(parameters));
+    const hdf5::Handle timing = hdf5::open_group(root.get(), "timing");
+    row.wall_time = hdf5::read_scalar<double>(timing.get(), "wall_time");
+    return row;
+  } catch (const std::exception& error) {
+    throw std::runtime_error("cannot use '" + file.string() + "': " + error.what());
+  }
+}
+
+std::vector<SampleSummary> read_summaries(const std::filesystem::path& folder,
+                                          const input::Parameters& parameters, std::uint64_t first,
+                                          std::size_t count) {
+  const auto n_notches = static_cast<int>(parameters.specimen.notches.size());
+  const auto n_sections = static_cast<int>(parameters.sections.y.size());
+  std::vector<SampleSummary> rows;
+  for (std::size_t i = 0; i < count; ++i) {
+    rows.push_back(analysis::empty_summary(n_notches, n_sections, analysis::SampleStatus::pending));
+    const std::filesystem::path file = sample_path(folder, first + i);
+    try {
+      if (std::filesystem::exists(file)) rows.back() = read_summary(file, parameters, first + i);
+    } catch (const std::exception& error) {
+      rows.back().error = error.what();
+    }
+  }
+  return rows;
+}
+
+}  // namespace crackle::io

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/analysis/sample_summary.h"
+
+namespace crackle::io {
+
+/// Calls visit(name, member, units) for every scalar result of a sample: /summary/<name> in its own file,
+/// /samples/<name> in the ensemble's.
+template <class Visit>
+void for_each_result(Visit&& visit) {
+  using Row = analysis::SampleSummary;
+  visit("onset_force", &Row::onset_force, "N");
+  visit("onset_time", &Row::onset_time, "s");
+  visit("outcome", &Row::outcome, "");
+  visit("pattern", &Row::pattern, "");
+  visit("bifurcations", &Row::bifurcations, "");
+  visit("breaks", &Row::breaks, "");
+  visit("crack_area", &Row::crack_area, "m^2");
+  visit("crack_speed_max", &Row::crack_speed_max, "m/s");
+  visit("energy_error", &Row::energy_error, "1");
+}
+
+}  // namespace crackle::io

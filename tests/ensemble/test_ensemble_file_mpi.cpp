@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/io/ensemble_file.h"
+
+#include "crackle/io/result_comparison.h"
+#include "crackle/parallel/agreement.h"
+#include "support/temporary_folder.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <optional>
+
+namespace crackle::io {
+namespace {
+
+namespace fs = std::filesystem;
+using analysis::SampleStatus;
+using analysis::SampleSummary;
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+class EnsembleFile : public testing::Test {
+protected:
+  EnsembleFile() {
+    parameters.text = "[ensemble]\nsamples = 7\n# 20 µm\n" + std::string(100'000, '#') + "\n";
+    parameters.ensemble.samples = 7;
+    parameters.ensemble.seed = 2012;
+    parameters.specimen.notches.resize(2);
+    parameters.sections.y = {0.007, 0.009, 0.01225};
+    for (int i = 0; i < 7; ++i) {
+      SampleSummary row = analysis::empty_summary(2, 3, SampleStatus::done);
+      row.onset_force = 380 + i;
+      row.onset_time = 76 + 0.1 * i;
+      row.outcome = i % 4;
+      row.pattern = 1 + i % 3;
+      row.bifurcations = i;
+      row.breaks = 1'000 * i;
+      row.crack_area = 1e-4 * i;
+      row.crack_speed_max = 600 - i;
+      row.energy_error = 1e-5 * i;
+      row.z = {0.065 + 1e-4 * i, none, 0.0655, 0.075, 0.0751 - 1e-4 * i, none};
+      row.branches = {1, 0, 2, 1, 1, 0};
+      row.wall_time = i;
+      rows.push_back(row);
+    }
+    rows[2] = analysis::empty_summary(2, 3, SampleStatus::failed, "sample 2: µ out of range");
+    rows[5] = analysis::empty_summary(2, 3, SampleStatus::failed, "reason\nin two lines");
+    rows[6] = analysis::empty_summary(2, 3, SampleStatus::pending);
+    // All ranks use the root's folder.
+    std::string name(4096, '\0');
+    if (world.is_root()) name.replace(0, folder.path().string().size(), folder.path().string());
+    MPI_Bcast(name.data(), static_cast<int>(name.size()), MPI_CHAR, 0, world.get());
+    shared_folder = name.c_str();
+  }
+  ~EnsembleFile() override { MPI_Barrier(world.get()); }
+
+  analysis::Statistics statistics() const { return analysis::make_statistics(rows, 2, 3, 0.9); }
+  EnsembleBlock block(std::size_t first, std::size_t count) const {
+    const auto begin = rows.begin() + static_cast<std::ptrdiff_t>(first);
+    return {first, {begin, begin + static_cast<std::ptrdiff_t>(count)}};
+  }
+  /// Rows spread evenly, the first ranks taking one more.
+  EnsembleBlock even_block(const parallel::Communicator& group) const {
+    const auto n = rows.size();
+    const auto size = static_cast<std::size_t>(group.size());
+    const auto rank = static_cast<std::size_t>(group.rank());
+    return block(n * rank / size, n * (rank + 1) / size - n * rank / size);
+  }
+  std::string agreed_failure(const fs::path& file, const EnsembleBlock& mine) const {
+    try {
+      write_ensemble(world, file, parameters, mine, statistics());
+    } catch (const parallel::AgreedError& error) {
+      return error.what();
+    }
+    return "no error";
+  }
+  std::ptrdiff_t n_entries() const {
+    return std::distance(fs::directory_iterator(shared_folder), fs::directory_iterator());
+  }
+
+  parallel::Communicator world{MPI_COMM_WORLD};
+  test::TemporaryFolder folder;
+  fs::path shared_folder;
+  input::Parameters parameters;
+  std::vector<SampleSummary> rows;
+};
+
+TEST_F(EnsembleFile, ReadsBackEverythingThatWasWritten) {
+  const fs::path file = shared_folder / "ensemble.h5";
+  write_ensemble(world, file, parameters, even_block(world), statistics());
+  const EnsembleContent content = read_ensemble(file);
+  EXPECT_EQ(content.input_text, parameters.text);
+  EXPECT_EQ(content.sections, parameters.sections.y);
+  ASSERT_EQ(content.samples.size(), rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_EQ(analysis::to_bytes(content.samples[i]), analysis::to_bytes(rows[i])) << "sample " << i;
+  }
+  const analysis::Statistics expected = statistics();
+  const analysis::Statistics& found = content.statistics;
+  EXPECT_EQ(found.n_notches, 2);
+  EXPECT_EQ(found.n_sections, 3);
+  EXPECT_EQ(found.n_samples, 7);
+  EXPECT_EQ(found.n_done, 4);
+  EXPECT_EQ(found.confidence, 0.9);
+  EXPECT_EQ(found.reached, expected.reached);
+  EXPECT_EQ(found.pattern_share, expected.pattern_share);
+  EXPECT_EQ(found.pattern_half_width, expected.pattern_half_width);
+  for (const auto field : {&analysis::Statistics::z_mean, &analysis::Statistics::z_std,
+                           &analysis::Statistics::z_half_width, &analysis::Statistics::running_mean}) {
+    EXPECT_THAT(found.*field, testing::Pointwise(testing::NanSensitiveDoubleEq(), expected.*field));
+  }
+  EXPECT_EQ(n_entries(), 1) << "a partial file is left";
+  std::printf("rank %d of %d: %zu rows, z_mean[0] = %.9g\n", world.rank(), world.size(),
+              content.samples.size(), found.z_mean[0]);
+}
+
+TEST_F(EnsembleFile, IsTheSameForAnyNumberOfRanks) {
+  // Written by one rank alone and by all, spread evenly or all rows on the last rank.
+  const fs::path alone = shared_folder / "alone.h5";
+  const fs::path together = shared_folder / "together.h5";
+  const fs::path last = shared_folder / "last.h5";
+  const parallel::Communicator self = world.split(world.rank(), 0);
+  if (world.is_root()) write_ensemble(self, alone, parameters, block(0, 7), statistics());
+  write_ensemble(world, together, parameters, even_block(world), statistics());
+  const bool is_last = world.rank() + 1 == world.size();
+  write_ensemble(world, last, parameters, block(0, is_last ? 7 : 0), statistics());
+  EXPECT_THAT(differences(alone, together), testing::IsEmpty());
+  EXPECT_THAT(differences(alone, last), testing::IsEmpty());
+  // The comparison itself sees a changed row.
+  rows[3].onset_time = std::nextafter(rows[3].onset_time, 0);
+  write_ensemble(world, last, parameters, even_block(world), statistics());
+  EXPECT_THAT(differences(alone, last), testing::ElementsAre("/samples/onset_time"));
+}
+
+TEST_F(EnsembleFile, RowsThatNobodyHoldsArePending) {
+  const fs::path file = shared_folder / "ensemble.h5";
+  write_ensemble(world, file, parameters, block(1, world.is_root() ? 3 : 0), statistics());
+  const auto samples = read_ensemble(file).samples;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const SampleSummary expected =
+        i >= 1 && i < 4 ? rows[i] : analysis::empty_summary(2, 3, SampleStatus::pending);
+    EXPECT_EQ(analysis::to_bytes(samples[i]), analysis::to_bytes(expected)) << "sample " << i;
+  }
+}
+
+TEST_F(EnsembleFile, EnsembleWithoutNotchesOrSections) {
+  parameters.specimen.notches.clear();
+  for (SampleSummary& row : rows) {
+    row.z.clear();
+    row.branches.clear();
+  }
+  const fs::path file = shared_folder / "ensemble.h5";
+  write_ensemble(world, file, parameters, even_block(world), analysis::make_statistics(rows, 0, 3));
+  const EnsembleContent content = read_ensemble(file);
+  EXPECT_EQ(content.samples.size(), 7u);
+  EXPECT_EQ(content.statistics.n_notches, 0);
+  EXPECT_EQ(content.statistics.n_sections, 3);
+  EXPECT_EQ(content.samples[1].onset_force, rows[1].onset_force);
+}
+
+TEST_F(EnsembleFile, WritesOftenWithoutHanging) {
+  const fs::path file = shared_folder / "ensemble.h5";
+  for (int i = 0; i < 20; ++i) write_ensemble(world, file, parameters, even_block(world), statistics());
+  EXPECT_EQ(read_ensemble(file).samples.size(), 7u);
+}
+
+TEST_F(EnsembleFile, FailuresAreTheSameOnAllRanks) {
+  const bool is_last = world.rank() + 1 == world.size();
+  const fs::path file = shared_folder / "ensemble.h5";
+
+  // Rows beyond the end, on one rank only.
+  std::string message = agreed_failure(file, is_last ? EnsembleBlock{5, block(0, 4).rows} : block(0, 0));
+  EXPECT_THAT(message, testing::HasSubstr("rows 5 to 9: the ensemble has 7 samples"));
+
+  // A row of another shape, on one rank only.
+  EnsembleBlock wrong = block(0, is_last ? 1 : 0);
+  if (is_last) wrong.rows[0].z.pop_back();
+  message = agreed_failure(file, wrong);
+  EXPECT_THAT(message, testing::HasSubstr("row 0: 5 crack positions"));
+
+  // The same row on two ranks.
+  if (world.size() > 1) {
+    message = agreed_failure(file, block(0, world.rank() < 2 ? 2 : 0));
+    EXPECT_THAT(message, testing::HasSubstr("row 0 is held by two ranks"));
+  }
+
+  // A place that cannot be written; only the root tries.
+  if (world.is_root()) std::ofstream(shared_folder / "plain") << "a file, not a folder";
+  MPI_Barrier(world.get());
+  message = agreed_failure(shared_folder / "plain/ensemble.h5", even_block(world));
+  EXPECT_THAT(message,
+              testing::StartsWith("cannot write '" + (shared_folder / "plain/ensemble.h5").string()));
+  EXPECT_THAT(message, testing::HasSubstr("Not a directory"));
+  if (world.is_root()) std::printf("%s\n", message.c_str());
+
+  EXPECT_EQ(n_entries(), 1) << "only the plain file";
+  // Statistics of another ensemble.
+  rows.pop_back();
+  message = agreed_failure(file, block(0, 0));
+  EXPECT_THAT(message, testing::HasSubstr("running_mean"));
+  EXPECT_EQ(n_entries(), 1);
+}
+
+TEST_F(EnsembleFile, ForeignAndTruncatedFilesAreRefused) {
+  if (!world.is_root()) return;
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const fs::path file = folder.path() / "ensemble.h5";
+  const auto refusal = [&] {
+    try {
+      read_ensemble(file);
+    } catch (const std::runtime_error& error) {
+      std::printf("%s\n", error.what());
+      return std::string(error.what());
+    }
+    return std::string("not refused");
+  };
+  EXPECT_THAT(refusal(), testing::HasSubstr("No such file"));
+  write_ensemble(self, file, parameters, block(0, 7), statistics());
+  EXPECT_EQ(refusal(), "not refused");
+  fs::resize_file(file, fs::file_size(file) / 2);
+  EXPECT_THAT(refusal(), testing::HasSubstr("truncated"));
+}
+
+TEST_F(EnsembleFile, RowsOfAllRanksAreGatheredInOrder) {
+  const EnsembleBlock mine = even_block(world);
+  const auto gathered = analysis::all_gather(world, mine.rows);
+  ASSERT_EQ(gathered.size(), rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_EQ(analysis::to_bytes(gathered[i]), analysis::to_bytes(rows[i])) << "sample " << i;
+  }
+}
+
+}  // namespace
+}  // namespace crackle::io

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/crack_path.h"
+
+#include "support/structured_mesh.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+namespace crackle::analysis {
+namespace {
+
+using geometry::Point;
+using test::StructuredMesh;
+
+// Positions in the notched plate [m]: notch 0 has its tip at y = 4 and its plane at z = 8.5, notch 1 its tip
+// at y = 12 and its plane at z = 15.5; each ligament is 12 long, the plate 4 thick.
+constexpr double plane_0 = 8.5;
+constexpr double plane_1 = 15.5;
+
+const auto at_once = [](const Point&) { return 0.0; };
+
+class CrackPath : public testing::Test {
+protected:
+  CrackSurface surface(const std::function<int(const Point&)>& label,
+                       const std::function<double(const Point&)>& time = at_once) const {
+    return make_crack_surface(mesh.body(), mesh.realization(), mesh.break_between(label, time), 0);
+  }
+  /// The crack in the plane of notch 0 up to y = end.
+  CrackSurface straight(double end) const {
+    return surface([](const Point& p) { return p[2] > plane_0 ? 1 : 0; },
+                   [end](const Point& p) { return p[1] > 4 && p[1] < end ? 0.0 : -1.0; });
+  }
+  /// Cracks in the planes of both notches up to these y.
+  CrackSurface two_cracks(double end_0, double end_1) const {
+    return surface([](const Point& p) { return p[2] > plane_1   ? 2
+                                               : p[2] > plane_0 ? 1
+                                                                : 0; },
+                   [=](const Point& p) {
+                     const bool first = p[2] < 12 && p[1] > 4 && p[1] < end_0;
+                     const bool second = p[2] > 12 && p[1] < 12 && p[1] > end_1;
+                     return first || second ? 0.0 : -1.0;
+                   });
+  }
+  SectionCrossing crossing(const CrackSurface& cracks, int notch, double y) const {
+    return section_crossings(mesh.body(), cracks, {&y, 1}).at(static_cast<std::size_t>(notch));
+  }
+
+  StructuredMesh mesh{test::notched_plate()};
+};
+
+TEST_F(CrackPath, CrossingsOfAPlaneCrackLieOnItsPlane) {
+  const CrackSurface cracks = straight(10);
+  const std::vector<double> sections{3.5, 4.5, 6.5, 9.5, 10.5};
+  const auto crossings = section_crossings(mesh.body(), cracks, sections);
+  ASSERT_EQ(crossings.size(), 10u);
+  for (std::size_t s = 0; s < sections.size(); ++s) {
+    std::printf("y = %g: z = %.15g, branches %d\n", sections[s], crossings[s].z, crossings[s].branches);
+  }
+  for (const std::size_t s : {1u, 2u, 3u}) {
+    EXPECT_NEAR(crossings[s].z, plane_0, 1e-12);
+    EXPECT_EQ(crossings[s].branches, 1);
+  }
+  for (const std::size_t s : {0u, 4u, 5u, 6u, 7u, 8u, 9u}) {  // in the notch, ahead of the crack, notch 1
+    EXPECT_TRUE(std::isnan(crossings[s].z));
+    EXPECT_EQ(crossings[s].branches, 0);
+  }
+}
+
+TEST_F(CrackPath, CrossingsFollowASkewedCrack) {
+  // An affine map takes sections to sections and means to means: z = 8.5 + 0.3 y at x = 2, and the slope
+  // over the thickness drops out of the mean.
+  mesh.map_nodes([](const Point& p) { return Point{p[0], p[1], p[2] + 0.3 * p[1] + 0.2 * (p[0] - 2)}; });
+  const CrackSurface cracks = straight(16);
+  for (const double y : {4.5, 8.5, 12.5, 15.5}) {
+    const SectionCrossing found = crossing(cracks, 0, y);
+    std::printf("y = %g: z = %.15g, expected %.15g\n", y, found.z, plane_0 + 0.3 * y);
+    EXPECT_NEAR(found.z, plane_0 + 0.3 * y, 1e-12);
+    EXPECT_EQ(found.branches, 1);
+  }
+}
+
+TEST_F(CrackPath, TheMeanIsTakenOverTheThicknessCovered) {
+  // A step at mid-thickness (z = 8.5 and 9.5, joined by a wall along y) is one crossing; its mean lies
+  // between, and stays when one half is meshed so that it has the same cover.
+  const CrackSurface cracks = surface([](const Point& p) { return p[2] > (p[0] < 2.5 ? 8.5 : 9.5) ? 1 : 0; },
+                                      [](const Point& p) { return p[1] > 4 ? 0.0 : -1.0; });
+  const SectionCrossing found = crossing(cracks, 0, 8.5);
+  std::printf("step: z = %.15g, branches %d\n", found.z, found.branches);
+  EXPECT_NEAR(found.z, 8.5 * 0.625 + 9.5 * 0.375, 0.1);
+  EXPECT_EQ(found.branches, 1);
+}
+
+TEST_F(CrackPath, ACrackOverASmallPartOfTheThicknessHasNotArrived) {
+  // Full thickness up to y = 8, then only the part x < 1 or x < 2 of four.
+  for (const double width : {1.0, 2.0}) {
+    const CrackSurface cracks =
+        surface([](const Point& p) { return p[2] > plane_0 ? 1 : 0; },
+                [width](const Point& p) { return p[1] > 4 && (p[1] < 8 || p[0] < width) ? 0.0 : -1.0; });
+    EXPECT_NEAR(crossing(cracks, 0, 6.5).z, plane_0, 1e-12);
+    const SectionCrossing found = crossing(cracks, 0, 10.5);
+    std::printf("covering %g of 4: z = %g\n", width, found.z);
+    EXPECT_EQ(std::isnan(found.z), width < min_thickness_share * 4);
+    EXPECT_EQ(found.branches, width < min_thickness_share * 4 ? 0 : 1);
+  }
+}
+
+TEST_F(CrackPath, AHoleInTheCrackIsNoBranch) {
+  const CrackSurface cracks =
+      surface([](const Point& p) { return p[2] > plane_0 ? 1 : 0; },
+              [](const Point& p) { return p[1] > 4 && std::abs(p[0] - 2) > 0.5 ? 0.0 : -1.0; });
+  const SectionCrossing found = crossing(cracks, 0, 8.5);
+  EXPECT_NEAR(found.z, plane_0, 0.1);
+  EXPECT_EQ(found.branches, 1);
+}
+
+TEST_F(CrackPath, StrayBreaksBesideTheCrackDoNotCount) {
+  const auto breaks_of = [&](bool with_stray) {
+    auto breaks = mesh.break_between([](const Point& p) { return p[2] > plane_0 ? 1 : 0; },
+                                     [](const Point& p) { return p[1] > 4 ? 0.0 : -1.0; });
+    if (with_stray) {
+      // A chain of single cubes away from the crack, at x = 1.
+      const auto stray = mesh.break_between(
+          [](const Point& p) { return p[0] > 0.5 && p[0] < 1.5 ? 1 : 0; },
+          [](const Point& p) {
+            return p[0] < 1 && std::abs(p[1] - 8.5) < 0.5 && p[2] > 9 && p[2] < 14 ? 1.0 : -1.0;
+          });
+      EXPECT_GT(stray.size(), 0u);
+      breaks.insert(breaks.end(), stray.begin(), stray.end());
+    }
+    return breaks;
+  };
+  const double y = 8.5;
+  const CrackSurface clean = make_crack_surface(mesh.body(), mesh.realization(), breaks_of(false), 0);
+  const CrackSurface with_stray = make_crack_surface(mesh.body(), mesh.realization(), breaks_of(true), 0);
+  ASSERT_EQ(with_stray.cracks.size(), 1u);  // the chain is part of the crack of notch 0
+  ASSERT_EQ(with_stray.cracks[0].notch, 0);
+  const SectionCrossing found = crossing(with_stray, 0, y);
+  std::printf("with stray breaks: z = %g, branches %d\n", found.z, found.branches);
+  EXPECT_NEAR(found.z, plane_0, 0.35);
+  EXPECT_EQ(found.branches, 1);
+  EXPECT_EQ(count_bifurcations(mesh.body(), with_stray), 0);
+  EXPECT_EQ(classify(mesh.body(), with_stray), classify(mesh.body(), clean));
+}
+
+TEST_F(CrackPath, OfTwoBranchesTheOneThatCoversMoreIsTheMainCrossing) {
+  // A fork at y = 6: the upper branch at z = 13.5 lacks the part x > 3.
+  const CrackSurface cracks = surface(
+      [](const Point& p) { return p[2] > (p[1] > 6.5 ? 13.5 : plane_0) ? 2
+                                  : p[2] > plane_0                     ? 1
+                                                                       : 0; },
+      [](const Point& p) {
+        return p[1] > 4 && !(p[2] > 10 && p[1] > 8 && p[0] > 3) ? (p[2] > 10 ? 0.0 : 1.0) : -1.0;
+      });
+  const SectionCrossing found = crossing(cracks, 0, 10.5);
+  std::printf("fork: z = %g, branches %d\n", found.z, found.branches);
+  EXPECT_EQ(found.branches, 2);
+  EXPECT_NEAR(found.z, plane_0, 1e-12);
+}
+
+TEST_F(CrackPath, OfEqualBranchesTheEarlierIsTheMainCrossing) {
+  for (const bool upper_first : {false, true}) {
+    const CrackSurface cracks = surface(
+        [](const Point& p) { return p[2] > (p[1] > 6.5 ? 13.5 : plane_0) ? 2
+                                    : p[2] > plane_0                     ? 1
+                                                                         : 0; },
+        [=](const Point& p) { return p[1] > 4 ? ((p[2] > 10) == upper_first ? 0.0 : 1.0) : -1.0; });
+    const SectionCrossing found = crossing(cracks, 0, 12.5);
+    EXPECT_EQ(found.branches, 2);
+    EXPECT_NEAR(found.z, upper_first ? 13.5 : plane_0, 1e-12);
+  }
+}
+
+TEST_F(CrackPath, PatternsFollowTheSharesOfTheLigaments) {
+  struct Case {
+    double end_0, end_1;  // notch 0 runs from y = 4 up, notch 1 from y = 12 down
+    Pattern expected;
+  };
+  for (const Case& c :
+       {Case{4, 12, Pattern::none}, Case{5, 12, Pattern::none}, Case{16, 12, Pattern::one_crack},
+        Case{4, 0, Pattern::one_crack}, Case{16, 9, Pattern::one_crack}, Case{12, 4, Pattern::two_cracks},
+        Case{16, 6, Pattern::two_cracks}, Case{7, 12, Pattern::other}, Case{10, 9, Pattern::other}}) {
+    const CrackSurface cracks = two_cracks(c.end_0, c.end_1);
+    const auto shares = crossed_shares(mesh.body(), cracks);
+    std::printf("up to y = %g and %g: shares %.2f, %.2f, pattern %d\n", c.end_0, c.end_1, shares[0],
+                shares[1], static_cast<int>(classify(mesh.body(), cracks)));
+    EXPECT_NEAR(shares[0], (c.end_0 - 4) / 12, 0.05);
+    EXPECT_NEAR(shares[1], (12 - c.end_1) / 12, 0.05);
+    EXPECT_EQ(classify(mesh.body(), cracks), c.expected);
+  }
+}
+
+TEST_F(CrackPath, ACrackAwayFromTheNotchesIsAnotherPattern) {
+  const CrackSurface cracks = surface([](const Point& p) { return p[2] > 20.5 ? 1 : 0; });
+  ASSERT_EQ(cracks.cracks.at(0).notch, -1);
+  EXPECT_EQ(classify(mesh.body(), cracks), Pattern::other);
+  EXPECT_EQ(classify(mesh.body(), CrackSurface{}), Pattern::none);
+}
+
+TEST_F(CrackPath, BifurcationsAreForksWithLongBranches) {
+  struct Case {
+    const char* name;
+    double fork, end;  // the second branch leaves at y = fork and ends at y = end
+    int expected;
+  };
+  for (const Case& c : {Case{"none", 20, 20, 0}, Case{"long", 7.5, 16, 1}, Case{"short", 7.5, 9, 0}}) {
+    const CrackSurface cracks = surface(
+        [&](const Point& p) { return p[2] > (p[1] > c.fork ? 13.5 : plane_0) ? 2
+                                     : p[2] > plane_0                        ? 1
+                                                                             : 0; },
+        [&](const Point& p) { return p[1] > 4 && !(p[2] > 12 && p[1] > c.end) ? 0.0 : -1.0; });
+    const int found = count_bifurcations(mesh.body(), cracks);
+    std::printf("%s branch: %d bifurcations\n", c.name, found);
+    EXPECT_EQ(found, c.expected);
+  }
+}
+
+TEST_F(CrackPath, AThreefoldForkIsTwoBifurcations) {
+  const CrackSurface cracks = surface(
+      [](const Point& p) {
+        const double low = p[1] > 7.5 ? 4.5 : plane_0;
+        const double high = p[1] > 7.5 ? 13.5 : plane_0;
+        return p[2] > high ? 3 : p[2] > plane_0 ? 2 : p[2] > low ? 1 : 0;
+      },
+      [](const Point& p) { return p[1] > 4 ? 0.0 : -1.0; });
+  EXPECT_EQ(count_bifurcations(mesh.body(), cracks), 2);
+  EXPECT_EQ(crossing(cracks, 0, 12.5).branches, 3);
+}
+
+TEST_F(CrackPath, ACrackThatTurnsBackIsNoBifurcation) {
+  // Up in its plane to y = 13, over to z = 13.5 and back down to y = 6.
+  const CrackSurface cracks =
+      surface([](const Point& p) { return p[1] < 12.5 && p[2] > plane_0 && p[2] < 13.5 ? 1 : 0; },
+              [](const Point& p) { return p[1] > (p[2] > 12 ? 6 : 4) ? 0.0 : -1.0; });
+  EXPECT_EQ(crossing(cracks, 0, 9.5).branches, 2);
+  EXPECT_EQ(count_bifurcations(mesh.body(), cracks), 0);
+}
+
+TEST_F(CrackPath, SpeedOfAnEvenFrontIsExact) {
+  // One layer of cubes after the other, in even intervals.
+  const double speed = 250;
+  const CrackSurface cracks =
+      surface([](const Point& p) { return p[2] > plane_0 ? 1 : 0; },
+              [&](const Point& p) { return p[1] > 4 ? std::floor(p[1] - 4) / speed : -1.0; });
+  const double found = max_crack_speed(mesh.body(), cracks);
+  std::printf("speed %.12g, expected %g\n", found, speed);
+  EXPECT_NEAR(found, speed, 1e-9 * speed);
+}
+
+TEST_F(CrackPath, SpeedIsTheLargestOfAWindowAndLeavesTheStartOut) {
+  // Half of the way before the dynamic phase, then slow, then fast, then slow.
+  const auto time = [](const Point& p) {
+    const double layer = std::floor(p[1] - 4);
+    if (layer < 0) return -1.0;
+    return layer < 2 ? 0.0 : layer < 4 ? (layer - 1) / 10 : layer < 10 ? 0.3 + (layer - 4) / 100 : 1.0;
+  };
+  const double found =
+      max_crack_speed(mesh.body(), surface([](const Point& p) { return p[2] > plane_0 ? 1 : 0; }, time));
+  std::printf("fastest window %g, layers at 100 from y = 7 on\n", found);
+  EXPECT_GT(found, 95);
+  EXPECT_LT(found, 105);
+  EXPECT_EQ(max_crack_speed(mesh.body(), straight(16)), 0);  // all at once: before the dynamic phase
+  EXPECT_EQ(max_crack_speed(mesh.body(), CrackSurface{}), 0);
+}
+
+TEST(CrackPathAtZFace, NotchInAZFaceHasAPatternButNoSections) {
+  // A plate 24 wide (y) and 16 long (z), notched at z-min in the plane y = 8.5.
+  const StructuredMesh mesh(input::Specimen{{4, 24, 16}, {{input::Face::z_min, 8.5, 4, 1}}});
+  const auto breaks =
+      mesh.break_between([](const Point& p) { return p[1] > 8.5 ? 1 : 0; },
+                         [](const Point& p) { return p[2] > 4 ? std::floor(p[2] - 4) : -1.0; });
+  const CrackSurface cracks = make_crack_surface(mesh.body(), mesh.realization(), breaks, 0);
+  ASSERT_EQ(cracks.cracks.at(0).notch, 0);
+  const std::vector<double> sections{4.5, 8.5};
+  for (const SectionCrossing& crossing : section_crossings(mesh.body(), cracks, sections)) {
+    EXPECT_TRUE(std::isnan(crossing.z));
+    EXPECT_EQ(crossing.branches, 0);
+  }
+  EXPECT_EQ(classify(mesh.body(), cracks), Pattern::one_crack);
+  EXPECT_NEAR(max_crack_speed(mesh.body(), cracks), 1, 1e-9);
+}
+
+}  // namespace
+}  // namespace crackle::analysis

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/sample_summary.h"
+
+#include "support/structured_mesh.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+namespace crackle::analysis {
+namespace {
+
+using geometry::Point;
+
+TEST(SampleSummary, SummarisesASampleWithTwoCracks) {
+  const test::StructuredMesh mesh(test::notched_plate());
+  dynamics::SampleResult result;
+  result.outcome = dynamics::Outcome::separated;
+  result.onset_force = 380.9;
+  result.onset_time = 76.18;
+  result.energy_error = 1e-4;
+  result.timings = {1, 2, 3, 4, 5e6};
+  result.breaks = mesh.break_between([](const Point& p) { return p[2] > 15.5  ? 2
+                                                                 : p[2] > 8.5 ? 1
+                                                                              : 0; },
+                                     [](const Point& p) {
+                                       const double advance = p[2] < 12 ? p[1] - 4 : 12 - p[1];
+                                       return advance > 0 && advance < 8 ? std::floor(advance) / 200 : -1.0;
+                                     });
+  for (auto& broken : result.breaks) broken.load_time = result.onset_time;
+  const CrackSurface surface =
+      make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.onset_time);
+  const std::vector<double> sections{6.5, 13.5};
+  const SampleSummary row = summarize(mesh.body(), result, surface, sections);
+
+  EXPECT_EQ(row.status, SampleStatus::done);
+  EXPECT_EQ(row.error, "");
+  EXPECT_EQ(row.onset_force, 380.9);
+  EXPECT_EQ(row.onset_time, 76.18);
+  EXPECT_EQ(row.outcome, static_cast<int>(dynamics::Outcome::separated));
+  EXPECT_EQ(row.pattern, static_cast<int>(Pattern::two_cracks));
+  EXPECT_EQ(row.bifurcations, 0);
+  EXPECT_EQ(row.breaks, static_cast<std::int64_t>(result.breaks.size()));
+  EXPECT_EQ(row.crack_area, surface.area());
+  EXPECT_NEAR(row.crack_speed_max, 200, 1e-6);
+  EXPECT_EQ(row.energy_error, 1e-4);
+  EXPECT_EQ(row.wall_time, 10);
+  std::printf("z = %.12g, %.12g, %.12g, %.12g\n", row.z[0], row.z[1], row.z[2], row.z[3]);
+  EXPECT_THAT(row.z, testing::ElementsAre(testing::DoubleNear(8.5, 1e-12), testing::IsNan(),
+                                          testing::DoubleNear(15.5, 1e-12), testing::IsNan()));
+  EXPECT_THAT(row.branches, testing::ElementsAre(1, 0, 1, 0));
+}
+
+SampleSummary some_row() {
+  SampleSummary row = empty_summary(2, 2, SampleStatus::done, "a reason");
+  row.onset_force = 1;
+  row.onset_time = 2;
+  row.outcome = 3;
+  row.pattern = 1;
+  row.bifurcations = 4;
+  row.breaks = 5'000'000'000;
+  row.crack_area = 6;
+  row.crack_speed_max = 7;
+  row.energy_error = 8;
+  row.z = {1, 2, 3, 4};
+  row.branches = {4, 3, 2, 1};
+  row.wall_time = 9;
+  return row;
+}
+
+TEST(SampleSummary, SurvivesTheWayThroughBytes) {
+  const SampleSummary row = some_row();
+  const auto bytes = to_bytes(row);
+  const SampleSummary back = summary_from_bytes(bytes);
+  EXPECT_EQ(to_bytes(back), bytes);
+  EXPECT_EQ(back.status, row.status);
+  EXPECT_EQ(back.error, row.error);
+  EXPECT_EQ(back.breaks, row.breaks);
+  EXPECT_EQ(back.z, row.z);
+  EXPECT_EQ(back.branches, row.branches);
+  EXPECT_EQ(back.wall_time, row.wall_time);
+}
+
+TEST(SampleSummary, RefusesDamagedBytes) {
+  const auto bytes = to_bytes(some_row());
+  for (std::size_t n = 0; n < bytes.size(); ++n) {
+    EXPECT_THROW(summary_from_bytes(std::span(bytes).first(n)), std::runtime_error) << n;
+  }
+  auto longer = bytes;
+  longer.push_back(std::byte{0});
+  EXPECT_THROW(summary_from_bytes(longer), std::runtime_error);
+}
+
+TEST(SampleSummary, ARowWithoutResultsHasItsShape) {
+  const SampleSummary row = empty_summary(2, 3, SampleStatus::failed, "reason");
+  EXPECT_EQ(row.status, SampleStatus::failed);
+  EXPECT_EQ(row.error, "reason");
+  EXPECT_THAT(row.z, testing::AllOf(testing::SizeIs(6), testing::Each(testing::IsNan())));
+  EXPECT_THAT(row.branches, testing::AllOf(testing::SizeIs(6), testing::Each(0)));
+  EXPECT_TRUE(std::isnan(row.onset_force));
+  EXPECT_EQ(row.outcome, -1);
+}
+
+}  // namespace
+}  // namespace crackle::analysis

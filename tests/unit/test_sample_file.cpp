@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/io/sample_file.h"
+
+#include "crackle/io/result_comparison.h"
+#include "support/structured_mesh.h"
+#include "support/temporary_folder.h"
+
+#include <gmock/gmock.h>
+#include <sys/resource.h>
+
+#include <cmath>
+#include <csignal>
+#include <fstream>
+#include <iterator>
+
+namespace crackle::io {
+namespace {
+
+namespace fs = std::filesystem;
+using analysis::SampleStatus;
+using analysis::SampleSummary;
+
+std::string bytes_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+void put_bytes(const fs::path& file, const std::string& bytes) {
+  std::ofstream(file, std::ios::binary) << bytes;
+}
+
+std::ptrdiff_t n_entries(const fs::path& folder) {
+  return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
+}
+
+class SampleFile : public testing::Test {
+protected:
+  SampleFile() {
+    parameters.text = "[ensemble]\nsamples = 5  # stress of 35 MPa, 20 µm\n";
+    parameters.ensemble.samples = 5;
+    parameters.ensemble.seed = 2012;
+    parameters.specimen = test::notched_plate();
+    parameters.sections.y = {6.5, 8.5, 13.5};
+    result.outcome = dynamics::Outcome::running;
+    result.onset_force = 380.9;
+    result.onset_time = 76.18;
+    result.time_step = 5e-9;
+    result.stable_step = 8e-9;
+    result.energy_error = 2e-4;
+    result.breaks = mesh.break_between([](const geometry::Point& p) { return p[2] > 8.5 ? 1 : 0; },
+                                       [](const geometry::Point& p) { return p[1] > 4 ? p[1] : -1.0; });
+    result.energy = {{0, 0, 1, 1, 0, 0, 3}, {1e-6, 0.25, 0.5, 1, 0.25, 0, 9}};
+    const std::size_t n = mesh.realization().nodes.size() * 3;
+    for (int f = 0; f < 3; ++f) {
+      result.frames.push_back({f * 1e-6, std::vector<float>(n, float(f)), std::vector<float>(n, 2.5f), f});
+    }
+    result.timings = {1, 2, 3, 4, 5e6};
+    surface = analysis::make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.onset_time);
+    summary = analysis::summarize(mesh.body(), result, surface, parameters.sections.y);
+  }
+  void write(const fs::path& file, std::uint64_t sample = 3) const {
+    write_sample(file, {parameters, sample, mesh.realization(), result, surface, summary});
+  }
+  std::string refusal(const fs::path& file, std::uint64_t sample = 3) const {
+    try {
+      read_summary(file, parameters, sample);
+    } catch (const std::runtime_error& error) {
+      std::printf("%s\n", error.what());
+      return error.what();
+    }
+    return "not refused";
+  }
+
+  test::TemporaryFolder folder;
+  input::Parameters parameters;
+  test::StructuredMesh mesh{test::notched_plate()};
+  dynamics::SampleResult result;
+  analysis::CrackSurface surface;
+  SampleSummary summary;
+};
+
+TEST_F(SampleFile, ReadsTheRowThatWasWritten) {
+  const fs::path file = sample_path(folder.path() / "out", 3);
+  EXPECT_EQ(file, folder.path() / "out/samples/0003.h5");
+  write(file);
+  const SampleSummary row = read_summary(file, parameters, 3);
+  EXPECT_EQ(analysis::to_bytes(row), analysis::to_bytes(summary));
+  EXPECT_EQ(row.wall_time, 10);
+  EXPECT_TRUE(std::isfinite(row.z.at(0)));
+  EXPECT_TRUE(std::isnan(row.z.at(3)));
+  EXPECT_EQ(n_entries(file.parent_path()), 1) << "a partial file is left";
+}
+
+TEST_F(SampleFile, IsTheSameForTheSameContentExceptTimingAndProvenance) {
+  const fs::path a = folder.path() / "a.h5";
+  const fs::path b = folder.path() / "b.h5";
+  write(a);
+  summary.wall_time = 99;
+  result.timings.dynamic = 100;
+  write(b);
+  EXPECT_THAT(differences(a, b), testing::IsEmpty());
+
+  result.energy[1].strain = std::nextafter(0.5, 1);
+  summary.onset_time = 0;
+  summary.z[2] = 1;
+  write(b, 4);
+  EXPECT_THAT(differences(a, b),
+              testing::ElementsAre("/@sample", "/energy/strain", "/summary/onset_time", "/summary/z"));
+  write_failed_sample(b, parameters, 3, summary);
+  EXPECT_THAT(differences(a, b), testing::Contains("/mesh/nodes"));
+  EXPECT_THROW(differences(a, folder.path() / "missing.h5"), std::runtime_error);
+}
+
+TEST_F(SampleFile, HoldsNoTimesOutsideProvenance) {
+  // Written twice within the second that /provenance resolves, the bytes are the same.
+  const fs::path a = folder.path() / "a.h5";
+  const fs::path b = folder.path() / "b.h5";
+  bool same = false;
+  for (int attempt = 0; attempt < 5 && !same; ++attempt) {
+    write(a);
+    write(b);
+    same = bytes_of(a) == bytes_of(b);
+  }
+  std::printf("%zu bytes\n", bytes_of(a).size());
+  EXPECT_TRUE(same);
+}
+
+TEST_F(SampleFile, AFailedSampleKeepsItsReason) {
+  const fs::path file = folder.path() / "failed.h5";
+  const SampleSummary failed = analysis::empty_summary(2, 3, SampleStatus::failed, "tetrahedron 7: µ < 0");
+  write_failed_sample(file, parameters, 0, failed);
+  const SampleSummary row = read_summary(file, parameters, 0);
+  EXPECT_EQ(row.status, SampleStatus::failed);
+  EXPECT_EQ(row.error, failed.error);
+  EXPECT_EQ(analysis::to_bytes(row), analysis::to_bytes(failed));
+}
+
+TEST_F(SampleFile, EmptyTablesAreWritten) {
+  result = {};
+  surface = {};
+  parameters.specimen.notches.clear();
+  parameters.sections.y.clear();
+  summary = analysis::empty_summary(0, 0, SampleStatus::done);
+  const fs::path file = folder.path() / "empty.h5";
+  write(file);
+  EXPECT_EQ(read_summary(file, parameters, 3).status, SampleStatus::done);
+}
+
+TEST_F(SampleFile, ForeignFilesAreRefusedWithTheReason) {
+  const fs::path file = folder.path() / "a.h5";
+  EXPECT_THAT(refusal(file), testing::HasSubstr("No such file"));
+  put_bytes(file, "no HDF5 here");
+  EXPECT_THAT(refusal(file), testing::HasSubstr("signature not found"));
+  write(file);
+  EXPECT_EQ(refusal(file), "not refused");
+  EXPECT_THAT(refusal(file, 4), testing::HasSubstr("holds sample 3 instead of 4"));
+  parameters.text += " ";
+  EXPECT_THAT(refusal(file), testing::AllOf(testing::HasSubstr(file.string()),
+                                            testing::HasSubstr("made from another input")));
+  write(file);
+  parameters.sections.y.pop_back();
+  EXPECT_THAT(refusal(file), testing::HasSubstr("shape (2, 3) instead of (2, 2)"));
+}
+
+TEST_F(SampleFile, TruncatedAndDamagedFilesAreRefused) {
+  const fs::path file = folder.path() / "a.h5";
+  write(file);
+  const std::string whole = bytes_of(file);
+  for (const std::size_t size : {std::size_t{0}, std::size_t{20}, whole.size() / 2, whole.size() - 1}) {
+    put_bytes(file, whole.substr(0, size));
+    EXPECT_NE(refusal(file), "not refused") << size << " of " << whole.size() << " bytes";
+  }
+  std::string damaged = whole;
+  const std::size_t superblock_field = 20;
+  damaged[superblock_field] = static_cast<char>(damaged[superblock_field] ^ 0x40);
+  put_bytes(file, damaged);
+  EXPECT_NE(refusal(file), "not refused");
+}
+
+TEST_F(SampleFile, UnwritablePlacesAreErrorsThatNameTheFile) {
+  put_bytes(folder.path() / "plain", "a file, not a folder");
+  const fs::path file = folder.path() / "plain/0003.h5";
+  try {
+    write(file);
+    ADD_FAILURE() << "no error";
+  } catch (const std::runtime_error& error) {
+    std::printf("%s\n", error.what());
+    EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("'" + file.string() + "'"),
+                                             testing::HasSubstr("Not a directory")));
+  }
+}
+
+TEST_F(SampleFile, AFullDiskLeavesTheOldFileAndNoPart) {
+  const fs::path file = folder.path() / "a.h5";
+  write_failed_sample(file, parameters, 3, analysis::empty_summary(2, 3, SampleStatus::failed, "old"));
+  // A limit on the size of files stops a write half-way, as a full disk does.
+  rlimit old_limit{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &old_limit), 0);
+  const rlimit limit{20'000, old_limit.rlim_max};
+  const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &limit), 0);
+  std::string message;
+  try {
+    write(file);
+  } catch (const std::runtime_error& error) {
+    message = error.what();
+  }
+  setrlimit(RLIMIT_FSIZE, &old_limit);
+  std::signal(SIGXFSZ, old_handler);
+  std::printf("%s\n", message.c_str());
+  EXPECT_THAT(message, testing::HasSubstr("File too large"));
+  EXPECT_EQ(n_entries(folder.path()), 1);
+  EXPECT_EQ(read_summary(file, parameters, 3).error, "old");
+}
+
+TEST_F(SampleFile, ContentThatDoesNotFitTogetherIsAnErrorAndLeavesNoFile) {
+  result.frames[1].velocity.pop_back();
+  const fs::path file = folder.path() / "a.h5";
+  EXPECT_THROW(write(file), std::runtime_error);
+  EXPECT_EQ(n_entries(folder.path()), 0);
+}
+
+TEST_F(SampleFile, SummariesOfAFolderAreCompleteWithPendingRows) {
+  write(sample_path(folder.path(), 1), 1);
+  write_failed_sample(sample_path(folder.path(), 2), parameters, 2,
+                      analysis::empty_summary(2, 3, SampleStatus::failed, "reason"));
+  write(sample_path(folder.path(), 3), 2);  // holds another number
+  const auto rows = read_summaries(folder.path(), parameters, 1, 4);
+  ASSERT_EQ(rows.size(), 4u);
+  EXPECT_EQ(rows[0].status, SampleStatus::done);
+  EXPECT_EQ(rows[1].status, SampleStatus::failed);
+  EXPECT_EQ(rows[1].error, "reason");
+  EXPECT_EQ(rows[2].status, SampleStatus::pending);
+  EXPECT_THAT(rows[2].error, testing::HasSubstr("holds sample 2 instead of 3"));
+  EXPECT_EQ(rows[3].status, SampleStatus::pending);
+  EXPECT_EQ(rows[3].error, "");
+}
+
+}  // namespace
+}  // namespace crackle::io

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/statistics.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+
+namespace crackle::analysis {
+namespace {
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+SampleSummary done(std::vector<double> z, Pattern pattern = Pattern::one_crack, double force = 400) {
+  SampleSummary row = empty_summary(1, static_cast<int>(z.size()), SampleStatus::done);
+  row.z = std::move(z);
+  row.pattern = static_cast<std::int32_t>(pattern);
+  row.onset_force = force;
+  return row;
+}
+
+TEST(Statistics, MeanDeviationAndHalfWidthByHand) {
+  const std::vector<SampleSummary> samples{done({1}), done({2}), done({4})};
+  const Statistics s = make_statistics(samples, 1, 1);
+  // Mean 7/3; squares 16/9 + 1/9 + 25/9; Student's t for 2 degrees of freedom and 95 % is 4.302652729749464.
+  const double deviation = std::sqrt(42.0 / 9 / 2);
+  const double half_width = 4.302652729749464 * deviation / std::sqrt(3.0);
+  std::printf("mean %.15g std %.15g half width %.15g (%.15g)\n", s.z_mean[0], s.z_std[0], s.z_half_width[0],
+              half_width);
+  EXPECT_DOUBLE_EQ(s.z_mean[0], 7.0 / 3);
+  EXPECT_DOUBLE_EQ(s.z_std[0], deviation);
+  EXPECT_NEAR(s.z_half_width[0], half_width, 1e-10);
+  EXPECT_EQ(s.reached[0], 3);
+  EXPECT_EQ(s.n_done, 3);
+  EXPECT_THAT(s.running_mean, testing::ElementsAre(1, 1.5, 7.0 / 3));
+}
+
+TEST(Statistics, ConfidenceSetsTheWidth) {
+  const std::vector<SampleSummary> samples{done({1}), done({2}), done({4})};
+  // t for 2 degrees of freedom: 2.919985580353726 at 90 %, 9.924843200918293 at 99 %.
+  const double unit = std::sqrt(42.0 / 9 / 2) / std::sqrt(3.0);
+  EXPECT_NEAR(make_statistics(samples, 1, 1, 0.9).z_half_width[0] / unit, 2.919985580353726, 1e-9);
+  EXPECT_NEAR(make_statistics(samples, 1, 1, 0.99).z_half_width[0] / unit, 9.924843200918293, 1e-9);
+  EXPECT_EQ(make_statistics(samples, 1, 1, 0.9).confidence, 0.9);
+  for (const double wrong : {0.0, 1.0, -1.0, none}) {
+    EXPECT_THROW(make_statistics(samples, 1, 1, wrong), std::invalid_argument);
+  }
+}
+
+TEST(Statistics, OnlyDoneSamplesThatArrivedCount) {
+  std::vector<SampleSummary> samples{empty_summary(2, 2, SampleStatus::pending), done({3, none, 5, none}),
+                                     empty_summary(2, 2, SampleStatus::failed, "broke"),
+                                     done({none, none, 7, none}), done({4, none, 9, 1})};
+  samples[2].z = {100, 100, 100, 100};  // values of a failed sample mean nothing
+  samples[2].pattern = 2;
+  const Statistics s = make_statistics(samples, 2, 2);
+  EXPECT_EQ(s.n_samples, 5);
+  EXPECT_EQ(s.n_done, 3);
+  EXPECT_THAT(s.reached, testing::ElementsAre(2, 0, 3, 1));
+  EXPECT_EQ(s.z_mean[0], 3.5);
+  EXPECT_TRUE(std::isnan(s.z_mean[1]));
+  EXPECT_EQ(s.z_mean[2], 7);
+  EXPECT_EQ(s.z_std[2], 2);
+  EXPECT_EQ(s.z_mean[3], 1);
+  for (const auto& of : {s.z_std, s.z_half_width}) {
+    EXPECT_TRUE(std::isnan(of[1]));
+    EXPECT_TRUE(std::isnan(of[3]));  // one value has no deviation
+  }
+  EXPECT_THAT(s.running_mean,
+              testing::ElementsAre(testing::IsNan(), testing::IsNan(), testing::IsNan(), testing::IsNan(),  //
+                                   3, testing::IsNan(), 5, testing::IsNan(),                                //
+                                   3, testing::IsNan(), 5, testing::IsNan(),                                //
+                                   3, testing::IsNan(), 6, testing::IsNan(),                                //
+                                   3.5, testing::IsNan(), 7, 1));
+  EXPECT_THAT(s.pattern_share, testing::ElementsAre(0, 1, 0, 0));
+}
+
+TEST(Statistics, WilsonIntervalsOfShares) {
+  std::vector<SampleSummary> samples;
+  for (int i = 0; i < 10; ++i) samples.push_back(done({1}, i < 5 ? Pattern::one_crack : Pattern::two_cracks));
+  const Statistics s = make_statistics(samples, 1, 1);
+  // Wilson's 95 % interval of 5 in 10 is 0.2366 to 0.7634, that of 0 in 10 is 0 to 0.2775.
+  std::printf("5 of 10: +- %.6f, 0 of 10: +- %.6f\n", s.pattern_half_width[1], s.pattern_half_width[0]);
+  EXPECT_EQ(s.pattern_share[1], 0.5);
+  EXPECT_NEAR(s.pattern_half_width[1], (0.7634 - 0.2366) / 2, 1e-4);
+  EXPECT_NEAR(s.pattern_half_width[0], 0.2775 / 2, 1e-4);
+}
+
+TEST(Statistics, WithoutSamplesEverythingIsMissing) {
+  const std::vector<SampleSummary> samples(3, empty_summary(1, 2, SampleStatus::pending));
+  const Statistics s = make_statistics(samples, 1, 2);
+  EXPECT_EQ(s.n_done, 0);
+  for (const auto& of : {s.z_mean, s.z_std, s.z_half_width, s.running_mean}) {
+    EXPECT_THAT(of, testing::Each(testing::IsNan()));
+  }
+  EXPECT_THAT(s.pattern_share, testing::Each(testing::IsNan()));
+  EXPECT_THAT(s.pattern_half_width, testing::Each(testing::IsNan()));
+  EXPECT_EQ(s.running_mean.size(), 6u);
+}
+
+TEST(Statistics, RowsOfAnotherShapeAreRefused) {
+  EXPECT_THROW(make_statistics(std::vector{done({1, 2})}, 1, 1), std::invalid_argument);
+  std::vector<SampleSummary> strange{done({1})};
+  strange[0].pattern = 4;
+  EXPECT_THROW(make_statistics(strange, 1, 1), std::invalid_argument);
+}
+
+TEST(Statistics, QuantilesAreLinearBetweenRanks) {
+  EXPECT_EQ(quantile({3, 1, 2, none}, 0.5), 2);
+  EXPECT_EQ(quantile({4, 1, 2, 3}, 0.25), 1.75);
+  EXPECT_EQ(quantile({4, 1, 2, 3}, 0), 1);
+  EXPECT_EQ(quantile({4, 1, 2, 3}, 1), 4);
+  EXPECT_TRUE(std::isnan(quantile({none}, 0.5)));
+}
+
+TEST(Statistics, TableNamesEverySectionAndEveryFailure) {
+  std::vector<SampleSummary> samples{done({0.0661, none}, Pattern::one_crack, 380.9),
+                                     done({0.0663, none}, Pattern::two_cracks, 382.1),
+                                     empty_summary(1, 2, SampleStatus::failed, "tetrahedron 7 is inverted"),
+                                     empty_summary(1, 2, SampleStatus::pending)};
+  const std::vector<double> sections{0.007, 0.01225};
+  const std::string text = to_text(make_statistics(samples, 1, 2), samples, sections);
+  std::printf("%s", text.c_str());
+  EXPECT_THAT(text, testing::HasSubstr("4 samples: 2 done, 1 failed, 1 left"));
+  EXPECT_THAT(text, testing::ContainsRegex("0 +7\\.000 +2 +66\\.200 +0\\.141 +1\\.271"));
+  EXPECT_THAT(text, testing::ContainsRegex("0 +12\\.250 +0 +- +- +-"));
+  EXPECT_THAT(text, testing::ContainsRegex("one crack +50\\.0 +40\\."));
+  EXPECT_THAT(text, testing::ContainsRegex("onset force \\[N\\] +380\\.900 +381\\.200 +381\\.500"));
+  EXPECT_THAT(text, testing::HasSubstr("failed sample 2: tetrahedron 7 is inverted"));
+}
+
+}  // namespace
+}  // namespace crackle::analysis
