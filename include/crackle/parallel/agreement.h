@@ -2,6 +2,7 @@
 #pragma once
 
 #include "crackle/parallel/communicator.h"
+#include "crackle/parallel/sleeping_wait.h"
 
 #include <exception>
 #include <functional>
@@ -27,6 +28,9 @@ private:
 /// @throws AgreedError on every rank when any rank failed
 void agree_on_error(const Communicator& group, const std::optional<std::string>& error);
 
+/// The message of the exception that is being handled; for use in a catch block.
+std::string current_error();
+
 /// Runs `work`, which must not communicate, on every rank; afterwards either all ranks have its value or all
 /// ranks throw the same AgreedError. Collective.
 template <class Work>
@@ -36,20 +40,39 @@ auto agree(const Communicator& group, Work&& work) {
   if constexpr (std::is_void_v<Result>) {
     try {
       std::forward<Work>(work)();
-    } catch (const std::exception& failure) {
-      error = failure.what();
+    } catch (...) {
+      error = current_error();
     }
     agree_on_error(group, error);
   } else {
     std::optional<Result> result;
     try {
       result.emplace(std::forward<Work>(work)());
-    } catch (const std::exception& failure) {
-      error = failure.what();
+    } catch (...) {
+      error = current_error();
     }
     agree_on_error(group, error);
     return std::move(*result);
   }
 }
+
+/// Runs `work` on the root, which may take long, while the other ranks sleep; afterwards either all ranks go
+/// on or all throw the same AgreedError. Collective.
+template <class Work>
+void agree_on_root(const Communicator& group, Work&& work) {
+  std::optional<std::string> error;
+  if (group.is_root()) {
+    try {
+      std::forward<Work>(work)();
+    } catch (...) {
+      error = current_error();
+    }
+  }
+  barrier_asleep(group);
+  agree_on_error(group, error);
+}
+
+/// The root's text on every rank; what the others pass is replaced. Collective.
+std::string share_text(const Communicator& group, std::string text);
 
 }  // namespace crackle::parallel

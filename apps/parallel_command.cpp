@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "parallel_command.h"
+
+#include "crackle/input/reader.h"
+#include "crackle/parallel/agreement.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <exception>
+#include <string>
+
+namespace crackle::apps {
+
+namespace {
+
+/// Columns of a terminal; 0 for anything else and for pseudo-terminals that nobody looks at.
+int columns(int descriptor) {
+  winsize size{};
+  if (isatty(descriptor) == 0 || ioctl(descriptor, TIOCGWINSZ, &size) != 0) return 0;
+  return size.ws_col;
+}
+
+}  // namespace
+
+input::Parameters read_on_all_ranks(const parallel::Communicator& world, const std::filesystem::path& file) {
+  input::Parameters parameters;
+  parallel::agree_on_root(world, [&] { parameters = input::read(file); });
+  const std::string text = parallel::share_text(world, parameters.text);
+  parallel::agree(world, [&] {
+    if (!world.is_root()) parameters = input::parse(text, file);
+  });
+  return parameters;
+}
+
+int terminal_width() {
+  if (isatty(STDOUT_FILENO) == 0) return 0;
+  if (const int width = columns(STDOUT_FILENO); width > 0) return width;
+  const std::string launcher_output = fmt::format("/proc/{}/fd/{}", getppid(), STDOUT_FILENO);
+  const int descriptor = open(launcher_output.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);
+  if (descriptor < 0) return 0;
+  const int width = columns(descriptor);
+  close(descriptor);
+  return width;
+}
+
+int end_together(const parallel::Communicator& world, const std::function<int()>& work) {
+  try {
+    return work();
+  } catch (const parallel::AgreedError&) {
+    throw;
+  } catch (const std::exception& error) {
+    if (world.size() == 1) throw;
+    fmt::print(stderr, "crackle: rank {}: {}\n", world.rank(), error.what());
+    std::fflush(stderr);
+    MPI_Abort(world.get(), stopped_resumable);
+    throw;
+  }
+}
+
+}  // namespace crackle::apps

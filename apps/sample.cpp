@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// crackle sample: one realization on all ranks as one group.
+#include "crackle/dynamics/sample_run.h"
+#include "crackle/ensemble/single_sample.h"
+#include "crackle/io/sample_file.h"
+#include "parallel_command.h"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <cstdint>
+#include <iostream>
+#include <memory>
+#include <string>
+
+namespace crackle::apps {
+
+namespace {
+
+struct Arguments {
+  std::filesystem::path input;
+  std::filesystem::path folder;
+  std::uint64_t sample = 0;
+};
+
+int sample_command(const parallel::Communicator& world, const Arguments& arguments) {
+  const input::Parameters parameters = read_on_all_ranks(world, arguments.input);
+  const auto say = [](const std::string& line) { std::cout << line << std::endl; };
+  const auto report = ensemble::run_single_sample(
+      world, parameters, arguments.folder, arguments.sample,
+      [&parameters](const parallel::Communicator& group, std::uint64_t, const geometry::Subdomain& subdomain,
+                    const dynamics::SampleLog& log) {
+        return dynamics::run_sample(group, parameters, subdomain, log);
+      },
+      say);
+  if (world.is_root()) {
+    say(describe(report));
+    if (report.stored) say(io::sample_path(arguments.folder, arguments.sample).string());
+  }
+  return report.summary.status == analysis::SampleStatus::done ? success : some_samples_failed;
+}
+
+}  // namespace
+
+void add_sample_command(CLI::App& app, Action& run) {
+  auto arguments = std::make_shared<Arguments>();
+  auto* command = app.add_subcommand("sample", "Run one sample on all ranks as one group");
+  command->add_option("input", arguments->input, "input file (TOML)")->required();
+  command->add_option("--sample", arguments->sample, "number of the sample, from 0")->required();
+  command->add_option("-o,--output", arguments->folder, "folder for the results")->required();
+  command->footer("Exit status: 0 done; 1 usage or input error, nothing was written; 2 the sample failed.");
+  command->callback([arguments, &run] {
+    run = [arguments](const parallel::Communicator& world) {
+      return end_together(world, [&] { return sample_command(world, *arguments); });
+    };
+  });
+}
+
+}  // namespace crackle::apps

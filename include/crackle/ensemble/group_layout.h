@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+
+namespace crackle::ensemble {
+
+/// What the ranks of the program do: rank 0 is the master, then come groups of `ranks_per_group` consecutive
+/// ranks that share one sample each; ranks that do not fill a group stay idle until the collective end. With
+/// one rank, master and worker share it.
+struct GroupLayout {
+  int n_ranks = 1;
+  int ranks_per_group = 1;
+  int n_groups = 1;
+  int n_left_over = 0;
+
+  bool shared() const { return n_ranks == 1; }
+  /// Group of a rank; -1 for the master and for left-over ranks.
+  int group_of(int rank) const;
+  /// The lowest rank of a group, which talks to the master.
+  int root_of(int group) const { return shared() ? 0 : 1 + group * ranks_per_group; }
+};
+
+/// @throws std::runtime_error saying how many ranks are needed, when there is no group for one sample
+GroupLayout make_group_layout(int n_ranks, int ranks_per_sample);
+
+/// One line for the log: ranks, master, groups, left-over ranks.
+std::string describe(const GroupLayout& layout);
+
+}  // namespace crackle::ensemble

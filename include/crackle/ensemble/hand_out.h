@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/ensemble/group_layout.h"
+#include "crackle/ensemble/realization_queue.h"
+#include "crackle/ensemble/sample_report.h"
+#include "crackle/ensemble/sample_task.h"
+#include "crackle/parallel/communicator.h"
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace crackle::ensemble {
+
+/// What the master tells about the run; all called on rank 0.
+struct HandOutEvents {
+  std::function<void(std::uint64_t sample)> started;         ///< handed out to a group
+  std::function<void(const SampleReport& report)> finished;  ///< done or failed
+  std::function<void()> tick;                                ///< now and then, while nothing happens
+};
+
+/// Works off `samples`: the master (rank 0) makes realizations ahead of need and hands them out, one at a
+/// time, to whichever group asks; a realization travels once, to the root of its group. Idle ranks sleep.
+/// Returns when all ranks have ended. Collective over `world`, a communicator that nothing else uses
+/// meanwhile.
+/// @param samples to do, in order of handing out; used on rank 0 only
+/// @param steps `make` and `events` are used on rank 0 only
+/// @throws std::runtime_error on a rank whose messages fail, which cannot be agreed on any more
+void hand_out(const parallel::Communicator& world, const GroupLayout& layout,
+              const std::vector<std::uint64_t>& samples, const SampleSteps& steps,
+              const HandOutEvents& events, QueueLimits limits);
+
+}  // namespace crackle::ensemble

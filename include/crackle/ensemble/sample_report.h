@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/analysis/sample_summary.h"
+#include "crackle/dynamics/sample_result.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace crackle::ensemble {
+
+/// What a group tells the master about a sample that ended.
+struct SampleReport {
+  std::uint64_t sample = 0;
+  analysis::SampleSummary summary;
+  bool stored = false;  ///< a whole sample file tells the same; without one, a resumed run computes it again
+  std::int64_t n_tetrahedra = 0;
+  double seconds = 0;  ///< wall time from the realization's arrival to the file
+};
+
+std::vector<std::byte> to_bytes(const SampleReport& report);
+SampleReport report_from_bytes(std::span<const std::byte> bytes);
+
+/// One line for the log: sample number, onset force, pattern, crack area, breaks, energy error, seconds; or
+/// the reason of a failure.
+std::string describe(const SampleReport& report);
+
+/// Lines on the mechanics of one sample: outcome, onset, breaks, energy error, work and speed.
+std::vector<std::string> describe(const dynamics::SampleResult& result);
+
+}  // namespace crackle::ensemble

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/dynamics/sample_run.h"
+#include "crackle/ensemble/realization_queue.h"
+#include "crackle/ensemble/sample_group.h"
+#include "crackle/ensemble/sample_report.h"
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace crackle::ensemble {
+
+/// The mechanics of one sample, as dynamics::run_sample; a parameter so that tests can inject faults.
+/// Collective over the group. Where a rank fails, no other rank may wait for it: either all ranks throw, or
+/// the others return.
+using SampleFunction = std::function<dynamics::SampleResult(
+    const parallel::Communicator& group, std::uint64_t sample, const geometry::Subdomain& subdomain,
+    const dynamics::SampleLog& log)>;
+
+/// What a sample's mechanics mean for the ensemble.
+struct SampleAnalysis {
+  analysis::CrackSurface surface;
+  analysis::SampleSummary summary;
+};
+
+/// What is done with one sample, step by step. An exception in a step fails the sample and nothing else.
+struct SampleSteps {
+  /// The realization, made by the master; called from a thread of its own.
+  RealizationMaker make;
+  /// One subdomain for each rank of the group; on the group's root.
+  std::function<std::vector<geometry::Subdomain>(const geometry::Realization& realization, int n_parts)>
+      split;
+  /// The mechanics, on all ranks of the group.
+  SampleFunction compute;
+  /// Crack surface and row of the ensemble that follow from the mechanics; on the group's root.
+  std::function<SampleAnalysis(const geometry::Realization& realization,
+                               const dynamics::SampleResult& result)>
+      analyse;
+  /// Writes the sample's file; on the group's root.
+  std::function<void(std::uint64_t sample, const geometry::Realization& realization,
+                     const dynamics::SampleResult& result, const SampleAnalysis& analysis)>
+      write;
+  /// Writes a failure to the sample's file; on the group's root, or on the master when no realization was
+  /// made.
+  std::function<void(std::uint64_t sample, const analysis::SampleSummary& failure)> write_failure;
+  /// A row without results, for a failed sample.
+  std::function<analysis::SampleSummary(const std::string& reason)> failure_row;
+  /// Lines about the progress of a sample; on the group's root.
+  dynamics::SampleLog log;
+};
+
+/// The steps of a real sample: geometry, crack surface and summary, files in `folder`/samples.
+/// The references must outlive the steps.
+SampleSteps make_sample_steps(const input::Parameters& parameters, const geometry::Body& body,
+                              const geometry::MotherPoints& base, const std::filesystem::path& folder,
+                              SampleFunction compute);
+
+/// Report of a sample that failed, kept in its file where that can be written.
+/// @param seconds spent on the sample
+SampleReport report_failure(const SampleSteps& steps, std::uint64_t sample, const std::string& reason,
+                            double seconds);
+
+/// Root of the group: one sample from its realization to its file. Collective over the group, together with
+/// follow_samples on the other ranks. A sample that cannot be written is reported as failed and leaves no
+/// file, so that a resumed run computes it again.
+SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedSample prepared);
+
+/// Other ranks of the group: takes part in every sample that the root leads, until send_end.
+void follow_samples(SampleGroup& group, const SampleSteps& steps);
+
+}  // namespace crackle::ensemble

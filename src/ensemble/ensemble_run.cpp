@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/ensemble/ensemble_run.h"
+
+#include "crackle/analysis/statistics.h"
+#include "crackle/ensemble/hand_out.h"
+#include "crackle/ensemble/progress.h"
+#include "crackle/ensemble/run_log.h"
+#include "crackle/ensemble/sample_plan.h"
+#include "crackle/io/ensemble_file.h"
+#include "crackle/io/sample_file.h"
+#include "crackle/parallel/agreement.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace crackle::ensemble {
+
+namespace {
+
+using analysis::SampleStatus;
+using analysis::SampleSummary;
+
+double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// What the master knows of the run, on rank 0.
+struct Ledger {
+  SamplePlan plan;
+  geometry::MotherPoints base;
+  std::optional<Progress> progress;
+  /// Failures that no sample file tells of; their rows are completed from here.
+  std::map<std::uint64_t, SampleSummary> unstored;
+};
+
+/// Everything that can go wrong before the first sample; on rank 0. Writes last.
+void prepare_run(const input::Parameters& parameters, const geometry::Body& body, const RunOptions& options,
+                 const GroupLayout& layout, Ledger& ledger, RunLog* log) {
+  const auto say = [&](const std::string& text) {
+    if (log != nullptr) log->line(text);
+  };
+  ledger.plan = make_plan(options.folder, parameters, options.resume, summary_reader(parameters));
+  say(describe(layout));
+  const auto& plan = ledger.plan;
+  if (!plan.to_do.empty()) {
+    ledger.base = geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed);
+    say(fmt::format("base mesh: {} mother points", ledger.base.size()));
+  }
+  for (const auto& line : prepare_folder(options.folder, parameters, plan)) say(line);
+  ledger.progress.emplace(plan.to_do.size(), layout.n_groups, body.n_notches(), parameters.sections.y);
+  for (const auto& kept : plan.kept) ledger.progress->kept(kept.summary);
+  say(fmt::format("{} of {} samples to do in {}", plan.to_do.size(), parameters.ensemble.samples,
+                  options.folder.string()));
+  if (parameters.ensemble.stop) say("ensemble.stop is not applied by this version: all samples are computed");
+}
+
+HandOutEvents make_events(Ledger& ledger, RunLog* log) {
+  HandOutEvents events;
+  events.started = [&ledger, log](std::uint64_t sample) {
+    ledger.progress->started(sample, seconds_now());
+    if (log != nullptr) log->show(*ledger.progress, true);
+  };
+  events.finished = [&ledger, log](const SampleReport& report) {
+    ledger.progress->finished(report, seconds_now());
+    if (!report.stored) ledger.unstored[report.sample] = report.summary;
+    if (log == nullptr) return;
+    log->line(describe(report));
+    log->show(*ledger.progress, true);
+  };
+  events.tick = [&ledger, log] {
+    if (log != nullptr) log->show(*ledger.progress, false);
+  };
+  return events;
+}
+
+/// This rank's share of the rows, read back from the sample files.
+io::EnsembleBlock read_block(const parallel::Communicator& world, const input::Parameters& parameters,
+                             const std::filesystem::path& folder) {
+  const auto n_samples = static_cast<std::size_t>(parameters.ensemble.samples);
+  const auto rank = static_cast<std::size_t>(world.rank()), n_ranks = static_cast<std::size_t>(world.size());
+  io::EnsembleBlock block;
+  block.first = n_samples * rank / n_ranks;
+  block.rows =
+      io::read_summaries(folder, parameters, block.first, n_samples * (rank + 1) / n_ranks - block.first);
+  return block;
+}
+
+/// Rows of samples that failed without a file, from the master to the rank that writes them. Collective.
+void complete_block(const parallel::Communicator& world,
+                    const std::map<std::uint64_t, SampleSummary>& unstored, io::EnsembleBlock& block) {
+  auto n_unstored = static_cast<std::uint64_t>(unstored.size());
+  parallel::check_mpi(MPI_Bcast(&n_unstored, 1, MPI_UINT64_T, 0, world.get()), "MPI_Bcast");
+  auto next = unstored.begin();
+  for (std::uint64_t i = 0; i < n_unstored; ++i) {
+    std::uint64_t sample = 0;
+    std::string reason;
+    if (world.is_root()) {
+      sample = next->first;
+      reason = (next++)->second.error;
+    }
+    parallel::check_mpi(MPI_Bcast(&sample, 1, MPI_UINT64_T, 0, world.get()), "MPI_Bcast");
+    reason = parallel::share_text(world, std::move(reason));
+    if (sample < block.first || sample >= block.first + block.rows.size()) continue;
+    auto& row = block.rows[sample - block.first];
+    if (row.status != SampleStatus::pending) continue;
+    row.status = SampleStatus::failed;
+    row.error = reason;
+  }
+}
+
+/// ensemble.h5 and what it says. Collective.
+/// @return all rows, on every rank
+std::vector<SampleSummary> write_results(const parallel::Communicator& world,
+                                         const input::Parameters& parameters, const geometry::Body& body,
+                                         const std::filesystem::path& folder,
+                                         const std::map<std::uint64_t, SampleSummary>& unstored) {
+  auto block = parallel::agree(world, [&] { return read_block(world, parameters, folder); });
+  complete_block(world, unstored, block);
+  auto rows = analysis::all_gather(world, block.rows);
+  const auto statistics = parallel::agree(world, [&] {
+    return analysis::make_statistics(rows, body.n_notches(), static_cast<int>(parameters.sections.y.size()));
+  });
+  io::write_ensemble(world, folder / "ensemble.h5", parameters, block, statistics);
+  return rows;
+}
+
+void count(SampleStatus status, RunOutcome& outcome) {
+  switch (status) {
+    case SampleStatus::done:
+      ++outcome.done;
+      break;
+    case SampleStatus::failed:
+      ++outcome.failed;
+      break;
+    case SampleStatus::pending:
+      ++outcome.left;
+      break;
+  }
+}
+
+/// The master's counts on every rank. Collective.
+RunOutcome share_counts(const parallel::Communicator& world, const std::optional<Progress>& progress) {
+  std::array<int, 3> counts{};
+  if (progress) counts = {progress->n_done(), progress->n_failed(), progress->n_left()};
+  parallel::check_mpi(MPI_Bcast(counts.data(), 3, MPI_INT, 0, world.get()), "MPI_Bcast");
+  return {.done = counts[0], .failed = counts[1], .left = counts[2], .file_error = {}};
+}
+
+void log_end(RunLog& log, const std::vector<SampleSummary>& rows, const RunOutcome& outcome,
+             const std::filesystem::path& folder, double seconds) {
+  for (std::size_t sample = 0; sample < rows.size(); ++sample) {
+    const auto& row = rows[sample];
+    if (row.status == SampleStatus::failed) log.line(fmt::format("failed: sample {}: {}", sample, row.error));
+    if (row.status == SampleStatus::pending)
+      log.line(fmt::format("pending: sample {}: {}", sample, row.error));
+  }
+  log.line(fmt::format("{} done, {} failed, {} pending after {}", outcome.done, outcome.failed, outcome.left,
+                       format_duration(seconds)));
+  const std::string file = (folder / "ensemble.h5").string();
+  log.line(outcome.file_error.empty() ? file
+                                      : fmt::format("{} could not be written: {}", file, outcome.file_error));
+}
+
+}  // namespace
+
+RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parameters& parameters,
+                        const RunOptions& options, const SampleFunction& sample_function) {
+  const parallel::Communicator world(outer.get());
+  const double start = seconds_now();
+  std::optional<RunLog> log;
+  if (world.is_root() && options.log != nullptr)
+    log.emplace(*options.log, options.terminal_width, seconds_now);
+  RunLog* const log_or_null = log ? &*log : nullptr;
+  const auto layout = parallel::agree(
+      world, [&] { return make_group_layout(world.size(), parameters.ensemble.ranks_per_sample); });
+  const auto body = parallel::agree(world, [&] { return geometry::Body(parameters.specimen); });
+  Ledger ledger;
+  parallel::agree_on_root(world,
+                          [&] { prepare_run(parameters, body, options, layout, ledger, log_or_null); });
+
+  hand_out(world, layout, ledger.plan.to_do,
+           make_sample_steps(parameters, body, ledger.base, options.folder, sample_function),
+           make_events(ledger, log_or_null),
+           QueueLimits{.n_realizations = static_cast<std::size_t>(layout.n_groups) + 1});
+
+  RunOutcome outcome;
+  std::vector<SampleSummary> rows;
+  try {
+    rows = write_results(world, parameters, body, options.folder, ledger.unstored);
+    for (const auto& row : rows) count(row.status, outcome);
+  } catch (const parallel::AgreedError& error) {
+    outcome = share_counts(world, ledger.progress);
+    outcome.file_error = error.what();
+  }
+  if (log) {
+    log->end_progress();
+    log_end(*log, rows, outcome, options.folder, seconds_now() - start);
+  }
+  return outcome;
+}
+
+}  // namespace crackle::ensemble

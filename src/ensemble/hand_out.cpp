@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/ensemble/hand_out.h"
+
+#include "crackle/parallel/sleeping_wait.h"
+#include "sample_message.h"
+
+#include <deque>
+#include <utility>
+
+namespace crackle::ensemble {
+
+namespace {
+
+void serve_groups(const parallel::Communicator& world, int n_groups, RealizationQueue& queue,
+                  const SampleSteps& steps, const HandOutEvents& events) {
+  std::deque<int> waiting;  // roots that ask for work, in order of asking
+  int n_ended = 0;
+  parallel::BackOff back_off;
+  while (n_ended < n_groups) {
+    bool idle = true;
+    while (const auto request = poll_request(world)) {
+      if (request->report) events.finished(*request->report);
+      waiting.push_back(request->rank);
+      idle = false;
+    }
+    while (!waiting.empty()) {
+      if (queue.exhausted()) {
+        send_no_work(world, waiting.front());
+        waiting.pop_front();
+        ++n_ended;
+      } else if (const auto prepared = queue.try_take()) {
+        if (prepared->failed()) {
+          events.finished(report_failure(steps, prepared->sample, prepared->error, prepared->seconds));
+          continue;
+        }
+        send_work(world, waiting.front(), *prepared);
+        waiting.pop_front();
+        events.started(prepared->sample);
+      } else {
+        break;
+      }
+      idle = false;
+    }
+    events.tick();
+    if (idle) {
+      back_off.sleep();
+    } else {
+      back_off.reset();
+    }
+  }
+}
+
+void work_in_group(const parallel::Communicator& world, SampleGroup& group, const SampleSteps& steps) {
+  if (!group.is_root()) {
+    follow_samples(group, steps);
+    return;
+  }
+  std::optional<SampleReport> report;
+  for (;;) {
+    send_request(world, report);
+    auto prepared = receive_work(world);
+    if (!prepared) break;
+    report = lead_sample(group, steps, std::move(*prepared));
+  }
+  send_end(group);
+}
+
+void work_alone(SampleGroup& group, const std::vector<std::uint64_t>& samples, const SampleSteps& steps,
+                const HandOutEvents& events) {
+  for (const std::uint64_t sample : samples) {
+    events.started(sample);
+    events.tick();
+    auto prepared = prepare(steps.make, sample);
+    events.finished(prepared.failed() ? report_failure(steps, sample, prepared.error, prepared.seconds)
+                                      : lead_sample(group, steps, std::move(prepared)));
+  }
+}
+
+}  // namespace
+
+void hand_out(const parallel::Communicator& world, const GroupLayout& layout,
+              const std::vector<std::uint64_t>& samples, const SampleSteps& steps,
+              const HandOutEvents& events, QueueLimits limits) {
+  const int group_number = layout.group_of(world.rank());
+  // Split colors are non-negative: the ranks without a group form one of their own, which has nothing to do.
+  const parallel::Communicator ranks =
+      world.split(group_number >= 0 ? group_number : layout.n_groups, world.rank());
+  if (layout.shared()) {
+    SampleGroup group(ranks);
+    work_alone(group, samples, steps, events);
+  } else if (world.is_root()) {
+    RealizationQueue queue(steps.make, samples, limits);
+    serve_groups(world, layout.n_groups, queue, steps, events);
+  } else if (group_number >= 0) {
+    SampleGroup group(ranks);
+    work_in_group(world, group, steps);
+  }
+  parallel::barrier_asleep(world);
+}
+
+}  // namespace crackle::ensemble

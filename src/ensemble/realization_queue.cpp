@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/ensemble/realization_queue.h"
+
+#include "crackle/parallel/agreement.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace crackle::ensemble {
+
+PreparedSample prepare(const RealizationMaker& make, std::uint64_t sample) {
+  const auto start = std::chrono::steady_clock::now();
+  PreparedSample prepared;
+  prepared.sample = sample;
+  try {
+    prepared.realization = make(sample);
+  } catch (...) {
+    prepared.error = "mesh: " + parallel::current_error();
+  }
+  prepared.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return prepared;
+}
+
+std::size_t size_in_bytes(const geometry::Realization& realization) {
+  return realization.nodes.size() * sizeof(geometry::Point) +
+         realization.tetrahedra.size() * sizeof(geometry::Tetrahedron) +
+         realization.boundary.size() * sizeof(geometry::BoundaryTriangle);
+}
+
+RealizationQueue::RealizationQueue(RealizationMaker make, std::vector<std::uint64_t> samples,
+                                   QueueLimits limits)
+    : make_(std::move(make)),
+      samples_(std::move(samples)),
+      limits_(limits),
+      thread_([this](const std::stop_token& stop) { work(stop); }) {}
+
+RealizationQueue::~RealizationQueue() = default;
+
+bool RealizationQueue::has_room() const {
+  return ready_.empty() || (ready_.size() < limits_.n_realizations && bytes_ + largest_ <= limits_.n_bytes);
+}
+
+void RealizationQueue::work(const std::stop_token& stop) {
+  for (const std::uint64_t sample : samples_) {
+    {
+      std::unique_lock lock(mutex_);
+      if (!room_.wait(lock, stop, [this] { return has_room(); })) return;
+    }
+    if (stop.stop_requested()) return;
+    PreparedSample prepared = prepare(make_, sample);
+    const std::lock_guard lock(mutex_);
+    const std::size_t size = size_in_bytes(prepared.realization);
+    bytes_ += size;
+    largest_ = std::max(largest_, size);
+    ready_.push_back(std::move(prepared));
+  }
+}
+
+std::optional<PreparedSample> RealizationQueue::try_take() {
+  std::optional<PreparedSample> taken;
+  {
+    const std::lock_guard lock(mutex_);
+    if (ready_.empty()) return std::nullopt;
+    taken = std::move(ready_.front());
+    ready_.pop_front();
+    bytes_ -= size_in_bytes(taken->realization);
+    ++n_taken_;
+  }
+  room_.notify_one();
+  return taken;
+}
+
+bool RealizationQueue::exhausted() const {
+  const std::lock_guard lock(mutex_);
+  return n_taken_ == samples_.size();
+}
+
+}  // namespace crackle::ensemble

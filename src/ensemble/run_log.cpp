@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/ensemble/run_log.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace crackle::ensemble {
+
+RunLog::RunLog(std::ostream& out, int terminal_width, Clock clock)
+    : out_(out), terminal_width_(static_cast<std::size_t>(terminal_width)), clock_(std::move(clock)) {}
+
+RunLog::~RunLog() {
+  if (!shown_.empty()) out_ << std::endl;
+}
+
+void RunLog::end_progress() {
+  clear();
+  out_ << std::flush;
+  shown_.clear();
+}
+
+void RunLog::clear() {
+  if (!shown_.empty()) out_ << '\r' << std::string(shown_.size(), ' ') << '\r';
+}
+
+void RunLog::line(const std::string& text) {
+  clear();
+  out_ << text << '\n' << shown_ << std::flush;
+}
+
+void RunLog::show(const Progress& progress, bool news) {
+  news_ = news_ || news;
+  const bool terminal = terminal_width_ > 0;
+  const double since = clock_() - shown_at_;
+  const bool due = !anything_shown_ || since >= (terminal ? terminal_interval : log_interval);
+  if (terminal ? !(due || news) : !(due && news_)) return;
+  std::string text = progress.line(clock_());
+  if (terminal) {
+    clear();
+    text.resize(std::min(text.size(), terminal_width_ - 1));
+    out_ << text << std::flush;
+    shown_ = std::move(text);
+  } else {
+    out_ << text << std::endl;
+  }
+  shown_at_ = clock_();
+  anything_shown_ = true;
+  news_ = false;
+}
+
+}  // namespace crackle::ensemble

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "sample_message.h"
+
+#include "crackle/parallel/message.h"
+#include "crackle/parallel/packing.h"
+#include "crackle/parallel/sleeping_wait.h"
+
+namespace crackle::ensemble {
+
+namespace {
+
+constexpr int master = 0;
+constexpr int request_tag = 1;
+constexpr int work_tag = 2;
+
+}  // namespace
+
+void send_request(const parallel::Communicator& world, const std::optional<SampleReport>& report) {
+  parallel::send_array(world, report ? to_bytes(*report) : std::vector<std::byte>{}, master, request_tag);
+}
+
+std::optional<Request> poll_request(const parallel::Communicator& world) {
+  const auto status = parallel::poll_message(world, MPI_ANY_SOURCE, request_tag);
+  if (!status) return std::nullopt;
+  Request request;
+  request.rank = status->MPI_SOURCE;
+  const auto bytes = parallel::receive_array<std::byte>(world, request.rank, request_tag);
+  if (!bytes.empty()) request.report = report_from_bytes(bytes);
+  return request;
+}
+
+void send_work(const parallel::Communicator& world, int rank, const PreparedSample& prepared) {
+  parallel::Packer header;
+  header.put(prepared.sample);
+  header.put(prepared.seconds);
+  header.put(prepared.realization.report);
+  parallel::send_array(world, header.bytes(), rank, work_tag);
+  parallel::send_array(world, prepared.realization.nodes, rank, work_tag);
+  parallel::send_array(world, prepared.realization.tetrahedra, rank, work_tag);
+  parallel::send_array(world, prepared.realization.boundary, rank, work_tag);
+}
+
+void send_no_work(const parallel::Communicator& world, int rank) {
+  parallel::send_array(world, std::vector<std::byte>{}, rank, work_tag);
+}
+
+std::optional<PreparedSample> receive_work(const parallel::Communicator& world) {
+  const auto bytes = parallel::receive_array<std::byte>(world, master, work_tag);
+  if (bytes.empty()) return std::nullopt;
+  parallel::Unpacker header(bytes);
+  PreparedSample prepared;
+  prepared.sample = header.get<std::uint64_t>();
+  prepared.seconds = header.get<double>();
+  prepared.realization.report = header.get<geometry::RealizationReport>();
+  prepared.realization.nodes = parallel::receive_array<geometry::Point>(world, master, work_tag);
+  prepared.realization.tetrahedra = parallel::receive_array<geometry::Tetrahedron>(world, master, work_tag);
+  prepared.realization.boundary =
+      parallel::receive_array<geometry::BoundaryTriangle>(world, master, work_tag);
+  return prepared;
+}
+
+}  // namespace crackle::ensemble

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/ensemble/sample_task.h"
+
+#include "crackle/parallel/agreement.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+namespace crackle::ensemble {
+
+namespace {
+
+/// The mechanics on this rank of the group; either all ranks return or all throw AgreedError.
+dynamics::SampleResult compute_agreed(SampleGroup& group, const SampleSteps& steps, std::uint64_t sample,
+                                      const geometry::Subdomain& subdomain) {
+  dynamics::SampleResult result;
+  std::optional<std::string> error;
+  try {
+    result = steps.compute(group.computation(), sample, subdomain, steps.log);
+  } catch (...) {
+    error = parallel::current_error();
+  }
+  try {
+    parallel::agree_on_error(group.control(), error);
+  } catch (const parallel::AgreedError&) {
+    group.renew();
+    throw;
+  }
+  return result;
+}
+
+/// A step's failure, with the step's name in front: the sample has failed, the run goes on.
+class StepError : public std::runtime_error {
+public:
+  using std::runtime_error::runtime_error;
+};
+
+template <class Step>
+auto staged(const char* stage, Step&& step) {
+  try {
+    return step();
+  } catch (...) {
+    throw StepError(std::string(stage) + ": " + parallel::current_error());
+  }
+}
+
+class Clock {
+public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+SampleReport report_failure(const SampleSteps& steps, std::uint64_t sample, const std::string& reason,
+                            double seconds) {
+  SampleReport report;
+  report.sample = sample;
+  report.seconds = seconds;
+  report.summary = steps.failure_row(reason);
+  try {
+    steps.write_failure(sample, report.summary);
+    report.stored = true;
+  } catch (...) {
+    report.summary.error += "; this could not be written either: " + parallel::current_error();
+  }
+  return report;
+}
+
+SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedSample prepared) {
+  const Clock clock;
+  const std::uint64_t sample = prepared.sample;
+  const geometry::Realization& realization = prepared.realization;
+  dynamics::SampleResult result;
+  SampleAnalysis analysis;
+  if (steps.log) {
+    steps.log(fmt::format("sample {}: {} nodes, {} tetrahedra, worst quality {:.3f}, made in {:.2f} s",
+                          sample, realization.nodes.size(), realization.tetrahedra.size(),
+                          realization.report.min_quality, prepared.seconds));
+  }
+  try {
+    auto parts = staged("partition", [&] {
+      auto split = steps.split(realization, group.size());
+      if (split.size() != static_cast<std::size_t>(group.size())) {
+        throw std::runtime_error(fmt::format("{} parts for {} ranks", split.size(), group.size()));
+      }
+      return split;
+    });
+    for (int rank = 1; rank < group.size(); ++rank) {
+      auto& part = parts[static_cast<std::size_t>(rank)];
+      send_share(group, rank, sample, part);
+      part = {};
+    }
+    result = staged("computation", [&] { return compute_agreed(group, steps, sample, parts[0]); });
+    result.timings.mesh = prepared.seconds;
+    if (steps.log) {
+      for (const auto& line : describe(result)) steps.log(line);
+    }
+    analysis = staged("analysis", [&] { return steps.analyse(realization, result); });
+  } catch (const StepError& failure) {
+    return report_failure(steps, sample, failure.what(), clock.seconds());
+  }
+
+  SampleReport report;
+  report.sample = sample;
+  report.n_tetrahedra = static_cast<std::int64_t>(realization.tetrahedra.size());
+  try {
+    staged("writing", [&] { steps.write(sample, realization, result, analysis); });
+    report.summary = std::move(analysis.summary);
+    report.stored = true;
+  } catch (const StepError& failure) {
+    report.summary = steps.failure_row(failure.what());
+  }
+  report.seconds = clock.seconds();
+  return report;
+}
+
+void follow_samples(SampleGroup& group, const SampleSteps& steps) {
+  while (const auto share = receive_share(group)) {
+    try {
+      compute_agreed(group, steps, share->sample, share->subdomain);
+    } catch (const parallel::AgreedError&) {
+      // The root has the same error and reports it.
+    }
+  }
+}
+
+}  // namespace crackle::ensemble

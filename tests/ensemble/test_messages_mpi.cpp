@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Arrays in pieces, shares of a group, waits that sleep, failures of the root that all ranks throw.
+#include "crackle/ensemble/sample_group.h"
+#include "crackle/parallel/agreement.h"
+#include "crackle/parallel/message.h"
+#include "crackle/parallel/packing.h"
+#include "crackle/parallel/sleeping_wait.h"
+
+#include <gmock/gmock.h>
+
+#include <sys/resource.h>
+
+#include <numeric>
+#include <stdexcept>
+#include <thread>
+
+namespace crackle {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+
+double cpu_seconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+TEST(Message, ArraysArriveWholeInPiecesOfAnySize) {
+  const parallel::Communicator world(MPI_COMM_WORLD);
+  if (world.size() < 2) GTEST_SKIP() << "needs 2 ranks";
+  const int last = world.size() - 1;
+  for (const std::size_t length : {0, 1, 13, 1000}) {
+    for (const std::size_t piece : {7, 8, 1000, 100000}) {
+      std::vector<double> values(length);
+      std::iota(values.begin(), values.end(), 0.5);
+      if (world.is_root()) {
+        parallel::send_array(world, values, last, 5, piece);
+      } else if (world.rank() == last) {
+        EXPECT_EQ(parallel::receive_array<double>(world, 0, 5, piece), values) << length << " in " << piece;
+      }
+    }
+  }
+}
+
+TEST(Message, LengthThatIsNoWholeNumberOfElementsIsRefused) {
+  const parallel::Communicator world(MPI_COMM_WORLD);
+  if (world.size() < 2) GTEST_SKIP() << "needs 2 ranks";
+  if (world.is_root()) {
+    parallel::send_array(world, std::vector<char>(3), 1, 5);
+  } else if (world.rank() == 1) {
+    EXPECT_THROW(parallel::receive_array<double>(world, 0, 5), std::runtime_error);
+    std::vector<std::byte> rest(3);
+    parallel::receive_pieces(world, rest, 0, 5);
+  }
+}
+
+TEST(Packing, ValuesComeOutAsTheyWentIn) {
+  parallel::Packer packer;
+  packer.put(std::int32_t{-7});
+  packer.put(std::string("a reason"));
+  packer.put(std::vector<double>{1.5, -2.5});
+  packer.put(true);
+  parallel::Unpacker unpacker(packer.bytes());
+  EXPECT_EQ(unpacker.get<std::int32_t>(), -7);
+  EXPECT_EQ(unpacker.get_string(), "a reason");
+  EXPECT_EQ(unpacker.get_vector<double>(), (std::vector<double>{1.5, -2.5}));
+  EXPECT_TRUE(unpacker.get<bool>());
+  EXPECT_TRUE(unpacker.empty());
+  EXPECT_THROW(unpacker.get<char>(), std::runtime_error);
+}
+
+TEST(Packing, LengthBeyondTheEndIsRefused) {
+  parallel::Packer packer;
+  packer.put(std::uint64_t{1} << 62);
+  parallel::Unpacker unpacker(packer.bytes());
+  EXPECT_THROW(unpacker.get_vector<double>(), std::runtime_error);
+}
+
+TEST(SampleGroup, SharesArriveWhole) {
+  const parallel::Communicator world(MPI_COMM_WORLD);
+  ensemble::SampleGroup group(world);
+  const auto share_of = [](int rank) {
+    geometry::Subdomain subdomain;
+    subdomain.n_nodes_global = std::int64_t{5'000'000'000} + rank;
+    subdomain.n_tetrahedra_global = 7;
+    subdomain.n_owned = rank;
+    subdomain.nodes = {{0.5, 1.5, rank + 0.25}, {1, 2, 3}};
+    subdomain.node_number = {3, 9};
+    subdomain.distributed_number = {1, 0};
+    subdomain.tetrahedra = {{0, 1, 1, rank}};
+    subdomain.tetrahedron_number = {11};
+    subdomain.counted = {1};
+    subdomain.boundary = {{{0, 1, rank}, 8}};
+    subdomain.boundary_number = {4};
+    return subdomain;
+  };
+  if (group.is_root()) {
+    for (int rank = 1; rank < group.size(); ++rank) ensemble::send_share(group, rank, 42, share_of(rank));
+    ensemble::send_end(group);
+    return;
+  }
+  const auto share = ensemble::receive_share(group);
+  ASSERT_TRUE(share);
+  const auto expected = share_of(group.control().rank());
+  EXPECT_EQ(share->sample, 42u);
+  EXPECT_EQ(share->subdomain.n_nodes_global, expected.n_nodes_global);
+  EXPECT_EQ(share->subdomain.n_tetrahedra_global, expected.n_tetrahedra_global);
+  EXPECT_EQ(share->subdomain.n_owned, expected.n_owned);
+  EXPECT_EQ(share->subdomain.nodes, expected.nodes);
+  EXPECT_EQ(share->subdomain.node_number, expected.node_number);
+  EXPECT_EQ(share->subdomain.distributed_number, expected.distributed_number);
+  EXPECT_EQ(share->subdomain.tetrahedra, expected.tetrahedra);
+  EXPECT_EQ(share->subdomain.tetrahedron_number, expected.tetrahedron_number);
+  EXPECT_EQ(share->subdomain.counted, expected.counted);
+  ASSERT_EQ(share->subdomain.boundary.size(), 1u);
+  EXPECT_EQ(share->subdomain.boundary[0].nodes, expected.boundary[0].nodes);
+  EXPECT_EQ(share->subdomain.boundary[0].surface, 8);
+  EXPECT_EQ(share->subdomain.boundary_number, expected.boundary_number);
+  EXPECT_FALSE(ensemble::receive_share(group));
+}
+
+TEST(SleepingWait, PausesGrowToTheLongest) {
+  parallel::BackOff back_off;
+  const auto first = back_off.next();
+  back_off.sleep();
+  EXPECT_GT(back_off.next(), first);
+  for (int i = 0; i < 20; ++i) back_off.sleep();
+  EXPECT_EQ(back_off.next(), parallel::BackOff::longest);
+  EXPECT_LE(parallel::BackOff::longest, 10ms);
+  back_off.reset();
+  EXPECT_EQ(back_off.next(), first);
+}
+
+TEST(SleepingWait, WaitingRanksLeaveTheCore) {
+  const parallel::Communicator world(MPI_COMM_WORLD);
+  const double before = cpu_seconds();
+  if (world.rank() == world.size() - 1) std::this_thread::sleep_for(1s);
+  parallel::barrier_asleep(world);
+  double used = cpu_seconds() - before;
+  MPI_Allreduce(MPI_IN_PLACE, &used, 1, MPI_DOUBLE, MPI_MAX, world.get());
+  if (world.is_root()) std::printf("a barrier of 1 s took %.3f s of CPU time at most\n", used);
+  EXPECT_LT(used, 0.2);
+}
+
+TEST(Agreement, FailureOfTheRootIsThrownOnAllRanks) {
+  const parallel::Communicator world(MPI_COMM_WORLD);
+  int n_calls = 0;
+  const auto fail = [&] {
+    ++n_calls;
+    throw std::runtime_error("no folder");
+  };
+  try {
+    parallel::agree_on_root(world, fail);
+    FAIL() << "no exception";
+  } catch (const parallel::AgreedError& error) {
+    EXPECT_STREQ(error.what(), "no folder");
+    EXPECT_EQ(error.failing_rank(), 0);
+  }
+  EXPECT_EQ(n_calls, world.is_root() ? 1 : 0);
+  EXPECT_NO_THROW(parallel::agree_on_root(world, [] {}));
+}
+
+TEST(Agreement, AnythingThrownIsAgreed) {
+  const parallel::Communicator world(MPI_COMM_WORLD);
+  const int last = world.size() - 1;
+  try {
+    parallel::agree(world, [&] {
+      if (world.rank() == last) throw 3;
+    });
+    FAIL() << "no exception";
+  } catch (const parallel::AgreedError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("unknown"));
+    EXPECT_EQ(error.failing_rank(), last);
+  }
+}
+
+TEST(Agreement, TextOfTheRootIsShared) {
+  const parallel::Communicator world(MPI_COMM_WORLD);
+  const std::string text = "[ensemble]\nsamples = 3\n";
+  EXPECT_EQ(parallel::share_text(world, world.is_root() ? text : "other"), text);
+  EXPECT_EQ(parallel::share_text(world, world.is_root() ? "" : "other"), "");
+}
+
+}  // namespace
+}  // namespace crackle

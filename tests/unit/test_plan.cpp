@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Which samples a run computes, and what it refuses to start on.
+#include "crackle/ensemble/sample_plan.h"
+#include "crackle/io/sample_file.h"
+
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <stdexcept>
+
+namespace crackle::ensemble {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+std::string text_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+void write(const fs::path& file, const std::string& text) {
+  fs::create_directories(file.parent_path());
+  std::ofstream(file, std::ios::binary) << text;
+}
+
+template <class Work>
+std::string message_of(Work&& work) {
+  try {
+    work();
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "";
+}
+
+class Plan : public testing::Test {
+protected:
+  void SetUp() override {
+    char name[] = "/tmp/crackle_plan_XXXXXX";
+    ASSERT_NE(mkdtemp(name), nullptr);
+    root_ = name;
+    folder_ = root_ / "out";
+    parameters_.text = "[ensemble]\nsamples = 5\n";
+    parameters_.ensemble.samples = 5;
+  }
+  void TearDown() override { fs::remove_all(root_); }
+
+  /// Sample files of the test hold one word.
+  SummaryReader reader() const {
+    return [](const fs::path& file, std::uint64_t) {
+      const std::string word = text_of(file);
+      analysis::SampleSummary summary;
+      if (word == "done") {
+        summary.status = analysis::SampleStatus::done;
+      } else if (word == "failed") {
+        summary.status = analysis::SampleStatus::failed;
+      } else if (word != "pending") {
+        throw std::runtime_error(file.filename().string() + " is truncated");
+      }
+      return summary;
+    };
+  }
+
+  void write_sample(std::uint64_t sample, const std::string& word) const {
+    write(io::sample_path(folder_, sample), word);
+  }
+
+  SamplePlan plan(bool resume) const { return make_plan(folder_, parameters_, resume, reader()); }
+
+  fs::path root_, folder_;
+  input::Parameters parameters_;
+};
+
+TEST_F(Plan, NewFolderGetsAllSamples) {
+  const auto plan = this->plan(false);
+  EXPECT_THAT(plan.to_do, ElementsAre(0, 1, 2, 3, 4));
+  EXPECT_THAT(plan.kept, IsEmpty());
+  EXPECT_FALSE(fs::exists(folder_)) << "a plan writes nothing";
+  EXPECT_THAT(prepare_folder(folder_, parameters_, plan), IsEmpty());
+  EXPECT_EQ(text_of(folder_ / "input.toml"), parameters_.text);
+  EXPECT_TRUE(fs::is_directory(folder_ / "samples"));
+}
+
+TEST_F(Plan, ResumeOfANewFolderStartsIt) {
+  EXPECT_THAT(plan(true).to_do, SizeIs(5));
+}
+
+TEST_F(Plan, ResumeSkipsWhatIsDoneOrFailed) {
+  write(folder_ / "input.toml", parameters_.text);
+  write_sample(1, "done");
+  write_sample(3, "failed");
+  const auto plan = this->plan(true);
+  EXPECT_THAT(plan.to_do, ElementsAre(0, 2, 4));
+  ASSERT_THAT(plan.kept, SizeIs(2));
+  EXPECT_EQ(plan.kept[0].sample, 1u);
+  EXPECT_EQ(plan.kept[0].summary.status, analysis::SampleStatus::done);
+  EXPECT_EQ(plan.kept[1].sample, 3u);
+  EXPECT_EQ(plan.kept[1].summary.status, analysis::SampleStatus::failed);
+}
+
+TEST_F(Plan, InvalidFilesAreNamedComputedAgainAndKeptAside) {
+  write(folder_ / "input.toml", parameters_.text);
+  write_sample(2, "damaged");
+  write_sample(4, "pending");
+  write(io::sample_path(folder_, 2).string() + ".invalid-1", "damaged earlier");
+  const auto plan = this->plan(true);
+  EXPECT_THAT(plan.to_do, ElementsAre(0, 1, 2, 3, 4));
+  ASSERT_THAT(plan.invalid, SizeIs(2));
+  EXPECT_EQ(text_of(io::sample_path(folder_, 2)), "damaged") << "a plan writes nothing";
+
+  const auto lines = prepare_folder(folder_, parameters_, plan);
+  ASSERT_THAT(lines, SizeIs(2));
+  EXPECT_THAT(lines[0], HasSubstr("0002.h5 is set aside as 0002.h5.invalid-2"));
+  EXPECT_THAT(lines[0], HasSubstr("0002.h5 is truncated"));
+  EXPECT_THAT(lines[1], HasSubstr("0004.h5.invalid-1"));
+  EXPECT_FALSE(fs::exists(io::sample_path(folder_, 2)));
+  EXPECT_EQ(text_of(io::sample_path(folder_, 2).string() + ".invalid-1"), "damaged earlier");
+  EXPECT_EQ(text_of(io::sample_path(folder_, 2).string() + ".invalid-2"), "damaged");
+}
+
+TEST_F(Plan, FolderWithAnEnsembleIsRefusedWithoutResume) {
+  for (const char* name : {"input.toml", "ensemble.h5", "samples/0003.h5"}) {
+    fs::remove_all(folder_);
+    write(folder_ / name, parameters_.text);
+    EXPECT_THAT(message_of([&] { plan(false); }), HasSubstr("out holds an ensemble already")) << name;
+  }
+  fs::remove_all(folder_);
+  fs::create_directories(folder_ / "samples");
+  EXPECT_THAT(plan(false).to_do, SizeIs(5)) << "empty folders hold nothing";
+}
+
+TEST_F(Plan, FileInPlaceOfTheFolderIsRefused) {
+  write(folder_, "something else");
+  for (const bool resume : {false, true}) {
+    EXPECT_THAT(message_of([&] { plan(resume); }), HasSubstr("out is no folder"));
+  }
+  EXPECT_EQ(text_of(folder_), "something else");
+}
+
+TEST_F(Plan, ResumeWithAnotherInputIsRefusedWithTheDifference) {
+  write(folder_ / "input.toml", "[ensemble]\nsamples = 8\n");
+  const auto message = message_of([&] { plan(true); });
+  EXPECT_THAT(message, HasSubstr("line 2 is 'samples = 5', not 'samples = 8'"));
+  EXPECT_THAT(message, HasSubstr((folder_ / "input.toml").string()));
+}
+
+TEST_F(Plan, FolderThatCannotBeMadeIsNamed) {
+  write(root_ / "file", "");
+  folder_ = root_ / "file" / "out";
+  EXPECT_THAT(message_of([&] { prepare_folder(folder_, parameters_, plan(false)); }),
+              HasSubstr("file/out/samples: the folder cannot be made"));
+}
+
+TEST(FirstDifference, NamesLineAndTexts) {
+  EXPECT_FALSE(first_difference("a\nb\n", "a\nb\n"));
+  EXPECT_EQ(first_difference("a\nb\n", "a\nc\n"), "line 2 is 'c', not 'b'");
+  EXPECT_EQ(first_difference("a\nb\n", "a\n"), "line 2 is missing, not 'b'");
+  EXPECT_EQ(first_difference("a\n", "a\nb\n"), "line 2 is 'b', not missing");
+  EXPECT_EQ(first_difference("a\n", "a"), "the last line's end");
+}
+
+}  // namespace
+}  // namespace crackle::ensemble

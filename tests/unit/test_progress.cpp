@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What people see of a run: counts, time left, means; the line on a terminal and in a log.
+#include "crackle/ensemble/group_layout.h"
+#include "crackle/ensemble/progress.h"
+#include "crackle/ensemble/run_log.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+
+namespace crackle::ensemble {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+SampleReport done(std::uint64_t sample, double force, double z_middle) {
+  SampleReport report;
+  report.sample = sample;
+  report.summary = analysis::SampleSummary{};
+  report.summary.status = analysis::SampleStatus::done;
+  report.summary.onset_force = force;
+  report.summary.z = {0, z_middle, 0, 0, 0, 0};
+  report.stored = true;
+  return report;
+}
+
+SampleReport failed(std::uint64_t sample) {
+  SampleReport report;
+  report.sample = sample;
+  report.summary.status = analysis::SampleStatus::failed;
+  report.summary.error = "computation: energy blew up";
+  report.seconds = 2;
+  return report;
+}
+
+/// Two notches, three sections.
+Progress make_progress(std::size_t n_to_do, int n_groups) {
+  return {n_to_do, n_groups, 2, {0.007, 0.01225, 0.0175}};
+}
+
+TEST(Progress, CountsEverySampleOnce) {
+  auto progress = make_progress(5, 2);
+  progress.kept(done(0, 400, 0.07).summary);
+  progress.kept(failed(1).summary);
+  EXPECT_EQ(progress.n_left(), 5);
+  progress.started(2, 0);
+  progress.started(3, 0);
+  EXPECT_EQ(progress.n_running(), 2);
+  EXPECT_EQ(progress.n_left(), 3);
+  progress.finished(done(3, 410, 0.07), 10);
+  progress.finished(failed(4), 11);  // its mesh failed: it was never handed out
+  EXPECT_EQ(progress.n_done(), 2);
+  EXPECT_EQ(progress.n_failed(), 2);
+  EXPECT_EQ(progress.n_running(), 1);
+  EXPECT_EQ(progress.n_left(), 2);
+}
+
+TEST(Progress, MeansLeaveOutWhatDidNotArrive) {
+  auto progress = make_progress(4, 1);
+  EXPECT_TRUE(std::isnan(progress.mean_position()));
+  EXPECT_TRUE(std::isnan(progress.mean_onset_force()));
+  progress.kept(done(0, 400, 0.070).summary);
+  progress.finished(done(1, 420, 0.072), 1);
+  progress.finished(done(2, nan, nan), 2);
+  progress.finished(failed(3), 3);
+  EXPECT_DOUBLE_EQ(progress.mean_position(), 0.071);
+  EXPECT_DOUBLE_EQ(progress.mean_onset_force(), 410);
+}
+
+TEST(Progress, TimeLeftFollowsFromMeanDurationAndGroups) {
+  auto progress = make_progress(9, 2);
+  EXPECT_TRUE(std::isnan(progress.time_left(0)));
+  progress.started(0, 0);
+  EXPECT_TRUE(std::isnan(progress.time_left(5)));
+  progress.finished(done(0, 400, 0.07), 10);
+  progress.started(1, 10);
+  progress.started(2, 10);
+  // 6 left of 10 s each, and 2 running with 6 s to go: 72 s of work for 2 groups.
+  EXPECT_DOUBLE_EQ(progress.time_left(14), 36);
+}
+
+TEST(Progress, LastSampleBoundsTheTimeLeft) {
+  auto progress = make_progress(2, 8);
+  progress.started(0, 0);
+  progress.started(1, 4);
+  progress.finished(done(0, 400, 0.07), 10);
+  EXPECT_DOUBLE_EQ(progress.time_left(10), 4);
+  EXPECT_DOUBLE_EQ(progress.time_left(100), 0);
+  progress.finished(done(1, 400, 0.07), 14);
+  EXPECT_DOUBLE_EQ(progress.time_left(14), 0);
+}
+
+TEST(Progress, LineSaysAll) {
+  auto progress = make_progress(200, 2);
+  progress.started(0, 0);
+  EXPECT_EQ(progress.line(1), "0 done, 0 failed, 1 running, 199 left");
+  progress.finished(done(0, 402.34, 0.06831), 120);
+  progress.started(1, 120);
+  const std::string line = progress.line(120);
+  std::printf("%s\n", line.c_str());
+  EXPECT_EQ(
+      line,
+      "1 done, 0 failed, 1 running, 198 left, 3 h 19 min to go; mean z(12.25 mm) = 68.31 mm, onset 402.3 N");
+}
+
+TEST(Progress, BodyWithoutNotchesHasNoPosition) {
+  Progress progress(1, 1, 0, {0.01});
+  auto report = done(0, 400, 0.07);
+  report.summary.z.clear();
+  progress.finished(report, 1);
+  EXPECT_EQ(progress.line(1), "1 done, 0 failed, 0 running, 0 left; mean onset 400.0 N");
+}
+
+TEST(Progress, DurationsReadWell) {
+  EXPECT_EQ(format_duration(0.2), "0 s");
+  EXPECT_EQ(format_duration(59.6), "1 min 0 s");
+  EXPECT_EQ(format_duration(754), "12 min 34 s");
+  EXPECT_EQ(format_duration(12000), "3 h 20 min");
+  EXPECT_EQ(format_duration(2 * 86400 + 3 * 3600 + 59 * 60), "2 d 3 h");
+}
+
+TEST(SampleReport, OneLineForEachSample) {
+  auto report = done(3, 380.94, 0.07);
+  report.summary.pattern = 1;
+  report.summary.crack_area = 61.25e-6;
+  report.summary.breaks = 1532;
+  report.summary.energy_error = 2.1e-5;
+  report.seconds = 41.04;
+  EXPECT_EQ(describe(report),
+            "sample 3 done: onset 380.9 N, one crack, 61.2 mm^2 of crack, 1532 breaks, energy error 2.1e-05, "
+            "41.0 s");
+  EXPECT_EQ(describe(failed(4)), "sample 4 failed after 2.0 s: computation: energy blew up");
+}
+
+struct Screen {
+  double time = 0;
+  std::ostringstream out;
+  RunLog log;
+  explicit Screen(int width) : log(out, width, [this] { return time; }) {}
+  std::string take() {
+    auto text = out.str();
+    out.str("");
+    return text;
+  }
+};
+
+TEST(RunLog, LogHasPlainLinesAndProgressAtMostEvery30Seconds) {
+  Screen screen(0);
+  auto progress = make_progress(10, 1);
+  screen.log.show(progress, true);
+  EXPECT_EQ(screen.take(), "0 done, 0 failed, 0 running, 10 left\n");
+  screen.time = 29;
+  screen.log.show(progress, true);
+  EXPECT_EQ(screen.take(), "");
+  screen.log.line("sample 0 done");
+  EXPECT_EQ(screen.take(), "sample 0 done\n");
+  screen.time = 30;
+  screen.log.show(progress, false);  // the news of second 29 is still to be told
+  EXPECT_THAT(screen.take(), HasSubstr("10 left"));
+  screen.time = 90;
+  screen.log.show(progress, false);
+  EXPECT_EQ(screen.take(), "") << "nothing new";
+  EXPECT_THAT(screen.out.str(), Not(HasSubstr("\r")));
+}
+
+TEST(RunLog, TerminalHasOneLineThatRenewsItself) {
+  Screen screen(200);
+  auto progress = make_progress(10, 1);
+  screen.log.show(progress, true);
+  const std::string first = "0 done, 0 failed, 0 running, 10 left";
+  EXPECT_EQ(screen.take(), first);
+  screen.log.show(progress, false);
+  EXPECT_EQ(screen.take(), "");
+  progress.started(0, 0);
+  screen.log.show(progress, true);
+  const std::string blank(first.size(), ' ');
+  EXPECT_EQ(screen.take(), "\r" + blank + "\r0 done, 0 failed, 1 running, 9 left");
+  screen.time = 1;
+  screen.log.show(progress, false);
+  EXPECT_THAT(screen.take(), HasSubstr("9 left")) << "the time left runs on";
+  screen.log.line("sample 0 done");
+  EXPECT_THAT(screen.take(), HasSubstr("\rsample 0 done\n0 done, 0 failed, 1 running, 9 left"));
+  screen.log.end_progress();
+  screen.take();
+  screen.log.line("end");
+  EXPECT_EQ(screen.take(), "end\n");
+}
+
+TEST(RunLog, ProgressFitsTheTerminal) {
+  Screen screen(20);
+  screen.log.show(make_progress(10, 1), true);
+  EXPECT_EQ(screen.take(), "0 done, 0 failed, 0");
+}
+
+TEST(GroupLayout, MasterGroupsAndLeftOverRanks) {
+  const auto layout = make_group_layout(8, 3);
+  EXPECT_EQ(layout.n_groups, 2);
+  EXPECT_EQ(layout.n_left_over, 1);
+  std::vector<int> groups;
+  for (int rank = 0; rank < 8; ++rank) groups.push_back(layout.group_of(rank));
+  EXPECT_EQ(groups, (std::vector<int>{-1, 0, 0, 0, 1, 1, 1, -1}));
+  EXPECT_EQ(layout.root_of(1), 4);
+  EXPECT_EQ(describe(layout),
+            "8 ranks: master on rank 0, 2 groups of 3; rank 7 fills no group and stays idle");
+  EXPECT_EQ(describe(make_group_layout(9, 3)),
+            "9 ranks: master on rank 0, 2 groups of 3; ranks 7 to 8 fill no group and stay idle");
+  EXPECT_EQ(describe(make_group_layout(3, 2)), "3 ranks: master on rank 0, 1 group of 2");
+}
+
+TEST(GroupLayout, OneRankIsMasterAndWorker) {
+  for (const int ranks_per_sample : {1, 4}) {
+    const auto layout = make_group_layout(1, ranks_per_sample);
+    EXPECT_TRUE(layout.shared());
+    EXPECT_EQ(layout.group_of(0), 0);
+    EXPECT_EQ(layout.root_of(0), 0);
+  }
+}
+
+TEST(GroupLayout, TooFewRanksAreRefusedWithTheNumberNeeded) {
+  try {
+    make_group_layout(4, 4);
+    FAIL() << "no exception";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("ensemble.ranks_per_sample = 4 needs at least 5 ranks"));
+    EXPECT_THAT(error.what(), HasSubstr("there are 4"));
+  }
+}
+
+}  // namespace
+}  // namespace crackle::ensemble
