@@ -35,6 +35,13 @@ def read_ensemble(folder: Path) -> Ensemble:
     """
     if not folder.is_dir():
         raise ResultsError(f"'{folder}' is no folder")
+    try:
+        return _read(folder)
+    except KeyError as error:
+        raise ResultsError(f"'{folder}': its files lack something that this report needs: {error.args[0]}") from error
+
+
+def _read(folder: Path) -> Ensemble:
     file = folder / "ensemble.h5"
     sample_files = _sample_files(folder)
     if file.is_file():
@@ -104,7 +111,7 @@ def _parse_input(file: Path, identity: dict[str, Any]) -> dict[str, Any]:
         setting = input_text.parse(str(identity["input"]))
         input_text.plate(setting)
         return setting
-    except (KeyError, ValueError) as error:
+    except ValueError as error:
         raise ResultsError(f"the input text in '{file}' cannot be understood: {error}") from error
 
 
