@@ -155,6 +155,9 @@ class Report(Ensembles):
         result = self.run_report(str(self.folder))
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual(result.stderr, "")
+        page = (self.folder / "report.html").read_text(encoding="utf-8")
+        self.assertIn("0 of 2", page)
+        self.assertEqual(re.findall(r">[^<]*\bnan\b[^<]*<", page), [])
 
     def test_what_is_no_ensemble_ends_with_one_line(self):
         self.folder.mkdir()
@@ -248,8 +251,10 @@ class Numbers(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             write_ensemble(Path(folder), 9, failed=(2, 5))
             samples = reading.read_ensemble(Path(folder)).samples
+        expected = np.isfinite(samples.z).sum(axis=0)
+        samples.z[[2, 5]] = 0.07
         statistics = make_statistics(samples, 0.95)
-        np.testing.assert_array_equal(statistics.reached, np.isfinite(samples.z).sum(axis=0))
+        np.testing.assert_array_equal(statistics.reached, expected)
         self.assertAlmostEqual(statistics.pattern_share.sum(), 1.0, places=14)
         self.assertEqual(statistics.running_mean.shape, samples.z.shape)
 
