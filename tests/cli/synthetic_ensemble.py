@@ -58,8 +58,8 @@ def write_ensemble(folder: Path, n_samples: int, failed: tuple[int, ...] = (), p
 
 def _empty_row(status: int, error: str) -> dict:
     shape = (len(TIPS), SECTIONS.size)
-    return {"status": status, "error": error, "onset_force": np.nan, "onset_time": np.nan, "pattern": 0,
-            "bifurcations": 0, "crack_area": np.nan, "crack_speed_max": np.nan, "energy_error": np.nan,
+    return {"status": status, "error": error, "onset_force": np.nan, "onset_time": np.nan, "outcome": 0,
+            "pattern": 0, "bifurcations": 0, "crack_area": np.nan, "crack_speed_max": np.nan, "energy_error": np.nan,
             "z": np.full(shape, np.nan), "branches": np.zeros(shape, int), "facets": []}
 
 
@@ -91,7 +91,7 @@ def _make_sample(number: int) -> dict:
     for _ in range(4):  # stray breaks
         centre = random.uniform((0, 7e-3, 63e-3), (THICKNESS, 17e-3, 77e-3))
         facets.append((centre + random.uniform(-2e-4, 2e-4, (4, 3)), random.uniform(0, 3e-5), -1))
-    row.update(pattern=pattern, onset_force=random.normal(381, 12), crack_area=2e-7 * len(facets),
+    row.update(outcome=3 if pattern == 3 else 2, pattern=pattern, onset_force=random.normal(381, 12), crack_area=2e-7 * len(facets),
                crack_speed_max=random.normal(520, 40), energy_error=10 ** random.uniform(-6, -4),
                facets=facets)
     row["onset_time"] = (row["onset_force"] - 135) / 5 + 27
@@ -143,7 +143,7 @@ def _write_ensemble_file(file: Path, rows: list[dict], text: str) -> None:
         _write_identity(root, "crackle ensemble", text)
         samples = root.create_group("samples")
         samples.create_dataset("error", data=[row["error"] for row in rows], dtype=h5py.string_dtype())
-        for name in ("status", "onset_force", "onset_time", "pattern", "bifurcations", "crack_area",
+        for name in ("status", "onset_force", "onset_time", "outcome", "pattern", "bifurcations", "crack_area",
                      "crack_speed_max", "energy_error"):
             samples[name] = np.array([row[name] for row in rows])
         z = np.array([row["z"] for row in rows])
@@ -151,6 +151,7 @@ def _write_ensemble_file(file: Path, rows: list[dict], text: str) -> None:
         root["crack_path/z"] = z
         root["crack_path/branches"] = np.array([row["branches"] for row in rows])
         statistics = root.create_group("statistics")
+        statistics.attrs["confidence"] = 0.95
         done = np.array([row["status"] == 1 for row in rows])
         reached = np.isfinite(z).sum(axis=0)
         with np.errstate(invalid="ignore", divide="ignore"):

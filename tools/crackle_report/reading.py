@@ -17,10 +17,10 @@ from . import input_text  # noqa: E402
 from .results import DONE, PENDING, CrackSurface, Ensemble, Samples, Statistics  # noqa: E402
 from .statistics import make_statistics  # noqa: E402
 
-CONFIDENCE = 0.95  # of the intervals in /statistics
+DEFAULT_CONFIDENCE = 0.95  # of the intervals while there is no ensemble.h5
 ENSEMBLE_KIND, SAMPLE_KIND = "crackle ensemble", "crackle sample"
 NUMBERS = ("onset_force", "onset_time", "crack_area", "crack_speed_max", "energy_error")
-COUNTS = ("pattern", "bifurcations")
+COUNTS = ("outcome", "pattern", "bifurcations")
 
 
 class ResultsError(Exception):
@@ -48,6 +48,7 @@ def _read(folder: Path) -> Ensemble:
         with _open(file, ENSEMBLE_KIND) as root:
             identity = _identity(root)
             samples, statistics = _read_rows(root), _read_statistics(root)
+            confidence = float(root["statistics"].attrs["confidence"])
             sections = root["crack_path/section"][...]
             setting = _parse_input(file, identity)
     elif sample_files:
@@ -59,6 +60,7 @@ def _read(folder: Path) -> Ensemble:
         n_samples = max(int(setting["ensemble"]["samples"]), max(sample_files) + 1)
         samples = _pending_rows(n_samples, len(setting["specimen"].get("notch", [])), sections.size)
         statistics = None
+        confidence = float(setting["ensemble"].get("stop", {}).get("confidence", DEFAULT_CONFIDENCE))
     else:
         raise ResultsError(f"'{folder}' holds neither ensemble.h5 nor samples: no output folder of crackle run, "
                            "or no sample has finished yet")
@@ -67,9 +69,9 @@ def _read(folder: Path) -> Ensemble:
     for i in added:
         _read_row(sample_files[i], samples, i)
     if statistics is None or added:
-        statistics = make_statistics(samples, CONFIDENCE)
+        statistics = make_statistics(samples, confidence)
     return Ensemble(
-        folder=folder, plate=input_text.plate(setting), sections=sections, confidence=CONFIDENCE,
+        folder=folder, plate=input_text.plate(setting), sections=sections, confidence=confidence,
         samples=samples, statistics=statistics, provenance=_describe(identity),
         input_text=str(identity["input"]), load_crack=lambda i: _read_crack(sample_files.get(i)))
 

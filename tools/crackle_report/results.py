@@ -30,6 +30,7 @@ class Samples:
     error: list[str]
     onset_force: np.ndarray  # [N]
     onset_time: np.ndarray  # [s]
+    outcome: np.ndarray  # how the sample ended: index into tables.OUTCOME_NAMES
     pattern: np.ndarray
     bifurcations: np.ndarray
     crack_area: np.ndarray  # [m^2]

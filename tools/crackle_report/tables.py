@@ -13,6 +13,7 @@ from . import style
 from .results import DONE, FAILED, Ensemble, Samples
 
 STATUS_NAMES = ("pending", "done", "failed")
+OUTCOME_NAMES = ("unbroken", "arrested", "separated", "still running")
 MISSING = "–"
 
 
@@ -29,6 +30,7 @@ SAMPLE_COLUMNS = (
     Column("status", "", lambda s, i: STATUS_NAMES[int(s.status[i])]),
     Column("onset time", "s", lambda s, i: float(s.onset_time[i]), ".2f"),
     Column("onset force", "N", lambda s, i: float(s.onset_force[i]), ".1f"),
+    Column("end", "", lambda s, i: _name(OUTCOME_NAMES, int(s.outcome[i]))),
     Column("pattern", "", lambda s, i: style.pattern_name(int(s.pattern[i]))),
     Column("branchings", "", lambda s, i: int(s.bifurcations[i]), "d"),
     Column("crack area", "mm²", lambda s, i: float(s.crack_area[i]) * 1e6, ".1f"),
@@ -99,6 +101,10 @@ def provenance(ensemble: Ensemble) -> str:
     rows = "".join(f'<tr><td class="text">{escape(name)}</td><td class="text reason">{escape(value)}</td></tr>'
                    for name, value in ensemble.provenance.items())
     return f'<div class="scroll"><table><tbody>{rows}</tbody></table></div>'
+
+
+def _name(names: tuple[str, ...], number: int) -> str:
+    return names[number] if 0 <= number < len(names) else str(number)
 
 
 def _others(table: Samples) -> str:
