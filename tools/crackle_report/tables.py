@@ -67,7 +67,7 @@ def sections(ensemble: Ensemble) -> str:
     for notch in range(ensemble.n_notches):
         for k, y in enumerate(ensemble.sections):
             numbers = (statistics.z_mean, statistics.z_half_width, statistics.z_std)
-            cells = [str(notch + 1), f"{y / style.MILLIMETRE:g}", str(int(statistics.reached[notch, k]))]
+            cells = [str(notch), f"{y / style.MILLIMETRE:g}", str(int(statistics.reached[notch, k]))]
             cells += [_number(float(values[notch, k]) / style.MILLIMETRE, ".2f") for values in numbers]
             body.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
     return (f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>' + "\n".join(body)

@@ -30,7 +30,7 @@ def _verdict(ensemble: Ensemble) -> str:
         return "No section has been reached by two samples yet."
     notch, position = np.unravel_index(np.nanargmax(half_width), half_width.shape)
     return (f"The widest interval is now ±{half_width[notch, position] / style.MILLIMETRE:.2g} mm, of notch "
-            f"{notch + 1} at y = {ensemble.sections[position] / style.MILLIMETRE:g} mm, where "
+            f"{notch} at y = {ensemble.sections[position] / style.MILLIMETRE:g} mm, where "
             f"{ensemble.statistics.reached[notch, position]} samples arrived.")
 
 
@@ -54,7 +54,7 @@ def _draw(ensemble: Ensemble) -> Figure:
             axes.plot(number, line, color=colour, linewidth=1.2, marker="." if n_samples < 30 else None)
             axes.fill_between(number, line - half, line + half, where=np.isfinite(half), color=colour,
                               alpha=0.25, linewidth=0)
-            axes.set_title(f"notch {notch + 1}, y = {ensemble.sections[column] / style.MILLIMETRE:g} mm",
+            axes.set_title(f"notch {notch}, y = {ensemble.sections[column] / style.MILLIMETRE:g} mm",
                            fontsize=7)
             axes.set_xlim(1, max(n_samples, 2))
             axes.xaxis.set_major_locator(MaxNLocator(4, integer=True))

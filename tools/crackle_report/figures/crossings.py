@@ -17,7 +17,8 @@ from .picture import Picture, Section
 def section(ensemble: Ensemble) -> Section:
     result = Section(
         "Cracks at the cross-sections",
-        "Through-thickness mean of the cracks that start at each notch, at the cross-sections of the input. "
+        "Through-thickness mean of the cracks that start at each notch (numbered from 0, as in the input), at the "
+        "cross-sections. "
         "The means are over the samples whose crack arrived; the numbers on top count these.")
     if ensemble.n_notches and ensemble.sections.size:
         result.pictures.append(Picture("crossings", "Crack positions of all samples at the cross-sections",
@@ -69,7 +70,7 @@ def _notch(axes: Axes, ensemble: Ensemble, notch: int) -> None:
     for position, reached in zip(y, statistics.reached[notch]):
         axes.text(position, 1.01, str(reached), transform=axes.get_xaxis_transform(), ha="center", va="bottom",
                   fontsize=7, color=style.MUTED)
-    axes.set_title(f"notch {notch + 1}", loc="left", fontweight="bold", color=colour, pad=14)
+    axes.set_title(f"notch {notch}", loc="left", fontweight="bold", color=colour, pad=14)
 
     from_tip, order = _from_tip(ensemble, notch)
     alpha = float(np.clip(12 / max(len(z), 1), 0.12, 0.6))
