@@ -1,0 +1,76 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What README.md shows is what the program does."""
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "cli"))
+
+from synthetic_ensemble import write_ensemble  # noqa: E402
+
+TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
+PROGRAM = ""
+
+
+def run_program(*arguments: str) -> subprocess.CompletedProcess:
+    environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+    return subprocess.run([PROGRAM, *arguments], env=environment, capture_output=True, text=True, check=False)
+
+
+class Readme(unittest.TestCase):
+    maxDiff = None
+
+    def test_the_table_of_keys_is_the_programs(self):
+        (table,) = re.findall(r"<!-- keys:begin -->\n(.*?)<!-- keys:end -->", TEXT, re.DOTALL)
+        result = run_program("check", "--keys")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(table, result.stdout)
+
+    def test_the_input_example_is_valid(self):
+        (example,) = re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL)
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "plate.toml"
+            file.write_text(example, encoding="utf-8")
+            result = run_program("check", str(file))
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+
+    def test_every_command_shown_exists(self):
+        commands = set(re.findall(r"`(?:mpirun -n \d+ )?crackle (\w+) ", TEXT))
+        self.assertEqual(commands, {"check", "mesh", "sample", "run", "stats"})
+        for command in commands:
+            usage = run_program(command, "--help")
+            self.assertEqual(usage.returncode, 0, command)
+            for line in re.findall(rf"`[^`]*crackle {command} [^`]*`", TEXT):
+                for option in re.findall(r"(?<!\S)(--?[a-z]+)", line.split(f"crackle {command}")[1]):
+                    self.assertRegex(usage.stdout, rf"(?<![\w-]){option}\b", f"{command} {option}")
+
+    def test_the_python_example_runs(self):
+        (example,) = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
+        with tempfile.TemporaryDirectory() as folder:
+            write_ensemble(Path(folder) / "out" / "demo", 6, failed=(1,))
+            result = subprocess.run(["/usr/bin/python3", "-c", example + "print(z.shape)"], check=False,
+                                    capture_output=True, text=True, cwd=folder)
+        self.assertEqual((result.stdout, result.stderr), ("(5, 2, 5)\n", ""))
+
+    def test_files_linked_to_are_there(self):
+        links = re.findall(r"\]\(([^)#]+)\)", TEXT)
+        self.assertIn("jobs/README.md", links)
+        for link in links:
+            self.assertTrue((ROOT / link).exists(), link)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--program", required=True)
+    options, rest = parser.parse_known_args()
+    PROGRAM = os.path.abspath(options.program)
+    unittest.main(argv=[sys.argv[0], *rest], verbosity=2)

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Confidence intervals of means, as the program computes them."""
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+
+def student_quantile(confidence: float, degrees_of_freedom: int) -> float:
+    """The t for which P(|T| < t) = confidence; inf without degrees of freedom."""
+    if degrees_of_freedom < 1:
+        return math.inf
+    low, high = 0.0, math.pi / 2
+    for _ in range(60):
+        middle = (low + high) / 2
+        if _student_probability(middle, degrees_of_freedom) < confidence:
+            low = middle
+        else:
+            high = middle
+    return math.sqrt(degrees_of_freedom) * math.tan((low + high) / 2)
+
+
+def _student_probability(angle: float, degrees_of_freedom: int) -> float:
+    """P(|T| < sqrt(n) tan(angle)) for n degrees of freedom: Abramowitz and Stegun 26.7.3 and 26.7.4."""
+    sine, cosine = math.sin(angle), math.cos(angle)
+    odd = degrees_of_freedom % 2 == 1
+    if degrees_of_freedom == 1:
+        return 2 * angle / math.pi
+    term = cosine if odd else 1.0
+    total = term
+    for k in range(3 if odd else 2, degrees_of_freedom - 1, 2):
+        term *= cosine * cosine * (k - 1) / k
+        total += term
+    return 2 / math.pi * (angle + sine * total) if odd else sine * total
+
+
+def running_half_width(values: np.ndarray, confidence: float) -> np.ndarray:
+    """Half width of the confidence interval of the mean over values[:i + 1], for every i.
+
+    values: length n, NaN entries are left out. NaN where fewer than two values are there.
+    """
+    half_width = np.full(len(values), np.nan)
+    count, mean, squares = 0, 0.0, 0.0
+    latest = math.nan
+    for i, value in enumerate(values):
+        if not math.isnan(value):
+            count += 1
+            step = value - mean
+            mean += step / count
+            squares += step * (value - mean)
+            if count > 1:
+                deviation = math.sqrt(squares / (count - 1))
+                latest = student_quantile(confidence, count - 1) * deviation / math.sqrt(count)
+        half_width[i] = latest
+    return half_width
+
+
+def running_mean(values: np.ndarray) -> np.ndarray:
+    """Mean over values[:i + 1] without its NaN entries, for every i; NaN before the first value."""
+    present = ~np.isnan(values)
+    count = np.cumsum(present)
+    total = np.cumsum(np.where(present, values, 0.0))
+    return np.divide(total, count, out=np.full(len(values), np.nan), where=count > 0)

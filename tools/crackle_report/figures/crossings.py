@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where the cracks of all samples cross the sections, with their mean and its band."""
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from .. import style
+from ..drawing import draw_plate, window
+from ..results import Ensemble
+from .picture import Picture, Section
+
+
+def section(ensemble: Ensemble) -> Section:
+    result = Section(
+        "Cracks at the cross-sections",
+        "Through-thickness mean of the cracks that start at each notch (numbered from 0, as in the input), at the "
+        "cross-sections. "
+        "The means are over the samples whose crack arrived; the numbers on top count these.")
+    if ensemble.n_notches and ensemble.sections.size:
+        result.pictures.append(Picture("crossings", "Crack positions of all samples at the cross-sections",
+                                       _draw(ensemble)))
+    return result
+
+
+def _draw(ensemble: Ensemble) -> Figure:
+    z_range = window(ensemble.plate, [ensemble.samples.z])
+    n_columns = min(ensemble.n_notches, 3)
+    n_rows = -(-ensemble.n_notches // n_columns)
+    left, right, top, bottom, gap_x, gap_y = 0.6, 0.15, 0.75, 0.5, 0.5, 0.9
+    panel_width = min((style.PAGE_WIDTH - left - right - (n_columns - 1) * gap_x) / n_columns, 4.2)
+    proportion = (z_range[1] - z_range[0]) / (1.08 * ensemble.plate.size[1] / style.MILLIMETRE)
+    panel_height = min(panel_width * proportion, 6.0)
+    width = left + right + n_columns * panel_width + (n_columns - 1) * gap_x
+    height = top + bottom + n_rows * panel_height + (n_rows - 1) * gap_y
+
+    figure = Figure(figsize=(width, height))
+    for notch in range(ensemble.n_notches):
+        row, column = divmod(notch, n_columns)
+        axes = figure.add_axes((
+            (left + column * (panel_width + gap_x)) / width,
+            1 - (top + (row + 1) * panel_height + row * gap_y) / height,
+            panel_width / width, panel_height / height))
+        draw_plate(axes, ensemble.plate, z_range)
+        axes.set_xlabel("y [mm]")
+        axes.set_ylabel("z [mm]")
+        _notch(axes, ensemble, notch)
+    figure.legend(handles=[
+        Line2D([], [], color=style.MUTED, linewidth=0.7, alpha=0.6, label="a sample"),
+        Line2D([], [], color="black", linewidth=1.0, marker="o", markersize=2.5, label="mean"),
+        Patch(color="black", alpha=0.3, linewidth=0,
+              label=f"{100 * ensemble.confidence:g} % confidence interval of the mean"),
+        Line2D([], [], color="black", linewidth=0.8, linestyle="--", label="± one standard deviation"),
+    ], loc="upper left", ncol=4, bbox_to_anchor=((left - 0.1) / width, 1.0))
+    return figure
+
+
+def _notch(axes: Axes, ensemble: Ensemble, notch: int) -> None:
+    colour = style.notch_colour(notch)
+    y = ensemble.sections / style.MILLIMETRE
+    z = ensemble.samples.z[:, notch, :] / style.MILLIMETRE
+    statistics = ensemble.statistics
+    mean, std, half_width = (values[notch] / style.MILLIMETRE for values in
+                             (statistics.z_mean, statistics.z_std, statistics.z_half_width))
+    for position in y:
+        axes.axvline(position, color=style.MUTED, linewidth=0.4, linestyle=":", zorder=1)
+    for position, reached in zip(y, statistics.reached[notch]):
+        axes.text(position, 1.01, str(reached), transform=axes.get_xaxis_transform(), ha="center", va="bottom",
+                  fontsize=7, color=style.MUTED)
+    axes.set_title(f"notch {notch}", loc="left", fontweight="bold", color=colour, pad=14)
+
+    from_tip, order = _from_tip(ensemble, notch)
+    alpha = float(np.clip(12 / max(len(z), 1), 0.12, 0.6))
+    for row in z:
+        if np.isfinite(row).any():
+            axes.plot(np.r_[from_tip[0], y[order]], np.r_[from_tip[1], row[order]], color=colour,
+                      linewidth=0.7, alpha=alpha, marker=".", markersize=3, markeredgewidth=0, zorder=2)
+    axes.plot(y, mean, color="black", linewidth=1.0, marker="o", markersize=2.5, zorder=5)
+    for side in (-1, 1):
+        axes.plot(y, mean + side * std, color="black", linewidth=0.8, linestyle="--", zorder=4)
+    axes.fill_between(y, mean - half_width, mean + half_width, color="black", alpha=0.3, linewidth=0, zorder=4)
+
+
+def _from_tip(ensemble: Ensemble, notch: int) -> tuple[tuple[float, float], np.ndarray]:
+    """The notch's tip (y, z) in mm, and the sections in the order that a crack from there reaches them."""
+    tip_y, tip_z = ensemble.plate.tip(notch)
+    order = np.argsort(np.abs(ensemble.sections - tip_y), kind="stable")
+    return (tip_y / style.MILLIMETRE, tip_z / style.MILLIMETRE), order

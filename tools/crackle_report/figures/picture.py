@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a picture module hands to the page."""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from matplotlib.figure import Figure
+
+
+@dataclass
+class Picture:
+    name: str  # of its files, without ending
+    description: str  # for those who cannot see it
+    figure: Figure
+
+
+@dataclass
+class Section:
+    title: str
+    text: str
+    pictures: list[Picture] = field(default_factory=list)

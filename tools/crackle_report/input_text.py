@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the report needs from the ensemble's input text: the plate and the sections.
+
+The program reads the units with UDUNITS; for lengths the names and prefixes below are enough, so that the
+report can be made where the program is not installed.
+"""
+from __future__ import annotations
+
+import re
+import tomllib
+from typing import Any
+
+from .plate import Notch, Plate
+
+_METRES = {"m": 1.0, "meter": 1.0, "meters": 1.0, "metre": 1.0, "metres": 1.0,
+           "inch": 0.0254, "inches": 0.0254, "in": 0.0254, "foot": 0.3048, "feet": 0.3048, "ft": 0.3048,
+           "micron": 1e-6, "microns": 1e-6}
+_PREFIXES = {"": 1.0, "k": 1e3, "d": 1e-1, "c": 1e-2, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "n": 1e-9,
+             "kilo": 1e3, "deci": 1e-1, "centi": 1e-2, "milli": 1e-3, "micro": 1e-6, "nano": 1e-9}
+_LENGTH = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*\*?\s*([A-Za-zµμ]+)\s*")
+
+
+def length(text: str) -> float:
+    """A length in metres from its text, "24.5 mm".
+
+    Raises ValueError when it is none, or in a unit that is not known here.
+    """
+    match = _LENGTH.fullmatch(text)
+    if match:
+        number, unit = match.groups()
+        for name, metres in _METRES.items():
+            prefix = unit.removesuffix(name)
+            if prefix != unit and prefix in _PREFIXES:
+                return float(number) * _PREFIXES[prefix] * metres
+    raise ValueError(f"'{text}' is no length in a unit that the report knows (m, mm, um, inch, ...)")
+
+
+def plate(document: dict[str, Any]) -> Plate:
+    """The specimen of a parsed input file."""
+    specimen = document["specimen"]
+    notches = tuple(Notch(n["face"], length(n["at"]), length(n["depth"]), length(n["height"]))
+                    for n in specimen.get("notch", []))
+    size = tuple(length(edge) for edge in specimen["size"])
+    return Plate((size[0], size[1], size[2]), notches)
+
+
+def sections(document: dict[str, Any]) -> list[float]:
+    """y of the cross-sections [m]."""
+    return [length(y) for y in document.get("sections", {}).get("y", [])]
+
+
+def parse(text: str) -> dict[str, Any]:
+    return tomllib.loads(text)

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads an ensemble's folder: ensemble.h5 where it is, samples/NNNN.h5 for what it does not hold."""
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Any, Optional
+
+# A folder on a network file system, or one that a run is writing to, may not be locked for reading.
+os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
+
+import h5py  # noqa: E402
+import numpy as np  # noqa: E402
+
+from . import input_text  # noqa: E402
+from .results import DONE, PENDING, CrackSurface, Ensemble, Samples, Statistics  # noqa: E402
+from .statistics import make_statistics  # noqa: E402
+
+DEFAULT_CONFIDENCE = 0.95  # of the intervals while there is no ensemble.h5
+ENSEMBLE_KIND, SAMPLE_KIND = "crackle ensemble", "crackle sample"
+NUMBERS = ("onset_force", "onset_time", "crack_area", "crack_speed_max", "energy_error")
+COUNTS = ("outcome", "pattern", "bifurcations")
+
+
+class ResultsError(Exception):
+    """The folder does not hold an ensemble's results, or they cannot be read."""
+
+
+def read_ensemble(folder: Path) -> Ensemble:
+    """The results in an output folder of the program.
+
+    Samples that ensemble.h5 does not hold, because the run was stopped or still goes on, come from their own
+    files; then the statistics are made anew. Raises ResultsError.
+    """
+    if not folder.is_dir():
+        raise ResultsError(f"'{folder}' is no folder")
+    try:
+        return _read(folder)
+    except KeyError as error:
+        raise ResultsError(f"'{folder}': its files lack something that this report needs: {error.args[0]}") from error
+
+
+def _read(folder: Path) -> Ensemble:
+    file = folder / "ensemble.h5"
+    sample_files = _sample_files(folder)
+    if file.is_file():
+        with _open(file, ENSEMBLE_KIND) as root:
+            identity = _identity(root)
+            samples, statistics = _read_rows(root), _read_statistics(root)
+            confidence = float(root["statistics"].attrs["confidence"])
+            sections = root["crack_path/section"][...]
+            setting = _parse_input(file, identity)
+    elif sample_files:
+        first = next(iter(sample_files.values()))
+        with _open(first, SAMPLE_KIND) as root:
+            identity = _identity(root)
+        setting = _parse_input(first, identity)
+        sections = np.sort(input_text.sections(setting))
+        n_samples = max(int(setting["ensemble"]["samples"]), max(sample_files) + 1)
+        samples = _pending_rows(n_samples, len(setting["specimen"].get("notch", [])), sections.size)
+        statistics = None
+        confidence = float(setting["ensemble"].get("stop", {}).get("confidence", DEFAULT_CONFIDENCE))
+    else:
+        raise ResultsError(f"'{folder}' holds neither ensemble.h5 nor samples: no output folder of crackle run, "
+                           "or no sample has finished yet")
+
+    added = [i for i in sample_files if i < len(samples) and samples.status[i] == PENDING]
+    for i in added:
+        _read_row(sample_files[i], samples, i)
+    if statistics is None or added:
+        statistics = make_statistics(samples, confidence)
+    return Ensemble(
+        folder=folder, plate=input_text.plate(setting), sections=sections, confidence=confidence,
+        samples=samples, statistics=statistics, provenance=_describe(identity),
+        input_text=str(identity["input"]), load_crack=lambda i: _read_crack(sample_files.get(i)))
+
+
+def _sample_files(folder: Path) -> dict[int, Path]:
+    """The whole sample files by their number; files under way have other names."""
+    names = ((re.fullmatch(r"(\d{4,})\.h5", file.name), file) for file in (folder / "samples").glob("*.h5"))
+    return dict(sorted((int(match[1]), file) for match, file in names if match))
+
+
+def _open(file: Path, kind: str) -> h5py.File:
+    try:
+        root = h5py.File(file, "r")
+    except OSError as error:
+        raise ResultsError(f"'{file}' cannot be read: {error}") from error
+    found = _text(root.attrs.get("kind", ""))
+    if found != kind:
+        root.close()
+        raise ResultsError(f"'{file}' is not a {kind} file")
+    return root
+
+
+def _text(value: Any) -> Any:
+    return value.decode("utf-8") if isinstance(value, bytes) else value
+
+
+def _identity(root: h5py.File) -> dict[str, Any]:
+    return {name: _text(value) for name, value in root.attrs.items()}
+
+
+def _describe(identity: dict[str, Any]) -> dict[str, str]:
+    names = {"program_version": "program version", "git_commit": "git commit",
+             "library_versions": "libraries", "seed": "seed", "schema_version": "version of the file format"}
+    return {title: str(identity[name]) for name, title in names.items() if name in identity}
+
+
+def _parse_input(file: Path, identity: dict[str, Any]) -> dict[str, Any]:
+    try:
+        setting = input_text.parse(str(identity["input"]))
+        input_text.plate(setting)
+        return setting
+    except ValueError as error:
+        raise ResultsError(f"the input text in '{file}' cannot be understood: {error}") from error
+
+
+def _pending_rows(n_samples: int, n_notches: int, n_sections: int) -> Samples:
+    shape = (n_samples, n_notches, n_sections)
+    return Samples(status=np.zeros(n_samples, int), error=[""] * n_samples,
+                   **{name: np.full(n_samples, np.nan) for name in NUMBERS},
+                   **{name: np.zeros(n_samples, int) for name in COUNTS},
+                   z=np.full(shape, np.nan), branches=np.zeros(shape, int))
+
+
+def _read_rows(root: h5py.File) -> Samples:
+    group = root["samples"]
+    return Samples(status=group["status"][...], error=[_text(reason) for reason in group["error"][...]],
+                   **{name: group[name][...] for name in NUMBERS + COUNTS},
+                   z=root["crack_path/z"][...], branches=root["crack_path/branches"][...])
+
+
+def _read_row(file: Path, samples: Samples, i: int) -> None:
+    with _open(file, SAMPLE_KIND) as root:
+        samples.status[i] = root.attrs["status"]
+        samples.error[i] = _text(root.attrs["error"])
+        group = root["summary"]
+        for name in NUMBERS + COUNTS:
+            getattr(samples, name)[i] = group[name][()]
+        samples.z[i], samples.branches[i] = group["z"][...], group["branches"][...]
+
+
+def _read_statistics(root: h5py.File) -> Statistics:
+    group = root["statistics"]
+    return Statistics(**{name: group[name][...] for name in Statistics.__dataclass_fields__})
+
+
+def _read_crack(file: Optional[Path]) -> Optional[CrackSurface]:
+    """The crack surface of a sample; None without its file or when it failed."""
+    if file is None:
+        return None
+    with _open(file, SAMPLE_KIND) as root:
+        if root.attrs["status"] != DONE:
+            return None
+        group = root["crack_surface"]
+        notch_of_crack = np.append(group["cracks/notch"][...], -1)
+        return CrackSurface(group["corners"][...], group["time"][...], notch_of_crack[group["crack"][...]])

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The ensemble's statistics from its samples, for an ensemble that is not finished.
+
+The same definitions as /statistics of ensemble.h5: Student's interval for means, Wilson's for shares.
+"""
+from __future__ import annotations
+
+import math
+from statistics import NormalDist
+
+import numpy as np
+
+from .confidence import running_mean, student_quantile
+from .results import DONE, Samples, Statistics
+
+N_PATTERNS = 4
+
+
+def make_statistics(samples: Samples, confidence: float) -> Statistics:
+    done = samples.status == DONE
+    z = np.where(done[:, None, None], samples.z, np.nan)
+    shape = z.shape[1:]
+    reached = np.isfinite(z).sum(axis=0)
+    mean, std, half_width = (np.full(shape, np.nan) for _ in range(3))
+    for index in np.ndindex(*shape):
+        values = z[(slice(None), *index)]
+        values = values[np.isfinite(values)]
+        if values.size > 0:
+            mean[index] = values.mean()
+        if values.size > 1:
+            std[index] = values.std(ddof=1)
+            half_width[index] = student_quantile(confidence, values.size - 1) * std[index] / math.sqrt(values.size)
+    running = np.stack([running_mean(column) for column in z.reshape(len(z), -1).T], axis=1) \
+        if z.size else np.empty(z.shape)
+    n_done = int(done.sum())
+    count = np.bincount(samples.pattern[done], minlength=N_PATTERNS)[:N_PATTERNS]
+    share = count / n_done if n_done else np.full(N_PATTERNS, np.nan)
+    return Statistics(mean, std, half_width, reached, running.reshape(z.shape), share,
+                      np.array([wilson_half_width(s, n_done, confidence) for s in share]))
+
+
+def wilson_half_width(share: float, n: int, confidence: float) -> float:
+    """Half width of Wilson's confidence interval of a share out of n."""
+    if n == 0:
+        return math.nan
+    q = NormalDist().inv_cdf((1 + confidence) / 2)
+    return q / (1 + q * q / n) * math.sqrt(share * (1 - share) / n + q * q / (4 * n * n))
