@@ -3,10 +3,12 @@
 
 #include "blue_noise.h"
 #include "displacement.h"
+#include "notch_crossing.h"
 #include "redraw.h"
 #include "relaxation.h"
 #include "slab_order.h"
 #include "vector_algebra.h"
+#include "wall_points.h"
 
 #include <fmt/format.h>
 
@@ -14,7 +16,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-#include <string>
+#include <utility>
 
 namespace crackle::geometry {
 
@@ -32,22 +34,10 @@ constexpr int improving_rounds = 20;
 constexpr int final_rounds = 200;
 constexpr double improving_radius = 0.25;  ///< in local spacings
 constexpr double quality_goal = 0.35;      ///< of the base, so that few disturbed tetrahedra are bad
+constexpr int max_additions = 10;  ///< times that points may be added on walls
 constexpr double max_points = 2e7;
 
 enum Stream : std::uint64_t { on_edges, on_surfaces, in_interior, improving, choosing };
-
-/// Distance from a point of a surface to the outline of that plane piece.
-double distance_to_outline(const Body& body, const Surface& surface, const Point& p) {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < 3; ++i)
-    if (static_cast<int>(i) != surface.axis)
-      nearest = std::min({nearest, p[i] - surface.extent.lower[i], surface.extent.upper[i] - p[i]});
-  const bool is_face = &surface - body.surfaces().data() < 6;
-  if (is_face)
-    for (int i = 0; i < body.n_notches(); ++i)
-      if (distance(body.slot(i), surface.extent) == 0) nearest = std::min(nearest, distance(p, body.slot(i)));
-  return nearest;
-}
 
 /// Collects points, each with the surface that it lies in.
 struct Collection {
@@ -106,7 +96,7 @@ void place_on_surface(Collection& collection, SurfaceId id, parallel::RandomStre
     fixed.spacing.push_back(collection.points.spacing[i]);
   }
   const auto accepts = [&](const Point& p, double spacing) {
-    return distance_to_outline(collection.body, surface, p) >= outline_margin * spacing;
+    return distance_to_outline(collection.body, id, p) >= outline_margin * spacing;
   };
   for (const Point& p : blue_noise(collection.spacing, surface.extent, accepts, fixed, stream))
     collection.add(p, id);
@@ -129,7 +119,7 @@ void relax(Collection& collection) {
     if (norm(difference(p, collection.points.position[i])) > 0.5 * spacing) return false;
     const SurfaceId id = collection.surface[i];
     return id < 0 ? body.distance_to_surface(p) >= surface_margin * spacing
-                  : distance_to_outline(body, body.surfaces()[static_cast<std::size_t>(id)], p) >=
+                  : distance_to_outline(body, id, p) >=
                         outline_margin * spacing;
   };
   for (int round = 0; round < relaxation_rounds; ++round) {
@@ -140,9 +130,9 @@ void relax(Collection& collection) {
 }
 
 /// Moves points at bad cells, first for a good shape as far as it goes, then until every cell is good.
-/// @throws std::runtime_error with the places that stay bad
-void improve(const Body& body, MotherPoints& points, const input::Mesh& mesh, double goal,
-             parallel::RandomStream stream) {
+/// @return the cells that stay bad
+std::vector<Tetrahedron> improve(const Body& body, MotherPoints& points, double goal, double min_quality,
+                                 const parallel::RandomStream& stream) {
   Tessellation tessellation(body, points.position, goal);
   const std::vector<Point> centre = points.position;
   std::uint64_t pass = 0;
@@ -154,16 +144,37 @@ void improve(const Body& body, MotherPoints& points, const input::Mesh& mesh, do
   redraw(tessellation, points.movable, draw, stream.substream(choosing),
          {.max_rounds = improving_rounds, .only_improve = true});
   ++pass;
-  tessellation.set_min_quality(mesh.min_quality);
-  const RedrawOutcome outcome = redraw(tessellation, points.movable, draw, stream.substream(choosing + 1),
-                                       {.max_rounds = final_rounds, .shrinking = false});
+  tessellation.set_min_quality(min_quality);
+  RedrawOutcome outcome = redraw(tessellation, points.movable, draw, stream.substream(choosing + 1),
+                                 {.max_rounds = final_rounds, .shrinking = false});
   points.position.assign(tessellation.points().begin(), tessellation.points().end());
-  if (outcome.remaining.empty()) return;
-  const Point& where = points.position[static_cast<std::size_t>(outcome.remaining.front()[0])];
+  return std::move(outcome.remaining);
+}
+
+[[noreturn]] void refuse(const Body& body, const MotherPoints& points, double min_quality,
+                         const std::vector<Tetrahedron>& bad) {
+  const auto corner = [&](std::size_t i) { return points.position[static_cast<std::size_t>(bad.front()[i])]; };
+  const bool crossing =
+      place(body.sections(), {corner(0), corner(1), corner(2), corner(3)}) == Place::crossing;
   throw std::runtime_error(fmt::format(
-      "mesh: {} tetrahedra stay below min_quality = {} or reach across a notch, the first near ({:g}, {:g}, "
-      "{:g}) m; use a finer spacing there or a lower min_quality",
-      outcome.remaining.size(), mesh.min_quality, where[0], where[1], where[2]));
+      "mesh: the body cannot be tessellated with these points: {} tetrahedra reach across a notch or stay below "
+      "min_quality = {}; the first, near ({:g}, {:g}, {:g}) mm, {}; use a finer spacing there or a lower "
+      "min_quality",
+      bad.size(), min_quality, 1e3 * corner(0)[0], 1e3 * corner(0)[1], 1e3 * corner(0)[2],
+      crossing ? "reaches across a notch" : "has a lower quality"));
+}
+
+/// Blue noise on edges, surfaces and in the interior, relaxed.
+void generate(Collection& collection, const parallel::RandomStream& stream) {
+  const Body& body = collection.body;
+  for (const Point& p : body.corners()) collection.add(p, -1);
+  std::uint64_t item = 0;
+  for (const Edge& edge : body.edges())
+    place_on_edge(collection, edge, stream.substream(on_edges).substream(item++));
+  for (std::size_t id = 0; id < body.surfaces().size(); ++id)
+    place_on_surface(collection, static_cast<SurfaceId>(id), stream.substream(on_surfaces).substream(id));
+  place_in_interior(collection, stream.substream(in_interior));
+  relax(collection);
 }
 
 }  // namespace
@@ -172,11 +183,11 @@ double estimate_n_points(const Body& body, const input::Mesh& mesh) {
   const SpacingField spacing(body, mesh);
   double sum = static_cast<double>(body.corners().size());
   for (const Edge& edge : body.edges()) sum += n_edge_spacings(spacing, edge).back();
-  for (const Surface& surface : body.surfaces()) {
+  for (std::size_t id = 0; id < body.surfaces().size(); ++id) {
     const auto accepts = [&](const Point& p, double local) {
-      return distance_to_outline(body, surface, p) >= outline_margin * local;
+      return distance_to_outline(body, static_cast<SurfaceId>(id), p) >= outline_margin * local;
     };
-    sum += expected_points(spacing, surface.extent, accepts, max_points);
+    sum += expected_points(spacing, body.surfaces()[id].extent, accepts, max_points);
   }
   const auto accepts = [&](const Point& p, double local) {
     return body.contains(p) && body.distance_to_surface(p) >= surface_margin * local;
@@ -194,19 +205,20 @@ MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::
     if (estimate_n_points(body, mesh) > max_points)
       throw std::runtime_error(
           fmt::format("mesh: this spacing needs more than {:.0f} nodes; use a coarser one", max_points));
-    for (const Point& p : body.corners()) collection.add(p, -1);
-    std::uint64_t item = 0;
-    for (const Edge& edge : body.edges())
-      place_on_edge(collection, edge, stream.substream(on_edges).substream(item++));
-    for (std::size_t id = 0; id < body.surfaces().size(); ++id)
-      place_on_surface(collection, static_cast<SurfaceId>(id), stream.substream(on_surfaces).substream(id));
-    place_in_interior(collection, stream.substream(in_interior));
-    relax(collection);
+    generate(collection, stream);
   }
-  MotherPoints points = in_slab_order(collection.points, body.size());
-  improve(body, points, mesh, mesh.points ? mesh.min_quality : std::max(quality_goal, mesh.min_quality),
-          stream.substream(improving));
-  return points;
+  const double goal = mesh.points ? mesh.min_quality : std::max(quality_goal, mesh.min_quality);
+  MotherPoints& points = collection.points;
+  for (int attempt = 0;; ++attempt) {
+    const std::vector<Tetrahedron> bad =
+        improve(body, points, goal, mesh.min_quality, stream.substream(improving).substream(static_cast<std::uint64_t>(attempt)));
+    if (bad.empty()) return in_slab_order(points, body.size());
+    const std::vector<Point> added =
+        missing_wall_points(body, points.position, points.spacing, bad, outline_margin);
+    if (mesh.points || added.empty() || attempt == max_additions)
+      refuse(body, points, mesh.min_quality, bad);
+    for (const Point& p : added) collection.add(p, -1);
+  }
 }
 
 }  // namespace crackle::geometry
