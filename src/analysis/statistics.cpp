@@ -106,6 +106,13 @@ Statistics make_statistics(std::span<const SampleSummary> samples, int n_notches
   return statistics;
 }
 
+Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters) {
+  const auto& stop = parameters.ensemble.stop;
+  return make_statistics(samples, static_cast<int>(parameters.specimen.notches.size()),
+                         static_cast<int>(parameters.sections.y.size()),
+                         stop ? stop->confidence : default_confidence);
+}
+
 double quantile(std::vector<double> values, double share) {
   std::erase_if(values, [](double value) { return std::isnan(value); });
   if (values.empty()) return none;

@@ -47,6 +47,18 @@ TEST(Statistics, ConfidenceSetsTheWidth) {
   }
 }
 
+TEST(Statistics, TheInputSetsShapeAndConfidence) {
+  input::Parameters parameters;
+  parameters.specimen.notches.resize(1);
+  parameters.sections.y = {0.007};
+  const std::vector<SampleSummary> samples{done({1}), done({2}), done({4})};
+  EXPECT_EQ(make_statistics(samples, parameters).confidence, 0.95);
+  parameters.ensemble.stop = input::EnsembleStop{1e-4, 0.9, 2};
+  const Statistics s = make_statistics(samples, parameters);
+  EXPECT_EQ(s.confidence, 0.9);
+  EXPECT_EQ(s.z_half_width, make_statistics(samples, 1, 1, 0.9).z_half_width);
+}
+
 TEST(Statistics, OnlyDoneSamplesThatArrivedCount) {
   std::vector<SampleSummary> samples{empty_summary(2, 2, SampleStatus::pending), done({3, none, 5, none}),
                                      empty_summary(2, 2, SampleStatus::failed, "broke"),

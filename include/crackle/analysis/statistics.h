@@ -2,6 +2,7 @@
 #pragma once
 
 #include "crackle/analysis/sample_summary.h"
+#include "crackle/input/parameters.h"
 
 #include <array>
 #include <cstdint>
@@ -36,6 +37,10 @@ struct Statistics {
 /// @throws std::invalid_argument when a row has another shape or `confidence` is not between 0 and 1
 Statistics make_statistics(std::span<const SampleSummary> samples, int n_notches, int n_sections,
                            double confidence = default_confidence);
+
+/// As above, for the notches and sections of the input, at the confidence that its [ensemble.stop] asks for
+/// (default_confidence without): the statistics of its ensemble.h5.
+Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters);
 
 /// The value below which a share of the values lies, linear between neighbours in rank (Hyndman and Fan's
 /// type 7). NaN values are left out; NaN when none is left.

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// crackle stats: the statistics of an ensemble, anew from its sample files.
+#include "commands.h"
+#include "crackle/analysis/statistics.h"
+#include "crackle/input/reader.h"
+#include "crackle/io/ensemble_file.h"
+#include "crackle/io/sample_file.h"
+#include "crackle/parallel/agreement.h"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+namespace crackle::apps {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The input that the ensemble in `folder` was started with: the run's copy of it, or what its results hold.
+input::Parameters input_of(const fs::path& folder) {
+  if (fs::exists(folder / "input.toml")) return input::read(folder / "input.toml");
+  const fs::path file = folder / "ensemble.h5";
+  if (fs::exists(file)) return input::parse(io::read_ensemble(file).input_text, file);
+  throw std::runtime_error(fmt::format(
+      "'{}' is not the folder of an ensemble: it holds neither input.toml nor ensemble.h5", folder.string()));
+}
+
+/// This rank's share of the samples.
+io::EnsembleBlock read_block(const parallel::Communicator& world, const fs::path& folder,
+                             const input::Parameters& parameters) {
+  const auto n_samples = static_cast<std::size_t>(parameters.ensemble.samples);
+  const auto rank = static_cast<std::size_t>(world.rank());
+  const auto n_ranks = static_cast<std::size_t>(world.size());
+  const std::size_t first = n_samples * rank / n_ranks;
+  const std::size_t end = n_samples * (rank + 1) / n_ranks;
+  return {first, io::read_summaries(folder, parameters, first, end - first)};
+}
+
+int update_statistics(const parallel::Communicator& world, const fs::path& folder) {
+  const input::Parameters parameters = parallel::agree(world, [&] { return input_of(folder); });
+  const io::EnsembleBlock block =
+      parallel::agree(world, [&] { return read_block(world, folder, parameters); });
+  const auto samples = analysis::all_gather(world, block.rows);
+  const analysis::Statistics statistics =
+      parallel::agree(world, [&] { return analysis::make_statistics(samples, parameters); });
+  if (world.is_root()) {
+    fmt::print("{}", analysis::to_text(statistics, samples, parameters.sections.y));
+    std::fflush(stdout);
+  }
+  io::write_ensemble(world, folder / "ensemble.h5", parameters, block, statistics);
+  return success;
+}
+
+}  // namespace
+
+void add_stats_command(CLI::App& app, Action& run) {
+  auto folder = std::make_shared<std::string>();
+  CLI::App* command =
+      app.add_subcommand("stats",
+                         "Recompute the statistics of a finished or unfinished ensemble from its sample "
+                         "files, print them and bring ensemble.h5 up to date");
+  command->add_option("folder", *folder, "output folder of crackle run")->required();
+  command->callback([folder, &run] {
+    run = [folder](const parallel::Communicator& world) { return update_statistics(world, *folder); };
+  });
+}
+
+}  // namespace crackle::apps
