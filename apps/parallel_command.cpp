@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "parallel_command.h"
 
-#include "crackle/input/reader.h"
 #include "crackle/parallel/agreement.h"
 
 #include <fcntl.h>
@@ -25,16 +24,6 @@ int columns(int descriptor) {
 }
 
 }  // namespace
-
-input::Parameters read_on_all_ranks(const parallel::Communicator& world, const std::filesystem::path& file) {
-  input::Parameters parameters;
-  parallel::agree_on_root(world, [&] { parameters = input::read(file); });
-  const std::string text = parallel::share_text(world, parameters.text);
-  parallel::agree(world, [&] {
-    if (!world.is_root()) parameters = input::parse(text, file);
-  });
-  return parameters;
-}
 
 int terminal_width() {
   if (isatty(STDOUT_FILENO) == 0) return 0;

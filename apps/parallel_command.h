@@ -2,17 +2,11 @@
 #pragma once
 
 #include "commands.h"
-#include "crackle/input/parameters.h"
 
-#include <filesystem>
 #include <functional>
 
 /// What the commands that run on many ranks share.
 namespace crackle::apps {
-
-/// The input file, read and validated on rank 0 and parsed from the same text on the others. Collective.
-/// @throws parallel::AgreedError with every error of the file
-input::Parameters read_on_all_ranks(const parallel::Communicator& world, const std::filesystem::path& file);
 
 /// Columns of the terminal that shows standard output, 0 when it goes somewhere else. Looks through the
 /// pseudo-terminal that mpirun puts between itself and its processes.

@@ -20,7 +20,7 @@ struct Arguments {
 };
 
 int run_command(const parallel::Communicator& world, const Arguments& arguments) {
-  const input::Parameters parameters = read_on_all_ranks(world, arguments.input);
+  const input::Parameters parameters = read_input(world, arguments.input);
   const ensemble::RunOptions options{
       .folder = arguments.folder,
       .resume = arguments.resume,

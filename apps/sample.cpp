@@ -24,7 +24,7 @@ struct Arguments {
 };
 
 int sample_command(const parallel::Communicator& world, const Arguments& arguments) {
-  const input::Parameters parameters = read_on_all_ranks(world, arguments.input);
+  const input::Parameters parameters = read_input(world, arguments.input);
   const auto say = [](const std::string& line) { std::cout << line << std::endl; };
   const auto report = ensemble::run_single_sample(
       world, parameters, arguments.folder, arguments.sample,

@@ -186,7 +186,8 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
                           [&] { prepare_run(parameters, body, options, layout, ledger, log_or_null); });
 
   hand_out(world, layout, ledger.plan.to_do,
-           make_sample_steps(parameters, body, ledger.base, options.folder, sample_function),
+           make_sample_steps(parameters, body, ledger.base, options.folder, layout.ranks_per_group,
+                             sample_function),
            make_events(ledger, log_or_null),
            QueueLimits{.n_realizations = static_cast<std::size_t>(layout.n_groups) + 1});
 

@@ -10,7 +10,7 @@ namespace crackle::ensemble {
 
 SampleSteps make_sample_steps(const input::Parameters& parameters, const geometry::Body& body,
                               const geometry::MotherPoints& base, const std::filesystem::path& folder,
-                              SampleFunction compute) {
+                              int n_ranks, SampleFunction compute) {
   SampleSteps steps;
   steps.make = [&](std::uint64_t sample) {
     return geometry::make_realization(body, base, parameters.mesh, parameters.ensemble.seed, sample);
@@ -25,10 +25,11 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
     analysis.summary = analysis::summarize(body, result, analysis.surface, parameters.sections.y);
     return analysis;
   };
-  steps.write = [&parameters, folder](std::uint64_t sample, const geometry::Realization& realization,
-                                      const dynamics::SampleResult& result, const SampleAnalysis& analysis) {
+  steps.write = [&parameters, folder, n_ranks](std::uint64_t sample, const geometry::Realization& realization,
+                                               const dynamics::SampleResult& result,
+                                               const SampleAnalysis& analysis) {
     io::write_sample(io::sample_path(folder, sample),
-                     {parameters, sample, realization, result, analysis.surface, analysis.summary});
+                     {parameters, sample, realization, result, analysis.surface, analysis.summary, n_ranks});
   };
   steps.write_failure = [&parameters, folder](std::uint64_t sample, const analysis::SampleSummary& failure) {
     io::write_failed_sample(io::sample_path(folder, sample), parameters, sample, failure);

@@ -17,7 +17,7 @@ SampleReport run_single_sample(const parallel::Communicator& ranks, const input:
                                const SampleFunction& sample_function, const dynamics::SampleLog& log) {
   const geometry::Body body = parallel::agree(ranks, [&] { return geometry::Body(parameters.specimen); });
   geometry::MotherPoints base;
-  SampleSteps steps = make_sample_steps(parameters, body, base, folder, sample_function);
+  SampleSteps steps = make_sample_steps(parameters, body, base, folder, ranks.size(), sample_function);
   steps.log = log;
   PreparedSample prepared;
   parallel::agree_on_root(ranks, [&] {

@@ -54,9 +54,10 @@ struct SampleSteps {
 
 /// The steps of a real sample: geometry, crack surface and summary, files in `folder`/samples.
 /// The references must outlive the steps.
+/// @param n_ranks of a group, for the files' provenance
 SampleSteps make_sample_steps(const input::Parameters& parameters, const geometry::Body& body,
                               const geometry::MotherPoints& base, const std::filesystem::path& folder,
-                              SampleFunction compute);
+                              int n_ranks, SampleFunction compute);
 
 /// Report of a sample that failed, kept in its file where that can be written.
 /// @param seconds spent on the sample

@@ -1,0 +1,392 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Whole ensembles with real meshes and files, and a cheap rule in place of the mechanics.
+#include "crackle/ensemble/ensemble_run.h"
+#include "crackle/ensemble/single_sample.h"
+#include "crackle/input/reader.h"
+#include "crackle/io/ensemble_file.h"
+#include "crackle/io/sample_file.h"
+#include "crackle/parallel/agreement.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <numeric>
+#include <sstream>
+#include <stdexcept>
+
+namespace crackle::ensemble {
+namespace {
+
+namespace fs = std::filesystem;
+using analysis::SampleStatus;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+input::Parameters plate(int samples, int ranks_per_sample) {
+  return input::parse(fmt::format(R"([ensemble]
+samples = {}
+seed = 7
+ranks_per_sample = {}
+[specimen]
+size = ["4 mm", "20 mm", "30 mm"]
+[[specimen.notch]]
+face = "y-min"
+at = "13 mm"
+depth = "5 mm"
+height = "2 mm"
+[[specimen.notch]]
+face = "y-max"
+at = "18 mm"
+depth = "5 mm"
+height = "2 mm"
+[mesh]
+spacing = "2 mm"
+notch_spacing = "1 mm"
+growth = 0.2
+perturbation = 0.2
+min_quality = 0.1
+[material]
+youngs_modulus = "3300 MPa"
+poisson_ratio = 0.38
+density = "1180 kg/m^3"
+[fracture]
+strength = "35 MPa"
+exponent = 2
+impulse = "1e-8 MPa^2 s"
+memory = "cumulative"
+release = "element"
+[[boundary]]
+on = "z-min"
+fix = ["x", "y", "z"]
+[[boundary]]
+on = "z-max"
+force = ["0 N", "0 N", "135 N"]
+[time]
+step = "5 ns"
+duration = "1 us"
+[sections]
+y = ["6 mm", "10 mm", "14 mm"]
+)",
+                                  samples, ranks_per_sample),
+                      "plate.toml");
+}
+
+/// The tetrahedra whose centroid lies in a strip behind the first notch are broken, in the order of their
+/// numbers: the same for any partition.
+dynamics::SampleResult break_strip(const parallel::Communicator& group, std::uint64_t sample,
+                                   const geometry::Subdomain& subdomain) {
+  std::vector<std::int64_t> mine;
+  for (std::size_t i = 0; i < subdomain.tetrahedra.size(); ++i) {
+    if (subdomain.counted[i] == 0) continue;
+    double y = 0, z = 0;
+    for (const auto node : subdomain.tetrahedra[i]) {
+      y += subdomain.nodes[static_cast<std::size_t>(node)][1] / 4;
+      z += subdomain.nodes[static_cast<std::size_t>(node)][2] / 4;
+    }
+    if (y > 4e-3 && std::abs(z - 13e-3) < 1.5e-3) mine.push_back(subdomain.tetrahedron_number[i]);
+  }
+  int count = static_cast<int>(mine.size());
+  std::vector<int> counts(static_cast<std::size_t>(group.size()));
+  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, group.get());
+  std::vector<int> starts(counts.size());
+  std::exclusive_scan(counts.begin(), counts.end(), starts.begin(), 0);
+  std::vector<std::int64_t> all(static_cast<std::size_t>(starts.back() + counts.back()));
+  MPI_Allgatherv(mine.data(), count, MPI_INT64_T, all.data(), counts.data(), starts.data(), MPI_INT64_T,
+                 group.get());
+  std::sort(all.begin(), all.end());
+  dynamics::SampleResult result;
+  result.outcome = dynamics::Outcome::separated;
+  result.onset_time = 76;
+  result.onset_force = 380 + static_cast<double>(sample);
+  result.time_step = 5e-9;
+  result.stable_step = 8e-9;
+  result.energy.push_back({0, 0, 1, 1, 0, 0, 0});
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    result.breaks.push_back({all[i], 76, 1e-6 * static_cast<double>(i + 1), 35e6, 1e-9, 0});
+  }
+  return result;
+}
+
+const SampleFunction strip = [](const parallel::Communicator& group, std::uint64_t sample,
+                                const geometry::Subdomain& subdomain,
+                                const dynamics::SampleLog&) { return break_strip(group, sample, subdomain); };
+
+bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
+  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](double x, double y) {
+           return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);
+         });
+}
+
+void expect_same_row(const analysis::SampleSummary& a, const analysis::SampleSummary& b, std::size_t sample) {
+  EXPECT_EQ(a.status, b.status) << "sample " << sample;
+  EXPECT_EQ(a.error, b.error) << "sample " << sample;
+  EXPECT_TRUE(same_bits({a.onset_force, a.onset_time, a.crack_area, a.crack_speed_max, a.energy_error},
+                        {b.onset_force, b.onset_time, b.crack_area, b.crack_speed_max, b.energy_error}))
+      << "sample " << sample << ": crack area " << a.crack_area << " and " << b.crack_area;
+  EXPECT_EQ(a.pattern, b.pattern) << "sample " << sample;
+  EXPECT_EQ(a.breaks, b.breaks) << "sample " << sample;
+  EXPECT_TRUE(same_bits(a.z, b.z)) << "sample " << sample;
+  EXPECT_EQ(a.branches, b.branches) << "sample " << sample;
+}
+
+void expect_same_ensemble(const fs::path& a, const fs::path& b) {
+  const auto first = io::read_ensemble(a / "ensemble.h5"), second = io::read_ensemble(b / "ensemble.h5");
+  ASSERT_EQ(first.samples.size(), second.samples.size());
+  for (std::size_t i = 0; i < first.samples.size(); ++i)
+    expect_same_row(first.samples[i], second.samples[i], i);
+  EXPECT_TRUE(same_bits(first.statistics.z_mean, second.statistics.z_mean));
+  EXPECT_TRUE(same_bits(first.statistics.running_mean, second.statistics.running_mean));
+}
+
+/// Names and contents of everything in a folder.
+std::map<std::string, std::string> contents(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    std::ifstream stream(entry.path(), std::ios::binary);
+    files[entry.path().string()] =
+        entry.is_directory() ? "" : std::string{std::istreambuf_iterator<char>(stream), {}};
+  }
+  return files;
+}
+
+class EnsembleRun : public testing::Test {
+protected:
+  void SetUp() override {
+    char name[] = "/tmp/crackle_run_XXXXXX";
+    if (world_.is_root()) {
+      ASSERT_NE(mkdtemp(name), nullptr);
+    }
+    root_ = parallel::share_text(world_, name);
+  }
+  void TearDown() override {
+    MPI_Barrier(world_.get());
+    if (world_.is_root()) fs::remove_all(root_);
+  }
+
+  RunOutcome run(const std::string& name, const input::Parameters& parameters, bool resume,
+                 const SampleFunction& function = strip) {
+    return run_on(world_, name, parameters, resume, function);
+  }
+  RunOutcome run_on(const parallel::Communicator& ranks, const std::string& name,
+                    const input::Parameters& parameters, bool resume,
+                    const SampleFunction& function = strip) {
+    log_.str("");
+    return run_ensemble(ranks, parameters,
+                        {.folder = root_ / name, .resume = resume, .log = &log_, .terminal_width = 0},
+                        function);
+  }
+
+  /// The samples that a function was called for on the roots of groups, over all ranks.
+  std::vector<std::uint64_t> computed() {
+    std::vector<int> counts(20, 0);
+    for (const auto sample : computed_here_) ++counts.at(sample);
+    MPI_Allreduce(MPI_IN_PLACE, counts.data(), 20, MPI_INT, MPI_SUM, world_.get());
+    std::vector<std::uint64_t> samples;
+    for (std::size_t i = 0; i < counts.size(); ++i)
+      samples.insert(samples.end(), static_cast<std::size_t>(counts[i]), i);
+    computed_here_.clear();
+    return samples;
+  }
+  SampleFunction recording(const SampleFunction& function) {
+    return [this, function](const auto& group, auto sample, const auto& subdomain, const auto& log) {
+      if (group.is_root()) computed_here_.push_back(sample);
+      return function(group, sample, subdomain, log);
+    };
+  }
+
+  parallel::Communicator world_{MPI_COMM_WORLD};
+  fs::path root_;
+  std::ostringstream log_;
+  std::vector<std::uint64_t> computed_here_;
+};
+
+TEST_F(EnsembleRun, SameEnsembleOnAnyNumberOfRanks) {
+  const auto parameters = plate(5, 1);
+  const auto outcome = run("all", parameters, false, recording(strip));
+  EXPECT_EQ(outcome.done, 5);
+  EXPECT_EQ(outcome.failed + outcome.left, 0);
+  EXPECT_EQ(outcome.file_error, "");
+  EXPECT_THAT(computed(), ElementsAre(0, 1, 2, 3, 4));
+  if (!world_.is_root()) return;
+  EXPECT_THAT(log_.str(), HasSubstr("5 of 5 samples to do"));
+  EXPECT_THAT(log_.str(), HasSubstr("base mesh: "));
+  EXPECT_THAT(log_.str(), HasSubstr("sample 4 done: onset 384.0 N"));
+  EXPECT_THAT(log_.str(), HasSubstr("5 done, 0 failed, 0 pending after"));
+
+  const auto content = io::read_ensemble(root_ / "all" / "ensemble.h5");
+  EXPECT_EQ(content.input_text, parameters.text);
+  EXPECT_GT(content.samples[0].crack_area, 0);
+  EXPECT_NE(content.samples[0].crack_area, content.samples[1].crack_area) << "samples differ";
+  std::printf("crack areas %.3f and %.3f mm^2, first crossing at %.3f mm\n",
+              content.samples[0].crack_area * 1e6, content.samples[1].crack_area * 1e6,
+              content.samples[0].z.at(0) * 1e3);
+
+  run_on(parallel::Communicator(MPI_COMM_SELF), "alone", parameters, false);
+  expect_same_ensemble(root_ / "all", root_ / "alone");
+}
+
+TEST_F(EnsembleRun, SameEnsembleWithTwoRanksPerSample) {
+  if (world_.size() == 2) GTEST_SKIP() << "needs 1, 3 or 4 ranks";
+  const auto parameters = plate(3, 2);
+  EXPECT_EQ(run("all", parameters, false).done, 3);
+  if (!world_.is_root()) return;
+  if (world_.size() == 4) {
+    EXPECT_THAT(log_.str(), HasSubstr("rank 3 fills no group and stays idle"));
+  }
+  run_on(parallel::Communicator(MPI_COMM_SELF), "alone", parameters, false);
+  expect_same_ensemble(root_ / "all", root_ / "alone");
+}
+
+TEST_F(EnsembleRun, PoisonedSampleFailsAlone) {
+  const auto parameters = plate(4, 1);
+  const auto outcome =
+      run("out", parameters, false, [](const auto& group, auto sample, const auto& subdomain, const auto&) {
+        if (sample == 2) throw std::runtime_error("injected");
+        return break_strip(group, sample, subdomain);
+      });
+  EXPECT_EQ(outcome.done, 3);
+  EXPECT_EQ(outcome.failed, 1);
+  if (world_.is_root()) {
+    const auto content = io::read_ensemble(root_ / "out" / "ensemble.h5");
+    EXPECT_EQ(content.samples[2].status, SampleStatus::failed);
+    EXPECT_EQ(content.samples[2].error, "computation: injected");
+    EXPECT_EQ(content.samples[3].status, SampleStatus::done);
+    EXPECT_EQ(content.statistics.n_done, 3);
+    EXPECT_THAT(log_.str(), HasSubstr("failed: sample 2: computation: injected"));
+  }
+
+  const auto again = run("out", parameters, true, recording(strip));
+  EXPECT_THAT(computed(), IsEmpty()) << "a failed sample has ended";
+  EXPECT_EQ(again.done, 3);
+  EXPECT_EQ(again.failed, 1);
+}
+
+TEST_F(EnsembleRun, ResumeComputesWhatIsMissing) {
+  const auto parameters = plate(5, 1);
+  run("whole", parameters, false);
+  if (world_.is_root()) {
+    fs::copy(root_ / "whole", root_ / "cut", fs::copy_options::recursive);
+    fs::remove(root_ / "cut" / "ensemble.h5");
+    fs::remove(io::sample_path(root_ / "cut", 1));
+    fs::resize_file(io::sample_path(root_ / "cut", 3), fs::file_size(io::sample_path(root_ / "cut", 3)) / 2);
+  }
+  const auto outcome = run("cut", parameters, true, recording(strip));
+  EXPECT_EQ(outcome.done, 5);
+  EXPECT_THAT(computed(), ElementsAre(1, 3));
+  if (!world_.is_root()) return;
+  expect_same_ensemble(root_ / "whole", root_ / "cut");
+  EXPECT_TRUE(fs::exists(io::sample_path(root_ / "cut", 3).string() + ".invalid-1"));
+  EXPECT_THAT(log_.str(), HasSubstr("0003.h5.invalid-1 and computed again"));
+  EXPECT_THAT(log_.str(), HasSubstr("2 of 5 samples to do"));
+}
+
+TEST_F(EnsembleRun, RefusalsAreAgreedAndWriteNothing) {
+  const auto parameters = plate(2, 1);
+  run("out", parameters, false);
+  std::map<std::string, std::string> before;
+  if (world_.is_root()) before = contents(root_);
+  const auto refused = [&](const std::string& name, const input::Parameters& other, bool resume) {
+    try {
+      run(name, other, resume);
+    } catch (const parallel::AgreedError& error) {
+      return std::string(error.what());
+    }
+    return std::string("not refused");
+  };
+  EXPECT_THAT(refused("out", parameters, false), HasSubstr("holds an ensemble already"));
+  EXPECT_THAT(refused("out", plate(3, 1), true), HasSubstr("line 2 is 'samples = 3', not 'samples = 2'"));
+  if (world_.size() > 1) {
+    EXPECT_THAT(refused("new", plate(2, 4), false), HasSubstr("needs at least 5 ranks"));
+  }
+  if (world_.is_root()) {
+    EXPECT_EQ(contents(root_), before);
+  }
+}
+
+TEST_F(EnsembleRun, FileThatCannotBeWrittenFailsItsSampleUntilItCan) {
+  const auto parameters = plate(3, 1);
+  const fs::path blocked = io::sample_path(root_ / "out", 1);
+  const auto outcome =
+      run("out", parameters, false, [&](const auto& group, auto sample, const auto& subdomain, const auto&) {
+        if (sample == 1) fs::create_directories(blocked / "in the way");
+        return break_strip(group, sample, subdomain);
+      });
+  EXPECT_EQ(outcome.done, 2);
+  EXPECT_EQ(outcome.failed, 1);
+  if (world_.is_root()) {
+    const auto content = io::read_ensemble(root_ / "out" / "ensemble.h5");
+    EXPECT_EQ(content.samples[1].status, SampleStatus::failed);
+    EXPECT_THAT(content.samples[1].error, HasSubstr("writing: "));
+    EXPECT_THAT(content.samples[1].error, HasSubstr("0001.h5"));
+    std::printf("%s\n", content.samples[1].error.c_str());
+  }
+  EXPECT_EQ(run("out", parameters, true).done, 3);
+}
+
+TEST_F(EnsembleRun, VanishedFolderEndsInAReport) {
+  const auto parameters = plate(1, 1);
+  const auto outcome =
+      run("out", parameters, false, [&](const auto& group, auto sample, const auto& subdomain, const auto&) {
+        fs::remove_all(root_ / "out");
+        std::ofstream(root_ / "out") << "a file in place of the folder";
+        return break_strip(group, sample, subdomain);
+      });
+  EXPECT_EQ(outcome.done, 0);
+  EXPECT_EQ(outcome.failed, 1);
+  EXPECT_THAT(outcome.file_error, HasSubstr("ensemble.h5"));
+  if (world_.is_root()) {
+    EXPECT_THAT(log_.str(), HasSubstr("ensemble.h5 could not be written"));
+  }
+}
+
+TEST_F(EnsembleRun, SingleSampleIsTheOneOfTheEnsemble) {
+  const auto parameters = plate(2, 1);
+  run("out", parameters, false);
+  std::vector<std::string> lines;
+  const auto report = run_single_sample(world_, parameters, root_ / "one", 1, strip,
+                                        [&](const std::string& line) { lines.push_back(line); });
+  EXPECT_EQ(report.summary.status, SampleStatus::done);
+  if (world_.is_root()) {
+    expect_same_row(io::read_summary(io::sample_path(root_ / "one", 1), parameters, 1),
+                    io::read_summary(io::sample_path(root_ / "out", 1), parameters, 1), 1);
+    EXPECT_THAT(lines, testing::Contains(HasSubstr("nodes")));
+    EXPECT_THAT(lines, testing::Contains(HasSubstr("element updates per second")));
+  } else {
+    EXPECT_THAT(lines, IsEmpty());
+  }
+}
+
+TEST_F(EnsembleRun, SingleSampleThatFailsOrDoesNotExist) {
+  const auto parameters = plate(2, 1);
+  const auto report =
+      run_single_sample(world_, parameters, root_ / "one", 1,
+                        [](const auto& group, auto sample, const auto& subdomain, const auto&) {
+                          const auto result = break_strip(group, sample, subdomain);
+                          if (group.rank() == group.size() - 1) throw std::runtime_error("injected");
+                          return result;
+                        },
+                        {});
+  EXPECT_EQ(report.summary.status, SampleStatus::failed);
+  if (world_.is_root()) {
+    EXPECT_EQ(report.summary.error, "computation: injected");
+    EXPECT_EQ(io::read_summary(io::sample_path(root_ / "one", 1), parameters, 1).status,
+              SampleStatus::failed);
+  }
+  try {
+    run_single_sample(world_, parameters, root_ / "two", 2, strip, {});
+    FAIL() << "no exception";
+  } catch (const parallel::AgreedError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("ensemble.samples = 2 has samples 0 to 1"));
+  }
+  EXPECT_FALSE(fs::exists(root_ / "two"));
+}
+
+}  // namespace
+}  // namespace crackle::ensemble
