@@ -85,7 +85,11 @@ TEST(InputErrors, UnitsThatUdunitsReadsOtherwiseAreRefused) {
                             "\"3 lg(re 1 m)\"", R"("3 * mm")"}) {
     const auto errors = errors_with("[mesh]", "spacing", value);
     EXPECT_EQ(errors.size(), 1U) << value;
-    for (const auto& error : errors) EXPECT_THAT(error, HasSubstr("mesh.spacing")) << value;
+    for (const auto& error : errors) {
+      EXPECT_THAT(error,
+                  ::testing::AnyOf(HasSubstr("has the unknown unit"), HasSubstr("has not the dimension")))
+          << value;
+    }
   }
   for (const char* value : {R"("2mm")", R"("  2   mm ")", R"("+2 mm")", R"("2e0 mm")", R"("0.002 m")",
                             R"("2.0 mm^1")", R"("2000 µm")", R"("0.1 inch")", R"("2 m.mm/m")"}) {
