@@ -14,9 +14,9 @@ namespace crackle::analysis {
 /// sheet. Lengths in "spacings" are multiples of the local mesh spacing (local_spacing).
 
 /// Opened facets that are further apart than this across the crack lie on different branches [spacings].
-inline constexpr double branch_gap = 1.0;
+inline constexpr double branch_gap = 0.6;
 /// Facets of one branch may be this far apart through the thickness [spacings].
-inline constexpr double hole_size = 3.0;
+inline constexpr double hole_size = 1.5;
 /// A crossing that covers a smaller share of the thickness is a stray break and does not count.
 inline constexpr double min_thickness_share = 0.3;
 /// A crack that crosses this share of its notch's ligament is developed.

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Crack paths on disturbed Delaunay tessellations, where crack surfaces are as rough as those of the
+// mechanics.
+#include "crackle/analysis/crack_path.h"
+#include "crackle/geometry/mother_points.h"
+#include "crackle/geometry/realization.h"
+#include "crackle/parallel/random.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <set>
+
+namespace crackle::analysis {
+namespace {
+
+using geometry::Point;
+
+constexpr double mm = 1e-3;
+constexpr double spacing = 0.6 * mm;
+
+/// The middle of the paper's plate, with its notches, at z = 15 mm and 25 mm.
+class CrackOnRealization : public testing::Test {
+protected:
+  static void SetUpTestSuite() {
+    input::Specimen specimen{
+        {5 * mm, 24.5 * mm, 40 * mm},
+        {{input::Face::y_min, 15 * mm, 6 * mm, 0.6 * mm}, {input::Face::y_max, 25 * mm, 6 * mm, 0.6 * mm}}};
+    input::Mesh mesh;
+    mesh.spacing = 1.5 * mm;
+    mesh.notch_spacing = spacing;
+    mesh.growth = 0.04;
+    mesh.perturbation = 0.2;
+    mesh.min_quality = 0.1;
+    body = std::make_unique<geometry::Body>(specimen);
+    realization = std::make_unique<geometry::Realization>(
+        geometry::make_realization(*body, geometry::make_mother_points(*body, mesh, 1), mesh, 1, 0));
+    std::printf("%zu nodes, %zu tetrahedra\n", realization->nodes.size(), realization->tetrahedra.size());
+  }
+  static void TearDownTestSuite() {
+    realization.reset();
+    body.reset();
+  }
+
+  /// The crack between points of different labels; each break with a random one of the seven cuts, as where
+  /// neighbouring tetrahedra choose differently, and with stray breaks: a share of the tetrahedra that touch
+  /// the crack breaks too.
+  static CrackSurface crack(const std::function<int(const Point&)>& label,
+                            const std::function<bool(const Point&)>& is_cracked, double stray_share) {
+    parallel::RandomStream random(7, 0, "crack");
+    std::vector<char> at_crack(realization->nodes.size(), 0);
+    std::vector<char> broken(realization->tetrahedra.size(), 0);
+    for (std::size_t t = 0; t < broken.size(); ++t) {
+      const auto& nodes = realization->tetrahedra[t];
+      std::set<int> labels;
+      Point centroid{};
+      for (const auto node : nodes) {
+        const Point& p = realization->nodes[static_cast<std::size_t>(node)];
+        labels.insert(label(p));
+        for (std::size_t i = 0; i < 3; ++i) centroid[i] += p[i] / 4;
+      }
+      if (labels.size() == 1 || !is_cracked(centroid)) continue;
+      broken[t] = 1;
+      for (const auto node : nodes) at_crack[static_cast<std::size_t>(node)] = 1;
+    }
+    std::vector<fracture::Break> breaks;
+    for (std::size_t t = 0; t < broken.size(); ++t) {
+      const auto& nodes = realization->tetrahedra[t];
+      const bool near = std::any_of(nodes.begin(), nodes.end(),
+                                    [&](auto node) { return at_crack[static_cast<std::size_t>(node)] != 0; });
+      const bool breaks_here = broken[t] || (near && random.uniform() < stray_share);
+      const auto cut = static_cast<std::int32_t>(random.uniform() * fracture::n_cuts);
+      if (breaks_here) breaks.push_back({static_cast<std::int64_t>(t), 0, 0, 1, 1, cut});
+    }
+    return make_crack_surface(*body, *realization, breaks, 0);
+  }
+
+  static inline std::unique_ptr<geometry::Body> body;
+  static inline std::unique_ptr<geometry::Realization> realization;
+};
+
+/// From the tip of notch 0 up and bending away from its plane.
+double bent_path(double y) {
+  return 15 * mm + 0.012 / mm * (y - 6 * mm) * (y - 6 * mm);
+}
+
+TEST_F(CrackOnRealization, RoughCracksAreReadAsOnePath) {
+  for (const double stray_share : {0.0, 0.1, 0.3}) {
+    const CrackSurface surface = crack([](const Point& p) { return p[2] > bent_path(p[1]) ? 1 : 0; },
+                                       [](const Point& p) { return p[1] > 6 * mm; }, stray_share);
+    const std::vector<double> sections{7 * mm, 9 * mm, 12.25 * mm, 15.5 * mm, 17.5 * mm, 22 * mm};
+    const auto crossings = section_crossings(*body, surface, sections);
+    double worst = 0;
+    for (std::size_t s = 0; s < sections.size(); ++s) {
+      worst = std::max(worst, std::abs(crossings[s].z - bent_path(sections[s])));
+      EXPECT_EQ(crossings[s].branches, 1) << "y = " << sections[s];
+      EXPECT_TRUE(std::isnan(crossings[sections.size() + s].z));
+    }
+    std::printf("stray share %.1f: %zu cracks, paths to %.3f mm, area ratio %.2f\n", stray_share,
+                surface.cracks.size(), worst / mm, surface.area() / (5 * mm * 18.5 * mm));
+    EXPECT_LT(worst, spacing / 2);
+    EXPECT_EQ(surface.cracks.at(0).notch, 0);
+    EXPECT_EQ(count_bifurcations(*body, surface), 0);
+    EXPECT_EQ(classify(*body, surface), Pattern::one_crack);
+  }
+}
+
+TEST_F(CrackOnRealization, ARoughForkIsOneBifurcation) {
+  // At y = 10 mm a second branch leaves by 40 degrees; it ends there, or too short at 12 mm, or at 20 mm.
+  const double fork = 10 * mm;
+  const auto branch = [&](double y) { return 15 * mm - 0.84 * (y - fork); };
+  for (const double end : {10 * mm, 12 * mm, 20 * mm}) {
+    const CrackSurface surface =
+        crack([&](const Point& p) { return p[2] > 15 * mm                       ? 2
+                                           : p[1] > fork && p[2] > branch(p[1]) ? 1
+                                                                                : 0; },
+              [&](const Point& p) { return p[1] > 6 * mm && (p[1] < end || p[2] > 14 * mm); }, 0.1);
+    const std::vector<double> sections{8 * mm, 18 * mm};
+    const auto crossings = section_crossings(*body, surface, sections);
+    const int found = count_bifurcations(*body, surface);
+    std::printf("branch to %.0f mm: %d bifurcations, %d crossings at 18 mm\n", end / mm, found,
+                crossings[1].branches);
+    const int expected = end > 15 * mm ? 1 : 0;
+    EXPECT_EQ(found, expected);
+    EXPECT_EQ(crossings[0].branches, 1);
+    EXPECT_EQ(crossings[1].branches, 1 + expected);
+  }
+}
+
+TEST_F(CrackOnRealization, TwoRoughCracksAreThePatternOfTwo) {
+  const CrackSurface surface =
+      crack([](const Point& p) { return p[2] > 25 * mm   ? 2
+                                        : p[2] > 15 * mm ? 1
+                                                         : 0; },
+            [](const Point& p) {
+              return p[2] < 20 * mm ? p[1] > 6 * mm && p[1] < 17 * mm : p[1] < 18.5 * mm && p[1] > 8 * mm;
+            },
+            0.1);
+  const auto shares = crossed_shares(*body, surface);
+  std::printf("shares %.2f and %.2f of 0.59 and 0.57\n", shares[0], shares[1]);
+  EXPECT_NEAR(shares[0], 11 / 18.5, 0.05);
+  EXPECT_NEAR(shares[1], 10.5 / 18.5, 0.05);
+  EXPECT_EQ(classify(*body, surface), Pattern::two_cracks);
+}
+
+}  // namespace
+}  // namespace crackle::analysis
