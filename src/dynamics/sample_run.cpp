@@ -160,7 +160,8 @@ private:
         result_.counts.solver_iterations, result_.timings.quasi_static, result_.counts.dynamic_phases));
     Stopwatch watch;
     double last_report = 0;
-    options_.on_row = [&](const EnergyRow& row) {
+    PhaseOptions options = options_;
+    options.on_row = [&](const EnergyRow& row) {
       if (watch.seconds() < last_report + report_interval) return;
       last_report = watch.seconds();
       const double duration = static_cast<double>(options_.grid.n_steps) * options_.grid.step;
@@ -169,16 +170,15 @@ private:
                       watch.seconds() * (duration / row.time - 1)));
     };
     PhaseResult phase = run_explicit_phase(group_, body_, loads_, criterion_, splitting_, account_, load_time,
-                                           options_, state);
+                                           options, state);
     result_.timings.dynamic += watch.seconds();
     result_.counts.steps += phase.n_steps;
     result_.counts.force_evaluations += phase.n_forces;
     result_.energy = std::move(phase.energy);
     result_.frames = std::move(phase.frames);
-    say(fmt::format(
-        "dynamic phase {} at t = {:.6f} s, {:.2f} N: {} after {:.1f} us, {} tetrahedra broken so far",
-        result_.counts.dynamic_phases, load_time, result_.onset_force,
-        phase.arrested ? "arrested" : "complete", 1e6 * phase.time, result_.energy.back().broken));
+    say(fmt::format("dynamic phase {}: {} after {:.1f} us, {} tetrahedra broken so far",
+                    result_.counts.dynamic_phases, phase.arrested ? "arrested" : "complete", 1e6 * phase.time,
+                    result_.energy.back().broken));
     return phase;
   }
 
