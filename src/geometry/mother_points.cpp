@@ -34,7 +34,7 @@ constexpr int improving_rounds = 20;
 constexpr int patience = 30;
 constexpr int final_rounds = 200;
 constexpr double improving_radius = 0.25;  ///< in local spacings
-constexpr double quality_goal = 0.35;      ///< of the base, so that few disturbed tetrahedra are bad
+constexpr double quality_goal = 0.5;      ///< of the base, so that few disturbed tetrahedra are bad
 constexpr int max_additions = 10;  ///< times that points may be added on walls
 constexpr double max_points = 2e7;
 
