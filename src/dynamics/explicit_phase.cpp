@@ -237,6 +237,7 @@ PhaseResult run_explicit_phase(const parallel::Communicator& group, fracture::Br
     const double time = static_cast<double>(step) * dt;
     const double work = motion.external_work(load_time + time);
     result.energy.push_back(account.row(time, motion.kinetic_energy(), work, motion.displacement()));
+    if (options.on_row) options.on_row(result.energy.back());
     if (is_picture) {
       Frame frame = make_frame(group, body, motion, time, result.energy.back().broken);
       if (group.is_root()) result.frames.push_back(std::move(frame));

@@ -31,6 +31,9 @@ private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+/// Seconds between two lines about a running phase.
+constexpr double report_interval = 20;
+
 /// Time without a break after which a dynamic phase has arrested: a shear wave crosses the body's middle
 /// extent, so what a break sends out has come back to the crack from the sides.
 double arrest_window(const input::Parameters& parameters) {
@@ -150,18 +153,32 @@ private:
     result_.onset_time = load_time;
     result_.onset_force = onset_force(load_time, state.displacement);
     ++result_.counts.dynamic_phases;
+    say(fmt::format(
+        "run-away at t = {:.6f} s, {:.2f} N, after {} quasi-static breaks and {} static solves with {} "
+        "iterations in {:.1f} s; dynamic phase {} starts",
+        load_time, result_.onset_force, result_.counts.quasi_static_breaks, result_.counts.static_solves,
+        result_.counts.solver_iterations, result_.timings.quasi_static, result_.counts.dynamic_phases));
     Stopwatch watch;
+    double last_report = 0;
+    PhaseOptions options = options_;
+    options.on_row = [&](const EnergyRow& row) {
+      if (watch.seconds() < last_report + report_interval) return;
+      last_report = watch.seconds();
+      const double duration = static_cast<double>(options_.grid.n_steps) * options_.grid.step;
+      say(fmt::format("dynamic phase {}: {:.1f} of {:.1f} us, {} tetrahedra broken, {:.0f} s left at most",
+                      result_.counts.dynamic_phases, 1e6 * row.time, 1e6 * duration, row.broken,
+                      watch.seconds() * (duration / row.time - 1)));
+    };
     PhaseResult phase = run_explicit_phase(group_, body_, loads_, criterion_, splitting_, account_, load_time,
-                                           options_, state);
+                                           options, state);
     result_.timings.dynamic += watch.seconds();
     result_.counts.steps += phase.n_steps;
     result_.counts.force_evaluations += phase.n_forces;
     result_.energy = std::move(phase.energy);
     result_.frames = std::move(phase.frames);
-    say(fmt::format(
-        "dynamic phase {} at t = {:.6f} s, {:.2f} N: {} after {:.1f} us, {} tetrahedra broken so far",
-        result_.counts.dynamic_phases, load_time, result_.onset_force,
-        phase.arrested ? "arrested" : "complete", 1e6 * phase.time, result_.energy.back().broken));
+    say(fmt::format("dynamic phase {}: {} after {:.1f} us, {} tetrahedra broken so far",
+                    result_.counts.dynamic_phases, phase.arrested ? "arrested" : "complete", 1e6 * phase.time,
+                    result_.energy.back().broken));
     return phase;
   }
 

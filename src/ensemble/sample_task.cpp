@@ -82,9 +82,9 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
   dynamics::SampleResult result;
   SampleAnalysis analysis;
   if (steps.log) {
-    steps.log(fmt::format("sample {}: {} nodes, {} tetrahedra, worst quality {:.3f}, made in {:.2f} s",
-                          sample, realization.nodes.size(), realization.tetrahedra.size(),
-                          realization.report.min_quality, prepared.seconds));
+    steps.log(fmt::format("sample {}: realization made in {:.2f} s, worst quality {:.3f}, {} points redrawn",
+                          sample, prepared.seconds, realization.report.min_quality,
+                          realization.report.redrawn_points));
   }
   try {
     auto parts = staged("partition", [&] {

@@ -13,7 +13,7 @@ namespace crackle::geometry {
 
 namespace {
 
-constexpr double candidates_per_point = 5;
+constexpr double candidates_per_point = 3;
 
 bool is_flat(const Box& region) {
   for (std::size_t i = 0; i < 3; ++i)
@@ -78,14 +78,11 @@ SpacedPoints candidates(const SpacingField& spacing, const Box& region,
   return result;
 }
 
-/// Neighbours are looked for within this multiple of the smaller reach of the two points.
-constexpr double search_factor = 1.5;
-
 /// How strongly two points at a distance from each other ask for the removal of one; 0 from `reach` local
-/// spacings on. Symmetric in the spacings.
-double weight(double distance, double spacing_a, double spacing_b, double reach) {
-  const double x = 1 - 2 * distance / ((spacing_a + spacing_b) * reach);
-  if (x <= 0 || distance >= search_factor * reach * std::min(spacing_a, spacing_b)) return 0;
+/// spacings on.
+double weight(double distance, double spacing_sum, double reach) {
+  const double x = 1 - 2 * distance / (spacing_sum * reach);
+  if (x <= 0) return 0;
   const double x2 = x * x;
   return x2 * x2 * x2 * x2;
 }
@@ -110,15 +107,20 @@ std::vector<Point> blue_noise(const SpacingField& spacing, const Box& region,
     reach = flat ? (reach + 2 / (std::sqrt(3.0) * surface_density) / reach) / 2
                  : (2 * reach + std::sqrt(2.0) / interior_density / (reach * reach)) / 3;
 
+  // A neighbour at the distance d in reach has a spacing of at most spacing + growth d. Very steep growth is cut
+  // off at twice the reach, for both partners alike.
+  const double steepness = std::min(1.0, reach * spacing.largest_growth());
+  const double search = reach / (1 - steepness / 2);
   const PointTree tree(pool.position);
   std::vector<std::int32_t> near;
   const auto for_neighbours = [&](std::size_t i, const auto& visit) {
-    tree.find(pool.position[i], search_factor * reach * pool.spacing[i], near);
+    tree.find(pool.position[i], search * pool.spacing[i], near);
     for (const std::int32_t j : near) {
       const auto other = static_cast<std::size_t>(j);
       if (other == i) continue;
-      const double w = weight(norm(difference(pool.position[other], pool.position[i])),
-                              pool.spacing[other], pool.spacing[i], reach);
+      const double gap = norm(difference(pool.position[other], pool.position[i]));
+      if (gap >= search * pool.spacing[other]) continue;
+      const double w = weight(gap, pool.spacing[other] + pool.spacing[i], reach);
       if (w > 0) visit(other, w);
     }
   };

@@ -29,11 +29,12 @@ constexpr double surface_margin = 0.5;
 /// Random share of a cell by which points leave equal distances on an edge, so that opposite edges differ.
 constexpr double edge_jitter = 0.15;
 
-constexpr int relaxation_rounds = 8;
+constexpr int relaxation_rounds = 6;
 constexpr int improving_rounds = 20;
+constexpr int patience = 30;
 constexpr int final_rounds = 200;
 constexpr double improving_radius = 0.25;  ///< in local spacings
-constexpr double quality_goal = 0.35;      ///< of the base, so that few disturbed tetrahedra are bad
+constexpr double quality_goal = 0.5;      ///< of the base, so that few disturbed tetrahedra are bad
 constexpr int max_additions = 10;  ///< times that points may be added on walls
 constexpr double max_points = 2e7;
 
@@ -130,10 +131,13 @@ void relax(Collection& collection) {
 }
 
 /// Moves points at bad cells, first for a good shape as far as it goes, then until every cell is good.
-/// @return the cells that stay bad
+/// @return the cells that stay bad; nothing is moved when they are more than the points, which moves cannot cure
 std::vector<Tetrahedron> improve(const Body& body, MotherPoints& points, double goal, double min_quality,
                                  const parallel::RandomStream& stream) {
-  Tessellation tessellation(body, points.position, goal);
+  Tessellation tessellation(body, points.position, min_quality);
+  std::vector<Tetrahedron> bad = tessellation.bad_cells();
+  if (bad.size() > points.size()) return bad;
+  tessellation.set_min_quality(goal);
   const std::vector<Point> centre = points.position;
   std::uint64_t pass = 0;
   const Draw draw = [&](std::int32_t node, std::int32_t number, double amplitude) {
@@ -142,11 +146,11 @@ std::vector<Tetrahedron> improve(const Body& body, MotherPoints& points, double 
                      stream.substream(pass).substream(i).substream(static_cast<std::uint64_t>(number)));
   };
   redraw(tessellation, points.movable, draw, stream.substream(choosing),
-         {.max_rounds = improving_rounds, .only_improve = true});
+         {.max_rounds = improving_rounds, .patience = patience, .only_improve = true});
   ++pass;
   tessellation.set_min_quality(min_quality);
   RedrawOutcome outcome = redraw(tessellation, points.movable, draw, stream.substream(choosing + 1),
-                                 {.max_rounds = final_rounds, .shrinking = false});
+                                 {.max_rounds = final_rounds, .patience = patience, .shrinking = false});
   points.position.assign(tessellation.points().begin(), tessellation.points().end());
   return std::move(outcome.remaining);
 }

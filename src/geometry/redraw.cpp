@@ -14,6 +14,7 @@ constexpr int attempts_until_zero = 16;
 constexpr double shrinkage = 0.8;
 constexpr int attempts_per_ring = 5;
 constexpr int max_rings = 3;
+constexpr std::size_t many_cells = 100;
 
 constexpr std::size_t index(std::int32_t node) { return static_cast<std::size_t>(node); }
 
@@ -39,7 +40,15 @@ public:
   RedrawOutcome run() {
     RedrawOutcome outcome;
     std::vector<Tetrahedron> bad = tessellation_.bad_cells();
+    std::size_t fewest = bad.size();
+    int rounds_in_vain = 0;
     for (; !bad.empty() && outcome.rounds < rules_.max_rounds; ++outcome.rounds) {
+      if (bad.size() < fewest - fewest / 10) {
+        fewest = bad.size();
+        rounds_in_vain = 0;
+      } else if (++rounds_in_vain > (bad.size() < many_cells ? rules_.patience : rules_.patience / 10)) {
+        break;
+      }
       next_.clear();
       for (const Tetrahedron& cell : bad) {
         if (!tessellation_.has_bad_cell(cell)) continue;

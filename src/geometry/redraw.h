@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -18,6 +19,8 @@ using Draw = std::function<Point(std::int32_t node, std::int32_t draw, double am
 
 struct RedrawRules {
   int max_rounds = 0;
+  /// Gives up after this many rounds without a tenth less bad cells; a tenth of that when there are many.
+  int patience = std::numeric_limits<int>::max();
   /// True: a point only moves where that improves the cells round it. False: a redrawn point takes the best of
   /// the new positions.
   bool only_improve = false;

@@ -60,4 +60,10 @@ double SpacingField::lower_bound(const Box& region) const {
   return spacing;
 }
 
+double SpacingField::largest_growth() const {
+  double growth = 0;
+  for (const Source& source : sources_) growth = std::max(growth, source.growth);
+  return growth;
+}
+
 }  // namespace crackle::geometry

@@ -23,8 +23,12 @@ namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using VertexBase = CGAL::Triangulation_vertex_base_with_info_3<std::int32_t, Kernel>;
-/// A cell's info marks it for the trial that met it last.
-using CellBase = CGAL::Triangulation_cell_base_with_info_3<std::int64_t, Kernel>;
+
+struct CellInfo {
+  std::int64_t trial = 0;      ///< the last trial that the cell would have given way to
+  Place place = Place::solid;  ///< valid for finite cells
+};
+using CellBase = CGAL::Triangulation_cell_base_with_info_3<CellInfo, Kernel>;
 using DataStructure = CGAL::Triangulation_data_structure_3<VertexBase, CellBase>;
 using Delaunay = CGAL::Delaunay_triangulation_3<Kernel, DataStructure>;
 using CellHandle = Delaunay::Cell_handle;
@@ -37,6 +41,17 @@ constexpr std::array<std::array<int, 3>, 4> outward_face{{{1, 2, 3}, {0, 3, 2}, 
 constexpr std::size_t index(std::int32_t node) { return static_cast<std::size_t>(node); }
 
 Kernel::Point_3 kernel_point(const Point& p) { return {p[0], p[1], p[2]}; }
+
+void sort4(Tetrahedron& t) {
+  const auto order = [&](std::size_t i, std::size_t j) {
+    if (t[j] < t[i]) std::swap(t[i], t[j]);
+  };
+  order(0, 1);
+  order(2, 3);
+  order(0, 2);
+  order(1, 3);
+  order(1, 2);
+}
 
 /// A cell's shape; `quality` is the third power of the mean ratio.
 struct Rating {
@@ -52,6 +67,7 @@ struct Tessellation::Data {
   double min_quality_cubed = 0;
   Delaunay delaunay;
   std::vector<VertexHandle> vertices;
+  std::vector<std::uint8_t> on_surface;  // points keep to their surfaces
 
   std::int32_t lifted = -1;
   std::vector<std::pair<CellHandle, Rating>> filling;  // cells that lifting has made
@@ -60,7 +76,8 @@ struct Tessellation::Data {
   mutable std::vector<CellHandle> zone;
 
   Data(const Body& the_body, std::span<const Point> the_points)
-      : body(the_body), points(the_points.begin(), the_points.end()), vertices(the_points.size()) {}
+      : body(the_body), points(the_points.begin(), the_points.end()), vertices(the_points.size()),
+        on_surface(the_points.size(), 0) {}
 
   Tetrahedron nodes(CellHandle cell) const {
     return {cell->vertex(0)->info(), cell->vertex(1)->info(), cell->vertex(2)->info(),
@@ -74,15 +91,11 @@ struct Tessellation::Data {
   }
 
   /// @param cell nodes ascending, so that equal cells get equal bits
-  Rating rate(const Tetrahedron& cell) const {
-    switch (place_of(cell)) {
-      case Place::cavity:
-        return {true, 1};
-      case Place::crossing:
-        return {false, 0};
-      case Place::solid:
-        break;
-    }
+  Rating rate(const Tetrahedron& cell) const { return rate(cell, place_of(cell)); }
+
+  Rating rate(const Tetrahedron& cell, Place place) const {
+    if (place == Place::cavity) return {true, 1};
+    if (place == Place::crossing) return {false, 0};
     const double quality = mean_ratio_cubed(points[index(cell[0])], points[index(cell[1])],
                                             points[index(cell[2])], points[index(cell[3])]);
     return {quality >= min_quality_cubed, quality};
@@ -90,8 +103,19 @@ struct Tessellation::Data {
 
   Tetrahedron sorted_nodes(CellHandle cell) const {
     Tetrahedron result = nodes(cell);
-    std::sort(result.begin(), result.end());
+    sort4(result);
     return result;
+  }
+
+  /// Enters a new cell's place; its nodes, when it is bad, are appended to `bad`.
+  Rating enter(CellHandle cell, std::vector<Tetrahedron>* bad) const {
+    cell->info() = CellInfo{};
+    if (delaunay.is_infinite(cell)) return {true, 1};
+    const Tetrahedron sorted = sorted_nodes(cell);
+    cell->info().place = place_of(sorted);
+    const Rating rating = rate(sorted, cell->info().place);
+    if (bad != nullptr && !rating.good) bad->push_back(sorted);
+    return rating;
   }
 };
 
@@ -106,6 +130,11 @@ Tessellation::Tessellation(const Body& body, std::span<const Point> points, doub
     throw std::runtime_error("mother points: two points coincide, or all lie in one plane");
   for (const VertexHandle vertex : data_->delaunay.finite_vertex_handles())
     data_->vertices[index(vertex->info())] = vertex;
+  for (std::size_t i = 0; i < points.size(); ++i) data_->on_surface[i] = body.movable_axes(points[i]) != 7;
+  for (const CellHandle cell : data_->delaunay.finite_cell_handles()) {
+    cell->info() = CellInfo{};
+    cell->info().place = data_->place_of(data_->nodes(cell));
+  }
 }
 
 Tessellation::~Tessellation() = default;
@@ -120,7 +149,7 @@ std::vector<Tetrahedron> Tessellation::bad_cells() const {
   std::vector<Tetrahedron> bad;
   for (const CellHandle cell : data_->delaunay.finite_cell_handles()) {
     const Tetrahedron nodes = data_->sorted_nodes(cell);
-    if (!data_->rate(nodes).good) bad.push_back(nodes);
+    if (!data_->rate(nodes, cell->info().place).good) bad.push_back(nodes);
   }
   std::sort(bad.begin(), bad.end());
   return bad;
@@ -151,11 +180,7 @@ void Tessellation::lift(std::int32_t node) {
   data.vertices[index(node)] = VertexHandle();
   data.lifted = node;
   data.filling.clear();
-  for (const CellHandle cell : made) {
-    cell->info() = 0;
-    const bool infinite = data.delaunay.is_infinite(cell);
-    data.filling.emplace_back(cell, infinite ? Rating{true, 1} : data.rate(data.sorted_nodes(cell)));
-  }
+  for (const CellHandle cell : made) data.filling.emplace_back(cell, data.enter(cell, nullptr));
 }
 
 Tessellation::Trial Tessellation::try_at(const Point& p, const Trial& enough) const {
@@ -175,7 +200,7 @@ Tessellation::Trial Tessellation::try_at(const Point& p, const Trial& enough) co
   data.delaunay.find_conflicts(position, cell, std::back_inserter(data.zone_boundary),
                                std::back_inserter(data.zone));
   ++data.trial;
-  for (const CellHandle conflict : data.zone) conflict->info() = data.trial;
+  for (const CellHandle conflict : data.zone) conflict->info().trial = data.trial;
 
   Trial result{0, 1};
   const auto count = [&](const Rating& rating) {
@@ -183,7 +208,7 @@ Tessellation::Trial Tessellation::try_at(const Point& p, const Trial& enough) co
     result.worst = std::min(result.worst, rating.quality);
   };
   for (const auto& [remaining, rating] : data.filling)
-    if (remaining->info() != data.trial) count(rating);
+    if (remaining->info().trial != data.trial) count(rating);
 
   data_->points[index(data.lifted)] = p;
   for (const auto& [inside, opposite] : data.zone_boundary) {
@@ -200,7 +225,7 @@ Tessellation::Trial Tessellation::try_at(const Point& p, const Trial& enough) co
       }
     }
     if (infinite) continue;
-    std::sort(nodes.begin(), nodes.end());
+    sort4(nodes);
     count(data.rate(nodes));
     if (!result.better_than(enough)) return hopeless;
   }
@@ -214,7 +239,7 @@ void Tessellation::put(const Point& p, std::vector<Tetrahedron>& bad) {
   try_at(p, worst);
   std::vector<CellHandle> changed;
   for (const auto& [cell, rating] : data.filling)
-    if (cell->info() != data.trial && !rating.good) bad.push_back(data.sorted_nodes(cell));
+    if (cell->info().trial != data.trial && !rating.good) bad.push_back(data.sorted_nodes(cell));
 
   data.points[index(data.lifted)] = p;
   const Facet& facet = data.zone_boundary.front();
@@ -223,12 +248,7 @@ void Tessellation::put(const Point& p, std::vector<Tetrahedron>& bad) {
   vertex->info() = data.lifted;
   data.vertices[index(data.lifted)] = vertex;
   data.delaunay.incident_cells(vertex, std::back_inserter(changed));
-  for (const CellHandle cell : changed) {
-    cell->info() = 0;
-    if (data.delaunay.is_infinite(cell)) continue;
-    const Tetrahedron nodes = data.sorted_nodes(cell);
-    if (!data.rate(nodes).good) bad.push_back(nodes);
-  }
+  for (const CellHandle cell : changed) data.enter(cell, &bad);
   data.lifted = -1;
   data.filling.clear();
 }
@@ -238,15 +258,20 @@ TessellationContent Tessellation::content() const {
   TessellationContent content;
   content.tetrahedra.reserve(data.points.size() * 6);
   for (const CellHandle cell : data.delaunay.finite_cell_handles()) {
+    if (cell->info().place == Place::cavity) continue;
     const Tetrahedron nodes = data.nodes(cell);
-    if (data.place_of(nodes) == Place::cavity) continue;
     content.tetrahedra.push_back(nodes);
     for (std::size_t i = 0; i < 4; ++i) {
+      Triangle face{};
+      bool on_surface = true;
+      for (std::size_t k = 0; k < 3; ++k) {
+        face[k] = nodes[static_cast<std::size_t>(outward_face[i][k])];
+        on_surface = on_surface && data.on_surface[index(face[k])];
+      }
+      if (!on_surface) continue;
       const CellHandle neighbour = cell->neighbor(static_cast<int>(i));
-      if (data.delaunay.is_infinite(neighbour) || data.place_of(data.nodes(neighbour)) == Place::cavity)
-        content.boundary.push_back({nodes[static_cast<std::size_t>(outward_face[i][0])],
-                                    nodes[static_cast<std::size_t>(outward_face[i][1])],
-                                    nodes[static_cast<std::size_t>(outward_face[i][2])]});
+      if (data.delaunay.is_infinite(neighbour) || neighbour->info().place == Place::cavity)
+        content.boundary.push_back(face);
     }
   }
   return content;

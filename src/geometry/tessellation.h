@@ -11,7 +11,7 @@
 
 namespace crackle::geometry {
 
-/// A face between a kept tetrahedron and the outside, in the order that makes its normal point outwards.
+/// The part of a tessellation that fills the body.
 struct TessellationContent {
   std::vector<Tetrahedron> tetrahedra;  ///< of the body, positively oriented
   std::vector<Triangle> boundary;       ///< their faces without a neighbour, normal outwards

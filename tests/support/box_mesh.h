@@ -14,7 +14,7 @@
 #include <vector>
 
 /// Small meshes whose exact solutions tests know: a box of cells, each cut into six tetrahedra.
-namespace crackle::testing {
+namespace crackle::test {
 
 struct BoxMesh {
   geometry::Point size{1, 1, 1};
@@ -131,4 +131,4 @@ inline input::Boundary boundary(input::Face face, input::BoundaryKind kind,
   return condition;
 }
 
-}  // namespace crackle::testing
+}  // namespace crackle::test

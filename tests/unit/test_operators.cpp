@@ -15,7 +15,7 @@ namespace {
 using geometry::Point;
 
 geometry::Realization disturbed_box() {
-  return testing::make_box({.size = {0.005, 0.01, 0.02}, .cells = {3, 4, 6}, .disturbance = 0.2});
+  return test::make_box({.size = {0.005, 0.01, 0.02}, .cells = {3, 4, 6}, .disturbance = 0.2});
 }
 
 Point midpoint(const std::vector<Point>& points) {
@@ -43,7 +43,7 @@ Vector vector_area(const std::vector<Point>& corners) {
 
 TEST(Operators, GradientIsThatOfLinearShapeFunctions) {
   const auto mesh = disturbed_box();
-  const auto subdomain = testing::whole(mesh);
+  const auto subdomain = test::whole(mesh);
   double worst = 0;
   for (const auto& t : make_operators(subdomain, 1).tetrahedra) {
     // grad N_a . (x_b - x_c) = delta_ab - delta_ac defines the gradient.
@@ -65,7 +65,7 @@ TEST(Operators, GradientIsThatOfLinearShapeFunctions) {
 
 TEST(Operators, FacetFormEqualsGradientForm) {
   const auto mesh = disturbed_box();
-  const auto subdomain = testing::whole(mesh);
+  const auto subdomain = test::whole(mesh);
   double worst = 0;
   for (const auto& t : make_operators(subdomain, 1).tetrahedra) {
     std::array<Point, 4> x{};
@@ -105,7 +105,7 @@ TEST(Operators, FacetFormEqualsGradientForm) {
 
 TEST(Operators, MassAddsUpToDensityTimesVolume) {
   const auto mesh = disturbed_box();
-  const auto operators = make_operators(testing::whole(mesh), 1180);
+  const auto operators = make_operators(test::whole(mesh), 1180);
   double mass = 0;
   for (const double m : operators.node_mass) mass += m;
   EXPECT_NEAR(mass, 1180 * 0.005 * 0.01 * 0.02, 1e-13 * mass);
@@ -115,9 +115,9 @@ class Forces : public ::testing::Test {
 protected:
   Forces()
       : mesh_(disturbed_box()),
-        subdomain_(testing::whole(mesh_)),
+        subdomain_(test::whole(mesh_)),
         operators_(make_operators(subdomain_, 1180)),
-        elasticity_(testing::epoxy()),
+        elasticity_(test::epoxy()),
         force_(operators_, elasticity_) {}
 
   std::vector<double> displacement_of(auto&& function) const {

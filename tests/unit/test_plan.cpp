@@ -2,10 +2,10 @@
 // Which samples a run computes, and what it refuses to start on.
 #include "crackle/ensemble/sample_plan.h"
 #include "crackle/io/sample_file.h"
+#include "support/temporary_folder.h"
 
 #include <gmock/gmock.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -43,14 +43,10 @@ std::string message_of(Work&& work) {
 class Plan : public testing::Test {
 protected:
   void SetUp() override {
-    char name[] = "/tmp/crackle_plan_XXXXXX";
-    ASSERT_NE(mkdtemp(name), nullptr);
-    root_ = name;
     folder_ = root_ / "out";
     parameters_.text = "[ensemble]\nsamples = 5\n";
     parameters_.ensemble.samples = 5;
   }
-  void TearDown() override { fs::remove_all(root_); }
 
   /// Sample files of the test hold one word.
   SummaryReader reader() const {
@@ -74,7 +70,8 @@ protected:
 
   SamplePlan plan(bool resume) const { return make_plan(folder_, parameters_, resume, reader()); }
 
-  fs::path root_, folder_;
+  test::TemporaryFolder temporary_;
+  fs::path root_ = temporary_.path(), folder_;
   input::Parameters parameters_;
 };
 

@@ -109,9 +109,9 @@ TEST(Cuts, UniaxialTensionOpensTheFacetsAcrossIt) {
 }
 
 TEST(BreakableBody, RecordsEnergyAndStressOfABreak) {
-  const auto mesh = testing::make_box({.cells = {1, 1, 1}});
-  const auto subdomain = testing::whole(mesh);
-  BreakableBody body(subdomain, testing::epoxy());
+  const auto mesh = test::make_box({.cells = {1, 1, 1}});
+  const auto subdomain = test::whole(mesh);
+  BreakableBody body(subdomain, test::epoxy());
   std::vector<double> u;
   for (const auto& p : subdomain.nodes) u.insert(u.end(), {-0.38e-3 * p[0], -0.38e-3 * p[1], 1e-3 * p[2]});
   body.release(2, u, 1.5, 2e-6);

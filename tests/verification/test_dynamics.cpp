@@ -29,9 +29,9 @@ input::Fracture unbreakable() {
 class SmallBody {
 public:
   SmallBody()
-      : mesh_(testing::make_box({.size = {0.004, 0.005, 0.006}, .cells = {2, 2, 3}, .disturbance = 0.15})),
-        subdomain_(testing::whole(mesh_)),
-        body_(subdomain_, testing::epoxy()) {
+      : mesh_(test::make_box({.size = {0.004, 0.005, 0.006}, .cells = {2, 2, 3}, .disturbance = 0.15})),
+        subdomain_(test::whole(mesh_)),
+        body_(subdomain_, test::epoxy()) {
     const auto n = static_cast<Eigen::Index>(3 * subdomain_.nodes.size());
     Eigen::MatrixXd stiffness(n, n);
     std::vector<double> u(static_cast<std::size_t>(n)), f(static_cast<std::size_t>(n));
@@ -212,13 +212,13 @@ TEST(Dynamics, WaveInASlenderBarArrivesWithTheBarSpeed) {
   // A bar 2 mm x 2 mm x 200 mm, suddenly pulled at its end: half of the velocity behind the front is reached
   // at the middle after 100 mm / sqrt(E/rho).
   const double length = 0.2, width = 0.002, stress = 1e6;
-  const auto mesh = testing::make_box({.size = {width, width, length}, .cells = {2, 2, 200}});
-  const auto subdomain = testing::whole(mesh);
+  const auto mesh = test::make_box({.size = {width, width, length}, .cells = {2, 2, 200}});
+  const auto subdomain = test::whole(mesh);
   input::Parameters parameters;
-  parameters.material = testing::epoxy();
+  parameters.material = test::epoxy();
   parameters.fracture = unbreakable();
-  parameters.boundaries.push_back(testing::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
-  parameters.boundaries.push_back(testing::boundary(Face::z_max, BoundaryKind::traction, {}, {0, 0, stress}));
+  parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
+  parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::traction, {}, {0, 0, stress}));
   parameters.time.start = input::Start::rest;
   parameters.time.duration = 8e-5;
   parameters.time.integrator = Integrator::verlet;

@@ -16,7 +16,7 @@ using input::Face;
 
 input::Parameters epoxy_parameters() {
   input::Parameters parameters;
-  parameters.material = testing::epoxy();
+  parameters.material = test::epoxy();
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
   parameters.time.duration = 4e-5;
   return parameters;
@@ -24,7 +24,7 @@ input::Parameters epoxy_parameters() {
 
 SampleResult run(const input::Parameters& parameters, const geometry::Realization& mesh) {
   const parallel::Communicator self(MPI_COMM_SELF);
-  const auto subdomain = testing::whole(mesh);
+  const auto subdomain = test::whole(mesh);
   const auto result = run_sample(self, parameters, subdomain,
                                  [](const std::string& line) { std::printf("  %s\n", line.c_str()); });
   std::printf(
@@ -38,11 +38,11 @@ SampleResult run(const input::Parameters& parameters, const geometry::Realizatio
 
 TEST(RunAway, UniformBarUnderDeadLoadComesApartInOnePhase) {
   auto parameters = epoxy_parameters();
-  parameters.boundaries.push_back(testing::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
-  parameters.boundaries.push_back(testing::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10}));
+  parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
+  parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10}));
   parameters.specimen.size = {0.002, 0.004, 0.012};
   const auto mesh =
-      testing::make_box({.size = parameters.specimen.size, .cells = {2, 4, 12}, .disturbance = 0.2});
+      test::make_box({.size = parameters.specimen.size, .cells = {2, 4, 12}, .disturbance = 0.2});
   const auto result = run(parameters, mesh);
   EXPECT_EQ(result.outcome, Outcome::separated);
   EXPECT_EQ(result.counts.dynamic_phases, 1);
@@ -59,14 +59,14 @@ TEST(Arrest, WedgeOpenedStripCracksInManySteps) {
   auto parameters = epoxy_parameters();
   const double width = 0.012, length = 0.03;
   for (const auto& [face, sign] : {std::pair{Face::y_max, 1.0}, {Face::y_min, -1.0}}) {
-    auto wedge = testing::boundary(face, BoundaryKind::displacement, {true, true, true}, {0, sign * 1e-5, 0});
+    auto wedge = test::boundary(face, BoundaryKind::displacement, {true, true, true}, {0, sign * 1e-5, 0});
     wedge.region[2] = {0, 0.0021};
     wedge.history = {{0, 0}, {100, 100}};
     parameters.boundaries.push_back(wedge);
   }
   parameters.time.duration = 6e-5;
   parameters.time.arrest = 1e-5;
-  const auto mesh = testing::make_box({.size = {0.001, width, length},
+  const auto mesh = test::make_box({.size = {0.001, width, length},
                                        .cells = {1, 12, 30},
                                        .disturbance = 0.15,
                                        .removed = [&](const geometry::Point& p) {
@@ -81,10 +81,10 @@ TEST(Separation, IsRecognizedDuringQuasiStaticLoading) {
   // No patience for dynamics: every break is released quasi-statically, until the bar is in two pieces.
   auto parameters = epoxy_parameters();
   parameters.time.arrest = 1e-30;
-  parameters.boundaries.push_back(testing::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
-  parameters.boundaries.push_back(testing::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10}));
+  parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
+  parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10}));
   const auto mesh =
-      testing::make_box({.size = {0.002, 0.004, 0.012}, .cells = {2, 4, 12}, .disturbance = 0.2});
+      test::make_box({.size = {0.002, 0.004, 0.012}, .cells = {2, 4, 12}, .disturbance = 0.2});
   const auto result = run(parameters, mesh);
   EXPECT_EQ(result.outcome, Outcome::separated);
   EXPECT_EQ(result.counts.dynamic_phases, 0);

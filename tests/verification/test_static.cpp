@@ -24,16 +24,16 @@ struct Bar {
   geometry::Subdomain subdomain;
 
   Bar() {
-    mesh = testing::make_box({.size = {thickness, width, length}, .cells = {3, 4, 8}, .disturbance = 0.2});
-    subdomain = testing::whole(mesh);
-    parameters.material = testing::epoxy();
+    mesh = test::make_box({.size = {thickness, width, length}, .cells = {3, 4, 8}, .disturbance = 0.2});
+    subdomain = test::whole(mesh);
+    parameters.material = test::epoxy();
     parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
   }
 
   /// Six components at three corners: holds the body without any stress under balanced loads.
   void hold_at_corners() {
     const auto hold = [&](double y, double z, std::array<bool, 3> components) {
-      auto corner = testing::boundary(Face::x_min, BoundaryKind::fix, components);
+      auto corner = test::boundary(Face::x_min, BoundaryKind::fix, components);
       corner.region[1] = {y, y};
       corner.region[2] = {z, z};
       parameters.boundaries.push_back(corner);
@@ -49,11 +49,11 @@ TEST(Static, BarInTensionHasTheExactDisplacement) {
   for (const auto& [face, axis] : {std::pair{Face::x_min, 0}, {Face::y_min, 1}, {Face::z_min, 2}}) {
     std::array<bool, 3> components{};
     components[static_cast<std::size_t>(axis)] = true;
-    bar.parameters.boundaries.push_back(testing::boundary(face, BoundaryKind::fix, components));
+    bar.parameters.boundaries.push_back(test::boundary(face, BoundaryKind::fix, components));
   }
   const double stress = 10e6;
   bar.parameters.boundaries.push_back(
-      testing::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, stress * width * thickness}));
+      test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, stress * width * thickness}));
   fracture::BreakableBody body(bar.subdomain, bar.parameters.material);
   const auto loads = mechanics::make_boundary_loads(bar.self, bar.parameters, bar.subdomain);
   fracture::TulerButcher criterion(bar.parameters.fracture, bar.subdomain.tetrahedra.size());
@@ -89,7 +89,7 @@ TEST_P(Onset, IsExactUnderLateralAndShearStress) {
   Bar bar;
   bar.hold_at_corners();
   const auto traction = [&](Face face, input::Vector value, input::Vector change = {}) {
-    bar.parameters.boundaries.push_back(testing::boundary(face, BoundaryKind::traction, {}, value, change));
+    bar.parameters.boundaries.push_back(test::boundary(face, BoundaryKind::traction, {}, value, change));
   };
   traction(Face::z_max, {0, shear, 0}, {0, 0, rate});
   traction(Face::z_min, {0, -shear, 0}, {0, 0, -rate});
@@ -121,7 +121,7 @@ TEST(Static, LoadHistoryIsFollowedFromKinkToKink) {
   const double area = width * thickness;
   // 20 MPa after 1 s, down to 10 MPa at 2 s, 50 MPa at 4 s: 35 MPa are reached at 3.25 s.
   for (const double sign : {1.0, -1.0}) {
-    auto load = testing::boundary(sign > 0 ? Face::z_max : Face::z_min, BoundaryKind::force, {},
+    auto load = test::boundary(sign > 0 ? Face::z_max : Face::z_min, BoundaryKind::force, {},
                                   {0, 0, sign * 10e6 * area});
     load.history = {{0, 0}, {1, 2}, {2, 1}, {4, 5}};
     bar.parameters.boundaries.push_back(load);
@@ -140,7 +140,7 @@ TEST(Static, LoadThatStaysTooSmallBreaksNothing) {
   Bar bar;
   bar.hold_at_corners();
   for (const double sign : {1.0, -1.0}) {
-    auto load = testing::boundary(sign > 0 ? Face::z_max : Face::z_min, BoundaryKind::force, {},
+    auto load = test::boundary(sign > 0 ? Face::z_max : Face::z_min, BoundaryKind::force, {},
                                   {0, 0, sign * 34.99e6 * width * thickness});
     load.history = {{0, 0}, {1, 1}, {2, 0.5}};
     bar.parameters.boundaries.push_back(load);

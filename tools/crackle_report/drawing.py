@@ -7,6 +7,7 @@ from typing import Iterable
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
+from matplotlib.ticker import MaxNLocator
 
 from . import style
 from .plate import Plate
@@ -37,5 +38,6 @@ def draw_plate(axes: Axes, plate: Plate, z_range: tuple[float, float], faint: bo
     axes.set_xlim(-0.04 * width, 1.04 * width)
     axes.set_ylim(*z_range)
     axes.set_aspect("equal")
+    axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
     axes.spines[["left", "bottom"]].set_visible(False)
     axes.tick_params(length=2, pad=1.5)

@@ -13,7 +13,7 @@ from . import style
 from .results import DONE, FAILED, Ensemble, Samples
 
 STATUS_NAMES = ("pending", "done", "failed")
-OUTCOME_NAMES = ("unbroken", "arrested", "separated", "still running")
+OUTCOME_NAMES = ("unbroken", "arrested", "separated", "duration over")
 MISSING = "–"
 
 
@@ -34,8 +34,8 @@ SAMPLE_COLUMNS = (
     Column("pattern", "", lambda s, i: style.pattern_name(int(s.pattern[i]))),
     Column("branchings", "", lambda s, i: int(s.bifurcations[i]), "d"),
     Column("crack area", "mm²", lambda s, i: float(s.crack_area[i]) * 1e6, ".1f"),
-    Column("greatest crack speed", "m/s", lambda s, i: float(s.crack_speed_max[i]), ".0f"),
-    Column("energy error", "of the work done", lambda s, i: float(s.energy_error[i]), ".1e"),
+    Column("crack speed", "greatest, m/s", lambda s, i: float(s.crack_speed_max[i]), ".0f"),
+    Column("energy error", "of the work", lambda s, i: float(s.energy_error[i]), ".1e"),
 )
 
 

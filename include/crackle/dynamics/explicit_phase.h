@@ -11,6 +11,7 @@
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -21,6 +22,7 @@ struct PhaseOptions {
   std::optional<double> arrest_window;  ///< a phase without a break for this long ends [s]; empty: never
   int n_frames = 0;                     ///< frames over the whole duration, first and last included
   int n_energy_rows = 200;              ///< about this many rows of the energy account
+  std::function<void(const EnergyRow& row)> on_row;  ///< called for each of them, on every rank; may be empty
 };
 
 struct PhaseResult {

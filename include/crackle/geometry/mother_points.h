@@ -24,6 +24,7 @@ public:
 
   double operator()(const Point& p) const;      ///< [m]
   double lower_bound(const Box& region) const;  ///< a bound over a box, sharp for small ones [m]
+  double largest_growth() const;                ///< bound of the change per distance
 
 private:
   struct Source {

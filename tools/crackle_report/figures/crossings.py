@@ -17,9 +17,8 @@ from .picture import Picture, Section
 def section(ensemble: Ensemble) -> Section:
     result = Section(
         "Cracks at the cross-sections",
-        "Through-thickness mean of the cracks that start at each notch (numbered from 0, as in the input), at the "
-        "cross-sections. "
-        "The means are over the samples whose crack arrived; the numbers on top count these.")
+        "Through-thickness mean of the cracks that start at each notch (numbered from 0, in the order of the "
+        "input). The means are over the samples whose crack arrived; the numbers on top count these.")
     if ensemble.n_notches and ensemble.sections.size:
         result.pictures.append(Picture("crossings", "Crack positions of all samples at the cross-sections",
                                        _draw(ensemble)))
@@ -51,7 +50,7 @@ def _draw(ensemble: Ensemble) -> Figure:
     figure.legend(handles=[
         Line2D([], [], color=style.MUTED, linewidth=0.7, alpha=0.6, label="a sample"),
         Line2D([], [], color="black", linewidth=1.0, marker="o", markersize=2.5, label="mean"),
-        Patch(color="black", alpha=0.3, linewidth=0,
+        Patch(color="black", alpha=0.2, linewidth=0,
               label=f"{100 * ensemble.confidence:g} % confidence interval of the mean"),
         Line2D([], [], color="black", linewidth=0.8, linestyle="--", label="± one standard deviation"),
     ], loc="upper left", ncol=4, bbox_to_anchor=((left - 0.1) / width, 1.0))
@@ -81,7 +80,7 @@ def _notch(axes: Axes, ensemble: Ensemble, notch: int) -> None:
     axes.plot(y, mean, color="black", linewidth=1.0, marker="o", markersize=2.5, zorder=5)
     for side in (-1, 1):
         axes.plot(y, mean + side * std, color="black", linewidth=0.8, linestyle="--", zorder=4)
-    axes.fill_between(y, mean - half_width, mean + half_width, color="black", alpha=0.3, linewidth=0, zorder=4)
+    axes.fill_between(y, mean - half_width, mean + half_width, color="black", alpha=0.2, linewidth=0, zorder=4)
 
 
 def _from_tip(ensemble: Ensemble, notch: int) -> tuple[tuple[float, float], np.ndarray]:

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One sample shared by the ranks of a group: the same bits as on one rank.
+#include "crackle/dynamics/sample_run.h"
+#include "support/box_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdio>
+
+namespace crackle::dynamics {
+namespace {
+
+using input::BoundaryKind;
+using input::Face;
+
+/// A bar that is torn apart from rest by a sudden traction: it breaks in many places.
+input::Parameters torn_bar() {
+  input::Parameters parameters;
+  parameters.specimen.size = {0.002, 0.004, 0.012};
+  parameters.material = test::epoxy();
+  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
+  parameters.time.start = input::Start::rest;
+  parameters.time.duration = 2.5e-5;
+  parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
+  parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::traction, {}, {0, 3e6, 22e6}));
+  parameters.output.frames = 3;
+  return parameters;
+}
+
+TEST(SampleOnManyRanks, HasTheBitsOfOneRank) {
+  const auto parameters = torn_bar();
+  const auto mesh = test::make_box({.size = parameters.specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
+  const parallel::Communicator world(MPI_COMM_WORLD);
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const auto parts = geometry::split(mesh, geometry::partition(mesh, world.size()));
+  const auto shared = run_sample(world, parameters, parts[static_cast<std::size_t>(world.rank())]);
+  const auto alone = run_sample(self, parameters, test::whole(mesh));
+  if (!world.is_root()) return;
+
+  std::printf("%d ranks: %zu breaks, %s, energy error %.1e\n", world.size(), shared.breaks.size(),
+              to_string(shared.outcome).c_str(), shared.energy_error);
+  ASSERT_GT(alone.breaks.size(), 50U) << "the case must break";
+  EXPECT_EQ(shared.stable_step, alone.stable_step);
+  EXPECT_EQ(shared.outcome, alone.outcome);
+  ASSERT_EQ(shared.breaks.size(), alone.breaks.size());
+  for (std::size_t i = 0; i < alone.breaks.size(); ++i) {
+    EXPECT_EQ(shared.breaks[i].tetrahedron, alone.breaks[i].tetrahedron);
+    EXPECT_EQ(shared.breaks[i].phase_time, alone.breaks[i].phase_time);
+    EXPECT_EQ(shared.breaks[i].released_energy, alone.breaks[i].released_energy);
+    EXPECT_EQ(shared.breaks[i].cut, alone.breaks[i].cut);
+  }
+  ASSERT_EQ(shared.energy.size(), alone.energy.size());
+  for (std::size_t i = 0; i < alone.energy.size(); ++i) {
+    EXPECT_EQ(shared.energy[i].kinetic, alone.energy[i].kinetic);
+    EXPECT_EQ(shared.energy[i].strain, alone.energy[i].strain);
+    EXPECT_EQ(shared.energy[i].external, alone.energy[i].external);
+    EXPECT_EQ(shared.energy[i].released, alone.energy[i].released);
+  }
+  ASSERT_EQ(shared.frames.size(), alone.frames.size());
+  for (std::size_t i = 0; i < alone.frames.size(); ++i) {
+    EXPECT_EQ(shared.frames[i].displacement, alone.frames[i].displacement);
+    EXPECT_EQ(shared.frames[i].velocity, alone.frames[i].velocity);
+  }
+}
+
+TEST(SampleOnManyRanks, QuasiStaticLoadingAgreesToTheSolversTolerance) {
+  auto parameters = torn_bar();
+  parameters.time.start = input::Start::quasi_static;
+  parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10});
+  const auto mesh = test::make_box({.size = parameters.specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
+  const parallel::Communicator world(MPI_COMM_WORLD);
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const auto parts = geometry::split(mesh, geometry::partition(mesh, world.size()));
+  const auto shared = run_sample(world, parameters, parts[static_cast<std::size_t>(world.rank())]);
+  const auto alone = run_sample(self, parameters, test::whole(mesh));
+  if (!world.is_root()) return;
+  std::printf("%d ranks: onset %.12g s, on one rank %.12g s\n", world.size(), shared.onset_time, alone.onset_time);
+  EXPECT_NEAR(shared.onset_time, alone.onset_time, 1e-7 * alone.onset_time);
+  EXPECT_FALSE(shared.breaks.empty());
+}
+
+}  // namespace
+}  // namespace crackle::dynamics

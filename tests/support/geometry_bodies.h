@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Small bodies and spacings for tests of the geometry.
+#pragma once
+
+#include "crackle/geometry/body.h"
+#include "crackle/geometry/mother_points.h"
+#include "crackle/input/parameters.h"
+
+#include <vector>
+
+namespace crackle::testing {
+
+inline constexpr double mm = 1e-3;
+
+inline input::Notch notch(input::Face face, double at_mm, double depth_mm, double height_mm) {
+  return {.face = face, .at = at_mm * mm, .depth = depth_mm * mm, .height = height_mm * mm};
+}
+
+inline geometry::Body body(const input::Vector& size_mm, std::vector<input::Notch> notches = {}) {
+  return geometry::Body({{size_mm[0] * mm, size_mm[1] * mm, size_mm[2] * mm}, std::move(notches)});
+}
+
+inline input::Mesh mesh(double spacing_mm, double notch_spacing_mm, double growth = 0.1) {
+  return {.spacing = spacing_mm * mm,
+          .notch_spacing = notch_spacing_mm * mm,
+          .growth = growth,
+          .perturbation = 0.2,
+          .min_quality = 0.2,
+          .points = {}};
+}
+
+/// The plate of the paper, shortened, with its two anti-symmetric notches: some 6,000 nodes with plate_mesh().
+inline geometry::Body short_plate() {
+  return body({3, 16, 24}, {notch(input::Face::y_min, 9, 4, 0.6), notch(input::Face::y_max, 15, 4, 0.6)});
+}
+inline input::Mesh plate_mesh() { return mesh(1.5, 0.3, 0.12); }
+
+/// A notch in each of the four faces that can have one.
+inline geometry::Body four_notches() {
+  return body({2, 10, 12},
+              {notch(input::Face::y_min, 6, 2, 0.5), notch(input::Face::y_max, 5, 3, 0.8),
+               notch(input::Face::z_min, 5, 2, 0.4), notch(input::Face::z_max, 4, 1, 1.5)});
+}
+
+}  // namespace crackle::testing

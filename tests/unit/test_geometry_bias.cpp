@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The candidate crack facets have no preferred planes.
+#include "crackle/geometry/dual_facets.h"
+#include "support/geometry_bodies.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace crackle::geometry {
+namespace {
+
+using testing::mm;
+
+/// Bounds on the bias of one realization: for some 10,000 tetrahedra, chance alone gives about half of them.
+constexpr double second_order_bound = 0.02;
+constexpr double fourth_order_bound = 0.02;
+
+const Body box = testing::body({5, 5, 5});
+const Box interior{{0.8 * mm, 0.8 * mm, 0.8 * mm}, {4.2 * mm, 4.2 * mm, 4.2 * mm}};
+
+/// A cubic or body-centred lattice with the number of points of the blue noise.
+MotherPoints lattice(bool body_centred) {
+  const int n = body_centred ? 10 : 13;
+  MotherPoints points;
+  const auto add = [&](double i, double j, double k) {
+    Point p{i, j, k};
+    for (double& coordinate : p) coordinate = coordinate == n ? 5 * mm : coordinate * 5 * mm / n;
+    points.position.push_back(p);
+    points.spacing.push_back(0.4 * mm);
+    points.movable.push_back(box.movable_axes(p));
+  };
+  for (int i = 0; i <= n; ++i)
+    for (int j = 0; j <= n; ++j)
+      for (int k = 0; k <= n; ++k) {
+        add(i, j, k);
+        if (body_centred && i < n && j < n && k < n) add(i + 0.5, j + 0.5, k + 0.5);
+      }
+  return points;
+}
+
+OrientationMoments measure(const char* name, const MotherPoints& base, double perturbation, std::uint64_t sample,
+                           double min_quality) {
+  input::Mesh parameters = testing::mesh(0.4, 0.4);
+  parameters.perturbation = perturbation;
+  parameters.min_quality = min_quality;
+  const Realization made = make_realization(box, base, parameters, 2012, sample);
+  const OrientationMoments moments = orientation_moments(made, interior);
+  std::printf("%-20s perturbation %.2f: %6zu tetrahedra, bias of second order %.4f, of fourth order %.4f\n", name,
+              perturbation, made.tetrahedra.size(), second_order_bias(moments), fourth_order_bias(moments));
+  return moments;
+}
+
+TEST(Bias, BlueNoiseHasNone) {
+  const MotherPoints base = make_mother_points(box, testing::mesh(0.4, 0.4), 2012);
+  for (const auto& [perturbation, n_samples] : {std::pair{0.0, 1}, std::pair{0.2, 5}, std::pair{0.35, 2}})
+    for (int sample = 0; sample < n_samples; ++sample) {
+      const OrientationMoments moments =
+          measure("blue noise", base, perturbation, static_cast<std::uint64_t>(sample), 0.2);
+      EXPECT_LT(second_order_bias(moments), second_order_bound);
+      EXPECT_LT(fourth_order_bias(moments), fourth_order_bound);
+    }
+}
+
+TEST(Bias, LatticesHaveMuch) {
+  for (const double perturbation : {0.2, 0.35})
+    for (const bool body_centred : {false, true}) {
+      const OrientationMoments moments = measure(body_centred ? "body-centred lattice" : "cubic lattice",
+                                                 lattice(body_centred), perturbation, 0, 0.01);
+      EXPECT_GT(fourth_order_bias(moments), 1.2 * fourth_order_bound);
+    }
+}
+
+// The measure itself, on facets whose moments are known.
+TEST(Bias, MomentsOfKnownFacets) {
+  // The dual facets of the regular tetrahedron have its six edges as normals, isotropic to the second order only.
+  Realization regular;
+  regular.nodes = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
+  regular.tetrahedra = {{0, 2, 1, 3}};
+  const OrientationMoments moments = orientation_moments(regular, {{-1, -1, -1}, {1, 1, 1}});
+  EXPECT_NEAR(second_order_bias(moments), 0, 1e-14);
+  // Edges along (1,1,0) and its five like: <n_x^4> = 4/6 * 1/4 = 1/6, <n_x^2 n_y^2> = 2/6 * 1/4 = 1/12; isotropic
+  // are 1/5 and 1/15.
+  EXPECT_NEAR(moments.fourth[0][0][0][0], 1.0 / 6, 1e-14);
+  EXPECT_NEAR(moments.fourth[0][0][1][1], 1.0 / 12, 1e-14);
+  const double deviation = 3 * std::pow(1.0 / 6 - 1.0 / 5, 2) + 18 * std::pow(1.0 / 12 - 1.0 / 15, 2);
+  const double isotropic = 3 * std::pow(1.0 / 5, 2) + 18 * std::pow(1.0 / 15, 2);
+  EXPECT_NEAR(fourth_order_bias(moments), std::sqrt(deviation / isotropic), 1e-13);
+}
+
+// S^ab by its definition: the vector area of the quadrilateral of edge midpoint, face centroids and centroid.
+TEST(DualFacets, AreTheQuadrilateralsOfTheBarycentricDual) {
+  Realization one;
+  one.nodes = {{0.1, 0.2, 0}, {1.3, 0.1, 0.2}, {0.3, 0.9, -0.1}, {0.4, 0.3, 1.1}};
+  one.tetrahedra = {{0, 1, 2, 3}};
+  const auto areas = dual_facet_areas(one.nodes[0], one.nodes[1], one.nodes[2], one.nodes[3]);
+  const DualSurface surface = dual_surface(one);
+  ASSERT_EQ(surface.points.size(), 6u + 4 + 1);
+  ASSERT_EQ(surface.quadrilaterals.size(), 6u);
+  for (std::size_t facet = 0; facet < 6; ++facet) {
+    std::array<Point, 4> p{};
+    for (std::size_t k = 0; k < 4; ++k) p[k] = surface.points[static_cast<std::size_t>(surface.quadrilaterals[facet][k])];
+    Point twice{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t j = (i + 1) % 3;
+      const std::size_t k = (i + 2) % 3;
+      twice[i] = (p[2][j] - p[0][j]) * (p[3][k] - p[1][k]) - (p[2][k] - p[0][k]) * (p[3][j] - p[1][j]);
+    }
+    double along = 0;
+    double sign = 0;
+    const auto [a, b] = dual_facet_nodes[facet];
+    for (std::size_t i = 0; i < 3; ++i) {
+      along += areas[facet][i] * (one.nodes[b][i] - one.nodes[a][i]);
+      sign += areas[facet][i] * twice[i];
+    }
+    EXPECT_GT(along, 0) << "points from a to b";
+    for (std::size_t i = 0; i < 3; ++i)
+      EXPECT_NEAR(areas[facet][i], (sign > 0 ? 1 : -1) * twice[i] / 2, 1e-15);
+  }
+}
+
+TEST(DualFacets, SurfaceSharesItsPoints) {
+  const Body small = testing::body({1, 1, 1});
+  const input::Mesh parameters = testing::mesh(0.5, 0.5);
+  const Realization made = make_realization(small, make_mother_points(small, parameters, 1), parameters, 1, 0);
+  const DualSurface surface = dual_surface(made);
+  const auto n_tetrahedra = made.tetrahedra.size();
+  const auto n_faces = (4 * n_tetrahedra + made.boundary.size()) / 2;
+  // Euler: nodes - edges + faces - tetrahedra = 1 for a ball.
+  const auto n_edges = made.nodes.size() + n_faces - n_tetrahedra - 1;
+  EXPECT_EQ(surface.points.size(), n_edges + n_faces + n_tetrahedra);
+  EXPECT_EQ(surface.quadrilaterals.size(), 6 * n_tetrahedra);
+  EXPECT_EQ(surface.tetrahedron.back(), static_cast<std::int32_t>(n_tetrahedra - 1));
+}
+
+}  // namespace
+}  // namespace crackle::geometry

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/geometry/mother_points.h"
+
+#include "crackle/parallel/random.h"
+#include "support/geometry_bodies.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace crackle::geometry {
+namespace {
+
+using input::Face;
+using testing::body;
+using testing::mesh;
+using testing::mm;
+using testing::notch;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+double squared_distance(const Point& a, const Point& b) {
+  return (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]);
+}
+
+TEST(SpacingField, GrowsFromTheTip) {
+  const Body notched = body({10, 60, 80}, {notch(Face::y_min, 40, 10, 2)});
+  const SpacingField spacing(notched, mesh(4, 0.5, 0.1));
+  EXPECT_DOUBLE_EQ(spacing({mm, 10 * mm, 40.5 * mm}), 0.5 * mm);
+  EXPECT_DOUBLE_EQ(spacing({mm, 15 * mm, 40 * mm}), 1.0 * mm);
+  EXPECT_DOUBLE_EQ(spacing({mm, 10 * mm, 61 * mm}), 2.5 * mm);
+  EXPECT_DOUBLE_EQ(spacing({mm, 59 * mm, 1 * mm}), 4 * mm);
+}
+
+TEST(SpacingField, FollowsTheBodyWhereThatIsFiner) {
+  // A thin slot, and two slots 0.4 mm apart.
+  const Body thin = body({10, 60, 80}, {notch(Face::y_min, 40, 30, 0.2)});
+  EXPECT_LE(SpacingField(thin, mesh(4, 0.5, 0.1))({mm, 1 * mm, 40.1 * mm}), 0.2 * mm);
+  const Body close = body({10, 60, 80}, {notch(Face::y_min, 40, 30, 3), notch(Face::y_min, 43.4, 30, 3)});
+  EXPECT_NEAR(SpacingField(close, mesh(4, 3, 0.1))({mm, 20 * mm, 41.7 * mm}), 0.4 * mm, 1e-15);
+  EXPECT_EQ(SpacingField(body({2, 30, 30}), mesh(9, 9))({mm, mm, mm}), 2 * mm);
+}
+
+TEST(SpacingField, ChangesNoFasterThanItsLargestGrowth) {
+  const Body notched = testing::four_notches();
+  const SpacingField spacing(notched, mesh(1.5, 0.2, 0.3));
+  parallel::RandomStream stream(1, 1, "points");
+  const auto point = [&] {
+    return Point{stream.uniform(0, 2 * mm), stream.uniform(0, 10 * mm), stream.uniform(0, 12 * mm)};
+  };
+  EXPECT_DOUBLE_EQ(spacing.largest_growth(), 0.3);
+  for (int i = 0; i < 2000; ++i) {
+    const Point a = point();
+    const Point b = point();
+    EXPECT_LE(std::abs(spacing(a) - spacing(b)), 0.3 * std::sqrt(squared_distance(a, b)) * (1 + 1e-12));
+    const Box box{{std::min(a[0], b[0]), std::min(a[1], b[1]), std::min(a[2], b[2])},
+                  {std::max(a[0], b[0]), std::max(a[1], b[1]), std::max(a[2], b[2])}};
+    EXPECT_LE(spacing.lower_bound(box), std::min(spacing(a), spacing(b)));
+  }
+}
+
+class Plate : public ::testing::Test {
+protected:
+  static void SetUpTestSuite() {
+    points_ = new MotherPoints(make_mother_points(testing::short_plate(), testing::plate_mesh(), 2012));
+  }
+  static void TearDownTestSuite() { delete points_; }
+  const Body plate = testing::short_plate();
+  const MotherPoints& points() const { return *points_; }
+
+private:
+  static inline MotherPoints* points_ = nullptr;
+};
+
+TEST_F(Plate, PointsLieInTheBodyAndAreClassified) {
+  std::array<int, 4> count{};
+  for (std::size_t i = 0; i < points().size(); ++i) {
+    EXPECT_TRUE(plate.contains(points().position[i]));
+    EXPECT_EQ(points().movable[i], plate.movable_axes(points().position[i]));
+    ++count[static_cast<std::size_t>(std::popcount(points().movable[i]))];
+  }
+  std::printf("corners %d, edges %d, surfaces %d, interior %d\n", count[0], count[1], count[2], count[3]);
+  EXPECT_EQ(count[0], 24);
+  EXPECT_GT(count[1], 100);
+  EXPECT_GT(count[2], count[1]);
+  EXPECT_GT(count[3], 0);
+}
+
+TEST_F(Plate, NumberIsTheEstimate) {
+  const double estimate = estimate_n_points(plate, testing::plate_mesh());
+  std::printf("%zu points, estimate %.0f\n", points().size(), estimate);
+  EXPECT_NEAR(estimate / static_cast<double>(points().size()), 1, 0.05);
+}
+
+// Two cells over the height of the notch: one point inside each of the two upright edges of a tip.
+TEST_F(Plate, TwoCellsOverTheNotchHeight) {
+  for (int i = 0; i < 2; ++i) {
+    const SlotSection& slot = plate.sections()[static_cast<std::size_t>(i)];
+    for (const double x : {0.0, plate.size()[0]}) {
+      const auto on_edge = std::count_if(points().position.begin(), points().position.end(), [&](const Point& p) {
+        return p[0] == x && p[1] == slot.tip && slot.lower < p[2] && p[2] < slot.upper;
+      });
+      EXPECT_EQ(on_edge, 1);
+    }
+  }
+}
+
+TEST(MotherPoints, CellsOverTheNotchHeight) {
+  for (const auto& [spacing, cells] : {std::pair{0.9, 1}, std::pair{0.55, 1}, std::pair{0.25, 3}}) {
+    const Body notched = body({2, 8, 8}, {notch(Face::y_min, 4, 2, 0.8)});
+    const MotherPoints points = make_mother_points(notched, mesh(1, spacing), 1);
+    const SlotSection& slot = notched.sections()[0];
+    const auto on_edge = std::count_if(points.position.begin(), points.position.end(), [&](const Point& p) {
+      return p[0] == 0 && p[1] == slot.tip && slot.lower < p[2] && p[2] < slot.upper;
+    });
+    EXPECT_EQ(on_edge, cells - 1) << "notch spacing " << spacing;
+  }
+}
+
+// Blue noise: no two points are close, and none is alone.
+TEST_F(Plate, NearestNeighboursAreOneSpacingAway) {
+  std::vector<double> ratio;
+  for (std::size_t i = 0; i < points().size(); ++i) {
+    double nearest = 1;
+    for (std::size_t j = 0; j < points().size(); ++j)
+      if (i != j) nearest = std::min(nearest, squared_distance(points().position[i], points().position[j]));
+    ratio.push_back(std::sqrt(nearest) / points().spacing[i]);
+  }
+  std::sort(ratio.begin(), ratio.end());
+  std::printf("nearest neighbour / spacing: min %.3f, 1 %% %.3f, median %.3f, 99 %% %.3f, max %.3f\n", ratio.front(),
+              ratio[ratio.size() / 100], ratio[ratio.size() / 2], ratio[ratio.size() * 99 / 100], ratio.back());
+  EXPECT_GT(ratio.front(), 0.4);
+  EXPECT_GT(ratio[ratio.size() / 100], 0.6);
+  EXPECT_NEAR(ratio[ratio.size() / 2], 0.9, 0.1);
+  EXPECT_LT(ratio.back(), 1.3);
+}
+
+// Slab order: neighbours have close numbers. Against a random order, whose mean difference is a third of all.
+TEST_F(Plate, NeighboursHaveCloseNumbers) {
+  double sum = 0;
+  double pairs = 0;
+  for (std::size_t i = 0; i < points().size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (squared_distance(points().position[i], points().position[j]) <
+          1.44 * points().spacing[i] * points().spacing[i]) {
+        sum += static_cast<double>(i - j);
+        ++pairs;
+      }
+  const double share = sum / pairs / static_cast<double>(points().size());
+  std::printf("mean difference of neighbours' numbers: %.4f of all points\n", share);
+  EXPECT_LT(share, 0.03);
+}
+
+TEST_F(Plate, DependsOnTheSeedOnly) {
+  const MotherPoints again = make_mother_points(plate, testing::plate_mesh(), 2012);
+  EXPECT_EQ(again.position, points().position);
+  EXPECT_EQ(again.spacing, points().spacing);
+  EXPECT_EQ(again.movable, points().movable);
+  EXPECT_NE(make_mother_points(plate, testing::plate_mesh(), 2013).position, points().position);
+}
+
+TEST(MotherPoints, RefusesMeshesThatAreTooLarge) {
+  EXPECT_THAT([] { make_mother_points(body({100, 100, 100}), mesh(0.1, 0.1), 1); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("needs more than 20000000 nodes")));
+}
+
+TEST(MotherPoints, RefusesAQualityOutOfReach) {
+  input::Mesh strict = mesh(1, 1);
+  strict.min_quality = 0.9;
+  EXPECT_THAT([&] { make_mother_points(body({3, 3, 3}), strict, 1); },
+              ThrowsMessage<std::runtime_error>(AllOf(HasSubstr("min_quality = 0.9"), HasSubstr("near ("))));
+}
+
+class PointFile : public ::testing::Test {
+protected:
+  void SetUp() override { file_ = std::filesystem::temp_directory_path() / ("crackle_points_" + std::to_string(::getpid())); }
+  void TearDown() override { std::filesystem::remove(file_); }
+  void write(const std::string& text) { std::ofstream(file_) << text; }
+  std::string corners() const {
+    return "0 0 0\n2 0 0\n0 3 0\n2 3 0\n0 0 4\n2 0 4\n0 3 4\n2 3 4\n";
+  }
+  std::filesystem::path file_;
+  const Body box = body({2, 3, 4});
+};
+
+TEST_F(PointFile, SnapsPointsOntoPlanes) {
+  write("# x y z in mm\n\n" + corners() + "1.0 1.5 2e0 # interior\n-1e-9 +1.5 2\n\t1\t2.9999999999\t4.0000000001\r\n");
+  const std::vector<Point> points = read_points(file_, box);
+  ASSERT_EQ(points.size(), 11u);
+  EXPECT_EQ(box.movable_axes(points[8]), 7);
+  EXPECT_EQ(box.movable_axes(points[9]), 6);
+  EXPECT_EQ(box.movable_axes(points[10]), 1);
+  EXPECT_EQ(points[10][1], box.size()[1]);
+}
+
+TEST_F(PointFile, SnapsOntoWallsOnlyWhereTheyAre) {
+  const Body notched = body({2, 3, 4}, {notch(Face::y_min, 2, 1, 0.4)});
+  std::string text = corners();
+  for (const char* x : {"0", "2"})
+    for (const char* y : {"0", "1"})
+      for (const char* z : {"1.8", "2.2"}) text += std::string(x) + " " + y + " " + z + "\n";
+  write(text + "1 0.5 1.8\n1 1 2\n1 2 1.8\n");
+  const std::vector<Point> points = read_points(file_, notched);
+  EXPECT_EQ(notched.movable_axes(points[16]), 3);
+  EXPECT_EQ(notched.movable_axes(points[17]), 5);
+  EXPECT_EQ(notched.movable_axes(points[18]), 7);
+}
+
+TEST_F(PointFile, ErrorsNameTheLine) {
+  write("0 0 0\n1 2\n1 2 x\n1 2 3 4\n1 1 1\n5 1 1\nnan 1 1\n1 1 1\n");
+  EXPECT_THAT([&] { read_points(file_, box); },
+              ThrowsMessage<std::runtime_error>(
+                  AllOf(HasSubstr(file_.string() + ":2: not a point"), HasSubstr(":3: not a point"),
+                        HasSubstr(":4: not a point"), HasSubstr(":6: the point (5, 1, 1) mm lies outside the body"),
+                        HasSubstr(":7: not a point"), HasSubstr(":8: the same point as in line 5"))));
+  write(corners().substr(6));
+  EXPECT_THAT([&] { read_points(file_, box); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("the corner (0, 0, 0) mm of the body is not among")));
+  write("");
+  EXPECT_THAT([&] { read_points(file_, box); }, ThrowsMessage<std::runtime_error>(HasSubstr("corner")));
+  EXPECT_THAT([&] { read_points("/nonexistent/cloud.txt", box); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("/nonexistent/cloud.txt: cannot be opened")));
+  write("1\n2\n3\n4\n5\n6\n7\n8\n9\n10\n11\n12\n13\n14\n15\n16\n17\n18\n19\n20\n21\n22\n");
+  EXPECT_THAT([&] { read_points(file_, box); }, ThrowsMessage<std::runtime_error>(HasSubstr("2 more errors")));
+}
+
+TEST_F(PointFile, MakesTheBase) {
+  const input::Mesh fine = mesh(0.7, 0.7);
+  const MotherPoints made = make_mother_points(box, fine, 3);
+  std::ofstream stream(file_);
+  stream.precision(17);
+  for (const Point& p : made.position) stream << p[0] / mm << ' ' << p[1] / mm << ' ' << p[2] / mm << '\n';
+  stream.close();
+  input::Mesh from_file = fine;
+  from_file.points = file_;
+  const MotherPoints read = make_mother_points(box, from_file, 3);
+  ASSERT_EQ(read.size(), made.size());
+  EXPECT_EQ(read.movable, made.movable);
+  for (std::size_t i = 0; i < read.size(); ++i)
+    EXPECT_LT(squared_distance(read.position[i], made.position[i]), 1e-24);
+}
+
+}  // namespace
+}  // namespace crackle::geometry

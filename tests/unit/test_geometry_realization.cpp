@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/geometry/realization.h"
+
+#include "crackle/geometry/quality.h"
+#include "crackle/parallel/random.h"
+#include "support/geometry_bodies.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <vector>
+
+namespace crackle::geometry {
+namespace {
+
+using input::Face;
+using testing::body;
+using testing::mesh;
+using testing::mm;
+using testing::notch;
+
+std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+struct Case {
+  const char* name;
+  Body body;
+  input::Mesh mesh;
+};
+
+std::vector<Case> cases() {
+  std::vector<Case> list;
+  list.push_back({"no notch", body({3, 4, 5}), mesh(0.6, 0.6)});
+  list.push_back({"one coarse cell", body({1, 1, 1}), mesh(5, 5)});
+  list.push_back({"thin sheet", body({0.2, 8, 9}), mesh(1, 1)});
+  list.push_back({"one notch", body({2, 10, 12}, {notch(Face::y_min, 6, 4, 0.5)}), mesh(1.2, 0.25)});
+  list.push_back({"one cell over the height", body({2, 10, 12}, {notch(Face::y_min, 6, 4, 0.6)}), mesh(1.5, 0.6)});
+  list.push_back({"two anti-symmetric", testing::short_plate(), testing::plate_mesh()});
+  list.push_back({"four faces", testing::four_notches(), mesh(1, 0.3)});
+  list.push_back({"thin and deep", body({1, 6, 8}, {notch(Face::z_max, 3, 5, 0.1)}), mesh(1, 0.3, 0.3)});
+  list.push_back({"wide", body({2, 10, 12}, {notch(Face::y_max, 6, 2, 6)}), mesh(1, 0.4)});
+  list.push_back({"narrow ligament",
+                  body({1, 6, 8}, {notch(Face::y_min, 4, 3, 0.5), notch(Face::y_max, 4.2, 2.8, 0.5)}), mesh(1, 0.25)});
+  return list;
+}
+
+// Realizations are verified when they are made; this looks at them again, with other means where possible.
+TEST(Realization, ConformsToTheBody) {
+  for (const Case& each : cases()) {
+    SCOPED_TRACE(each.name);
+    const MotherPoints base = make_mother_points(each.body, each.mesh, 2012);
+    for (std::uint64_t sample = 0; sample < 3; ++sample) {
+      const Realization made = make_realization(each.body, base, each.mesh, 2012, sample);
+      EXPECT_NO_THROW(verify(made, each.body, each.mesh.min_quality));
+      double volume = 0;
+      double worst = 1;
+      for (const Tetrahedron& t : made.tetrahedra) {
+        const auto node = [&](std::size_t i) { return made.nodes[index(t[i])]; };
+        volume += signed_volume(node(0), node(1), node(2), node(3));
+        worst = std::min(worst, mean_ratio(node(0), node(1), node(2), node(3)));
+        Point centre{};
+        for (std::size_t k = 0; k < 4; ++k)
+          for (std::size_t i = 0; i < 3; ++i) centre[i] += node(k)[i] / 4;
+        EXPECT_TRUE(each.body.contains(centre));
+      }
+      EXPECT_NEAR(volume / each.body.volume(), 1, 1e-12);
+      EXPECT_NEAR(worst, made.report.min_quality, 1e-12);
+      EXPECT_GE(worst, 0.2 * (1 - 1e-12));
+      if (sample == 0)
+        std::printf("%-26s %6zu nodes %7zu tetrahedra, volume off by %8.1e, quality >= %.4f, %ld redrawn in %d rounds\n",
+                    each.name, made.nodes.size(), made.tetrahedra.size(), volume / each.body.volume() - 1, worst,
+                    static_cast<long>(made.report.redrawn_points), made.report.rounds);
+    }
+  }
+}
+
+class PlateRealization : public ::testing::Test {
+protected:
+  static void SetUpTestSuite() {
+    base_ = new MotherPoints(make_mother_points(testing::short_plate(), testing::plate_mesh(), 2012));
+  }
+  static void TearDownTestSuite() { delete base_; }
+  Realization make(std::uint64_t seed, std::uint64_t sample, double perturbation = 0.2) const {
+    input::Mesh parameters = testing::plate_mesh();
+    parameters.perturbation = perturbation;
+    return make_realization(plate, *base_, parameters, seed, sample);
+  }
+  const MotherPoints& base() const { return *base_; }
+  const Body plate = testing::short_plate();
+
+private:
+  static inline MotherPoints* base_ = nullptr;
+};
+
+bool same(const Realization& a, const Realization& b) {
+  return a.nodes == b.nodes && a.tetrahedra == b.tetrahedra &&
+         std::equal(a.boundary.begin(), a.boundary.end(), b.boundary.begin(), b.boundary.end(),
+                    [](const BoundaryTriangle& s, const BoundaryTriangle& t) {
+                      return s.nodes == t.nodes && s.surface == t.surface;
+                    }) &&
+         a.report.rounds == b.report.rounds && a.report.redrawn_points == b.report.redrawn_points;
+}
+
+TEST_F(PlateRealization, IsAFunctionOfSeedAndSample) {
+  const Realization first = make(2012, 3);
+  make(2012, 4);
+  EXPECT_TRUE(same(first, make(2012, 3)));
+  EXPECT_FALSE(same(first, make(2012, 4)));
+  EXPECT_FALSE(same(first, make(2013, 3)));
+}
+
+TEST_F(PlateRealization, TopologyDiffersBetweenSamples) {
+  const Realization a = make(2012, 0);
+  const Realization b = make(2012, 1);
+  std::vector<Tetrahedron> common;
+  const auto sorted = [](std::vector<Tetrahedron> list) {
+    for (Tetrahedron& t : list) std::sort(t.begin(), t.end());
+    return list;
+  };
+  const auto first = sorted(a.tetrahedra);
+  const auto second = sorted(b.tetrahedra);
+  std::set_intersection(first.begin(), first.end(), second.begin(), second.end(), std::back_inserter(common));
+  const double share = static_cast<double>(common.size()) / static_cast<double>(first.size());
+  std::printf("%.3f of the tetrahedra are in both samples\n", share);
+  EXPECT_LT(share, 0.8);
+}
+
+TEST_F(PlateRealization, WithoutPerturbationIsTheBase) {
+  const Realization made = make(2012, 5, 0);
+  EXPECT_EQ(made.nodes, base().position);
+  EXPECT_EQ(made.report.redrawn_points, 0);
+  EXPECT_GE(made.report.min_quality, 0.4);
+}
+
+TEST_F(PlateRealization, NodesKeepToTheirSurfacesAndTheirBall) {
+  for (const double amplitude : {0.05, 0.2, 0.35}) {
+    const Realization made = make(7, 1, amplitude);
+    double farthest = 0;
+    for (std::size_t i = 0; i < base().size(); ++i) {
+      double squared = 0;
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        const double shift = made.nodes[i][axis] - base().position[i][axis];
+        const bool held = !((base().movable[i] >> axis) & 1u);
+        EXPECT_TRUE(!held || shift == 0);
+        squared += shift * shift;
+      }
+      farthest = std::max(farthest, std::sqrt(squared) / base().spacing[i]);
+      EXPECT_EQ(plate.movable_axes(made.nodes[i]), base().movable[i]);
+    }
+    std::printf("amplitude %.2f: largest displacement %.4f spacings\n", amplitude, farthest);
+    EXPECT_LE(farthest, amplitude * (1 + 1e-12));
+    EXPECT_GT(farthest, 0.98 * amplitude);
+  }
+}
+
+TEST_F(PlateRealization, IsNumberedCanonically) {
+  const Realization made = make(2012, 0);
+  Tetrahedron before{-1, -1, -1, -1};
+  for (const Tetrahedron& t : made.tetrahedra) {
+    EXPECT_EQ(t[0], *std::min_element(t.begin(), t.end()));
+    EXPECT_EQ(t[1], *std::min_element(t.begin() + 1, t.end()));
+    EXPECT_GT(signed_volume(made.nodes[index(t[0])], made.nodes[index(t[1])], made.nodes[index(t[2])],
+                            made.nodes[index(t[3])]),
+              0);
+    Tetrahedron sorted = t;
+    std::sort(sorted.begin(), sorted.end());
+    EXPECT_LT(before, sorted);
+    before = sorted;
+  }
+  EXPECT_TRUE(std::is_sorted(made.boundary.begin(), made.boundary.end(),
+                             [](const auto& a, const auto& b) { return a.nodes < b.nodes; }));
+}
+
+/// Positive where e lies inside the sphere through the corners of a positive tetrahedron, relative to its size.
+double in_sphere(const std::array<Point, 4>& corner, const Point& e) {
+  std::array<std::array<long double, 4>, 4> m{};
+  for (std::size_t k = 0; k < 4; ++k) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      m[k][i] = static_cast<long double>(corner[k][i]) - e[i];
+      m[k][3] += m[k][i] * m[k][i];
+    }
+  }
+  const auto minor = [&](std::size_t a, std::size_t b, std::size_t c) {
+    return m[a][0] * (m[b][1] * m[c][2] - m[b][2] * m[c][1]) - m[a][1] * (m[b][0] * m[c][2] - m[b][2] * m[c][0]) +
+           m[a][2] * (m[b][0] * m[c][1] - m[b][1] * m[c][0]);
+  };
+  const long double determinant =
+      m[0][3] * minor(1, 2, 3) - m[1][3] * minor(0, 2, 3) + m[2][3] * minor(0, 1, 3) - m[3][3] * minor(0, 1, 2);
+  const double size = std::pow(6 * signed_volume(corner[0], corner[1], corner[2], corner[3]), 5.0 / 3);
+  return static_cast<double>(determinant) / size;
+}
+
+// Local redrawing changes the tessellation piece by piece; it must still be the Delaunay one.
+TEST_F(PlateRealization, IsDelaunay) {
+  const Realization made = make(2012, 2, 0.35);
+  EXPECT_GT(made.report.redrawn_points, 10);
+  struct Side {
+    std::array<Point, 4> corner;
+    Point opposite;
+  };
+  std::map<Triangle, std::vector<Side>> sides;
+  for (const Tetrahedron& t : made.tetrahedra) {
+    const std::array<Point, 4> corner{made.nodes[index(t[0])], made.nodes[index(t[1])], made.nodes[index(t[2])],
+                                      made.nodes[index(t[3])]};
+    for (std::size_t k = 0; k < 4; ++k) {
+      Triangle face{};
+      for (std::size_t i = 0, n = 0; i < 4; ++i)
+        if (i != k) face[n++] = t[i];
+      std::sort(face.begin(), face.end());
+      sides[face].push_back({corner, corner[k]});
+    }
+  }
+  double deepest = -1e300;
+  for (const auto& [face, both] : sides)
+    if (both.size() == 2) deepest = std::max(deepest, in_sphere(both[0].corner, both[1].opposite));
+  std::printf("deepest intrusion into a circumsphere: %.2e\n", deepest);
+  EXPECT_LE(deepest, 1e-9);
+  // The measure sees an intrusion: the centroid of a tetrahedron lies inside its sphere.
+  const auto& [corner, opposite] = sides.begin()->second[0];
+  Point centre{};
+  for (const Point& p : corner)
+    for (std::size_t i = 0; i < 3; ++i) centre[i] += p[i] / 4;
+  EXPECT_GT(in_sphere(corner, centre), 1e-3);
+}
+
+// After redrawing: mean zero and the covariance of a uniform ball, amplitude^2 / 5, with no preferred direction.
+TEST_F(PlateRealization, DisplacementsAreUnbiased) {
+  constexpr int n_samples = 40;
+  std::array<double, 3> mean{};
+  std::array<std::array<double, 3>, 3> covariance{};
+  double n = 0;
+  double redrawn = 0;
+  for (int sample = 0; sample < n_samples; ++sample) {
+    const Realization made = make(11, static_cast<std::uint64_t>(sample));
+    redrawn += static_cast<double>(made.report.redrawn_points);
+    for (std::size_t k = 0; k < base().size(); ++k) {
+      if (base().movable[k] != 7) continue;
+      ++n;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const double shift_i = (made.nodes[k][i] - base().position[k][i]) / (0.2 * base().spacing[k]);
+        mean[i] += shift_i;
+        for (std::size_t j = 0; j < 3; ++j)
+          covariance[i][j] += shift_i * (made.nodes[k][j] - base().position[k][j]) / (0.2 * base().spacing[k]);
+      }
+    }
+  }
+  const double share = redrawn / n_samples / static_cast<double>(base().size());
+  std::printf("%.0f displacements, %.2f %% redrawn; mean %.4f %.4f %.4f\n", n, 100 * share, mean[0] / n, mean[1] / n,
+              mean[2] / n);
+  EXPECT_LT(share, 0.02);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(mean[i] / n, 0, 4 * std::sqrt(0.2 / n));
+    for (std::size_t j = 0; j < 3; ++j) {
+      std::printf("covariance %zu %zu: %.4f\n", i, j, covariance[i][j] / n);
+      EXPECT_NEAR(covariance[i][j] / n, i == j ? 0.2 : 0.0, 0.004);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace crackle::geometry

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The VTK files, read back by VTK itself where its Python module is installed.
+#include "crackle/io/vtk_file.h"
+
+#include "crackle/geometry/quality.h"
+#include "support/geometry_bodies.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+namespace crackle::io {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+geometry::Realization small() {
+  const geometry::Body body = testing::body({1, 4, 5}, {testing::notch(input::Face::y_min, 2, 1.5, 0.5)});
+  const input::Mesh mesh = testing::mesh(0.7, 0.25);
+  return geometry::make_realization(body, geometry::make_mother_points(body, mesh, 1), mesh, 1, 0);
+}
+
+/// The system's Python, for which Debian's VTK module is.
+constexpr const char* interpreter = "/usr/bin/python3";
+
+class VtkFile : public ::testing::Test {
+protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / fmt::format("crackle_vtk_{}", ::getpid());
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  /// What a Python program prints; it gets the file name as its argument.
+  std::string python(const std::string& program, const std::filesystem::path& file) const {
+    const std::filesystem::path script = folder_ / "read.py";
+    std::ofstream(script) << program;
+    std::FILE* const pipe =
+        ::popen(fmt::format("{} {} {} 2>&1", interpreter, script.string(), file.string()).c_str(), "r");
+    if (pipe == nullptr) return "popen failed";
+    std::string output;
+    std::array<char, 256> buffer{};
+    while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) output += buffer.data();
+    if (::pclose(pipe) != 0) output += "\nexit status is not 0";
+    return output;
+  }
+  static bool has_vtk() {
+    static const bool found =
+        std::system(fmt::format("{} -c 'from vtkmodules.vtkIOHDF import vtkHDFReader' > /dev/null 2>&1", interpreter)
+                        .c_str()) == 0;
+    return found;
+  }
+  std::size_t n_files() const {
+    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder_), {}));
+  }
+  std::filesystem::path folder_;
+};
+
+constexpr const char* reader = R"(
+import sys
+from vtkmodules.vtkIOHDF import vtkHDFReader
+from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
+reader = vtkHDFReader()
+reader.SetFileName(sys.argv[1])
+reader.Update()
+grid = reader.GetOutput()
+size = vtkCellSizeFilter()
+size.SetInputData(grid)
+size.Update()
+measure = size.GetOutput().GetCellData().GetArray("Volume" if grid.GetCellType(0) == 10 else "Area")
+total = sum(measure.GetValue(i) for i in range(measure.GetNumberOfTuples()))
+field = grid.GetCellData().GetArray(0)
+print(grid.GetNumberOfPoints(), grid.GetNumberOfCells(), grid.GetCellType(0), field.GetName(),
+      "%.6e %.6e" % (field.GetRange(0)[0], field.GetRange(0)[1]), "%.6e" % total)
+)";
+
+TEST_F(VtkFile, MeshIsReadByVtk) {
+  const geometry::Realization mesh = small();
+  const std::filesystem::path file = folder_ / "mesh.vtkhdf";
+  write_vtk_mesh(file, mesh);
+  EXPECT_EQ(n_files(), 1u);
+  if (!has_vtk()) GTEST_SKIP() << "python3-vtk9 is not installed";
+  double worst = 1;
+  double best = 0;
+  double volume = 0;
+  for (const auto& t : mesh.tetrahedra) {
+    const auto node = [&](std::size_t i) { return mesh.nodes[static_cast<std::size_t>(t[i])]; };
+    const double quality = geometry::mean_ratio(node(0), node(1), node(2), node(3));
+    worst = std::min(worst, quality);
+    best = std::max(best, quality);
+    volume += geometry::signed_volume(node(0), node(1), node(2), node(3));
+  }
+  EXPECT_EQ(python(reader, file), fmt::format("{} {} 10 quality {:.6e} {:.6e} {:.6e}\n", mesh.nodes.size(),
+                                              mesh.tetrahedra.size(), worst, best, volume));
+}
+
+TEST_F(VtkFile, DualSurfaceIsReadByVtk) {
+  const geometry::Realization mesh = small();
+  const geometry::DualSurface surface = geometry::dual_surface(mesh);
+  const std::filesystem::path file = folder_ / "dual.vtkhdf";
+  write_vtk_dual_surface(file, surface);
+  if (!has_vtk()) GTEST_SKIP() << "python3-vtk9 is not installed";
+  EXPECT_THAT(python(reader, file),
+              HasSubstr(fmt::format("{} {} 9 tetrahedron {:.6e} {:.6e}", surface.points.size(),
+                                    surface.quadrilaterals.size(), 0.0,
+                                    static_cast<double>(mesh.tetrahedra.size() - 1))));
+}
+
+TEST_F(VtkFile, ReplacesAnExistingFile) {
+  const std::filesystem::path file = folder_ / "mesh.vtkhdf";
+  std::ofstream(file) << "something else";
+  write_vtk_mesh(file, small());
+  EXPECT_GT(std::filesystem::file_size(file), 10000u);
+  EXPECT_EQ(n_files(), 1u);
+}
+
+TEST_F(VtkFile, FailuresNameTheFileAndLeaveNothing) {
+  const geometry::Realization mesh = small();
+  EXPECT_THAT([&] { write_vtk_mesh(folder_ / "missing" / "mesh.vtkhdf", mesh); },
+              ThrowsMessage<std::runtime_error>(
+                  AllOf(HasSubstr("missing/mesh.vtkhdf: cannot be written"), HasSubstr("H5Fcreate"))));
+  std::filesystem::create_directories(folder_ / "taken" / "inside");
+  EXPECT_THAT([&] { write_vtk_mesh(folder_ / "taken", mesh); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("taken: cannot be written")));
+  EXPECT_EQ(n_files(), 1u);
+}
+
+}  // namespace
+}  // namespace crackle::io
