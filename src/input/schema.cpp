@@ -242,8 +242,8 @@ Table time_table() {
                               by_default("\"bilateral4\""),
                               "order 4 with four forces per step, or order 2 with one"),
        automatic_time_key("arrest", in(&Parameters::time, &Time::arrest), "20 us",
-                          "time without a break, and without any tetrahedron over the strength, after "
-                          "which a dynamic phase counts as arrested")}};
+                          "time without a break after which a dynamic phase has arrested; \"auto\" is "
+                          "what a shear wave needs across the body's middle extent")}};
 }
 
 Table output_table() {
