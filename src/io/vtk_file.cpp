@@ -67,10 +67,18 @@ private:
   void* data_ = nullptr;
 };
 
-hid_t native(double) { return H5T_NATIVE_DOUBLE; }
-hid_t native(std::int64_t) { return H5T_NATIVE_INT64; }
-hid_t native(std::int32_t) { return H5T_NATIVE_INT32; }
-hid_t native(std::uint8_t) { return H5T_NATIVE_UINT8; }
+hid_t native(double) {
+  return H5T_NATIVE_DOUBLE;
+}
+hid_t native(std::int64_t) {
+  return H5T_NATIVE_INT64;
+}
+hid_t native(std::int32_t) {
+  return H5T_NATIVE_INT32;
+}
+hid_t native(std::uint8_t) {
+  return H5T_NATIVE_UINT8;
+}
 
 /// Writes a dataset of values.size() / columns rows; one-dimensional for columns = 1.
 template <class T>
@@ -79,8 +87,8 @@ void write_dataset(const Handle& group, const char* name, const std::vector<T>& 
   const Handle space(H5Screate_simple(columns == 1 ? 1 : 2, shape.data(), nullptr), H5Sclose,
                      "H5Screate_simple");
   const Handle dataset(
-      H5Dcreate2(group.get(), name, native(T{}), space.get(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose,
-      "H5Dcreate2");
+      H5Dcreate2(group.get(), name, native(T{}), space.get(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+      H5Dclose, "H5Dcreate2");
   check(H5Dwrite(dataset.get(), native(T{}), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), "H5Dwrite");
 }
 

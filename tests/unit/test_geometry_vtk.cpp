@@ -58,8 +58,9 @@ protected:
   }
   static bool has_vtk() {
     static const bool found =
-        std::system(fmt::format("{} -c 'from vtkmodules.vtkIOHDF import vtkHDFReader' > /dev/null 2>&1", interpreter)
-                        .c_str()) == 0;
+        std::system(
+            fmt::format("{} -c 'from vtkmodules.vtkIOHDF import vtkHDFReader' > /dev/null 2>&1", interpreter)
+                .c_str()) == 0;
     return found;
   }
   std::size_t n_files() const {
