@@ -115,7 +115,9 @@ void add_mesh_command(CLI::App& app, Action& run) {
   CLI::App* const command = app.add_subcommand(
       "mesh", "Make one realization; write it as a VTKHDF file and print its quality table");
   command->add_option("input", options->input, "input file (TOML)")->required();
-  command->add_option("--sample", options->sample, "number of the realization")->capture_default_str();
+  command->add_option("--sample", options->sample, "number of the realization")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   command->add_option("-o,--output", options->output, "file to write; an existing one is replaced")
       ->required();
   command->add_option("--dual-facets", options->dual_output,

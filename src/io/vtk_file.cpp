@@ -153,6 +153,11 @@ void write_grid(const std::filesystem::path& file, const std::vector<geometry::P
 /// Runs write(path) on a file of another name in the same folder, then renames it.
 template <class Write>
 void replace_file(const std::filesystem::path& file, const Write& write) {
+  const std::filesystem::path folder = file.parent_path();
+  if (!folder.empty() && !std::filesystem::is_directory(folder)) {
+    throw std::runtime_error(
+        fmt::format("{}: cannot be written: there is no folder {}", file.string(), folder.string()));
+  }
   const QuietErrors quiet;
   std::filesystem::path partial = file;
   partial += fmt::format(".partial.{}", ::getpid());
