@@ -7,7 +7,6 @@
 #include "crackle/geometry/mesh_statistics.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
-#include "crackle/input/reader.h"
 #include "crackle/io/vtk_file.h"
 #include "crackle/parallel/agreement.h"
 
@@ -82,25 +81,29 @@ std::string table(const Options& options, const input::Parameters& parameters,
   return text;
 }
 
+/// Makes the realization, prints its table and writes the files.
+void make_mesh(const input::Parameters& parameters, const Options& options) {
+  Stopwatch stopwatch;
+  Times times{};
+  const geometry::Body body(parameters.specimen);
+  const geometry::MotherPoints base =
+      geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed);
+  times.base = stopwatch.lap();
+  const geometry::Realization realization =
+      geometry::make_realization(body, base, parameters.mesh, parameters.ensemble.seed, options.sample);
+  times.realization = stopwatch.lap();
+  fmt::print("{}", table(options, parameters, realization, times));
+  io::write_vtk_mesh(options.output, realization);
+  fmt::print("{:<20} {}\n", "written", options.output.string());
+  if (options.dual_output.empty()) return;
+  io::write_vtk_dual_surface(options.dual_output, geometry::dual_surface(realization));
+  fmt::print("{:<20} {}\n", "written", options.dual_output.string());
+}
+
 int run_mesh(const parallel::Communicator& world, const Options& options) {
+  const input::Parameters parameters = read_input(world, options.input);
   parallel::agree(world, [&] {
-    if (!world.is_root()) return;
-    const input::Parameters parameters = input::read(options.input);
-    Stopwatch stopwatch;
-    Times times{};
-    const geometry::Body body(parameters.specimen);
-    const geometry::MotherPoints base =
-        geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed);
-    times.base = stopwatch.lap();
-    const geometry::Realization realization =
-        geometry::make_realization(body, base, parameters.mesh, parameters.ensemble.seed, options.sample);
-    times.realization = stopwatch.lap();
-    fmt::print("{}", table(options, parameters, realization, times));
-    io::write_vtk_mesh(options.output, realization);
-    fmt::print("{:<20} {}\n", "written", options.output.string());
-    if (options.dual_output.empty()) return;
-    io::write_vtk_dual_surface(options.dual_output, geometry::dual_surface(realization));
-    fmt::print("{:<20} {}\n", "written", options.dual_output.string());
+    if (world.is_root()) make_mesh(parameters, options);
   });
   return success;
 }
@@ -109,10 +112,12 @@ int run_mesh(const parallel::Communicator& world, const Options& options) {
 
 void add_mesh_command(CLI::App& app, Action& run) {
   const auto options = std::make_shared<Options>();
-  CLI::App* const command =
-      app.add_subcommand("mesh", "make one realization and write it as a VTKHDF file with its quality table");
+  CLI::App* const command = app.add_subcommand(
+      "mesh", "Make one realization; write it as a VTKHDF file and print its quality table");
   command->add_option("input", options->input, "input file (TOML)")->required();
-  command->add_option("--sample", options->sample, "number of the realization")->capture_default_str();
+  command->add_option("--sample", options->sample, "number of the realization")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   command->add_option("-o,--output", options->output, "file to write; an existing one is replaced")
       ->required();
   command->add_option("--dual-facets", options->dual_output,

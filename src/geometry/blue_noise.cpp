@@ -21,7 +21,9 @@ bool is_flat(const Box& region) {
   return false;
 }
 
-double power(double value, bool flat) { return flat ? value * value : value * value * value; }
+double power(double value, bool flat) {
+  return flat ? value * value : value * value * value;
+}
 
 double measure(const Box& region) {
   double product = 1;
@@ -100,15 +102,16 @@ std::vector<Point> blue_noise(const SpacingField& spacing, const Box& region,
   pool.spacing.insert(pool.spacing.end(), fixed.spacing.begin(), fixed.spacing.end());
 
   // Twice the radius of the densest packing of the wanted number of points, in local spacings. The roots of
-  // 2 / (sqrt(3) density) and sqrt(2) / density are taken by Newton's iteration, which every machine computes alike.
+  // 2 / (sqrt(3) density) and sqrt(2) / density are taken by Newton's iteration, which every machine computes
+  // alike.
   const bool flat = is_flat(region);
   double reach = 1;
   for (int i = 0; i < 8; ++i)
     reach = flat ? (reach + 2 / (std::sqrt(3.0) * surface_density) / reach) / 2
                  : (2 * reach + std::sqrt(2.0) / interior_density / (reach * reach)) / 3;
 
-  // A neighbour at the distance d in reach has a spacing of at most spacing + growth d. Very steep growth is cut
-  // off at twice the reach, for both partners alike.
+  // A neighbour at the distance d in reach has a spacing of at most spacing + growth d. Very steep growth is
+  // cut off at twice the reach, for both partners alike.
   const double steepness = std::min(1.0, reach * spacing.largest_growth());
   const double search = reach / (1 - steepness / 2);
   const PointTree tree(pool.position);

@@ -17,8 +17,8 @@ struct SpacedPoints {
   std::vector<double> spacing;
 };
 
-/// Points per spacing^2 on a surface and per spacing^3 in the interior, such that the edges of the tessellation
-/// have the spacing as their mean length.
+/// Points per spacing^2 on a surface and per spacing^3 in the interior, such that the edges of the
+/// tessellation have the spacing as their mean length.
 inline constexpr double surface_density = 1.05;
 inline constexpr double interior_density = 1.07;
 
@@ -30,8 +30,8 @@ std::vector<Point> blue_noise(const SpacingField& spacing, const Box& region,
                               const std::function<bool(const Point&, double spacing)>& accepts,
                               const SpacedPoints& fixed, parallel::RandomStream stream);
 
-/// The number of points that blue_noise would give, to a few percent, from a quadrature; stops when it exceeds
-/// the limit.
+/// The number of points that blue_noise would give, to a few percent, from a quadrature; stops when it
+/// exceeds the limit.
 double expected_points(const SpacingField& spacing, const Box& region,
                        const std::function<bool(const Point&, double spacing)>& accepts, double limit);
 

@@ -14,10 +14,16 @@ namespace crackle::geometry {
 
 namespace {
 
-constexpr std::size_t at(int axis) { return static_cast<std::size_t>(axis); }
+constexpr std::size_t at(int axis) {
+  return static_cast<std::size_t>(axis);
+}
 
-int axis_of(input::Face face) { return static_cast<int>(face) / 2; }
-bool is_upper(input::Face face) { return static_cast<int>(face) % 2 == 1; }
+int axis_of(input::Face face) {
+  return static_cast<int>(face) / 2;
+}
+bool is_upper(input::Face face) {
+  return static_cast<int>(face) % 2 == 1;
+}
 
 std::string name_of(input::Face face) {
   const char* const axes = "xyz";
@@ -55,9 +61,9 @@ void check_notch(const input::Notch& notch, const Point& size, int number) {
   if (!(notch.height > 0) || !(notch.depth > 0))
     throw std::runtime_error(name + ": depth and height must be positive");
   if (!(section.lower > 0) || !(section.upper < at_limit))
-    throw std::runtime_error(fmt::format(
-        "{}: the slot from {} m to {} m does not lie inside the face, which ends at 0 and {} m", name,
-        section.lower, section.upper, at_limit));
+    throw std::runtime_error(
+        fmt::format("{}: the slot from {} m to {} m does not lie inside the face, which ends at 0 and {} m",
+                    name, section.lower, section.upper, at_limit));
   if (!(section.tip > 0) || !(section.tip < depth_limit))
     throw std::runtime_error(fmt::format("{}: depth {} m cuts the body in two; it must be below {} m", name,
                                          notch.depth, depth_limit));
@@ -153,8 +159,8 @@ std::vector<Edge> Body::edges() const {
         // The openings that interrupt this edge of the box, one after the other.
         std::vector<std::pair<double, double>> openings;
         for (const Box& slot : slots_)
-          if (slot.lower[i] <= position_i && position_i <= slot.upper[i] &&
-              slot.lower[j] <= position_j && position_j <= slot.upper[j])
+          if (slot.lower[i] <= position_i && position_i <= slot.upper[i] && slot.lower[j] <= position_j &&
+              position_j <= slot.upper[j])
             openings.emplace_back(slot.lower[at(axis)], slot.upper[at(axis)]);
         std::sort(openings.begin(), openings.end());
         openings.emplace_back(length[at(axis)], length[at(axis)]);

@@ -6,7 +6,8 @@ namespace crackle::geometry {
 Point displaced(const Body& body, const Point& centre, std::uint8_t movable, double radius,
                 parallel::RandomStream stream) {
   if (movable == 0 || radius == 0) return centre;
-  // The centre is in the body, so at least an eighth of the ball is: this many draws fail with probability 1e-30.
+  // The centre is in the body, so at least an eighth of the ball is: this many draws fail with probability
+  // 1e-30.
   for (int draw = 0; draw < 1000; ++draw) {
     Point p = centre;
     double squared = 0;

@@ -11,9 +11,13 @@ namespace crackle::geometry {
 
 namespace {
 
-constexpr std::size_t index(std::int32_t number) { return static_cast<std::size_t>(number); }
+constexpr std::size_t index(std::int32_t number) {
+  return static_cast<std::size_t>(number);
+}
 
-double kronecker(std::size_t i, std::size_t j) { return i == j ? 1.0 : 0.0; }
+double kronecker(std::size_t i, std::size_t j) {
+  return i == j ? 1.0 : 0.0;
+}
 
 /// Calls visit with the four indices of each component.
 template <class Visit>
@@ -27,7 +31,8 @@ void for_components(const Visit& visit) {
 Point centroid(const std::vector<Point>& nodes, std::span<const std::int32_t> corners) {
   Point mean{};
   for (const std::int32_t node : corners)
-    for (std::size_t i = 0; i < 3; ++i) mean[i] += nodes[index(node)][i] / static_cast<double>(corners.size());
+    for (std::size_t i = 0; i < 3; ++i)
+      mean[i] += nodes[index(node)][i] / static_cast<double>(corners.size());
   return mean;
 }
 
@@ -158,10 +163,9 @@ DualSurface dual_surface(const Realization& realization) {
     const Tetrahedron& t = realization.tetrahedra[i];
     for (const auto& [a, b] : dual_facet_nodes) {
       const auto [c, d] = others(a, b);
-      surface.quadrilaterals.push_back({edges.number({t[a], t[b]}),
-                                        first_face + faces.number({t[a], t[b], t[c]}),
-                                        first_centroid + static_cast<std::int32_t>(i),
-                                        first_face + faces.number({t[a], t[b], t[d]})});
+      surface.quadrilaterals.push_back(
+          {edges.number({t[a], t[b]}), first_face + faces.number({t[a], t[b], t[c]}),
+           first_centroid + static_cast<std::int32_t>(i), first_face + faces.number({t[a], t[b], t[d]})});
       surface.tetrahedron.push_back(static_cast<std::int32_t>(i));
     }
   }

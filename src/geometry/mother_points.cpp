@@ -34,8 +34,8 @@ constexpr int improving_rounds = 20;
 constexpr int patience = 30;
 constexpr int final_rounds = 200;
 constexpr double improving_radius = 0.25;  ///< in local spacings
-constexpr double quality_goal = 0.5;      ///< of the base, so that few disturbed tetrahedra are bad
-constexpr int max_additions = 10;  ///< times that points may be added on walls
+constexpr double quality_goal = 0.5;       ///< of the base, so that few disturbed tetrahedra are bad
+constexpr int max_additions = 10;          ///< times that points may be added on walls
 constexpr double max_points = 2e7;
 
 enum Stream : std::uint64_t { on_edges, on_surfaces, in_interior, improving, choosing };
@@ -120,8 +120,7 @@ void relax(Collection& collection) {
     if (norm(difference(p, collection.points.position[i])) > 0.5 * spacing) return false;
     const SurfaceId id = collection.surface[i];
     return id < 0 ? body.distance_to_surface(p) >= surface_margin * spacing
-                  : distance_to_outline(body, id, p) >=
-                        outline_margin * spacing;
+                  : distance_to_outline(body, id, p) >= outline_margin * spacing;
   };
   for (int round = 0; round < relaxation_rounds; ++round) {
     relax(body, collection.points, may_move);
@@ -131,7 +130,8 @@ void relax(Collection& collection) {
 }
 
 /// Moves points at bad cells, first for a good shape as far as it goes, then until every cell is good.
-/// @return the cells that stay bad; nothing is moved when they are more than the points, which moves cannot cure
+/// @return the cells that stay bad; nothing is moved when they are more than the points, which moves cannot
+/// cure
 std::vector<Tetrahedron> improve(const Body& body, MotherPoints& points, double goal, double min_quality,
                                  const parallel::RandomStream& stream) {
   Tessellation tessellation(body, points.position, min_quality);
@@ -157,11 +157,14 @@ std::vector<Tetrahedron> improve(const Body& body, MotherPoints& points, double 
 
 [[noreturn]] void refuse(const Body& body, const MotherPoints& points, double min_quality,
                          const std::vector<Tetrahedron>& bad) {
-  const auto corner = [&](std::size_t i) { return points.position[static_cast<std::size_t>(bad.front()[i])]; };
+  const auto corner = [&](std::size_t i) {
+    return points.position[static_cast<std::size_t>(bad.front()[i])];
+  };
   const bool crossing =
       place(body.sections(), {corner(0), corner(1), corner(2), corner(3)}) == Place::crossing;
   throw std::runtime_error(fmt::format(
-      "mesh: the body cannot be tessellated with these points: {} tetrahedra reach across a notch or stay below "
+      "mesh: the body cannot be tessellated with these points: {} tetrahedra reach across a notch or stay "
+      "below "
       "min_quality = {}; the first, near ({:g}, {:g}, {:g}) mm, {}; use a finer spacing there or a lower "
       "min_quality",
       bad.size(), min_quality, 1e3 * corner(0)[0], 1e3 * corner(0)[1], 1e3 * corner(0)[2],
@@ -215,12 +218,12 @@ MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::
   MotherPoints& points = collection.points;
   for (int attempt = 0;; ++attempt) {
     const std::vector<Tetrahedron> bad =
-        improve(body, points, goal, mesh.min_quality, stream.substream(improving).substream(static_cast<std::uint64_t>(attempt)));
+        improve(body, points, goal, mesh.min_quality,
+                stream.substream(improving).substream(static_cast<std::uint64_t>(attempt)));
     if (bad.empty()) return in_slab_order(points, body.size());
     const std::vector<Point> added =
         missing_wall_points(body, points.position, points.spacing, bad, outline_margin);
-    if (mesh.points || added.empty() || attempt == max_additions)
-      refuse(body, points, mesh.min_quality, bad);
+    if (mesh.points || added.empty() || attempt == max_additions) refuse(body, points, mesh.min_quality, bad);
     for (const Point& p : added) collection.add(p, -1);
   }
 }

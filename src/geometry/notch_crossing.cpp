@@ -54,8 +54,7 @@ Place place(const SlotSection& section, const std::array<Point, 4>& corners) {
   if (n_inside == 4) return Place::cavity;
   if (n_below == 4 || n_above == 4 || n_beyond == 4) return Place::solid;
   Quadrilateral projection;
-  for (std::size_t i = 0; i < 4; ++i)
-    projection[i] = PlanePoint(corners[i][at_axis], corners[i][depth_axis]);
+  for (std::size_t i = 0; i < 4; ++i) projection[i] = PlanePoint(corners[i][at_axis], corners[i][depth_axis]);
   const Quadrilateral slot{PlanePoint(section.lower, lower), PlanePoint(section.upper, lower),
                            PlanePoint(section.upper, upper), PlanePoint(section.lower, upper)};
   return separated(projection, slot) ? Place::solid : Place::crossing;

@@ -12,7 +12,9 @@ namespace crackle::geometry {
 
 namespace {
 
-constexpr std::size_t index(std::int32_t number) { return static_cast<std::size_t>(number); }
+constexpr std::size_t index(std::int32_t number) {
+  return static_cast<std::size_t>(number);
+}
 
 void check_metis(int code) {
   if (code == METIS_OK) return;
@@ -100,8 +102,7 @@ Partition partition(const Realization& realization, int n_parts) {
     result.tetrahedron_part = metis_parts(realization, n_parts, result.edge_cut);
     renumber(result.tetrahedron_part, n_parts);
   } else {
-    for (std::size_t i = 0; i < n_tetrahedra; ++i)
-      result.tetrahedron_part[i] = static_cast<std::int32_t>(i);
+    for (std::size_t i = 0; i < n_tetrahedra; ++i) result.tetrahedron_part[i] = static_cast<std::int32_t>(i);
     result.edge_cut = static_cast<std::int64_t>((4 * n_tetrahedra - realization.boundary.size()) / 2);
   }
   result.node_part = node_parts(realization, result);

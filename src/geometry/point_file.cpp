@@ -56,12 +56,13 @@ class Messages {
 public:
   explicit Messages(const std::filesystem::path& file) : file_(file.string()) {}
   void add(std::size_t line, const std::string& reason) {
-    if (n_++ < max_messages) text_ += fmt::format("{}{}:{}: {}", text_.empty() ? "" : "\n", file_, line, reason);
+    if (n_++ < max_messages)
+      text_ += fmt::format("{}{}:{}: {}", text_.empty() ? "" : "\n", file_, line, reason);
   }
   void throw_if_any() const {
     if (n_ == 0) return;
-    throw std::runtime_error(n_ <= max_messages ? text_
-                                                : fmt::format("{}\n{}: {} more errors", text_, file_, n_ - max_messages));
+    throw std::runtime_error(
+        n_ <= max_messages ? text_ : fmt::format("{}\n{}: {} more errors", text_, file_, n_ - max_messages));
   }
 
 private:
@@ -98,8 +99,8 @@ std::vector<Point> read_points(const std::filesystem::path& file, const Body& bo
     }
     p = snapped(body, p, tolerance);
     if (!body.contains(p)) {
-      messages.add(line, fmt::format("the point ({:g}, {:g}, {:g}) mm lies outside the body", p[0] / metres_per_unit,
-                                     p[1] / metres_per_unit, p[2] / metres_per_unit));
+      messages.add(line, fmt::format("the point ({:g}, {:g}, {:g}) mm lies outside the body",
+                                     p[0] / metres_per_unit, p[1] / metres_per_unit, p[2] / metres_per_unit));
       continue;
     }
     points.push_back(p);
@@ -112,16 +113,17 @@ std::vector<Point> read_points(const std::filesystem::path& file, const Body& bo
   for (std::size_t i = 0; i < points.size(); ++i) {
     tree.find(points[i], tolerance, near);
     if (static_cast<std::size_t>(near.front()) < i)
-      messages.add(lines[i], fmt::format("the same point as in line {}", lines[static_cast<std::size_t>(near.front())]));
+      messages.add(lines[i], fmt::format("the same point as in line {}",
+                                         lines[static_cast<std::size_t>(near.front())]));
   }
   messages.throw_if_any();
 
   for (const Point& corner : body.corners()) {
     tree.find(corner, tolerance, near);
     if (near.empty())
-      throw std::runtime_error(fmt::format("{}: the corner ({:g}, {:g}, {:g}) mm of the body is not among the points",
-                                           file.string(), corner[0] / metres_per_unit, corner[1] / metres_per_unit,
-                                           corner[2] / metres_per_unit));
+      throw std::runtime_error(fmt::format(
+          "{}: the corner ({:g}, {:g}, {:g}) mm of the body is not among the points", file.string(),
+          corner[0] / metres_per_unit, corner[1] / metres_per_unit, corner[2] / metres_per_unit));
   }
   return points;
 }

@@ -24,7 +24,7 @@ private:
                std::vector<std::int32_t>& found) const;
 
   std::span<const Point> points_;
-  std::vector<std::int32_t> order_;     ///< the root of a range is its middle, its children the two halves
+  std::vector<std::int32_t> order_;       ///< the root of a range is its middle, its children the two halves
   std::vector<std::uint8_t> split_axis_;  ///< at each root
 };
 

@@ -18,15 +18,16 @@ namespace {
 
 constexpr int max_rounds = 200;
 
-constexpr std::size_t index(std::int32_t node) { return static_cast<std::size_t>(node); }
+constexpr std::size_t index(std::int32_t node) {
+  return static_cast<std::size_t>(node);
+}
 
 /// The same tetrahedron with its smallest node first and the smallest of the others second.
 Tetrahedron canonical(const Tetrahedron& t) {
   // The even permutations that bring each corner to the front; then the other three turn.
   constexpr std::array<std::array<std::size_t, 4>, 4> to_front{
       {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 3, 0, 1}, {3, 2, 1, 0}}};
-  const auto& order =
-      to_front[static_cast<std::size_t>(std::min_element(t.begin(), t.end()) - t.begin())];
+  const auto& order = to_front[static_cast<std::size_t>(std::min_element(t.begin(), t.end()) - t.begin())];
   Tetrahedron result{t[order[0]], t[order[1]], t[order[2]], t[order[3]]};
   std::rotate(result.begin() + 1, std::min_element(result.begin() + 1, result.end()), result.end());
   return result;
@@ -37,8 +38,8 @@ Triangle canonical(Triangle t) {
   return t;
 }
 
-/// Sorts cells, whose first node is their smallest, by their sorted nodes: first into the buckets of the first
-/// node, which is most of the work, then within them.
+/// Sorts cells, whose first node is their smallest, by their sorted nodes: first into the buckets of the
+/// first node, which is most of the work, then within them.
 void sort_cells(std::vector<Tetrahedron>& cells, std::size_t n_nodes) {
   std::vector<std::size_t> begin(n_nodes + 1, 0);
   for (const Tetrahedron& cell : cells) ++begin[index(cell[0]) + 1];
@@ -82,12 +83,12 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
   for (std::size_t i = 0; i < base.size(); ++i) realization.nodes[i] = draw(i, 0, 1);
 
   Tessellation tessellation(body, realization.nodes, mesh.min_quality);
-  const RedrawOutcome outcome = redraw(
-      tessellation, base.movable,
-      [&](std::int32_t node, std::int32_t number, double amplitude) {
-        return draw(index(node), number, amplitude);
-      },
-      parallel::RandomStream(seed, sample, "choice of redrawn points"), {.max_rounds = max_rounds});
+  const RedrawOutcome outcome =
+      redraw(tessellation, base.movable,
+             [&](std::int32_t node, std::int32_t number, double amplitude) {
+               return draw(index(node), number, amplitude);
+             },
+             parallel::RandomStream(seed, sample, "choice of redrawn points"), {.max_rounds = max_rounds});
   if (!outcome.remaining.empty())
     throw std::runtime_error(fmt::format(
         "sample {}: after {} rounds of redrawing, {} tetrahedra are still below min_quality = {} or "

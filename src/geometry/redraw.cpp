@@ -16,7 +16,9 @@ constexpr int attempts_per_ring = 5;
 constexpr int max_rings = 3;
 constexpr std::size_t many_cells = 100;
 
-constexpr std::size_t index(std::int32_t node) { return static_cast<std::size_t>(node); }
+constexpr std::size_t index(std::int32_t node) {
+  return static_cast<std::size_t>(node);
+}
 
 double amplitude_of(int attempt) {
   if (attempt >= attempts_until_zero) return 0;
@@ -120,7 +122,8 @@ private:
         best = trial;
         position = candidate;
       }
-      // A good position is taken as it comes, so that among good ones the distribution stays that of the draw.
+      // A good position is taken as it comes, so that among good ones the distribution stays that of the
+      // draw.
       if ((best.n_bad == 0 && !(rules_.only_improve && position == before)) || amplitude == 0) break;
     }
     tessellation_.put(position, next_);

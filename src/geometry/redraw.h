@@ -21,8 +21,8 @@ struct RedrawRules {
   int max_rounds = 0;
   /// Gives up after this many rounds without a tenth less bad cells; a tenth of that when there are many.
   int patience = std::numeric_limits<int>::max();
-  /// True: a point only moves where that improves the cells round it. False: a redrawn point takes the best of
-  /// the new positions.
+  /// True: a point only moves where that improves the cells round it. False: a redrawn point takes the best
+  /// of the new positions.
   bool only_improve = false;
   /// The amplitude of a point that is redrawn again and again shrinks until it ends at 0.
   bool shrinking = true;
@@ -38,7 +38,8 @@ struct RedrawOutcome {
 ///
 /// A round goes through the bad cells in ascending order. One point of each is lifted and put where, of some
 /// draws, the fewest bad cells and then the best worst quality result; only the cells that this changes are
-/// examined. A cell that resists has its other points, then their neighbours, redrawn with shrinking amplitude.
+/// examined. A cell that resists has its other points, then their neighbours, redrawn with shrinking
+/// amplitude.
 /// @param choice decides between points that are equally suitable
 RedrawOutcome redraw(Tessellation& tessellation, std::span<const std::uint8_t> movable, const Draw& draw,
                      parallel::RandomStream choice, const RedrawRules& rules);

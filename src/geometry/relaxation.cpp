@@ -11,7 +11,9 @@ namespace crackle::geometry {
 
 namespace {
 
-constexpr std::size_t index(std::int32_t node) { return static_cast<std::size_t>(node); }
+constexpr std::size_t index(std::int32_t node) {
+  return static_cast<std::size_t>(node);
+}
 
 /// A weight and the weighted vector from the first corner to the circumcentre.
 struct Pull {
@@ -40,8 +42,7 @@ Pull pull_of_triangle(const Point& a, const Point& b, const Point& c) {
   const Point nu = cross(n, u);
   const Point vn = cross(v, n);
   Pull pull{length / 2, {}};
-  for (std::size_t i = 0; i < 3; ++i)
-    pull.vector[i] = (dot(v, v) * nu[i] + dot(u, u) * vn[i]) / (4 * length);
+  for (std::size_t i = 0; i < 3; ++i) pull.vector[i] = (dot(v, v) * nu[i] + dot(u, u) * vn[i]) / (4 * length);
   return pull;
 }
 
@@ -57,8 +58,7 @@ void relax(const Body& body, MotherPoints& points, const MayMove& may_move) {
   std::vector<Point> sum(points.size(), Point{});
   std::vector<double> weights(points.size(), 0);
   const auto add = [&](std::int32_t node, std::int32_t first, const Pull& pull, double scale) {
-    const Point offset =
-        difference(points.position[index(first)], points.position[index(node)]);
+    const Point offset = difference(points.position[index(first)], points.position[index(node)]);
     weights[index(node)] += scale * pull.weight;
     for (std::size_t i = 0; i < 3; ++i)
       sum[index(node)][i] += scale * (pull.weight * offset[i] + pull.vector[i]);
@@ -70,7 +70,8 @@ void relax(const Body& body, MotherPoints& points, const MayMove& may_move) {
     const Pull pull = pull_of_tetrahedron(position(t[0]), position(t[1]), position(t[2]), position(t[3]));
     double local = 0;
     for (const std::int32_t node : t) local += points.spacing[index(node)] / 4;
-    // A cell pulls with volume times distance, spacing^4; this power makes neighbours of different size balance.
+    // A cell pulls with volume times distance, spacing^4; this power makes neighbours of different size
+    // balance.
     const double scale = 1 / (local * local * local * local);
     for (const std::int32_t node : t)
       if (freedom(node) == 3) add(node, t[0], pull, scale);

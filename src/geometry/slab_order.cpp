@@ -14,7 +14,9 @@ namespace {
 /// Sorts by the first axis, cuts into layers of one mean spacing, and sorts each by the remaining axes.
 void sort_in_layers(const MotherPoints& points, std::span<const std::size_t> axes,
                     std::span<std::int32_t> order) {
-  const auto coordinate = [&](std::int32_t i) { return points.position[static_cast<std::size_t>(i)][axes[0]]; };
+  const auto coordinate = [&](std::int32_t i) {
+    return points.position[static_cast<std::size_t>(i)][axes[0]];
+  };
   std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
     return coordinate(a) != coordinate(b) ? coordinate(a) < coordinate(b) : a < b;
   });
@@ -23,7 +25,8 @@ void sort_in_layers(const MotherPoints& points, std::span<const std::size_t> axe
     double sum = 0;
     std::size_t end = begin;
     for (; end < order.size(); ++end) {
-      if (end > begin && (coordinate(order[end]) - coordinate(order[begin])) * static_cast<double>(end - begin) > sum)
+      if (end > begin &&
+          (coordinate(order[end]) - coordinate(order[begin])) * static_cast<double>(end - begin) > sum)
         break;
       sum += points.spacing[static_cast<std::size_t>(order[end])];
     }

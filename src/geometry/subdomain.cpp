@@ -9,7 +9,9 @@ namespace crackle::geometry {
 
 namespace {
 
-constexpr std::size_t index(std::int64_t number) { return static_cast<std::size_t>(number); }
+constexpr std::size_t index(std::int64_t number) {
+  return static_cast<std::size_t>(number);
+}
 
 /// Calls visit(part) once for each part that owns one of the nodes.
 template <class Visit>
@@ -26,8 +28,8 @@ void for_owning_parts(std::span<const std::int32_t> nodes, const std::vector<std
   }
 }
 
-/// Fills in the nodes of a subdomain, whose tetrahedra and triangles still have the realization's node numbers,
-/// and gives those local ones.
+/// Fills in the nodes of a subdomain, whose tetrahedra and triangles still have the realization's node
+/// numbers, and gives those local ones.
 /// @param local scratch, -1 for every node of the realization; left so
 void number_locally(const Realization& realization, std::vector<std::int32_t>& local, Subdomain& subdomain) {
   auto& numbers = subdomain.node_number;  // the owned nodes so far

@@ -38,9 +38,13 @@ using Facet = Delaunay::Facet;
 /// Corners of the face opposite to corner i of a positively oriented cell, with the normal outwards.
 constexpr std::array<std::array<int, 3>, 4> outward_face{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
 
-constexpr std::size_t index(std::int32_t node) { return static_cast<std::size_t>(node); }
+constexpr std::size_t index(std::int32_t node) {
+  return static_cast<std::size_t>(node);
+}
 
-Kernel::Point_3 kernel_point(const Point& p) { return {p[0], p[1], p[2]}; }
+Kernel::Point_3 kernel_point(const Point& p) {
+  return {p[0], p[1], p[2]};
+}
 
 void sort4(Tetrahedron& t) {
   const auto order = [&](std::size_t i, std::size_t j) {
@@ -76,7 +80,9 @@ struct Tessellation::Data {
   mutable std::vector<CellHandle> zone;
 
   Data(const Body& the_body, std::span<const Point> the_points)
-      : body(the_body), points(the_points.begin(), the_points.end()), vertices(the_points.size()),
+      : body(the_body),
+        points(the_points.begin(), the_points.end()),
+        vertices(the_points.size()),
         on_surface(the_points.size(), 0) {}
 
   Tetrahedron nodes(CellHandle cell) const {
@@ -143,7 +149,9 @@ void Tessellation::set_min_quality(double min_quality) {
   data_->min_quality_cubed = min_quality * min_quality * min_quality;
 }
 
-std::span<const Point> Tessellation::points() const { return data_->points; }
+std::span<const Point> Tessellation::points() const {
+  return data_->points;
+}
 
 std::vector<Tetrahedron> Tessellation::bad_cells() const {
   std::vector<Tetrahedron> bad;

@@ -18,7 +18,9 @@ namespace {
 
 constexpr double relative_tolerance = 1e-12;
 
-constexpr std::size_t index(std::int32_t node) { return static_cast<std::size_t>(node); }
+constexpr std::size_t index(std::int32_t node) {
+  return static_cast<std::size_t>(node);
+}
 
 template <class... Arguments>
 [[noreturn]] void violation(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
@@ -40,7 +42,9 @@ private:
   double correction_ = 0;
 };
 
-bool same(double value, double exact) { return std::abs(value - exact) <= relative_tolerance * exact; }
+bool same(double value, double exact) {
+  return std::abs(value - exact) <= relative_tolerance * exact;
+}
 
 /// @return quality of the worst tetrahedron, as its third power
 double check_tetrahedra(const Realization& realization, const Body& body, double min_quality) {
@@ -148,14 +152,15 @@ void check_boundary(const Realization& realization, const Body& body) {
     if (t != expected[i])
       violation("boundary triangle {} is not the face {}, {}, {} of a tetrahedron", i, expected[i][0],
                 expected[i][1], expected[i][2]);
-    if (id < 0 || index(id) >= body.surfaces().size()) violation("boundary triangle {} has the surface {}", i, id);
+    if (id < 0 || index(id) >= body.surfaces().size())
+      violation("boundary triangle {} has the surface {}", i, id);
     const Surface& surface = body.surfaces()[index(id)];
     for (const std::int32_t node : t)
       if (!surface.extent.contains(realization.nodes[index(node)]))
         violation("node {} of boundary triangle {} does not lie exactly on surface {}", node, i, id);
     const Point& a = realization.nodes[index(t[0])];
-    const Point normal = cross(difference(realization.nodes[index(t[1])], a),
-                               difference(realization.nodes[index(t[2])], a));
+    const Point normal =
+        cross(difference(realization.nodes[index(t[1])], a), difference(realization.nodes[index(t[2])], a));
     const double projected = surface.outward * normal[static_cast<std::size_t>(surface.axis)] / 2;
     if (!(projected > 0)) violation("boundary triangle {} is not oriented outwards", i);
     area[index(id)].add(projected);

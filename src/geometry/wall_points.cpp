@@ -14,7 +14,9 @@ namespace crackle::geometry {
 
 namespace {
 
-constexpr std::size_t index(std::int32_t number) { return static_cast<std::size_t>(number); }
+constexpr std::size_t index(std::int32_t number) {
+  return static_cast<std::size_t>(number);
+}
 
 /// The point where the segment passes through the surface, with the exact coordinate of the plane.
 std::optional<Point> passage(const Surface& surface, const Point& p, const Point& q) {

@@ -67,10 +67,18 @@ private:
   void* data_ = nullptr;
 };
 
-hid_t native(double) { return H5T_NATIVE_DOUBLE; }
-hid_t native(std::int64_t) { return H5T_NATIVE_INT64; }
-hid_t native(std::int32_t) { return H5T_NATIVE_INT32; }
-hid_t native(std::uint8_t) { return H5T_NATIVE_UINT8; }
+hid_t native(double) {
+  return H5T_NATIVE_DOUBLE;
+}
+hid_t native(std::int64_t) {
+  return H5T_NATIVE_INT64;
+}
+hid_t native(std::int32_t) {
+  return H5T_NATIVE_INT32;
+}
+hid_t native(std::uint8_t) {
+  return H5T_NATIVE_UINT8;
+}
 
 /// Writes a dataset of values.size() / columns rows; one-dimensional for columns = 1.
 template <class T>
@@ -79,8 +87,8 @@ void write_dataset(const Handle& group, const char* name, const std::vector<T>& 
   const Handle space(H5Screate_simple(columns == 1 ? 1 : 2, shape.data(), nullptr), H5Sclose,
                      "H5Screate_simple");
   const Handle dataset(
-      H5Dcreate2(group.get(), name, native(T{}), space.get(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose,
-      "H5Dcreate2");
+      H5Dcreate2(group.get(), name, native(T{}), space.get(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+      H5Dclose, "H5Dcreate2");
   check(H5Dwrite(dataset.get(), native(T{}), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), "H5Dwrite");
 }
 
@@ -145,6 +153,11 @@ void write_grid(const std::filesystem::path& file, const std::vector<geometry::P
 /// Runs write(path) on a file of another name in the same folder, then renames it.
 template <class Write>
 void replace_file(const std::filesystem::path& file, const Write& write) {
+  const std::filesystem::path folder = file.parent_path();
+  if (!folder.empty() && !std::filesystem::is_directory(folder)) {
+    throw std::runtime_error(
+        fmt::format("{}: cannot be written: there is no folder {}", file.string(), folder.string()));
+  }
   const QuietErrors quiet;
   std::filesystem::path partial = file;
   partial += fmt::format(".partial.{}", ::getpid());

@@ -29,17 +29,19 @@ inline input::Mesh mesh(double spacing_mm, double notch_spacing_mm, double growt
           .points = {}};
 }
 
-/// The plate of the paper, shortened, with its two anti-symmetric notches: some 6,000 nodes with plate_mesh().
+/// The plate of the paper, shortened, with its two anti-symmetric notches: some 6,000 nodes with
+/// plate_mesh().
 inline geometry::Body short_plate() {
   return body({3, 16, 24}, {notch(input::Face::y_min, 9, 4, 0.6), notch(input::Face::y_max, 15, 4, 0.6)});
 }
-inline input::Mesh plate_mesh() { return mesh(1.5, 0.3, 0.12); }
+inline input::Mesh plate_mesh() {
+  return mesh(1.5, 0.3, 0.12);
+}
 
 /// A notch in each of the four faces that can have one.
 inline geometry::Body four_notches() {
-  return body({2, 10, 12},
-              {notch(input::Face::y_min, 6, 2, 0.5), notch(input::Face::y_max, 5, 3, 0.8),
-               notch(input::Face::z_min, 5, 2, 0.4), notch(input::Face::z_max, 4, 1, 1.5)});
+  return body({2, 10, 12}, {notch(input::Face::y_min, 6, 2, 0.5), notch(input::Face::y_max, 5, 3, 0.8),
+                            notch(input::Face::z_min, 5, 2, 0.4), notch(input::Face::z_max, 4, 1, 1.5)});
 }
 
 }  // namespace crackle::testing

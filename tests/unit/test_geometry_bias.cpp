@@ -41,15 +41,16 @@ MotherPoints lattice(bool body_centred) {
   return points;
 }
 
-OrientationMoments measure(const char* name, const MotherPoints& base, double perturbation, std::uint64_t sample,
-                           double min_quality) {
+OrientationMoments measure(const char* name, const MotherPoints& base, double perturbation,
+                           std::uint64_t sample, double min_quality) {
   input::Mesh parameters = testing::mesh(0.4, 0.4);
   parameters.perturbation = perturbation;
   parameters.min_quality = min_quality;
   const Realization made = make_realization(box, base, parameters, 2012, sample);
   const OrientationMoments moments = orientation_moments(made, interior);
-  std::printf("%-20s perturbation %.2f: %6zu tetrahedra, bias of second order %.4f, of fourth order %.4f\n", name,
-              perturbation, made.tetrahedra.size(), second_order_bias(moments), fourth_order_bias(moments));
+  std::printf("%-20s perturbation %.2f: %6zu tetrahedra, bias of second order %.4f, of fourth order %.4f\n",
+              name, perturbation, made.tetrahedra.size(), second_order_bias(moments),
+              fourth_order_bias(moments));
   return moments;
 }
 
@@ -75,14 +76,15 @@ TEST(Bias, LatticesHaveMuch) {
 
 // The measure itself, on facets whose moments are known.
 TEST(Bias, MomentsOfKnownFacets) {
-  // The dual facets of the regular tetrahedron have its six edges as normals, isotropic to the second order only.
+  // The dual facets of the regular tetrahedron have its six edges as normals, isotropic to the second order
+  // only.
   Realization regular;
   regular.nodes = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
   regular.tetrahedra = {{0, 2, 1, 3}};
   const OrientationMoments moments = orientation_moments(regular, {{-1, -1, -1}, {1, 1, 1}});
   EXPECT_NEAR(second_order_bias(moments), 0, 1e-14);
-  // Edges along (1,1,0) and its five like: <n_x^4> = 4/6 * 1/4 = 1/6, <n_x^2 n_y^2> = 2/6 * 1/4 = 1/12; isotropic
-  // are 1/5 and 1/15.
+  // Edges along (1,1,0) and its five like: <n_x^4> = 4/6 * 1/4 = 1/6, <n_x^2 n_y^2> = 2/6 * 1/4 = 1/12;
+  // isotropic are 1/5 and 1/15.
   EXPECT_NEAR(moments.fourth[0][0][0][0], 1.0 / 6, 1e-14);
   EXPECT_NEAR(moments.fourth[0][0][1][1], 1.0 / 12, 1e-14);
   const double deviation = 3 * std::pow(1.0 / 6 - 1.0 / 5, 2) + 18 * std::pow(1.0 / 12 - 1.0 / 15, 2);
@@ -101,7 +103,8 @@ TEST(DualFacets, AreTheQuadrilateralsOfTheBarycentricDual) {
   ASSERT_EQ(surface.quadrilaterals.size(), 6u);
   for (std::size_t facet = 0; facet < 6; ++facet) {
     std::array<Point, 4> p{};
-    for (std::size_t k = 0; k < 4; ++k) p[k] = surface.points[static_cast<std::size_t>(surface.quadrilaterals[facet][k])];
+    for (std::size_t k = 0; k < 4; ++k)
+      p[k] = surface.points[static_cast<std::size_t>(surface.quadrilaterals[facet][k])];
     Point twice{};
     for (std::size_t i = 0; i < 3; ++i) {
       const std::size_t j = (i + 1) % 3;
@@ -124,7 +127,8 @@ TEST(DualFacets, AreTheQuadrilateralsOfTheBarycentricDual) {
 TEST(DualFacets, SurfaceSharesItsPoints) {
   const Body small = testing::body({1, 1, 1});
   const input::Mesh parameters = testing::mesh(0.5, 0.5);
-  const Realization made = make_realization(small, make_mother_points(small, parameters, 1), parameters, 1, 0);
+  const Realization made =
+      make_realization(small, make_mother_points(small, parameters, 1), parameters, 1, 0);
   const DualSurface surface = dual_surface(made);
   const auto n_tetrahedra = made.tetrahedra.size();
   const auto n_faces = (4 * n_tetrahedra + made.boundary.size()) / 2;

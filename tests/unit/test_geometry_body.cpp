@@ -16,9 +16,9 @@ namespace {
 
 using input::Face;
 using testing::body;
+using ::testing::HasSubstr;
 using testing::mm;
 using testing::notch;
-using ::testing::HasSubstr;
 using ::testing::Throws;
 using ::testing::ThrowsMessage;
 
@@ -59,7 +59,8 @@ TEST(Body, NotchOnEachFace) {
   EXPECT_EQ(Body::notch_of(9), 1);
 }
 
-// The divergence theorem: the exact outward areas of each axis cancel, and their first moments give the volume.
+// The divergence theorem: the exact outward areas of each axis cancel, and their first moments give the
+// volume.
 TEST(Body, SurfacesEncloseTheVolume) {
   for (const Body& any : {body({2, 3, 5}), testing::short_plate(), testing::four_notches()}) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -118,21 +119,42 @@ TEST(Body, ContainsAndDistances) {
 
 TEST(Body, RefusesWhatIsNoNotchedBox) {
   EXPECT_THAT([] { body({0, 3, 5}); }, ThrowsMessage<std::runtime_error>(HasSubstr("positive")));
-  EXPECT_THAT([] { body({2, 10, 12}, {notch(Face::x_min, 6, 1, 0.5)}); },
-              ThrowsMessage<std::runtime_error>(HasSubstr("y-min, y-max, z-min or z-max")));
-  EXPECT_THAT([] { body({2, 10, 12}, {notch(Face::y_min, 0.2, 1, 0.5)}); },
-              ThrowsMessage<std::runtime_error>(HasSubstr("does not lie inside the face")));
-  EXPECT_THAT([] { body({2, 10, 12}, {notch(Face::z_max, 9.9, 1, 0.5)}); },
-              ThrowsMessage<std::runtime_error>(HasSubstr("notch 1 (z-max)")));
-  EXPECT_THAT([] { body({2, 10, 12}, {notch(Face::y_min, 6, 10, 0.5)}); },
-              ThrowsMessage<std::runtime_error>(HasSubstr("cuts the body in two")));
-  EXPECT_THAT([] { body({2, 10, 12}, {notch(Face::y_min, 6, 2, 0)}); },
-              ThrowsMessage<std::runtime_error>(HasSubstr("must be positive")));
+  EXPECT_THAT(
+      [] {
+        body({2, 10, 12}, {notch(Face::x_min, 6, 1, 0.5)});
+      },
+      ThrowsMessage<std::runtime_error>(HasSubstr("y-min, y-max, z-min or z-max")));
+  EXPECT_THAT(
+      [] {
+        body({2, 10, 12}, {notch(Face::y_min, 0.2, 1, 0.5)});
+      },
+      ThrowsMessage<std::runtime_error>(HasSubstr("does not lie inside the face")));
+  EXPECT_THAT(
+      [] {
+        body({2, 10, 12}, {notch(Face::z_max, 9.9, 1, 0.5)});
+      },
+      ThrowsMessage<std::runtime_error>(HasSubstr("notch 1 (z-max)")));
+  EXPECT_THAT(
+      [] {
+        body({2, 10, 12}, {notch(Face::y_min, 6, 10, 0.5)});
+      },
+      ThrowsMessage<std::runtime_error>(HasSubstr("cuts the body in two")));
+  EXPECT_THAT(
+      [] {
+        body({2, 10, 12}, {notch(Face::y_min, 6, 2, 0)});
+      },
+      ThrowsMessage<std::runtime_error>(HasSubstr("must be positive")));
   // Overlap, contact, and a cut through the body by two notches of opposite faces.
-  EXPECT_THAT([] { body({2, 10, 12}, {notch(Face::y_min, 6, 2, 1), notch(Face::y_min, 6.5, 1, 1)}); },
-              ThrowsMessage<std::runtime_error>(HasSubstr("notch 1 (y-min) and notch 2 (y-min) overlap")));
-  EXPECT_THAT([] { body({2, 10, 12}, {notch(Face::y_min, 6, 6, 1), notch(Face::y_max, 6, 5, 1)}); },
-              Throws<std::runtime_error>());
+  EXPECT_THAT(
+      [] {
+        body({2, 10, 12}, {notch(Face::y_min, 6, 2, 1), notch(Face::y_min, 6.5, 1, 1)});
+      },
+      ThrowsMessage<std::runtime_error>(HasSubstr("notch 1 (y-min) and notch 2 (y-min) overlap")));
+  EXPECT_THAT(
+      [] {
+        body({2, 10, 12}, {notch(Face::y_min, 6, 6, 1), notch(Face::y_max, 6, 5, 1)});
+      },
+      Throws<std::runtime_error>());
   EXPECT_NO_THROW(body({2, 10, 12}, {notch(Face::y_min, 6, 5, 1), notch(Face::y_max, 6, 4.5, 1)}));
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Random bodies, spacings and perturbations: each is refused when the body is made, with a reason, or every one of
-// its realizations conforms.
+// Random bodies, spacings and perturbations: each is refused when the body is made, with a reason, or every
+// one of its realizations conforms.
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/parallel/random.h"
@@ -76,8 +76,8 @@ TEST(Family, EveryBodyConformsOrIsRefused) {
     ++n_conforming;
     n_notched += body->n_notches() > 0;
   }
-  std::printf("%d bodies conform, %d of them notched; %d refused; at most %d rounds\n", n_conforming, n_notched,
-              n_refused, most_rounds);
+  std::printf("%d bodies conform, %d of them notched; %d refused; at most %d rounds\n", n_conforming,
+              n_notched, n_refused, most_rounds);
   EXPECT_GE(n_conforming, 25);
   EXPECT_GE(n_notched, 15);
   EXPECT_GE(n_refused, 3);

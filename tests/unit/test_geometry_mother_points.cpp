@@ -19,12 +19,12 @@ namespace crackle::geometry {
 namespace {
 
 using input::Face;
+using ::testing::AllOf;
 using testing::body;
+using ::testing::HasSubstr;
 using testing::mesh;
 using testing::mm;
 using testing::notch;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
 double squared_distance(const Point& a, const Point& b) {
@@ -105,9 +105,10 @@ TEST_F(Plate, TwoCellsOverTheNotchHeight) {
   for (int i = 0; i < 2; ++i) {
     const SlotSection& slot = plate.sections()[static_cast<std::size_t>(i)];
     for (const double x : {0.0, plate.size()[0]}) {
-      const auto on_edge = std::count_if(points().position.begin(), points().position.end(), [&](const Point& p) {
-        return p[0] == x && p[1] == slot.tip && slot.lower < p[2] && p[2] < slot.upper;
-      });
+      const auto on_edge =
+          std::count_if(points().position.begin(), points().position.end(), [&](const Point& p) {
+            return p[0] == x && p[1] == slot.tip && slot.lower < p[2] && p[2] < slot.upper;
+          });
       EXPECT_EQ(on_edge, 1);
     }
   }
@@ -135,8 +136,9 @@ TEST_F(Plate, NearestNeighboursAreOneSpacingAway) {
     ratio.push_back(std::sqrt(nearest) / points().spacing[i]);
   }
   std::sort(ratio.begin(), ratio.end());
-  std::printf("nearest neighbour / spacing: min %.3f, 1 %% %.3f, median %.3f, 99 %% %.3f, max %.3f\n", ratio.front(),
-              ratio[ratio.size() / 100], ratio[ratio.size() / 2], ratio[ratio.size() * 99 / 100], ratio.back());
+  std::printf("nearest neighbour / spacing: min %.3f, 1 %% %.3f, median %.3f, 99 %% %.3f, max %.3f\n",
+              ratio.front(), ratio[ratio.size() / 100], ratio[ratio.size() / 2],
+              ratio[ratio.size() * 99 / 100], ratio.back());
   EXPECT_GT(ratio.front(), 0.4);
   EXPECT_GT(ratio[ratio.size() / 100], 0.6);
   EXPECT_NEAR(ratio[ratio.size() / 2], 0.9, 0.1);
@@ -168,31 +170,38 @@ TEST_F(Plate, DependsOnTheSeedOnly) {
 }
 
 TEST(MotherPoints, RefusesMeshesThatAreTooLarge) {
-  EXPECT_THAT([] { make_mother_points(body({100, 100, 100}), mesh(0.1, 0.1), 1); },
-              ThrowsMessage<std::runtime_error>(HasSubstr("needs more than 20000000 nodes")));
+  EXPECT_THAT(
+      [] {
+        make_mother_points(body({100, 100, 100}), mesh(0.1, 0.1), 1);
+      },
+      ThrowsMessage<std::runtime_error>(HasSubstr("needs more than 20000000 nodes")));
 }
 
 TEST(MotherPoints, RefusesAQualityOutOfReach) {
   input::Mesh strict = mesh(1, 1);
   strict.min_quality = 0.9;
-  EXPECT_THAT([&] { make_mother_points(body({3, 3, 3}), strict, 1); },
-              ThrowsMessage<std::runtime_error>(AllOf(HasSubstr("min_quality = 0.9"), HasSubstr("near ("))));
+  EXPECT_THAT(
+      [&] {
+        make_mother_points(body({3, 3, 3}), strict, 1);
+      },
+      ThrowsMessage<std::runtime_error>(AllOf(HasSubstr("min_quality = 0.9"), HasSubstr("near ("))));
 }
 
 class PointFile : public ::testing::Test {
 protected:
-  void SetUp() override { file_ = std::filesystem::temp_directory_path() / ("crackle_points_" + std::to_string(::getpid())); }
+  void SetUp() override {
+    file_ = std::filesystem::temp_directory_path() / ("crackle_points_" + std::to_string(::getpid()));
+  }
   void TearDown() override { std::filesystem::remove(file_); }
   void write(const std::string& text) { std::ofstream(file_) << text; }
-  std::string corners() const {
-    return "0 0 0\n2 0 0\n0 3 0\n2 3 0\n0 0 4\n2 0 4\n0 3 4\n2 3 4\n";
-  }
+  std::string corners() const { return "0 0 0\n2 0 0\n0 3 0\n2 3 0\n0 0 4\n2 0 4\n0 3 4\n2 3 4\n"; }
   std::filesystem::path file_;
   const Body box = body({2, 3, 4});
 };
 
 TEST_F(PointFile, SnapsPointsOntoPlanes) {
-  write("# x y z in mm\n\n" + corners() + "1.0 1.5 2e0 # interior\n-1e-9 +1.5 2\n\t1\t2.9999999999\t4.0000000001\r\n");
+  write("# x y z in mm\n\n" + corners() +
+        "1.0 1.5 2e0 # interior\n-1e-9 +1.5 2\n\t1\t2.9999999999\t4.0000000001\r\n");
   const std::vector<Point> points = read_points(file_, box);
   ASSERT_EQ(points.size(), 11u);
   EXPECT_EQ(box.movable_axes(points[8]), 7);
@@ -217,19 +226,21 @@ TEST_F(PointFile, SnapsOntoWallsOnlyWhereTheyAre) {
 TEST_F(PointFile, ErrorsNameTheLine) {
   write("0 0 0\n1 2\n1 2 x\n1 2 3 4\n1 1 1\n5 1 1\nnan 1 1\n1 1 1\n");
   EXPECT_THAT([&] { read_points(file_, box); },
-              ThrowsMessage<std::runtime_error>(
-                  AllOf(HasSubstr(file_.string() + ":2: not a point"), HasSubstr(":3: not a point"),
-                        HasSubstr(":4: not a point"), HasSubstr(":6: the point (5, 1, 1) mm lies outside the body"),
-                        HasSubstr(":7: not a point"), HasSubstr(":8: the same point as in line 5"))));
+              ThrowsMessage<std::runtime_error>(AllOf(
+                  HasSubstr(file_.string() + ":2: not a point"), HasSubstr(":3: not a point"),
+                  HasSubstr(":4: not a point"), HasSubstr(":6: the point (5, 1, 1) mm lies outside the body"),
+                  HasSubstr(":7: not a point"), HasSubstr(":8: the same point as in line 5"))));
   write(corners().substr(6));
-  EXPECT_THAT([&] { read_points(file_, box); },
-              ThrowsMessage<std::runtime_error>(HasSubstr("the corner (0, 0, 0) mm of the body is not among")));
+  EXPECT_THAT(
+      [&] { read_points(file_, box); },
+      ThrowsMessage<std::runtime_error>(HasSubstr("the corner (0, 0, 0) mm of the body is not among")));
   write("");
   EXPECT_THAT([&] { read_points(file_, box); }, ThrowsMessage<std::runtime_error>(HasSubstr("corner")));
   EXPECT_THAT([&] { read_points("/nonexistent/cloud.txt", box); },
               ThrowsMessage<std::runtime_error>(HasSubstr("/nonexistent/cloud.txt: cannot be opened")));
   write("1\n2\n3\n4\n5\n6\n7\n8\n9\n10\n11\n12\n13\n14\n15\n16\n17\n18\n19\n20\n21\n22\n");
-  EXPECT_THAT([&] { read_points(file_, box); }, ThrowsMessage<std::runtime_error>(HasSubstr("2 more errors")));
+  EXPECT_THAT([&] { read_points(file_, box); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("2 more errors")));
 }
 
 TEST_F(PointFile, MakesTheBase) {

@@ -16,7 +16,9 @@
 namespace crackle::geometry {
 namespace {
 
-std::size_t index(std::int64_t i) { return static_cast<std::size_t>(i); }
+std::size_t index(std::int64_t i) {
+  return static_cast<std::size_t>(i);
+}
 
 const Realization& plate() {
   static const Realization made = [] {
@@ -46,8 +48,9 @@ std::int64_t faces_between_parts(const Realization& realization, const Partition
       std::sort(face.begin(), face.end());
       sides[face].push_back(parts.tetrahedron_part[i]);
     }
-  return std::count_if(sides.begin(), sides.end(),
-                       [](const auto& side) { return side.second.size() == 2 && side.second[0] != side.second[1]; });
+  return std::count_if(sides.begin(), sides.end(), [](const auto& side) {
+    return side.second.size() == 2 && side.second[0] != side.second[1];
+  });
 }
 
 TEST(Partition, PartsAreBalancedAndOwnTheirNodes) {
@@ -61,7 +64,8 @@ TEST(Partition, PartsAreBalancedAndOwnTheirNodes) {
     std::vector<std::set<std::int32_t>> round_node(plate().nodes.size());
     for (std::size_t i = 0; i < plate().tetrahedra.size(); ++i) {
       ++tetrahedra[index(parts.tetrahedron_part[i])];
-      for (const std::int32_t node : plate().tetrahedra[i]) round_node[index(node)].insert(parts.tetrahedron_part[i]);
+      for (const std::int32_t node : plate().tetrahedra[i])
+        round_node[index(node)].insert(parts.tetrahedron_part[i]);
     }
     for (std::size_t node = 0; node < plate().nodes.size(); ++node) {
       EXPECT_TRUE(round_node[node].contains(parts.node_part[node]));
@@ -99,7 +103,9 @@ TEST(Partition, MorePartsThanTetrahedra) {
   }
 }
 
-TEST(Partition, RefusesNoParts) { EXPECT_THROW(partition(plate(), 0), std::invalid_argument); }
+TEST(Partition, RefusesNoParts) {
+  EXPECT_THROW(partition(plate(), 0), std::invalid_argument);
+}
 
 TEST(Subdomain, OnePartIsTheRealization) {
   const auto parts = split(plate(), partition(plate(), 1));

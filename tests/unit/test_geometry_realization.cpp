@@ -23,7 +23,9 @@ using testing::mesh;
 using testing::mm;
 using testing::notch;
 
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
+std::size_t index(std::int32_t i) {
+  return static_cast<std::size_t>(i);
+}
 
 struct Case {
   const char* name;
@@ -37,13 +39,15 @@ std::vector<Case> cases() {
   list.push_back({"one coarse cell", body({1, 1, 1}), mesh(5, 5)});
   list.push_back({"thin sheet", body({0.2, 8, 9}), mesh(1, 1)});
   list.push_back({"one notch", body({2, 10, 12}, {notch(Face::y_min, 6, 4, 0.5)}), mesh(1.2, 0.25)});
-  list.push_back({"one cell over the height", body({2, 10, 12}, {notch(Face::y_min, 6, 4, 0.6)}), mesh(1.5, 0.6)});
+  list.push_back(
+      {"one cell over the height", body({2, 10, 12}, {notch(Face::y_min, 6, 4, 0.6)}), mesh(1.5, 0.6)});
   list.push_back({"two anti-symmetric", testing::short_plate(), testing::plate_mesh()});
   list.push_back({"four faces", testing::four_notches(), mesh(1, 0.3)});
   list.push_back({"thin and deep", body({1, 6, 8}, {notch(Face::z_max, 3, 5, 0.1)}), mesh(1, 0.3, 0.3)});
   list.push_back({"wide", body({2, 10, 12}, {notch(Face::y_max, 6, 2, 6)}), mesh(1, 0.4)});
   list.push_back({"narrow ligament",
-                  body({1, 6, 8}, {notch(Face::y_min, 4, 3, 0.5), notch(Face::y_max, 4.2, 2.8, 0.5)}), mesh(1, 0.25)});
+                  body({1, 6, 8}, {notch(Face::y_min, 4, 3, 0.5), notch(Face::y_max, 4.2, 2.8, 0.5)}),
+                  mesh(1, 0.25)});
   return list;
 }
 
@@ -70,9 +74,11 @@ TEST(Realization, ConformsToTheBody) {
       EXPECT_NEAR(worst, made.report.min_quality, 1e-12);
       EXPECT_GE(worst, 0.2 * (1 - 1e-12));
       if (sample == 0)
-        std::printf("%-26s %6zu nodes %7zu tetrahedra, volume off by %8.1e, quality >= %.4f, %ld redrawn in %d rounds\n",
-                    each.name, made.nodes.size(), made.tetrahedra.size(), volume / each.body.volume() - 1, worst,
-                    static_cast<long>(made.report.redrawn_points), made.report.rounds);
+        std::printf(
+            "%-26s %6zu nodes %7zu tetrahedra, volume off by %8.1e, quality >= %.4f, %ld redrawn in %d "
+            "rounds\n",
+            each.name, made.nodes.size(), made.tetrahedra.size(), volume / each.body.volume() - 1, worst,
+            static_cast<long>(made.report.redrawn_points), made.report.rounds);
     }
   }
 }
@@ -174,7 +180,8 @@ TEST_F(PlateRealization, IsNumberedCanonically) {
                              [](const auto& a, const auto& b) { return a.nodes < b.nodes; }));
 }
 
-/// Positive where e lies inside the sphere through the corners of a positive tetrahedron, relative to its size.
+/// Positive where e lies inside the sphere through the corners of a positive tetrahedron, relative to its
+/// size.
 double in_sphere(const std::array<Point, 4>& corner, const Point& e) {
   std::array<std::array<long double, 4>, 4> m{};
   for (std::size_t k = 0; k < 4; ++k) {
@@ -184,11 +191,12 @@ double in_sphere(const std::array<Point, 4>& corner, const Point& e) {
     }
   }
   const auto minor = [&](std::size_t a, std::size_t b, std::size_t c) {
-    return m[a][0] * (m[b][1] * m[c][2] - m[b][2] * m[c][1]) - m[a][1] * (m[b][0] * m[c][2] - m[b][2] * m[c][0]) +
+    return m[a][0] * (m[b][1] * m[c][2] - m[b][2] * m[c][1]) -
+           m[a][1] * (m[b][0] * m[c][2] - m[b][2] * m[c][0]) +
            m[a][2] * (m[b][0] * m[c][1] - m[b][1] * m[c][0]);
   };
-  const long double determinant =
-      m[0][3] * minor(1, 2, 3) - m[1][3] * minor(0, 2, 3) + m[2][3] * minor(0, 1, 3) - m[3][3] * minor(0, 1, 2);
+  const long double determinant = m[0][3] * minor(1, 2, 3) - m[1][3] * minor(0, 2, 3) +
+                                  m[2][3] * minor(0, 1, 3) - m[3][3] * minor(0, 1, 2);
   const double size = std::pow(6 * signed_volume(corner[0], corner[1], corner[2], corner[3]), 5.0 / 3);
   return static_cast<double>(determinant) / size;
 }
@@ -203,8 +211,8 @@ TEST_F(PlateRealization, IsDelaunay) {
   };
   std::map<Triangle, std::vector<Side>> sides;
   for (const Tetrahedron& t : made.tetrahedra) {
-    const std::array<Point, 4> corner{made.nodes[index(t[0])], made.nodes[index(t[1])], made.nodes[index(t[2])],
-                                      made.nodes[index(t[3])]};
+    const std::array<Point, 4> corner{made.nodes[index(t[0])], made.nodes[index(t[1])],
+                                      made.nodes[index(t[2])], made.nodes[index(t[3])]};
     for (std::size_t k = 0; k < 4; ++k) {
       Triangle face{};
       for (std::size_t i = 0, n = 0; i < 4; ++i)
@@ -226,7 +234,8 @@ TEST_F(PlateRealization, IsDelaunay) {
   EXPECT_GT(in_sphere(corner, centre), 1e-3);
 }
 
-// After redrawing: mean zero and the covariance of a uniform ball, amplitude^2 / 5, with no preferred direction.
+// After redrawing: mean zero and the covariance of a uniform ball, amplitude^2 / 5, with no preferred
+// direction.
 TEST_F(PlateRealization, DisplacementsAreUnbiased) {
   constexpr int n_samples = 40;
   std::array<double, 3> mean{};
@@ -243,13 +252,14 @@ TEST_F(PlateRealization, DisplacementsAreUnbiased) {
         const double shift_i = (made.nodes[k][i] - base().position[k][i]) / (0.2 * base().spacing[k]);
         mean[i] += shift_i;
         for (std::size_t j = 0; j < 3; ++j)
-          covariance[i][j] += shift_i * (made.nodes[k][j] - base().position[k][j]) / (0.2 * base().spacing[k]);
+          covariance[i][j] +=
+              shift_i * (made.nodes[k][j] - base().position[k][j]) / (0.2 * base().spacing[k]);
       }
     }
   }
   const double share = redrawn / n_samples / static_cast<double>(base().size());
-  std::printf("%.0f displacements, %.2f %% redrawn; mean %.4f %.4f %.4f\n", n, 100 * share, mean[0] / n, mean[1] / n,
-              mean[2] / n);
+  std::printf("%.0f displacements, %.2f %% redrawn; mean %.4f %.4f %.4f\n", n, 100 * share, mean[0] / n,
+              mean[1] / n, mean[2] / n);
   EXPECT_LT(share, 0.02);
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_NEAR(mean[i] / n, 0, 4 * std::sqrt(0.2 / n));

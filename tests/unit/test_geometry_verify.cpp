@@ -16,7 +16,9 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
+std::size_t index(std::int32_t i) {
+  return static_cast<std::size_t>(i);
+}
 
 class Verify : public ::testing::Test {
 protected:
@@ -29,7 +31,8 @@ protected:
   void SetUp() override { broken = *whole_; }
 
   void expect(const char* reason, double min_quality = 0.2) const {
-    EXPECT_THAT([&] { verify(broken, plate, min_quality); }, ThrowsMessage<std::runtime_error>(HasSubstr(reason)));
+    EXPECT_THAT([&] { verify(broken, plate, min_quality); },
+                ThrowsMessage<std::runtime_error>(HasSubstr(reason)));
   }
   /// A node with these movable axes.
   std::size_t node_with(std::uint8_t movable) const {
@@ -40,10 +43,12 @@ protected:
   }
   /// A tetrahedron with no node on the surface.
   std::size_t inner_tetrahedron() const {
-    const auto found = std::find_if(broken.tetrahedra.begin(), broken.tetrahedra.end(), [&](const Tetrahedron& t) {
-      return std::all_of(t.begin(), t.end(),
-                         [&](std::int32_t node) { return plate.movable_axes(broken.nodes[index(node)]) == 7; });
-    });
+    const auto found =
+        std::find_if(broken.tetrahedra.begin(), broken.tetrahedra.end(), [&](const Tetrahedron& t) {
+          return std::all_of(t.begin(), t.end(), [&](std::int32_t node) {
+            return plate.movable_axes(broken.nodes[index(node)]) == 7;
+          });
+        });
     return static_cast<std::size_t>(found - broken.tetrahedra.begin());
   }
 
@@ -75,14 +80,17 @@ TEST_F(Verify, InvertedTetrahedron) {
   expect("tetrahedron 7 has the volume -");
 }
 
-TEST_F(Verify, LowQuality) { expect("below min_quality = 0.9", 0.9); }
+TEST_F(Verify, LowQuality) {
+  expect("below min_quality = 0.9", 0.9);
+}
 
 TEST_F(Verify, BoundaryNodeOffItsPlaneByOneBit) {
   for (const std::uint8_t movable : {6, 5, 3}) {
     SetUp();
     const std::size_t node = node_with(movable);
     for (std::size_t i = 0; i < 3; ++i)
-      if (!((movable >> i) & 1u)) broken.nodes[node][i] = std::nextafter(broken.nodes[node][i], 0.5 * plate.size()[i]);
+      if (!((movable >> i) & 1u))
+        broken.nodes[node][i] = std::nextafter(broken.nodes[node][i], 0.5 * plate.size()[i]);
     expect("does not lie exactly on surface");
   }
 }
@@ -146,9 +154,8 @@ TEST_F(Verify, BoundaryList) {
 
 // A body of another size: nodes in the right places for the wrong body.
 TEST_F(Verify, AnotherBody) {
-  const Body longer = testing::body({3, 16, 24.000001},
-                                    {testing::notch(input::Face::y_min, 9, 4, 0.6),
-                                     testing::notch(input::Face::y_max, 15, 4, 0.6)});
+  const Body longer = testing::body({3, 16, 24.000001}, {testing::notch(input::Face::y_min, 9, 4, 0.6),
+                                                         testing::notch(input::Face::y_max, 15, 4, 0.6)});
   EXPECT_THAT([&] { verify(broken, longer, 0.2); }, ThrowsMessage<std::runtime_error>(HasSubstr("volume")));
   const Body without = testing::body({3, 16, 24});
   EXPECT_THROW(verify(broken, without, 0.2), std::runtime_error);

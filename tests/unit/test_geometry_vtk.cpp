@@ -58,8 +58,9 @@ protected:
   }
   static bool has_vtk() {
     static const bool found =
-        std::system(fmt::format("{} -c 'from vtkmodules.vtkIOHDF import vtkHDFReader' > /dev/null 2>&1", interpreter)
-                        .c_str()) == 0;
+        std::system(
+            fmt::format("{} -c 'from vtkmodules.vtkIOHDF import vtkHDFReader' > /dev/null 2>&1", interpreter)
+                .c_str()) == 0;
     return found;
   }
   std::size_t n_files() const {
@@ -130,7 +131,7 @@ TEST_F(VtkFile, FailuresNameTheFileAndLeaveNothing) {
   const geometry::Realization mesh = small();
   EXPECT_THAT([&] { write_vtk_mesh(folder_ / "missing" / "mesh.vtkhdf", mesh); },
               ThrowsMessage<std::runtime_error>(
-                  AllOf(HasSubstr("missing/mesh.vtkhdf: cannot be written"), HasSubstr("H5Fcreate"))));
+                  AllOf(HasSubstr("missing/mesh.vtkhdf: cannot be written"), HasSubstr("there is no folder"))));
   std::filesystem::create_directories(folder_ / "taken" / "inside");
   EXPECT_THAT([&] { write_vtk_mesh(folder_ / "taken", mesh); },
               ThrowsMessage<std::runtime_error>(HasSubstr("taken: cannot be written")));

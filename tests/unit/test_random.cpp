@@ -16,8 +16,7 @@ using Counter = std::array<std::uint32_t, 4>;
 
 // The known answers that come with Random123 (kat_vectors, philox4x32 with 10 rounds).
 TEST(Philox, KnownAnswers) {
-  EXPECT_EQ(philox_4x32_10({0, 0, 0, 0}, {0, 0}),
-            (Counter{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8}));
+  EXPECT_EQ(philox_4x32_10({0, 0, 0, 0}, {0, 0}), (Counter{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8}));
   EXPECT_EQ(philox_4x32_10({0xffffffff, 0xffffffff, 0xffffffff, 0xffffffff}, {0xffffffff, 0xffffffff}),
             (Counter{0x408f276d, 0x41c83b0e, 0xa20bc7c6, 0x6d5451fd}));
   EXPECT_EQ(philox_4x32_10({0x243f6a88, 0x85a308d3, 0x13198a2e, 0x03707344}, {0xa4093822, 0x299f31d0}),
@@ -82,12 +81,12 @@ TEST(RandomStream, UniformInTheUnitInterval) {
   }
   double chi = 0;
   for (const int count : bins) chi += std::pow(count - n / 64.0, 2) / (n / 64.0);
-  std::printf("mean %.6f, mean square %.6f, lag-1 covariance %.2e, chi2 of 64 bins %.1f\n", sum / n, square / n,
-              product / n, chi);
+  std::printf("mean %.6f, mean square %.6f, lag-1 covariance %.2e, chi2 of 64 bins %.1f\n", sum / n,
+              square / n, product / n, chi);
   EXPECT_NEAR(sum / n, 0.5, 5 * std::sqrt(1.0 / 12 / n));
   EXPECT_NEAR(square / n, 1.0 / 3, 5 * std::sqrt(4.0 / 45 / n));
   EXPECT_NEAR(product / n, 0, 5.0 / 12 / std::sqrt(n));
-  EXPECT_GT(chi, 25);   // both tails beyond 5 sigma of chi-squared with 63 degrees of freedom
+  EXPECT_GT(chi, 25);  // both tails beyond 5 sigma of chi-squared with 63 degrees of freedom
   EXPECT_LT(chi, 130);
 }
 

@@ -14,8 +14,8 @@ struct Box {
   Point lower;
   Point upper;
   bool contains(const Point& p) const {
-    return lower[0] <= p[0] && p[0] <= upper[0] && lower[1] <= p[1] && p[1] <= upper[1] &&
-           lower[2] <= p[2] && p[2] <= upper[2];
+    return lower[0] <= p[0] && p[0] <= upper[0] && lower[1] <= p[1] && p[1] <= upper[1] && lower[2] <= p[2] &&
+           p[2] <= upper[2];
   }
 };
 
@@ -33,7 +33,7 @@ struct Surface {
   double position;  ///< [m]
   double area;      ///< exact area that belongs to the body's boundary [m^2]
   double outward;   ///< +1 or -1: direction of the outward normal along `axis`
-  Box extent;       ///< the rectangle of the piece, flat along `axis`; a face's rectangle includes notch openings
+  Box extent;  ///< the rectangle of the piece, flat along `axis`; a face's rectangle includes notch openings
 };
 
 /// A straight edge of the body between two of its corners, along `axis`.
@@ -54,8 +54,8 @@ struct SlotSection {
 
 /// The exact geometry of the notched box that every realization must fill.
 ///
-/// The box has its lower corner in the origin. Lengths are used as they are, so that walls, tips and faces are
-/// planes whose coordinate is one double.
+/// The box has its lower corner in the origin. Lengths are used as they are, so that walls, tips and faces
+/// are planes whose coordinate is one double.
 class Body {
 public:
   /// @throws std::runtime_error naming the notch and the reason when a notch is not a slot inside its face,
@@ -87,9 +87,9 @@ public:
   /// True in the body and on its surface.
   bool contains(const Point& p) const;
 
-  /// The coordinates of a point of the body that can change without leaving its surfaces: bit i is clear where
-  /// the point lies, bit by bit, on a plane piece across axis i. So 7 in the interior, one bit less on a face,
-  /// two on an edge, 0 at a corner.
+  /// The coordinates of a point of the body that can change without leaving its surfaces: bit i is clear
+  /// where the point lies, bit by bit, on a plane piece across axis i. So 7 in the interior, one bit less on
+  /// a face, two on an edge, 0 at a corner.
   /// @pre contains(p)
   std::uint8_t movable_axes(const Point& p) const;
 

@@ -18,23 +18,24 @@ inline constexpr std::array<std::array<std::size_t, 2>, 6> dual_facet_nodes{
 /// S^ab = V (grad N_b - grad N_a) / 4 [m^2].
 std::array<Point, 6> dual_facet_areas(const Point& a, const Point& b, const Point& c, const Point& d);
 
-/// Orientation of the candidate crack facets: the moments of the normals n of the dual facets, weighted by area.
+/// Orientation of the candidate crack facets: the moments of the normals n of the dual facets, weighted by
+/// area.
 struct OrientationMoments {
-  double area = 0;                                            ///< [m^2]
-  std::array<std::array<double, 3>, 3> second{};              ///< mean of n_i n_j
+  double area = 0;                                                              ///< [m^2]
+  std::array<std::array<double, 3>, 3> second{};                                ///< mean of n_i n_j
   std::array<std::array<std::array<std::array<double, 3>, 3>, 3>, 3> fourth{};  ///< mean of n_i n_j n_k n_l
 };
 
 /// Over the tetrahedra whose centroid lies in the region.
 OrientationMoments orientation_moments(const Realization& realization, const Box& region);
 
-/// Distance of the second moment from the isotropic one, delta_ij / 3, over the size of that (Frobenius norms):
-/// 0 when no direction is preferred, 1.41 when all normals are parallel.
+/// Distance of the second moment from the isotropic one, delta_ij / 3, over the size of that (Frobenius
+/// norms): 0 when no direction is preferred, 1.41 when all normals are parallel.
 double second_order_bias(const OrientationMoments& moments);
 
 /// As second_order_bias for the fourth moment, whose isotropic value is
-/// (delta_ij delta_kl + delta_ik delta_jl + delta_il delta_jk) / 15. It sees the planes of a cubic lattice, which
-/// are isotropic to the second order.
+/// (delta_ij delta_kl + delta_ik delta_jl + delta_il delta_jk) / 15. It sees the planes of a cubic lattice,
+/// which are isotropic to the second order.
 double fourth_order_bias(const OrientationMoments& moments);
 
 /// All dual facets as quadrilaterals: edge midpoint, face centroid, tetrahedron centroid, face centroid.

@@ -15,10 +15,10 @@ struct Quantiles {
 
 /// Figures that describe a realization.
 struct MeshStatistics {
-  Quantiles edge_length;        ///< over the edges, each once [m]
-  Quantiles quality;            ///< mean ratio, over the tetrahedra
-  double smallest_angle = 0;    ///< dihedral [rad]
-  double largest_angle = 0;     ///< dihedral [rad]
+  Quantiles edge_length;      ///< over the edges, each once [m]
+  Quantiles quality;          ///< mean ratio, over the tetrahedra
+  double smallest_angle = 0;  ///< dihedral [rad]
+  double largest_angle = 0;   ///< dihedral [rad]
   std::int64_t n_edges = 0;
 };
 

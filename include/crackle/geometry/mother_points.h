@@ -16,8 +16,8 @@ namespace crackle::geometry {
 ///
 /// Where the body itself is finer, the spacing follows it, because Delaunay tetrahedra conform to a wall only
 /// if its points are about as close to each other as to the next wall: at most the height of the slot on its
-/// walls, at most the clear distance between two notches or between a notch and a parallel or opposite face, at
-/// most the smallest size of the body. From there it grows with the larger of `growth` and 0.2.
+/// walls, at most the clear distance between two notches or between a notch and a parallel or opposite face,
+/// at most the smallest size of the body. From there it grows with the larger of `growth` and 0.2.
 class SpacingField {
 public:
   SpacingField(const Body& body, const input::Mesh& mesh);
@@ -52,7 +52,8 @@ double estimate_n_points(const Body& body, const input::Mesh& mesh);
 
 /// Graded blue noise in the body: corners, then edges, surfaces and interior by weighted sample elimination
 /// from random candidates, improved by a few rounds of optimal Delaunay triangulation that keep the geometry,
-/// then by local moves until every tetrahedron of the tessellation has a good shape and conforms to the notches.
+/// then by local moves until every tetrahedron of the tessellation has a good shape and conforms to the
+/// notches.
 ///
 /// Deterministic: depends on the body, the mesh parameters and the seed only. With `mesh.points` the points
 /// come from that file (read_points), and only points at tetrahedra that do not conform or fall below
@@ -61,11 +62,12 @@ double estimate_n_points(const Body& body, const input::Mesh& mesh);
 MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed);
 
 /// Reads mother points from a text file: one point "x y z" in millimetres per line, separated by blanks; text
-/// after '#' and empty lines are skipped. A coordinate within 1e-9 of the body's largest size of a plane of the
-/// body is set exactly on it, so points on surfaces, edges and corners are recognized. Points that are
+/// after '#' and empty lines are skipped. A coordinate within 1e-9 of the body's largest size of a plane of
+/// the body is set exactly on it, so points on surfaces, edges and corners are recognized. Points that are
 /// nearer than that to each other are duplicates. Every corner of the body must be among the points.
 /// @return positions in the order of the file [m]
-/// @throws std::runtime_error with "file:line: reason" for each bad line (at most 20), point outside the body and
+/// @throws std::runtime_error with "file:line: reason" for each bad line (at most 20), point outside the body
+/// and
 ///   duplicate, and naming missing corners
 std::vector<Point> read_points(const std::filesystem::path& file, const Body& body);
 

@@ -21,7 +21,8 @@ struct Subdomain {
   std::int32_t n_owned = 0;               ///< nodes 0..n_owned-1 are owned, the others are ghosts
   std::vector<Point> nodes;               ///< [m]
   std::vector<std::int64_t> node_number;  ///< in the realization; ascending among owned and among ghosts
-  /// Numbers in which each rank's owned nodes are contiguous: those of rank 0 first, in the order of node_number.
+  /// Numbers in which each rank's owned nodes are contiguous: those of rank 0 first, in the order of
+  /// node_number.
   std::vector<std::int64_t> distributed_number;
   std::vector<Tetrahedron> tetrahedra;  ///< local node numbers, in ascending order of tetrahedron_number
   std::vector<std::int64_t> tetrahedron_number;  ///< in the realization

@@ -15,7 +15,8 @@ std::array<std::uint32_t, 4> philox_4x32_10(std::array<std::uint32_t, 4> counter
 ///
 /// Counter-based (Philox 4x32-10): the k-th number of a stream is a function of the key, the stream's path of
 /// substreams and k. The substreams of one stream never overlap; streams for different seeds, samples or
-/// purposes, and deeper substreams, differ by 64-bit hashes. Copies continue independently from where they are.
+/// purposes, and deeper substreams, differ by 64-bit hashes. Copies continue independently from where they
+/// are.
 class RandomStream {
 public:
   /// @param purpose what the numbers are for, so that two uses in one sample are independent
@@ -32,7 +33,8 @@ public:
 
 private:
   std::array<std::uint32_t, 2> key_{};
-  std::array<std::uint32_t, 4> counter_{};  ///< words 0, 1: number of the block; words 2, 3: path of substreams
+  std::array<std::uint32_t, 4>
+      counter_{};  ///< words 0, 1: number of the block; words 2, 3: path of substreams
   std::array<std::uint32_t, 4> block_{};
   int used_ = 4;  ///< words of the block that have been given
 };
