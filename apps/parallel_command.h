@@ -12,8 +12,8 @@ namespace crackle::apps {
 /// pseudo-terminal that mpirun puts between itself and its processes.
 int terminal_width();
 
-/// Runs `work`. A failure that the other ranks do not know of ends the whole program: they would wait for
-/// ever.
+/// Runs `work`. An AgreedError passes; any other failure, of which the other ranks do not know, ends the
+/// whole program with the status stopped_resumable, because they would wait for ever.
 int end_together(const parallel::Communicator& world, const std::function<int()>& work);
 
 }  // namespace crackle::apps

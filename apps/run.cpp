@@ -19,8 +19,8 @@ struct Arguments {
   bool resume = false;
 };
 
-int run_command(const parallel::Communicator& world, const Arguments& arguments) {
-  const input::Parameters parameters = read_input(world, arguments.input);
+int run_command(const parallel::Communicator& world, const input::Parameters& parameters,
+                const Arguments& arguments) {
   const ensemble::RunOptions options{
       .folder = arguments.folder,
       .resume = arguments.resume,
@@ -52,7 +52,8 @@ void add_run_command(CLI::App& app, Action& run) {
       "samples failed; 3 stopped early, continue with --resume.");
   command->callback([arguments, &run] {
     run = [arguments](const parallel::Communicator& world) {
-      return end_together(world, [&] { return run_command(world, *arguments); });
+      const input::Parameters parameters = read_input(world, arguments->input);
+      return end_together(world, [&] { return run_command(world, parameters, *arguments); });
     };
   });
 }

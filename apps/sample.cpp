@@ -23,8 +23,8 @@ struct Arguments {
   std::uint64_t sample = 0;
 };
 
-int sample_command(const parallel::Communicator& world, const Arguments& arguments) {
-  const input::Parameters parameters = read_input(world, arguments.input);
+int sample_command(const parallel::Communicator& world, const input::Parameters& parameters,
+                   const Arguments& arguments) {
   const auto say = [](const std::string& line) { std::cout << line << std::endl; };
   const auto report = ensemble::run_single_sample(
       world, parameters, arguments.folder, arguments.sample,
@@ -53,7 +53,8 @@ void add_sample_command(CLI::App& app, Action& run) {
   command->footer("Exit status: 0 done; 1 usage or input error, nothing was written; 2 the sample failed.");
   command->callback([arguments, &run] {
     run = [arguments](const parallel::Communicator& world) {
-      return end_together(world, [&] { return sample_command(world, *arguments); });
+      const input::Parameters parameters = read_input(world, arguments->input);
+      return end_together(world, [&] { return sample_command(world, parameters, *arguments); });
     };
   });
 }

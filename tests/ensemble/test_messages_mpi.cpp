@@ -5,10 +5,9 @@
 #include "crackle/parallel/message.h"
 #include "crackle/parallel/packing.h"
 #include "crackle/parallel/sleeping_wait.h"
+#include "support/cpu_time.h"
 
 #include <gmock/gmock.h>
-
-#include <sys/resource.h>
 
 #include <numeric>
 #include <stdexcept>
@@ -19,15 +18,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
-
-double cpu_seconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& time) {
-    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
 
 TEST(Message, ArraysArriveWholeInPiecesOfAnySize) {
   const parallel::Communicator world(MPI_COMM_WORLD);
@@ -137,10 +127,10 @@ TEST(SleepingWait, PausesGrowToTheLongest) {
 
 TEST(SleepingWait, WaitingRanksLeaveTheCore) {
   const parallel::Communicator world(MPI_COMM_WORLD);
-  const double before = cpu_seconds();
+  const double before = test::cpu_seconds();
   if (world.rank() == world.size() - 1) std::this_thread::sleep_for(1s);
   parallel::barrier_asleep(world);
-  double used = cpu_seconds() - before;
+  double used = test::cpu_seconds() - before;
   MPI_Allreduce(MPI_IN_PLACE, &used, 1, MPI_DOUBLE, MPI_MAX, world.get());
   if (world.is_root()) std::printf("a barrier of 1 s took %.3f s of CPU time at most\n", used);
   EXPECT_LT(used, 0.2);

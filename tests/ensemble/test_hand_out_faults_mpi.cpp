@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What fails in one sample fails alone, wherever it happens.
+#include "crackle/parallel/agreement.h"
+#include "hand_out_fixture.h"
+
+#include <stdexcept>
+
+namespace crackle::ensemble {
+namespace {
+
+using testing::HasSubstr;
+
+TEST_F(HandOut, SampleThatFailsOnAllRanksFailsAlone) {
+  for (const int ranks_per_sample : {1, 2, 3}) {
+    if (!enough_ranks(ranks_per_sample)) continue;
+    reports_.clear();
+    started_.clear();
+    calls_ = {};
+    auto compute = make_steps(calls_).compute;
+    steps_.compute = [compute](const auto& group, auto sample, const auto& subdomain, const auto& log) {
+      if (sample == 2) throw parallel::AgreedError(0, "energy blew up");
+      return compute(group, sample, subdomain, log);
+    };
+    run(ranks_per_sample, numbers(6));
+    expect_only_failing(6, {2}, "computation: energy blew up");
+    EXPECT_EQ(gather(world_, calls_.failures_written), std::vector<std::uint64_t>{2});
+  }
+}
+
+TEST_F(HandOut, SampleThatFailsOnOneRankFailsAlone) {
+  for (const int ranks_per_sample : {1, 2, 3}) {
+    for (const bool on_root : {true, false}) {
+      if (!enough_ranks(ranks_per_sample)) continue;
+      reports_.clear();
+      started_.clear();
+      auto compute = make_steps(calls_).compute;
+      steps_.compute = [compute, on_root](const auto& group, auto sample, const auto& subdomain,
+                                          const auto& log) {
+        const auto result = compute(group, sample, subdomain, log);
+        if (sample == 1 && group.rank() == (on_root ? 0 : group.size() - 1)) throw std::runtime_error("NaN");
+        if (sample == 4 && group.rank() == (on_root ? 0 : group.size() - 1)) throw 7;
+        return result;
+      };
+      run(ranks_per_sample, numbers(6));
+      expect_only_failing(6, {1, 4}, "computation: ");
+      if (world_.is_root()) {
+        EXPECT_EQ(reports_.at(1).summary.error, "computation: NaN");
+        EXPECT_EQ(reports_.at(4).summary.error, "computation: unknown exception");
+      }
+    }
+  }
+}
+
+TEST_F(HandOut, MessagesOfAFailedSampleDoNotReachTheNext) {
+  if (world_.size() < 3) GTEST_SKIP() << "needs 3 ranks";
+  steps_.compute = [](const parallel::Communicator& group, std::uint64_t sample, const geometry::Subdomain&,
+                      const dynamics::SampleLog&) {
+    if (group.rank() == 0) {
+      MPI_Send(&sample, 1, MPI_UINT64_T, 1, 0, group.get());
+      if (sample % 2 == 0) throw std::runtime_error("before the message is received");
+    }
+    std::uint64_t received = sample;
+    if (group.rank() == 1 && sample % 2 == 1) {
+      MPI_Recv(&received, 1, MPI_UINT64_T, 0, 0, group.get(), MPI_STATUS_IGNORE);
+    }
+    if (received != sample) throw std::runtime_error("message of sample " + std::to_string(received));
+    dynamics::SampleResult result;
+    result.onset_force = 100.0 * static_cast<double>(sample) + 45;
+    return result;
+  };
+  run(2, numbers(6));
+  expect_only_failing(6, {0, 2, 4}, "before the message is received");
+}
+
+TEST_F(HandOut, RealizationThatCannotBeMadeFailsAlone) {
+  auto make = steps_.make;
+  steps_.make = [make](std::uint64_t sample) {
+    if (sample == 0 || sample == 4 || sample == 5) throw std::runtime_error("redrawing does not end");
+    return make(sample);
+  };
+  run(1, numbers(6));
+  expect_only_failing(6, {0, 4, 5}, "mesh: redrawing does not end");
+  EXPECT_EQ(gather(world_, calls_.computed), (std::vector<std::uint64_t>{1, 2, 3}));
+  EXPECT_EQ(gather(world_, calls_.failures_written), (std::vector<std::uint64_t>{0, 4, 5}));
+}
+
+TEST_F(HandOut, AllRealizationsFail) {
+  steps_.make = [](std::uint64_t) -> geometry::Realization { throw std::runtime_error("no room"); };
+  run(1, numbers(5));
+  expect_only_failing(5, {0, 1, 2, 3, 4}, "mesh: no room");
+}
+
+TEST_F(HandOut, PartitionAndAnalysisThatFailAreNamed) {
+  auto split = steps_.split;
+  steps_.split = [split](const geometry::Realization& realization, int n_parts) {
+    if (realization.nodes[0][0] == 10) throw std::runtime_error("METIS says no");
+    if (realization.nodes[0][0] == 20) return std::vector<geometry::Subdomain>(9);
+    return split(realization, n_parts);
+  };
+  auto analyse = steps_.analyse;
+  steps_.analyse = [analyse](const geometry::Realization& realization, const dynamics::SampleResult& result) {
+    if (result.onset_force == 345) throw std::runtime_error("no facets");
+    return analyse(realization, result);
+  };
+  const int ranks_per_sample = world_.size() >= 3 ? 2 : 1;
+  run(ranks_per_sample, numbers(6));
+  expect_only_failing(6, {1, 2, 3}, "");
+  if (world_.is_root()) {
+    EXPECT_EQ(reports_.at(1).summary.error, "partition: METIS says no");
+    EXPECT_THAT(reports_.at(2).summary.error, HasSubstr("partition: 9 parts for"));
+    EXPECT_EQ(reports_.at(3).summary.error, "analysis: no facets");
+    EXPECT_TRUE(reports_.at(3).stored);
+  }
+}
+
+TEST_F(HandOut, FileThatCannotBeWrittenLeavesNoFile) {
+  auto write = steps_.write;
+  steps_.write = [write](std::uint64_t sample, const auto& realization, const auto& result,
+                         const auto& analysis) {
+    if (sample == 3) throw std::runtime_error("0003.h5: no space left on device");
+    write(sample, realization, result, analysis);
+  };
+  run(1, numbers(6));
+  expect_only_failing(6, {3}, "writing: 0003.h5: no space left on device");
+  EXPECT_TRUE(gather(world_, calls_.failures_written).empty());
+  if (world_.is_root()) {
+    EXPECT_FALSE(reports_.at(3).stored);
+  }
+}
+
+TEST_F(HandOut, FailureThatCannotBeWrittenIsReportedAllTheSame) {
+  steps_.make = [](std::uint64_t) -> geometry::Realization { throw std::runtime_error("no room"); };
+  steps_.write_failure = [](std::uint64_t, const analysis::SampleSummary&) {
+    throw std::runtime_error("read-only file system");
+  };
+  run(1, numbers(2));
+  expect_only_failing(2, {0, 1}, "mesh: no room; this could not be written either: read-only file system");
+  for (const auto& [sample, report] : reports_) EXPECT_FALSE(report.stored) << sample;
+}
+
+}  // namespace
+}  // namespace crackle::ensemble
