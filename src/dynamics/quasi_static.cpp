@@ -31,11 +31,6 @@ mechanics::HeldComponents held_components(const parallel::Communicator& group,
   return held;
 }
 
-/// Rate of a motion's displacement.
-double travel_rate(const mechanics::PrescribedMotion& motion, double time) {
-  return motion.velocity(time);
-}
-
 mechanics::Symmetric combined(const mechanics::Symmetric& a, double factor, const mechanics::Symmetric& b) {
   mechanics::Symmetric sum{};
   for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = a[i] + factor * b[i];
@@ -114,18 +109,25 @@ void QuasiStaticLoading::solve_unit_problems() {
   }
 }
 
-void QuasiStaticLoading::combine(double time, parallel::NodeField& displacement) const {
-  const auto sum = displacement.local();
+template <class ForceFactor, class MotionFactor>
+void QuasiStaticLoading::superpose(std::span<double> sum, ForceFactor&& of_force,
+                                   MotionFactor&& of_motion) const {
   std::ranges::fill(sum, 0.0);
   std::size_t k = 0;
   const auto add = [&](double factor) {
     const auto unit = unit_[k++].local();
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += factor * unit[i];
   };
-  for (const auto& pattern : loads_->forces) add(pattern.amplitude.at(time));
+  for (const auto& pattern : loads_->forces) add(of_force(pattern.amplitude));
   for (const auto& motion : loads_->motions) {
-    if (!motion.is_fixed) add(motion.displacement(time));
+    if (!motion.is_fixed) add(of_motion(motion));
   }
+}
+
+void QuasiStaticLoading::combine(double time, parallel::NodeField& displacement) const {
+  superpose(
+      displacement.local(), [time](const auto& amplitude) { return amplitude.at(time); },
+      [time](const auto& motion) { return motion.displacement(time); });
 }
 
 bool QuasiStaticLoading::update_after_breaks() {
@@ -185,17 +187,11 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
 }
 
 QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) const {
-  // Rates of change of the displacement; constant up to `until`.
-  std::vector<double> rate(displacement_.local().size(), 0.0);
-  std::size_t k = 0;
-  const auto add = [&](double factor) {
-    const auto unit = unit_[k++].local();
-    for (std::size_t i = 0; i < rate.size(); ++i) rate[i] += factor * unit[i];
-  };
-  for (const auto& pattern : loads_->forces) add(pattern.amplitude.slope(time_));
-  for (const auto& motion : loads_->motions) {
-    if (!motion.is_fixed) add(travel_rate(motion, time_));
-  }
+  // The rate of the displacement, which is constant up to `until`.
+  std::vector<double> rate(displacement_.local().size());
+  superpose(
+      rate, [this](const auto& amplitude) { return amplitude.slope(time_); },
+      [this](const auto& motion) { return motion.velocity(time_); });
   Critical best;
   const double limit = until - time_;
   const auto u = displacement_.local();

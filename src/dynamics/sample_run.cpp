@@ -4,11 +4,11 @@
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/stable_step.h"
+#include "crackle/stopwatch.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -20,16 +20,6 @@ namespace crackle::dynamics {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-class Stopwatch {
-public:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
-private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 /// Seconds between two lines about a running phase.
 constexpr double report_interval = 20;

@@ -2,10 +2,10 @@
 #include "crackle/ensemble/sample_task.h"
 
 #include "crackle/parallel/agreement.h"
+#include "crackle/stopwatch.h"
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -48,16 +48,6 @@ auto staged(const char* stage, Step&& step) {
   }
 }
 
-class Clock {
-public:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
-private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
 }  // namespace
 
 SampleReport report_failure(const SampleSteps& steps, std::uint64_t sample, const std::string& reason,
@@ -76,7 +66,7 @@ SampleReport report_failure(const SampleSteps& steps, std::uint64_t sample, cons
 }
 
 SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedSample prepared) {
-  const Clock clock;
+  const Stopwatch clock;
   const std::uint64_t sample = prepared.sample;
   const geometry::Realization& realization = prepared.realization;
   dynamics::SampleResult result;

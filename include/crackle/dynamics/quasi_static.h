@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -58,6 +59,9 @@ private:
   };
 
   void solve_unit_problems();
+  /// Sum of the unit solutions times the factors of their programs.
+  template <class ForceFactor, class MotionFactor>
+  void superpose(std::span<double> sum, ForceFactor&& of_force, MotionFactor&& of_motion) const;
   void combine(double time, parallel::NodeField& displacement) const;
   bool update_after_breaks();
   Critical most_loaded() const;
