@@ -216,8 +216,8 @@ TEST_F(CrackPath, BifurcationsAreForksWithLongBranches) {
 }
 
 TEST_F(CrackPath, BranchesThatSoonMeetAgainAreNoBifurcation) {
-  // Around an island of 5 m in z, 2 m or 7 m long.
-  for (const double length : {2.0, 7.0}) {
+  // Around an island of 5 m in z, 4 m or 7 m long.
+  for (const double length : {4.0, 7.0}) {
     const CrackSurface cracks = surface(
         [=](const Point& p) {
           const bool island = p[1] > 6.5 && p[1] < 6.5 + length && p[2] > plane_0 && p[2] < 13.5;
