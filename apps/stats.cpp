@@ -23,12 +23,21 @@ namespace {
 namespace fs = std::filesystem;
 
 /// The input that the ensemble in `folder` was started with: the run's copy of it, or what its results hold.
-input::Parameters input_of(const fs::path& folder) {
-  if (fs::exists(folder / "input.toml")) return input::read(folder / "input.toml");
-  const fs::path file = folder / "ensemble.h5";
-  if (fs::exists(file)) return input::parse(io::read_ensemble(file).input_text, file);
-  throw std::runtime_error(fmt::format(
-      "'{}' is not the folder of an ensemble: it holds neither input.toml nor ensemble.h5", folder.string()));
+/// Collective.
+input::Parameters input_of(const parallel::Communicator& world, const fs::path& folder) {
+  const fs::path copy = folder / "input.toml";
+  const fs::path results = folder / "ensemble.h5";
+  int has_copy = fs::exists(copy) ? 1 : 0;
+  parallel::check_mpi(MPI_Bcast(&has_copy, 1, MPI_INT, 0, world.get()), "MPI_Bcast");
+  if (has_copy != 0) return read_input(world, copy);
+  return parallel::agree(world, [&] {
+    if (!fs::exists(results)) {
+      throw std::runtime_error(
+          fmt::format("'{}' is not the folder of an ensemble: it holds neither input.toml nor ensemble.h5",
+                      folder.string()));
+    }
+    return input::parse(io::read_ensemble(results).input_text, results);
+  });
 }
 
 /// This rank's share of the samples.
@@ -43,7 +52,7 @@ io::EnsembleBlock read_block(const parallel::Communicator& world, const fs::path
 }
 
 int update_statistics(const parallel::Communicator& world, const fs::path& folder) {
-  const input::Parameters parameters = parallel::agree(world, [&] { return input_of(folder); });
+  const input::Parameters parameters = input_of(world, folder);
   const io::EnsembleBlock block =
       parallel::agree(world, [&] { return read_block(world, folder, parameters); });
   const auto samples = analysis::all_gather(world, block.rows);

@@ -37,9 +37,8 @@ std::vector<FrontPosition> front_history(const CrackSurface& surface, std::span<
     for (std::size_t c = column_of(box.x[0]); c <= last; ++c) farthest[c] = std::max(farthest[c], advance);
     double mean = 0;
     for (const double value : farthest) mean += value / static_cast<double>(n_columns);
-    const double time = std::max(facet.time, 0.0);
     if (mean <= history.back().advance) continue;
-    if (time > history.back().time) history.push_back({time, mean});
+    if (facet.time > history.back().time) history.push_back({facet.time, mean});
     history.back().advance = mean;
   }
   return history;

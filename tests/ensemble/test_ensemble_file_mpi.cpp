@@ -2,6 +2,7 @@
 #include "crackle/io/ensemble_file.h"
 
 #include "crackle/io/result_comparison.h"
+#include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
 #include "support/temporary_folder.h"
 
@@ -219,6 +220,8 @@ TEST_F(EnsembleFile, ForeignAndTruncatedFilesAreRefused) {
   EXPECT_THAT(refusal(), testing::HasSubstr("No such file"));
   write_ensemble(self, file, parameters, block(0, 7), statistics());
   EXPECT_EQ(refusal(), "not refused");
+  write_failed_sample(folder.path() / "sample.h5", parameters, 2, rows[2]);
+  EXPECT_THROW(read_ensemble(folder.path() / "sample.h5"), std::runtime_error);
   fs::resize_file(file, fs::file_size(file) / 2);
   EXPECT_THAT(refusal(), testing::HasSubstr("truncated"));
 }

@@ -215,6 +215,22 @@ TEST_F(CrackPath, BifurcationsAreForksWithLongBranches) {
   }
 }
 
+TEST_F(CrackPath, BranchesThatSoonMeetAgainAreNoBifurcation) {
+  // Around an island of 5 m in z, 4 m or 7 m long.
+  for (const double length : {4.0, 7.0}) {
+    const CrackSurface cracks = surface(
+        [=](const Point& p) {
+          const bool island = p[1] > 6.5 && p[1] < 6.5 + length && p[2] > plane_0 && p[2] < 13.5;
+          return island ? 1 : p[2] > plane_0 ? 2 : 0;
+        },
+        [](const Point& p) { return p[1] > 4 ? 0.0 : -1.0; });
+    const int found = count_bifurcations(mesh.body(), cracks);
+    std::printf("island of %g m: %d bifurcations\n", length, found);
+    EXPECT_EQ(found, length > 5 ? 1 : 0);
+    EXPECT_EQ(crossing(cracks, 0, 7.5).branches, 2);
+  }
+}
+
 TEST_F(CrackPath, AThreefoldForkIsTwoBifurcations) {
   const CrackSurface cracks = surface(
       [](const Point& p) {
@@ -259,6 +275,10 @@ TEST_F(CrackPath, SpeedIsTheLargestOfAWindowAndLeavesTheStartOut) {
   std::printf("fastest window %g, layers at 100 from y = 7 on\n", found);
   EXPECT_GT(found, 95);
   EXPECT_LT(found, 105);
+  // The same growth, but all of it before the dynamic phase.
+  auto breaks = mesh.break_between([](const Point& p) { return p[2] > plane_0 ? 1 : 0; }, time);
+  for (auto& broken : breaks) broken.load_time = -10;
+  EXPECT_EQ(max_crack_speed(mesh.body(), make_crack_surface(mesh.body(), mesh.realization(), breaks, 0)), 0);
   EXPECT_EQ(max_crack_speed(mesh.body(), straight(16)), 0);  // all at once: before the dynamic phase
   EXPECT_EQ(max_crack_speed(mesh.body(), CrackSurface{}), 0);
 }

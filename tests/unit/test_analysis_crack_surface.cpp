@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 namespace crackle::analysis {
 namespace {
@@ -43,6 +44,32 @@ TEST(CrackSurface, RegularTetrahedronHasThreeOrFourEqualFacets) {
     }
     EXPECT_NEAR(surface.area(), expected * (cut < 4 ? 3 : 4), 1e-13);
     EXPECT_NEAR(surface.cracks.at(0).area, surface.area(), 1e-15);
+  }
+}
+
+TEST(CrackSurface, EachCutOpensTheFacetsBetweenItsTwoGroups) {
+  const std::array<Point, 4> p{{{0, 0, 0}, {12, 0, 0}, {0, 12, 0}, {0, 0, 12}}};
+  const auto realization = one_tetrahedron(p);
+  // Cut k < 4 separates node k; cuts 4, 5, 6 pair node 0 with 1, 2, 3.
+  const std::array<std::set<int>, fracture::n_cuts> first_group{{{0}, {1}, {2}, {3}, {0, 1}, {0, 2}, {0, 3}}};
+  for (std::size_t cut = 0; cut < first_group.size(); ++cut) {
+    std::set<Point> expected;
+    for (int a : first_group[cut]) {
+      for (int b = 0; b < 4; ++b) {
+        if (first_group[cut].contains(b)) continue;
+        Point midpoint{};
+        for (std::size_t i = 0; i < 3; ++i) {
+          midpoint[i] = (p[static_cast<std::size_t>(a)][i] + p[static_cast<std::size_t>(b)][i]) / 2;
+        }
+        expected.insert(midpoint);
+      }
+    }
+    const std::vector<Break> breaks{{0, 0, 0, 1, 1, static_cast<std::int32_t>(cut)}};
+    std::set<Point> found;
+    for (const CrackFacet& facet : make_crack_surface(plain_box(), realization, breaks, 0).facets) {
+      found.insert(facet.corner[0]);
+    }
+    EXPECT_EQ(found, expected) << "cut " << cut;
   }
 }
 

@@ -1,0 +1,188 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""crackle stats on a small ensemble: finished, unfinished, with files that do not belong to it."""
+import argparse
+import os
+import pathlib
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import h5py
+import numpy as np
+
+OPTIONS = None
+INPUT = """
+[ensemble]
+samples = 3
+seed = 1
+[specimen]
+size = ["3 mm", "8 mm", "16 mm"]
+[[specimen.notch]]
+face = "y-min"
+at = "7 mm"
+depth = "2 mm"
+height = "0.6 mm"
+[mesh]
+spacing = "1.5 mm"
+notch_spacing = "0.6 mm"
+growth = 0.2
+perturbation = 0.1
+min_quality = 0.1
+[material]
+youngs_modulus = "3300 MPa"
+poisson_ratio = 0.38
+density = "1180 kg/m^3"
+[fracture]
+strength = "35 MPa"
+exponent = 2
+impulse = "1e-8 MPa^2 s"
+memory = "cumulative"
+release = "element"
+[[boundary]]
+on = "z-min"
+fix = ["x", "y", "z"]
+[[boundary]]
+on = "z-max"
+force = ["0 N", "0 N", "100 N"]
+rate = ["0 N/s", "0 N/s", "5 N/s"]
+[time]
+start = "quasi-static"
+step = "auto"
+duration = "20 us"
+integrator = "bilateral4"
+[sections]
+y = ["3 mm", "4 mm"]
+[output]
+frames = 2
+"""
+
+
+def invoke(*arguments, ranks=0):
+    command = [os.path.abspath(OPTIONS.program), *map(str, arguments)]
+    if ranks:
+        command = [*shlex.split(OPTIONS.mpirun), "-n", str(ranks), *command]
+    environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+    return subprocess.run(command, env=environment, timeout=300, check=False, capture_output=True, text=True)
+
+
+def content(file):
+    """Everything in a file that must not differ between two runs."""
+    found = {}
+
+    def add(name, thing):
+        if name.split("/")[0] in ("timing", "provenance"):
+            return
+        found.update({f"{name}@{key}": str(value) for key, value in thing.attrs.items()})
+        if isinstance(thing, h5py.Dataset):
+            values = thing[...]
+            found[name] = values.tolist() if values.dtype == object else values.tobytes()
+
+    with h5py.File(file) as root:
+        root.visititems(add)
+        found.update({f"@{key}": str(value) for key, value in root.attrs.items()})
+    return found
+
+
+class Stats(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.parent = tempfile.TemporaryDirectory(prefix="crackle-stats-")
+        cls.finished = pathlib.Path(cls.parent.name) / "finished"
+        setting = pathlib.Path(cls.parent.name) / "plate.toml"
+        setting.write_text(INPUT)
+        result = invoke("run", setting, "-o", cls.finished)
+        assert result.returncode == 0, result.stdout + result.stderr
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.parent.cleanup()
+
+    def setUp(self):
+        self.folder = pathlib.Path(self.parent.name) / "copy"
+        shutil.rmtree(self.folder, ignore_errors=True)
+        shutil.copytree(self.finished, self.folder)
+        self.sample = self.folder / "samples" / "0001.h5"
+
+    def stats(self, ranks=0):
+        result = invoke("stats", self.folder, ranks=ranks)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(sorted(entry.name for entry in self.folder.glob("*")),
+                         [name for name in ("ensemble.h5", "input.toml", "samples")
+                          if name != "input.toml" or (self.folder / name).exists()])
+        return result.stdout
+
+    def assert_refused(self, reason):
+        """Sample 1 counts as left, for this reason."""
+        self.assertRegex(self.stats(), rf"(?s)3 samples: 2 done, 0 failed, 1 left.*left sample 1: .*{reason}")
+        with h5py.File(self.folder / "ensemble.h5") as root:
+            self.assertEqual(root["samples/status"][...].tolist(), [1, 0, 1])
+
+    def test_any_number_of_ranks_gives_the_file_of_the_run(self):
+        for ranks in (0, 2, 4):
+            (self.folder / "ensemble.h5").unlink(missing_ok=True)
+            text = self.stats(ranks)
+            self.assertIn("3 samples: 3 done, 0 failed, 0 left\n", text)
+            self.assertEqual(content(self.folder / "ensemble.h5"), content(self.finished / "ensemble.h5"))
+
+    def test_table_shows_what_the_file_holds(self):
+        text = self.stats()
+        with h5py.File(self.folder / "ensemble.h5") as root:
+            mean, reached = root["statistics/z_mean"][0, 0], root["statistics/reached"][0, 0]
+            median = np.median(root["samples/onset_force"][...])
+        self.assertRegex(text, rf"\n +0 +3\.000 +{reached} +{mean * 1e3:.3f} ")
+        self.assertRegex(text, rf"\nonset force \[N\] +\S+ +\S+ +{median:.3f} ")
+
+    def test_samples_that_are_missing_are_left(self):
+        self.sample.unlink()
+        self.assertIn("3 samples: 2 done, 0 failed, 1 left\n", self.stats())
+        with h5py.File(self.folder / "ensemble.h5") as root, h5py.File(self.finished / "ensemble.h5") as whole:
+            self.assertEqual(root["samples/status"][...].tolist(), [1, 0, 1])
+            z = whole["crack_path/z"][...][[0, 2]]
+            np.testing.assert_allclose(root["statistics/z_mean"][0, 0], z[:, 0, 0].mean(), rtol=1e-15)
+
+    def test_input_comes_from_the_results_without_its_copy(self):
+        (self.folder / "input.toml").unlink()
+        self.assertIn("3 samples: 3 done", self.stats())
+
+    def test_files_of_another_schema_are_refused(self):
+        with h5py.File(self.sample, "r+") as root:
+            root.attrs["schema_version"] = 99
+        self.assert_refused("schema version 99; this program reads version 1")
+
+    def test_files_of_another_kind_are_refused(self):
+        shutil.copy(self.folder / "ensemble.h5", self.sample)
+        self.assert_refused("not a crackle sample file")
+
+    def test_truncated_files_are_refused(self):
+        with open(self.sample, "r+b") as file:
+            file.truncate(self.sample.stat().st_size - 1)
+        self.assert_refused("truncated file")
+
+    def test_samples_of_another_input_are_refused(self):
+        with h5py.File(self.sample, "r+") as root:
+            root.attrs["input"] = INPUT + "# changed"
+        self.assert_refused("was made from another input")
+
+    def test_other_folders_are_an_error(self):
+        for folder, reason in ((self.folder / "samples", "neither input.toml nor ensemble.h5"),
+                               (self.folder / "missing", "neither input.toml nor ensemble.h5")):
+            for ranks in (0, 2):
+                result = invoke("stats", folder, ranks=ranks)
+                self.assertEqual(result.returncode, 1)
+                self.assertEqual(result.stdout, "")
+                self.assertEqual(len(re.findall("crackle: ", result.stderr)), 1, result.stderr)
+                self.assertIn(reason, result.stderr)
+                self.assertIn(str(folder), result.stderr)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--program", required=True)
+    parser.add_argument("--mpirun", required=True)
+    OPTIONS, rest = parser.parse_known_args()
+    unittest.main(argv=[sys.argv[0], *rest], verbosity=2)
