@@ -156,4 +156,4 @@ def _read_crack(file: Optional[Path]) -> Optional[CrackSurface]:
             return None
         group = root["crack_surface"]
         notch_of_crack = np.append(group["cracks/notch"][...], -1)
-        return CrackSurface(group["corners"][...], group["time"][...], notch_of_crack[group["crack"][...]])
+        return CrackSurface(group["corners"][...].astype(np.float32), group["time"][...], notch_of_crack[group["crack"][...]])

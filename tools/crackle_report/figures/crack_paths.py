@@ -7,10 +7,11 @@ import math
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import PathCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.path import Path
 
 from .. import style
 from ..drawing import draw_plate, window
@@ -18,6 +19,7 @@ from ..results import DONE, FAILED, CrackSurface, Ensemble
 from .picture import Picture, Section
 
 PANELS_PER_SHEET = 60
+N_SHADES = 200
 
 
 def section(ensemble: Ensemble) -> Section:
@@ -102,10 +104,25 @@ def _panel(axes: Axes, ensemble: Ensemble, number: int, crack: CrackSurface | No
     if crack is None:
         return
 
+    _facets(axes, crack, colours)
+
+
+def _facets(axes: Axes, crack: CrackSurface, colours: Normalize) -> None:
+    """The facets as one path for each shade: many facets are drawn fast, and with little memory."""
+    corner = crack.corner[:, :, 1:].astype(float) / style.MILLIMETRE
+    # All turn the same way round, so that facets over each other do not cut holes into their path.
+    diagonals = corner[:, 2:] - corner[:, :2]
+    clockwise = diagonals[:, 0, 0] * diagonals[:, 1, 1] < diagonals[:, 0, 1] * diagonals[:, 1, 0]
+    corner[clockwise] = corner[clockwise, ::-1]
+
+    time = crack.time / style.MICROSECOND
+    shade = np.where(time < 0, -1, np.clip((colours(time) * N_SHADES).astype(int), 0, N_SHADES - 1))
+    paths, shades = [], []
     # Late facets first, so that the earliest ones, the path itself, stay on top.
-    order = np.argsort(-crack.time, kind="stable")
-    time = crack.time[order] / style.MICROSECOND
-    rgba = style.TIME_COLOURS(colours(time))
-    rgba[time < 0] = (*(int(style.BEFORE_ONSET[i:i + 2], 16) / 255 for i in (1, 3, 5)), 1.0)
-    axes.add_collection(PolyCollection(crack.corner[order][:, :, 1:] / style.MILLIMETRE, facecolors=rgba,
-                                       edgecolors=rgba, linewidths=0.3, rasterized=True))
+    for value in np.unique(shade)[::-1]:
+        vertices = corner[shade == value][:, [0, 1, 2, 3, 0]]
+        codes = np.tile((Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY), len(vertices))
+        paths.append(Path(vertices.reshape(-1, 2), codes))
+        shades.append(style.BEFORE_ONSET if value < 0 else style.TIME_COLOURS((value + 0.5) / N_SHADES))
+    axes.add_collection(PathCollection(paths, facecolors=shades, edgecolors=shades, linewidths=0.3,
+                                       rasterized=True), autolim=False)
