@@ -118,15 +118,13 @@ void complete_block(const parallel::Communicator& world,
 /// ensemble.h5 and what it says. Collective.
 /// @return all rows, on every rank
 std::vector<SampleSummary> write_results(const parallel::Communicator& world,
-                                         const input::Parameters& parameters, const geometry::Body& body,
+                                         const input::Parameters& parameters,
                                          const std::filesystem::path& folder,
                                          const std::map<std::uint64_t, SampleSummary>& unstored) {
   auto block = parallel::agree(world, [&] { return read_block(world, parameters, folder); });
   complete_block(world, unstored, block);
   auto rows = analysis::all_gather(world, block.rows);
-  const auto statistics = parallel::agree(world, [&] {
-    return analysis::make_statistics(rows, body.n_notches(), static_cast<int>(parameters.sections.y.size()));
-  });
+  const auto statistics = parallel::agree(world, [&] { return analysis::make_statistics(rows, parameters); });
   io::write_ensemble(world, folder / "ensemble.h5", parameters, block, statistics);
   return rows;
 }
@@ -194,7 +192,7 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   RunOutcome outcome;
   std::vector<SampleSummary> rows;
   try {
-    rows = write_results(world, parameters, body, options.folder, ledger.unstored);
+    rows = write_results(world, parameters, options.folder, ledger.unstored);
     for (const auto& row : rows) count(row.status, outcome);
   } catch (const parallel::AgreedError& error) {
     outcome = share_counts(world, ledger.progress);
