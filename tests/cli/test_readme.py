@@ -12,6 +12,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import h5py
+
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "cli"))
 
@@ -60,6 +62,38 @@ class Readme(unittest.TestCase):
             result = subprocess.run(["/usr/bin/python3", "-c", example + "print(z.shape)"], check=False,
                                     capture_output=True, text=True, cwd=folder)
         self.assertEqual((result.stdout, result.stderr), ("(5, 2, 5)\n", ""))
+
+    def test_the_tables_of_results_are_what_a_run_leaves(self):
+        (example,) = re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL)
+        for key, value in (("samples", "2"), ("spacing", '"5 mm"'), ("notch_spacing", '"1.5 mm"'),
+                           ("duration", '"2 us"')):
+            example, n_replaced = re.subn(rf"(?m)^{key} = \S+( \S+\")?", f"{key} = {value}", example)
+            self.assertEqual(n_replaced, 1, key)
+        lengths = {"N": 2, "K": 2, "S": 5, "4": 4}
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name) / "out"
+            (Path(name) / "plate.toml").write_text(example, encoding="utf-8")
+            result = run_program("run", str(Path(name) / "plate.toml"), "-o", str(folder))
+            self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+            with h5py.File(folder / "ensemble.h5") as root:
+                described = set()
+                for names, shape in re.findall(r"(?m)^\| (`/\w+/.*?) \| ([NKS4 ×]+) \|", TEXT):
+                    group = names.split("/")[1]
+                    for dataset in re.findall(r"`([^`]*)`", names):
+                        path = dataset if dataset.startswith("/") else f"/{group}/{dataset}"
+                        self.assertEqual(root[path].shape, tuple(lengths[n] for n in shape.split(" × ")), path)
+                        described.add(path)
+                described.add("/samples/error")
+                stored = {f"/{group}/{dataset}" for group in ("samples", "crack_path", "statistics")
+                          for dataset in root[group]}
+                self.assertEqual(stored, described)
+            with h5py.File(folder / "samples" / "0001.h5") as root:
+                groups = re.findall(r"(?m)^\| `/(\w+)` \|", TEXT)
+                self.assertEqual(set(root), {*groups, "timing", "provenance"})
+            report = subprocess.run([ROOT / "tools" / "crackle-report", folder], capture_output=True, text=True,
+                                    env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}, check=False)
+            self.assertEqual((report.returncode, report.stderr), (0, ""))
+            self.assertIn("2 of 2", (folder / "report.html").read_text(encoding="utf-8"))
 
     def test_files_linked_to_are_there(self):
         links = re.findall(r"\]\(([^)#]+)\)", TEXT)
