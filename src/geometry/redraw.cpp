@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <limits>
+#include <utility>
 
 namespace crackle::geometry {
 
@@ -12,8 +14,9 @@ constexpr int draws_per_attempt = 16;
 constexpr int attempts_at_full_amplitude = 3;
 constexpr int attempts_until_zero = 16;
 constexpr double shrinkage = 0.8;
-constexpr int attempts_per_ring = 5;
+constexpr int resistance_per_ring = 5;
 constexpr int max_rings = 3;
+constexpr int resistance_until_reset = 12;
 constexpr std::size_t many_cells = 100;
 
 constexpr std::size_t index(std::int32_t node) {
@@ -36,6 +39,7 @@ public:
         draw_(draw),
         choice_(choice),
         rules_(rules),
+        resistance_(movable.size(), 0),
         attempts_(movable.size(), 0),
         draws_(movable.size(), 0) {}
 
@@ -52,14 +56,10 @@ public:
         break;
       }
       next_.clear();
+      n_bad_ = bad.size();
       for (const Tetrahedron& cell : bad) {
         if (!tessellation_.has_bad_cell(cell)) continue;
-        const std::int32_t node = choose(cell);
-        if (node < 0) {
-          next_.push_back(cell);
-          continue;
-        }
-        redraw(node);
+        treat(cell);
         if (tessellation_.has_bad_cell(cell)) next_.push_back(cell);
       }
       std::sort(next_.begin(), next_.end());
@@ -74,15 +74,28 @@ public:
   }
 
 private:
-  /// The point of the cell with the fewest attempts so far, one of more freedom first; further rings of
-  /// neighbours join when all have been tried often.
-  std::int32_t choose(const Tetrahedron& cell) {
+  /// Redraws one point of the cell; of its neighbourhood when the cell, or those before it at the same
+  /// points, has resisted for some time; at last sets growing neighbourhoods to amplitude 0.
+  void treat(const Tetrahedron& cell) {
+    int resistance = 0;
+    for (const std::int32_t node : cell) resistance = std::max(resistance, resistance_[index(node)]++);
+    if (rules_.shrinking && !rules_.only_improve && resistance >= resistance_until_reset) {
+      for (const std::int32_t node : neighbourhood(cell, resistance - resistance_until_reset)) {
+        tessellation_.lift(node);
+        tessellation_.put(draw_(node, ++draws_[index(node)], 0), next_);
+      }
+      return;
+    }
+    // Rings are for single spots that resist, not where good cells are hardly to be had at all.
+    const int n_rings = n_bad_ < many_cells ? std::min(resistance / resistance_per_ring, max_rings) : 0;
+    const std::vector<std::int32_t> pool = neighbourhood(cell, n_rings);
+    if (!pool.empty()) redraw(choose(pool));
+  }
+
+  /// The movable points of the cell and of some rings round it.
+  std::vector<std::int32_t> neighbourhood(const Tetrahedron& cell, int n_rings) const {
     std::vector<std::int32_t> pool(cell.begin(), cell.end());
-    for (int ring = 0; ring < max_rings; ++ring) {
-      const bool exhausted = std::all_of(pool.begin(), pool.end(), [&](std::int32_t node) {
-        return movable_[index(node)] == 0 || attempts_[index(node)] >= attempts_per_ring * (ring + 1);
-      });
-      if (!exhausted) break;
+    for (int ring = 0; ring < n_rings; ++ring) {
       std::vector<std::int32_t> wider = pool;
       for (const std::int32_t node : pool) {
         const std::vector<std::int32_t> neighbours = tessellation_.neighbours(node);
@@ -92,18 +105,20 @@ private:
       wider.erase(std::unique(wider.begin(), wider.end()), wider.end());
       pool.swap(wider);
     }
+    std::erase_if(pool, [&](std::int32_t node) { return movable_[index(node)] == 0; });
+    return pool;
+  }
+
+  /// The point with the fewest attempts so far, one of more freedom first.
+  std::int32_t choose(const std::vector<std::int32_t>& pool) {
     std::vector<std::int32_t> best;
-    int lowest = 0;
+    int lowest = std::numeric_limits<int>::max();
     for (const std::int32_t node : pool) {
-      if (movable_[index(node)] == 0) continue;
       const int handicap = attempts_[index(node)] + 3 - std::popcount(movable_[index(node)]);
-      if (best.empty() || handicap < lowest) {
-        best.clear();
-        lowest = handicap;
-      }
+      if (handicap < lowest) best.clear();
+      lowest = std::min(lowest, handicap);
       if (handicap == lowest) best.push_back(node);
     }
-    if (best.empty()) return -1;
     return best[static_cast<std::size_t>(choice_.bits() % best.size())];
   }
 
@@ -134,9 +149,11 @@ private:
   const Draw& draw_;
   parallel::RandomStream choice_;
   const RedrawRules& rules_;
-  std::vector<int> attempts_;
+  std::vector<int> resistance_;  ///< times that a bad cell was found at the point
+  std::vector<int> attempts_;    ///< times that the point was redrawn
   std::vector<std::int32_t> draws_;
   std::vector<Tetrahedron> next_;
+  std::size_t n_bad_ = 0;  ///< at the start of the round
 };
 
 }  // namespace

@@ -24,7 +24,9 @@ struct RedrawRules {
   /// True: a point only moves where that improves the cells round it. False: a redrawn point takes the best
   /// of the new positions.
   bool only_improve = false;
-  /// The amplitude of a point that is redrawn again and again shrinks until it ends at 0.
+  /// The amplitude of a point that is redrawn again and again shrinks. Unless points only move to improve,
+  /// growing neighbourhoods of cells that resist are in the end set to amplitude 0: so redrawing succeeds
+  /// whenever the points at amplitude 0 have good cells only.
   bool shrinking = true;
 };
 
@@ -38,8 +40,7 @@ struct RedrawOutcome {
 ///
 /// A round goes through the bad cells in ascending order. One point of each is lifted and put where, of some
 /// draws, the fewest bad cells and then the best worst quality result; only the cells that this changes are
-/// examined. A cell that resists has its other points, then their neighbours, redrawn with shrinking
-/// amplitude.
+/// examined. A cell that resists has its other points, then their neighbours redrawn.
 /// @param choice decides between points that are equally suitable
 RedrawOutcome redraw(Tessellation& tessellation, std::span<const std::uint8_t> movable, const Draw& draw,
                      parallel::RandomStream choice, const RedrawRules& rules);

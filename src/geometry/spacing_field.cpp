@@ -33,7 +33,7 @@ SpacingField::SpacingField(const Body& body, const input::Mesh& mesh) {
   for (int i = 0; i < body.n_notches(); ++i) {
     const Box& slot = body.slot(i);
     add(body.surfaces()[static_cast<std::size_t>(8 + 3 * i)].extent, mesh.notch_spacing, mesh.growth);
-    add(slot, body.notch(i).height, growth);
+    add(slot, std::min(body.notch(i).height, body.notch(i).depth), growth);
     for (int j = 0; j < i; ++j) {
       const double gap = distance(slot, body.slot(j));
       add(between(slot, body.slot(j)), gap, growth);

@@ -15,9 +15,10 @@ namespace crackle::geometry {
 /// `growth` per unit distance up to `spacing`.
 ///
 /// Where the body itself is finer, the spacing follows it, because Delaunay tetrahedra conform to a wall only
-/// if its points are about as close to each other as to the next wall: at most the height of the slot on its
-/// walls, at most the clear distance between two notches or between a notch and a parallel or opposite face,
-/// at most the smallest size of the body. From there it grows with the larger of `growth` and 0.2.
+/// if its points are about as close to each other as to the next wall: at most the height and the depth of
+/// the slot on its walls, at most the clear distance between two notches or between a notch and a parallel or
+/// opposite face, at most the smallest size of the body. From there it grows with the larger of `growth` and
+/// 0.2.
 class SpacingField {
 public:
   SpacingField(const Body& body, const input::Mesh& mesh);

@@ -24,9 +24,10 @@ struct RealizationReport {
   double min_quality = 0;           ///< mean-ratio quality of the worst tetrahedron
 };
 
-/// One conforming tessellation of the body. Its nodes keep the numbers of the base mother points; its
-/// tetrahedra are positively oriented, with ascending order of their sorted nodes, so that node, tetrahedron
-/// and triangle numbers depend on (input, seed, sample) only.
+/// One conforming tessellation of the body. Its nodes keep the numbers of the base mother points. Tetrahedra
+/// are positively oriented, with their smallest node first and the smallest of the others second, in
+/// ascending order of their sorted nodes; triangles have their smallest node first and are in ascending
+/// order. So all numbers depend on (input, seed, sample) only.
 struct Realization {
   std::vector<Point> nodes;  ///< [m]
   std::vector<Tetrahedron> tetrahedra;
@@ -34,15 +35,25 @@ struct Realization {
   RealizationReport report;
 };
 
-/// Disturbs the base points, tessellates them (CGAL) and redraws points locally until the realization fills
-/// the body exactly and every tetrahedron keeps the minimum quality.
+/// Disturbs the base points, tessellates them (Delaunay, CGAL) and redraws points locally until the
+/// realization fills the body exactly and every tetrahedron keeps the minimum quality.
+///
+/// A point is displaced uniformly in the ball of radius perturbation x spacing, in its surface or along its
+/// edge; a redrawn point likewise, the next draw of its own stream that gives good tetrahedra being taken.
+/// Only where a spot resists many draws does the radius shrink, in the end to the base position. With
+/// perturbation 0 the nodes are the base points. Takes less than twice the time of the tessellation alone.
+/// @param base points whose own tessellation conforms, as make_mother_points gives them
 /// @param sample selects the random stream (seed, sample, "disturbance")
-/// @throws std::runtime_error when the redrawing does not end within its documented number of rounds
+/// @throws std::runtime_error when the redrawing does not end within 200 rounds (some 1 to 5 are usual), or
+/// the
+///   result fails verify()
 Realization make_realization(const Body& body, const MotherPoints& base, const input::Mesh& mesh,
                              std::uint64_t seed, std::uint64_t sample);
 
-/// Checks everything that a realization promises (design: volume to 1e-12 relative, boundary triangles
-/// exactly on the planes of the body, areas, no tetrahedron across a notch, minimum quality).
+/// Checks everything that a realization promises: every node is used; tetrahedra have a positive volume, at
+/// least the minimum quality, and none reaches into a notch; their volumes add up to the body's to 1e-12
+/// relative; faces match in pairs of opposite orientation except those listed as boundary; boundary triangles
+/// lie bit by bit on the plane of their surface, face outwards, and cover each surface to 1e-12 relative.
 /// @return quality of the worst tetrahedron
 /// @throws std::runtime_error naming the first violation with its figures
 double verify(const Realization& realization, const Body& body, double min_quality);
