@@ -89,7 +89,8 @@ double stable_step(const input::Parameters& parameters, const geometry::Realizat
 
 TimeGrid choose_time_grid(const input::Time& time, double stable_step) {
   if (!(stable_step > 0) || !std::isfinite(stable_step)) {
-    throw std::runtime_error(fmt::format("the stable time step of the mesh is {} s; no step can be chosen", stable_step));
+    throw std::runtime_error(
+        fmt::format("the stable time step of the mesh is {} s; no step can be chosen", stable_step));
   }
   const int cycle = splitting(time.integrator).steps_per_cycle;
   const auto whole_cycles = [cycle](double steps) {

@@ -29,8 +29,8 @@ Estimate make_estimate(const input::Parameters& parameters, std::int64_t n_nodes
   Estimate estimate;
   estimate.step = grid.step;
   estimate.steps = grid.n_steps;
-  estimate.force_evaluations = static_cast<std::int64_t>(
-      std::ceil(dynamics::splitting(parameters.time.integrator).forces_per_step * static_cast<double>(grid.n_steps)));
+  estimate.force_evaluations = static_cast<std::int64_t>(std::ceil(
+      dynamics::splitting(parameters.time.integrator).forces_per_step * static_cast<double>(grid.n_steps)));
   estimate.sample_memory = static_cast<double>(n_nodes) * bytes_per_node +
                            static_cast<double>(n_tetrahedra) * bytes_per_tetrahedron +
                            parameters.ensemble.ranks_per_sample * bytes_per_rank;

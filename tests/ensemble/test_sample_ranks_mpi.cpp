@@ -31,7 +31,8 @@ input::Parameters torn_bar() {
 
 TEST(SampleOnManyRanks, HasTheBitsOfOneRank) {
   const auto parameters = torn_bar();
-  const auto mesh = test::make_box({.size = parameters.specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
+  const auto mesh =
+      test::make_box({.size = parameters.specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
   const parallel::Communicator world(MPI_COMM_WORLD);
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto parts = geometry::split(mesh, geometry::partition(mesh, world.size()));
@@ -69,14 +70,16 @@ TEST(SampleOnManyRanks, QuasiStaticLoadingAgreesToTheSolversTolerance) {
   auto parameters = torn_bar();
   parameters.time.start = input::Start::quasi_static;
   parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10});
-  const auto mesh = test::make_box({.size = parameters.specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
+  const auto mesh =
+      test::make_box({.size = parameters.specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
   const parallel::Communicator world(MPI_COMM_WORLD);
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto parts = geometry::split(mesh, geometry::partition(mesh, world.size()));
   const auto shared = run_sample(world, parameters, parts[static_cast<std::size_t>(world.rank())]);
   const auto alone = run_sample(self, parameters, test::whole(mesh));
   if (!world.is_root()) return;
-  std::printf("%d ranks: onset %.12g s, on one rank %.12g s\n", world.size(), shared.onset_time, alone.onset_time);
+  std::printf("%d ranks: onset %.12g s, on one rank %.12g s\n", world.size(), shared.onset_time,
+              alone.onset_time);
   EXPECT_NEAR(shared.onset_time, alone.onset_time, 1e-7 * alone.onset_time);
   EXPECT_FALSE(shared.breaks.empty());
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The static solution on the same mesh by another program: CalculiX with its linear tetrahedron C3D4, to which the
-// stiffness of PDS-FEM is identical.
+// The static solution on the same mesh by another program: CalculiX with its linear tetrahedron C3D4, to
+// which the stiffness of PDS-FEM is identical.
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/geometry/mother_points.h"
 #include "support/box_mesh.h"
@@ -41,8 +41,8 @@ input::Parameters notched_plate() {
   return parameters;
 }
 
-/// Writes the problem in CalculiX's input format. Millimetres, newtons, megapascals: its output has few digits, which
-/// small numbers in metres would not change but which people read more easily so.
+/// Writes the problem in CalculiX's input format. Millimetres, newtons, megapascals: its output has few
+/// digits, which small numbers in metres would not change but which people read more easily so.
 void write_input(const std::filesystem::path& file, const input::Parameters& parameters,
                  const geometry::Realization& mesh, const std::vector<double>& nodal_force) {
   std::ofstream out(file);
@@ -103,7 +103,8 @@ TEST(CalculiX, GivesTheSameStaticDisplacements) {
 
   const test::TemporaryFolder folder;
   write_input(folder.path() / "plate.inp", parameters, mesh, force);
-  const std::string command = "cd '" + folder.path().string() + "' && OMP_NUM_THREADS=1 ccx plate > ccx.log 2>&1";
+  const std::string command =
+      "cd '" + folder.path().string() + "' && OMP_NUM_THREADS=1 ccx plate > ccx.log 2>&1";
   ASSERT_EQ(std::system(command.c_str()), 0) << "CalculiX (Debian's calculix-ccx) is needed for this test";
   const auto reference = read_displacements(folder.path() / "plate.dat", mesh.nodes.size());
 
@@ -114,8 +115,9 @@ TEST(CalculiX, GivesTheSameStaticDisplacements) {
     worst = std::max(worst, std::abs(u[i] - reference[i]));
     largest = std::max(largest, std::abs(reference[i]));
   }
-  std::printf("%zu nodes, %zu tetrahedra: largest difference to CalculiX %.2e of the largest displacement %.4g mm\n",
-              mesh.nodes.size(), mesh.tetrahedra.size(), worst / largest, 1e3 * largest);
+  std::printf(
+      "%zu nodes, %zu tetrahedra: largest difference to CalculiX %.2e of the largest displacement %.4g mm\n",
+      mesh.nodes.size(), mesh.tetrahedra.size(), worst / largest, 1e3 * largest);
   EXPECT_LT(worst, 1e-6 * largest);
 }
 

@@ -67,11 +67,11 @@ TEST(Arrest, WedgeOpenedStripCracksInManySteps) {
   parameters.time.duration = 6e-5;
   parameters.time.arrest = 1e-5;
   const auto mesh = test::make_box({.size = {0.001, width, length},
-                                       .cells = {1, 12, 30},
-                                       .disturbance = 0.15,
-                                       .removed = [&](const geometry::Point& p) {
-                                         return p[2] < 0.4 * length && std::abs(p[1] - 0.0065) < 0.0005;
-                                       }});
+                                    .cells = {1, 12, 30},
+                                    .disturbance = 0.15,
+                                    .removed = [&](const geometry::Point& p) {
+                                      return p[2] < 0.4 * length && std::abs(p[1] - 0.0065) < 0.0005;
+                                    }});
   const auto result = run(parameters, mesh);
   EXPECT_GE(result.counts.dynamic_phases, 3) << "the crack must have arrested at least twice";
   EXPECT_LT(result.energy_error, 1e-3);
@@ -83,8 +83,7 @@ TEST(Separation, IsRecognizedDuringQuasiStaticLoading) {
   parameters.time.arrest = 1e-30;
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
   parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10}));
-  const auto mesh =
-      test::make_box({.size = {0.002, 0.004, 0.012}, .cells = {2, 4, 12}, .disturbance = 0.2});
+  const auto mesh = test::make_box({.size = {0.002, 0.004, 0.012}, .cells = {2, 4, 12}, .disturbance = 0.2});
   const auto result = run(parameters, mesh);
   EXPECT_EQ(result.outcome, Outcome::separated);
   EXPECT_EQ(result.counts.dynamic_phases, 0);

@@ -122,7 +122,7 @@ TEST(Static, LoadHistoryIsFollowedFromKinkToKink) {
   // 20 MPa after 1 s, down to 10 MPa at 2 s, 50 MPa at 4 s: 35 MPa are reached at 3.25 s.
   for (const double sign : {1.0, -1.0}) {
     auto load = test::boundary(sign > 0 ? Face::z_max : Face::z_min, BoundaryKind::force, {},
-                                  {0, 0, sign * 10e6 * area});
+                               {0, 0, sign * 10e6 * area});
     load.history = {{0, 0}, {1, 2}, {2, 1}, {4, 5}};
     bar.parameters.boundaries.push_back(load);
   }
@@ -141,7 +141,7 @@ TEST(Static, LoadThatStaysTooSmallBreaksNothing) {
   bar.hold_at_corners();
   for (const double sign : {1.0, -1.0}) {
     auto load = test::boundary(sign > 0 ? Face::z_max : Face::z_min, BoundaryKind::force, {},
-                                  {0, 0, sign * 34.99e6 * width * thickness});
+                               {0, 0, sign * 34.99e6 * width * thickness});
     load.history = {{0, 0}, {1, 1}, {2, 0.5}};
     bar.parameters.boundaries.push_back(load);
   }

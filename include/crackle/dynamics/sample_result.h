@@ -58,10 +58,10 @@ struct SampleTimings {
 /// What the mechanics of one sample yields. Complete on the group's root; elsewhere breaks, frames are empty.
 struct SampleResult {
   Outcome outcome = Outcome::unbroken;
-  double onset_time = 0;   ///< load time at the start of the last dynamic phase [s]; NaN if there was none
-  double onset_force = 0;  ///< largest resultant over the loaded boundaries then [N]; NaN if there was none
-  double time_step = 0;    ///< used [s]
-  double stable_step = 0;  ///< of the intact body and the integrator [s]
+  double onset_time = 0;    ///< load time at the start of the last dynamic phase [s]; NaN if there was none
+  double onset_force = 0;   ///< largest resultant over the loaded boundaries then [N]; NaN if there was none
+  double time_step = 0;     ///< used [s]
+  double stable_step = 0;   ///< of the intact body and the integrator [s]
   double energy_error = 0;  ///< largest imbalance over the outputs, relative to the work done
   std::vector<fracture::Break> breaks;  ///< in order of time, then of tetrahedron number
   std::vector<EnergyRow> energy;

@@ -104,8 +104,8 @@ struct Time {
   std::optional<double> step;  ///< [s]; empty: a fraction of the stable step ("auto")
   double duration = 0;         ///< of the dynamic phase [s]
   Integrator integrator = Integrator::bilateral4;
-  /// Time without a break after which a dynamic phase has arrested [s]; empty: what a shear wave needs across the
-  /// body's middle extent ("auto").
+  /// Time without a break after which a dynamic phase has arrested [s]; empty: what a shear wave needs across
+  /// the body's middle extent ("auto").
   std::optional<double> arrest;
 };
 
