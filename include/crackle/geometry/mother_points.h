@@ -68,8 +68,8 @@ MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::
 /// that are nearer than that to each other are duplicates. Every corner of the body must be among the points.
 /// @return positions in the order of the file [m]
 /// @throws std::runtime_error with "file:line: reason" for each bad line (at most 20), point outside the body
-/// and
-///   duplicate, and naming missing corners
+/// or
+///   duplicate; or naming a missing corner
 std::vector<Point> read_points(const std::filesystem::path& file, const Body& body);
 
 }  // namespace crackle::geometry
