@@ -116,7 +116,9 @@ void add_mesh_command(CLI::App& app, Action& run) {
       "mesh", "Make one realization; write it as a VTKHDF file and print its quality table");
   command->add_option("input", options->input, "input file (TOML)")->required();
   command->add_option("--sample", options->sample, "number of the realization")
-      ->check(CLI::NonNegativeNumber)
+      ->check([](const std::string& text) {
+        return text.starts_with('-') ? std::string("a sample number is 0 or more") : std::string();
+      })
       ->capture_default_str();
   command->add_option("-o,--output", options->output, "file to write; an existing one is replaced")
       ->required();

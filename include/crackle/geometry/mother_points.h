@@ -62,14 +62,14 @@ double estimate_n_points(const Body& body, const input::Mesh& mesh);
 /// @throws std::runtime_error naming the reason where the body cannot be meshed with this spacing and quality
 MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed);
 
-/// Reads mother points from a text file: one point "x y z" in millimetres per line, separated by blanks; text
-/// after '#' and empty lines are skipped. A coordinate within 1e-9 of the body's largest size of a plane of
-/// the body is set exactly on it, so points on surfaces, edges and corners are recognized. Points that are
-/// nearer than that to each other are duplicates. Every corner of the body must be among the points.
+/// Reads mother points from a text file: one point "x y z" in millimetres per line, separated by blanks or
+/// commas; text after '#' and empty lines are skipped. A coordinate within 1e-9 of the body's largest size of
+/// a plane of the body is set exactly on it, so points on surfaces, edges and corners are recognized. Points
+/// that are nearer than that to each other are duplicates. Every corner of the body must be among the points.
 /// @return positions in the order of the file [m]
 /// @throws std::runtime_error with "file:line: reason" for each bad line (at most 20), point outside the body
-/// and
-///   duplicate, and naming missing corners
+/// or
+///   duplicate; or naming a missing corner
 std::vector<Point> read_points(const std::filesystem::path& file, const Body& body);
 
 }  // namespace crackle::geometry
