@@ -247,7 +247,8 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account) {
         if (next.number >= 0) break;
       }
     }
-    if (next.local >= 0) body_->release(next.local, displacement_.local(), time_, 0);
+    if (next.local >= 0)
+      body_->release(next.local, body_->strain(next.local, displacement_.local()), time_, 0);
     ++n_breaks_;
     parallel::NodeField before(*group_, body_->subdomain());
     before.assign(displacement_);

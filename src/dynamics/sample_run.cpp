@@ -65,10 +65,12 @@ public:
         subdomain_(subdomain),
         log_(log),
         body_(subdomain, parameters.material),
+        edges_(mechanics::make_edges(subdomain)),
         loads_(mechanics::make_boundary_loads(group, parameters, subdomain)),
         criterion_(parameters.fracture, subdomain.tetrahedra.size()),
         splitting_(splitting(parameters.time.integrator)),
-        account_(group, body_) {
+        account_(group, body_),
+        context_{&group_, &body_, &loads_, parameters.material.density, parameters.fracture.strength} {
     result_.stable_step =
         splitting_.stability_limit / largest_frequency(group, subdomain, body_.operators(), body_.force());
     options_.grid = choose_time_grid(parameters.time, result_.stable_step);
@@ -159,8 +161,11 @@ private:
                       result_.counts.dynamic_phases, 1e6 * row.time, 1e6 * duration, row.broken,
                       watch.seconds() * (duration / row.time - 1)));
     };
-    PhaseResult phase = run_explicit_phase(group_, body_, loads_, criterion_, splitting_, account_, load_time,
-                                           options, state);
+    const double duration = static_cast<double>(options_.grid.n_steps) * options_.grid.step;
+    const auto motion =
+        make_fixed_point_motion(context_, edges_, parameters_.time.precision, load_time, duration, state);
+    PhaseResult phase =
+        run_explicit_phase(context_, *motion, criterion_, splitting_, account_, load_time, options, state);
     result_.timings.dynamic += watch.seconds();
     result_.counts.steps += phase.n_steps;
     result_.counts.force_evaluations += phase.n_forces;
@@ -197,10 +202,12 @@ private:
   const geometry::Subdomain& subdomain_;
   const SampleLog& log_;
   fracture::BreakableBody body_;
+  mechanics::Edges edges_;
   mechanics::BoundaryLoads loads_;
   fracture::TulerButcher criterion_;
   const Splitting& splitting_;
   EnergyAccount account_;
+  MotionContext context_;
   PhaseOptions options_;
   SampleResult result_;
 };

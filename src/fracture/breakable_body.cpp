@@ -39,18 +39,17 @@ BreakableBody::BreakableBody(const geometry::Subdomain& subdomain, const input::
       force_(std::make_unique<mechanics::ReferenceForce>(operators_, elasticity_)),
       broken_(subdomain.tetrahedra.size(), 0) {}
 
-void BreakableBody::release(std::int32_t tetrahedron, std::span<const double> displacement, double load_time,
+void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, double load_time,
                             double phase_time) {
   const auto index = static_cast<std::size_t>(tetrahedron);
   const auto& t = operators_.tetrahedra[index];
-  const Symmetric eps = mechanics::strain(t, displacement);
-  const Symmetric sigma = elasticity_(eps);
+  const Symmetric sigma = elasticity_(strain);
   force_->release(tetrahedron);
   broken_[index] = 1;
   order_.push_back(tetrahedron);
   if (subdomain_->counted[index] != 0) {
     records_.push_back({subdomain_->tetrahedron_number[index], load_time, phase_time,
-                        largest_principal(sigma), 0.5 * t.volume * mechanics::contract(sigma, eps),
+                        largest_principal(sigma), 0.5 * t.volume * mechanics::contract(sigma, strain),
                         most_loaded_cut(t, sigma)});
   }
 }

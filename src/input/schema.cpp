@@ -241,6 +241,10 @@ Table time_table() {
                               {{"bilateral4", Integrator::bilateral4}, {"verlet", Integrator::verlet}},
                               by_default("\"bilateral4\""),
                               "order 4 with four forces per step, or order 2 with one"),
+       choice_key<Precision>("precision", in(&Parameters::time, &Time::precision),
+                             {{"mixed", Precision::mixed}, {"double", Precision::double_}},
+                             by_default("\"double\""),
+                             "of the dynamic phase: fixed-point numbers of 32 or of 64 bits"),
        automatic_time_key("arrest", in(&Parameters::time, &Time::arrest), "20 us",
                           "time without a break after which a dynamic phase has arrested; \"auto\" is "
                           "what a shear wave needs across the body's middle extent")}};

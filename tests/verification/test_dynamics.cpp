@@ -89,8 +89,10 @@ public:
     }
     PhaseOptions options;
     options.grid = {dt, n_steps};
-    auto result = run_explicit_phase(self_, body_, no_loads, criterion, splitting(integrator), account, 0,
-                                     options, state);
+    const MotionContext context{&self_, &body_, &no_loads, test::epoxy().density, unbreakable().strength};
+    const auto motion = make_reference_motion(context, 0, state);
+    auto result =
+        run_explicit_phase(context, *motion, criterion, splitting(integrator), account, 0, options, state);
     return {std::move(state), std::move(result)};
   }
 

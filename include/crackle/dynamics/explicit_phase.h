@@ -3,13 +3,10 @@
 
 #include "crackle/dynamics/energy_account.h"
 #include "crackle/dynamics/integrator.h"
+#include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/dynamics/stable_step.h"
-#include "crackle/fracture/breakable_body.h"
 #include "crackle/fracture/tuler_butcher.h"
-#include "crackle/mechanics/boundary_loads.h"
-#include "crackle/parallel/communicator.h"
-#include "crackle/parallel/node_field.h"
 
 #include <functional>
 #include <optional>
@@ -36,24 +33,14 @@ struct PhaseResult {
   std::vector<Frame> frames;  ///< root only
 };
 
-/// The state of a moving body.
-struct MotionState {
-  parallel::NodeField displacement;  ///< [m]
-  parallel::NodeField velocity;      ///< [m/s]
-};
-
 /// Explicit dynamics with breaking: the splitting's stages, at the end of every step the breaking check, then
 /// outputs. On return `state` is the last one. Collective.
+/// @param motion of the context's body, at the phase's start
 /// @param load_time time of the load programs at the phase's start [s]
-PhaseResult run_explicit_phase(const parallel::Communicator& group, fracture::BreakableBody& body,
-                               const mechanics::BoundaryLoads& loads, fracture::TulerButcher& criterion,
-                               const Splitting& splitting, const EnergyAccount& account, double load_time,
-                               const PhaseOptions& options, MotionState& state);
-
-/// The tetrahedra that break at the end of a step: adds the step's impulse to every tetrahedron above the
-/// threshold. Local; ghosts of `displacement` must be up to date.
-std::vector<std::int32_t> breaking_tetrahedra(const fracture::BreakableBody& body,
-                                              std::span<const double> displacement, double time_step,
-                                              fracture::TulerButcher& criterion);
+/// @throws parallel::AgreedError when the motion's state can no longer be trusted
+PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
+                               fracture::TulerButcher& criterion, const Splitting& splitting,
+                               const EnergyAccount& account, double load_time, const PhaseOptions& options,
+                               MotionState& state);
 
 }  // namespace crackle::dynamics

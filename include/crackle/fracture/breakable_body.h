@@ -38,18 +38,22 @@ public:
   bool is_broken(std::int32_t tetrahedron) const {
     return broken_[static_cast<std::size_t>(tetrahedron)] != 0;
   }
+  /// 1 for each local tetrahedron that is broken.
+  std::span<const std::uint8_t> broken() const { return broken_; }
   /// Local tetrahedra in order of breaking.
   std::span<const std::int32_t> broken_tetrahedra() const { return order_; }
   /// Records of the breaks that this rank counts, in order of breaking.
   std::span<const Break> breaks() const { return records_; }
 
+  mechanics::Symmetric strain(std::int32_t tetrahedron, std::span<const double> displacement) const {
+    return mechanics::strain(operators_.tetrahedra[static_cast<std::size_t>(tetrahedron)], displacement);
+  }
   mechanics::Symmetric stress(std::int32_t tetrahedron, std::span<const double> displacement) const {
-    return elasticity_(
-        mechanics::strain(operators_.tetrahedra[static_cast<std::size_t>(tetrahedron)], displacement));
+    return elasticity_(strain(tetrahedron, displacement));
   }
 
-  /// Opens all six dual facets; the record's energy and cut follow from the displacement.
-  void release(std::int32_t tetrahedron, std::span<const double> displacement, double load_time,
+  /// Opens all six dual facets; the record's energy and cut follow from the strain it had.
+  void release(std::int32_t tetrahedron, const mechanics::Symmetric& strain, double load_time,
                double phase_time);
 
   /// Strain energies of the unbroken tetrahedra that this rank counts [J], one for each.

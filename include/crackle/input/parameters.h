@@ -98,12 +98,14 @@ struct Boundary {
 
 enum class Start { quasi_static, rest };
 enum class Integrator { bilateral4, verlet };
+enum class Precision { mixed, double_ };  ///< of the dynamic phase: fixed point in 32 or in 64 bits
 
 struct Time {
   Start start = Start::quasi_static;
   std::optional<double> step;  ///< [s]; empty: a fraction of the stable step ("auto")
   double duration = 0;         ///< of the dynamic phase [s]
   Integrator integrator = Integrator::bilateral4;
+  Precision precision = Precision::double_;
   /// Time without a break after which a dynamic phase has arrested [s]; empty: what a shear wave needs across
   /// the body's middle extent ("auto").
   std::optional<double> arrest;

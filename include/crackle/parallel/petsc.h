@@ -2,6 +2,7 @@
 #pragma once
 
 #include <petscksp.h>
+#include <petscsf.h>
 
 #include <utility>
 

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/dynamics/integrator.h"
+#include "crackle/fracture/breakable_body.h"
+#include "crackle/fracture/tuler_butcher.h"
+#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/edges.h"
+#include "crackle/mechanics/instruction_set.h"
+#include "crackle/parallel/communicator.h"
+#include "crackle/parallel/node_field.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace crackle::dynamics {
+
+/// The state of a moving body.
+struct MotionState {
+  parallel::NodeField displacement;  ///< [m]
+  parallel::NodeField velocity;      ///< [m/s]
+};
+
+/// A body in explicit dynamics: displacement and velocity in the number format of the implementation, and the
+/// internal force that goes with its broken set. One object lasts for one dynamic phase.
+///
+/// Every implementation gives owned nodes the same bits for every partition.
+class MovingBody {
+public:
+  virtual ~MovingBody() = default;
+
+  /// The stages of one step of the splitting. Collective.
+  /// @param time of the load programs at the beginning of the step [s]
+  virtual void step(std::span<const Stage> stages, double time_step, double time) = 0;
+
+  /// The local tetrahedra above the strength now, ascending, and among them only unbroken ones. Local.
+  virtual std::span<const std::int32_t> overloaded() = 0;
+
+  /// Strain of a local tetrahedron now. Local.
+  virtual mechanics::Symmetric strain(std::int32_t tetrahedron) const = 0;
+
+  /// Takes over that the body's tetrahedra `broken` were released. Local.
+  virtual void release(std::span<const std::int32_t> broken) = 0;
+
+  /// Copies the state: displacements with ghosts, velocities of owned nodes. Local.
+  virtual void read(MotionState& state) const = 0;
+
+  /// Work of the loads since the start [J]. Collective.
+  /// @param state as read() gives it now
+  virtual double external_work(double time, const MotionState& state) const = 0;
+
+  /// Why the state can no longer be trusted on this rank, as when a number outgrew its format; or empty.
+  virtual std::optional<std::string> failure() const { return {}; }
+
+  virtual std::int64_t n_forces() const = 0;  ///< evaluations of the internal force so far
+};
+
+/// What the dynamic phases of one sample share.
+struct MotionContext {
+  const parallel::Communicator* group;
+  fracture::BreakableBody* body;
+  const mechanics::BoundaryLoads* loads;
+  double density;   ///< [kg/m^3]
+  double strength;  ///< [Pa]
+};
+
+/// The definition: every operation in double precision, one after the other, with the plain loop over
+/// tetrahedra (mechanics::ReferenceForce). Collective.
+std::unique_ptr<MovingBody> make_reference_motion(const MotionContext& context, double load_time,
+                                                  MotionState& state);
+
+/// The fast path: fixed-point numbers of 32 bits (mixed) or 64 bits (double), edge by edge, force, kick and
+/// drift fused, the breaking check by bounds. Collective.
+/// @param duration of the phase at most [s]; the range of the numbers follows from it
+/// @param state at the start; prescribed components are set to their values at load_time
+std::unique_ptr<MovingBody> make_fixed_point_motion(
+    const MotionContext& context, const mechanics::Edges& edges, input::Precision precision, double load_time,
+    double duration, MotionState& state,
+    mechanics::InstructionSet instruction_set = mechanics::best_instruction_set());
+
+}  // namespace crackle::dynamics

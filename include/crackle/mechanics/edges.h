@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/subdomain.h"
+#include "crackle/mechanics/elasticity.h"
+#include "crackle/mechanics/operators.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace crackle::mechanics {
+
+/// The pairs of a subdomain's nodes that share a tetrahedron, each pair with an owned node. Every tetrahedron
+/// round such a pair is in the subdomain.
+struct Edges {
+  std::vector<std::array<std::int32_t, 2>> nodes;  ///< local, the smaller first; in ascending order
+  std::vector<std::int32_t> offset;                ///< n_edges + 1, into `tetrahedron`
+  std::vector<std::int32_t> tetrahedron;           ///< round each edge, ascending
+  std::vector<std::uint8_t> is_inner;              ///< 1 where the tetrahedra close round the edge
+  /// The edges of each tetrahedron, in the order of geometry::dual_facet_nodes; -1 for a pair of ghosts.
+  std::vector<std::array<std::int32_t, 6>> of_tetrahedron;
+
+  std::size_t size() const { return nodes.size(); }
+  std::span<const std::int32_t> round(std::int32_t edge) const {
+    const auto e = static_cast<std::size_t>(edge);
+    return {tetrahedron.data() + offset[e], static_cast<std::size_t>(offset[e + 1] - offset[e])};
+  }
+};
+Edges make_edges(const geometry::Subdomain& subdomain);
+
+/// The coupling K_ab = S + [w]x of two nodes: the internal force on a is the sum over its edges of
+/// K_ab (u_b - u_a).
+///
+/// For isotropic elasticity a tetrahedron adds V (lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I); its
+/// antisymmetric part is V (lambda - mu) / 2 g_b x g_a, which cancels where the tetrahedra close round the
+/// edge.
+struct EdgeCoupling {
+  Symmetric s{};  ///< [N/m]
+  Vector w{};     ///< [N/m]
+};
+
+/// Sum over the intact tetrahedra round an edge, in ascending order: the same bits on every rank.
+/// `w` is exactly 0 where the edge is inner and all tetrahedra round it are intact.
+/// @param broken 1 for each local tetrahedron that carries nothing
+EdgeCoupling edge_coupling(const PdsOperators& operators, const IsotropicElasticity& elasticity,
+                           const Edges& edges, std::span<const std::uint8_t> broken, std::int32_t edge);
+
+}  // namespace crackle::mechanics

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "external_work.h"
+
+#include "crackle/parallel/exact_sum.h"
+
+namespace crackle::dynamics {
+
+namespace {
+
+std::size_t index(std::int32_t node, int component) {
+  return 3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(component);
+}
+
+}  // namespace
+
+std::vector<double> driven_kinetic(const MotionContext& context, const MotionState& state) {
+  std::vector<double> terms;
+  for (const auto& motion : context.loads->motions) {
+    for (const auto node : motion.nodes) {
+      const double v = state.velocity.owned()[index(node, motion.component)];
+      terms.push_back(0.5 * context.body->operators().node_mass[static_cast<std::size_t>(node)] * v * v);
+    }
+  }
+  return terms;
+}
+
+void set_prescribed(const mechanics::BoundaryLoads& loads, double time, MotionState& state) {
+  loads.set_displacements(time, state.displacement.owned());
+  for (const auto& motion : loads.motions) {
+    const double velocity = motion.velocity(time);
+    for (const auto node : motion.nodes) state.velocity.owned()[index(node, motion.component)] = velocity;
+  }
+}
+
+ExternalWork::ExternalWork(const MotionContext& context, double time, const MotionState& state,
+                           std::span<const double> driven_kinetic_before)
+    : context_(context), start_(driven_kinetic_before.begin(), driven_kinetic_before.end()) {
+  for (const auto& pattern : context.loads->forces) rate_work_.emplace_back(pattern.nodes.size(), 0.0);
+  for (const auto& motion : context.loads->motions) reaction_work_.emplace_back(motion.nodes.size(), 0.0);
+  const auto potential = load_potential(time, state);
+  start_.insert(start_.end(), potential.begin(), potential.end());
+}
+
+double ExternalWork::value(double time, const MotionState& state) const {
+  std::vector<double> terms = load_potential(time, state);
+  for (const double term : start_) terms.push_back(-term);
+  for (const auto& works : rate_work_) {
+    for (const double work : works) terms.push_back(-work);
+  }
+  for (const auto& works : reaction_work_) terms.insert(terms.end(), works.begin(), works.end());
+  const auto driven = driven_kinetic(context_, state);
+  terms.insert(terms.end(), driven.begin(), driven.end());
+  return parallel::exact_sum(*context_.group, terms);
+}
+
+std::vector<double> ExternalWork::load_potential(double time, const MotionState& state) const {
+  std::vector<double> terms;
+  const auto u = state.displacement.owned();
+  for (const auto& pattern : context_.loads->forces) {
+    const double amplitude = pattern.amplitude.at(time);
+    for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
+      terms.push_back(amplitude * pattern.weight[n] * u[index(pattern.nodes[n], pattern.component)]);
+  }
+  return terms;
+}
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,420 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/dynamics/moving_body.h"
+
+#include "crackle/fracture/principal_stress.h"
+#include "crackle/parallel/ghost_exchange.h"
+#include "external_work.h"
+#include "state_range.h"
+
+#include "../fracture/stress_watch.h"
+#include "../mechanics/fixed_point_force.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cfenv>
+#include <cmath>
+
+namespace crackle::dynamics {
+
+namespace {
+
+constexpr std::size_t index(std::int32_t i) {
+  return static_cast<std::size_t>(i);
+}
+
+/// One force evaluation with the kick and the drift that follow it; any part may be missing.
+struct Round {
+  bool has_force = false;
+  bool has_kick = false;
+  bool has_drift = false;
+  bool keeps_force = false;  // for the next step, which begins with a kick from the same displacement
+  double kick = 0;           // duration [s]
+  double kick_time = 0;
+  double drift = 0;       // duration [s]
+  double drift_time = 0;  // at its end
+};
+
+std::vector<Round> rounds_of(std::span<const Stage> stages, double time_step, double time,
+                             bool force_is_current) {
+  std::vector<Round> rounds;
+  double elapsed = 0;  // in steps, by the drifts done
+  for (const Stage& stage : stages) {
+    if (stage.kind == Stage::Kind::kick) {
+      Round& round = rounds.emplace_back();
+      round.has_force = round.has_kick = true;
+      round.kick = stage.fraction * time_step;
+      round.kick_time = time + elapsed * time_step;
+    } else {
+      if (rounds.empty() || rounds.back().has_drift) rounds.emplace_back();
+      Round& round = rounds.back();
+      elapsed += stage.fraction;
+      round.has_drift = true;
+      round.drift = stage.fraction * time_step;
+      round.drift_time = time + elapsed * time_step;
+    }
+  }
+  if (force_is_current && rounds.front().has_kick) rounds.front().has_force = false;
+  rounds.back().keeps_force = !rounds.back().has_drift;
+  return rounds;
+}
+
+template <class Real>
+class FixedPointMotion final : public MovingBody {
+  using Integer = kernels::Integer<Real>;
+  using Force = mechanics::FixedPointForce<Real>;
+  static constexpr std::int32_t nodes_per_block = Force::nodes_per_block;
+  /// State and force may use the integers' range up to here; the step to the end is the overflow's alarm.
+  static constexpr double limit = sizeof(Real) == 4 ? 0x1p30 : 0x1p50;
+
+public:
+  FixedPointMotion(const MotionContext& context, const mechanics::Edges& edges, double load_time,
+                   double duration, MotionState& state, mechanics::InstructionSet instruction_set)
+      : context_(context),
+        subdomain_(context.body->subdomain()),
+        driven_before_(driven_kinetic(context, state)),
+        reference_mass_(reference_mass(context)),
+        scale_(
+            mechanics::fixed_point_scale<Real>(range_at_start(context, edges, load_time, duration, state))),
+        kernels_(kernels::kernels<Real>(instruction_set)),
+        force_(subdomain_, context.body->operators(), context.body->elasticity(), edges,
+               context.body->broken(), relative_inverse_mass(), scale_, instruction_set),
+        watch_(subdomain_, context.body->operators(), context.body->elasticity(), context.strength,
+               scale_.displacement, nodes_per_block, instruction_set),
+        velocity_(index(subdomain_.n_owned)),
+        special_(index(force_.n_blocks())),
+        movement_(index(force_.n_blocks()) + n_ghost_blocks()),
+        work_(start_work(load_time, state)) {
+    if (context.group->size() > 1) exchange_.emplace(*context.group, subdomain_);
+    for (const auto t : context.body->broken_tetrahedra()) watch_.retire(t);
+    list_special_nodes();
+  }
+
+  void step(std::span<const Stage> stages, double time_step, double time) override {
+    std::feclearexcept(FE_INVALID);
+    const std::vector<Round> rounds = rounds_of(stages, time_step, time, force_is_current_);
+    if (force_is_current_ && !rounds.front().has_kick) clear_forces();
+    if (exchange_) {
+      for (const Round& round : rounds) run_round(round);
+      update_ghosts();
+    } else {
+      run_wavefront(rounds);
+    }
+    force_is_current_ = rounds.back().keeps_force;
+    n_forces_ += std::ranges::count_if(rounds, &Round::has_force);
+    if (std::fetestexcept(FE_INVALID) != 0 || force_.has_overflown()) force_has_overflown_ = true;
+  }
+
+  std::span<const std::int32_t> overloaded() override {
+    overloaded_.clear();
+    const auto& body = *context_.body;
+    // The bound holds up to rounding, hence the last digits' slack.
+    const double threshold = context_.strength * (1 - 1e-12);
+    for (const auto t : watch_.suspects(force_.nodes(), movement_)) {
+      if (body.is_broken(t)) continue;
+      const mechanics::Symmetric sigma = body.elasticity()(strain(t));
+      if (fracture::largest_principal_bound(sigma) <= threshold) continue;
+      if (fracture::largest_principal(sigma) > context_.strength) overloaded_.push_back(t);
+    }
+    std::ranges::fill(movement_, 0.0);
+    return overloaded_;
+  }
+
+  /// From differences, which are exact, so that a shift of the whole body changes nothing.
+  mechanics::Symmetric strain(std::int32_t number) const override {
+    mechanics::TetrahedronOperator t = context_.body->operators().tetrahedra[index(number)];
+    std::array<double, 12> u{};
+    const auto& origin = force_.nodes()[index(t.nodes[0])].displacement;
+    for (std::size_t a = 1; a < 4; ++a) {
+      const auto& corner = force_.nodes()[index(t.nodes[a])].displacement;
+      for (std::size_t i = 0; i < 3; ++i)
+        u[3 * a + i] = scale_.displacement * static_cast<double>(corner[i] - origin[i]);
+    }
+    t.nodes = {0, 1, 2, 3};
+    return mechanics::strain(t, u);
+  }
+
+  void release(std::span<const std::int32_t> broken) override {
+    if (broken.empty()) return;
+    for (const auto t : broken) watch_.retire(t);
+    force_.update(broken, force_is_current_);
+  }
+
+  void read(MotionState& state) const override {
+    const auto nodes = force_.nodes();
+    const auto u = state.displacement.local();
+    for (std::size_t i = 0; i < u.size(); ++i)
+      u[i] = scale_.displacement * static_cast<double>(nodes[i / 3].displacement[i % 3]);
+    const auto v = state.velocity.owned();
+    for (std::size_t i = 0; i < v.size(); ++i)
+      v[i] = scale_.velocity * static_cast<double>(velocity_[i / 3].value[i % 3]);
+  }
+
+  double external_work(double time, const MotionState& state) const override {
+    return work_->value(time, state);
+  }
+
+  std::optional<std::string> failure() const override {
+    const auto message = [&](const char* what, double quantum, const char* unit) {
+      return fmt::format(
+          "the {} of a node left the range of +-{:.3g} {} that the {} number format has for this input; {}",
+          what, limit * quantum, unit, sizeof(Real) == 4 ? "mixed" : "double",
+          sizeof(Real) == 4 ? "set time.precision = \"double\""
+                            : "the motion is unstable, or not one of small strain");
+    };
+    if (force_has_overflown_ || largest_force_ >= limit) return message("force", scale_.force, "N");
+    for (std::size_t n = 0; n < velocity_.size(); ++n) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        if (exceeds(force_.nodes()[n].displacement[i], sizeof(Real) == 4 ? limit : 0x1p60))
+          return message("displacement", scale_.displacement, "m");
+        if (exceeds(velocity_[n].value[i], limit)) return message("velocity", scale_.velocity, "m/s");
+      }
+    }
+    return {};
+  }
+
+  std::int64_t n_forces() const override { return n_forces_; }
+
+private:
+  /// The nodes of a block that loads act on or motions drive.
+  struct Special {
+    struct Entry {
+      std::size_t condition;  // number of the pattern or motion
+      std::size_t place;      // in its list of nodes
+      std::int32_t node;
+      int component;
+      bool is_driven;    // of a loaded component: a motion prescribes it too
+      Integer velocity;  // before the kick, of driven components
+    };
+    std::vector<Entry> loaded;
+    std::vector<Entry> driven;
+  };
+
+  static bool exceeds(Integer value, double bound) { return std::abs(static_cast<double>(value)) >= bound; }
+
+  static double reference_mass(const MotionContext& context) {
+    double largest = 0;
+    for (const double mass : context.body->operators().node_mass) largest = std::max(largest, mass);
+    parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, context.group->get()),
+                        "MPI_Allreduce");
+    return std::ldexp(1.0, std::ilogb(largest));
+  }
+
+  static mechanics::StateRange range_at_start(const MotionContext& context, const mechanics::Edges& edges,
+                                              double load_time, double duration, MotionState& state) {
+    set_prescribed(*context.loads, load_time, state);
+    state.displacement.update_ghosts();
+    return expected_range(context, edges, load_time, duration, state);
+  }
+
+  std::size_t n_ghost_blocks() const {
+    return (subdomain_.nodes.size() - index(subdomain_.n_owned) + nodes_per_block - 1) / nodes_per_block;
+  }
+
+  std::vector<double> relative_inverse_mass() const {
+    std::vector<double> inverse;
+    for (const double mass : context_.body->operators().node_mass) inverse.push_back(reference_mass_ / mass);
+    return inverse;
+  }
+
+  static Integer quantized(double value, double quantum) {
+    return static_cast<Integer>(std::llrint(value / quantum));
+  }
+
+  std::optional<ExternalWork> start_work(double load_time, MotionState& state) {
+    const auto nodes = force_.nodes();
+    for (std::size_t i = 0; i < 3 * nodes.size(); ++i)
+      nodes[i / 3].displacement[i % 3] = quantized(state.displacement.local()[i], scale_.displacement);
+    for (std::size_t i = 0; i < 3 * velocity_.size(); ++i)
+      velocity_[i / 3].value[i % 3] = quantized(state.velocity.owned()[i], scale_.velocity);
+    read(state);
+    return ExternalWork(context_, load_time, state, driven_before_);
+  }
+
+  void list_special_nodes() {
+    for (std::size_t k = 0; k < context_.loads->forces.size(); ++k) {
+      const auto& pattern = context_.loads->forces[k];
+      for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
+        special_[index(pattern.nodes[n] / nodes_per_block)].loaded.push_back(
+            {k, n, pattern.nodes[n], pattern.component, false, 0});
+    }
+    for (std::size_t m = 0; m < context_.loads->motions.size(); ++m) {
+      const auto& motion = context_.loads->motions[m];
+      for (std::size_t n = 0; n < motion.nodes.size(); ++n)
+        special_[index(motion.nodes[n] / nodes_per_block)].driven.push_back(
+            {m, n, motion.nodes[n], motion.component, true, 0});
+    }
+    for (Special& special : special_) {
+      for (auto& loaded : special.loaded) {
+        loaded.is_driven = std::ranges::any_of(special.driven, [&](const auto& driven) {
+          return driven.node == loaded.node && driven.component == loaded.component;
+        });
+      }
+    }
+  }
+
+  void clear_forces() {
+    for (auto& node : force_.nodes()) std::ranges::fill(node.force, Integer(0));
+  }
+
+  /// All rounds of a step in one pass over the body, each following the one before as closely as the edges
+  /// between blocks allow: so the coefficients come from memory once for all of them.
+  void run_wavefront(std::span<const Round> rounds) {
+    const std::int32_t n = force_.n_blocks();
+    std::vector<std::int32_t> next_force(rounds.size(), 0), next_update(rounds.size(), 0);
+    for (std::size_t r = 0; r < rounds.size(); ++r)
+      if (!rounds[r].has_force) next_force[r] = n;
+    while (next_update.back() < n) {
+      for (std::size_t r = 0; r < rounds.size(); ++r) {
+        const std::int32_t n_ready = r == 0 ? n : next_update[r - 1];
+        if (!rounds[r].has_force) {
+          if (next_update[r] < n_ready) update_nodes(next_update[r]++, rounds[r]);
+          continue;
+        }
+        if (next_force[r] < n && (r == 0 || force_.reach(next_force[r]).last_owned < n_ready))
+          force_.add_block(next_force[r]++);
+        while (next_update[r] < n_ready &&
+               (next_force[r] == n || force_.last_toucher(next_update[r]) < next_force[r])) {
+          update_nodes(next_update[r]++, rounds[r]);
+        }
+      }
+    }
+  }
+
+  void run_round(const Round& round) {
+    if (round.has_force) {
+      if (!ghosts_are_current_) begin_exchange();
+      for (std::int32_t b = 0; b < force_.n_blocks(); ++b)
+        if (!force_.reach(b).has_ghosts) force_.add_block(b);
+      if (!ghosts_are_current_) end_exchange();
+      for (std::int32_t b = 0; b < force_.n_blocks(); ++b)
+        if (force_.reach(b).has_ghosts) force_.add_block(b);
+    }
+    for (std::int32_t b = 0; b < force_.n_blocks(); ++b) update_nodes(b, round);
+    if (round.has_drift) ghosts_are_current_ = false;
+  }
+
+  void update_ghosts() {
+    if (ghosts_are_current_) return;
+    begin_exchange();
+    end_exchange();
+  }
+
+  void begin_exchange() {
+    const auto nodes = force_.nodes();
+    const auto sent = exchange_->sent_nodes();
+    for (std::size_t i = 0; i < sent.size(); ++i)
+      std::copy_n(nodes[index(sent[i])].displacement, 3, exchange_->sent()[i].begin());
+    exchange_->begin();
+  }
+
+  void end_exchange() {
+    exchange_->end();
+    const auto ghosts = force_.nodes().subspan(index(subdomain_.n_owned));
+    const auto received = exchange_->received();
+    for (std::size_t begin = 0; begin < ghosts.size(); begin += nodes_per_block) {
+      double furthest = 0;
+      for (std::size_t i = begin; i < std::min(begin + nodes_per_block, ghosts.size()); ++i) {
+        for (std::size_t c = 0; c < 3; ++c) {
+          furthest = std::max(furthest, std::abs(static_cast<double>(received[i][c]) -
+                                                 static_cast<double>(ghosts[i].displacement[c])));
+          ghosts[i].displacement[c] = received[i][c];
+        }
+      }
+      movement_[index(force_.n_blocks()) + begin / nodes_per_block] += furthest;
+    }
+    ghosts_are_current_ = true;
+  }
+
+  void update_nodes(std::int32_t block, const Round& round) {
+    const auto first = index(block * nodes_per_block);
+    const std::size_t n = std::min(velocity_.size() - first, index(nodes_per_block));
+    kernels::NodeRecord<Real>* const nodes = force_.nodes().data() + first;
+    kernels::Velocity<Real>* const velocity = velocity_.data() + first;
+    Special& special = special_[index(block)];
+    if (round.has_kick) {
+      for (auto& entry : special.driven) prepare_driven(entry, round);
+      const auto factor = static_cast<Real>(-round.kick * scale_.force / (scale_.velocity * reference_mass_));
+      const Real largest = kernels_.kick(nodes, velocity, n, factor, round.keeps_force);
+      if (!(static_cast<double>(largest) <= largest_force_)) largest_force_ = static_cast<double>(largest);
+      for (const auto& entry : special.driven)
+        velocity_[index(entry.node)].value[entry.component] = entry.velocity;
+      for (const auto& entry : special.loaded) kick_by_load(entry, round);
+    }
+    if (round.has_drift) {
+      const auto factor = static_cast<Real>(round.drift * scale_.velocity / scale_.displacement);
+      double furthest = static_cast<double>(kernels_.drift(nodes, velocity, n, factor)) + 1;
+      for (const auto& entry : special.driven) furthest = std::max(furthest, drive(entry, round));
+      movement_[index(block)] += furthest;
+    }
+  }
+
+  void prepare_driven(typename Special::Entry& entry, const Round& round) {
+    entry.velocity = velocity_[index(entry.node)].value[entry.component];
+    const double velocity = context_.loads->motions[entry.condition].velocity(round.kick_time);
+    if (velocity == 0) return;
+    const auto force = force_.nodes()[index(entry.node)].force[entry.component];
+    work_->add_reaction(entry.condition, entry.place, round.kick * velocity,
+                        scale_.force * static_cast<double>(force));
+  }
+
+  void kick_by_load(const typename Special::Entry& entry, const Round& round) {
+    const auto& pattern = context_.loads->forces[entry.condition];
+    const double u = scale_.displacement *
+                     static_cast<double>(force_.nodes()[index(entry.node)].displacement[entry.component]);
+    work_->add_rate(entry.condition, entry.place, round.kick * pattern.amplitude.slope(round.kick_time), u);
+    if (entry.is_driven) return;
+    const double mass = context_.body->operators().node_mass[index(entry.node)];
+    const double force = pattern.amplitude.at(round.kick_time) * pattern.weight[entry.place];
+    velocity_[index(entry.node)].value[entry.component] +=
+        quantized(round.kick * force / mass, scale_.velocity);
+  }
+
+  /// @return the way that the drive added, in quanta
+  double drive(const typename Special::Entry& entry, const Round& round) {
+    const auto& motion = context_.loads->motions[entry.condition];
+    auto& place = force_.nodes()[index(entry.node)].displacement[entry.component];
+    const Integer before = place;
+    place = quantized(motion.displacement(round.drift_time), scale_.displacement);
+    velocity_[index(entry.node)].value[entry.component] =
+        quantized(motion.velocity(round.drift_time), scale_.velocity);
+    // The drift went by factor times velocity from where the step began; together they are below the sum.
+    return std::abs(static_cast<double>(place) - static_cast<double>(before)) +
+           std::abs(round.drift * motion.velocity(round.drift_time)) / scale_.displacement + 2;
+  }
+
+  MotionContext context_;
+  const geometry::Subdomain& subdomain_;
+  std::vector<double> driven_before_;
+  double reference_mass_;
+  mechanics::FixedPointScale scale_;
+  const kernels::Kernels<Real>& kernels_;
+  Force force_;
+  fracture::StressWatch<Real> watch_;
+  std::optional<parallel::GhostExchange<Integer>> exchange_;
+  std::vector<kernels::Velocity<Real>> velocity_;
+  std::vector<Special> special_;
+  std::vector<double> movement_;  // of each block of nodes since the last breaking check, in quanta
+  std::optional<ExternalWork> work_;
+  std::vector<std::int32_t> overloaded_;
+  bool force_is_current_ = false;
+  bool ghosts_are_current_ = true;
+  bool force_has_overflown_ = false;
+  double largest_force_ = 0;
+  std::int64_t n_forces_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<MovingBody> make_fixed_point_motion(const MotionContext& context,
+                                                    const mechanics::Edges& edges, input::Precision precision,
+                                                    double load_time, double duration, MotionState& state,
+                                                    mechanics::InstructionSet instruction_set) {
+  if (precision == input::Precision::mixed)
+    return std::make_unique<FixedPointMotion<float>>(context, edges, load_time, duration, state,
+                                                     instruction_set);
+  return std::make_unique<FixedPointMotion<double>>(context, edges, load_time, duration, state,
+                                                    instruction_set);
+}
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/dynamics/moving_body.h"
+#include "crackle/fracture/principal_stress.h"
+#include "external_work.h"
+
+namespace crackle::dynamics {
+
+namespace {
+
+std::size_t index(std::int32_t node, int component) {
+  return 3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(component);
+}
+
+class ReferenceMotion final : public MovingBody {
+public:
+  ReferenceMotion(const MotionContext& context, double load_time, MotionState& state)
+      : context_(context),
+        state_(&state),
+        force_(state.displacement.local().size()),
+        inverse_mass_(state.displacement.owned().size()),
+        work_(start_work(context, load_time, state)) {
+    for (std::size_t i = 0; i < inverse_mass_.size(); ++i)
+      inverse_mass_[i] = 1 / context.body->operators().node_mass[i / 3];
+    for (const auto& motion : context.loads->motions)
+      for (const auto node : motion.nodes) inverse_mass_[index(node, motion.component)] = 0;
+  }
+
+  void step(std::span<const Stage> stages, double time_step, double time) override {
+    double elapsed = 0;  // in steps, by the drifts done
+    for (const Stage& stage : stages) {
+      if (stage.kind == Stage::Kind::kick) {
+        kick(stage.fraction * time_step, time + elapsed * time_step);
+      } else {
+        elapsed += stage.fraction;
+        drift(stage.fraction * time_step, time + elapsed * time_step);
+      }
+    }
+    update_ghosts();
+  }
+
+  std::span<const std::int32_t> overloaded() override {
+    overloaded_.clear();
+    const auto& body = *context_.body;
+    // The bound holds up to rounding, hence the last digits' slack.
+    const double threshold = context_.strength * (1 - 1e-12);
+    for (std::int32_t t = 0; t < body.subdomain().n_tetrahedra(); ++t) {
+      if (body.is_broken(t)) continue;
+      const mechanics::Symmetric sigma = body.elasticity()(strain(t));
+      if (fracture::largest_principal_bound(sigma) <= threshold) continue;
+      if (fracture::largest_principal(sigma) > context_.strength) overloaded_.push_back(t);
+    }
+    return overloaded_;
+  }
+
+  mechanics::Symmetric strain(std::int32_t tetrahedron) const override {
+    return mechanics::strain(context_.body->operators().tetrahedra[static_cast<std::size_t>(tetrahedron)],
+                             state_->displacement.local());
+  }
+
+  void release(std::span<const std::int32_t> broken) override {
+    if (!broken.empty()) force_is_current_ = false;
+  }
+
+  void read(MotionState&) const override {}
+
+  double external_work(double time, const MotionState& state) const override {
+    return work_.value(time, state);
+  }
+  std::int64_t n_forces() const override { return n_forces_; }
+
+private:
+  static ExternalWork start_work(const MotionContext& context, double load_time, MotionState& state) {
+    const auto driven = driven_kinetic(context, state);
+    set_prescribed(*context.loads, load_time, state);
+    state.displacement.update_ghosts();
+    return ExternalWork(context, load_time, state, driven);
+  }
+
+  void update_ghosts() {
+    if (!ghosts_are_current_) state_->displacement.update_ghosts();
+    ghosts_are_current_ = true;
+  }
+
+  void kick(double duration, double time) {
+    update_ghosts();
+    if (!force_is_current_) {
+      context_.body->force().evaluate(state_->displacement.local(), force_);
+      force_is_current_ = true;
+      ++n_forces_;
+    }
+    const auto f = std::span<double>(force_).first(inverse_mass_.size());
+    const auto v = state_->velocity.owned();
+    // Loads act on few nodes: they enter after the sweep over the internal force.
+    for (std::size_t i = 0; i < v.size(); ++i) v[i] -= duration * inverse_mass_[i] * f[i];
+    const auto& loads = *context_.loads;
+    for (std::size_t k = 0; k < loads.forces.size(); ++k) {
+      const auto& pattern = loads.forces[k];
+      const double amplitude = pattern.amplitude.at(time);
+      const double slope = pattern.amplitude.slope(time);
+      for (std::size_t n = 0; n < pattern.nodes.size(); ++n) {
+        const auto i = index(pattern.nodes[n], pattern.component);
+        v[i] += duration * inverse_mass_[i] * (amplitude * pattern.weight[n]);
+        work_.add_rate(k, n, duration * slope, state_->displacement.owned()[i]);
+      }
+    }
+    for (std::size_t m = 0; m < loads.motions.size(); ++m) {
+      const auto& motion = loads.motions[m];
+      const double velocity = motion.velocity(time);
+      if (velocity == 0) continue;
+      for (std::size_t n = 0; n < motion.nodes.size(); ++n)
+        work_.add_reaction(m, n, duration * velocity, f[index(motion.nodes[n], motion.component)]);
+    }
+  }
+
+  void drift(double duration, double time_after) {
+    const auto u = state_->displacement.owned();
+    const auto v = state_->velocity.owned();
+    for (std::size_t i = 0; i < u.size(); ++i) u[i] += duration * v[i];
+    set_prescribed(*context_.loads, time_after, *state_);
+    ghosts_are_current_ = false;
+    force_is_current_ = false;
+  }
+
+  MotionContext context_;
+  MotionState* state_;
+  std::vector<double> force_;
+  std::vector<double> inverse_mass_;  // 0 for prescribed components
+  ExternalWork work_;
+  std::vector<std::int32_t> overloaded_;
+  bool ghosts_are_current_ = true;
+  bool force_is_current_ = false;
+  std::int64_t n_forces_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<MovingBody> make_reference_motion(const MotionContext& context, double load_time,
+                                                  MotionState& state) {
+  return std::make_unique<ReferenceMotion>(context, load_time, state);
+}
+
+}  // namespace crackle::dynamics

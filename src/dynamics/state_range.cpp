@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "state_range.h"
+
+#include "crackle/parallel/exact_sum.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace crackle::dynamics {
+
+namespace {
+
+// Head room over the estimates below, for waves that meet and for stress at notches and crack fronts.
+constexpr double load_concentration = 8;
+constexpr double displacement_room = 4;
+constexpr double velocity_room = 32;
+constexpr double force_room = 16;
+/// Material that moves with its wave's velocity all the time goes no further than this share of the body.
+constexpr double longest_way = 0.05;
+
+constexpr std::size_t index(std::int32_t i) {
+  return static_cast<std::size_t>(i);
+}
+
+/// Largest magnitude of a program's quantity between two times: at their ends and at the kinks between.
+template <class Quantity>
+double peak(const mechanics::Program& program, double from, double to, const Quantity& quantity) {
+  double largest = std::max(std::abs(quantity(from)), std::abs(quantity(to)));
+  for (double t = program.next_kink(from); t < to; t = program.next_kink(t))
+    largest = std::max(largest, std::abs(quantity(t)));
+  return largest;
+}
+
+/// What this rank sees; the largest over the ranks counts.
+struct Extremes {
+  double displacement = 0, velocity = 0;
+  double prescribed_way = 0, prescribed_velocity = 0;
+  double state_stress = 0;
+  double load_stress = 0;
+  double stretch_force = 0;  // of an edge, per strain
+  double extent = 0;
+
+  void all_reduce(const parallel::Communicator& group) {
+    std::array<double*, 8> all{&displacement, &velocity,    &prescribed_way, &prescribed_velocity,
+                               &state_stress, &load_stress, &stretch_force,  &extent};
+    std::array<double, 8> values{};
+    std::ranges::transform(all, values.begin(), [](const double* value) { return *value; });
+    parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, values.data(), 8, MPI_DOUBLE, MPI_MAX, group.get()),
+                        "MPI_Allreduce");
+    for (std::size_t i = 0; i < all.size(); ++i) *all[i] = values[i];
+  }
+};
+
+double largest_component(std::span<const double> values) {
+  double largest = 0;
+  for (const double value : values) largest = std::max(largest, std::abs(value));
+  return largest;
+}
+
+/// Total mass [kg] and, over the force patterns, the total force that can push the free body [N].
+double free_flight_acceleration(const MotionContext& context, double from, double to) {
+  const auto& loads = *context.loads;
+  if (!loads.motions.empty() || loads.forces.empty()) return 0;
+  const double mass = parallel::exact_sum(*context.group, context.body->operators().node_mass);
+  double force = 0;
+  for (const auto& pattern : loads.forces)
+    force += std::abs(pattern.total_weight) *
+             peak(pattern.amplitude, from, to, [&](double t) { return pattern.amplitude.at(t); });
+  return force / mass;
+}
+
+}  // namespace
+
+mechanics::StateRange expected_range(const MotionContext& context, const mechanics::Edges& edges,
+                                     double load_time, double duration, const MotionState& state) {
+  const auto& body = *context.body;
+  const auto& subdomain = body.subdomain();
+  const double end = load_time + duration;
+  const double lambda = body.elasticity().lambda, mu = body.elasticity().mu;
+  const double wave_speed = std::sqrt(mu / context.density);
+  const double impedance = context.density * wave_speed;
+
+  Extremes e;
+  e.displacement = largest_component(state.displacement.owned());
+  e.velocity = largest_component(state.velocity.owned());
+  for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
+    if (body.is_broken(t)) continue;
+    const auto sigma = body.stress(t, state.displacement.local());
+    e.state_stress = std::max(e.state_stress, mechanics::contract(sigma, sigma));
+  }
+  e.state_stress = std::sqrt(e.state_stress);
+  const auto node_volume = [&](std::int32_t node) {
+    return body.operators().node_mass[index(node)] / context.density;
+  };
+  for (const auto& pattern : context.loads->forces) {
+    const double amplitude =
+        peak(pattern.amplitude, load_time, end, [&](double t) { return pattern.amplitude.at(t); });
+    for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
+      e.load_stress = std::max(
+          e.load_stress, amplitude * pattern.weight[n] / std::pow(node_volume(pattern.nodes[n]), 2.0 / 3.0));
+  }
+  for (const auto& motion : context.loads->motions) {
+    if (motion.nodes.empty()) continue;
+    e.prescribed_way = std::max(e.prescribed_way, peak(motion.program, load_time, end,
+                                                       [&](double t) { return motion.displacement(t); }));
+    e.prescribed_velocity =
+        std::max(e.prescribed_velocity,
+                 peak(motion.program, load_time, end, [&](double t) { return motion.velocity(t); }));
+  }
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    const auto [a, b] = edges.nodes[i];
+    double square = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      square += std::pow(subdomain.nodes[index(a)][k] - subdomain.nodes[index(b)][k], 2);
+    // A bound of the coupling from its tetrahedra, broken ones included.
+    double stiffness = 0;
+    for (const auto number : edges.round(static_cast<std::int32_t>(i))) {
+      const auto& t = body.operators().tetrahedra[index(number)];
+      const auto gradient = [&](std::int32_t node) {
+        const auto& g =
+            t.gradient[static_cast<std::size_t>(std::ranges::find(t.nodes, node) - t.nodes.begin())];
+        return std::sqrt(mechanics::dot(g, g));
+      };
+      stiffness += t.volume * (std::abs(lambda) + 2 * mu) * gradient(a) * gradient(b);
+    }
+    e.stretch_force = std::max(e.stretch_force, stiffness * std::sqrt(square));
+  }
+  for (const auto& node : subdomain.nodes)
+    for (const double x : node) e.extent = std::max(e.extent, x);
+  e.all_reduce(*context.group);
+
+  const double from_loads = load_concentration * (e.load_stress + impedance * e.prescribed_velocity);
+  double stress =
+      std::max({e.state_stress, std::min(context.strength, from_loads), 2 * impedance * e.velocity});
+  if (!(stress > 0)) stress = context.strength;
+  const double velocity = stress / impedance;
+  const double youngs_modulus = mu * (3 * lambda + 2 * mu) / (lambda + mu);
+  const double way = std::min(velocity * duration, longest_way * e.extent) + e.velocity * duration +
+                     0.5 * free_flight_acceleration(context, load_time, end) * duration * duration;
+  return {displacement_room * (e.displacement + e.prescribed_way + way),
+          velocity_room * (velocity + e.prescribed_velocity),
+          force_room * e.stretch_force * stress / youngs_modulus};
+}
+
+}  // namespace crackle::dynamics

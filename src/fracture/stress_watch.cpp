@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "stress_watch.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace crackle::fracture {
+
+namespace {
+
+constexpr std::size_t groups_per_chunk = 64;
+/// For places without a tetrahedron: nothing ever happens there.
+constexpr double no_sensitivity = 1e-30;
+
+constexpr std::size_t index(std::int32_t i) {
+  return static_cast<std::size_t>(i);
+}
+
+}  // namespace
+
+template <class Real>
+StressWatch<Real>::StressWatch(const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
+                               const mechanics::IsotropicElasticity& elasticity, double strength,
+                               double displacement_quantum, std::int32_t nodes_per_block,
+                               mechanics::InstructionSet instruction_set)
+    : n_tetrahedra_(subdomain.n_tetrahedra()),
+      instruction_set_(instruction_set),
+      stiffness_{static_cast<Real>(elasticity.lambda / strength),
+                 static_cast<Real>(2 * elasticity.mu / strength)},
+      groups_((operators.tetrahedra.size() + 7) / 8, kernels::TetrahedronGroup<Real>{}),
+      deadline_(groups_.size(), 0.0) {
+  const double stiffest = (std::abs(elasticity.lambda) + 2 * elasticity.mu) / strength;
+  // The sensitivity counts a corner's way in the largest component, hence the root of 3.
+  const double per_gradient = std::sqrt(3.0) * stiffest * displacement_quantum;
+  for (auto& group : groups_) std::ranges::fill(group.sensitivity, static_cast<Real>(no_sensitivity));
+  for (std::size_t t = 0; t < operators.tetrahedra.size(); ++t) {
+    const auto& tetrahedron = operators.tetrahedra[t];
+    auto& group = groups_[t / 8];
+    const std::size_t lane = t % 8;
+    double sum = 0;
+    for (std::size_t a = 0; a < 4; ++a) {
+      group.corner[a][lane] = tetrahedron.nodes[a];
+      sum += std::sqrt(mechanics::dot(tetrahedron.gradient[a], tetrahedron.gradient[a]));
+      for (std::size_t i = 0; i < 3 && a > 0; ++i)
+        group.gradient[3 * (a - 1) + i][lane] =
+            static_cast<Real>(tetrahedron.gradient[a][i] * displacement_quantum);
+    }
+    // Rounded up, since it is a bound.
+    group.sensitivity[lane] = static_cast<Real>(per_gradient * sum * (1 + 0x1p-20));
+  }
+
+  const auto n_owned_blocks = (subdomain.n_owned + nodes_per_block - 1) / nodes_per_block;
+  const auto block_of = [&](std::int32_t node) {
+    return node < subdomain.n_owned ? node / nodes_per_block
+                                    : n_owned_blocks + (node - subdomain.n_owned) / nodes_per_block;
+  };
+  for (std::size_t first = 0; first < groups_.size(); first += groups_per_chunk) {
+    Chunk chunk{first, std::min(first + groups_per_chunk, groups_.size()), {}};
+    for (std::size_t t = 8 * chunk.first_group;
+         t < std::min(8 * chunk.last_group, operators.tetrahedra.size()); ++t)
+      for (const auto node : operators.tetrahedra[t].nodes) chunk.blocks.push_back(block_of(node));
+    std::ranges::sort(chunk.blocks);
+    chunk.blocks.erase(std::unique(chunk.blocks.begin(), chunk.blocks.end()), chunk.blocks.end());
+    chunks_.push_back(std::move(chunk));
+  }
+  suspect_groups_.resize(groups_per_chunk);
+}
+
+template <class Real>
+std::span<const std::int32_t> StressWatch<Real>::suspects(std::span<const kernels::NodeRecord<Real>> nodes,
+                                                          std::span<const double> movement) {
+  suspects_.clear();
+  const auto& kernels = kernels::kernels<Real>(instruction_set_);
+  for (Chunk& chunk : chunks_) {
+    double furthest = 0;
+    for (const auto block : chunk.blocks) furthest = std::max(furthest, movement[index(block)]);
+    chunk.clock += furthest;
+    if (chunk.deadline > chunk.clock) continue;
+    const std::size_t n_groups = chunk.last_group - chunk.first_group;
+    const std::size_t n =
+        kernels.check(groups_.data() + chunk.first_group, n_groups, nodes.data(), stiffness_, chunk.clock,
+                      deadline_.data() + chunk.first_group, suspect_groups_.data());
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto first = static_cast<std::int32_t>(8 * (chunk.first_group + suspect_groups_[i]));
+      for (std::int32_t t = first; t < std::min(first + 8, n_tetrahedra_); ++t) suspects_.push_back(t);
+    }
+    chunk.deadline = *std::min_element(deadline_.begin() + static_cast<std::ptrdiff_t>(chunk.first_group),
+                                       deadline_.begin() + static_cast<std::ptrdiff_t>(chunk.last_group));
+  }
+  return suspects_;
+}
+
+template <class Real>
+void StressWatch<Real>::retire(std::int32_t tetrahedron) {
+  auto& group = groups_[index(tetrahedron / 8)];
+  const auto lane = index(tetrahedron % 8);
+  for (auto& component : group.gradient) component[lane] = 0;
+  group.sensitivity[lane] = static_cast<Real>(no_sensitivity);
+}
+
+template class StressWatch<float>;
+template class StressWatch<double>;
+
+}  // namespace crackle::fracture

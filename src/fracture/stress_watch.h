@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/subdomain.h"
+#include "crackle/mechanics/elasticity.h"
+#include "crackle/mechanics/operators.h"
+
+#include "../kernels/kernels.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace crackle::fracture {
+
+/// Finds the tetrahedra whose largest principal stress may be above the strength, without looking at all of
+/// them in every step.
+///
+/// sigma_1 changes by at most (lambda + 2 mu) sum |u^a||b^a| when the corners move by u^a. So a look at a
+/// tetrahedron with stress to spare says how far its corners must move before it can matter, and the
+/// motion tells after each step how far the nodes of each block moved at most. A tetrahedron above the
+/// strength is never missed: the bounds hold for every motion.
+template <class Real>
+class StressWatch {
+public:
+  /// @param strength [Pa]
+  /// @param displacement_quantum of the node records [m]
+  /// @param nodes_per_block blocks of nodes whose movement is reported; owned nodes and ghosts in blocks of
+  ///   their own
+  StressWatch(const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
+              const mechanics::IsotropicElasticity& elasticity, double strength, double displacement_quantum,
+              std::int32_t nodes_per_block, mechanics::InstructionSet instruction_set);
+
+  /// The tetrahedra that must be looked at after a step, ascending; among them all above the strength, and
+  /// also broken ones.
+  /// @param movement upper bound for each block of nodes, of the change of any displacement component since
+  ///   the last call, in quanta
+  std::span<const std::int32_t> suspects(std::span<const kernels::NodeRecord<Real>> nodes,
+                                         std::span<const double> movement);
+
+  /// A broken tetrahedron is not looked at any more.
+  void retire(std::int32_t tetrahedron);
+
+private:
+  struct Chunk {
+    std::size_t first_group, last_group;
+    std::vector<std::int32_t> blocks;  // of nodes, that its tetrahedra touch
+    double clock = 0;                  // sum of the movements so far
+    double deadline = 0;               // smallest of its groups
+  };
+
+  std::int32_t n_tetrahedra_;
+  mechanics::InstructionSet instruction_set_;
+  kernels::RelativeStiffness<Real> stiffness_;
+  std::vector<kernels::TetrahedronGroup<Real>> groups_;
+  std::vector<double> deadline_;  // of each group, on its chunk's clock
+  std::vector<Chunk> chunks_;
+  std::vector<std::uint32_t> suspect_groups_;
+  std::vector<std::int32_t> suspects_;
+};
+
+}  // namespace crackle::fracture

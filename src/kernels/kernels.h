@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The hot loops of explicit dynamics, in fixed point: state and sums are integers, so no sum depends on its
+// order. Compiled once for each instruction set; all give the same bits.
+#pragma once
+
+#include "crackle/mechanics/instruction_set.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+namespace crackle::kernels {
+
+/// The integers that go with a kind of real numbers: float is the format "mixed", double is "double".
+template <class Real>
+using Integer = std::conditional_t<sizeof(Real) == 4, std::int32_t, std::int64_t>;
+
+/// What the force loop touches of a node, in one piece. Displacement and force are in quanta.
+template <class Real>
+struct alignas(8 * sizeof(Real)) NodeRecord {
+  Integer<Real> displacement[3];
+  Real inverse_mass;       ///< times a mass that the kick's factor is divided by
+  Integer<Real> force[4];  ///< internal force so far; the last is 0
+};
+
+template <class Real>
+struct alignas(4 * sizeof(Real)) Velocity {
+  Integer<Real> value[4];  ///< in quanta; the last is 0
+};
+
+/// Twice four edges; each four start at one owner node. Padding is an edge from its owner to itself.
+struct EdgeEnds {
+  std::int32_t owner[2];
+  std::int32_t target[8];
+};
+/// K_ab = S, in quanta of force per quantum of displacement: xx, yy, zz, yz, xz, xy of each edge.
+template <class Real>
+struct alignas(8 * sizeof(Real)) EdgeStiffness {
+  Real s[6][8];
+};
+
+/// Eight edges between any nodes, with K_ab = S + [w]x.
+template <class Real>
+struct alignas(8 * sizeof(Real)) GeneralEdges {
+  Real s[6][8];
+  Real w[3][8];
+  std::int32_t first[8];
+  std::int32_t second[8];
+};
+
+/// Eight tetrahedra as the breaking check sees them.
+template <class Real>
+struct alignas(8 * sizeof(Real)) TetrahedronGroup {
+  /// b^1, b^2, b^3, times the displacement's quantum.
+  Real gradient[9][8];
+  /// Bound of the change of the largest principal stress over the strength when no corner moves further than
+  /// one quantum in any component.
+  Real sensitivity[8];
+  std::int32_t corner[4][8];
+};
+
+/// Elastic constants over the strength.
+template <class Real>
+struct RelativeStiffness {
+  Real lambda;
+  Real two_mu;
+};
+
+template <class Real>
+struct Kernels {
+  /// f_a += S (u_b - u_a), f_b -= the same.
+  /// @return largest contribution, where the format has no flag for an overflow; else 0
+  Real (*add_edges)(const EdgeEnds* ends, const EdgeStiffness<Real>* stiffness, std::size_t n,
+                    NodeRecord<Real>* nodes);
+  /// f_a += S d + w x d, f_b += -S d + w x d, with d = u_b - u_a.
+  Real (*add_general_edges)(const GeneralEdges<Real>* edges, std::size_t n, NodeRecord<Real>* nodes);
+  /// v += factor / m * f, and f = 0 unless kept.
+  /// @return largest |f|
+  Real (*kick)(NodeRecord<Real>* nodes, Velocity<Real>* velocity, std::size_t n, Real factor,
+               bool keep_force);
+  /// u += factor * v.
+  /// @return largest change of a component
+  Real (*drift)(NodeRecord<Real>* nodes, const Velocity<Real>* velocity, std::size_t n, Real factor);
+  /// Looks at the groups whose deadline is not after `clock`. A group in which a tetrahedron's largest
+  /// principal stress may be above the strength is written to `suspects`; another gets a new deadline,
+  /// before which it cannot be while the clock counts at least the movement of its corners.
+  /// @return number of suspects
+  std::size_t (*check)(const TetrahedronGroup<Real>* groups, std::size_t n, const NodeRecord<Real>* nodes,
+                       RelativeStiffness<Real> stiffness, double clock, double* deadline,
+                       std::uint32_t* suspects);
+};
+
+/// @pre the machine has the instruction set
+template <class Real>
+const Kernels<Real>& kernels(mechanics::InstructionSet set);
+
+}  // namespace crackle::kernels

@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "kernels_body.h"
+#include "kernels_table.h"
+
+namespace crackle::kernels {
+
+const Kernels<float> kernels_avx2_float = all_kernels<float>();
+const Kernels<double> kernels_avx2_double = all_kernels<double>();
+
+}  // namespace crackle::kernels

@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The kernels' source; included once by the file of each instruction set.
+#pragma once
+
+#include "kernels.h"
+#include "lanes.h"
+
+namespace {
+
+using crackle::kernels::EdgeEnds;
+using crackle::kernels::EdgeStiffness;
+using crackle::kernels::GeneralEdges;
+using crackle::kernels::Kernels;
+using crackle::kernels::NodeRecord;
+using crackle::kernels::RelativeStiffness;
+using crackle::kernels::TetrahedronGroup;
+using crackle::kernels::Velocity;
+
+/// How many numbers a loop takes at once: what one register holds, at least 4.
+template <class Real>
+constexpr int width() {
+#if defined(__AVX512F__)
+  return 8;
+#elif defined(__AVX2__)
+  return sizeof(Real) == 4 ? 8 : 4;
+#else
+  return 4;
+#endif
+}
+
+template <class Vector>
+inline Vector load(const void* from) {
+  Vector v;
+  __builtin_memcpy(&v, from, sizeof(Vector));
+  return v;
+}
+template <class Vector>
+inline void store(void* to, Vector v) {
+  __builtin_memcpy(to, &v, sizeof(Vector));
+}
+
+/// Rows of the nodes' numbers (displacement or force): with 8 lanes of two nodes, with 4 of one.
+template <class Real, int n>
+struct Rows;
+
+template <class Real>
+struct Rows<Real, 4> {
+  using One = typename Lanes<Real, 4>::Integer;
+  using Vector = One;
+  static Vector displacement(const NodeRecord<Real>* nodes, std::int32_t a, std::int32_t) {
+    return load<One>(nodes[a].displacement);
+  }
+  static void add_force(NodeRecord<Real>* nodes, std::int32_t a, std::int32_t, Vector f) {
+    store(nodes[a].force, load<One>(nodes[a].force) + f);
+  }
+};
+
+template <class Real>
+struct Rows<Real, 8> {
+  using One = typename Lanes<Real, 4>::Integer;
+  using Vector = typename Lanes<Real, 8>::Integer;
+  static Vector displacement(const NodeRecord<Real>* nodes, std::int32_t a, std::int32_t b) {
+    const One low = load<One>(nodes[a].displacement);
+    const One high = load<One>(nodes[b].displacement);
+    return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+  }
+  static void add_force(NodeRecord<Real>* nodes, std::int32_t a, std::int32_t b, Vector f) {
+    store(nodes[a].force, load<One>(nodes[a].force) + __builtin_shufflevector(f, f, 0, 1, 2, 3));
+    store(nodes[b].force, load<One>(nodes[b].force) + __builtin_shufflevector(f, f, 4, 5, 6, 7));
+  }
+};
+
+/// The largest magnitude that a kernel met. The 32-bit format has the processor's invalid flag for that.
+template <class Real, class RealVector>
+struct Watch {
+  RealVector largest{};
+  void see(RealVector x, RealVector y, RealVector z) {
+    if constexpr (sizeof(Real) == 8)
+      largest = larger(largest, larger(absolute(x), larger(absolute(y), absolute(z))));
+  }
+  Real value() const {
+    Real result = 0;
+    for (unsigned i = 0; i < sizeof(RealVector) / sizeof(Real); ++i)
+      if (largest[i] > result) result = largest[i];
+    return result;
+  }
+};
+
+template <class Real>
+Real add_edges(const EdgeEnds* ends, const EdgeStiffness<Real>* stiffness, std::size_t n,
+               NodeRecord<Real>* nodes) {
+  constexpr int N = width<Real>();
+  using R = typename Lanes<Real, N>::Real;
+  using I = typename Lanes<Real, N>::Integer;
+  using Row = Rows<Real, N>;
+  Watch<Real, R> watch;
+  for (std::size_t i = 0; i < n; ++i) {
+    for (int half = 0; half < 8 / N; ++half) {
+      const std::int32_t* b = ends[i].target + 4 * half;
+      const std::int32_t a0 = ends[i].owner[half];
+      const std::int32_t a1 = ends[i].owner[1];
+      const I from = Row::displacement(nodes, a0, a1);
+      R difference[4];
+      for (int k = 0; k < 4; ++k)
+        difference[k] = to_real(Row::displacement(nodes, b[k], b[(4 + k) % N]) - from);
+      R x, y, z;
+      to_columns(difference, x, y, z);
+      R s[6];
+      for (int k = 0; k < 6; ++k) s[k] = load<R>(stiffness[i].s[k] + 4 * half);
+      const R rx = s[0] * x + s[5] * y + s[4] * z;
+      const R ry = s[5] * x + s[1] * y + s[3] * z;
+      const R rz = s[4] * x + s[3] * y + s[2] * z;
+      watch.see(rx, ry, rz);
+      I row[4];
+      to_rows(rounded(rx), rounded(ry), rounded(rz), row);
+      for (int k = 0; k < 4; ++k) Row::add_force(nodes, b[k], b[(4 + k) % N], -row[k]);
+      Row::add_force(nodes, a0, a1, (row[0] + row[1]) + (row[2] + row[3]));
+    }
+  }
+  return watch.value();
+}
+
+template <class Real>
+Real add_general_edges(const GeneralEdges<Real>* edges, std::size_t n, NodeRecord<Real>* nodes) {
+  constexpr int N = width<Real>();
+  using R = typename Lanes<Real, N>::Real;
+  using I = typename Lanes<Real, N>::Integer;
+  using Row = Rows<Real, N>;
+  Watch<Real, R> watch;
+  for (std::size_t i = 0; i < n; ++i) {
+    for (int half = 0; half < 8 / N; ++half) {
+      const std::int32_t* a = edges[i].first + 4 * half;
+      const std::int32_t* b = edges[i].second + 4 * half;
+      R difference[4];
+      for (int k = 0; k < 4; ++k)
+        difference[k] = to_real(Row::displacement(nodes, b[k], b[(4 + k) % N]) -
+                                Row::displacement(nodes, a[k], a[(4 + k) % N]));
+      R x, y, z;
+      to_columns(difference, x, y, z);
+      R s[6], w[3];
+      for (int k = 0; k < 6; ++k) s[k] = load<R>(edges[i].s[k] + 4 * half);
+      for (int k = 0; k < 3; ++k) w[k] = load<R>(edges[i].w[k] + 4 * half);
+      const R sx = s[0] * x + s[5] * y + s[4] * z;
+      const R sy = s[5] * x + s[1] * y + s[3] * z;
+      const R sz = s[4] * x + s[3] * y + s[2] * z;
+      const R wx = w[1] * z - w[2] * y;
+      const R wy = w[2] * x - w[0] * z;
+      const R wz = w[0] * y - w[1] * x;
+      watch.see(absolute(sx) + absolute(wx), absolute(sy) + absolute(wy), absolute(sz) + absolute(wz));
+      I row[4];
+      to_rows(rounded(sx + wx), rounded(sy + wy), rounded(sz + wz), row);
+      for (int k = 0; k < 4; ++k) Row::add_force(nodes, a[k], a[(4 + k) % N], row[k]);
+      to_rows(rounded(wx - sx), rounded(wy - sy), rounded(wz - sz), row);
+      for (int k = 0; k < 4; ++k) Row::add_force(nodes, b[k], b[(4 + k) % N], row[k]);
+    }
+  }
+  return watch.value();
+}
+
+template <class Real>
+Real kick(NodeRecord<Real>* nodes, Velocity<Real>* velocity, std::size_t n, Real factor, bool keep_force) {
+  using R = typename Lanes<Real, 4>::Real;
+  using I = typename Lanes<Real, 4>::Integer;
+  R largest{};
+  for (std::size_t i = 0; i < n; ++i) {
+    const R force = to_real(load<I>(nodes[i].force));
+    largest = larger(largest, absolute(force));
+    const Real c = factor * nodes[i].inverse_mass;
+    store(velocity[i].value, load<I>(velocity[i].value) + rounded(force * c));
+    if (!keep_force) store(nodes[i].force, I{});
+  }
+  Watch<Real, R> watch;
+  watch.largest = largest;
+  return watch.value();
+}
+
+template <class Real>
+Real drift(NodeRecord<Real>* nodes, const Velocity<Real>* velocity, std::size_t n, Real factor) {
+  using R = typename Lanes<Real, 4>::Real;
+  using I = typename Lanes<Real, 4>::Integer;
+  R largest{};
+  for (std::size_t i = 0; i < n; ++i) {
+    const R way = to_real(load<I>(velocity[i].value)) * factor;
+    largest = larger(largest, absolute(way));
+    // The fourth number, the inverse mass, stays: that of the velocity is 0.
+    store(nodes[i].displacement, load<I>(nodes[i].displacement) + rounded(way));
+  }
+  Watch<Real, R> watch;
+  watch.largest = largest;
+  return watch.value();
+}
+
+template <class Real>
+std::size_t check(const TetrahedronGroup<Real>* groups, std::size_t n, const NodeRecord<Real>* nodes,
+                  RelativeStiffness<Real> stiffness, double clock, double* deadline,
+                  std::uint32_t* suspects) {
+  constexpr int N = width<Real>();
+  using R = typename Lanes<Real, N>::Real;
+  using I = typename Lanes<Real, N>::Integer;
+  using Row = Rows<Real, N>;
+  // Rounding: some 20 operations on terms that are below sensitivity times the largest difference.
+  constexpr Real slack = 64 * (sizeof(Real) == 4 ? 0x1p-24 : 0x1p-53);
+  constexpr Real shortened = 1 - 0x1p-10;
+  std::size_t n_suspects = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (deadline[i] > clock) continue;
+    const TetrahedronGroup<Real>& group = groups[i];
+    bool is_suspect = false;
+    double room = 1e300;
+    for (int half = 0; half < 8 / N; ++half) {
+      I origin[4];
+      for (int k = 0; k < 4; ++k)
+        origin[k] = Row::displacement(nodes, group.corner[0][4 * half + k], group.corner[0][(4 + k) % 8]);
+      R e[6] = {};
+      R largest{};
+      for (int a = 1; a < 4; ++a) {
+        const std::int32_t* corner = group.corner[a] + 4 * half;
+        R difference[4];
+        for (int k = 0; k < 4; ++k)
+          difference[k] =
+              to_real(Row::displacement(nodes, corner[k], group.corner[a][(4 + k) % 8]) - origin[k]);
+        R x, y, z;
+        to_columns(difference, x, y, z);
+        largest = larger(largest, larger(absolute(x), larger(absolute(y), absolute(z))));
+        const R bx = load<R>(group.gradient[3 * (a - 1)] + 4 * half);
+        const R by = load<R>(group.gradient[3 * (a - 1) + 1] + 4 * half);
+        const R bz = load<R>(group.gradient[3 * (a - 1) + 2] + 4 * half);
+        e[0] += x * bx;
+        e[1] += y * by;
+        e[2] += z * bz;
+        e[3] += y * bz + z * by;
+        e[4] += x * bz + z * bx;
+        e[5] += x * by + y * bx;
+      }
+      // sigma_1 <= tr/3 + sqrt(4/3 J2).
+      const R trace = e[0] + e[1] + e[2];
+      const R third = trace / 3;
+      const R mean = stiffness.lambda * trace + stiffness.two_mu * third;
+      const R d0 = e[0] - third, d1 = e[1] - third, d2 = e[2] - third;
+      const R j2 =
+          (Real)0.5 * (d0 * d0 + d1 * d1 + d2 * d2) + (Real)0.25 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5]);
+      const R sensitivity = load<R>(group.sensitivity + 4 * half);
+      const R bound =
+          mean + stiffness.two_mu * square_root((Real)(4.0 / 3.0) * j2) + slack * (largest * sensitivity);
+      const R margin = (Real)1 - bound;
+      const R share = margin / sensitivity;
+      for (int k = 0; k < N; ++k) {
+        if (!(margin[k] > 0)) is_suspect = true;
+        if (share[k] < room) room = share[k];
+      }
+    }
+    if (is_suspect)
+      suspects[n_suspects++] = static_cast<std::uint32_t>(i);
+    else
+      deadline[i] = clock + room * shortened;
+  }
+  return n_suspects;
+}
+
+template <class Real>
+constexpr Kernels<Real> all_kernels() {
+  return {add_edges<Real>, add_general_edges<Real>, kick<Real>, drift<Real>, check<Real>};
+}
+
+}  // namespace

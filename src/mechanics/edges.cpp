@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/mechanics/edges.h"
+
+#include "crackle/geometry/dual_facets.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace crackle::mechanics {
+
+namespace {
+
+constexpr std::size_t index(std::int32_t i) {
+  return static_cast<std::size_t>(i);
+}
+
+/// One side of a tetrahedron on its way to its edge.
+struct Side {
+  std::int32_t larger;
+  std::int32_t place;  // 6 x tetrahedron + number of the side
+};
+
+}  // namespace
+
+Edges make_edges(const geometry::Subdomain& subdomain) {
+  Edges edges;
+  edges.of_tetrahedron.assign(subdomain.tetrahedra.size(), {-1, -1, -1, -1, -1, -1});
+
+  // Bucket by the smaller node, then sort the few sides of each bucket.
+  std::vector<std::int32_t> begin(subdomain.nodes.size() + 1, 0);
+  const auto for_sides = [&](const auto& visit) {
+    for (std::size_t t = 0; t < subdomain.tetrahedra.size(); ++t) {
+      for (std::size_t k = 0; k < 6; ++k) {
+        const auto [i, j] = geometry::dual_facet_nodes[k];
+        const auto [a, b] = std::minmax(subdomain.tetrahedra[t][i], subdomain.tetrahedra[t][j]);
+        if (a < subdomain.n_owned) visit(a, Side{b, static_cast<std::int32_t>(6 * t + k)});
+      }
+    }
+  };
+  for_sides([&](std::int32_t a, const Side&) { ++begin[index(a) + 1]; });
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<Side> sides(index(begin.back()));
+  auto next = begin;
+  for_sides([&](std::int32_t a, const Side& side) { sides[index(next[index(a)]++)] = side; });
+
+  edges.offset.push_back(0);
+  edges.tetrahedron.reserve(sides.size());
+  for (std::int32_t a = 0; a < subdomain.n_owned; ++a) {
+    const auto first = sides.begin() + begin[index(a)];
+    const auto last = sides.begin() + begin[index(a) + 1];
+    std::sort(first, last, [](const Side& x, const Side& y) {
+      return x.larger != y.larger ? x.larger < y.larger : x.place < y.place;
+    });
+    for (auto side = first; side != last; ++side) {
+      if (side == first || side->larger != (side - 1)->larger) {
+        if (!edges.nodes.empty()) edges.offset.push_back(static_cast<std::int32_t>(edges.tetrahedron.size()));
+        edges.nodes.push_back({a, side->larger});
+      }
+      edges.tetrahedron.push_back(side->place / 6);
+      edges.of_tetrahedron[index(side->place / 6)][index(side->place % 6)] =
+          static_cast<std::int32_t>(edges.nodes.size()) - 1;
+    }
+  }
+  if (!edges.nodes.empty()) edges.offset.push_back(static_cast<std::int32_t>(edges.tetrahedron.size()));
+
+  edges.is_inner.assign(edges.size(), 1);
+  for (const auto& triangle : subdomain.boundary) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [a, b] = std::minmax(triangle.nodes[k], triangle.nodes[(k + 1) % 3]);
+      const std::array<std::int32_t, 2> pair{a, b};
+      const auto place = std::ranges::lower_bound(edges.nodes, pair);
+      if (place != edges.nodes.end() && *place == pair)
+        edges.is_inner[static_cast<std::size_t>(place - edges.nodes.begin())] = 0;
+    }
+  }
+  return edges;
+}
+
+EdgeCoupling edge_coupling(const PdsOperators& operators, const IsotropicElasticity& elasticity,
+                           const Edges& edges, std::span<const std::uint8_t> broken, std::int32_t edge) {
+  EdgeCoupling k;
+  const auto [first, second] = edges.nodes[index(edge)];
+  const double lambda = elasticity.lambda, mu = elasticity.mu;
+  bool is_whole = edges.is_inner[index(edge)] != 0;
+  for (const auto number : edges.round(edge)) {
+    if (broken[index(number)] != 0) {
+      is_whole = false;
+      continue;
+    }
+    const auto& t = operators.tetrahedra[index(number)];
+    const auto corner = [&](std::int32_t node) {
+      return static_cast<std::size_t>(std::ranges::find(t.nodes, node) - t.nodes.begin());
+    };
+    const Vector& a = t.gradient[corner(first)];
+    const Vector& b = t.gradient[corner(second)];
+    const double shear = t.volume * mu * dot(a, b);
+    const double mean = 0.5 * t.volume * (lambda + mu);
+    k.s[0] += 2 * mean * (a[0] * b[0]) + shear;
+    k.s[1] += 2 * mean * (a[1] * b[1]) + shear;
+    k.s[2] += 2 * mean * (a[2] * b[2]) + shear;
+    k.s[3] += mean * (a[1] * b[2] + b[1] * a[2]);
+    k.s[4] += mean * (a[0] * b[2] + b[0] * a[2]);
+    k.s[5] += mean * (a[0] * b[1] + b[0] * a[1]);
+    const Vector turned = cross(b, a);
+    const double half_difference = 0.5 * t.volume * (lambda - mu);
+    for (std::size_t i = 0; i < 3; ++i) k.w[i] += half_difference * turned[i];
+  }
+  if (is_whole) k.w = {};
+  return k;
+}
+
+}  // namespace crackle::mechanics

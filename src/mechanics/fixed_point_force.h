@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/subdomain.h"
+#include "crackle/mechanics/edges.h"
+#include "crackle/mechanics/fixed_point_scale.h"
+
+#include "../kernels/kernels.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace crackle::mechanics {
+
+/// The internal force of a subdomain edge by edge, in fixed point: six numbers for an inner edge, nine for
+/// one at the surface or at a broken tetrahedron. What an edge hands on depends on its own coefficients and
+/// the difference of two integers only, and the sums are integers: the force has the same bits for every
+/// numbering, partition and instruction set.
+///
+/// The edges are laid out in blocks of nodes, each edge in the block of its owner, so that a sweep can work
+/// on a part of the body that fits the cache.
+template <class Real>
+class FixedPointForce {
+public:
+  static constexpr std::int32_t nodes_per_block = 64;
+
+  /// Which blocks of nodes the edges of a block of edges touch. Ghosts are in blocks of their own, behind
+  /// those of the owned nodes.
+  struct Reach {
+    std::int32_t last_owned;  ///< last block of owned nodes that is touched
+    bool has_ghosts;
+  };
+
+  /// The references must outlive the object.
+  /// @param inverse_mass of each owned node, relative
+  /// @param broken 1 for each local tetrahedron that carries nothing; may change, see update()
+  FixedPointForce(const geometry::Subdomain& subdomain, const PdsOperators& operators,
+                  const IsotropicElasticity& elasticity, const Edges& edges,
+                  std::span<const std::uint8_t> broken, std::span<const double> inverse_mass,
+                  const FixedPointScale& scale, InstructionSet instruction_set);
+
+  const FixedPointScale& scale() const { return scale_; }
+  std::span<kernels::NodeRecord<Real>> nodes() { return nodes_; }
+  std::span<const kernels::NodeRecord<Real>> nodes() const { return nodes_; }
+
+  std::int32_t n_blocks() const { return static_cast<std::int32_t>(blocks_.size()); }  ///< of owned nodes
+  const Reach& reach(std::int32_t block) const { return blocks_[static_cast<std::size_t>(block)].reach; }
+  /// The last block whose edges touch a node of this block.
+  std::int32_t last_toucher(std::int32_t block) const {
+    return blocks_[static_cast<std::size_t>(block)].last_toucher;
+  }
+
+  /// Adds what the edges of a block hand on to the nodes' forces.
+  void add_block(std::int32_t block);
+
+  /// Coefficients anew for the edges of tetrahedra that were just broken; the cost does not depend on the
+  /// size of the body.
+  /// @param force_is_current the nodes hold the force of the present displacement: it is corrected
+  void update(std::span<const std::int32_t> tetrahedra, bool force_is_current);
+
+  /// Whether a contribution was larger than the format can hold, in add_block() or update(), since the
+  /// object was made. The 32-bit format has the processor's invalid flag for that, which the caller reads.
+  bool has_overflown() const { return !(largest_contribution_ < contribution_limit); }
+
+private:
+  struct Block {
+    std::size_t first_pair = 0, last_pair = 0;
+    std::vector<kernels::GeneralEdges<Real>> general;
+    std::int32_t n_general = 0;
+    Reach reach{};
+    std::int32_t last_toucher = 0;
+  };
+  static constexpr Real contribution_limit = sizeof(Real) == 4 ? Real(1) : Real(0x1p50);
+
+  using Coefficients = std::array<Real, 9>;  // S, then w
+
+  void lay_out_plain(const std::vector<std::vector<std::int32_t>>& owned_edges);
+  void find_reach();
+  void append_general(std::int32_t edge);
+  Coefficients scaled(const EdgeCoupling& coupling) const;
+  Coefficients coefficients(std::int32_t edge) const;
+  void set_coefficients(std::int32_t edge, const Coefficients& values);
+  void see(Real contribution) {
+    if (!(contribution <= largest_contribution_)) largest_contribution_ = contribution;
+  }
+
+  const geometry::Subdomain* subdomain_;
+  const PdsOperators* operators_;
+  const IsotropicElasticity* elasticity_;
+  const Edges* edges_;
+  std::span<const std::uint8_t> broken_;
+  FixedPointScale scale_;
+  const kernels::Kernels<Real>* kernels_;
+  std::vector<kernels::NodeRecord<Real>> nodes_;
+  std::vector<kernels::EdgeEnds> ends_;
+  std::vector<kernels::EdgeStiffness<Real>> stiffness_;
+  std::vector<Block> blocks_;
+  std::vector<std::int32_t> block_of_edge_;
+  std::vector<std::int32_t> plain_place_;    // 8 x pair + lane in stiffness_, or -1
+  std::vector<std::int32_t> general_place_;  // 8 x number + lane in the block's general edges, or -1
+  Real largest_contribution_ = 0;
+};
+
+}  // namespace crackle::mechanics

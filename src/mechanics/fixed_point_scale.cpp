@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/mechanics/fixed_point_scale.h"
+
+#include <cmath>
+
+namespace crackle::mechanics {
+
+namespace {
+
+/// The power of two with 2^bits of it at least `range`.
+double quantum(double range, int bits) {
+  return std::ldexp(1.0, std::ilogb(range) + 1 - bits);
+}
+
+}  // namespace
+
+template <>
+FixedPointScale fixed_point_scale<float>(const StateRange& range) {
+  return {quantum(range.displacement, 30), quantum(range.velocity, 30), quantum(range.force, 30)};
+}
+
+template <>
+FixedPointScale fixed_point_scale<double>(const StateRange& range) {
+  // Differences of displacements are converted, displacements are not.
+  return {quantum(range.displacement, 49), quantum(range.velocity, 40), quantum(range.force, 40)};
+}
+
+}  // namespace crackle::mechanics
