@@ -16,7 +16,7 @@ namespace crackle::dynamics {
 namespace {
 
 /// Steps between two looks at whether the phase has arrested or failed: each look is a message between ranks.
-constexpr std::int64_t look_interval = 16;
+constexpr std::int64_t look_interval = 32;
 
 double kinetic_energy(const MotionContext& context, const MotionState& state) {
   const auto v = state.velocity.owned();

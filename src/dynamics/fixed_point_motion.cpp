@@ -64,6 +64,7 @@ class FixedPointMotion final : public MovingBody {
   using Integer = kernels::Integer<Real>;
   using Force = mechanics::FixedPointForce<Real>;
   static constexpr std::int32_t nodes_per_block = Force::nodes_per_block;
+  static constexpr std::int64_t steps_between_unwrapping = 16;
   /// State and force may use the integers' range up to here; the step to the end is the overflow's alarm.
   static constexpr double limit = sizeof(Real) == 4 ? 0x1p30 : 0x1p50;
 
@@ -82,6 +83,7 @@ public:
         watch_(subdomain_, context.body->operators(), context.body->elasticity(), context.strength,
                scale_.displacement, nodes_per_block, instruction_set),
         velocity_(index(subdomain_.n_owned)),
+        whole_(subdomain_.nodes.size()),
         special_(index(force_.n_blocks())),
         movement_(index(force_.n_blocks()) + n_ghost_blocks()),
         work_(start_work(load_time, state)) {
@@ -103,6 +105,8 @@ public:
     force_is_current_ = rounds.back().keeps_force;
     n_forces_ += std::ranges::count_if(rounds, &Round::has_force);
     if (std::fetestexcept(FE_INVALID) != 0 || force_.has_overflown()) force_has_overflown_ = true;
+    if (++n_steps_ % steps_between_unwrapping == 0)
+      for (std::size_t i = 0; i < 3 * whole_.size(); ++i) whole_[i / 3][i % 3] = whole_displacement(i);
   }
 
   std::span<const std::int32_t> overloaded() override {
@@ -128,7 +132,7 @@ public:
     for (std::size_t a = 1; a < 4; ++a) {
       const auto& corner = force_.nodes()[index(t.nodes[a])].displacement;
       for (std::size_t i = 0; i < 3; ++i)
-        u[3 * a + i] = scale_.displacement * static_cast<double>(corner[i] - origin[i]);
+        u[3 * a + i] = scale_.displacement * static_cast<double>(kernels::difference(corner[i], origin[i]));
     }
     t.nodes = {0, 1, 2, 3};
     return mechanics::strain(t, u);
@@ -141,10 +145,9 @@ public:
   }
 
   void read(MotionState& state) const override {
-    const auto nodes = force_.nodes();
     const auto u = state.displacement.local();
     for (std::size_t i = 0; i < u.size(); ++i)
-      u[i] = scale_.displacement * static_cast<double>(nodes[i / 3].displacement[i % 3]);
+      u[i] = scale_.displacement * static_cast<double>(whole_displacement(i));
     const auto v = state.velocity.owned();
     for (std::size_t i = 0; i < v.size(); ++i)
       v[i] = scale_.velocity * static_cast<double>(velocity_[i / 3].value[i % 3]);
@@ -157,19 +160,17 @@ public:
   std::optional<std::string> failure() const override {
     const auto message = [&](const char* what, double quantum, const char* unit) {
       return fmt::format(
-          "the {} of a node left the range of +-{:.3g} {} that the {} number format has for this input; {}",
-          what, limit * quantum, unit, sizeof(Real) == 4 ? "mixed" : "double",
+          "the {} left the range of +-{:.3g} {} that the {} number format has for this input; {}", what,
+          limit * quantum, unit, sizeof(Real) == 4 ? "mixed" : "double",
           sizeof(Real) == 4 ? "set time.precision = \"double\""
                             : "the motion is unstable, or not one of small strain");
     };
-    if (force_has_overflown_ || largest_force_ >= limit) return message("force", scale_.force, "N");
-    for (std::size_t n = 0; n < velocity_.size(); ++n) {
-      for (std::size_t i = 0; i < 3; ++i) {
-        if (exceeds(force_.nodes()[n].displacement[i], sizeof(Real) == 4 ? limit : 0x1p60))
-          return message("displacement", scale_.displacement, "m");
-        if (exceeds(velocity_[n].value[i], limit)) return message("velocity", scale_.velocity, "m/s");
-      }
-    }
+    if (force_has_overflown_ || largest_force_ >= limit) return message("force on a node", scale_.force, "N");
+    if (force_.largest_stretch() >= limit) return message("stretch of an edge", scale_.displacement, "m");
+    for (const auto& velocity : velocity_)
+      for (const Integer component : velocity.value)
+        if (std::abs(static_cast<double>(component)) >= limit)
+          return message("velocity of a node", scale_.velocity, "m/s");
     return {};
   }
 
@@ -184,13 +185,12 @@ private:
       std::int32_t node;
       int component;
       bool is_driven;    // of a loaded component: a motion prescribes it too
+      double remainder;  // of a loaded component: what rounding has kept from the velocity so far, in quanta
       Integer velocity;  // before the kick, of driven components
     };
     std::vector<Entry> loaded;
     std::vector<Entry> driven;
   };
-
-  static bool exceeds(Integer value, double bound) { return std::abs(static_cast<double>(value)) >= bound; }
 
   static double reference_mass(const MotionContext& context) {
     double largest = 0;
@@ -223,12 +223,21 @@ private:
 
   std::optional<ExternalWork> start_work(double load_time, MotionState& state) {
     const auto nodes = force_.nodes();
-    for (std::size_t i = 0; i < 3 * nodes.size(); ++i)
-      nodes[i / 3].displacement[i % 3] = quantized(state.displacement.local()[i], scale_.displacement);
+    for (std::size_t i = 0; i < 3 * nodes.size(); ++i) {
+      whole_[i / 3][i % 3] = std::llrint(state.displacement.local()[i] / scale_.displacement);
+      nodes[i / 3].displacement[i % 3] = static_cast<Integer>(whole_[i / 3][i % 3]);
+    }
     for (std::size_t i = 0; i < 3 * velocity_.size(); ++i)
       velocity_[i / 3].value[i % 3] = quantized(state.velocity.owned()[i], scale_.velocity);
     read(state);
     return ExternalWork(context_, load_time, state, driven_before_);
+  }
+
+  /// Component i % 3 of local node i / 3, with the digits that the node record has lost: those of the last
+  /// unwrapping, carried on by the movement since, which is small.
+  std::int64_t whole_displacement(std::size_t i) const {
+    const std::int64_t last = whole_[i / 3][i % 3];
+    return last + kernels::difference(force_.nodes()[i / 3].displacement[i % 3], static_cast<Integer>(last));
   }
 
   void list_special_nodes() {
@@ -236,13 +245,13 @@ private:
       const auto& pattern = context_.loads->forces[k];
       for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
         special_[index(pattern.nodes[n] / nodes_per_block)].loaded.push_back(
-            {k, n, pattern.nodes[n], pattern.component, false, 0});
+            {k, n, pattern.nodes[n], pattern.component, false, 0, 0});
     }
     for (std::size_t m = 0; m < context_.loads->motions.size(); ++m) {
       const auto& motion = context_.loads->motions[m];
       for (std::size_t n = 0; n < motion.nodes.size(); ++n)
         special_[index(motion.nodes[n] / nodes_per_block)].driven.push_back(
-            {m, n, motion.nodes[n], motion.component, true, 0});
+            {m, n, motion.nodes[n], motion.component, true, 0, 0});
     }
     for (Special& special : special_) {
       for (auto& loaded : special.loaded) {
@@ -316,8 +325,9 @@ private:
       double furthest = 0;
       for (std::size_t i = begin; i < std::min(begin + nodes_per_block, ghosts.size()); ++i) {
         for (std::size_t c = 0; c < 3; ++c) {
-          furthest = std::max(furthest, std::abs(static_cast<double>(received[i][c]) -
-                                                 static_cast<double>(ghosts[i].displacement[c])));
+          furthest = std::max(
+              furthest,
+              std::abs(static_cast<double>(kernels::difference(received[i][c], ghosts[i].displacement[c]))));
           ghosts[i].displacement[c] = received[i][c];
         }
       }
@@ -339,7 +349,7 @@ private:
       if (!(static_cast<double>(largest) <= largest_force_)) largest_force_ = static_cast<double>(largest);
       for (const auto& entry : special.driven)
         velocity_[index(entry.node)].value[entry.component] = entry.velocity;
-      for (const auto& entry : special.loaded) kick_by_load(entry, round);
+      for (auto& entry : special.loaded) kick_by_load(entry, round);
     }
     if (round.has_drift) {
       const auto factor = static_cast<Real>(round.drift * scale_.velocity / scale_.displacement);
@@ -358,16 +368,20 @@ private:
                         scale_.force * static_cast<double>(force));
   }
 
-  void kick_by_load(const typename Special::Entry& entry, const Round& round) {
+  void kick_by_load(typename Special::Entry& entry, const Round& round) {
     const auto& pattern = context_.loads->forces[entry.condition];
-    const double u = scale_.displacement *
-                     static_cast<double>(force_.nodes()[index(entry.node)].displacement[entry.component]);
+    const double u =
+        scale_.displacement * static_cast<double>(whole_displacement(
+                                  3 * index(entry.node) + static_cast<std::size_t>(entry.component)));
     work_->add_rate(entry.condition, entry.place, round.kick * pattern.amplitude.slope(round.kick_time), u);
     if (entry.is_driven) return;
     const double mass = context_.body->operators().node_mass[index(entry.node)];
     const double force = pattern.amplitude.at(round.kick_time) * pattern.weight[entry.place];
-    velocity_[index(entry.node)].value[entry.component] +=
-        quantized(round.kick * force / mass, scale_.velocity);
+    // A constant load would be rounded the same way in every kick: the remainder is carried on.
+    const double change = round.kick * force / mass / scale_.velocity + entry.remainder;
+    const auto rounded = static_cast<Integer>(std::llrint(change));
+    entry.remainder = change - static_cast<double>(rounded);
+    velocity_[index(entry.node)].value[entry.component] += rounded;
   }
 
   /// @return the way that the drive added, in quanta
@@ -375,11 +389,11 @@ private:
     const auto& motion = context_.loads->motions[entry.condition];
     auto& place = force_.nodes()[index(entry.node)].displacement[entry.component];
     const Integer before = place;
-    place = quantized(motion.displacement(round.drift_time), scale_.displacement);
+    place = static_cast<Integer>(std::llrint(motion.displacement(round.drift_time) / scale_.displacement));
     velocity_[index(entry.node)].value[entry.component] =
         quantized(motion.velocity(round.drift_time), scale_.velocity);
     // The drift went by factor times velocity from where the step began; together they are below the sum.
-    return std::abs(static_cast<double>(place) - static_cast<double>(before)) +
+    return std::abs(static_cast<double>(kernels::difference(place, before))) +
            std::abs(round.drift * motion.velocity(round.drift_time)) / scale_.displacement + 2;
   }
 
@@ -393,6 +407,7 @@ private:
   fracture::StressWatch<Real> watch_;
   std::optional<parallel::GhostExchange<Integer>> exchange_;
   std::vector<kernels::Velocity<Real>> velocity_;
+  std::vector<std::array<std::int64_t, 3>> whole_;  // displacements at the last unwrapping, of local nodes
   std::vector<Special> special_;
   std::vector<double> movement_;  // of each block of nodes since the last breaking check, in quanta
   std::optional<ExternalWork> work_;
@@ -401,6 +416,7 @@ private:
   bool ghosts_are_current_ = true;
   bool force_has_overflown_ = false;
   double largest_force_ = 0;
+  std::int64_t n_steps_ = 0;
   std::int64_t n_forces_ = 0;
 };
 

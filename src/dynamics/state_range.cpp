@@ -13,11 +13,11 @@ namespace {
 
 // Head room over the estimates below, for waves that meet and for stress at notches and crack fronts.
 constexpr double load_concentration = 8;
-constexpr double displacement_room = 4;
+/// The stretch of an edge, over the longest edge: small-strain theory ends long before, also where fragments
+/// turn.
+constexpr double largest_stretch = 0.5;
 constexpr double velocity_room = 32;
-constexpr double force_room = 16;
-/// Material that moves with its wave's velocity all the time goes no further than this share of the body.
-constexpr double longest_way = 0.05;
+constexpr double force_room = 4;
 
 constexpr std::size_t index(std::int32_t i) {
   return static_cast<std::size_t>(i);
@@ -34,19 +34,19 @@ double peak(const mechanics::Program& program, double from, double to, const Qua
 
 /// What this rank sees; the largest over the ranks counts.
 struct Extremes {
-  double displacement = 0, velocity = 0;
-  double prescribed_way = 0, prescribed_velocity = 0;
+  double velocity = 0;
+  double prescribed_velocity = 0;
   double state_stress = 0;
   double load_stress = 0;
   double stretch_force = 0;  // of an edge, per strain
-  double extent = 0;
+  double edge_length = 0;
 
   void all_reduce(const parallel::Communicator& group) {
-    std::array<double*, 8> all{&displacement, &velocity,    &prescribed_way, &prescribed_velocity,
-                               &state_stress, &load_stress, &stretch_force,  &extent};
-    std::array<double, 8> values{};
+    std::array<double*, 6> all{&velocity,    &prescribed_velocity, &state_stress,
+                               &load_stress, &stretch_force,       &edge_length};
+    std::array<double, 6> values{};
     std::ranges::transform(all, values.begin(), [](const double* value) { return *value; });
-    parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, values.data(), 8, MPI_DOUBLE, MPI_MAX, group.get()),
+    parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, values.data(), 6, MPI_DOUBLE, MPI_MAX, group.get()),
                         "MPI_Allreduce");
     for (std::size_t i = 0; i < all.size(); ++i) *all[i] = values[i];
   }
@@ -58,8 +58,8 @@ double largest_component(std::span<const double> values) {
   return largest;
 }
 
-/// Total mass [kg] and, over the force patterns, the total force that can push the free body [N].
-double free_flight_acceleration(const MotionContext& context, double from, double to) {
+/// What the loads can give a body that nothing holds [m/s].
+double free_flight_velocity(const MotionContext& context, double from, double to) {
   const auto& loads = *context.loads;
   if (!loads.motions.empty() || loads.forces.empty()) return 0;
   const double mass = parallel::exact_sum(*context.group, context.body->operators().node_mass);
@@ -67,7 +67,7 @@ double free_flight_acceleration(const MotionContext& context, double from, doubl
   for (const auto& pattern : loads.forces)
     force += std::abs(pattern.total_weight) *
              peak(pattern.amplitude, from, to, [&](double t) { return pattern.amplitude.at(t); });
-  return force / mass;
+  return force / mass * (to - from);
 }
 
 }  // namespace
@@ -82,7 +82,6 @@ mechanics::StateRange expected_range(const MotionContext& context, const mechani
   const double impedance = context.density * wave_speed;
 
   Extremes e;
-  e.displacement = largest_component(state.displacement.owned());
   e.velocity = largest_component(state.velocity.owned());
   for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
     if (body.is_broken(t)) continue;
@@ -102,8 +101,6 @@ mechanics::StateRange expected_range(const MotionContext& context, const mechani
   }
   for (const auto& motion : context.loads->motions) {
     if (motion.nodes.empty()) continue;
-    e.prescribed_way = std::max(e.prescribed_way, peak(motion.program, load_time, end,
-                                                       [&](double t) { return motion.displacement(t); }));
     e.prescribed_velocity =
         std::max(e.prescribed_velocity,
                  peak(motion.program, load_time, end, [&](double t) { return motion.velocity(t); }));
@@ -125,9 +122,8 @@ mechanics::StateRange expected_range(const MotionContext& context, const mechani
       stiffness += t.volume * (std::abs(lambda) + 2 * mu) * gradient(a) * gradient(b);
     }
     e.stretch_force = std::max(e.stretch_force, stiffness * std::sqrt(square));
+    e.edge_length = std::max(e.edge_length, std::sqrt(square));
   }
-  for (const auto& node : subdomain.nodes)
-    for (const double x : node) e.extent = std::max(e.extent, x);
   e.all_reduce(*context.group);
 
   const double from_loads = load_concentration * (e.load_stress + impedance * e.prescribed_velocity);
@@ -136,10 +132,8 @@ mechanics::StateRange expected_range(const MotionContext& context, const mechani
   if (!(stress > 0)) stress = context.strength;
   const double velocity = stress / impedance;
   const double youngs_modulus = mu * (3 * lambda + 2 * mu) / (lambda + mu);
-  const double way = std::min(velocity * duration, longest_way * e.extent) + e.velocity * duration +
-                     0.5 * free_flight_acceleration(context, load_time, end) * duration * duration;
-  return {displacement_room * (e.displacement + e.prescribed_way + way),
-          velocity_room * (velocity + e.prescribed_velocity),
+  return {largest_stretch * e.edge_length,
+          velocity_room * (velocity + e.prescribed_velocity + free_flight_velocity(context, load_time, end)),
           force_room * e.stretch_force * stress / youngs_modulus};
 }
 

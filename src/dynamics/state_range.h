@@ -6,7 +6,7 @@
 
 namespace crackle::dynamics {
 
-/// What displacements, velocities and forces a dynamic phase can be expected to reach. The stress that drives
+/// What stretches, velocities and forces a dynamic phase can be expected to reach. The stress that drives
 /// it is the larger of the one in the starting state and the one that loads and prescribed motions send out,
 /// which breaking limits to the strength; a wave of that stress moves the material with stress / impedance.
 /// Free flight, and generous factors for focusing, are added; whatever exceeds the range is noticed and

@@ -15,12 +15,19 @@ namespace crackle::kernels {
 template <class Real>
 using Integer = std::conditional_t<sizeof(Real) == 4, std::int32_t, std::int64_t>;
 
+/// a - b of numbers that wrap around.
+template <class Number>
+Number difference(Number a, Number b) {
+  using Unsigned = std::make_unsigned_t<Number>;
+  return static_cast<Number>(static_cast<Unsigned>(a) - static_cast<Unsigned>(b));
+}
+
 /// What the force loop touches of a node, in one piece. Displacement and force are in quanta.
 template <class Real>
 struct alignas(8 * sizeof(Real)) NodeRecord {
-  Integer<Real> displacement[3];
-  Real inverse_mass;       ///< times a mass that the kick's factor is divided by
-  Integer<Real> force[4];  ///< internal force so far; the last is 0
+  Integer<Real> displacement[3];  ///< the low digits of it, which wrap around
+  Real inverse_mass;              ///< times a mass that the kick's factor is divided by
+  Integer<Real> force[4];         ///< internal force so far; the last is 0
 };
 
 template <class Real>

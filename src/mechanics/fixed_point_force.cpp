@@ -241,6 +241,29 @@ void FixedPointForce<Real>::update(std::span<const std::int32_t> tetrahedra, boo
   hand_on(1);
 }
 
+template <class Real>
+double FixedPointForce<Real>::largest_stretch() const {
+  Integer largest = 0;
+  const auto look = [&](std::int32_t a, std::int32_t b) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Integer d =
+          kernels::difference(nodes_[index(b)].displacement[i], nodes_[index(a)].displacement[i]);
+      largest = std::max(largest, d < 0 ? static_cast<Integer>(~d) : d);
+    }
+  };
+  for (const EdgeEnds& pair : ends_)
+    for (std::size_t lane = 0; lane < 8; ++lane) look(pair.owner[lane / 4], pair.target[lane]);
+  for (const Block& block : blocks_) {
+    for (const auto& group : block.general) {
+      for (std::size_t lane = 0; lane < 8; ++lane) {
+        const bool carries = group.s[0][lane] != 0 || group.s[1][lane] != 0 || group.s[2][lane] != 0;
+        if (carries) look(group.first[lane], group.second[lane]);
+      }
+    }
+  }
+  return static_cast<double>(largest);
+}
+
 template class FixedPointForce<float>;
 template class FixedPointForce<double>;
 

@@ -24,6 +24,7 @@ namespace crackle::mechanics {
 template <class Real>
 class FixedPointForce {
 public:
+  using Integer = kernels::Integer<Real>;
   static constexpr std::int32_t nodes_per_block = 64;
 
   /// Which blocks of nodes the edges of a block of edges touch. Ghosts are in blocks of their own, behind
@@ -59,6 +60,10 @@ public:
   /// size of the body.
   /// @param force_is_current the nodes hold the force of the present displacement: it is corrected
   void update(std::span<const std::int32_t> tetrahedra, bool force_is_current);
+
+  /// Largest difference of displacement along an edge that carries, in quanta, as long as none has wrapped
+  /// around.
+  double largest_stretch() const;
 
   /// Whether a contribution was larger than the format can hold, in add_block() or update(), since the
   /// object was made. The 32-bit format has the processor's invalid flag for that, which the caller reads.

@@ -16,13 +16,12 @@ double quantum(double range, int bits) {
 
 template <>
 FixedPointScale fixed_point_scale<float>(const StateRange& range) {
-  return {quantum(range.displacement, 30), quantum(range.velocity, 30), quantum(range.force, 30)};
+  return {quantum(range.stretch, 30), quantum(range.velocity, 30), quantum(range.force, 30)};
 }
 
 template <>
 FixedPointScale fixed_point_scale<double>(const StateRange& range) {
-  // Differences of displacements are converted, displacements are not.
-  return {quantum(range.displacement, 49), quantum(range.velocity, 40), quantum(range.force, 40)};
+  return {quantum(range.stretch, 50), quantum(range.velocity, 40), quantum(range.force, 40)};
 }
 
 }  // namespace crackle::mechanics

@@ -5,21 +5,23 @@ namespace crackle::mechanics {
 
 /// What a moving body's state is expected to reach; the fixed-point numbers span a little more.
 struct StateRange {
-  double displacement;  ///< of a node [m]
-  double velocity;      ///< of a node [m/s]
-  double force;         ///< that an edge hands on, and at a node [N]
+  double stretch;   ///< difference of displacement, in any component, along an edge that carries [m]
+  double velocity;  ///< of a node [m/s]
+  double force;     ///< that an edge hands on, and at a node [N]
 };
 
 /// The quanta of a fixed-point state: powers of two, so that conversions are exact where numbers fit.
+///
+/// Displacements wrap around: only their differences along edges enter the forces, and these must fit. So
+/// a displacement can be resolved as finely as the stretch of an edge allows, however far the body moves.
 struct FixedPointScale {
   double displacement;  ///< [m]
   double velocity;      ///< [m/s]
   double force;         ///< [N]
 };
 
-/// The finest quanta whose integers hold the range: 32-bit ones for Real = float, 64-bit ones for
-/// Real = double. (Of the 64-bit integers 51 bits are used where they are converted, and ten bits are kept
-/// as head room; see kernels/lanes.h.)
+/// The finest quanta with which the range uses half of what the format converts: 31 bits for Real = float, 51
+/// bits (see kernels/lanes.h) for Real = double, which keeps ten more as head room for velocity and force.
 template <class Real>
 FixedPointScale fixed_point_scale(const StateRange& range);
 
