@@ -69,16 +69,15 @@ class FixedPointMotion final : public MovingBody {
   static constexpr double limit = sizeof(Real) == 4 ? 0x1p30 : 0x1p50;
 
 public:
-  FixedPointMotion(const MotionContext& context, const mechanics::Edges& edges, double load_time,
-                   double duration, MotionState& state, mechanics::InstructionSet instruction_set)
+  FixedPointMotion(const MotionContext& context, double load_time, double duration, MotionState& state,
+                   mechanics::InstructionSet instruction_set)
       : context_(context),
         subdomain_(context.body->subdomain()),
         driven_before_(driven_kinetic(context, state)),
         reference_mass_(reference_mass(context)),
-        scale_(
-            mechanics::fixed_point_scale<Real>(range_at_start(context, edges, load_time, duration, state))),
+        scale_(mechanics::fixed_point_scale<Real>(range_at_start(context, load_time, duration, state))),
         kernels_(kernels::kernels<Real>(instruction_set)),
-        force_(subdomain_, context.body->operators(), context.body->elasticity(), edges,
+        force_(subdomain_, context.body->operators(), context.body->elasticity(), context.body->edges(),
                context.body->broken(), relative_inverse_mass(), scale_, instruction_set),
         watch_(subdomain_, context.body->operators(), context.body->elasticity(), context.strength,
                scale_.displacement, nodes_per_block, instruction_set),
@@ -200,11 +199,11 @@ private:
     return std::ldexp(1.0, std::ilogb(largest));
   }
 
-  static mechanics::StateRange range_at_start(const MotionContext& context, const mechanics::Edges& edges,
-                                              double load_time, double duration, MotionState& state) {
+  static mechanics::StateRange range_at_start(const MotionContext& context, double load_time, double duration,
+                                              MotionState& state) {
     set_prescribed(*context.loads, load_time, state);
     state.displacement.update_ghosts();
-    return expected_range(context, edges, load_time, duration, state);
+    return expected_range(context, load_time, duration, state);
   }
 
   std::size_t n_ghost_blocks() const {
@@ -422,15 +421,12 @@ private:
 
 }  // namespace
 
-std::unique_ptr<MovingBody> make_fixed_point_motion(const MotionContext& context,
-                                                    const mechanics::Edges& edges, input::Precision precision,
+std::unique_ptr<MovingBody> make_fixed_point_motion(const MotionContext& context, input::Precision precision,
                                                     double load_time, double duration, MotionState& state,
                                                     mechanics::InstructionSet instruction_set) {
   if (precision == input::Precision::mixed)
-    return std::make_unique<FixedPointMotion<float>>(context, edges, load_time, duration, state,
-                                                     instruction_set);
-  return std::make_unique<FixedPointMotion<double>>(context, edges, load_time, duration, state,
-                                                    instruction_set);
+    return std::make_unique<FixedPointMotion<float>>(context, load_time, duration, state, instruction_set);
+  return std::make_unique<FixedPointMotion<double>>(context, load_time, duration, state, instruction_set);
 }
 
 }  // namespace crackle::dynamics

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <set>
 
 namespace crackle::dynamics {
@@ -73,7 +74,7 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
       loads_(&loads),
       criterion_(&criterion),
       patience_(patience),
-      solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.force(),
+      solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.edges(), body.broken(),
               held_components(group, body.subdomain(), loads)),
       displacement_(group, body.subdomain()) {
   for (const auto& node : body.subdomain().nodes) {
@@ -137,14 +138,22 @@ bool QuasiStaticLoading::update_after_breaks() {
   if (!loads_are_held(*group_, *body_, *loads_)) return false;
   parallel::NodeField last(*group_, body_->subdomain());
   last.assign(displacement_);
-  solve_unit_problems();
+  std::exception_ptr no_equilibrium;
+  try {
+    solve_unit_problems();
+  } catch (const mechanics::NoEquilibrium&) {
+    no_equilibrium = std::current_exception();
+  }
   combine(time_, displacement_);
-  // A part that hangs by a corner or an edge is a mechanism: only the tiny stiffness of loose nodes holds it.
+  // A part that hangs by a corner or an edge is a mechanism: the load moves it without end.
   double largest = 0;
   for (const double u : displacement_.owned()) largest = std::max(largest, std::abs(u));
   parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, group_->get()),
                       "MPI_Allreduce");
-  if (largest <= mechanism_displacement * extent_) return true;
+  if (largest <= mechanism_displacement * extent_) {
+    if (no_equilibrium) std::rethrow_exception(no_equilibrium);
+    return true;
+  }
   displacement_.assign(last);
   return false;
 }

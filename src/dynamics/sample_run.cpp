@@ -65,7 +65,6 @@ public:
         subdomain_(subdomain),
         log_(log),
         body_(subdomain, parameters.material),
-        edges_(mechanics::make_edges(subdomain)),
         loads_(mechanics::make_boundary_loads(group, parameters, subdomain)),
         criterion_(parameters.fracture, subdomain.tetrahedra.size()),
         splitting_(splitting(parameters.time.integrator)),
@@ -163,7 +162,7 @@ private:
     };
     const double duration = static_cast<double>(options_.grid.n_steps) * options_.grid.step;
     const auto motion =
-        make_fixed_point_motion(context_, edges_, parameters_.time.precision, load_time, duration, state);
+        make_fixed_point_motion(context_, parameters_.time.precision, load_time, duration, state);
     PhaseResult phase =
         run_explicit_phase(context_, *motion, criterion_, splitting_, account_, load_time, options, state);
     result_.timings.dynamic += watch.seconds();
@@ -202,7 +201,6 @@ private:
   const geometry::Subdomain& subdomain_;
   const SampleLog& log_;
   fracture::BreakableBody body_;
-  mechanics::Edges edges_;
   mechanics::BoundaryLoads loads_;
   fracture::TulerButcher criterion_;
   const Splitting& splitting_;

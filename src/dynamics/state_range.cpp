@@ -72,10 +72,11 @@ double free_flight_velocity(const MotionContext& context, double from, double to
 
 }  // namespace
 
-mechanics::StateRange expected_range(const MotionContext& context, const mechanics::Edges& edges,
-                                     double load_time, double duration, const MotionState& state) {
+mechanics::StateRange expected_range(const MotionContext& context, double load_time, double duration,
+                                     const MotionState& state) {
   const auto& body = *context.body;
   const auto& subdomain = body.subdomain();
+  const auto& edges = body.edges();
   const double end = load_time + duration;
   const double lambda = body.elasticity().lambda, mu = body.elasticity().mu;
   const double wave_speed = std::sqrt(mu / context.density);

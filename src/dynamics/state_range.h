@@ -11,7 +11,7 @@ namespace crackle::dynamics {
 /// which breaking limits to the strength; a wave of that stress moves the material with stress / impedance.
 /// Free flight, and generous factors for focusing, are added; whatever exceeds the range is noticed and
 /// reported, never wrapped. Collective; equal bits for any number of ranks.
-mechanics::StateRange expected_range(const MotionContext& context, const mechanics::Edges& edges,
-                                     double load_time, double duration, const MotionState& state);
+mechanics::StateRange expected_range(const MotionContext& context, double load_time, double duration,
+                                     const MotionState& state);
 
 }  // namespace crackle::dynamics

@@ -35,6 +35,7 @@ int most_loaded_cut(const mechanics::TetrahedronOperator& tetrahedron, const Sym
 BreakableBody::BreakableBody(const geometry::Subdomain& subdomain, const input::Material& material)
     : subdomain_(&subdomain),
       operators_(mechanics::make_operators(subdomain, material.density)),
+      edges_(mechanics::make_edges(subdomain)),
       elasticity_(material),
       force_(std::make_unique<mechanics::ReferenceForce>(operators_, elasticity_)),
       broken_(subdomain.tetrahedra.size(), 0) {}

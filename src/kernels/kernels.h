@@ -76,7 +76,8 @@ struct RelativeStiffness {
 template <class Real>
 struct Kernels {
   /// f_a += S (u_b - u_a), f_b -= the same.
-  /// @return largest contribution, where the format has no flag for an overflow; else 0
+  /// @return largest contribution or half difference of displacement, where the format has no flag of the
+  ///   processor for an overflow; else 0
   Real (*add_edges)(const EdgeEnds* ends, const EdgeStiffness<Real>* stiffness, std::size_t n,
                     NodeRecord<Real>* nodes);
   /// f_a += S d + w x d, f_b += -S d + w x d, with d = u_b - u_a.

@@ -70,7 +70,7 @@ struct Rows<Real, 8> {
   }
 };
 
-/// The largest magnitude that a kernel met. The 32-bit format has the processor's invalid flag for that.
+/// The largest magnitude that a kernel met, where the format has no flag of the processor for an overflow.
 template <class Real, class RealVector>
 struct Watch {
   RealVector largest{};
@@ -111,6 +111,7 @@ Real add_edges(const EdgeEnds* ends, const EdgeStiffness<Real>* stiffness, std::
       const R ry = s[5] * x + s[1] * y + s[3] * z;
       const R rz = s[4] * x + s[3] * y + s[2] * z;
       watch.see(rx, ry, rz);
+      watch.see((Real)0.5 * x, (Real)0.5 * y, (Real)0.5 * z);
       I row[4];
       to_rows(rounded(rx), rounded(ry), rounded(rz), row);
       for (int k = 0; k < 4; ++k) Row::add_force(nodes, b[k], b[(4 + k) % N], -row[k]);
@@ -147,6 +148,7 @@ Real add_general_edges(const GeneralEdges<Real>* edges, std::size_t n, NodeRecor
       const R wy = w[2] * x - w[0] * z;
       const R wz = w[0] * y - w[1] * x;
       watch.see(absolute(sx) + absolute(wx), absolute(sy) + absolute(wy), absolute(sz) + absolute(wz));
+      watch.see((Real)0.5 * x, (Real)0.5 * y, (Real)0.5 * z);
       I row[4];
       to_rows(rounded(sx + wx), rounded(sy + wy), rounded(sz + wz), row);
       for (int k = 0; k < 4; ++k) Row::add_force(nodes, a[k], a[(4 + k) % N], row[k]);

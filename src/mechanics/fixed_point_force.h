@@ -10,6 +10,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace crackle::mechanics {
@@ -68,6 +69,12 @@ public:
   /// Whether a contribution was larger than the format can hold, in add_block() or update(), since the
   /// object was made. The 32-bit format has the processor's invalid flag for that, which the caller reads.
   bool has_overflown() const { return !(largest_contribution_ < contribution_limit); }
+
+  /// Largest contribution, or half of the largest difference of displacement if that is larger, since the
+  /// last call, in quanta; 64-bit format only.
+  double take_largest_contribution() {
+    return static_cast<double>(std::exchange(largest_contribution_, Real(0)));
+  }
 
 private:
   struct Block {

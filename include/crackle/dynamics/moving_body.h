@@ -5,7 +5,6 @@
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/fracture/tuler_butcher.h"
 #include "crackle/mechanics/boundary_loads.h"
-#include "crackle/mechanics/edges.h"
 #include "crackle/mechanics/instruction_set.h"
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
@@ -78,8 +77,7 @@ std::unique_ptr<MovingBody> make_reference_motion(const MotionContext& context, 
 /// @param duration of the phase at most [s]; the range of the numbers follows from it
 /// @param state at the start; prescribed components are set to their values at load_time
 std::unique_ptr<MovingBody> make_fixed_point_motion(
-    const MotionContext& context, const mechanics::Edges& edges, input::Precision precision, double load_time,
-    double duration, MotionState& state,
-    mechanics::InstructionSet instruction_set = mechanics::best_instruction_set());
+    const MotionContext& context, input::Precision precision, double load_time, double duration,
+    MotionState& state, mechanics::InstructionSet instruction_set = mechanics::best_instruction_set());
 
 }  // namespace crackle::dynamics

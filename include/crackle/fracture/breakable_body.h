@@ -3,6 +3,7 @@
 
 #include "crackle/fracture/break_record.h"
 #include "crackle/geometry/subdomain.h"
+#include "crackle/mechanics/edges.h"
 #include "crackle/mechanics/internal_force.h"
 #include "crackle/mechanics/operators.h"
 
@@ -33,6 +34,7 @@ public:
   const geometry::Subdomain& subdomain() const { return *subdomain_; }
   const mechanics::PdsOperators& operators() const { return operators_; }
   const mechanics::IsotropicElasticity& elasticity() const { return elasticity_; }
+  const mechanics::Edges& edges() const { return edges_; }
   const mechanics::InternalForce& force() const { return *force_; }
 
   bool is_broken(std::int32_t tetrahedron) const {
@@ -64,6 +66,7 @@ public:
 private:
   const geometry::Subdomain* subdomain_;
   mechanics::PdsOperators operators_;
+  mechanics::Edges edges_;
   mechanics::IsotropicElasticity elasticity_;
   std::unique_ptr<mechanics::InternalForce> force_;
   std::vector<std::uint8_t> broken_;

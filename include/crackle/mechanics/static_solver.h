@@ -2,13 +2,15 @@
 #pragma once
 
 #include "crackle/geometry/subdomain.h"
-#include "crackle/mechanics/internal_force.h"
+#include "crackle/mechanics/edges.h"
+#include "crackle/mechanics/elasticity.h"
+#include "crackle/mechanics/operators.h"
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
 #include "crackle/parallel/petsc.h"
 
 #include <cstdint>
-#include <functional>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <vector>
@@ -24,46 +26,35 @@ public:
 /// Which displacement components are prescribed; ghost nodes included.
 using HeldComponents = std::vector<std::uint8_t>;  ///< 3 n_local, 1 where prescribed
 
-/// Static equilibrium K u = f of the unbroken body: PETSc's conjugate gradients with algebraic multigrid
-/// (GAMG) and the rigid-body modes as near null space. The preconditioner is kept over breaks until it wears
-/// out.
+/// Static equilibrium K u = f: PETSc's conjugate gradients, without a matrix: the product is the fast edge
+/// loop, the preconditioner a block Jacobi and a coarse correction by rigid motions of cells.
+///
+/// Every sum is independent of its order, so the solution has the same bits for every partition.
 class StaticSolver {
 public:
-  /// Assembles the intact body's matrix. Collective. The references must outlive the object.
+  /// Collective. The references must outlive the object.
+  /// @param broken 1 for each local tetrahedron that carries nothing; may change, see release()
   StaticSolver(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
-               const PdsOperators& operators, const IsotropicElasticity& elasticity,
-               const InternalForce& force, HeldComponents held);
+               const PdsOperators& operators, const IsotropicElasticity& elasticity, const Edges& edges,
+               std::span<const std::uint8_t> broken, HeldComponents held);
+  ~StaticSolver();
+  StaticSolver(const StaticSolver&) = delete;
+  StaticSolver& operator=(const StaticSolver&) = delete;
 
-  /// Takes tetrahedra out of the matrix, after they were released in the internal force. Collective; every
-  /// rank names the local tetrahedra it holds.
+  /// Takes over that tetrahedra were broken. Local; every rank names the local tetrahedra it holds.
   void release(std::span<const std::int32_t> tetrahedra);
 
   /// Solves for the free displacements; held components of `displacement` are given and kept.
-  /// On entry `displacement` is the initial guess; ghosts are up to date on return. Collective.
+  /// On entry `displacement` is the initial guess; ghosts are up to date on return, also after an exception,
+  /// which leaves the last iterate. Collective.
   /// @param force 3 n_owned nodal forces [N]
   /// @return number of iterations
   /// @throws NoEquilibrium on every rank
   int solve(std::span<const double> force, parallel::NodeField& displacement);
 
 private:
-  void insert_rows(std::span<const std::int32_t> nodes);
-  int run_solver(double reference_norm);
-
-  const parallel::Communicator* group_;
-  const geometry::Subdomain* subdomain_;
-  const PdsOperators* operators_;
-  IsotropicElasticity elasticity_;
-  const InternalForce* force_;
-  HeldComponents held_;
-  NodeTetrahedra round_node_;
-  std::vector<std::uint8_t> broken_;
-  double typical_stiffness_ = 0;
-  parallel::MatOwner matrix_;
-  parallel::NullSpaceOwner rigid_modes_;
-  parallel::KspOwner ksp_;
-  parallel::NodeField residual_;
-  parallel::NodeField correction_;
-  int fresh_iterations_ = 0;  // of the first solve with the current preconditioner
+  class Problem;
+  std::unique_ptr<Problem> problem_;
 };
 
 }  // namespace crackle::mechanics

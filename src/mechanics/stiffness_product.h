@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/parallel/communicator.h"
+#include "crackle/parallel/node_field.h"
+#include "fixed_point_force.h"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace crackle::mechanics {
+
+/// K u in double precision through the fast edge loop, with the same bits for every partition. The scale of
+/// the fixed-point numbers follows the operand, from product to product.
+class StiffnessProduct {
+public:
+  /// Collective. The references must outlive the object.
+  StiffnessProduct(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+                   const PdsOperators& operators, const IsotropicElasticity& elasticity, const Edges& edges,
+                   std::span<const std::uint8_t> broken);
+
+  /// @param displacement ghosts up to date
+  /// @param force of the owned nodes, 3 n_owned [N]
+  /// Collective.
+  void apply(const parallel::NodeField& displacement, std::span<double> force);
+
+  /// After tetrahedra were broken. Local.
+  void update(std::span<const std::int32_t> tetrahedra) { force_->update(tetrahedra, false); }
+
+private:
+  double largest(double value) const;
+
+  const parallel::Communicator* group_;
+  std::unique_ptr<FixedPointForce<double>> force_;
+  double unit_ = 0;        // force quantum per displacement quantum [N/m]
+  int gain_exponent_ = 0;  // of the largest contribution over the largest displacement, last time
+  bool has_gain_ = false;
+};
+
+}  // namespace crackle::mechanics

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/parallel/reproducible.h"
+
+#include <petsc/private/vecimpl.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+
+namespace crackle::parallel {
+
+namespace {
+
+constexpr int bits_per_part = 36;
+/// The last bits of a double near this are an integer below 2^51 in magnitude.
+constexpr double shift = 6755399441055744.0;
+constexpr std::int64_t shift_bits = 0x4338000000000000;
+
+double largest_product(std::span<const double> a, std::span<const double> b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const double product = std::abs(a[i] * b[i]);
+    largest = product > largest ? product : largest;
+  }
+  return largest;
+}
+
+std::array<std::int64_t, 2> sum_parts(std::span<const double> a, std::span<const double> b, double to_high) {
+  const double from_high = 1 / to_high;
+  const double to_low = to_high * std::ldexp(1.0, bits_per_part);
+  std::int64_t high = 0, low = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const double product = a[i] * b[i];
+    const double shifted = product * to_high + shift;
+    high += std::bit_cast<std::int64_t>(shifted) - shift_bits;
+    const double rest = product - (shifted - shift) * from_high;
+    low += std::bit_cast<std::int64_t>(rest * to_low + shift) - shift_bits;
+  }
+  return {high, low};
+}
+
+std::span<const double> values(Vec vector) {
+  const double* array = nullptr;
+  PetscInt n = 0;
+  check_petsc(VecGetLocalSize(vector, &n), "VecGetLocalSize");
+  check_petsc(VecGetArrayRead(vector, &array), "VecGetArrayRead");
+  return {array, static_cast<std::size_t>(n)};
+}
+
+void restore(Vec vector, std::span<const double> array) {
+  const double* data = array.data();
+  check_petsc(VecRestoreArrayRead(vector, &data), "VecRestoreArrayRead");
+}
+
+/// Calls work(value of x, value of y to change) for every place.
+template <class Work>
+PetscErrorCode update(Vec x, Vec y, const Work& work) {
+  const auto from = values(x);
+  double* to = nullptr;
+  check_petsc(VecGetArray(y, &to), "VecGetArray");
+  for (std::size_t i = 0; i < from.size(); ++i) work(from[i], to[i]);
+  check_petsc(VecRestoreArray(y, &to), "VecRestoreArray");
+  restore(x, from);
+  return 0;
+}
+
+// What PETSc calls. An exception must not pass through its C code: an MPI failure ends in its error code.
+PetscErrorCode dot(Vec x, Vec y, PetscScalar* result) {
+  const auto a = values(x), b = values(y);
+  *result = reproducible_dot(PetscObjectComm(reinterpret_cast<PetscObject>(x)), a, b);
+  restore(y, b);
+  restore(x, a);
+  return 0;
+}
+
+PetscErrorCode norm(Vec x, NormType type, PetscReal* result) {
+  if (type != NORM_2 && type != NORM_FROBENIUS) return PETSC_ERR_SUP;
+  PetscCall(dot(x, x, result));
+  *result = std::sqrt(*result);
+  return 0;
+}
+
+PetscErrorCode axpy(Vec y, PetscScalar alpha, Vec x) {
+  return update(x, y, [alpha](double from, double& to) { to += alpha * from; });
+}
+
+PetscErrorCode aypx(Vec y, PetscScalar beta, Vec x) {
+  return update(x, y, [beta](double from, double& to) { to = from + beta * to; });
+}
+
+template <class Function>
+void set_operation(Vec vector, std::size_t offset, Function function) {
+  // VecSetOperation counts the entries of PETSc's table of operations; only some have public names.
+  check_petsc(VecSetOperation(vector, static_cast<VecOperation>(offset / sizeof(void (*)(void))),
+                              reinterpret_cast<void (*)(void)>(function)),
+              "VecSetOperation");
+}
+
+}  // namespace
+
+double reproducible_dot(MPI_Comm communicator, std::span<const double> a, std::span<const double> b) {
+  double largest = largest_product(a, b);
+  int n_ranks = 1;
+  check_mpi(MPI_Comm_size(communicator, &n_ranks), "MPI_Comm_size");
+  if (n_ranks > 1)
+    check_mpi(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, communicator), "MPI_Allreduce");
+  if (largest == 0 || !std::isfinite(largest)) return largest;
+  const int exponent = std::max(std::ilogb(largest), -900) + 1;
+  const double to_high = std::ldexp(1.0, bits_per_part - exponent);
+  auto parts = sum_parts(a, b, to_high);
+  if (n_ranks > 1)
+    check_mpi(MPI_Allreduce(MPI_IN_PLACE, parts.data(), 2, MPI_INT64_T, MPI_SUM, communicator),
+              "MPI_Allreduce");
+  return static_cast<double>(parts[0]) / to_high +
+         std::ldexp(static_cast<double>(parts[1]) / to_high, -bits_per_part);
+}
+
+void make_reproducible(Vec vector) {
+  set_operation(vector, offsetof(struct _VecOps, dot), dot);
+  set_operation(vector, offsetof(struct _VecOps, tdot), dot);
+  set_operation(vector, offsetof(struct _VecOps, norm), norm);
+  set_operation(vector, offsetof(struct _VecOps, axpy), axpy);
+  set_operation(vector, offsetof(struct _VecOps, aypx), aypx);
+}
+
+}  // namespace crackle::parallel
