@@ -14,7 +14,7 @@ namespace {
 // 2^50; aiming lower leaves room for an operand whose gain is larger than that of the last one.
 constexpr int displacement_exponent = 61;
 constexpr int safe_exponent = 48;
-constexpr int aimed_exponent = 46;
+constexpr int aimed_exponent = 49;
 constexpr int poor_exponent = 40;
 
 double stiffest_entry(const parallel::Communicator& group, const PdsOperators& operators,
