@@ -6,8 +6,8 @@
 #include "external_work.h"
 #include "state_range.h"
 
-#include "../fracture/stress_watch.h"
-#include "../mechanics/fixed_point_force.h"
+#include "fracture/stress_watch.h"
+#include "mechanics/fixed_point_force.h"
 
 #include <fmt/format.h>
 

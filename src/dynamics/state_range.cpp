@@ -13,9 +13,8 @@ namespace {
 
 // Head room over the estimates below, for waves that meet and for stress at notches and crack fronts.
 constexpr double load_concentration = 8;
-/// The stretch of an edge, over the longest edge: small-strain theory ends long before, also where fragments
-/// turn.
-constexpr double largest_stretch = 0.5;
+/// The stretch of an edge, over the longest edge: small fragments turn by radians while they fly away.
+constexpr double largest_stretch = 2;
 constexpr double velocity_room = 32;
 constexpr double force_room = 4;
 

@@ -5,7 +5,7 @@
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/mechanics/operators.h"
 
-#include "../kernels/kernels.h"
+#include "kernels/kernels.h"
 
 #include <cstdint>
 #include <span>

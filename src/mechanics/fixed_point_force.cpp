@@ -242,6 +242,13 @@ void FixedPointForce<Real>::update(std::span<const std::int32_t> tetrahedra, boo
 }
 
 template <class Real>
+double FixedPointForce<Real>::padding() const {
+  const auto n_edges =
+      static_cast<double>(std::ranges::count_if(plain_place_, [](auto place) { return place >= 0; }));
+  return n_edges > 0 ? 8 * static_cast<double>(ends_.size()) / n_edges - 1 : 0;
+}
+
+template <class Real>
 double FixedPointForce<Real>::largest_stretch() const {
   Integer largest = 0;
   const auto look = [&](std::int32_t a, std::int32_t b) {

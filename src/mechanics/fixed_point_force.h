@@ -5,7 +5,7 @@
 #include "crackle/mechanics/edges.h"
 #include "crackle/mechanics/fixed_point_scale.h"
 
-#include "../kernels/kernels.h"
+#include "kernels/kernels.h"
 
 #include <array>
 #include <cstdint>
@@ -61,6 +61,9 @@ public:
   /// size of the body.
   /// @param force_is_current the nodes hold the force of the present displacement: it is corrected
   void update(std::span<const std::int32_t> tetrahedra, bool force_is_current);
+
+  /// Places without an edge over the edges that the six-number form holds.
+  double padding() const;
 
   /// Largest difference of displacement along an edge that carries, in quanta, as long as none has wrapped
   /// around.

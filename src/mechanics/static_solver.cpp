@@ -19,7 +19,7 @@ using parallel::check_petsc;
 
 /// Residual that counts as equilibrium, in the norm that the preconditioner defines, relative to that of the
 /// loads: near the relative error of the displacement's energy norm.
-constexpr double relative_tolerance = 1e-8;
+constexpr double relative_tolerance = 1e-10;
 /// The residual that conjugate gradients carry along drifts from the true one; another run makes up for it.
 constexpr double drift_allowance = 3;
 constexpr int max_runs = 4;

@@ -20,8 +20,8 @@ struct FixedPointScale {
   double force;         ///< [N]
 };
 
-/// The finest quanta with which the range uses half of what the format converts: 31 bits for Real = float, 51
-/// bits (see kernels/lanes.h) for Real = double, which keeps ten more as head room for velocity and force.
+/// The finest quanta with which the range uses half of what the format converts, 31 bits, for Real = float.
+/// For Real = double, which converts 51 bits (see kernels/lanes.h), some are kept as head room.
 template <class Real>
 FixedPointScale fixed_point_scale(const StateRange& range);
 

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The fast dynamics in integers: reversible to the last bit, the same with every instruction set, true to the
+// plain double-precision dynamics, and no overloaded tetrahedron missed.
+#include "crackle/dynamics/explicit_phase.h"
+#include "crackle/dynamics/stable_step.h"
+#include "crackle/fracture/principal_stress.h"
+#include "support/box_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+namespace crackle::dynamics {
+namespace {
+
+using input::Integrator;
+using input::Precision;
+
+constexpr const char* name(Precision precision) {
+  return precision == Precision::mixed ? "mixed" : "double";
+}
+
+/// A block that vibrates and flies.
+class VibratingBlock : public ::testing::Test {
+protected:
+  VibratingBlock()
+      : mesh_(test::make_box({.size = {0.004, 0.006, 0.012}, .cells = {4, 6, 12}, .disturbance = 0.2})),
+        subdomain_(test::whole(mesh_)),
+        body_(subdomain_, test::epoxy()) {
+    const double stable = splitting(Integrator::bilateral4).stability_limit /
+                          largest_frequency(self_, subdomain_, body_.operators(), body_.force());
+    dt_ = 0.5 * stable;
+  }
+
+  MotionState start(double strain, double velocity) const {
+    MotionState state{parallel::NodeField(self_, subdomain_), parallel::NodeField(self_, subdomain_)};
+    for (std::size_t n = 0; n < subdomain_.nodes.size(); ++n) {
+      const auto& p = subdomain_.nodes[n];
+      state.displacement.local()[3 * n + 2] = strain * 0.004 * std::sin(p[2] / 0.002);
+      state.displacement.local()[3 * n] = 0.5 * strain * p[1];
+      for (std::size_t i = 0; i < 3; ++i)
+        state.velocity.local()[3 * n + i] = velocity * (1 + std::cos(700 * p[i]));
+    }
+    return state;
+  }
+
+  std::unique_ptr<MovingBody> fixed_point(Precision precision, MotionState& state, double strength = 35e6,
+                                          mechanics::InstructionSet set = mechanics::best_instruction_set()) {
+    return make_fixed_point_motion(context(strength), precision, 0, 1e-4, state, set);
+  }
+
+  MotionContext context(double strength) {
+    return {&self_, &body_, &loads_, test::epoxy().density, strength};
+  }
+
+  void run(MovingBody& motion, int n_steps) const {
+    const Splitting& map = splitting(Integrator::bilateral4);
+    for (int step = 0; step < n_steps; ++step)
+      motion.step(step % 2 == 0 ? map.even : map.odd, dt_, step * dt_);
+  }
+
+  static std::vector<double> values(const MotionState& state) {
+    std::vector<double> all(state.displacement.owned().begin(), state.displacement.owned().end());
+    all.insert(all.end(), state.velocity.owned().begin(), state.velocity.owned().end());
+    return all;
+  }
+
+  parallel::Communicator self_{MPI_COMM_SELF};
+  geometry::Realization mesh_;
+  geometry::Subdomain subdomain_;
+  fracture::BreakableBody body_;
+  mechanics::BoundaryLoads loads_;
+  double dt_ = 0;
+};
+
+TEST_F(VibratingBlock, RunsBackToItsStartBitByBit) {
+  for (std::int32_t t = 4; t < subdomain_.n_tetrahedra(); t += 40) body_.release(t, {}, 0, 0);
+  for (const auto precision : {Precision::mixed, Precision::double_}) {
+    auto state = start(0.002, 1);
+    const auto motion = fixed_point(precision, state);
+    const auto first = values(state);
+    const int n_steps = 2000;
+    run(*motion, n_steps);
+    motion->read(state);
+    const auto middle = values(state);
+    const Splitting& map = splitting(Integrator::bilateral4);
+    const auto reversed = [](std::span<const Stage> stages) {
+      std::vector<Stage> back(stages.rbegin(), stages.rend());
+      for (auto& stage : back) stage.fraction = -stage.fraction;
+      return back;
+    };
+    const auto even = reversed(map.even), odd = reversed(map.odd);
+    for (int step = n_steps - 1; step >= 0; --step) motion->step(step % 2 == 0 ? even : odd, dt_, 0);
+    motion->read(state);
+    const auto last = values(state);
+    std::size_t n_moved = 0, n_different = 0;
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      n_moved += middle[i] != first[i] ? 1 : 0;
+      n_different += last[i] != first[i] ? 1 : 0;
+    }
+    std::printf("%s: %d steps and back: %zu of %zu numbers moved, %zu are not what they were\n",
+                name(precision), n_steps, n_moved, first.size(), n_different);
+    EXPECT_GT(n_moved, first.size() * 9 / 10);
+    EXPECT_EQ(n_different, 0U);
+  }
+}
+
+TEST_F(VibratingBlock, HasTheSameBitsWithEveryInstructionSet) {
+  for (const auto precision : {Precision::mixed, Precision::double_}) {
+    std::vector<double> first;
+    for (const auto set : mechanics::available_instruction_sets()) {
+      auto state = start(0.002, 1);
+      const auto motion = fixed_point(precision, state, 35e6, set);
+      run(*motion, 300);
+      motion->read(state);
+      if (first.empty()) first = values(state);
+      EXPECT_EQ(values(state), first) << name(precision) << ", " << mechanics::to_string(set);
+    }
+    std::printf("%s: %zu instruction sets compared\n", name(precision),
+                mechanics::available_instruction_sets().size());
+  }
+}
+
+TEST_F(VibratingBlock, FollowsThePlainDynamicsOverManySteps) {
+  const int n_steps = 20000;
+  // What the plain dynamics change by the integrator's own error is subtracted.
+  const auto energy_and_momentum = [&](const MotionState& state) {
+    const auto v = state.velocity.owned();
+    double energy = 0, momentum = 0, scale = 0;
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      const double m = body_.operators().node_mass[i / 3];
+      energy += 0.5 * m * v[i] * v[i];
+      if (i % 3 == 2) momentum += m * v[i];
+      if (i % 3 == 2) scale += m * std::abs(v[i]);
+    }
+    for (const double e : body_.strain_energies(state.displacement.local())) energy += e;
+    return std::array{energy, momentum, scale};
+  };
+  auto plain_state = start(0.002, 1);
+  const double at_start = energy_and_momentum(plain_state)[0];
+  const auto plain = make_reference_motion(context(35e6), 0, plain_state);
+  run(*plain, n_steps);
+  const double plain_change = energy_and_momentum(plain_state)[0] / at_start - 1;
+  for (const auto precision : {Precision::mixed, Precision::double_}) {
+    auto state = start(0.002, 1);
+    const auto motion = fixed_point(precision, state);
+    const auto before = energy_and_momentum(state);
+    run(*motion, n_steps);
+    motion->read(state);
+    const auto after = energy_and_momentum(state);
+    double worst = 0, largest = 0;
+    for (std::size_t i = 0; i < state.velocity.owned().size(); ++i) {
+      worst = std::max(worst, std::abs(state.velocity.owned()[i] - plain_state.velocity.owned()[i]));
+      largest = std::max(largest, std::abs(plain_state.velocity.owned()[i]));
+    }
+    std::printf(
+        "%s, %d steps: energy differs by %.1e from the plain dynamics, momentum change %.1e, velocity "
+        "differs by %.1e of the largest\n",
+        name(precision), n_steps, after[0] / before[0] - 1 - plain_change, (after[1] - before[1]) / before[2],
+        worst / largest);
+    const bool is_mixed = precision == Precision::mixed;
+    EXPECT_LT(std::abs(after[0] / before[0] - 1 - plain_change), is_mixed ? 5e-5 : 1e-8);
+    EXPECT_LT(std::abs(after[1] - before[1]), (is_mixed ? 1e-5 : 1e-9) * before[2]);
+    EXPECT_LT(worst, (is_mixed ? 2e-3 : 1e-6) * largest);
+    EXPECT_FALSE(motion->failure());
+  }
+}
+
+TEST_F(VibratingBlock, NoOverloadedTetrahedronIsMissed) {
+  const double strength = 12e6;
+  for (const auto precision : {Precision::mixed, Precision::double_}) {
+    auto state = start(0.002, 1);
+    const auto motion = fixed_point(precision, state, strength);
+    const Splitting& map = splitting(Integrator::bilateral4);
+    std::size_t n_overloaded = 0, n_quiet_steps = 0;
+    for (int step = 0; step < 400; ++step) {
+      motion->step(step % 2 == 0 ? map.even : map.odd, dt_, step * dt_);
+      std::vector<std::int32_t> expected;
+      for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); ++t) {
+        if (fracture::largest_principal(body_.elasticity()(motion->strain(t))) > strength)
+          expected.push_back(t);
+      }
+      const auto found = motion->overloaded();
+      ASSERT_EQ(std::vector<std::int32_t>(found.begin(), found.end()), expected) << "step " << step;
+      n_overloaded += expected.size();
+      n_quiet_steps += expected.empty() ? 1 : 0;
+    }
+    std::printf("%s: %zu overloads in 400 steps, %zu steps without any\n", name(precision), n_overloaded,
+                n_quiet_steps);
+    EXPECT_GT(n_overloaded, 1000U);
+  }
+}
+
+TEST_F(VibratingBlock, AStateThatOutgrowsItsNumbersIsReported) {
+  auto state = start(0.002, 1);
+  const auto motion = fixed_point(Precision::mixed, state);
+  EXPECT_FALSE(motion->failure());
+  // Far above the stable step everything grows without bound.
+  const Splitting& map = splitting(Integrator::bilateral4);
+  int step = 0;
+  while (step < 200 && !motion->failure()) {
+    motion->step(step % 2 == 0 ? map.even : map.odd, 5 * dt_, 0);
+    ++step;
+  }
+  ASSERT_TRUE(motion->failure());
+  std::printf("after %d steps: %s\n", step, motion->failure()->c_str());
+  EXPECT_NE(motion->failure()->find("time.precision"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace crackle::dynamics
