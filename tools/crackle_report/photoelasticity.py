@@ -15,7 +15,7 @@ Both are given as seen in a circular polariscope, whose pictures have no isoclin
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Iterator
+from typing import Iterator, Sequence
 
 import numpy as np
 
@@ -92,58 +92,62 @@ def make_fringes(nodes: np.ndarray, tetrahedra: np.ndarray, stress: np.ndarray, 
 
     nodes: n x 3 [m]; tetrahedra: m x 4; stress: m x 6 as from element_stress [Pa], zero in broken tetrahedra.
     """
-    shape = grid.shape
-    order = np.full(shape, np.nan)
-    product = np.full(shape, np.nan)
-    # Two components of the retardation for each m of way, in fringes: the real symmetric, traceless stress.
-    rate = optics.order_per_stress_length * np.stack([stress[:, 1] - stress[:, 2], 2 * stress[:, 3]], axis=1)
+    return make_series(nodes, tetrahedra, [stress], grid, optics)[0]
+
+
+def make_series(nodes: np.ndarray, tetrahedra: np.ndarray, stresses: Sequence[np.ndarray], grid: Grid,
+                optics: Optics = Optics()) -> list[Fringes]:
+    """As make_fringes, for several states of stress of one body: its chords are cut once."""
+    # Two components of the retardation for each m of way, in fringes: the traceless stress across the ray.
+    rates = [optics.order_per_stress_length * np.stack([stress[:, 1] - stress[:, 2], 2 * stress[:, 3]])
+             for stress in stresses]
+    orders, products = (np.full((len(rates), *grid.shape), np.nan) for _ in range(2))
     for rows, chords in _bands(nodes, tetrahedra, grid):
-        order[rows], product[rows] = _look_through(chords, rate, (rows.stop - rows.start) * shape[1], shape[1])
-    return Fringes(order, np.sin(np.pi * order) ** 2, product)
+        for i, rate in enumerate(rates):
+            orders[i, rows] = _integrate(chords, rate).reshape(-1, grid.y.size)
+            products[i, rows] = _multiply(chords, rate).reshape(-1, grid.y.size)
+    return [Fringes(order, np.sin(np.pi * order) ** 2, product) for order, product in zip(orders, products)]
 
 
 @dataclass(frozen=True)
-class Chords:
-    """What rays cut out of tetrahedra; `pixel` counts within a band of rows."""
+class _Chords:
+    """What the rays of a band of pixel rows cut out of tetrahedra, ray by ray in the order of their way."""
 
-    pixel: np.ndarray
+    count: np.ndarray  # on each ray
+    pixel: np.ndarray  # of each chord; counts within the band
     tetrahedron: np.ndarray
-    entry: np.ndarray  # x where the ray comes in [m]
     length: np.ndarray  # [m]
 
 
-def _look_through(chords: Chords, rate: np.ndarray, n_pixels: int, n_columns: int) -> tuple[np.ndarray, np.ndarray]:
-    """Fringe order and dark field by the product, for the rows of a band."""
-    turn = rate[chords.tetrahedron] * chords.length[:, None]  # fringes
-    total = np.stack([np.bincount(chords.pixel, turn[:, i], n_pixels) for i in range(2)])
-    met = np.bincount(chords.pixel, minlength=n_pixels) > 0
-    order = np.where(met, np.hypot(*total), np.nan)
+def _integrate(chords: _Chords, rate: np.ndarray) -> np.ndarray:
+    """Fringe order of each ray of a band by the integrated form."""
+    total = [np.bincount(chords.pixel, r[chords.tetrahedron] * chords.length, chords.count.size) for r in rate]
+    return np.where(chords.count > 0, np.hypot(*total), np.nan)
 
-    # A retarder's Jones matrix, cos p + i sin p (c s3 + s s1) with Pauli's matrices, as a quaternion. The
-    # k-th chords of all rays are multiplied at once.
-    sorted_by_way = np.lexsort((chords.entry, chords.pixel))
-    pixel = chords.pixel[sorted_by_way]
-    turn = np.pi * turn[sorted_by_way]
-    angle = np.hypot(turn[:, 0], turn[:, 1])
+
+def _multiply(chords: _Chords, rate: np.ndarray) -> np.ndarray:
+    """Dark field of each ray of a band by the product of the Jones matrices."""
+    # A retarder's matrix, cos p + i sin p (c s3 + s s1) with Pauli's matrices, as a quaternion. The k-th
+    # retarders of all rays are multiplied at once.
+    along, across = np.pi * rate[:, chords.tetrahedron] * chords.length
+    angle = np.hypot(along, across)
     sine = np.sinc(angle / np.pi)
-    factor = np.stack([np.cos(angle), sine * turn[:, 0], sine * turn[:, 1]])
-    count = np.bincount(pixel, minlength=n_pixels)
-    start = np.cumsum(count) - count
-    rays = np.flatnonzero(count)
-    state = np.zeros((4, n_pixels))  # components of 1, i s3, i s1, i s2
+    factor = np.stack([np.cos(angle), sine * along, sine * across])
+    start = np.cumsum(chords.count) - chords.count
+    rays = np.flatnonzero(chords.count)
+    state = np.zeros((4, chords.count.size))  # components of 1, i s3, i s1, i s2
     state[0] = 1
-    for k in range(int(count.max(initial=0))):
-        rays = rays[count[rays] > k]
+    for k in range(int(chords.count.max(initial=0))):
+        rays = rays[chords.count[rays] > k]
         w, a, b = factor[:, start[rays] + k]
         s, p, q, r = state[:, rays]
         state[:, rays] = (w * s - a * p - b * q, w * p + a * s - b * r, w * q + b * s + a * r,
                           w * r + b * p - a * q)
-    # Circular light turned by the matrix: what is not left in its own sense passes the crossed analyser.
-    dark = np.where(met, state[1] ** 2 + state[2] ** 2, np.nan)
-    return order.reshape(-1, n_columns), dark.reshape(-1, n_columns)
+    # Of circular light, what the matrix takes out of its own sense passes the crossed analyser.
+    return np.where(chords.count > 0, state[1] ** 2 + state[2] ** 2, np.nan)
 
 
-def _bands(nodes: np.ndarray, tetrahedra: np.ndarray, grid: Grid) -> Iterator[tuple[slice, Chords]]:
+def _bands(nodes: np.ndarray, tetrahedra: np.ndarray, grid: Grid) -> Iterator[tuple[slice, _Chords]]:
     """The chords of all rays, in bands of pixel rows."""
     faces = _faces(nodes, tetrahedra)
     corner = nodes[tetrahedra]
@@ -159,7 +163,7 @@ def _bands(nodes: np.ndarray, tetrahedra: np.ndarray, grid: Grid) -> Iterator[tu
     for low, high in zip(edges[:-1], edges[1:]):
         bottom, top = np.maximum(last[0], low), np.minimum(last[1], high)
         inside = np.flatnonzero((top > bottom) & (n_across > 0))
-        yield slice(low, high), _cut(faces, inside, first[0], n_across, bottom, top, low, grid)
+        yield slice(low, high), _cut(faces, inside, first[0], n_across, bottom, top, low, high - low, grid)
 
 
 def _pixel_range(coordinate: np.ndarray, centres: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -200,13 +204,13 @@ def _faces(nodes: np.ndarray, tetrahedra: np.ndarray) -> _Faces:
 
 
 def _cut(faces: _Faces, inside: np.ndarray, left: np.ndarray, n_across: np.ndarray, bottom: np.ndarray,
-         top: np.ndarray, first_row: int, grid: Grid) -> Chords:
+         top: np.ndarray, first_row: int, n_rows: int, grid: Grid) -> _Chords:
     """The chords of the tetrahedra `inside` with the pixels of their bounding rectangles."""
     parts = []
     for n_entered in range(1, 4):
         chosen = inside[faces.n_entered[inside] == n_entered]
-        n_rows, n_columns = top[chosen] - bottom[chosen], n_across[chosen]
-        n_pixels = n_rows * n_columns
+        n_columns = n_across[chosen]
+        n_pixels = (top - bottom)[chosen] * n_columns
         which = np.repeat(np.arange(chosen.size), n_pixels)
         within = np.arange(which.size) - np.repeat(np.cumsum(n_pixels) - n_pixels, n_pixels)
         row, column = np.divmod(within, n_columns[which])
@@ -220,5 +224,8 @@ def _cut(faces: _Faces, inside: np.ndarray, left: np.ndarray, n_across: np.ndarr
         length = np.minimum.reduce(x[n_entered:]) - entry
         cut = length > 0
         pixel = (row[cut] - first_row) * grid.y.size + column[cut]
-        parts.append((pixel, chosen[which[cut]], entry[cut], length[cut]))
-    return Chords(*(np.concatenate(column) for column in zip(*parts)))
+        parts.append((pixel, entry[cut], chosen[which[cut]], length[cut]))
+    pixel, entry, tetrahedron, length = (np.concatenate(column) for column in zip(*parts))
+    order = np.lexsort((entry, pixel))
+    count = np.bincount(pixel, minlength=n_rows * grid.y.size)
+    return _Chords(count, pixel[order], tetrahedron[order], length[order])
