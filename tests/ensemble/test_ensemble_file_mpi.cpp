@@ -36,12 +36,15 @@ protected:
       row.onset_time = 76 + 0.1 * i;
       row.outcome = i % 4;
       row.pattern = 1 + i % 3;
+      row.overlap = 0.1 * i;
       row.bifurcations = i;
+      row.kinks = 3 * i;
       row.breaks = 1'000 * i;
       row.crack_area = 1e-4 * i;
       row.crack_speed_max = 600 - i;
       row.energy_error = 1e-5 * i;
       row.z = {0.065 + 1e-4 * i, none, 0.0655, 0.075, 0.0751 - 1e-4 * i, none};
+      row.z_spread = {1e-4 * i, none, 2e-4, 3e-4, 4e-4, none};
       row.branches = {1, 0, 2, 1, 1, 0};
       row.wall_time = i;
       rows.push_back(row);
@@ -150,6 +153,7 @@ TEST_F(EnsembleFile, EnsembleWithoutNotchesOrSections) {
   parameters.specimen.notches.clear();
   for (SampleSummary& row : rows) {
     row.z.clear();
+    row.z_spread.clear();
     row.branches.clear();
   }
   const fs::path file = shared_folder / "ensemble.h5";
