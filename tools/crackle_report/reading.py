@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Any, Optional
+from typing import Any, Callable, Optional, TypeVar
 
 # A folder on a network file system, or one that a run is writing to, may not be locked for reading.
 os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
@@ -14,13 +14,14 @@ import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
 from . import input_text  # noqa: E402
-from .results import DONE, PENDING, CrackSurface, Ensemble, Samples, Statistics  # noqa: E402
+from .results import (DONE, PENDING, CrackLine, CrackSurface, Energy, Ensemble, Frames, Samples,  # noqa: E402
+                      Statistics)
 from .statistics import make_statistics  # noqa: E402
 
 DEFAULT_CONFIDENCE = 0.95  # of the intervals while there is no ensemble.h5
 ENSEMBLE_KIND, SAMPLE_KIND = "crackle ensemble", "crackle sample"
-NUMBERS = ("onset_force", "onset_time", "crack_area", "crack_speed_max", "energy_error")
-COUNTS = ("outcome", "pattern", "bifurcations")
+NUMBERS = ("onset_force", "onset_time", "overlap", "crack_area", "crack_speed_max", "energy_error")
+COUNTS = ("outcome", "pattern", "bifurcations", "kinks")
 
 
 class ResultsError(Exception):
@@ -73,7 +74,25 @@ def _read(folder: Path) -> Ensemble:
     return Ensemble(
         folder=folder, plate=input_text.plate(setting), sections=sections, confidence=confidence,
         samples=samples, statistics=statistics, provenance=_describe(identity),
-        input_text=str(identity["input"]), load_crack=lambda i: _read_crack(sample_files.get(i)))
+        input_text=str(identity["input"]), stop_half_width=input_text.stop_half_width(setting),
+        load_crack=_loader(sample_files, _read_crack, None), load_lines=_loader(sample_files, _read_lines, []),
+        load_energy=_loader(sample_files, _read_energy, None),
+        load_frames=_loader(sample_files, _read_frames, None))
+
+
+Part = TypeVar("Part")
+
+
+def _loader(files: dict[int, Path], read: Callable[[h5py.File], Part], nothing: Part) -> Callable[[int], Part]:
+    """Reads a part of a sample's results; `nothing` without its file or when it failed."""
+
+    def load(i: int) -> Part:
+        if i not in files:
+            return nothing
+        with _open(files[i], SAMPLE_KIND) as root:
+            return read(root) if root.attrs["status"] == DONE else nothing
+
+    return load
 
 
 def _sample_files(folder: Path) -> dict[int, Path]:
@@ -147,13 +166,27 @@ def _read_statistics(root: h5py.File) -> Statistics:
     return Statistics(**{name: group[name][...] for name in Statistics.__dataclass_fields__})
 
 
-def _read_crack(file: Optional[Path]) -> Optional[CrackSurface]:
-    """The crack surface of a sample; None without its file or when it failed."""
-    if file is None:
-        return None
-    with _open(file, SAMPLE_KIND) as root:
-        if root.attrs["status"] != DONE:
-            return None
-        group = root["crack_surface"]
-        notch_of_crack = np.append(group["cracks/notch"][...], -1)
-        return CrackSurface(group["corners"][...].astype(np.float32), group["time"][...], notch_of_crack[group["crack"][...]])
+def _read_crack(root: h5py.File) -> CrackSurface:
+    group = root["crack_surface"]
+    notch_of_crack = np.append(group["cracks/notch"][...], -1)
+    return CrackSurface(group["corners"][...].astype(np.float32), group["time"][...],
+                        notch_of_crack[group["crack"][...]])
+
+
+def _read_lines(root: h5py.File) -> list[CrackLine]:
+    group = root["crack_lines"]
+    position, table = group["position"][...], group["lines"]
+    return [CrackLine(int(notch), parent >= 0, position[first:first + count]) for notch, parent, first, count in
+            zip(*(table[name][...] for name in ("notch", "parent", "first", "count")))]
+
+
+def _read_energy(root: h5py.File) -> Energy:
+    return Energy(**{name: root["energy"][name][...] for name in Energy.__dataclass_fields__})
+
+
+def _read_frames(root: h5py.File) -> Frames:
+    group = root["frames"]
+    tetrahedra = root["breaks/tetrahedron"][...]
+    return Frames(root["mesh/nodes"][...], root["mesh/tetrahedra"][...], group["time"][...],
+                  group["displacement"][...], [tetrahedra[:n] for n in group["broken"][...]],
+                  float(group.attrs["youngs_modulus"]), float(group.attrs["poisson_ratio"]))

@@ -22,6 +22,40 @@ class CrackSurface:
     notch: np.ndarray  # facets; the notch that the facet's crack started at, or -1
 
 
+@dataclass(frozen=True)
+class CrackLine:
+    """A crack as a line in the YZ plane: the mean of its surface over the thickness."""
+
+    notch: int
+    is_branch: bool
+    points: np.ndarray  # n x 2: y, z [m]
+
+
+@dataclass(frozen=True)
+class Energy:
+    """The energy account over the last dynamic phase [J], counted from the unloaded body."""
+
+    time: np.ndarray  # since its onset [s]
+    kinetic: np.ndarray
+    strain: np.ndarray
+    external: np.ndarray
+    released: np.ndarray
+    dissipated: np.ndarray
+
+
+@dataclass(frozen=True)
+class Frames:
+    """A sample's fields at some times of the last dynamic phase, and what their stress follows from."""
+
+    nodes: np.ndarray  # n x 3 [m]
+    tetrahedra: np.ndarray  # m x 4
+    time: np.ndarray  # frames; since onset [s]
+    displacement: np.ndarray  # frames x n x 3 [m]
+    broken: list[np.ndarray]  # for each frame the tetrahedra broken by then
+    youngs_modulus: float  # [Pa]
+    poisson_ratio: float
+
+
 @dataclass
 class Samples:
     """One row for each sample; NaN where there is no value."""
@@ -32,7 +66,9 @@ class Samples:
     onset_time: np.ndarray  # [s]
     outcome: np.ndarray  # how the sample ended: index into tables.OUTCOME_NAMES
     pattern: np.ndarray
+    overlap: np.ndarray  # of the one crack with the other turned by 180 degrees, 0 to 1
     bifurcations: np.ndarray
+    kinks: np.ndarray
     crack_area: np.ndarray  # [m^2]
     crack_speed_max: np.ndarray  # [m/s]
     energy_error: np.ndarray
@@ -69,12 +105,21 @@ class Ensemble:
     statistics: Statistics
     provenance: dict[str, str]
     input_text: str
+    stop_half_width: Optional[float]  # that the input's [ensemble.stop] asks for [m]
     load_crack: Callable[[int], Optional[CrackSurface]] = field(repr=False)
+    load_lines: Callable[[int], list[CrackLine]] = field(repr=False)
+    load_energy: Callable[[int], Optional[Energy]] = field(repr=False)
+    load_frames: Callable[[int], Optional[Frames]] = field(repr=False)
 
     @property
     def finished(self) -> bool:
         """No sample is pending."""
         return self.samples.count(PENDING) == 0
+
+    @property
+    def done(self) -> np.ndarray:
+        """Numbers of the samples that are done."""
+        return np.flatnonzero(self.samples.status == DONE)
 
     @property
     def n_notches(self) -> int:

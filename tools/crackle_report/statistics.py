@@ -39,6 +39,14 @@ def make_statistics(samples: Samples, confidence: float) -> Statistics:
                       np.array([wilson_half_width(s, n_done, confidence) for s in share]))
 
 
+def wilson_interval(count: int, n: int, confidence: float) -> tuple[float, float]:
+    """Wilson's confidence interval of a share seen count times in n > 0 trials."""
+    q = NormalDist().inv_cdf((1 + confidence) / 2)
+    centre = (count + q * q / 2) / (n + q * q)
+    half_width = wilson_half_width(count / n, n, confidence)
+    return max(0.0, centre - half_width), min(1.0, centre + half_width)
+
+
 def wilson_half_width(share: float, n: int, confidence: float) -> float:
     """Half width of Wilson's confidence interval of a share out of n."""
     if n == 0:

@@ -11,6 +11,7 @@ import numpy as np
 
 from . import style
 from .results import DONE, FAILED, Ensemble, Samples
+from .statistics import wilson_interval
 
 STATUS_NAMES = ("pending", "done", "failed")
 OUTCOME_NAMES = ("unbroken", "arrested", "separated", "duration over")
@@ -32,7 +33,9 @@ SAMPLE_COLUMNS = (
     Column("onset force", "N", lambda s, i: float(s.onset_force[i]), ".1f"),
     Column("end", "", lambda s, i: _name(OUTCOME_NAMES, int(s.outcome[i]))),
     Column("pattern", "", lambda s, i: style.pattern_name(int(s.pattern[i]))),
+    Column("overlap", "%", lambda s, i: 100 * float(s.overlap[i]), ".0f"),
     Column("branchings", "", lambda s, i: int(s.bifurcations[i]), "d"),
+    Column("kinks", "", lambda s, i: int(s.kinks[i]), "d"),
     Column("crack area", "mm²", lambda s, i: float(s.crack_area[i]) * 1e6, ".1f"),
     Column("crack speed", "greatest, m/s", lambda s, i: float(s.crack_speed_max[i]), ".0f"),
     Column("energy error", "of the work", lambda s, i: float(s.energy_error[i]), ".1e"),
@@ -83,12 +86,12 @@ def tiles(ensemble: Ensemble) -> str:
     if force.size:
         entries.append((f"{np.median(force):.0f} N",
                         f"median onset force ({force.min():.0f} to {force.max():.0f} N)"))
-    shares = ensemble.statistics
     for pattern in (1, 2):
-        share, half_width = shares.pattern_share[pattern], shares.pattern_half_width[pattern]
-        if math.isfinite(share):
-            entries.append((f"{100 * share:.0f} %",
-                            f"{style.pattern_name(pattern)} (± {100 * half_width:.0f} %)"))
+        if done.any():
+            count = int((table.pattern[done] == pattern).sum())
+            low, high = wilson_interval(count, int(done.sum()), ensemble.confidence)
+            entries.append((f"{100 * count / done.sum():.0f} %",
+                            f"{style.pattern_name(pattern)} ({100 * low:.0f} to {100 * high:.0f} %)"))
     branched = int(np.count_nonzero(table.bifurcations[done] > 0))
     if done.any():
         entries.append((str(branched), "samples with branchings"))

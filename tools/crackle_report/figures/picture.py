@@ -15,7 +15,16 @@ class Picture:
 
 
 @dataclass
+class Animation:
+    name: str  # of its file, without ending
+    description: str
+    gif: bytes
+    width: int  # [pixels]
+
+
+@dataclass
 class Section:
     title: str
     text: str
     pictures: list[Picture] = field(default_factory=list)
+    animations: list[Animation] = field(default_factory=list)
