@@ -21,7 +21,7 @@ def section(ensemble: Ensemble, _: Options) -> Section:
         "Convergence of the mean crack position",
         "Running mean over the samples in order of their number, with its "
         f"{100 * ensemble.confidence:g} % confidence band; one row for each notch, one column for each "
-        "section. All panels span the same length. " + _verdict(ensemble))
+        "section. All panels span the same length.", _verdict(ensemble))
     if ensemble.n_notches and ensemble.sections.size and len(ensemble.samples):
         result.pictures.append(Picture(
             "convergence", "Running mean of the crack position with its confidence band", _draw(ensemble)))

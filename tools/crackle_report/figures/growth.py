@@ -21,6 +21,7 @@ from .picture import Animation, Picture, Section
 
 N_TIMES = 6
 PIXELS_ACROSS = 245  # over the width of the plate
+N_COLOURS = 256  # of an animation
 FRAME_SECONDS, LAST_SECONDS = 0.35, 2.0
 ANIMATION_SIZE, ANIMATION_DPI = (5.0, 4.3), 110
 
@@ -60,13 +61,21 @@ def _chosen_frames(frames: Frames, crack: CrackSurface, times: tuple[float, ...]
 
 
 def _palette() -> Image.Image:
-    """The colours of an animation: greys (at steps that Pillow can tell apart), times and the plate's."""
+    """The colours of an animation: greys, times and the plate's; white is the last one."""
     plate = [to_rgb(colour) for colour in (style.BODY, style.OUTLINE, style.BEFORE_ONSET, "white")]
-    colours = np.vstack([np.linspace(0, 1, 52)[:, None].repeat(3, axis=1),
+    colours = np.vstack([np.linspace(0, 1, 120)[:, None].repeat(3, axis=1),
                          style.TIME_COLOURS(np.linspace(0, 1, 132))[:, :3], plate])
     image = Image.new("P", (1, 1))
     image.putpalette(np.round(255 * colours).astype(np.uint8).tobytes())
     return image
+
+
+def _to_palette(image: Image.Image) -> Image.Image:
+    result = image.quantize(palette=_palette(), dither=Image.Dither.NONE)
+    # Pillow looks for near colours, not the nearest one, and paper should stay white.
+    white = (np.asarray(image) == 255).all(axis=2)
+    result.paste(N_COLOURS - 1, mask=Image.fromarray(np.uint8(255) * white))
+    return result
 
 
 class _View:
@@ -142,7 +151,7 @@ class _View:
             canvas = FigureCanvasAgg(figure)
             canvas.draw()
             images.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[:, :, :3]))
-        images = [image.quantize(palette=_palette(), dither=Image.Dither.NONE) for image in images]
+        images = [_to_palette(image) for image in images]
         durations = [round(1000 * FRAME_SECONDS)] * (len(images) - 1) + [round(1000 * LAST_SECONDS)]
         gif = io.BytesIO()
         images[0].save(gif, "GIF", save_all=True, append_images=images[1:], duration=durations, loop=0)

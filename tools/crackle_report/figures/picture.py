@@ -26,5 +26,6 @@ class Animation:
 class Section:
     title: str
     text: str
+    answer: str = ""  # what the pictures come to, in a sentence
     pictures: list[Picture] = field(default_factory=list)
     animations: list[Animation] = field(default_factory=list)
