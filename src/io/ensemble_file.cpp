@@ -141,6 +141,8 @@ void write_statistics(hid_t file, const analysis::Statistics& statistics, const 
   const hid_t id = group.get();
   const Shape positions{shape.n_notches, shape.n_sections};
   hdf5::write_attribute(id, "confidence", statistics.confidence);
+  hdf5::write_attribute(id, "n_looks", std::int64_t{statistics.n_looks});
+  hdf5::write_attribute(id, "n_needed", std::int64_t{statistics.n_needed});
   hdf5::write_dataset<double>(id, "z_mean", positions, statistics.z_mean, "m");
   hdf5::write_dataset<double>(id, "z_std", positions, statistics.z_std, "m");
   hdf5::write_dataset<double>(id, "z_half_width", positions, statistics.z_half_width, "m");

@@ -58,6 +58,8 @@ analysis::Statistics read_statistics(hid_t file, const Shape& shape) {
   statistics.n_sections = static_cast<int>(shape[2]);
   statistics.n_samples = static_cast<int>(shape[0]);
   statistics.confidence = hdf5::read_number_attribute(id, "confidence");
+  statistics.n_looks = static_cast<int>(hdf5::read_integer_attribute(id, "n_looks"));
+  statistics.n_needed = static_cast<int>(hdf5::read_integer_attribute(id, "n_needed"));
   statistics.z_mean = hdf5::read_dataset<double>(id, "z_mean", positions);
   statistics.z_std = hdf5::read_dataset<double>(id, "z_std", positions);
   statistics.z_half_width = hdf5::read_dataset<double>(id, "z_half_width", positions);

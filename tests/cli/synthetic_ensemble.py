@@ -184,7 +184,7 @@ def _write_ensemble_file(file: Path, rows: list[dict], text: str) -> None:
         root["crack_path/z_spread"] = np.array([row["z_spread"] for row in rows])
         root["crack_path/branches"] = np.array([row["branches"] for row in rows])
         statistics = root.create_group("statistics")
-        statistics.attrs["confidence"] = 0.95
+        statistics.attrs.update({"confidence": 0.95, "n_looks": 1, "n_needed": n_samples})
         done = np.array([row["status"] == 1 for row in rows])
         reached = np.isfinite(z).sum(axis=0)
         with np.errstate(invalid="ignore", divide="ignore"):

@@ -30,7 +30,7 @@ from crackle_report.figures import convergence, crack_paths, growth  # noqa: E40
 from crackle_report.options import Options  # noqa: E402
 from crackle_report.photoelasticity import Optics  # noqa: E402
 from crackle_report.plate import Notch, Plate  # noqa: E402
-from crackle_report.statistics import make_statistics, wilson_half_width, wilson_interval  # noqa: E402
+from crackle_report.statistics import look_schedule, make_statistics, wilson_half_width, wilson_interval  # noqa: E402
 from synthetic_ensemble import write_ensemble  # noqa: E402
 
 REPORT = ROOT / "tools" / "crackle-report"
@@ -193,6 +193,19 @@ class Report(Ensembles):
                 self.assertIn(message, result.stderr)
 
 
+    def test_an_ensemble_that_stopped_early_is_finished(self):
+        write_ensemble(self.folder, 12, pending=tuple(range(6, 12)))
+        with h5py.File(self.folder / "ensemble.h5", "r+") as root:
+            root["statistics"].attrs.update({"n_needed": 6, "n_looks": 3})
+        ensemble = reading.read_ensemble(self.folder)
+        self.assertEqual((len(ensemble.samples), ensemble.finished), (6, True))
+        self.assertEqual(ensemble.statistics.running_mean.shape[0], 6)
+        self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
+        page = (self.folder / "report.html").read_text(encoding="utf-8")
+        self.assertIn("6 of 6", page)
+        self.assertIn("enough, 12 were planned", page)
+        self.assertNotIn("not finished", page)
+
     def test_samples_and_times_can_be_chosen(self):
         write_ensemble(self.folder, 4, failed=(2,))
         result = self.run_report(str(self.folder), "--sample", "3", "--times", "0,40", "--no-animation", "--field",
@@ -323,6 +336,15 @@ class Numbers(unittest.TestCase):
         self.assertGreater(wilson_half_width(0.0, 20, 0.95), 0.05)
         np.testing.assert_allclose(wilson_interval(8, 20, 0.95), (0.2188, 0.6134), atol=1e-4)
         self.assertEqual(wilson_interval(0, 5, 0.95)[0], 0)
+
+    def test_looks_share_the_error_probability(self):
+        self.assertEqual(look_schedule(200, 30), [30, 45, 68, 102, 153, 200])
+        self.assertEqual(look_schedule(20, 30), [20])
+        with tempfile.TemporaryDirectory() as folder:
+            write_ensemble(Path(folder), 9)
+            samples = reading.read_ensemble(Path(folder)).samples
+        np.testing.assert_array_equal(make_statistics(samples, 0.9, n_looks=2).z_half_width,
+                                      make_statistics(samples, 0.95).z_half_width)
 
     def test_lengths_are_read_with_their_units(self):
         for text, metres in (("24.5 mm", 24.5e-3), ("2.45 cm", 24.5e-3), ("5e3 um", 5e-3), ("1 inch", 0.0254),

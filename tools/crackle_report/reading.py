@@ -16,9 +16,10 @@ import numpy as np  # noqa: E402
 from . import input_text  # noqa: E402
 from .results import (DONE, PENDING, CrackLine, CrackSurface, Energy, Ensemble, Frames, Samples,  # noqa: E402
                       Statistics)
-from .statistics import make_statistics  # noqa: E402
+from .statistics import look_schedule, make_statistics  # noqa: E402
 
 DEFAULT_CONFIDENCE = 0.95  # of the intervals while there is no ensemble.h5
+DEFAULT_MIN_SAMPLES = 30  # of [ensemble.stop]
 ENSEMBLE_KIND, SAMPLE_KIND = "crackle ensemble", "crackle sample"
 NUMBERS = ("onset_force", "onset_time", "overlap", "crack_area", "crack_speed_max", "energy_error")
 COUNTS = ("outcome", "pattern", "bifurcations", "kinks")
@@ -50,6 +51,7 @@ def _read(folder: Path) -> Ensemble:
             identity = _identity(root)
             samples, statistics = _read_rows(root), _read_statistics(root)
             confidence = float(root["statistics"].attrs["confidence"])
+            n_looks, n_needed = (int(root["statistics"].attrs[name]) for name in ("n_looks", "n_needed"))
             sections = root["crack_path/section"][...]
             setting = _parse_input(file, identity)
     elif sample_files:
@@ -58,21 +60,25 @@ def _read(folder: Path) -> Ensemble:
             identity = _identity(root)
         setting = _parse_input(first, identity)
         sections = np.sort(input_text.sections(setting))
-        n_samples = max(int(setting["ensemble"]["samples"]), max(sample_files) + 1)
+        n_samples = n_needed = max(int(setting["ensemble"]["samples"]), max(sample_files) + 1)
         samples = _pending_rows(n_samples, len(setting["specimen"].get("notch", [])), sections.size)
         statistics = None
-        confidence = float(setting["ensemble"].get("stop", {}).get("confidence", DEFAULT_CONFIDENCE))
+        stop = setting["ensemble"].get("stop")
+        confidence = float((stop or {}).get("confidence", DEFAULT_CONFIDENCE))
+        n_looks = len(look_schedule(n_samples, int(stop.get("min_samples", DEFAULT_MIN_SAMPLES)))) if stop else 1
     else:
         raise ResultsError(f"'{folder}' holds neither ensemble.h5 nor samples: no output folder of crackle run, "
                            "or no sample has finished yet")
 
+    n_planned = len(samples)
+    samples, statistics = samples.first(n_needed), statistics and statistics.first(n_needed)
     added = [i for i in sample_files if i < len(samples) and samples.status[i] == PENDING]
     for i in added:
         _read_row(sample_files[i], samples, i)
     if statistics is None or added:
-        statistics = make_statistics(samples, confidence)
+        statistics = make_statistics(samples, confidence, n_looks)
     return Ensemble(
-        folder=folder, plate=input_text.plate(setting), sections=sections, confidence=confidence,
+        folder=folder, plate=input_text.plate(setting), sections=sections, confidence=confidence, n_looks=n_looks, n_planned=n_planned,
         samples=samples, statistics=statistics, provenance=_describe(identity),
         input_text=str(identity["input"]), stop_half_width=input_text.stop_half_width(setting),
         load_crack=_loader(sample_files, _read_crack, None), load_lines=_loader(sample_files, _read_lines, []),

@@ -2,7 +2,7 @@
 """An ensemble's results in memory, in SI units; `reading` fills them from the files."""
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Callable, Optional
 
@@ -78,6 +78,10 @@ class Samples:
     def __len__(self) -> int:
         return len(self.status)
 
+    def first(self, n: int) -> "Samples":
+        """The samples 0 to n - 1."""
+        return Samples(**{name: getattr(self, name)[:n] for name in self.__dataclass_fields__})
+
     def count(self, status: int) -> int:
         return int(np.count_nonzero(self.status == status))
 
@@ -94,6 +98,10 @@ class Statistics:
     pattern_share: np.ndarray
     pattern_half_width: np.ndarray
 
+    def first(self, n: int) -> "Statistics":
+        """Without the running mean of the samples from n on, which an ensemble that stopped did not need."""
+        return replace(self, running_mean=self.running_mean[:n])
+
 
 @dataclass
 class Ensemble:
@@ -101,6 +109,8 @@ class Ensemble:
     plate: Plate
     sections: np.ndarray  # y of the cross-sections [m]
     confidence: float
+    n_looks: int  # at which the ensemble could stop; the intervals of all hold together with the confidence
+    n_planned: int  # samples that the input asks for; more than len(samples) when it stopped early
     samples: Samples
     statistics: Statistics
     provenance: dict[str, str]

@@ -81,7 +81,7 @@ def tiles(ensemble: Ensemble) -> str:
     """The ensemble in a few numbers."""
     table = ensemble.samples
     done = table.status == DONE
-    entries = [(f"{done.sum()} of {len(table)}", _others(table))]
+    entries = [(f"{done.sum()} of {len(table)}", _others(table) + _stopped(ensemble))]
     force = table.onset_force[done & np.isfinite(table.onset_force)]
     if force.size:
         entries.append((f"{np.median(force):.0f} N",
@@ -114,6 +114,12 @@ def _others(table: Samples) -> str:
     failed, pending = table.count(FAILED), table.count(0)
     parts = [f"{failed} failed"] * (failed > 0) + [f"{pending} pending"] * (pending > 0)
     return "samples done" + (f" ({', '.join(parts)})" if parts else "")
+
+
+def _stopped(ensemble: Ensemble) -> str:
+    if ensemble.n_planned == len(ensemble.samples):
+        return ""
+    return f"; enough, {ensemble.n_planned} were planned"
 
 
 def _head(column: Column) -> str:

@@ -26,7 +26,7 @@
 /// | /statistics/z_mean, z_std, z_half_width, reached | notches x S | see analysis::Statistics |
 /// | /statistics/running_mean | N x notches x S | |
 /// | /statistics/pattern_share, pattern_half_width | 4 | |
-/// | attribute confidence of /statistics | | |
+/// | attributes confidence, n_looks, n_needed of /statistics | | see analysis::Statistics |
 /// | /timing/wall_time, attributes of /provenance | N | what differs between two runs |
 namespace crackle::io {
 

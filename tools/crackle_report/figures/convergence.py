@@ -10,6 +10,7 @@ from .. import style
 from ..confidence import running_half_width, student_quantile
 from ..options import Options
 from ..results import Ensemble
+from ..statistics import position_confidence
 from .picture import Picture, Section
 
 LEAST_SHARE = 0.1  # of the samples done: where fewer cracks come, a section does not count
@@ -20,12 +21,18 @@ def section(ensemble: Ensemble, _: Options) -> Section:
     result = Section(
         "Convergence of the mean crack position",
         "Running mean over the samples in order of their number, with its "
-        f"{100 * ensemble.confidence:g} % confidence band; one row for each notch, one column for each "
-        "section. All panels span the same length.", _verdict(ensemble))
+        f"{100 * ensemble.confidence:g} % confidence band{_together(ensemble)}; one row for each notch, one column "
+        "for each section. All panels span the same length.", _verdict(ensemble))
     if ensemble.n_notches and ensemble.sections.size and len(ensemble.samples):
         result.pictures.append(Picture(
             "convergence", "Running mean of the crack position with its confidence band", _draw(ensemble)))
     return result
+
+
+def _together(ensemble: Ensemble) -> str:
+    if ensemble.n_looks == 1:
+        return ""
+    return f" (of all {ensemble.n_looks} looks together at which the ensemble could stop)"
 
 
 def _verdict(ensemble: Ensemble) -> str:
@@ -45,7 +52,8 @@ def _verdict(ensemble: Ensemble) -> str:
     wanted = f"±{target / style.MILLIMETRE:.2g} mm ({reason})"
     if widest[notch, position] <= target:
         return f"Were {n_done} samples enough? Yes: {known}, and {wanted} was wanted."
-    needed = max(_needed(float(statistics.z_std[index]), target, ensemble.confidence) * n_done
+    confidence = position_confidence(ensemble.confidence, ensemble.n_looks)
+    needed = max(_needed(float(statistics.z_std[index]), target, confidence) * n_done
                  / statistics.reached[index] for index in zip(*np.nonzero(counts)))
     return (f"Were {n_done} samples enough? No: {known}; {wanted} would take about {_round_up(needed)} samples with "
             "the scatter seen so far.")
@@ -70,7 +78,8 @@ def _draw(ensemble: Ensemble) -> Figure:
     n_samples = len(ensemble.samples)
     number = np.arange(1, n_samples + 1)
     mean = ensemble.statistics.running_mean / style.MILLIMETRE
-    band = np.stack([running_half_width(column, ensemble.confidence) for column in
+    confidence = position_confidence(ensemble.confidence, ensemble.n_looks)
+    band = np.stack([running_half_width(column, confidence) for column in
                      ensemble.samples.z.reshape(n_samples, -1).T], axis=1).reshape(mean.shape)
     band /= style.MILLIMETRE
     span = _span(mean, band, ensemble.statistics.z_std / style.MILLIMETRE)

@@ -23,7 +23,7 @@ N_TIMES = 6
 PIXELS_ACROSS = 245  # over the width of the plate
 N_COLOURS = 256  # of an animation
 FRAME_SECONDS, LAST_SECONDS = 0.35, 2.0
-ANIMATION_SIZE, ANIMATION_DPI = (5.0, 4.3), 110
+ANIMATION_SIZE, ANIMATION_DPI = (4.6, 4.3), 110
 
 
 def section(ensemble: Ensemble, options: Options) -> Section | None:
@@ -137,7 +137,7 @@ class _View:
         for frame in range(self._frames.time.size):
             figure = Figure(figsize=ANIMATION_SIZE, dpi=ANIMATION_DPI)
             panel_height = 3.5
-            panel_width = min(panel_height / self._proportion(), 2.05)
+            panel_width = min(panel_height / self._proportion(), 1.9)
             for k, draw in enumerate((self._draw_fringes, self._draw_cracks)):
                 axes = figure.add_axes(((0.55 + k * (panel_width + 0.15)) / ANIMATION_SIZE[0], 0.42 / ANIMATION_SIZE[1],
                                         panel_width / ANIMATION_SIZE[0], panel_height / ANIMATION_SIZE[1]))
