@@ -161,6 +161,7 @@ def _write_fields(root: h5py.File) -> None:
     frames["time"], frames["broken"] = time, np.arange(time.size)
     strain = nodes * (-0.38, -0.38, 1)
     frames["displacement"] = (np.array([1, 1.1, 1.2, 1.3])[:, None, None] * 1e-3 * strain).astype("f4")
+    frames["velocity"] = np.full((time.size, *nodes.shape), 0.5, "f4")
     root["breaks/tetrahedron"] = np.arange(100, 100 + time.size)
     energy = root.create_group("energy")
     energy["time"] = time

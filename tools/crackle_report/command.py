@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import io
-import os
 import sys
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from .figures import SECTIONS
 from .figures.picture import Picture
 from .options import Options
 from .photoelasticity import STRESS_OPTIC, WAVELENGTH, Optics
+from .writing import write_whole
 
 
 def main() -> int:
@@ -85,9 +85,9 @@ def make_report(folder: Path, options: Options = Options()) -> Path:
             continue
         sections.append((section, [_save(picture, pictures_folder) for picture in section.pictures]))
         for film in section.animations:
-            _write_whole(pictures_folder / f"{film.name}.gif", film.gif)
+            write_whole(pictures_folder / f"{film.name}.gif", film.gif)
     report = folder / "report.html"
-    _write_whole(report, page.render(ensemble, sections).encode("utf-8"))
+    write_whole(report, page.render(ensemble, sections).encode("utf-8"))
     return report
 
 
@@ -97,13 +97,6 @@ def _save(picture: Picture, folder: Path) -> bytes:
     # Without dates and versions in the files the same results give the same bytes.
     picture.figure.savefig(png, format="png", metadata={"Software": None})
     picture.figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})
-    _write_whole(folder / f"{picture.name}.png", png.getvalue())
-    _write_whole(folder / f"{picture.name}.svg", svg.getvalue())
+    write_whole(folder / f"{picture.name}.png", png.getvalue())
+    write_whole(folder / f"{picture.name}.svg", svg.getvalue())
     return png.getvalue()
-
-
-def _write_whole(file: Path, content: bytes) -> None:
-    """Replaces a file in one step, so that a reader never sees half of it."""
-    partial = file.with_name(file.name + ".partial")
-    partial.write_bytes(content)
-    os.replace(partial, file)

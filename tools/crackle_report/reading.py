@@ -194,5 +194,5 @@ def _read_frames(root: h5py.File) -> Frames:
     group = root["frames"]
     tetrahedra = root["breaks/tetrahedron"][...]
     return Frames(root["mesh/nodes"][...], root["mesh/tetrahedra"][...], group["time"][...],
-                  group["displacement"][...], [tetrahedra[:n] for n in group["broken"][...]],
+                  group["displacement"][...], group["velocity"][...], [tetrahedra[:n] for n in group["broken"][...]],
                   float(group.attrs["youngs_modulus"]), float(group.attrs["poisson_ratio"]))

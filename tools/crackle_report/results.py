@@ -51,6 +51,7 @@ class Frames:
     tetrahedra: np.ndarray  # m x 4
     time: np.ndarray  # frames; since onset [s]
     displacement: np.ndarray  # frames x n x 3 [m]
+    velocity: np.ndarray  # frames x n x 3 [m/s]
     broken: list[np.ndarray]  # for each frame the tetrahedra broken by then
     youngs_modulus: float  # [Pa]
     poisson_ratio: float
