@@ -167,7 +167,7 @@ RunOutcome share_counts(const parallel::Communicator& world, const std::optional
   return {.done = counts[0], .failed = counts[1], .left = counts[2], .file_error = {}};
 }
 
-void log_end(RunLog& log, const Results& results, const RunOutcome& outcome,
+void log_end(RunLog& log, const Results& results, const Progress& progress, const RunOutcome& outcome,
              const std::filesystem::path& folder, double seconds) {
   const auto n_needed = static_cast<std::size_t>(results.statistics.n_needed);
   for (std::size_t sample = 0; sample < n_needed; ++sample) {
@@ -182,6 +182,7 @@ void log_end(RunLog& log, const Results& results, const RunOutcome& outcome,
   }
   log.line(fmt::format("{} done, {} failed, {} pending after {}", outcome.done, outcome.failed, outcome.left,
                        format_duration(seconds)));
+  if (const std::string means = progress.means(); !means.empty()) log.line(means);
   const std::string file = (folder / "ensemble.h5").string();
   log.line(outcome.file_error.empty() ? file
                                       : fmt::format("{} could not be written: {}", file, outcome.file_error));
@@ -223,7 +224,7 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   }
   if (log) {
     log->end_progress();
-    log_end(*log, results, outcome, options.folder, seconds_now() - start);
+    log_end(*log, results, *ledger.progress, outcome, options.folder, seconds_now() - start);
   }
   return outcome;
 }

@@ -78,14 +78,17 @@ std::string Progress::line(double now) const {
   if (const double rest = time_left(now); std::isfinite(rest) && rest > 0) {
     text += fmt::format(", {} to go", format_duration(rest));
   }
-  const char* separator = "; ";
+  if (const std::string found = means(); !found.empty()) text += "; " + found;
+  return text;
+}
+
+std::string Progress::means() const {
+  std::string text;
   if (const double z = mean_position(); std::isfinite(z)) {
-    text += fmt::format("{}mean z({:g} mm) = {:.3f} mm", separator, section_y_[section_y_.size() / 2] * 1e3,
-                        z * 1e3);
-    separator = ", ";
+    text = fmt::format("mean z({:g} mm) = {:.3f} mm", section_y_[section_y_.size() / 2] * 1e3, z * 1e3);
   }
   if (const double force = statistics_.median_onset_force(); std::isfinite(force)) {
-    text += fmt::format("{}median onset {:.3f} N", separator, force);
+    text += fmt::format("{}median onset {:.3f} N", text.empty() ? "" : ", ", force);
   }
   return text;
 }

@@ -36,6 +36,8 @@ public:
   /// Of the samples that have ended; tells whether more are needed.
   const analysis::RunningStatistics& statistics() const { return statistics_; }
 
+  /// Mean position and median onset, or nothing while there are none.
+  std::string means() const;
   /// One line: done, failed, running, left, time left, mean position and median onset.
   std::string line(double now) const;
 
