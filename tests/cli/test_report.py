@@ -251,7 +251,7 @@ class Pictures(Ensembles):
             folder = self.folder.with_name(f"of-{n_samples}")
             write_ensemble(folder, n_samples, failed=(1,) if n_samples > 2 else ())
             ensemble = reading.read_ensemble(folder)
-            sections = [make_section(ensemble, Options(animation=False)) for make_section in figures.SECTIONS]
+            sections = [make_section(ensemble, Options((0,), animation=False)) for make_section in figures.SECTIONS]
             for section in filter(None, sections):
                 for picture in section.pictures:
                     with self.subTest(f"{n_samples} samples, {picture.name}"):
