@@ -83,6 +83,23 @@ TEST_F(CrackPath, CrossingsFollowASkewedCrack) {
   }
 }
 
+TEST_F(CrackPath, MeanAndSpreadOfPlaneFacetsAreExact) {
+  // One facet through the whole thickness that rises by 0.8 m: uniform between 8 and 8.8.
+  CrackSurface cracks;
+  cracks.cracks.push_back({0, 1, 0, 0});
+  cracks.facets.push_back({{Point{0, 6, 8}, {4, 6, 8.8}, {4, 7, 8.8}, {0, 7, 8}}, 4, 0, 0, 0});
+  SectionCrossing found = crossing(cracks, 0, 6.5);
+  std::printf("slanted: z = %.15g, spread %.15g\n", found.z, found.spread);
+  EXPECT_NEAR(found.z, 8.4, 1e-12);
+  EXPECT_NEAR(found.spread, 0.8 / std::sqrt(12.0), 1e-12);
+  // A level one over its half x < 2, at 9: the mean of both goes from 8.5 to 8.7 there, beside 8.4 to 8.8.
+  cracks.facets.push_back({{Point{0, 6, 9}, {2, 6, 9}, {2, 7, 9}, {0, 7, 9}}, 2, 0, 0, 0});
+  found = crossing(cracks, 0, 6.5);
+  std::printf("two over each other: z = %.15g, spread %.15g\n", found.z, found.spread);
+  EXPECT_NEAR(found.z, 8.6, 1e-12);
+  EXPECT_NEAR(found.spread, std::sqrt((0.2 * 0.2 + 0.4 * 0.4) / 24), 1e-12);
+}
+
 TEST_F(CrackPath, TheMeanIsTakenOverTheThicknessCovered) {
   // A step at mid-thickness (z = 8.5 and 9.5, joined by a wall along y) is one crossing; its mean lies
   // between, and stays when one half is meshed so that it has the same cover.
