@@ -22,6 +22,7 @@ DEFAULT_CONFIDENCE = 0.95  # of the intervals while there is no ensemble.h5
 DEFAULT_MIN_SAMPLES = 30  # of [ensemble.stop]
 ENSEMBLE_KIND, SAMPLE_KIND = "crackle ensemble", "crackle sample"
 NUMBERS = ("onset_force", "onset_time", "overlap", "crack_area", "crack_speed_max", "energy_error")
+POSITIONS = ("z", "z_spread", "branches")
 COUNTS = ("outcome", "pattern", "bifurcations", "kinks")
 
 
@@ -147,14 +148,14 @@ def _pending_rows(n_samples: int, n_notches: int, n_sections: int) -> Samples:
     return Samples(status=np.zeros(n_samples, int), error=[""] * n_samples,
                    **{name: np.full(n_samples, np.nan) for name in NUMBERS},
                    **{name: np.zeros(n_samples, int) for name in COUNTS},
-                   z=np.full(shape, np.nan), branches=np.zeros(shape, int))
+                   z=np.full(shape, np.nan), z_spread=np.full(shape, np.nan), branches=np.zeros(shape, int))
 
 
 def _read_rows(root: h5py.File) -> Samples:
     group = root["samples"]
     return Samples(status=group["status"][...], error=[_text(reason) for reason in group["error"][...]],
                    **{name: group[name][...] for name in NUMBERS + COUNTS},
-                   z=root["crack_path/z"][...], branches=root["crack_path/branches"][...])
+                   **{name: root["crack_path"][name][...] for name in POSITIONS})
 
 
 def _read_row(file: Path, samples: Samples, i: int) -> None:
@@ -164,7 +165,8 @@ def _read_row(file: Path, samples: Samples, i: int) -> None:
         group = root["summary"]
         for name in NUMBERS + COUNTS:
             getattr(samples, name)[i] = group[name][()]
-        samples.z[i], samples.branches[i] = group["z"][...], group["branches"][...]
+        for name in POSITIONS:
+            getattr(samples, name)[i] = group[name][...]
 
 
 def _read_statistics(root: h5py.File) -> Statistics:

@@ -74,6 +74,7 @@ class Samples:
     crack_speed_max: np.ndarray  # [m/s]
     energy_error: np.ndarray
     z: np.ndarray  # samples x notches x sections [m]
+    z_spread: np.ndarray  # its standard deviation through the thickness
     branches: np.ndarray  # samples x notches x sections
 
     def __len__(self) -> int:

@@ -10,6 +10,7 @@ from typing import Callable, Union
 import numpy as np
 
 from . import style
+from .confidence import mean_of_present
 from .results import DONE, FAILED, Ensemble, Samples
 from .statistics import wilson_interval
 
@@ -37,7 +38,7 @@ SAMPLE_COLUMNS = (
     Column("branchings", "", lambda s, i: int(s.bifurcations[i]), "d"),
     Column("kinks", "", lambda s, i: int(s.kinks[i]), "d"),
     Column("crack area", "mm²", lambda s, i: float(s.crack_area[i]) * 1e6, ".1f"),
-    Column("crack speed", "greatest, m/s", lambda s, i: float(s.crack_speed_max[i]), ".0f"),
+    Column("largest crack speed", "m/s", lambda s, i: float(s.crack_speed_max[i]), ".0f"),
     Column("energy error", "of the work", lambda s, i: float(s.energy_error[i]), ".1e"),
 )
 
@@ -64,12 +65,14 @@ def sections(ensemble: Ensemble) -> str:
     statistics = ensemble.statistics
     interval = f"{100 * ensemble.confidence:g} % interval"
     titles = (("notch", ""), ("section y", "mm"), ("samples that arrived", ""), ("mean z", "mm"),
-              (interval, "± mm"), ("standard deviation", "mm"))
+              (interval, "± mm"), ("standard deviation", "mm"),
+              ("spread through the thickness", "mean over the samples, mm"))
     head = "".join(f"<th>{title}<small>{unit}</small></th>" for title, unit in titles)
     body = []
+    spread = mean_of_present(ensemble.samples.z_spread)
     for notch in range(ensemble.n_notches):
         for k, y in enumerate(ensemble.sections):
-            numbers = (statistics.z_mean, statistics.z_half_width, statistics.z_std)
+            numbers = (statistics.z_mean, statistics.z_half_width, statistics.z_std, spread)
             cells = [str(notch), f"{y / style.MILLIMETRE:g}", str(int(statistics.reached[notch, k]))]
             cells += [_number(float(values[notch, k]) / style.MILLIMETRE, ".2f") for values in numbers]
             body.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")

@@ -59,7 +59,7 @@ def _panel(axes: Axes, energy: Energy) -> None:
     axes.set_xlim(0, time[-1])
     axes.set_ylim(bottom=0)
     axes.set_xlabel("time since onset [µs]")
-    axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    axes.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]))
     axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
     axes.grid(color=style.BODY, linewidth=0.6)
     axes.set_axisbelow(True)

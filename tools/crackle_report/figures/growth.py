@@ -23,7 +23,7 @@ N_TIMES = 6
 PIXELS_ACROSS = 245  # over the width of the plate
 N_COLOURS = 256  # of an animation
 FRAME_SECONDS, LAST_SECONDS = 0.35, 2.0
-ANIMATION_SIZE, ANIMATION_DPI = (4.6, 4.3), 110
+ANIMATION_WIDTH, ANIMATION_DPI = 4.6, 110  # [inch]
 
 
 def section(ensemble: Ensemble, options: Options) -> Section | None:
@@ -133,21 +133,23 @@ class _View:
 
     def animation(self) -> Animation:
         """Fringes and cracks side by side, frame by frame."""
+        left, bottom, gap, top = 0.55, 0.42, 0.15, 0.38
+        panel_width = (ANIMATION_WIDTH - left - gap - 0.1) / 2
+        panel_height = panel_width * self._proportion()
+        height = bottom + panel_height + top
         images = []
         for frame in range(self._frames.time.size):
-            figure = Figure(figsize=ANIMATION_SIZE, dpi=ANIMATION_DPI)
-            panel_height = 3.5
-            panel_width = min(panel_height / self._proportion(), 1.9)
+            figure = Figure(figsize=(ANIMATION_WIDTH, height), dpi=ANIMATION_DPI)
             for k, draw in enumerate((self._draw_fringes, self._draw_cracks)):
-                axes = figure.add_axes(((0.55 + k * (panel_width + 0.15)) / ANIMATION_SIZE[0], 0.42 / ANIMATION_SIZE[1],
-                                        panel_width / ANIMATION_SIZE[0], panel_height / ANIMATION_SIZE[1]))
+                axes = figure.add_axes(((left + k * (panel_width + gap)) / ANIMATION_WIDTH, bottom / height,
+                                        panel_width / ANIMATION_WIDTH, panel_height / height))
                 draw(axes, frame)
                 axes.tick_params(left=k == 0, labelleft=k == 0)
                 axes.set_xlabel("y [mm]")
                 if k == 0:
                     axes.set_ylabel("z [mm]")
-            figure.text(0.11, 0.955, f"sample {self._number}", fontweight="bold", fontsize=9)
-            figure.text(0.32, 0.955, self._time_text(frame), fontsize=9)
+            figure.text(left / ANIMATION_WIDTH, 1 - 0.25 / height, f"sample {self._number}", fontweight="bold", fontsize=9)
+            figure.text((left + 1.2) / ANIMATION_WIDTH, 1 - 0.25 / height, self._time_text(frame), fontsize=9)
             canvas = FigureCanvasAgg(figure)
             canvas.draw()
             images.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[:, :, :3]))
