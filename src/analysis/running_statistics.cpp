@@ -105,7 +105,13 @@ Statistics compute(const Statistics& shape, std::span<const SampleSummary> rows)
   }
 
   const double confidence = 1 - (1 - shape.confidence) / shape.n_looks;
+  statistics.z_quantile.clear();
   for (std::size_t p = 0; p < n_positions; ++p) {
+    std::vector<double> values;
+    for (const SampleSummary& row : rows) {
+      if (row.status == SampleStatus::done) values.push_back(row.z[p]);
+    }
+    for (const double share : quantile_shares) statistics.z_quantile.push_back(quantile(values, share));
     statistics.reached[p] = moments[p].count();
     statistics.z_mean[p] = moments[p].mean();
     statistics.z_std[p] = moments[p].standard_deviation();

@@ -51,7 +51,6 @@ void append_patterns(std::string& text, const Statistics& statistics) {
 }
 
 void append_quantiles(std::string& text, std::span<const SampleSummary> samples) {
-  constexpr std::array<double, 5> shares{0, 0.25, 0.5, 0.75, 1};
   const auto append_row = [&](const char* name, double SampleSummary::*field, int decimals) {
     std::vector<double> values;
     for (const SampleSummary& sample : samples) {
@@ -59,7 +58,7 @@ void append_quantiles(std::string& text, std::span<const SampleSummary> samples)
     }
     auto out = std::back_inserter(text);
     fmt::format_to(out, "{:<20}", name);
-    for (const double share : shares)
+    for (const double share : quantile_shares)
       fmt::format_to(out, " {:>12}", number(quantile(values, share), decimals));
     text += '\n';
   };

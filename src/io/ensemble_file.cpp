@@ -146,6 +146,9 @@ void write_statistics(hid_t file, const analysis::Statistics& statistics, const 
   hdf5::write_dataset<double>(id, "z_mean", positions, statistics.z_mean, "m");
   hdf5::write_dataset<double>(id, "z_std", positions, statistics.z_std, "m");
   hdf5::write_dataset<double>(id, "z_half_width", positions, statistics.z_half_width, "m");
+  hdf5::write_dataset<double>(id, "z_quantile",
+                              {shape.n_notches, shape.n_sections, analysis::quantile_shares.size()},
+                              statistics.z_quantile, "m");
   hdf5::write_dataset<std::int32_t>(id, "reached", positions, statistics.reached, "");
   hdf5::write_dataset<double>(id, "running_mean", {shape.n_samples, shape.n_notches, shape.n_sections},
                               statistics.running_mean, "m");

@@ -63,6 +63,8 @@ analysis::Statistics read_statistics(hid_t file, const Shape& shape) {
   statistics.z_mean = hdf5::read_dataset<double>(id, "z_mean", positions);
   statistics.z_std = hdf5::read_dataset<double>(id, "z_std", positions);
   statistics.z_half_width = hdf5::read_dataset<double>(id, "z_half_width", positions);
+  statistics.z_quantile =
+      hdf5::read_dataset<double>(id, "z_quantile", {shape[1], shape[2], analysis::quantile_shares.size()});
   statistics.reached = hdf5::read_dataset<std::int32_t>(id, "reached", positions);
   statistics.running_mean = hdf5::read_dataset<double>(id, "running_mean", shape);
   const auto share = hdf5::read_dataset<double>(id, "pattern_share", {analysis::n_patterns});

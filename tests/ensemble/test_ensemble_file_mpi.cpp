@@ -111,8 +111,9 @@ TEST_F(EnsembleFile, ReadsBackEverythingThatWasWritten) {
   EXPECT_EQ(found.reached, expected.reached);
   EXPECT_EQ(found.pattern_share, expected.pattern_share);
   EXPECT_EQ(found.pattern_half_width, expected.pattern_half_width);
-  for (const auto field : {&analysis::Statistics::z_mean, &analysis::Statistics::z_std,
-                           &analysis::Statistics::z_half_width, &analysis::Statistics::running_mean}) {
+  for (const auto field :
+       {&analysis::Statistics::z_mean, &analysis::Statistics::z_std, &analysis::Statistics::z_half_width,
+        &analysis::Statistics::z_quantile, &analysis::Statistics::running_mean}) {
     EXPECT_THAT(found.*field, testing::Pointwise(testing::NanSensitiveDoubleEq(), expected.*field));
   }
   EXPECT_EQ(n_entries(), 1) << "a partial file is left";

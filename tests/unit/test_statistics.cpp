@@ -32,6 +32,7 @@ TEST(Statistics, MeanDeviationAndHalfWidthByHand) {
   EXPECT_NEAR(s.z_half_width[0], half_width, 1e-10);
   EXPECT_EQ(s.reached[0], 3);
   EXPECT_EQ(s.n_done, 3);
+  EXPECT_THAT(s.z_quantile, testing::ElementsAre(1, 1.5, 2, 3, 4));
   EXPECT_THAT(s.running_mean, testing::ElementsAre(1, 1.5, 7.0 / 3));
 }
 
@@ -113,6 +114,10 @@ TEST(Statistics, OnlyDoneSamplesThatArrivedCount) {
   EXPECT_EQ(s.n_samples, 5);
   EXPECT_EQ(s.n_done, 3);
   EXPECT_THAT(s.reached, testing::ElementsAre(2, 0, 3, 1));
+  ASSERT_EQ(s.z_quantile.size(), 20u);
+  EXPECT_EQ(s.z_quantile[2], 3.5);
+  EXPECT_TRUE(std::isnan(s.z_quantile[7]));
+  EXPECT_EQ(s.z_quantile[12], 7);
   EXPECT_EQ(s.z_mean[0], 3.5);
   EXPECT_TRUE(std::isnan(s.z_mean[1]));
   EXPECT_EQ(s.z_mean[2], 7);

@@ -79,6 +79,7 @@ TEST(StopRule, TheOrderOfFinishingPlaysNoPart) {
     const Statistics found = running.statistics();
     EXPECT_EQ(found.z_mean, expected.z_mean);
     EXPECT_EQ(found.z_std, expected.z_std);
+    EXPECT_EQ(found.z_quantile, expected.z_quantile);
     EXPECT_EQ(found.z_half_width, expected.z_half_width);
     EXPECT_EQ(bits(found.running_mean), bits(expected.running_mean));
     EXPECT_EQ(running.mean_position(0, 1), expected.z_mean[1]);

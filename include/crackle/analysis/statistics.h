@@ -14,6 +14,8 @@ namespace crackle::analysis {
 
 inline constexpr int n_patterns = 4;
 inline constexpr double default_confidence = 0.95;
+/// Shares of the quantiles: least value, quartiles and median, greatest value.
+inline constexpr std::array<double, 5> quantile_shares{0, 0.25, 0.5, 0.75, 1};
 
 /// Statistics over all samples done; the same bits whatever the order in which they were added. Of an
 /// ensemble that stopped early (see stop_rule.h), over the samples it needed. Fields with shape notches x
@@ -33,6 +35,7 @@ struct Statistics {
   /// Of the confidence interval of the mean, Student's t [m]; likewise. Each of several looks has the
   /// confidence 1 - (1 - confidence) / n_looks, so that all of them together have the one above.
   std::vector<double> z_half_width;
+  std::vector<double> z_quantile;     ///< notches x sections x quantile_shares [m]
   std::vector<std::int32_t> reached;  ///< number of samples whose crack arrived
   std::vector<double> running_mean;   ///< n_samples x notches x sections: mean over samples 0..i [m]
   std::array<double, n_patterns> pattern_share{};       ///< NaN when no sample is done

@@ -24,6 +24,7 @@
 /// | /crack_path/section | S | y of the sections |
 /// | /crack_path/z, z_spread, branches | N x notches x S | see analysis::SectionCrossing |
 /// | /statistics/z_mean, z_std, z_half_width, reached | notches x S | see analysis::Statistics |
+/// | /statistics/z_quantile | notches x S x 5 | least, quartiles and median, greatest |
 /// | /statistics/running_mean | N x notches x S | |
 /// | /statistics/pattern_share, pattern_half_width | 4 | |
 /// | attributes confidence, n_looks, n_needed of /statistics | | see analysis::Statistics |
