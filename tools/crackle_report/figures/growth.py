@@ -85,13 +85,22 @@ class _View:
         self._plate, self._number, self._frames, self._crack = ensemble.plate, number, frames, crack
         self._onset = float(ensemble.samples.onset_time[number])
         width = ensemble.plate.size[1]
-        ends = [z for notch in range(ensemble.n_notches) for z in ensemble.plate.slot_range(notch)]
-        ends = ends or [ensemble.plate.size[2] / 2]
-        self._z = (max(0.0, min(ends) - 0.6 * width), min(ensemble.plate.size[2], max(ends) + 0.6 * width))
+        self._z = self._shown_length()
         self._grid = Grid.over((0, width), self._z, width / PIXELS_ACROSS)
         self._colours = time_colours(float(crack.time.max(initial=0.0)))
         self._options = options
         self._fringes = self._look_through()
+
+    def _shown_length(self) -> tuple[float, float]:
+        """The range of z [m] round all notches and cracks."""
+        _, width, length = self._plate.size
+        ends = [end + side * 0.6 * width for notch in range(len(self._plate.notches))
+                for end, side in zip(self._plate.slot_range(notch), (-1, 1))]
+        if self._crack.time.size:
+            z = self._crack.corner[:, :, 2]
+            ends += [float(z.min()) - 0.2 * width, float(z.max()) + 0.2 * width]
+        ends = ends or [0.0, length]
+        return max(0.0, min(ends)), min(length, max(ends))
 
     def _look_through(self) -> list[Fringes]:
         frames = self._frames
