@@ -92,13 +92,13 @@ class _View:
         self._fringes = self._look_through()
 
     def _shown_length(self) -> tuple[float, float]:
-        """The range of z [m] round all notches and cracks."""
+        """The range of z [m] round all notches and cracks, stray breaks far away left out."""
         _, width, length = self._plate.size
         ends = [end + side * 0.6 * width for notch in range(len(self._plate.notches))
                 for end, side in zip(self._plate.slot_range(notch), (-1, 1))]
         if self._crack.time.size:
-            z = self._crack.corner[:, :, 2]
-            ends += [float(z.min()) - 0.2 * width, float(z.max()) + 0.2 * width]
+            low, high = np.percentile(self._crack.corner[:, :, 2], (2, 98))
+            ends += [float(low) - 0.2 * width, float(high) + 0.2 * width]
         ends = ends or [0.0, length]
         return max(0.0, min(ends)), min(length, max(ends))
 
