@@ -28,6 +28,18 @@ def in_plane(stress_yy, stress_zz, stress_yz) -> np.ndarray:
 
 
 class ExactStates(unittest.TestCase):
+    def test_stress_follows_hookes_law(self):
+        nodes, tetrahedra = box_mesh((3e-3, 4e-3, 5e-3), (2, 2, 3), 0.2)
+        gradient = np.array([[1, 2, -3], [5, -4, 7], [11, 13, 6]]) * 1e-4  # du_i / dx_j
+        stress = element_stress(nodes, tetrahedra, nodes @ gradient.T, YOUNG, POISSON)
+        shear = YOUNG / (2 * (1 + POISSON))
+        # Engineering shear strains yz, xz, xy; normal strains with a common part from their sum of 3e-4.
+        for k, expected in zip((3, 4, 5), shear * np.array([20e-4, 8e-4, 7e-4])):
+            np.testing.assert_allclose(stress[:, k], expected, rtol=1e-9)
+        pressure = YOUNG * POISSON / ((1 + POISSON) * (1 - 2 * POISSON)) * 3e-4
+        for k, strain in zip((0, 1, 2), (1e-4, -4e-4, 6e-4)):
+            np.testing.assert_allclose(stress[:, k], pressure + 2 * shear * strain, rtol=1e-9)
+
     def test_a_strip_in_uniform_tension(self):
         size = (5e-3, 10e-3, 20e-3)
         tension = 12e6
