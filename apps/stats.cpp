@@ -53,11 +53,12 @@ io::EnsembleBlock read_block(const parallel::Communicator& world, const fs::path
 
 int update_statistics(const parallel::Communicator& world, const fs::path& folder) {
   const input::Parameters parameters = input_of(world, folder);
-  const io::EnsembleBlock block =
-      parallel::agree(world, [&] { return read_block(world, folder, parameters); });
-  const auto samples = analysis::all_gather(world, block.rows);
+  io::EnsembleBlock block = parallel::agree(world, [&] { return read_block(world, folder, parameters); });
+  auto samples = analysis::all_gather(world, block.rows);
   const analysis::Statistics statistics =
       parallel::agree(world, [&] { return analysis::make_statistics(samples, parameters); });
+  analysis::leave_out_surplus(statistics, 0, samples);
+  analysis::leave_out_surplus(statistics, block.first, block.rows);
   if (world.is_root()) {
     fmt::print("{}", analysis::to_text(statistics, samples, parameters.sections.y));
     std::fflush(stdout);

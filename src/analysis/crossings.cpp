@@ -33,27 +33,40 @@ std::vector<double> ends(std::span<const Trace> traces, std::span<const std::siz
   return x;
 }
 
-/// Integrates over the covered thickness. @return (length covered, integral of the mean over it)
-std::pair<double, double> integrate(std::span<const Trace> traces, std::span<const std::size_t> members) {
-  const std::vector<double> x = ends(traces, members);
+/// Integrals over the covered thickness of 1, of the mean over the traces there, and of its square.
+struct Integrals {
   double length = 0;
-  double integral = 0;
+  double first = 0;
+  double second = 0;
+};
+
+Integrals integrate(std::span<const Trace> traces, std::span<const std::size_t> members) {
+  const std::vector<double> x = ends(traces, members);
+  Integrals integrals;
+  // Squares are taken from a value nearby, which keeps their digits.
+  const double origin = traces[members.front()].across[0];
   for (std::size_t k = 0; k + 1 < x.size(); ++k) {
     const double middle = (x[k] + x[k + 1]) / 2;
     double sum = 0;
+    double slope = 0;
     int n = 0;
     for (const std::size_t i : members) {
       const Trace& trace = traces[i];
       if (trace.x[0] > x[k] || trace.x[1] < x[k + 1]) continue;
-      const double share = (middle - trace.x[0]) / (trace.x[1] - trace.x[0]);
-      sum += trace.across[0] + share * (trace.across[1] - trace.across[0]);
+      const double steepness = (trace.across[1] - trace.across[0]) / (trace.x[1] - trace.x[0]);
+      sum += trace.across[0] + steepness * (middle - trace.x[0]);
+      slope += steepness;
       ++n;
     }
     if (n == 0) continue;
-    length += x[k + 1] - x[k];
-    integral += sum / n * (x[k + 1] - x[k]);
+    const double length = x[k + 1] - x[k];
+    const double value = sum / n - origin;
+    const double rise = slope / n * length;
+    integrals.length += length;
+    integrals.first += value * length;
+    integrals.second += (value * value + rise * rise / 12) * length;
   }
-  return {length, integral};
+  return integrals;
 }
 
 }  // namespace
@@ -138,12 +151,25 @@ std::vector<std::vector<std::size_t>> group(std::span<const Trace> traces, doubl
 }
 
 double covered(std::span<const Trace> traces, std::span<const std::size_t> members) {
-  return integrate(traces, members).first;
+  return integrate(traces, members).length;
 }
 
-double mean_across(std::span<const Trace> traces, std::span<const std::size_t> members) {
-  const auto [length, integral] = integrate(traces, members);
-  return integral / length;
+std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thickness) {
+  const auto groups = group(traces, thickness);
+  std::optional<Crossing> main;
+  // Traces are in order of breaking and groups in order of their first trace, so of groups that cover the
+  // same length the earliest stays.
+  double longest = 0;
+  for (const auto& members : groups) {
+    const Integrals found = integrate(traces, members);
+    if (found.length <= longest) continue;
+    longest = found.length;
+    const double mean = found.first / found.length;
+    const double variance = std::max(0.0, found.second / found.length - mean * mean);
+    const Trace& earliest = traces[members.front()];
+    main = {earliest.across[0] + mean, std::sqrt(variance), earliest.time, static_cast<int>(groups.size())};
+  }
+  return main;
 }
 
 }  // namespace crackle::analysis

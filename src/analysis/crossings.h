@@ -5,6 +5,7 @@
 #include "notch_frame.h"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -40,7 +41,15 @@ std::vector<std::vector<std::size_t>> group(std::span<const Trace> traces, doubl
 /// Length in x that the traces of a group cover together [m].
 double covered(std::span<const Trace> traces, std::span<const std::size_t> members);
 
-/// Mean over the covered x of the mean of the traces that lie over each other there [m].
-double mean_across(std::span<const Trace> traces, std::span<const std::size_t> members);
+/// Where a crack crosses a plane, seen through the thickness.
+struct Crossing {
+  double mean;    ///< over the covered x of the mean of the traces that lie over each other there [m]
+  double spread;  ///< standard deviation of that mean over the covered x [m]
+  double time;    ///< at which the first of its facets opened [s]
+  int n_groups;   ///< separate crossings
+};
+
+/// The group that covers most of the thickness (of equals the earliest); nothing where no group counts.
+std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thickness);
 
 }  // namespace crackle::analysis

@@ -82,12 +82,15 @@ void for_each_field(Summary& row, Visitor& visit) {
   visit(row.onset_time);
   visit(row.outcome);
   visit(row.pattern);
+  visit(row.overlap);
   visit(row.bifurcations);
+  visit(row.kinks);
   visit(row.breaks);
   visit(row.crack_area);
   visit(row.crack_speed_max);
   visit(row.energy_error);
   visit(row.z);
+  visit(row.z_spread);
   visit(row.branches);
   visit(row.wall_time);
 }
@@ -101,30 +104,36 @@ SampleSummary empty_summary(int n_notches, int n_sections, SampleStatus status, 
   row.error = std::move(error);
   row.onset_force = none;
   row.onset_time = none;
+  row.overlap = none;
   row.crack_area = none;
   row.crack_speed_max = none;
   row.energy_error = none;
   const std::size_t n = static_cast<std::size_t>(n_notches) * static_cast<std::size_t>(n_sections);
   row.z.assign(n, none);
+  row.z_spread.assign(n, none);
   row.branches.assign(n, 0);
   return row;
 }
 
 SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult& result,
-                        const CrackSurface& surface, std::span<const double> sections) {
+                        const CrackSurface& surface, const std::vector<CrackLine>& lines,
+                        std::span<const double> sections) {
   SampleSummary row;
   row.status = SampleStatus::done;
   row.onset_force = result.onset_force;
   row.onset_time = result.onset_time;
   row.outcome = static_cast<std::int32_t>(result.outcome);
   row.pattern = static_cast<std::int32_t>(classify(body, surface));
+  row.overlap = pattern_overlap(body, surface);
   row.bifurcations = count_bifurcations(body, surface);
+  row.kinks = count_kinks(lines);
   row.breaks = static_cast<std::int64_t>(result.breaks.size());
   row.crack_area = surface.area();
   row.crack_speed_max = max_crack_speed(body, surface);
   row.energy_error = result.energy_error;
   for (const SectionCrossing& crossing : section_crossings(body, surface, sections)) {
     row.z.push_back(crossing.z);
+    row.z_spread.push_back(crossing.spread);
     row.branches.push_back(crossing.branches);
   }
   const dynamics::SampleTimings& timings = result.timings;

@@ -24,8 +24,9 @@ std::string plural(int n, const char* noun) {
 void append_positions(std::string& text, const Statistics& statistics, std::span<const double> sections) {
   constexpr double to_mm = 1e3;
   auto out = std::back_inserter(text);
-  fmt::format_to(out, "\ncrack positions z, through-thickness mean [mm]; +- at {:g} % confidence\n",
-                 100 * statistics.confidence);
+  fmt::format_to(out, "\ncrack positions z, through-thickness mean [mm]; +- at {:g} % confidence{}\n",
+                 100 * statistics.confidence,
+                 statistics.n_looks > 1 ? fmt::format(" over {} looks", statistics.n_looks) : "");
   fmt::format_to(out, "{:>5} {:>10} {:>8} {:>10} {:>10} {:>10}\n", "notch", "section y", "reached", "mean",
                  "std", "+-");
   for (int notch = 0; notch < statistics.n_notches; ++notch) {
@@ -50,7 +51,6 @@ void append_patterns(std::string& text, const Statistics& statistics) {
 }
 
 void append_quantiles(std::string& text, std::span<const SampleSummary> samples) {
-  constexpr std::array<double, 5> shares{0, 0.25, 0.5, 0.75, 1};
   const auto append_row = [&](const char* name, double SampleSummary::*field, int decimals) {
     std::vector<double> values;
     for (const SampleSummary& sample : samples) {
@@ -58,7 +58,7 @@ void append_quantiles(std::string& text, std::span<const SampleSummary> samples)
     }
     auto out = std::back_inserter(text);
     fmt::format_to(out, "{:<20}", name);
-    for (const double share : shares)
+    for (const double share : quantile_shares)
       fmt::format_to(out, " {:>12}", number(quantile(values, share), decimals));
     text += '\n';
   };
@@ -77,8 +77,12 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
     return sample.status == SampleStatus::failed;
   });
   std::string text =
-      fmt::format("{}: {} done, {} failed, {} left\n", plural(statistics.n_samples, "sample"),
-                  statistics.n_done, n_failed, statistics.n_samples - statistics.n_done - n_failed);
+      fmt::format("{}: {} done, {} failed, {} left\n", plural(statistics.n_needed, "sample"),
+                  statistics.n_done, n_failed, statistics.n_needed - statistics.n_done - n_failed);
+  if (statistics.n_needed < statistics.n_samples) {
+    fmt::format_to(std::back_inserter(text), "stopped early: these are enough, of {}\n",
+                   statistics.n_samples);
+  }
   append_positions(text, statistics, sections);
   append_patterns(text, statistics);
   append_quantiles(text, samples);

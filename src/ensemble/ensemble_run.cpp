@@ -54,15 +54,15 @@ void prepare_run(const input::Parameters& parameters, const geometry::Body& body
     say(fmt::format("base mesh: {} mother points", ledger.base.size()));
   }
   for (const auto& line : prepare_folder(options.folder, parameters, plan)) say(line);
-  ledger.progress.emplace(plan.to_do.size(), layout.n_groups, body.n_notches(), parameters.sections.y);
-  for (const auto& kept : plan.kept) ledger.progress->kept(kept.summary);
+  ledger.progress.emplace(plan.to_do.size(), layout.n_groups, parameters);
+  for (const auto& kept : plan.kept) ledger.progress->kept(kept.sample, kept.summary);
   say(fmt::format("{} of {} samples to do in {}", plan.to_do.size(), parameters.ensemble.samples,
                   options.folder.string()));
-  if (parameters.ensemble.stop) say("ensemble.stop is not applied by this version: all samples are computed");
 }
 
 HandOutEvents make_events(Ledger& ledger, RunLog* log) {
   HandOutEvents events;
+  events.enough = [&ledger] { return ledger.progress->statistics().stopped_at().has_value(); };
   events.started = [&ledger, log](std::uint64_t sample) {
     ledger.progress->started(sample, seconds_now());
     if (log != nullptr) log->show(*ledger.progress, true);
@@ -115,18 +115,34 @@ void complete_block(const parallel::Communicator& world,
   }
 }
 
+struct Results {
+  std::vector<SampleSummary> rows;
+  analysis::Statistics statistics;
+};
+
+/// Samples that were under way when the ensemble stopped early: which ones depends on the schedule, so they
+/// are no part of it. What cannot be removed is left out by whoever reads the folder.
+void remove_surplus_files(const analysis::Statistics& statistics, const std::filesystem::path& folder) {
+  std::error_code ignored;
+  for (int sample = statistics.n_needed; sample < statistics.n_samples; ++sample) {
+    std::filesystem::remove(io::sample_path(folder, static_cast<std::uint64_t>(sample)), ignored);
+  }
+}
+
 /// ensemble.h5 and what it says. Collective.
-/// @return all rows, on every rank
-std::vector<SampleSummary> write_results(const parallel::Communicator& world,
-                                         const input::Parameters& parameters,
-                                         const std::filesystem::path& folder,
-                                         const std::map<std::uint64_t, SampleSummary>& unstored) {
+/// @return all rows and their statistics, on every rank
+Results write_results(const parallel::Communicator& world, const input::Parameters& parameters,
+                      const std::filesystem::path& folder,
+                      const std::map<std::uint64_t, SampleSummary>& unstored) {
   auto block = parallel::agree(world, [&] { return read_block(world, parameters, folder); });
   complete_block(world, unstored, block);
   auto rows = analysis::all_gather(world, block.rows);
   const auto statistics = parallel::agree(world, [&] { return analysis::make_statistics(rows, parameters); });
+  analysis::leave_out_surplus(statistics, 0, rows);
+  analysis::leave_out_surplus(statistics, block.first, block.rows);
   io::write_ensemble(world, folder / "ensemble.h5", parameters, block, statistics);
-  return rows;
+  if (world.is_root()) remove_surplus_files(statistics, folder);
+  return {std::move(rows), statistics};
 }
 
 void count(SampleStatus status, RunOutcome& outcome) {
@@ -151,16 +167,22 @@ RunOutcome share_counts(const parallel::Communicator& world, const std::optional
   return {.done = counts[0], .failed = counts[1], .left = counts[2], .file_error = {}};
 }
 
-void log_end(RunLog& log, const std::vector<SampleSummary>& rows, const RunOutcome& outcome,
+void log_end(RunLog& log, const Results& results, const Progress& progress, const RunOutcome& outcome,
              const std::filesystem::path& folder, double seconds) {
-  for (std::size_t sample = 0; sample < rows.size(); ++sample) {
-    const auto& row = rows[sample];
+  const auto n_needed = static_cast<std::size_t>(results.statistics.n_needed);
+  for (std::size_t sample = 0; sample < n_needed; ++sample) {
+    const auto& row = results.rows[sample];
     if (row.status == SampleStatus::failed) log.line(fmt::format("failed: sample {}: {}", sample, row.error));
     if (row.status == SampleStatus::pending)
       log.line(fmt::format("pending: sample {}: {}", sample, row.error));
   }
+  if (n_needed < results.rows.size()) {
+    log.line(
+        fmt::format("stopped early: samples 0 to {} of {} are enough", n_needed - 1, results.rows.size()));
+  }
   log.line(fmt::format("{} done, {} failed, {} pending after {}", outcome.done, outcome.failed, outcome.left,
                        format_duration(seconds)));
+  if (const std::string means = progress.means(); !means.empty()) log.line(means);
   const std::string file = (folder / "ensemble.h5").string();
   log.line(outcome.file_error.empty() ? file
                                       : fmt::format("{} could not be written: {}", file, outcome.file_error));
@@ -190,17 +212,19 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
            QueueLimits{.n_realizations = static_cast<std::size_t>(layout.n_groups) + 1});
 
   RunOutcome outcome;
-  std::vector<SampleSummary> rows;
+  Results results;
   try {
-    rows = write_results(world, parameters, options.folder, ledger.unstored);
-    for (const auto& row : rows) count(row.status, outcome);
+    results = write_results(world, parameters, options.folder, ledger.unstored);
+    for (int i = 0; i < results.statistics.n_needed; ++i) {
+      count(results.rows[static_cast<std::size_t>(i)].status, outcome);
+    }
   } catch (const parallel::AgreedError& error) {
     outcome = share_counts(world, ledger.progress);
     outcome.file_error = error.what();
   }
   if (log) {
     log->end_progress();
-    log_end(*log, rows, outcome, options.folder, seconds_now() - start);
+    log_end(*log, results, *ledger.progress, outcome, options.folder, seconds_now() - start);
   }
   return outcome;
 }

@@ -11,6 +11,10 @@ namespace crackle::ensemble {
 
 namespace {
 
+bool is_enough(const HandOutEvents& events) {
+  return events.enough && events.enough();
+}
+
 void serve_groups(const parallel::Communicator& world, int n_groups, RealizationQueue& queue,
                   const SampleSteps& steps, const HandOutEvents& events) {
   std::deque<int> waiting;  // roots that ask for work, in order of asking
@@ -24,7 +28,7 @@ void serve_groups(const parallel::Communicator& world, int n_groups, Realization
       idle = false;
     }
     while (!waiting.empty()) {
-      if (queue.exhausted()) {
+      if (queue.exhausted() || is_enough(events)) {
         send_no_work(world, waiting.front());
         waiting.pop_front();
         ++n_ended;
@@ -68,6 +72,7 @@ void work_in_group(const parallel::Communicator& world, SampleGroup& group, cons
 void work_alone(SampleGroup& group, const std::vector<std::uint64_t>& samples, const SampleSteps& steps,
                 const HandOutEvents& events) {
   for (const std::uint64_t sample : samples) {
+    if (is_enough(events)) break;
     events.started(sample);
     events.tick();
     auto prepared = prepare(steps.make, sample);

@@ -16,28 +16,20 @@ constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 
-Progress::Progress(std::size_t n_to_do, int n_groups, int n_notches, std::vector<double> section_y)
-    : n_to_do_(n_to_do), n_groups_(n_groups), n_notches_(n_notches), section_y_(std::move(section_y)) {}
+Progress::Progress(std::size_t n_to_do, int n_groups, const input::Parameters& parameters)
+    : n_to_do_(n_to_do), n_groups_(n_groups), section_y_(parameters.sections.y), statistics_(parameters) {}
 
-void Progress::count(const analysis::SampleSummary& summary) {
+void Progress::count(std::uint64_t sample, const analysis::SampleSummary& summary) {
+  statistics_.add(sample, summary);
   if (summary.status != analysis::SampleStatus::done) {
     ++n_failed_;
     return;
   }
   ++n_done_;
-  if (std::isfinite(summary.onset_force)) {
-    force_sum_ += summary.onset_force;
-    ++n_forces_;
-  }
-  const std::size_t middle = section_y_.size() / 2;
-  if (n_notches_ > 0 && middle < summary.z.size() && std::isfinite(summary.z[middle])) {
-    position_sum_ += summary.z[middle];
-    ++n_positions_;
-  }
 }
 
-void Progress::kept(const analysis::SampleSummary& summary) {
-  count(summary);
+void Progress::kept(std::uint64_t sample, const analysis::SampleSummary& summary) {
+  count(sample, summary);
 }
 
 void Progress::started(std::uint64_t sample, double now) {
@@ -52,10 +44,11 @@ void Progress::finished(const SampleReport& report, double now) {
     running_.erase(start);
   }
   ++n_ended_here_;
-  count(report.summary);
+  count(report.sample, report.summary);
 }
 
 int Progress::n_left() const {
+  if (statistics_.stopped_at()) return 0;
   return static_cast<int>(n_to_do_ - n_ended_here_ - running_.size());
 }
 
@@ -76,11 +69,7 @@ double Progress::time_left(double now) const {
 }
 
 double Progress::mean_position() const {
-  return n_positions_ > 0 ? position_sum_ / n_positions_ : unknown;
-}
-
-double Progress::mean_onset_force() const {
-  return n_forces_ > 0 ? force_sum_ / n_forces_ : unknown;
+  return statistics_.mean_position(0, static_cast<int>(section_y_.size() / 2));
 }
 
 std::string Progress::line(double now) const {
@@ -89,15 +78,18 @@ std::string Progress::line(double now) const {
   if (const double rest = time_left(now); std::isfinite(rest) && rest > 0) {
     text += fmt::format(", {} to go", format_duration(rest));
   }
-  std::string means;
-  if (n_positions_ > 0) {
-    means =
-        fmt::format("z({:g} mm) = {:.2f} mm", section_y_[section_y_.size() / 2] * 1e3, mean_position() * 1e3);
+  if (const std::string found = means(); !found.empty()) text += "; " + found;
+  return text;
+}
+
+std::string Progress::means() const {
+  std::string text;
+  if (const double z = mean_position(); std::isfinite(z)) {
+    text = fmt::format("mean z({:g} mm) = {:.3f} mm", section_y_[section_y_.size() / 2] * 1e3, z * 1e3);
   }
-  if (n_forces_ > 0) {
-    means += fmt::format("{}onset {:.1f} N", means.empty() ? "" : ", ", mean_onset_force());
+  if (const double force = statistics_.median_onset_force(); std::isfinite(force)) {
+    text += fmt::format("{}median onset {:.3f} N", text.empty() ? "" : ", ", force);
   }
-  if (!means.empty()) text += "; mean " + means;
   return text;
 }
 

@@ -22,14 +22,17 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
   steps.analyse = [&](const geometry::Realization& realization, const dynamics::SampleResult& result) {
     SampleAnalysis analysis;
     analysis.surface = analysis::make_crack_surface(body, realization, result.breaks, result.onset_time);
-    analysis.summary = analysis::summarize(body, result, analysis.surface, parameters.sections.y);
+    analysis.lines = analysis::crack_lines(body, analysis.surface);
+    analysis.summary =
+        analysis::summarize(body, result, analysis.surface, analysis.lines, parameters.sections.y);
     return analysis;
   };
   steps.write = [&parameters, folder, n_ranks](std::uint64_t sample, const geometry::Realization& realization,
                                                const dynamics::SampleResult& result,
                                                const SampleAnalysis& analysis) {
     io::write_sample(io::sample_path(folder, sample),
-                     {parameters, sample, realization, result, analysis.surface, analysis.summary, n_ranks});
+                     {parameters, sample, realization, result, analysis.surface, analysis.lines,
+                      analysis.summary, n_ranks});
   };
   steps.write_failure = [&parameters, folder](std::uint64_t sample, const analysis::SampleSummary& failure) {
     io::write_failed_sample(io::sample_path(folder, sample), parameters, sample, failure);

@@ -7,9 +7,6 @@ void check_availability(const Parameters& parameters, Findings& findings) {
   if (parameters.fracture.release == Release::facet) {
     findings.report("fracture.release", "\"facet\" is not available in this version; give \"element\"");
   }
-  if (parameters.ensemble.stop) {
-    findings.report("ensemble.stop", "is not available in this version; leave the table out");
-  }
 }
 
 }  // namespace crackle::input

@@ -53,10 +53,11 @@ void for_each_column(Visit&& visit) {
 /// sample.
 template <class Visit>
 void for_each_position_table(Visit&& visit) {
-  visit(
-      "crack_path/z", "m", [](const SampleSummary& row) -> auto& { return row.z; });
-  visit(
-      "crack_path/branches", "", [](const SampleSummary& row) -> auto& { return row.branches; });
+  for_each_position_result([&](const char* name, auto member, const char* units) {
+    visit(
+        std::string("crack_path/") + name,
+        units, [member](const SampleSummary& row) -> auto& { return row.*member; });
+  });
 }
 
 struct EnsembleShape {
@@ -78,12 +79,12 @@ void check_block(const EnsembleBlock& block, const EnsembleShape& shape) {
   }
   for (std::size_t i = 0; i < block.rows.size(); ++i) {
     const SampleSummary& row = block.rows[i];
-    if (row.z.size() != shape.n_positions() || row.branches.size() != shape.n_positions()) {
+    for_each_position_result([&](const char* name, auto member, const char*) {
+      if ((row.*member).size() == shape.n_positions()) return;
       throw std::invalid_argument(
-          fmt::format("ensemble row {}: {} crack positions and {} branch counts "
-                      "instead of {} notches x {} sections",
-                      block.first + i, row.z.size(), row.branches.size(), shape.n_notches, shape.n_sections));
-    }
+          fmt::format("ensemble row {}: {} values {} instead of {} notches x {} sections", block.first + i,
+                      (row.*member).size(), name, shape.n_notches, shape.n_sections));
+    });
   }
 }
 
@@ -140,9 +141,14 @@ void write_statistics(hid_t file, const analysis::Statistics& statistics, const 
   const hid_t id = group.get();
   const Shape positions{shape.n_notches, shape.n_sections};
   hdf5::write_attribute(id, "confidence", statistics.confidence);
+  hdf5::write_attribute(id, "n_looks", std::int64_t{statistics.n_looks});
+  hdf5::write_attribute(id, "n_needed", std::int64_t{statistics.n_needed});
   hdf5::write_dataset<double>(id, "z_mean", positions, statistics.z_mean, "m");
   hdf5::write_dataset<double>(id, "z_std", positions, statistics.z_std, "m");
   hdf5::write_dataset<double>(id, "z_half_width", positions, statistics.z_half_width, "m");
+  hdf5::write_dataset<double>(id, "z_quantile",
+                              {shape.n_notches, shape.n_sections, analysis::quantile_shares.size()},
+                              statistics.z_quantile, "m");
   hdf5::write_dataset<std::int32_t>(id, "reached", positions, statistics.reached, "");
   hdf5::write_dataset<double>(id, "running_mean", {shape.n_samples, shape.n_notches, shape.n_sections},
                               statistics.running_mean, "m");
@@ -169,7 +175,7 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const std::v
   hdf5::write_texts(file.get(), "samples/error", errors);
   hdf5::write_dataset<double>(file.get(), "crack_path/section", {shape.n_sections}, parameters.sections.y,
                               "m");
-  for_each_position_table([&](const char* name, const char* units, auto values) {
+  for_each_position_table([&](const std::string& name, const char* units, auto values) {
     using Value = typename std::decay_t<decltype(values(pending))>::value_type;
     std::vector<Value> table;
     for (std::size_t i = 0; i < shape.n_samples; ++i) {
@@ -219,7 +225,7 @@ void write_block(hid_t file, const EnsembleBlock& block) {
     for (const SampleSummary& row : block.rows) column.push_back(value(row));
     write_rows(file, name, block.first, block.rows.size(), column);
   });
-  for_each_position_table([&](const char* name, const char*, auto values) {
+  for_each_position_table([&](const std::string& name, const char*, auto values) {
     std::vector<typename std::decay_t<decltype(values(block.rows.front()))>::value_type> table;
     for (const SampleSummary& row : block.rows) {
       table.insert(table.end(), values(row).begin(), values(row).end());

@@ -25,8 +25,6 @@ std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape) {
   const auto status = hdf5::read_dataset<std::int32_t>(file, "samples/status", {n_samples});
   const auto errors = hdf5::read_texts(file, "samples/error");
   const auto wall_time = hdf5::read_dataset<double>(file, "timing/wall_time", {n_samples});
-  const auto z = hdf5::read_dataset<double>(file, "crack_path/z", shape);
-  const auto branches = hdf5::read_dataset<std::int32_t>(file, "crack_path/branches", shape);
   if (errors.size() != n_samples) throw hdf5::Error("dataset samples/error: not one text for each sample");
   std::vector<SampleSummary> samples(n_samples);
   for (std::size_t i = 0; i < n_samples; ++i) {
@@ -34,11 +32,15 @@ std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape) {
     samples[i].status = static_cast<analysis::SampleStatus>(status[i]);
     samples[i].error = errors[i];
     samples[i].wall_time = wall_time[i];
-    const auto at = static_cast<std::ptrdiff_t>(i * n_positions);
-    const auto end = at + static_cast<std::ptrdiff_t>(n_positions);
-    samples[i].z.assign(z.begin() + at, z.begin() + end);
-    samples[i].branches.assign(branches.begin() + at, branches.begin() + end);
   }
+  for_each_position_result([&](const char* name, auto member, const char*) {
+    using Value = typename std::remove_cvref_t<decltype(std::declval<SampleSummary>().*member)>::value_type;
+    const auto table = hdf5::read_dataset<Value>(file, std::string("crack_path/") + name, shape);
+    for (std::size_t i = 0; i < n_samples; ++i) {
+      const auto row = table.begin() + static_cast<std::ptrdiff_t>(i * n_positions);
+      (samples[i].*member).assign(row, row + static_cast<std::ptrdiff_t>(n_positions));
+    }
+  });
   for_each_result([&](const char* name, auto member, const char*) {
     using Value = std::remove_cvref_t<decltype(std::declval<SampleSummary>().*member)>;
     const auto column = hdf5::read_dataset<Value>(file, std::string("samples/") + name, {n_samples});
@@ -56,9 +58,13 @@ analysis::Statistics read_statistics(hid_t file, const Shape& shape) {
   statistics.n_sections = static_cast<int>(shape[2]);
   statistics.n_samples = static_cast<int>(shape[0]);
   statistics.confidence = hdf5::read_number_attribute(id, "confidence");
+  statistics.n_looks = static_cast<int>(hdf5::read_integer_attribute(id, "n_looks"));
+  statistics.n_needed = static_cast<int>(hdf5::read_integer_attribute(id, "n_needed"));
   statistics.z_mean = hdf5::read_dataset<double>(id, "z_mean", positions);
   statistics.z_std = hdf5::read_dataset<double>(id, "z_std", positions);
   statistics.z_half_width = hdf5::read_dataset<double>(id, "z_half_width", positions);
+  statistics.z_quantile =
+      hdf5::read_dataset<double>(id, "z_quantile", {shape[1], shape[2], analysis::quantile_shares.size()});
   statistics.reached = hdf5::read_dataset<std::int32_t>(id, "reached", positions);
   statistics.running_mean = hdf5::read_dataset<double>(id, "running_mean", shape);
   const auto share = hdf5::read_dataset<double>(id, "pattern_share", {analysis::n_patterns});

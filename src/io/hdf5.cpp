@@ -190,6 +190,24 @@ void write_attribute(hid_t object, const std::string& name, double value) {
   write_scalar_attribute(object, name, value);
 }
 
+void write_attribute(hid_t object, const std::string& name, const std::array<std::int64_t, 2>& values) {
+  const Handle space = make_space({values.size()});
+  const Handle attribute(
+      H5Acreate2(object, name.c_str(), H5T_STD_I64LE, space.get(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+      "attribute " + name);
+  check(H5Awrite(attribute.get(), H5T_NATIVE_INT64, values.data()), "attribute " + name);
+}
+
+void write_fixed_text_attribute(hid_t object, const std::string& name, const std::string& text) {
+  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "HDF5 text type");
+  check(H5Tset_size(type.get(), text.size()), "HDF5 text type");
+  check(H5Tset_strpad(type.get(), H5T_STR_NULLPAD), "HDF5 text type");
+  const Handle space = scalar_space();
+  const Handle attribute(H5Acreate2(object, name.c_str(), type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT),
+                         H5Aclose, "attribute " + name);
+  check(H5Awrite(attribute.get(), type.get(), text.data()), "attribute " + name);
+}
+
 std::string read_text_attribute(hid_t object, const std::string& name) {
   const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, "attribute " + name);
   const Handle space(H5Aget_space(attribute.get()), H5Sclose, "attribute " + name);

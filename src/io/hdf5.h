@@ -87,6 +87,9 @@ void write_attribute(hid_t object, const std::string& name, const std::string& t
 void write_attribute(hid_t object, const std::string& name, std::int64_t value);
 void write_attribute(hid_t object, const std::string& name, std::uint64_t value);
 void write_attribute(hid_t object, const std::string& name, double value);
+void write_attribute(hid_t object, const std::string& name, const std::array<std::int64_t, 2>& values);
+/// As text of a fixed length without end mark, which some readers ask for.
+void write_fixed_text_attribute(hid_t object, const std::string& name, const std::string& text);
 std::string read_text_attribute(hid_t object, const std::string& name);
 std::int64_t read_integer_attribute(hid_t object, const std::string& name);
 double read_number_attribute(hid_t object, const std::string& name);

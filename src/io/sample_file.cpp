@@ -5,6 +5,7 @@
 #include "memory_file.h"
 #include "partial_file.h"
 #include "provenance.h"
+#include "sample_shape.h"
 #include "summary_columns.h"
 
 #include <fmt/format.h>
@@ -19,8 +20,6 @@ namespace {
 using analysis::SampleSummary;
 using hdf5::Shape;
 using hdf5::Storage;
-
-constexpr const char* kind = "crackle sample";
 
 /// Writes one column of a table: `value(row)` for every row.
 template <class Value, class Row, class Function>
@@ -98,6 +97,39 @@ void write_crack_surface(hid_t file, const analysis::CrackSurface& surface) {
       table.get(), "last_time", surface.cracks, [](const Crack& c) { return c.last_time; }, "s");
 }
 
+void write_crack_lines(hid_t file, const std::vector<analysis::CrackLine>& lines) {
+  using analysis::CrackLine;
+  using analysis::LinePoint;
+  const hdf5::Handle group = hdf5::create_group(file, "crack_lines");
+  const hid_t id = group.get();
+  std::vector<std::int64_t> first;
+  std::vector<LinePoint> points;
+  std::vector<double> position;
+  for (const CrackLine& line : lines) {
+    first.push_back(static_cast<std::int64_t>(points.size()));
+    points.insert(points.end(), line.points.begin(), line.points.end());
+  }
+  for (const LinePoint& p : points) position.insert(position.end(), {p.y, p.z});
+  hdf5::write_dataset<double>(id, "position", {points.size(), 2}, position, "m", Storage::compressed);
+  write_column<double>(
+      id, "spread", points, [](const LinePoint& p) { return p.spread; }, "m");
+  write_column<double>(
+      id, "time", points, [](const LinePoint& p) { return p.time; }, "s");
+
+  const hdf5::Handle table = hdf5::create_group(id, "lines");
+  hdf5::write_dataset<std::int64_t>(table.get(), "first", {first.size()}, first, "");
+  write_column<std::int64_t>(
+      table.get(), "count", lines, [](const CrackLine& l) { return l.points.size(); }, "");
+  write_column<std::int32_t>(
+      table.get(), "notch", lines, [](const CrackLine& l) { return l.notch; }, "");
+  write_column<std::int32_t>(
+      table.get(), "parent", lines, [](const CrackLine& l) { return l.parent; }, "");
+  write_column<std::int32_t>(
+      table.get(), "kinks", lines, [](const CrackLine& l) { return l.kinks; }, "");
+  write_column<double>(
+      table.get(), "bend", lines, [](const CrackLine& l) { return l.bend; }, "rad");
+}
+
 void write_breaks(hid_t file, const std::vector<fracture::Break>& breaks) {
   using fracture::Break;
   const hdf5::Handle group = hdf5::create_group(file, "breaks");
@@ -136,10 +168,14 @@ void write_energy(hid_t file, const std::vector<dynamics::EnergyRow>& rows) {
       id, "broken", rows, [](const EnergyRow& r) { return r.broken; }, "");
 }
 
-void write_frames(hid_t file, const std::vector<dynamics::Frame>& frames, std::size_t n_nodes) {
+void write_frames(hid_t file, const std::vector<dynamics::Frame>& frames, std::size_t n_nodes,
+                  const input::Material& material) {
   using dynamics::Frame;
   const hdf5::Handle group = hdf5::create_group(file, "frames");
   const hid_t id = group.get();
+  // With these, whoever has the displacement has the stress.
+  hdf5::write_attribute(id, "youngs_modulus", material.youngs_modulus);
+  hdf5::write_attribute(id, "poisson_ratio", material.poisson_ratio);
   const Shape shape{frames.size(), n_nodes, 3};
   write_column<double>(
       id, "time", frames, [](const Frame& f) { return f.time; }, "s");
@@ -166,14 +202,10 @@ void write_counts(hid_t file, const dynamics::SampleCounts& counts) {
   hdf5::write_scalar<std::int64_t>(id, "force_evaluations", counts.force_evaluations, "");
 }
 
-Shape position_shape(const input::Parameters& parameters) {
-  return {parameters.specimen.notches.size(), parameters.sections.y.size()};
-}
-
 /// Identity, status and the sample's row. @return the group /summary
 hdf5::Handle write_row(hid_t file, const input::Parameters& parameters, std::uint64_t sample,
                        const SampleSummary& summary) {
-  write_identity(file, kind, sample_schema_version, parameters);
+  write_identity(file, sample_kind, sample_schema_version, parameters);
   hdf5::write_attribute(file, "sample", sample);
   hdf5::write_attribute(file, "status", static_cast<std::int64_t>(summary.status));
   hdf5::write_attribute(file, "error", summary.error);
@@ -182,8 +214,10 @@ hdf5::Handle write_row(hid_t file, const input::Parameters& parameters, std::uin
   for_each_result([&](const char* name, auto member, const char* units) {
     hdf5::write_scalar(id, name, summary.*member, units);
   });
-  hdf5::write_dataset<double>(id, "z", position_shape(parameters), summary.z, "m");
-  hdf5::write_dataset<std::int32_t>(id, "branches", position_shape(parameters), summary.branches, "");
+  for_each_position_result([&](const char* name, auto member, const char* units) {
+    using Value = typename std::remove_cvref_t<decltype(summary.*member)>::value_type;
+    hdf5::write_dataset<Value>(id, name, position_shape(parameters), summary.*member, units);
+  });
   return group;
 }
 
@@ -222,9 +256,10 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     hdf5::write_scalar<double>(summary.get(), "stable_step", result.stable_step, "s");
     write_mesh(id, content.realization);
     write_crack_surface(id, content.surface);
+    write_crack_lines(id, content.lines);
     write_breaks(id, result.breaks);
     write_energy(id, result.energy);
-    write_frames(id, result.frames, content.realization.nodes.size());
+    write_frames(id, result.frames, content.realization.nodes.size(), content.parameters.material);
     write_counts(id, result.counts);
     const hdf5::Handle timing = write_timing(id, content.summary);
     hdf5::write_scalar<double>(timing.get(), "mesh", result.timings.mesh, "s");
@@ -244,60 +279,6 @@ void write_failed_sample(const std::filesystem::path& file, const input::Paramet
     write_timing(id, summary);
     write_provenance(id, 1);
   });
-}
-
-SampleSummary read_summary(const std::filesystem::path& file, const input::Parameters& parameters,
-                           std::uint64_t sample) {
-  try {
-    const hdf5::QuietErrors quiet;
-    const hdf5::Handle root = hdf5::open_for_reading(file);
-    check_identity(root.get(), kind, sample_schema_version);
-    const std::int64_t number = hdf5::read_integer_attribute(root.get(), "sample");
-    if (number != static_cast<std::int64_t>(sample)) {
-      throw hdf5::Error(fmt::format("holds sample {} instead of {}", number, sample));
-    }
-    if (hdf5::read_text_attribute(root.get(), "input") != parameters.text) {
-      throw hdf5::Error("was made from another input");
-    }
-    SampleSummary row;
-    const std::int64_t status = hdf5::read_integer_attribute(root.get(), "status");
-    if (status != static_cast<std::int64_t>(analysis::SampleStatus::done) &&
-        status != static_cast<std::int64_t>(analysis::SampleStatus::failed)) {
-      throw hdf5::Error(fmt::format("status {} is neither done (1) nor failed (2)", status));
-    }
-    row.status = static_cast<analysis::SampleStatus>(status);
-    row.error = hdf5::read_text_attribute(root.get(), "error");
-    const hdf5::Handle group = hdf5::open_group(root.get(), "summary");
-    const hid_t id = group.get();
-    for_each_result([&](const char* name, auto member, const char*) {
-      row.*member = hdf5::read_scalar<std::remove_reference_t<decltype(row.*member)>>(id, name);
-    });
-    row.z = hdf5::read_dataset<double>(id, "z", position_shape(parameters));
-    row.branches = hdf5::read_dataset<std::int32_t>(id, "branches", position_shape(parameters));
-    const hdf5::Handle timing = hdf5::open_group(root.get(), "timing");
-    row.wall_time = hdf5::read_scalar<double>(timing.get(), "wall_time");
-    return row;
-  } catch (const std::exception& error) {
-    throw std::runtime_error("cannot use '" + file.string() + "': " + error.what());
-  }
-}
-
-std::vector<SampleSummary> read_summaries(const std::filesystem::path& folder,
-                                          const input::Parameters& parameters, std::uint64_t first,
-                                          std::size_t count) {
-  const auto n_notches = static_cast<int>(parameters.specimen.notches.size());
-  const auto n_sections = static_cast<int>(parameters.sections.y.size());
-  std::vector<SampleSummary> rows;
-  for (std::size_t i = 0; i < count; ++i) {
-    rows.push_back(analysis::empty_summary(n_notches, n_sections, analysis::SampleStatus::pending));
-    const std::filesystem::path file = sample_path(folder, first + i);
-    try {
-      if (std::filesystem::exists(file)) rows.back() = read_summary(file, parameters, first + i);
-    } catch (const std::exception& error) {
-      rows.back().error = error.what();
-    }
-  }
-  return rows;
 }
 
 }  // namespace crackle::io

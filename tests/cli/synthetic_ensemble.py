@@ -10,6 +10,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from box_mesh import box_mesh
+
 INPUT = """\
 [ensemble]
 samples = {samples}
@@ -59,8 +61,9 @@ def write_ensemble(folder: Path, n_samples: int, failed: tuple[int, ...] = (), p
 def _empty_row(status: int, error: str) -> dict:
     shape = (len(TIPS), SECTIONS.size)
     return {"status": status, "error": error, "onset_force": np.nan, "onset_time": np.nan, "outcome": 0,
-            "pattern": 0, "bifurcations": 0, "crack_area": np.nan, "crack_speed_max": np.nan, "energy_error": np.nan,
-            "z": np.full(shape, np.nan), "branches": np.zeros(shape, int), "facets": []}
+            "pattern": 0, "overlap": np.nan, "bifurcations": 0, "kinks": 0, "crack_area": np.nan, "crack_speed_max": np.nan, "energy_error": np.nan,
+            "z": np.full(shape, np.nan), "z_spread": np.full(shape, np.nan),
+            "branches": np.zeros(shape, int), "facets": [], "lines": []}
 
 
 def _make_sample(number: int) -> dict:
@@ -78,20 +81,24 @@ def _make_sample(number: int) -> dict:
             slope += direction * np.interp(y, [0, 5e-3, 13e-3], [-0.2, -0.1, 0.7])
         z = tip_z + 0.25e-3 * np.cumsum(slope)
         _add_strip(facets, random, tip_y + direction * y, z, notch, y / 400, number)
+        row["lines"].append((notch, -1, np.stack([tip_y + direction * y, z], axis=1)[::3]))
         if pattern == 2 and random.random() < 0.4:
             row["bifurcations"] += 1
             tail = y[y > 0.6 * reach[notch]] - 0.6 * reach[notch]
             start = np.searchsorted(y, 0.6 * reach[notch])
             _add_strip(facets, random, tip_y + direction * (y[start] + tail),
                        z[start] + direction * 0.7 * tail, notch, (y[start] + tail) / 380, number)
+            branch = np.stack([tip_y + direction * (y[start] + tail), z[start] + direction * 0.7 * tail], axis=1)
+            row["lines"].append((notch, len(row["lines"]) - 1, branch))
         position = direction * (SECTIONS - tip_y)
         arrived = (position >= 0) & (position <= reach[notch])
         row["z"][notch, arrived] = np.interp(position[arrived], y, z)
         row["branches"][notch, arrived] = 1
+        row["z_spread"][notch, arrived] = 1.2e-4
     for _ in range(4):  # stray breaks
         centre = random.uniform((0, 7e-3, 63e-3), (THICKNESS, 17e-3, 77e-3))
         facets.append((centre + random.uniform(-2e-4, 2e-4, (4, 3)), random.uniform(0, 3e-5), -1))
-    row.update(outcome=3 if pattern == 3 else 2, pattern=pattern, onset_force=random.normal(381, 12), crack_area=2e-7 * len(facets),
+    row.update(outcome=3 if pattern == 3 else 2, pattern=pattern, overlap={1: 0.1, 2: 0.8, 3: 0.4}[pattern], kinks=number % 3, onset_force=random.normal(381, 12), crack_area=2e-7 * len(facets),
                crack_speed_max=random.normal(520, 40), energy_error=10 ** random.uniform(-6, -4),
                facets=facets)
     row["onset_time"] = (row["onset_force"] - 135) / 5 + 27
@@ -124,7 +131,7 @@ def _write_sample(file: Path, number: int, row: dict, text: str) -> None:
         root.attrs.update({"sample": number, "status": row["status"], "error": row["error"]})
         summary = root.create_group("summary")
         for name, value in row.items():
-            if name not in ("status", "error", "facets"):
+            if name not in ("status", "error", "facets", "lines"):
                 summary[name] = value
         if row["status"] != 1:
             return
@@ -135,6 +142,32 @@ def _write_sample(file: Path, number: int, row: dict, text: str) -> None:
         cracks = [0, 1, -1]
         surface["crack"] = np.array([cracks.index(facet[2]) for facet in facets], dtype="i4")
         surface["cracks/notch"] = np.array(cracks, dtype="i4")
+        lines = root.create_group("crack_lines")
+        lines["position"] = np.concatenate([points for _, _, points in row["lines"]])
+        count = np.array([len(points) for _, _, points in row["lines"]])
+        lines["lines/first"], lines["lines/count"] = np.cumsum(count) - count, count
+        lines["lines/notch"] = [notch for notch, _, _ in row["lines"]]
+        lines["lines/parent"] = [parent for _, parent, _ in row["lines"]]
+        _write_fields(root)
+
+
+def _write_fields(root: h5py.File) -> None:
+    """A plate in tension whose load grows a little, with one more tetrahedron broken in each frame."""
+    nodes, tetrahedra = box_mesh((THICKNESS, WIDTH, 140e-3), (1, 8, 40))
+    root["mesh/nodes"], root["mesh/tetrahedra"] = nodes, tetrahedra
+    time = np.linspace(0, 60e-6, 4)
+    frames = root.create_group("frames")
+    frames.attrs.update({"youngs_modulus": 3300e6, "poisson_ratio": 0.38})
+    frames["time"], frames["broken"] = time, np.arange(time.size)
+    strain = nodes * (-0.38, -0.38, 1)
+    frames["displacement"] = (np.array([1, 1.1, 1.2, 1.3])[:, None, None] * 1e-3 * strain).astype("f4")
+    frames["velocity"] = np.full((time.size, *nodes.shape), 0.5, "f4")
+    root["breaks/tetrahedron"] = np.arange(100, 100 + time.size)
+    energy = root.create_group("energy")
+    energy["time"] = time
+    for name, value in (("kinetic", 0.01), ("strain", 0.02), ("external", 0.04), ("released", 0.01),
+                        ("dissipated", 0.0)):
+        energy[name] = np.full(time.size, value)
 
 
 def _write_ensemble_file(file: Path, rows: list[dict], text: str) -> None:
@@ -143,15 +176,16 @@ def _write_ensemble_file(file: Path, rows: list[dict], text: str) -> None:
         _write_identity(root, "crackle ensemble", text)
         samples = root.create_group("samples")
         samples.create_dataset("error", data=[row["error"] for row in rows], dtype=h5py.string_dtype())
-        for name in ("status", "onset_force", "onset_time", "outcome", "pattern", "bifurcations", "crack_area",
-                     "crack_speed_max", "energy_error"):
+        for name in ("status", "onset_force", "onset_time", "outcome", "pattern", "overlap", "bifurcations",
+                     "kinks", "crack_area", "crack_speed_max", "energy_error"):
             samples[name] = np.array([row[name] for row in rows])
         z = np.array([row["z"] for row in rows])
         root["crack_path/section"] = SECTIONS
         root["crack_path/z"] = z
+        root["crack_path/z_spread"] = np.array([row["z_spread"] for row in rows])
         root["crack_path/branches"] = np.array([row["branches"] for row in rows])
         statistics = root.create_group("statistics")
-        statistics.attrs["confidence"] = 0.95
+        statistics.attrs.update({"confidence": 0.95, "n_looks": 1, "n_needed": n_samples})
         done = np.array([row["status"] == 1 for row in rows])
         reached = np.isfinite(z).sum(axis=0)
         with np.errstate(invalid="ignore", divide="ignore"):

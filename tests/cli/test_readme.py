@@ -69,7 +69,7 @@ class Readme(unittest.TestCase):
                            ("duration", '"2 us"')):
             example, n_replaced = re.subn(rf"(?m)^{key} = \S+( \S+\")?", f"{key} = {value}", example)
             self.assertEqual(n_replaced, 1, key)
-        lengths = {"N": 2, "K": 2, "S": 5, "4": 4}
+        lengths = {"N": 2, "K": 2, "S": 5, "4": 4, "5": 5}
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name) / "out"
             (Path(name) / "plate.toml").write_text(example, encoding="utf-8")
@@ -77,7 +77,7 @@ class Readme(unittest.TestCase):
             self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
             with h5py.File(folder / "ensemble.h5") as root:
                 described = set()
-                for names, shape in re.findall(r"(?m)^\| (`/\w+/.*?) \| ([NKS4 ×]+) \|", TEXT):
+                for names, shape in re.findall(r"(?m)^\| (`/\w+/.*?) \| ([NKS45 ×]+) \|", TEXT):
                     group = names.split("/")[1]
                     for dataset in re.findall(r"`([^`]*)`", names):
                         path = dataset if dataset.startswith("/") else f"/{group}/{dataset}"

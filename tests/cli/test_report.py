@@ -19,15 +19,16 @@ import h5py
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
+from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
-from crackle_report import confidence, figures, input_text, reading, style  # noqa: E402
-from crackle_report.figures import crack_paths  # noqa: E402
-from crackle_report.plate import Notch, Plate  # noqa: E402
-from crackle_report.statistics import make_statistics, wilson_half_width  # noqa: E402
+from crackle_report import choosing, figures, reading, style  # noqa: E402
+from crackle_report.figures import convergence, crack_paths, growth  # noqa: E402
+from crackle_report.options import Options  # noqa: E402
+from crackle_report.photoelasticity import Optics  # noqa: E402
 from synthetic_ensemble import write_ensemble  # noqa: E402
 
 REPORT = ROOT / "tools" / "crackle-report"
@@ -82,16 +83,22 @@ class Report(Ensembles):
 
         page = (self.folder / "report.html").read_text(encoding="utf-8")
         addresses = re.findall(r"""(?:src|href)\s*=\s*["']([^"']*)|url\(([^)]*)\)|@import""", page)
-        images = [base64.b64decode(source.removeprefix("data:image/png;base64,")) for source, _ in addresses]
-        self.assertEqual(len(images), 3)
+        images = [base64.b64decode(re.sub("^data:image/(png|gif);base64,", "", source)) for source, _ in addresses]
         for image in images:
-            self.assertTrue(image.startswith(b"\x89PNG\r\n"))
-        names = sorted(file.name for file in (self.folder / "report").iterdir())
-        self.assertEqual(names, ["convergence.png", "convergence.svg", "crack-paths.png", "crack-paths.svg",
-                                 "crossings.png", "crossings.svg"])
-        self.assertEqual(images[0], (self.folder / "report" / "crack-paths.png").read_bytes())
-        for name in names[1::2]:
-            xml.etree.ElementTree.parse(self.folder / "report" / name)
+            self.assertTrue(image.startswith((b"\x89PNG\r\n", b"GIF89a")))
+        detail = [f"growth-{i:04d}" for i in choosing.samples_in_detail(reading.read_ensemble(self.folder))]
+        stems = ["convergence", "crack-paths", "crossings", "energy", "shares", *detail]
+        files = {file.name: file.read_bytes() for file in (self.folder / "report").iterdir()}
+        self.assertEqual(sorted(files), sorted([f"{stem}.{kind}" for stem in stems for kind in ("png", "svg")]
+                                               + [f"{stem}.gif" for stem in detail]))
+        self.assertEqual(sorted(images), sorted(files[name] for name in files if not name.endswith("svg")))
+        for name in files:
+            if name.endswith("svg"):
+                xml.etree.ElementTree.parse(self.folder / "report" / name)
+        for stem in detail:
+            with Image.open(self.folder / "report" / f"{stem}.gif") as film:
+                self.assertEqual(film.n_frames, 4)
+                self.assertEqual(film.convert("RGB").getpixel((2, 2)), (255, 255, 255))
 
         self.assertEqual(re.findall(r">[^<]*\bnan\b[^<]*<", page), [])
         for row in rows:
@@ -184,6 +191,57 @@ class Report(Ensembles):
                 self.assertIn(message, result.stderr)
 
 
+    def test_an_ensemble_that_stopped_early_is_finished(self):
+        write_ensemble(self.folder, 12, pending=tuple(range(6, 12)))
+        with h5py.File(self.folder / "ensemble.h5", "r+") as root:
+            root["statistics"].attrs.update({"n_needed": 6, "n_looks": 3})
+        ensemble = reading.read_ensemble(self.folder)
+        self.assertEqual((len(ensemble.samples), ensemble.finished), (6, True))
+        self.assertEqual(ensemble.statistics.running_mean.shape[0], 6)
+        self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
+        page = (self.folder / "report.html").read_text(encoding="utf-8")
+        self.assertIn("6 of 6", page)
+        self.assertIn("enough, 12 were planned", page)
+        self.assertNotIn("not finished", page)
+
+    def test_samples_and_times_can_be_chosen(self):
+        write_ensemble(self.folder, 4, failed=(2,))
+        result = self.run_report(str(self.folder), "--sample", "3", "--times", "0,40", "--no-animation", "--field",
+                                 "light", "--reverse", "--form", "integrated", "--wavelength", "600")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertEqual(sorted(file.name for file in (self.folder / "report").glob("growth*")),
+                         ["growth-0003.png", "growth-0003.svg"])
+        page = (self.folder / "report.html").read_text(encoding="utf-8")
+        self.assertIn("(light field, colours reversed), by the integrated stress along each ray; stress-optic "
+                      "coefficient 5.5e-11 1/Pa, wavelength 600 nm", page)
+        drawn = (self.folder / "report" / "growth-0003.svg").read_text(encoding="utf-8")
+        self.assertIn("t = t₀ + 40 µs", drawn)
+        for arguments, message in ((("--sample", "2"), "sample 2 is not done; done are 0, 1, 3"),
+                                   (("--times", "x"), "not a list of times")):
+            result = self.run_report(str(self.folder), *arguments)
+            self.assertNotEqual(result.returncode, 0)
+            self.assertIn(message, result.stderr)
+
+    def test_the_verdict_says_how_many_samples_it_takes(self):
+        write_ensemble(self.folder, 40)
+        ensemble = reading.read_ensemble(self.folder)
+        self.assertRegex(convergence._verdict(ensemble), "^Were 40 samples enough[?] (Yes|No): ")
+        statistics = ensemble.statistics
+        statistics.z_std[:] = 0.5e-3
+        statistics.reached[:] = 40
+        statistics.reached[1, 2] = 20
+        statistics.reached[0, 4] = 2  # hardly anything comes here
+        statistics.z_half_width[:] = 2.02 * statistics.z_std / np.sqrt(statistics.reached)
+        statistics.z_half_width[0, 4] = 1
+        ensemble.stop_half_width = 0.1e-3
+        # 1.985 * 0.5 / sqrt(98) = 0.1003, and only every second sample arrives there.
+        self.assertIn("No: the mean crack position is known to ±0.23 mm at its least certain section (notch 1, "
+                      "y = 12.25 mm); ±0.1 mm (as the input asks for) would take about 200 samples",
+                      convergence._verdict(ensemble))
+        ensemble.stop_half_width = 0.23e-3
+        self.assertIn("Yes: ", convergence._verdict(ensemble))
+
+
 class Pictures(Ensembles):
     def test_labels_do_not_overlap(self):
         style.apply()
@@ -191,72 +249,71 @@ class Pictures(Ensembles):
             folder = self.folder.with_name(f"of-{n_samples}")
             write_ensemble(folder, n_samples, failed=(1,) if n_samples > 2 else ())
             ensemble = reading.read_ensemble(folder)
-            for make_section in figures.SECTIONS:
-                for picture in make_section(ensemble).pictures:
+            sections = [make_section(ensemble, Options((0,), animation=False)) for make_section in figures.SECTIONS]
+            for section in filter(None, sections):
+                for picture in section.pictures:
                     with self.subTest(f"{n_samples} samples, {picture.name}"):
                         self.assertEqual(overlapping_texts(picture.figure), [])
 
 
     def test_many_samples_are_spread_over_sheets(self):
-        write_ensemble(self.folder, 5)
-        with mock.patch.object(crack_paths, "PANELS_PER_SHEET", 2):
-            pictures = crack_paths.section(reading.read_ensemble(self.folder)).pictures
+        write_ensemble(self.folder, 9)
+        with mock.patch.object(crack_paths, "PANELS_PER_SHEET", 4):
+            pictures = crack_paths.every(reading.read_ensemble(self.folder), Options()).pictures
         self.assertEqual([picture.name for picture in pictures],
-                         ["crack-paths-0000-0001", "crack-paths-0002-0003", "crack-paths-0004-0004"])
+                         ["crack-paths-0000-0003", "crack-paths-0004-0007", "crack-paths-0008-0008"])
 
+    def test_typical_samples_stand_for_all(self):
+        write_ensemble(self.folder, 30, failed=(4,))
+        ensemble = reading.read_ensemble(self.folder)
+        samples = ensemble.samples
+        chosen = choosing.typical_samples(ensemble, 8)
+        kinds = [(int(samples.pattern[i]), bool(samples.bifurcations[i])) for i in ensemble.done]
+        print("chosen", [(i, kinds[list(ensemble.done).index(i)]) for i in chosen])
+        self.assertEqual(len(set(chosen)), 8)
+        self.assertNotIn(4, chosen)
+        for kind in set(kinds):
+            group = [int(i) for i, of in zip(ensemble.done, kinds) if of == kind]
+            taken = [i for i in chosen if i in group]
+            self.assertGreaterEqual(len(taken), 1)
+            self.assertLess(abs(len(taken) - 8 * len(group) / len(kinds)), 1.5)
+            # The first is the one with the least sum of distances to the others.
+            z = samples.z[group].reshape(len(group), -1)
+            sums = [sum(np.nanmean(np.abs(np.where(np.isnan(a) == np.isnan(b), np.nan_to_num(a - b), 24.5e-3)))
+                        for b in z) for a in z]
+            self.assertEqual(taken[0], group[int(np.argmin(sums))])
+        self.assertEqual([int(samples.pattern[i]) for i in choosing.samples_in_detail(ensemble)], [1, 2])
+        # Of the samples with two cracks the one that branches is shown, typical or not.
+        two = [int(i) for i in ensemble.done if samples.pattern[i] == 2]
+        for only in two[:3]:
+            samples.bifurcations[:] = 0
+            samples.bifurcations[only] = 1
+            self.assertEqual(choosing.samples_in_detail(ensemble)[1], only)
 
-class Numbers(unittest.TestCase):
-    def test_students_quantiles_are_those_of_the_tables(self):
-        for degrees, expected in ((1, 12.7062), (2, 4.30265), (3, 3.18245), (10, 2.22814), (199, 1.97196)):
-            found = confidence.student_quantile(0.95, degrees)
-            print(f"t(0.95, {degrees}) = {found:.6f}, tables {expected}")
-            self.assertAlmostEqual(found, expected, delta=1e-5 * expected)
+    def test_fringes_are_those_of_the_frames(self):
+        write_ensemble(self.folder, 1)
+        ensemble = reading.read_ensemble(self.folder)
+        frames = ensemble.load_frames(0)
+        optics = Optics(stress_optic=3e-11, wavelength=600e-9)
+        view = growth._View(ensemble, 0, frames, ensemble.load_crack(0), Options(optics=optics))
+        for k, factor in enumerate((1, 1.1, 1.2, 1.3)):
+            order = view._fringes[k].order
+            expected = optics.order_per_stress_length * 3300e6 * 1e-3 * factor * 5e-3
+            print(f"frame {k}: N = {np.median(order):.5f}, expected {expected:.5f}, least {order.min():.3f}")
+            self.assertAlmostEqual(np.median(order), expected, delta=1e-4 * expected)
+            # Broken tetrahedra are dark holes in what the rays cross.
+            broken = frames.broken[k]
+            corners = frames.nodes[frames.tetrahedra[broken]]
+            seen = corners[:, :, 2].max(initial=0) > view._grid.z[0]
+            self.assertEqual(len(broken), k)
+            self.assertEqual(order.min() < 0.5 * expected, k > 0 and seen)
 
-    def test_running_values_are_those_of_the_leading_samples(self):
-        values = np.array([np.nan, 3.0, 1.0, np.nan, 2.5, 7.0])
-        mean, half_width = confidence.running_mean(values), confidence.running_half_width(values, 0.9)
-        self.assertTrue(np.isnan(mean[0]) and np.isnan(half_width[1]))
-        for i in range(2, len(values)):
-            leading = values[:i + 1][~np.isnan(values[:i + 1])]
-            t = confidence.student_quantile(0.9, len(leading) - 1)
-            self.assertAlmostEqual(mean[i], leading.mean(), places=14)
-            self.assertAlmostEqual(half_width[i], t * leading.std(ddof=1) / np.sqrt(len(leading)), places=13)
-
-    def test_wilsons_interval(self):
-        # 8 of 20 at 95 %: 0.2188 to 0.6134.
-        self.assertAlmostEqual(wilson_half_width(0.4, 20, 0.95), (0.6134 - 0.2188) / 2, delta=1e-4)
-        self.assertGreater(wilson_half_width(0.0, 20, 0.95), 0.05)
-
-    def test_lengths_are_read_with_their_units(self):
-        for text, metres in (("24.5 mm", 24.5e-3), ("2.45 cm", 24.5e-3), ("5e3 um", 5e-3), ("1 inch", 0.0254),
-                             ("0.14 m", 0.14), ("140 millimeters", 0.14), ("7mm", 7e-3), (".5 µm", 5e-7)):
-            self.assertAlmostEqual(input_text.length(text), metres, delta=1e-12 * metres)
-        for text in ("5 s", "mm", "5", "5 mm^2", "5 qm"):
-            with self.assertRaises(ValueError, msg=text):
-                input_text.length(text)
-
-    def test_the_outline_encloses_the_plate_without_its_slots(self):
-        plate = Plate((5e-3, 24.5e-3, 140e-3), (
-            Notch("y-min", 65e-3, 6e-3, 0.6e-3), Notch("y-max", 75e-3, 5e-3, 0.5e-3),
-            Notch("y-min", 30e-3, 2e-3, 0.4e-3), Notch("z-max", 10e-3, 3e-3, 0.7e-3),
-            Notch("z-min", 12e-3, 4e-3, 0.8e-3)))
-        y, z = plate.outline().T
-        area = 0.5 * np.sum(y * np.roll(z, -1) - np.roll(y, -1) * z)
-        expected = 24.5e-3 * 140e-3 - sum(n.depth * n.height for n in plate.notches)
-        print(f"area {area:.9e} m^2, exact {expected:.9e} m^2")
-        self.assertAlmostEqual(area, expected, delta=1e-12 * expected)
-        self.assertEqual(plate.tip(1), (24.5e-3 - 5e-3, 75e-3))
-
-    def test_statistics_leave_out_what_failed(self):
-        with tempfile.TemporaryDirectory() as folder:
-            write_ensemble(Path(folder), 9, failed=(2, 5))
-            samples = reading.read_ensemble(Path(folder)).samples
-        expected = np.isfinite(samples.z).sum(axis=0)
-        samples.z[[2, 5]] = 0.07
-        statistics = make_statistics(samples, 0.95)
-        np.testing.assert_array_equal(statistics.reached, expected)
-        self.assertAlmostEqual(statistics.pattern_share.sum(), 1.0, places=14)
-        self.assertEqual(statistics.running_mean.shape, samples.z.shape)
+    def test_times_asked_for_are_shown(self):
+        write_ensemble(self.folder, 1)
+        ensemble = reading.read_ensemble(self.folder)
+        frames, crack = ensemble.load_frames(0), ensemble.load_crack(0)
+        self.assertEqual(growth._chosen_frames(frames, crack, (0.0, 19e-6, 55e-6, 90e-6)), [0, 1, 3])
+        self.assertEqual(growth._chosen_frames(frames, crack, ())[0], 0)
 
 
 if __name__ == "__main__":

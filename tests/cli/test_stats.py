@@ -97,6 +97,7 @@ class Stats(unittest.TestCase):
         setting.write_text(INPUT)
         result = invoke("run", setting, "-o", cls.finished)
         assert result.returncode == 0, result.stdout + result.stderr
+        cls.log = result.stdout
 
     @classmethod
     def tearDownClass(cls):
@@ -136,6 +137,37 @@ class Stats(unittest.TestCase):
             median = np.median(root["samples/onset_force"][...])
         self.assertRegex(text, rf"\n +0 +3\.000 +{reached} +{mean * 1e3:.3f} ")
         self.assertRegex(text, rf"\nonset force \[N\] +\S+ +\S+ +{median:.3f} ")
+
+    def test_what_the_master_merged_is_what_the_files_say(self):
+        text = self.stats()
+        mean = re.search(r"\n +0 +4\.000 +\d+ +(\S+) ", text)[1]
+        median = re.search(r"\nonset force \[N\] +\S+ +\S+ +(\S+) ", text)[1]
+        self.assertIn(f"\nmean z(4 mm) = {mean} mm, median onset {median} N\n", self.log)
+
+    def test_an_ensemble_that_stopped_early_stays_as_it_is(self):
+        setting = pathlib.Path(self.parent.name) / "stop.toml"
+        setting.write_text(INPUT.replace("samples = 3", "samples = 9").replace(
+            "[specimen]", '[ensemble.stop]\nhalf_width = "100 mm"\nmin_samples = 2\n[specimen]'))
+        shutil.rmtree(self.folder)
+        for ranks in (3, 1):
+            stopped = self.folder.with_name(f"stopped-{ranks}")
+            result = invoke("run", setting, "-o", stopped, ranks=ranks)
+            self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+            self.assertIn("stopped early: samples 0 to 1 of 9 are enough\n", result.stdout)
+            self.assertEqual(sorted(file.name for file in (stopped / "samples").iterdir()), ["0000.h5", "0001.h5"])
+        before = content(stopped / "ensemble.h5")
+        self.assertEqual(before, content(self.folder.with_name("stopped-3") / "ensemble.h5"))
+        # A sample that was under way when the run was killed does not count either.
+        with h5py.File(self.finished / "samples" / "0002.h5") as root:
+            other = root.attrs["input"]
+        shutil.copy(self.finished / "samples" / "0002.h5", stopped / "samples" / "0002.h5")
+        with h5py.File(stopped / "samples" / "0002.h5", "r+") as root:
+            root.attrs["input"] = setting.read_text()
+        self.assertNotEqual(other, setting.read_text())
+        result = invoke("stats", stopped)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("2 samples: 2 done, 0 failed, 0 left\nstopped early: these are enough, of 9\n", result.stdout)
+        self.assertEqual(before, content(stopped / "ensemble.h5"))
 
     def test_samples_that_are_missing_are_left(self):
         self.sample.unlink()

@@ -247,8 +247,6 @@ CASES = [
     # Not built yet.
     Case("facet release", lambda t: t.set("fracture", "release", '"facet"'), "fracture.release",
          "not available in this version"),
-    Case("early stop", lambda t: t.append("[ensemble.stop]", 'half_width = "0.25 mm"'), "ensemble.stop",
-         "not available in this version"),
     # Syntax.
     Case("value without quotes", lambda t: t.set("mesh", "spacing", "3 mm"), "syntax error", "in quotes"),
     Case("no value", lambda t: t.set("mesh", "spacing", ""), "syntax error", "missing value"),

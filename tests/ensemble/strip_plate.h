@@ -10,17 +10,19 @@
 #include <cmath>
 #include <cstdint>
 #include <numeric>
+#include <string>
 #include <vector>
 
 /// A small plate, and a cheap rule in place of the mechanics.
 namespace crackle::ensemble {
 
-inline input::Parameters plate(int samples, int ranks_per_sample) {
+/// @param more further lines of the input, after [ensemble]
+inline input::Parameters plate(int samples, int ranks_per_sample, const std::string& more = "") {
   return input::parse(fmt::format(R"([ensemble]
 samples = {}
 seed = 7
 ranks_per_sample = {}
-[specimen]
+{}[specimen]
 size = ["4 mm", "20 mm", "30 mm"]
 [[specimen.notch]]
 face = "y-min"
@@ -60,7 +62,7 @@ duration = "1 us"
 [sections]
 y = ["6 mm", "10 mm", "14 mm"]
 )",
-                                  samples, ranks_per_sample),
+                                  samples, ranks_per_sample, more),
                       "plate.toml");
 }
 

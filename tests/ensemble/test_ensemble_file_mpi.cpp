@@ -36,12 +36,15 @@ protected:
       row.onset_time = 76 + 0.1 * i;
       row.outcome = i % 4;
       row.pattern = 1 + i % 3;
+      row.overlap = 0.1 * i;
       row.bifurcations = i;
+      row.kinks = 3 * i;
       row.breaks = 1'000 * i;
       row.crack_area = 1e-4 * i;
       row.crack_speed_max = 600 - i;
       row.energy_error = 1e-5 * i;
       row.z = {0.065 + 1e-4 * i, none, 0.0655, 0.075, 0.0751 - 1e-4 * i, none};
+      row.z_spread = {1e-4 * i, none, 2e-4, 3e-4, 4e-4, none};
       row.branches = {1, 0, 2, 1, 1, 0};
       row.wall_time = i;
       rows.push_back(row);
@@ -108,8 +111,9 @@ TEST_F(EnsembleFile, ReadsBackEverythingThatWasWritten) {
   EXPECT_EQ(found.reached, expected.reached);
   EXPECT_EQ(found.pattern_share, expected.pattern_share);
   EXPECT_EQ(found.pattern_half_width, expected.pattern_half_width);
-  for (const auto field : {&analysis::Statistics::z_mean, &analysis::Statistics::z_std,
-                           &analysis::Statistics::z_half_width, &analysis::Statistics::running_mean}) {
+  for (const auto field :
+       {&analysis::Statistics::z_mean, &analysis::Statistics::z_std, &analysis::Statistics::z_half_width,
+        &analysis::Statistics::z_quantile, &analysis::Statistics::running_mean}) {
     EXPECT_THAT(found.*field, testing::Pointwise(testing::NanSensitiveDoubleEq(), expected.*field));
   }
   EXPECT_EQ(n_entries(), 1) << "a partial file is left";
@@ -150,6 +154,7 @@ TEST_F(EnsembleFile, EnsembleWithoutNotchesOrSections) {
   parameters.specimen.notches.clear();
   for (SampleSummary& row : rows) {
     row.z.clear();
+    row.z_spread.clear();
     row.branches.clear();
   }
   const fs::path file = shared_folder / "ensemble.h5";
@@ -179,7 +184,7 @@ TEST_F(EnsembleFile, FailuresAreTheSameOnAllRanks) {
   EnsembleBlock wrong = block(0, is_last ? 1 : 0);
   if (is_last) wrong.rows[0].z.pop_back();
   message = agreed_failure(file, wrong);
-  EXPECT_THAT(message, testing::HasSubstr("row 0: 5 crack positions"));
+  EXPECT_THAT(message, testing::HasSubstr("row 0: 5 values z"));
 
   // The same row on two ranks.
   if (world.size() > 1) {

@@ -9,14 +9,17 @@
 #include "strip_plate.h"
 #include "support/temporary_folder.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <chrono>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <thread>
 
 namespace crackle::ensemble {
 namespace {
@@ -109,6 +112,10 @@ TEST_F(EnsembleRun, SameEnsembleOnAnyNumberOfRanks) {
   EXPECT_EQ(content.input_text, parameters.text);
   EXPECT_GT(content.samples[0].crack_area, 0);
   EXPECT_NE(content.samples[0].crack_area, content.samples[1].crack_area) << "samples differ";
+  // What the master merged while samples ended is what the file says.
+  const double median = analysis::quantile({380, 381, 382, 383, 384}, 0.5);
+  EXPECT_THAT(log_.str(), HasSubstr(fmt::format("\nmean z(10 mm) = {:.3f} mm, median onset {:.3f} N\n",
+                                                content.statistics.z_mean[1] * 1e3, median)));
   std::printf("crack areas %.3f and %.3f mm^2, first crossing at %.3f mm\n",
               content.samples[0].crack_area * 1e6, content.samples[1].crack_area * 1e6,
               content.samples[0].z.at(0) * 1e3);
@@ -170,6 +177,39 @@ TEST_F(EnsembleRun, ResumeComputesWhatIsMissing) {
   EXPECT_TRUE(fs::exists(io::sample_path(root_ / "cut", 3).string() + ".invalid-1"));
   EXPECT_THAT(log_.str(), HasSubstr("0003.h5.invalid-1 and computed again"));
   EXPECT_THAT(log_.str(), HasSubstr("2 of 5 samples to do"));
+}
+
+TEST_F(EnsembleRun, StopsWhenTheMeanPathIsKnownWhateverFinishesFirst) {
+  const auto parameters =
+      plate(16, 1, "[ensemble.stop]\nhalf_width = \"5 mm\"\nconfidence = 0.9\nmin_samples = 4\n");
+  // Early samples take longest, so that later ones end before them.
+  const auto slow_first = [](const auto& group, auto sample, const auto& subdomain, const auto&) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(sample < 3 ? 200 - 40 * sample : 1));
+    return break_strip(group, sample, subdomain);
+  };
+  const auto outcome = run("all", parameters, false, recording(slow_first));
+  EXPECT_EQ(outcome.done, 4);
+  EXPECT_EQ(outcome.failed + outcome.left, 0);
+  const auto all_computed = computed();
+  EXPECT_THAT(all_computed, testing::Contains(3));
+  EXPECT_LT(all_computed.size(), 16u);
+  const auto again = run("all", parameters, true, recording(strip));
+  EXPECT_EQ(again.done, 4);
+  EXPECT_EQ(again.left, 0);
+  EXPECT_THAT(computed(), IsEmpty()) << "an ensemble that has stopped needs no more samples";
+  if (!world_.is_root()) return;
+  EXPECT_THAT(log_.str(), HasSubstr("stopped early: samples 0 to 3 of 16 are enough"));
+  std::printf("%zu samples computed, 4 needed\n", all_computed.size());
+
+  const auto content = io::read_ensemble(root_ / "all" / "ensemble.h5");
+  EXPECT_EQ(content.statistics.n_needed, 4);
+  EXPECT_EQ(content.statistics.n_looks, 5);
+  for (std::uint64_t sample = 0; sample < 16; ++sample) {
+    EXPECT_EQ(content.samples[sample].status, sample < 4 ? SampleStatus::done : SampleStatus::pending);
+    EXPECT_EQ(fs::exists(io::sample_path(root_ / "all", sample)), sample < 4) << sample;
+  }
+  run_on(parallel::Communicator(MPI_COMM_SELF), "alone", parameters, false);
+  expect_same_ensemble(root_ / "all", root_ / "alone", 4);
 }
 
 TEST_F(EnsembleRun, RefusalsAreAgreedAndWriteNothing) {

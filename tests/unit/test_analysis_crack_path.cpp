@@ -77,7 +77,27 @@ TEST_F(CrackPath, CrossingsFollowASkewedCrack) {
     std::printf("y = %g: z = %.15g, expected %.15g\n", y, found.z, plane_0 + 0.3 * y);
     EXPECT_NEAR(found.z, plane_0 + 0.3 * y, 1e-12);
     EXPECT_EQ(found.branches, 1);
+    // 0.2 (x - 2) over x = 0..4, on top of what the cubes' own roughness adds.
+    EXPECT_GT(found.spread, 0.8 / std::sqrt(12.0) - 1e-12);
+    EXPECT_LT(found.spread, 0.8 / std::sqrt(12.0) + 0.05);
   }
+}
+
+TEST_F(CrackPath, MeanAndSpreadOfPlaneFacetsAreExact) {
+  // One facet through the whole thickness that rises by 0.8 m: uniform between 8 and 8.8.
+  CrackSurface cracks;
+  cracks.cracks.push_back({0, 1, 0, 0});
+  cracks.facets.push_back({{Point{0, 6, 8}, {4, 6, 8.8}, {4, 7, 8.8}, {0, 7, 8}}, 4, 0, 0, 0});
+  SectionCrossing found = crossing(cracks, 0, 6.5);
+  std::printf("slanted: z = %.15g, spread %.15g\n", found.z, found.spread);
+  EXPECT_NEAR(found.z, 8.4, 1e-12);
+  EXPECT_NEAR(found.spread, 0.8 / std::sqrt(12.0), 1e-12);
+  // A level one over its half x < 2, at 9: the mean of both goes from 8.5 to 8.7 there, beside 8.4 to 8.8.
+  cracks.facets.push_back({{Point{0, 6, 9}, {2, 6, 9}, {2, 7, 9}, {0, 7, 9}}, 2, 0, 0, 0});
+  found = crossing(cracks, 0, 6.5);
+  std::printf("two over each other: z = %.15g, spread %.15g\n", found.z, found.spread);
+  EXPECT_NEAR(found.z, 8.6, 1e-12);
+  EXPECT_NEAR(found.spread, std::sqrt((0.2 * 0.2 + 0.4 * 0.4) / 24), 1e-12);
 }
 
 TEST_F(CrackPath, TheMeanIsTakenOverTheThicknessCovered) {
@@ -187,6 +207,54 @@ TEST_F(CrackPath, PatternsFollowTheSharesOfTheLigaments) {
     EXPECT_NEAR(shares[0], (c.end_0 - 4) / 12, 0.05);
     EXPECT_NEAR(shares[1], (12 - c.end_1) / 12, 0.05);
     EXPECT_EQ(classify(mesh.body(), cracks), c.expected);
+  }
+}
+
+TEST_F(CrackPath, OverlapIsTheShareInWhichOnePathIsTheOtherTurned) {
+  // A band of 1.6 m, a tenth of the width, counts as over each other.
+  struct Case {
+    double end_0, end_1, shift;  // notch 1's path runs beside its plane by this
+    double expected;
+  };
+  for (const Case& c : {Case{16, 0, 0, 1}, Case{16, 6, 0, 0.5}, Case{10, 6, 0, 1}, Case{16, 12, 0, 0},
+                        Case{16, 0, 1, 1}, Case{16, 0, 3, 0}}) {
+    const CrackSurface cracks = surface(
+        [&](const Point& p) {
+          return p[2] > plane_1 + (p[1] < 12 ? c.shift : 0) ? 2 : p[2] > plane_0 ? 1 : 0;
+        },
+        [&](const Point& p) {
+          const bool first = p[2] < 12 && p[1] > 4 && p[1] < c.end_0;
+          const bool second = p[2] > 12 && p[1] < 12 && p[1] > c.end_1;
+          return first || second ? 0.0 : -1.0;
+        });
+    const double found = path_overlap(mesh.body(), cracks, 0, 1);
+    std::printf("up to y = %g and %g, %g beside: overlap %.2f\n", c.end_0, c.end_1, c.shift, found);
+    EXPECT_NEAR(found, c.expected, 0.09);  // stations, and the step beside the tip
+    EXPECT_EQ(path_overlap(mesh.body(), cracks, 1, 0), found);
+    EXPECT_EQ(pattern_overlap(mesh.body(), cracks), found);
+    if (c.shift == 3) {
+      EXPECT_EQ(classify(mesh.body(), cracks), Pattern::other);
+    }
+    if (c.shift == 1) {
+      EXPECT_EQ(classify(mesh.body(), cracks), Pattern::two_cracks);
+    }
+  }
+  EXPECT_TRUE(std::isnan(pattern_overlap(mesh.body(), CrackSurface{})));
+}
+
+TEST_F(CrackPath, OverlapTurnsAndDoesNotMirror) {
+  // Steps by the same height: once both along +z, once as each other's image.
+  for (const double sign : {1.0, -1.0}) {
+    const CrackSurface cracks = surface(
+        [&](const Point& p) {
+          return p[2] > plane_1 + (p[1] < 8 ? 3 * sign : 0) ? 2 : p[2] > plane_0 + (p[1] > 8 ? 3 : 0) ? 1 : 0;
+        },
+        [](const Point& p) { return p[2] < 12.5 ? (p[1] > 4 ? 0.0 : -1.0)
+                                    : p[1] < 12 ? 0.0
+                                                : -1.0; });
+    const double found = path_overlap(mesh.body(), cracks, 0, 1);
+    std::printf("steps up and %s: overlap %.2f\n", sign > 0 ? "up" : "down", found);
+    EXPECT_TRUE(sign < 0 ? found > 0.9 : found < 0.5);
   }
 }
 

@@ -31,7 +31,8 @@ TEST(SampleSummary, SummarisesASampleWithTwoCracks) {
   const CrackSurface surface =
       make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.onset_time);
   const std::vector<double> sections{6.5, 13.5};
-  const SampleSummary row = summarize(mesh.body(), result, surface, sections);
+  const SampleSummary row =
+      summarize(mesh.body(), result, surface, crack_lines(mesh.body(), surface), sections);
 
   EXPECT_EQ(row.status, SampleStatus::done);
   EXPECT_EQ(row.error, "");
@@ -39,7 +40,9 @@ TEST(SampleSummary, SummarisesASampleWithTwoCracks) {
   EXPECT_EQ(row.onset_time, 76.18);
   EXPECT_EQ(row.outcome, static_cast<int>(dynamics::Outcome::separated));
   EXPECT_EQ(row.pattern, static_cast<int>(Pattern::two_cracks));
+  EXPECT_EQ(row.overlap, 1);
   EXPECT_EQ(row.bifurcations, 0);
+  EXPECT_EQ(row.kinks, 0);
   EXPECT_EQ(row.breaks, static_cast<std::int64_t>(result.breaks.size()));
   EXPECT_EQ(row.crack_area, surface.area());
   EXPECT_NEAR(row.crack_speed_max, 200, 1e-6);
@@ -63,6 +66,7 @@ SampleSummary some_row() {
   row.crack_speed_max = 7;
   row.energy_error = 8;
   row.z = {1, 2, 3, 4};
+  row.z_spread = {5, 6, 7, 8};
   row.branches = {4, 3, 2, 1};
   row.wall_time = 9;
   return row;
@@ -77,6 +81,7 @@ TEST(SampleSummary, SurvivesTheWayThroughBytes) {
   EXPECT_EQ(back.error, row.error);
   EXPECT_EQ(back.breaks, row.breaks);
   EXPECT_EQ(back.z, row.z);
+  EXPECT_EQ(back.z_spread, row.z_spread);
   EXPECT_EQ(back.branches, row.branches);
   EXPECT_EQ(back.wall_time, row.wall_time);
 }

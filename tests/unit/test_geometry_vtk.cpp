@@ -130,11 +130,11 @@ TEST_F(VtkFile, ReplacesAnExistingFile) {
 TEST_F(VtkFile, FailuresNameTheFileAndLeaveNothing) {
   const geometry::Realization mesh = small();
   EXPECT_THAT([&] { write_vtk_mesh(folder_ / "missing" / "mesh.vtkhdf", mesh); },
-              ThrowsMessage<std::runtime_error>(AllOf(HasSubstr("missing/mesh.vtkhdf: cannot be written"),
-                                                      HasSubstr("there is no folder"))));
+              ThrowsMessage<std::runtime_error>(
+                  AllOf(HasSubstr("missing/mesh.vtkhdf': "), HasSubstr("there is no folder"))));
   std::filesystem::create_directories(folder_ / "taken" / "inside");
   EXPECT_THAT([&] { write_vtk_mesh(folder_ / "taken", mesh); },
-              ThrowsMessage<std::runtime_error>(HasSubstr("taken: cannot be written")));
+              ThrowsMessage<std::runtime_error>(HasSubstr("taken': ")));
   EXPECT_EQ(n_files(), 1u);
 }
 

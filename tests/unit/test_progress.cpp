@@ -40,14 +40,18 @@ SampleReport failed(std::uint64_t sample) {
 }
 
 /// Two notches, three sections.
-Progress make_progress(std::size_t n_to_do, int n_groups) {
-  return {n_to_do, n_groups, 2, {0.007, 0.01225, 0.0175}};
+Progress make_progress(std::size_t n_to_do, int n_groups, std::size_t n_notches = 2) {
+  input::Parameters parameters;
+  parameters.ensemble.samples = 200;
+  parameters.specimen.notches.resize(n_notches);
+  parameters.sections.y = {0.007, 0.01225, 0.0175};
+  return {n_to_do, n_groups, parameters};
 }
 
 TEST(Progress, CountsEverySampleOnce) {
   auto progress = make_progress(5, 2);
-  progress.kept(done(0, 400, 0.07).summary);
-  progress.kept(failed(1).summary);
+  progress.kept(0, done(0, 400, 0.07).summary);
+  progress.kept(1, failed(1).summary);
   EXPECT_EQ(progress.n_left(), 5);
   progress.started(2, 0);
   progress.started(3, 0);
@@ -64,13 +68,13 @@ TEST(Progress, CountsEverySampleOnce) {
 TEST(Progress, MeansLeaveOutWhatDidNotArrive) {
   auto progress = make_progress(4, 1);
   EXPECT_TRUE(std::isnan(progress.mean_position()));
-  EXPECT_TRUE(std::isnan(progress.mean_onset_force()));
-  progress.kept(done(0, 400, 0.070).summary);
+  EXPECT_TRUE(std::isnan(progress.statistics().median_onset_force()));
+  progress.kept(0, done(0, 400, 0.070).summary);
   progress.finished(done(1, 420, 0.072), 1);
   progress.finished(done(2, nan, nan), 2);
   progress.finished(failed(3), 3);
   EXPECT_DOUBLE_EQ(progress.mean_position(), 0.071);
-  EXPECT_DOUBLE_EQ(progress.mean_onset_force(), 410);
+  EXPECT_DOUBLE_EQ(progress.statistics().median_onset_force(), 410);
 }
 
 TEST(Progress, TimeLeftFollowsFromMeanDurationAndGroups) {
@@ -106,15 +110,16 @@ TEST(Progress, LineSaysAll) {
   std::printf("%s\n", line.c_str());
   EXPECT_EQ(
       line,
-      "1 done, 0 failed, 1 running, 198 left, 3 h 19 min to go; mean z(12.25 mm) = 68.31 mm, onset 402.3 N");
+      "1 done, 0 failed, 1 running, 198 left, 3 h 19 min to go; mean z(12.25 mm) = 68.310 mm, median onset "
+      "402.340 N");
 }
 
 TEST(Progress, BodyWithoutNotchesHasNoPosition) {
-  Progress progress(1, 1, 0, {0.01});
+  Progress progress = make_progress(1, 1, 0);
   auto report = done(0, 400, 0.07);
   report.summary.z.clear();
   progress.finished(report, 1);
-  EXPECT_EQ(progress.line(1), "1 done, 0 failed, 0 running, 0 left; mean onset 400.0 N");
+  EXPECT_EQ(progress.line(1), "1 done, 0 failed, 0 running, 0 left; median onset 400.000 N");
 }
 
 TEST(Progress, DurationsReadWell) {

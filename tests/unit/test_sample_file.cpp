@@ -59,10 +59,11 @@ protected:
     }
     result.timings = {1, 2, 3, 4, 5e6};
     surface = analysis::make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.onset_time);
-    summary = analysis::summarize(mesh.body(), result, surface, parameters.sections.y);
+    lines = analysis::crack_lines(mesh.body(), surface);
+    summary = analysis::summarize(mesh.body(), result, surface, lines, parameters.sections.y);
   }
   void write(const fs::path& file, std::uint64_t sample = 3) const {
-    write_sample(file, {parameters, sample, mesh.realization(), result, surface, summary});
+    write_sample(file, {parameters, sample, mesh.realization(), result, surface, lines, summary});
   }
   std::string refusal(const fs::path& file, std::uint64_t sample = 3) const {
     try {
@@ -79,6 +80,7 @@ protected:
   test::StructuredMesh mesh{test::notched_plate()};
   dynamics::SampleResult result;
   analysis::CrackSurface surface;
+  std::vector<analysis::CrackLine> lines;
   SampleSummary summary;
 };
 

@@ -32,6 +32,7 @@ TEST(Statistics, MeanDeviationAndHalfWidthByHand) {
   EXPECT_NEAR(s.z_half_width[0], half_width, 1e-10);
   EXPECT_EQ(s.reached[0], 3);
   EXPECT_EQ(s.n_done, 3);
+  EXPECT_THAT(s.z_quantile, testing::ElementsAre(1, 1.5, 2, 3, 4));
   EXPECT_THAT(s.running_mean, testing::ElementsAre(1, 1.5, 7.0 / 3));
 }
 
@@ -51,12 +52,56 @@ TEST(Statistics, TheInputSetsShapeAndConfidence) {
   input::Parameters parameters;
   parameters.specimen.notches.resize(1);
   parameters.sections.y = {0.007};
+  parameters.ensemble.samples = 3;
   const std::vector<SampleSummary> samples{done({1}), done({2}), done({4})};
   EXPECT_EQ(make_statistics(samples, parameters).confidence, 0.95);
-  parameters.ensemble.stop = input::EnsembleStop{1e-4, 0.9, 2};
+  parameters.ensemble.stop = input::EnsembleStop{1e-4, 0.9, 3};
   const Statistics s = make_statistics(samples, parameters);
   EXPECT_EQ(s.confidence, 0.9);
+  EXPECT_EQ(s.n_looks, 1);
   EXPECT_EQ(s.z_half_width, make_statistics(samples, 1, 1, 0.9).z_half_width);
+  // Two looks, at two and three samples, share the error probability.
+  parameters.ensemble.stop->min_samples = 2;
+  const Statistics shared = make_statistics(samples, parameters);
+  EXPECT_EQ(shared.n_looks, 2);
+  EXPECT_EQ(shared.n_needed, 3);
+  EXPECT_EQ(shared.z_half_width, make_statistics(samples, 1, 1, 0.95).z_half_width);
+  EXPECT_EQ(shared.pattern_half_width, s.pattern_half_width);
+  parameters.ensemble.stop->half_width = 10;
+  EXPECT_EQ(make_statistics(samples, parameters).n_needed, 2);
+}
+
+TEST(Statistics, DeviationsOfEqualValuesAreZero) {
+  // Squares and their sum cancel to the last bit.
+  std::vector<SampleSummary> samples;
+  for (int i = 0; i < 7; ++i) samples.push_back(done({0.065123456789}));
+  EXPECT_EQ(make_statistics(samples, 1, 1).z_std[0], 0);
+  samples.push_back(done({0.065123456789 + 1e-12}));
+  const double expected = 1e-12 / std::sqrt(8.0);
+  EXPECT_NEAR(make_statistics(samples, 1, 1).z_std[0] / expected, 1, 1e-4);
+}
+
+TEST(Statistics, OfAnEnsembleThatStoppedTheSurplusIsLeftOut) {
+  input::Parameters parameters;
+  parameters.specimen.notches.resize(1);
+  parameters.sections.y = {0.007};
+  parameters.ensemble.samples = 5;
+  parameters.ensemble.stop = input::EnsembleStop{20, 0.9, 2};
+  std::vector<SampleSummary> samples{done({1}), done({2}), done({4}),
+                                     empty_summary(1, 1, SampleStatus::pending), done({9})};
+  const Statistics s = make_statistics(samples, parameters);
+  EXPECT_EQ(s.n_needed, 2);
+  EXPECT_EQ(s.n_done, 2);
+  EXPECT_EQ(s.z_mean[0], 1.5);
+  EXPECT_THAT(s.running_mean, testing::ElementsAre(1, 1.5, 1.5, 1.5, 1.5));
+  const std::vector<double> sections{0.007};
+  leave_out_surplus(s, 0, samples);
+  EXPECT_EQ(samples[1].status, SampleStatus::done);
+  for (const int i : {2, 3, 4}) EXPECT_EQ(samples[static_cast<std::size_t>(i)].status, SampleStatus::pending);
+  const std::string text = to_text(s, samples, sections);
+  EXPECT_THAT(
+      text, testing::HasSubstr("2 samples: 2 done, 0 failed, 0 left\nstopped early: these are enough, of 5"));
+  EXPECT_THAT(text, testing::HasSubstr("90 % confidence over 3 looks"));
 }
 
 TEST(Statistics, OnlyDoneSamplesThatArrivedCount) {
@@ -69,6 +114,10 @@ TEST(Statistics, OnlyDoneSamplesThatArrivedCount) {
   EXPECT_EQ(s.n_samples, 5);
   EXPECT_EQ(s.n_done, 3);
   EXPECT_THAT(s.reached, testing::ElementsAre(2, 0, 3, 1));
+  ASSERT_EQ(s.z_quantile.size(), 20u);
+  EXPECT_EQ(s.z_quantile[2], 3.5);
+  EXPECT_TRUE(std::isnan(s.z_quantile[7]));
+  EXPECT_EQ(s.z_quantile[12], 7);
   EXPECT_EQ(s.z_mean[0], 3.5);
   EXPECT_TRUE(std::isnan(s.z_mean[1]));
   EXPECT_EQ(s.z_mean[2], 7);

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import argparse
 import io
-import os
 import sys
 from pathlib import Path
 
 from . import page, reading, style
 from .figures import SECTIONS
 from .figures.picture import Picture
+from .options import Options
+from .photoelasticity import STRESS_OPTIC, WAVELENGTH, Optics
+from .writing import write_whole
 
 
 def main() -> int:
@@ -19,9 +21,10 @@ def main() -> int:
         description="Draws the pictures of an ensemble into FOLDER/report (PNG and SVG) and writes "
                     "FOLDER/report.html, one file that needs no network. Works on unfinished ensembles too.")
     parser.add_argument("folder", type=Path, metavar="FOLDER", help="output folder of crackle run")
+    _add_options(parser)
     arguments = parser.parse_args()
     try:
-        report = make_report(arguments.folder)
+        report = make_report(arguments.folder, _options(arguments))
     except (reading.ResultsError, OSError) as error:
         print(f"crackle-report: {error}", file=sys.stderr)
         return 1
@@ -29,18 +32,62 @@ def main() -> int:
     return 0
 
 
-def make_report(folder: Path) -> Path:
-    """Writes the pictures and the page; returns the page's path."""
+def _add_options(parser: argparse.ArgumentParser) -> None:
+    detail = parser.add_argument_group("samples in detail")
+    detail.add_argument("--sample", type=int, action="append", default=[], metavar="N", dest="samples",
+                        help="show this sample's fringes, growth and energy; may be given several times (default: a "
+                             "typical sample of each main pattern)")
+    detail.add_argument("--times", type=_times, default=(), metavar="T,T,...",
+                        help="times after the onset [us], such as 0,30,50,70; the nearest frames are shown")
+    detail.add_argument("--no-animation", action="store_true", help="leave the animations out")
+    optics = parser.add_argument_group("photo-elastic pictures")
+    optics.add_argument("--field", choices=("dark", "light"), default="dark")
+    optics.add_argument("--reverse", action="store_true", help="reverse the colours")
+    optics.add_argument("--form", choices=("product", "integrated"), default="product",
+                        help="product of the Jones matrices along each ray, or stress integrated along it")
+    optics.add_argument("--stress-optic", type=float, default=STRESS_OPTIC, metavar="C",
+                        help="stress-optic coefficient [1/Pa] (default: %(default)g, typical for epoxy)")
+    optics.add_argument("--wavelength", type=float, default=1e9 * WAVELENGTH, metavar="NM",
+                        help="of the light [nm] (default: %(default)g)")
+
+
+def _times(text: str) -> tuple[float, ...]:
+    try:
+        return tuple(1e-6 * float(time) for time in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a list of times in us, such as 0,30,50") from None
+
+
+def _options(arguments: argparse.Namespace) -> Options:
+    return Options(samples=tuple(arguments.samples), times=arguments.times,
+                   optics=Optics(arguments.stress_optic, 1e-9 * arguments.wavelength),
+                   light_field=arguments.field == "light", reverse=arguments.reverse,
+                   product=arguments.form == "product", animation=not arguments.no_animation)
+
+
+def make_report(folder: Path, options: Options = Options()) -> Path:
+    """Writes the pictures and the page; returns the page's path.
+
+    Raises reading.ResultsError when the folder holds no ensemble, or not the samples chosen.
+    """
     style.apply()
     ensemble = reading.read_ensemble(folder)
+    for number in options.samples:
+        if number not in ensemble.done:
+            raise reading.ResultsError(f"'{folder}': sample {number} is not done; done are "
+                                       f"{', '.join(map(str, ensemble.done)) or 'none'}")
     pictures_folder = folder / "report"
     pictures_folder.mkdir(exist_ok=True)
     sections = []
     for make_section in SECTIONS:
-        section = make_section(ensemble)
+        section = make_section(ensemble, options)
+        if section is None:
+            continue
         sections.append((section, [_save(picture, pictures_folder) for picture in section.pictures]))
+        for film in section.animations:
+            write_whole(pictures_folder / f"{film.name}.gif", film.gif)
     report = folder / "report.html"
-    _write_whole(report, page.render(ensemble, sections).encode("utf-8"))
+    write_whole(report, page.render(ensemble, sections).encode("utf-8"))
     return report
 
 
@@ -50,13 +97,6 @@ def _save(picture: Picture, folder: Path) -> bytes:
     # Without dates and versions in the files the same results give the same bytes.
     picture.figure.savefig(png, format="png", metadata={"Software": None})
     picture.figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})
-    _write_whole(folder / f"{picture.name}.png", png.getvalue())
-    _write_whole(folder / f"{picture.name}.svg", svg.getvalue())
+    write_whole(folder / f"{picture.name}.png", png.getvalue())
+    write_whole(folder / f"{picture.name}.svg", svg.getvalue())
     return png.getvalue()
-
-
-def _write_whole(file: Path, content: bytes) -> None:
-    """Replaces a file in one step, so that a reader never sees half of it."""
-    partial = file.with_name(file.name + ".partial")
-    partial.write_bytes(content)
-    os.replace(partial, file)

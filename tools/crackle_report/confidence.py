@@ -56,6 +56,14 @@ def running_half_width(values: np.ndarray, confidence: float) -> np.ndarray:
     return half_width
 
 
+def mean_of_present(values: np.ndarray) -> np.ndarray:
+    """Mean over the first axis without NaN entries; NaN where nothing else is there."""
+    present = np.isfinite(values)
+    count = present.sum(axis=0)
+    return np.divide(np.where(present, values, 0.0).sum(axis=0), count, out=np.full(values.shape[1:], np.nan),
+                     where=count > 0)
+
+
 def running_mean(values: np.ndarray) -> np.ndarray:
     """Mean over values[:i + 1] without its NaN entries, for every i; NaN before the first value."""
     present = ~np.isnan(values)

@@ -1,18 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What several pictures draw: the plate, and a window on its cracked part."""
+"""What several pictures draw: the plate, a window on its cracked part, cracks."""
 from __future__ import annotations
 
 from typing import Iterable
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PathCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
+from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 
 from . import style
 from .plate import Plate
+from .results import CrackSurface
 
 MARGIN = 3.0  # round notches and cracks [mm]
+N_SHADES = 200
 
 
 def window(plate: Plate, z_values: Iterable[np.ndarray]) -> tuple[float, float]:
@@ -41,3 +48,41 @@ def draw_plate(axes: Axes, plate: Plate, z_range: tuple[float, float], faint: bo
     axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
     axes.spines[["left", "bottom"]].set_visible(False)
     axes.tick_params(length=2, pad=1.5)
+
+
+def time_colours(latest: float) -> Normalize:
+    """Colours for times from onset to the latest one [s]; for times in us."""
+    return Normalize(0.0, latest / style.MICROSECOND if latest > 0 else 1.0)
+
+
+def time_bar(figure: Figure, colours: Normalize, left: float, length: float) -> None:
+    """The key to the colours of times, at the top of a figure; place and length in inches."""
+    width, height = figure.get_size_inches()
+    bar = figure.add_axes((left / width, 1 - 0.2 / height, length / width, 0.1 / height))
+    figure.colorbar(ScalarMappable(colours, style.TIME_COLOURS), cax=bar, orientation="horizontal")
+    bar.set_xlabel("time since onset [µs]", labelpad=1)
+
+
+def draw_facets(axes: Axes, crack: CrackSurface, colours: Normalize, until: float = np.inf) -> None:
+    """The facets opened until a time [s], projected on the YZ plane and coloured by time [us].
+
+    One path for each shade: many facets are drawn fast, and with little memory.
+    """
+    opened = crack.time <= until
+    corner = crack.corner[opened, :, 1:].astype(float) / style.MILLIMETRE
+    # All turn the same way round, so that facets over each other do not cut holes into their path.
+    diagonals = corner[:, 2:] - corner[:, :2]
+    clockwise = diagonals[:, 0, 0] * diagonals[:, 1, 1] < diagonals[:, 0, 1] * diagonals[:, 1, 0]
+    corner[clockwise] = corner[clockwise, ::-1]
+
+    time = crack.time[opened] / style.MICROSECOND
+    shade = np.where(time < 0, -1, np.clip((colours(time) * N_SHADES).astype(int), 0, N_SHADES - 1))
+    paths, shades = [], []
+    # Late facets first, so that the earliest ones, the path itself, stay on top.
+    for value in np.unique(shade)[::-1]:
+        vertices = corner[shade == value][:, [0, 1, 2, 3, 0]]
+        codes = np.tile((Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY), len(vertices))
+        paths.append(Path(vertices.reshape(-1, 2), codes))
+        shades.append(style.BEFORE_ONSET if value < 0 else style.TIME_COLOURS((value + 0.5) / N_SHADES))
+    axes.add_collection(PathCollection(paths, facecolors=shades, edgecolors=shades, linewidths=0.3,
+                                       rasterized=True), autolim=False)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from typing import Any
+from typing import Any, Optional
 
 from .plate import Notch, Plate
 
@@ -47,6 +47,12 @@ def plate(document: dict[str, Any]) -> Plate:
 def sections(document: dict[str, Any]) -> list[float]:
     """y of the cross-sections [m]."""
     return [length(y) for y in document.get("sections", {}).get("y", [])]
+
+
+def stop_half_width(document: dict[str, Any]) -> Optional[float]:
+    """Half width [m] at which the ensemble may stop, where [ensemble.stop] gives one."""
+    stop = document["ensemble"].get("stop")
+    return length(stop["half_width"]) if stop else None
 
 
 def parse(text: str) -> dict[str, Any]:

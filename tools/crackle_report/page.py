@@ -24,11 +24,14 @@ def render(ensemble: Ensemble, sections: list[tuple[Section, list[bytes]]]) -> s
     ]
     for section, images in sections:
         parts.append(f"<h2>{escape(section.title)}</h2>\n<p>{escape(section.text)}</p>")
+        if section.answer:
+            parts.append(f'<p class="answer">{escape(section.answer)}</p>')
         for picture, image in zip(section.pictures, images):
-            data = base64.b64encode(image).decode("ascii")
             width = round(picture.figure.get_figwidth() * 108)
-            parts.append(f'<figure><img width="{width}" alt="{escape(picture.description)}" '
-                         f'src="data:image/png;base64,{data}"></figure>')
+            parts.append(f"<figure>{_image(picture.description, width, 'png', image)}</figure>")
+        if section.animations:
+            parts.append('<figure class="animations">' + "".join(
+                _image(film.description, film.width, "gif", film.gif) for film in section.animations) + "</figure>")
     if ensemble.n_notches and ensemble.sections.size:
         parts.append("<h2>Mean crack position</h2>\n" + tables.sections(ensemble))
     parts.append("<h2>Samples</h2>\n<p>A click on a column's head sorts by it.</p>\n"
@@ -52,6 +55,11 @@ def render(ensemble: Ensemble, sections: list[tuple[Section, list[bytes]]]) -> s
 </body>
 </html>
 """
+
+
+def _image(description: str, width: int, kind: str, content: bytes) -> str:
+    data = base64.b64encode(content).decode("ascii")
+    return f'<img width="{width}" alt="{escape(description)}" src="data:image/{kind};base64,{data}">'
 
 
 def _notice(ensemble: Ensemble) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Any, Optional
+from typing import Any, Callable, Optional, TypeVar
 
 # A folder on a network file system, or one that a run is writing to, may not be locked for reading.
 os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
@@ -14,13 +14,16 @@ import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
 from . import input_text  # noqa: E402
-from .results import DONE, PENDING, CrackSurface, Ensemble, Samples, Statistics  # noqa: E402
-from .statistics import make_statistics  # noqa: E402
+from .results import (DONE, PENDING, CrackLine, CrackSurface, Energy, Ensemble, Frames, Samples,  # noqa: E402
+                      Statistics)
+from .statistics import look_schedule, make_statistics  # noqa: E402
 
 DEFAULT_CONFIDENCE = 0.95  # of the intervals while there is no ensemble.h5
+DEFAULT_MIN_SAMPLES = 30  # of [ensemble.stop]
 ENSEMBLE_KIND, SAMPLE_KIND = "crackle ensemble", "crackle sample"
-NUMBERS = ("onset_force", "onset_time", "crack_area", "crack_speed_max", "energy_error")
-COUNTS = ("outcome", "pattern", "bifurcations")
+NUMBERS = ("onset_force", "onset_time", "overlap", "crack_area", "crack_speed_max", "energy_error")
+POSITIONS = ("z", "z_spread", "branches")
+COUNTS = ("outcome", "pattern", "bifurcations", "kinks")
 
 
 class ResultsError(Exception):
@@ -49,6 +52,7 @@ def _read(folder: Path) -> Ensemble:
             identity = _identity(root)
             samples, statistics = _read_rows(root), _read_statistics(root)
             confidence = float(root["statistics"].attrs["confidence"])
+            n_looks, n_needed = (int(root["statistics"].attrs[name]) for name in ("n_looks", "n_needed"))
             sections = root["crack_path/section"][...]
             setting = _parse_input(file, identity)
     elif sample_files:
@@ -57,23 +61,45 @@ def _read(folder: Path) -> Ensemble:
             identity = _identity(root)
         setting = _parse_input(first, identity)
         sections = np.sort(input_text.sections(setting))
-        n_samples = max(int(setting["ensemble"]["samples"]), max(sample_files) + 1)
+        n_samples = n_needed = max(int(setting["ensemble"]["samples"]), max(sample_files) + 1)
         samples = _pending_rows(n_samples, len(setting["specimen"].get("notch", [])), sections.size)
         statistics = None
-        confidence = float(setting["ensemble"].get("stop", {}).get("confidence", DEFAULT_CONFIDENCE))
+        stop = setting["ensemble"].get("stop")
+        confidence = float((stop or {}).get("confidence", DEFAULT_CONFIDENCE))
+        n_looks = len(look_schedule(n_samples, int(stop.get("min_samples", DEFAULT_MIN_SAMPLES)))) if stop else 1
     else:
         raise ResultsError(f"'{folder}' holds neither ensemble.h5 nor samples: no output folder of crackle run, "
                            "or no sample has finished yet")
 
+    n_planned = len(samples)
+    samples, statistics = samples.first(n_needed), statistics and statistics.first(n_needed)
     added = [i for i in sample_files if i < len(samples) and samples.status[i] == PENDING]
     for i in added:
         _read_row(sample_files[i], samples, i)
     if statistics is None or added:
-        statistics = make_statistics(samples, confidence)
+        statistics = make_statistics(samples, confidence, n_looks)
     return Ensemble(
-        folder=folder, plate=input_text.plate(setting), sections=sections, confidence=confidence,
+        folder=folder, plate=input_text.plate(setting), sections=sections, confidence=confidence, n_looks=n_looks, n_planned=n_planned,
         samples=samples, statistics=statistics, provenance=_describe(identity),
-        input_text=str(identity["input"]), load_crack=lambda i: _read_crack(sample_files.get(i)))
+        input_text=str(identity["input"]), stop_half_width=input_text.stop_half_width(setting),
+        load_crack=_loader(sample_files, _read_crack, None), load_lines=_loader(sample_files, _read_lines, []),
+        load_energy=_loader(sample_files, _read_energy, None),
+        load_frames=_loader(sample_files, _read_frames, None))
+
+
+Part = TypeVar("Part")
+
+
+def _loader(files: dict[int, Path], read: Callable[[h5py.File], Part], nothing: Part) -> Callable[[int], Part]:
+    """Reads a part of a sample's results; `nothing` without its file or when it failed."""
+
+    def load(i: int) -> Part:
+        if i not in files:
+            return nothing
+        with _open(files[i], SAMPLE_KIND) as root:
+            return read(root) if root.attrs["status"] == DONE else nothing
+
+    return load
 
 
 def _sample_files(folder: Path) -> dict[int, Path]:
@@ -122,14 +148,14 @@ def _pending_rows(n_samples: int, n_notches: int, n_sections: int) -> Samples:
     return Samples(status=np.zeros(n_samples, int), error=[""] * n_samples,
                    **{name: np.full(n_samples, np.nan) for name in NUMBERS},
                    **{name: np.zeros(n_samples, int) for name in COUNTS},
-                   z=np.full(shape, np.nan), branches=np.zeros(shape, int))
+                   z=np.full(shape, np.nan), z_spread=np.full(shape, np.nan), branches=np.zeros(shape, int))
 
 
 def _read_rows(root: h5py.File) -> Samples:
     group = root["samples"]
     return Samples(status=group["status"][...], error=[_text(reason) for reason in group["error"][...]],
                    **{name: group[name][...] for name in NUMBERS + COUNTS},
-                   z=root["crack_path/z"][...], branches=root["crack_path/branches"][...])
+                   **{name: root["crack_path"][name][...] for name in POSITIONS})
 
 
 def _read_row(file: Path, samples: Samples, i: int) -> None:
@@ -139,7 +165,8 @@ def _read_row(file: Path, samples: Samples, i: int) -> None:
         group = root["summary"]
         for name in NUMBERS + COUNTS:
             getattr(samples, name)[i] = group[name][()]
-        samples.z[i], samples.branches[i] = group["z"][...], group["branches"][...]
+        for name in POSITIONS:
+            getattr(samples, name)[i] = group[name][...]
 
 
 def _read_statistics(root: h5py.File) -> Statistics:
@@ -147,13 +174,27 @@ def _read_statistics(root: h5py.File) -> Statistics:
     return Statistics(**{name: group[name][...] for name in Statistics.__dataclass_fields__})
 
 
-def _read_crack(file: Optional[Path]) -> Optional[CrackSurface]:
-    """The crack surface of a sample; None without its file or when it failed."""
-    if file is None:
-        return None
-    with _open(file, SAMPLE_KIND) as root:
-        if root.attrs["status"] != DONE:
-            return None
-        group = root["crack_surface"]
-        notch_of_crack = np.append(group["cracks/notch"][...], -1)
-        return CrackSurface(group["corners"][...].astype(np.float32), group["time"][...], notch_of_crack[group["crack"][...]])
+def _read_crack(root: h5py.File) -> CrackSurface:
+    group = root["crack_surface"]
+    notch_of_crack = np.append(group["cracks/notch"][...], -1)
+    return CrackSurface(group["corners"][...].astype(np.float32), group["time"][...],
+                        notch_of_crack[group["crack"][...]])
+
+
+def _read_lines(root: h5py.File) -> list[CrackLine]:
+    group = root["crack_lines"]
+    position, table = group["position"][...], group["lines"]
+    return [CrackLine(int(notch), parent >= 0, position[first:first + count]) for notch, parent, first, count in
+            zip(*(table[name][...] for name in ("notch", "parent", "first", "count")))]
+
+
+def _read_energy(root: h5py.File) -> Energy:
+    return Energy(**{name: root["energy"][name][...] for name in Energy.__dataclass_fields__})
+
+
+def _read_frames(root: h5py.File) -> Frames:
+    group = root["frames"]
+    tetrahedra = root["breaks/tetrahedron"][...]
+    return Frames(root["mesh/nodes"][...], root["mesh/tetrahedra"][...], group["time"][...],
+                  group["displacement"][...], group["velocity"][...], [tetrahedra[:n] for n in group["broken"][...]],
+                  float(group.attrs["youngs_modulus"]), float(group.attrs["poisson_ratio"]))

@@ -16,7 +16,21 @@ from .results import DONE, Samples, Statistics
 N_PATTERNS = 4
 
 
-def make_statistics(samples: Samples, confidence: float) -> Statistics:
+def look_schedule(samples: int, min_samples: int) -> list[int]:
+    """Numbers of samples at which an ensemble with [ensemble.stop] may stop, and all of them."""
+    looks = []
+    while min_samples < samples:
+        looks.append(min_samples)
+        min_samples += (min_samples + 1) // 2
+    return [*looks, samples]
+
+
+def position_confidence(confidence: float, n_looks: int) -> float:
+    """Confidence of the interval at one of several looks, so that all hold together."""
+    return 1 - (1 - confidence) / n_looks
+
+
+def make_statistics(samples: Samples, confidence: float, n_looks: int = 1) -> Statistics:
     done = samples.status == DONE
     z = np.where(done[:, None, None], samples.z, np.nan)
     shape = z.shape[1:]
@@ -29,7 +43,7 @@ def make_statistics(samples: Samples, confidence: float) -> Statistics:
             mean[index] = values.mean()
         if values.size > 1:
             std[index] = values.std(ddof=1)
-            half_width[index] = student_quantile(confidence, values.size - 1) * std[index] / math.sqrt(values.size)
+            half_width[index] = student_quantile(position_confidence(confidence, n_looks), values.size - 1) * std[index] / math.sqrt(values.size)
     running = np.stack([running_mean(column) for column in z.reshape(len(z), -1).T], axis=1) \
         if z.size else np.empty(z.shape)
     n_done = int(done.sum())
@@ -37,6 +51,14 @@ def make_statistics(samples: Samples, confidence: float) -> Statistics:
     share = count / n_done if n_done else np.full(N_PATTERNS, np.nan)
     return Statistics(mean, std, half_width, reached, running.reshape(z.shape), share,
                       np.array([wilson_half_width(s, n_done, confidence) for s in share]))
+
+
+def wilson_interval(count: int, n: int, confidence: float) -> tuple[float, float]:
+    """Wilson's confidence interval of a share seen count times in n > 0 trials."""
+    q = NormalDist().inv_cdf((1 + confidence) / 2)
+    centre = (count + q * q / 2) / (n + q * q)
+    half_width = wilson_half_width(count / n, n, confidence)
+    return max(0.0, centre - half_width), min(1.0, centre + half_width)
 
 
 def wilson_half_width(share: float, n: int, confidence: float) -> float:

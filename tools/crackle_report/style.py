@@ -26,6 +26,7 @@ NOTCH_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00
 TIME_COLOURS = LinearSegmentedColormap.from_list(
     "time", matplotlib.colormaps["viridis"]([0.9 * i / 255 for i in range(256)]))
 
+PATTERN_COLOURS = ("#adb5bd", "#0072b2", "#d55e00", "#6c757d")
 PATTERN_NAMES = ("no crack", "one main crack", "two cracks", "other")
 SHORT_PATTERN_NAMES = ("none", "one", "two", "other")
 

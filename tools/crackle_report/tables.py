@@ -10,7 +10,9 @@ from typing import Callable, Union
 import numpy as np
 
 from . import style
+from .confidence import mean_of_present
 from .results import DONE, FAILED, Ensemble, Samples
+from .statistics import wilson_interval
 
 STATUS_NAMES = ("pending", "done", "failed")
 OUTCOME_NAMES = ("unbroken", "arrested", "separated", "duration over")
@@ -32,9 +34,11 @@ SAMPLE_COLUMNS = (
     Column("onset force", "N", lambda s, i: float(s.onset_force[i]), ".1f"),
     Column("end", "", lambda s, i: _name(OUTCOME_NAMES, int(s.outcome[i]))),
     Column("pattern", "", lambda s, i: style.pattern_name(int(s.pattern[i]))),
+    Column("overlap", "%", lambda s, i: 100 * float(s.overlap[i]), ".0f"),
     Column("branchings", "", lambda s, i: int(s.bifurcations[i]), "d"),
+    Column("kinks", "", lambda s, i: int(s.kinks[i]), "d"),
     Column("crack area", "mm²", lambda s, i: float(s.crack_area[i]) * 1e6, ".1f"),
-    Column("crack speed", "greatest, m/s", lambda s, i: float(s.crack_speed_max[i]), ".0f"),
+    Column("largest crack speed", "m/s", lambda s, i: float(s.crack_speed_max[i]), ".0f"),
     Column("energy error", "of the work", lambda s, i: float(s.energy_error[i]), ".1e"),
 )
 
@@ -61,12 +65,14 @@ def sections(ensemble: Ensemble) -> str:
     statistics = ensemble.statistics
     interval = f"{100 * ensemble.confidence:g} % interval"
     titles = (("notch", ""), ("section y", "mm"), ("samples that arrived", ""), ("mean z", "mm"),
-              (interval, "± mm"), ("standard deviation", "mm"))
+              (interval, "± mm"), ("standard deviation", "mm"),
+              ("spread through the thickness", "mean over the samples, mm"))
     head = "".join(f"<th>{title}<small>{unit}</small></th>" for title, unit in titles)
     body = []
+    spread = mean_of_present(ensemble.samples.z_spread)
     for notch in range(ensemble.n_notches):
         for k, y in enumerate(ensemble.sections):
-            numbers = (statistics.z_mean, statistics.z_half_width, statistics.z_std)
+            numbers = (statistics.z_mean, statistics.z_half_width, statistics.z_std, spread)
             cells = [str(notch), f"{y / style.MILLIMETRE:g}", str(int(statistics.reached[notch, k]))]
             cells += [_number(float(values[notch, k]) / style.MILLIMETRE, ".2f") for values in numbers]
             body.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
@@ -78,17 +84,17 @@ def tiles(ensemble: Ensemble) -> str:
     """The ensemble in a few numbers."""
     table = ensemble.samples
     done = table.status == DONE
-    entries = [(f"{done.sum()} of {len(table)}", _others(table))]
+    entries = [(f"{done.sum()} of {len(table)}", _others(table) + _stopped(ensemble))]
     force = table.onset_force[done & np.isfinite(table.onset_force)]
     if force.size:
         entries.append((f"{np.median(force):.0f} N",
                         f"median onset force ({force.min():.0f} to {force.max():.0f} N)"))
-    shares = ensemble.statistics
     for pattern in (1, 2):
-        share, half_width = shares.pattern_share[pattern], shares.pattern_half_width[pattern]
-        if math.isfinite(share):
-            entries.append((f"{100 * share:.0f} %",
-                            f"{style.pattern_name(pattern)} (± {100 * half_width:.0f} %)"))
+        if done.any():
+            count = int((table.pattern[done] == pattern).sum())
+            low, high = wilson_interval(count, int(done.sum()), ensemble.confidence)
+            entries.append((f"{100 * count / done.sum():.0f} %",
+                            f"{style.pattern_name(pattern)} ({100 * low:.0f} to {100 * high:.0f} %)"))
     branched = int(np.count_nonzero(table.bifurcations[done] > 0))
     if done.any():
         entries.append((str(branched), "samples with branchings"))
@@ -111,6 +117,12 @@ def _others(table: Samples) -> str:
     failed, pending = table.count(FAILED), table.count(0)
     parts = [f"{failed} failed"] * (failed > 0) + [f"{pending} pending"] * (pending > 0)
     return "samples done" + (f" ({', '.join(parts)})" if parts else "")
+
+
+def _stopped(ensemble: Ensemble) -> str:
+    if ensemble.n_planned == len(ensemble.samples):
+        return ""
+    return f"; enough, {ensemble.n_planned} were planned"
 
 
 def _head(column: Column) -> str:

@@ -30,10 +30,15 @@ inline constexpr int min_branch_length = 3;
 /// A front's speed is taken over this share of the ligament, but at least over speed_window_spacings.
 inline constexpr double speed_window_share = 0.1;
 inline constexpr double speed_window_spacings = 4;
+/// Two paths lie over each other where they are no further apart than this share of the body's width.
+inline constexpr double overlap_distance_share = 0.1;
+/// Two developed cracks are (anti-)symmetric when their paths overlap by at least this share.
+inline constexpr double min_overlap = 0.3;
 
 /// Where the cracks of one notch cross one section y = const.
 struct SectionCrossing {
-  double z;  ///< through-thickness mean of the main crossing [m]; NaN where the crack did not arrive
+  double z;       ///< through-thickness mean of the main crossing [m]; NaN where the crack did not arrive
+  double spread;  ///< standard deviation of z through the thickness [m]; NaN likewise
   std::int32_t branches;  ///< number of separate crossings
 };
 
@@ -43,7 +48,8 @@ struct SectionCrossing {
 /// branch_gap in z and hole_size in x of each other form one crossing; crossings that cover less than
 /// min_thickness_share of the thickness are left out. The main crossing is the one that covers most of the
 /// thickness (of equals the earliest); z is its mean over the thickness covered, where several segments lie
-/// over each other their mean. Notches in a z-face have no crossings with sections y.
+/// over each other their mean, and the spread its standard deviation over that thickness. Notches in a z-face
+/// have no crossings with sections y.
 std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const CrackSurface& surface,
                                                std::span<const double> sections);
 
@@ -54,10 +60,23 @@ std::vector<double> crossed_shares(const geometry::Body& body, const CrackSurfac
 /// The crack pattern of a sample, as stored in /samples/pattern.
 enum class Pattern : std::int32_t { none = 0, one_crack = 1, two_cracks = 2, other = 3 };
 
+/// How far two notches' cracks are anti-symmetric: the overlap of the one path with the other turned by 180
+/// degrees about the middle between the notches' tips, which takes one tip to the other.
+///
+/// Both paths are main crossings at 50 stations across the ligament. The overlap is the share of the stations
+/// reached by one of them at which both are there and no further apart than overlap_distance_share of the
+/// width: 1 for paths that are each other's image, 0 when only one crack runs. NaN for notches that are not
+/// cut into opposite faces, and without any crack.
+double path_overlap(const geometry::Body& body, const CrackSurface& surface, int notch, int other);
+
+/// The overlap of the two notches whose cracks run farthest (of equals the first ones); NaN for a body with
+/// fewer than two.
+double pattern_overlap(const geometry::Body& body, const CrackSurface& surface);
+
 /// Pattern by how far each notch's crack runs across its ligament: one_crack when exactly one is developed
-/// and it is a main crack, two_cracks when exactly two are developed, none when no crack has started, other
-/// in all other cases. A crack that belongs to no notch counts when it covers developed_share of the width:
-/// then the pattern is other.
+/// and it is a main crack; two_cracks when exactly two are developed and their pattern_overlap is at least
+/// min_overlap, or NaN; none when no crack has started; other in all other cases. A crack that belongs to no
+/// notch counts when it covers developed_share of the width: then the pattern is other.
 Pattern classify(const geometry::Body& body, const CrackSurface& surface);
 
 /// Number of places where a crack parts in two branches on its way from its notch.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/analysis/crack_line.h"
 #include "crackle/analysis/crack_path.h"
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/parallel/communicator.h"
@@ -23,12 +24,15 @@ struct SampleSummary {
   double onset_time = 0;      ///< [s]
   std::int32_t outcome = -1;  ///< dynamics::Outcome; -1 without results
   std::int32_t pattern = 0;   ///< see Pattern
+  double overlap = 0;         ///< see pattern_overlap; NaN where there is none
   std::int32_t bifurcations = 0;
+  std::int32_t kinks = 0;              ///< of all crack lines
   std::int64_t breaks = 0;             ///< broken tetrahedra
   double crack_area = 0;               ///< all opened dual facets [m^2]
   double crack_speed_max = 0;          ///< [m/s]
   double energy_error = 0;             ///< relative
   std::vector<double> z;               ///< n_notches x n_sections [m], NaN where no crack arrived
+  std::vector<double> z_spread;        ///< through the thickness, see SectionCrossing; likewise
   std::vector<std::int32_t> branches;  ///< n_notches x n_sections
   double wall_time = 0;                ///< that the sample took [s]; the only field that differs between runs
 };
@@ -36,8 +40,10 @@ struct SampleSummary {
 /// A row for a sample without results: NaN and 0 of the right shape.
 SampleSummary empty_summary(int n_notches, int n_sections, SampleStatus status, std::string error = {});
 
+/// @param lines crack_lines of the same surface
 SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult& result,
-                        const CrackSurface& surface, std::span<const double> sections);
+                        const CrackSurface& surface, const std::vector<CrackLine>& lines,
+                        std::span<const double> sections);
 
 /// A row as bytes, for messages between ranks of one machine type.
 std::vector<std::byte> to_bytes(const SampleSummary& summary);

@@ -14,19 +14,28 @@ namespace crackle::analysis {
 
 inline constexpr int n_patterns = 4;
 inline constexpr double default_confidence = 0.95;
+/// Shares of the quantiles: least value, quartiles and median, greatest value.
+inline constexpr std::array<double, 5> quantile_shares{0, 0.25, 0.5, 0.75, 1};
 
-/// Statistics over all samples done, summed in sample-number order so that they do not depend on the
-/// schedule. Fields with shape notches x sections are row-major and count the samples whose crack arrived; a
-/// section that no sample reached has NaN.
+/// Statistics over all samples done; the same bits whatever the order in which they were added. Of an
+/// ensemble that stopped early (see stop_rule.h), over the samples it needed. Fields with shape notches x
+/// sections are row-major and count the samples whose crack arrived; a section that no sample reached has
+/// NaN.
 struct Statistics {
   int n_notches = 0;
   int n_sections = 0;
   int n_samples = 0;  ///< rows of running_mean: all samples of the ensemble
   int n_done = 0;
+  int n_needed =
+      0;  ///< samples 0 to n_needed - 1 are the ensemble; fewer than n_samples when it stopped early
+  int n_looks = 1;                         ///< at which it could stop
   double confidence = default_confidence;  ///< of the intervals below
   std::vector<double> z_mean;              ///< [m]
   std::vector<double> z_std;               ///< sample standard deviation (n - 1) [m]; NaN for fewer than two
-  std::vector<double> z_half_width;   ///< of the confidence interval of the mean, Student's t [m]; likewise
+  /// Of the confidence interval of the mean, Student's t [m]; likewise. Each of several looks has the
+  /// confidence 1 - (1 - confidence) / n_looks, so that all of them together have the one above.
+  std::vector<double> z_half_width;
+  std::vector<double> z_quantile;     ///< notches x sections x quantile_shares [m]
   std::vector<std::int32_t> reached;  ///< number of samples whose crack arrived
   std::vector<double> running_mean;   ///< n_samples x notches x sections: mean over samples 0..i [m]
   std::array<double, n_patterns> pattern_share{};       ///< NaN when no sample is done
@@ -38,9 +47,13 @@ struct Statistics {
 Statistics make_statistics(std::span<const SampleSummary> samples, int n_notches, int n_sections,
                            double confidence = default_confidence);
 
-/// As above, for the notches and sections of the input, at the confidence that its [ensemble.stop] asks for
-/// (default_confidence without): the statistics of its ensemble.h5.
+/// As above, for the notches and sections of the input, with its [ensemble.stop] (default_confidence and all
+/// samples without): the statistics of its ensemble.h5.
 Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters);
+
+/// Makes the rows of samples that an ensemble did not need pending.
+/// @param first number of the sample in rows[0]
+void leave_out_surplus(const Statistics& statistics, std::size_t first, std::vector<SampleSummary>& rows);
 
 /// The value below which a share of the values lies, linear between neighbours in rank (Hyndman and Fan's
 /// type 7). NaN values are left out; NaN when none is left.

@@ -18,6 +18,7 @@ struct HandOutEvents {
   std::function<void(std::uint64_t sample)> started;         ///< handed out to a group
   std::function<void(const SampleReport& report)> finished;  ///< done or failed
   std::function<void()> tick;                                ///< now and then, while nothing happens
+  std::function<bool()> enough;  ///< true when no more samples are needed; may be empty
 };
 
 /// Works off `samples`: the master (rank 0) makes realizations ahead of need and hands them out, one at a

@@ -23,6 +23,7 @@ using SampleFunction = std::function<dynamics::SampleResult(
 /// What a sample's mechanics mean for the ensemble.
 struct SampleAnalysis {
   analysis::CrackSurface surface;
+  std::vector<analysis::CrackLine> lines;
   analysis::SampleSummary summary;
 };
 

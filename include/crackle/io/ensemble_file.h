@@ -19,14 +19,15 @@
 /// |---|---|---|
 /// | attributes of / | | kind, schema_version, program_version, git_commit, library_versions, seed, input |
 /// | /samples/status, error | N | analysis::SampleStatus; the reason of a failed sample |
-/// | /samples/onset_force, onset_time, outcome, pattern, bifurcations, breaks, crack_area, crack_speed_max,
-/// energy_error | N | the fields of analysis::SampleSummary |
+/// | /samples/onset_force, onset_time, outcome, pattern, overlap, bifurcations, kinks, breaks, crack_area,
+/// crack_speed_max, energy_error | N | the fields of analysis::SampleSummary |
 /// | /crack_path/section | S | y of the sections |
-/// | /crack_path/z, branches | N x notches x S | see analysis::SectionCrossing |
+/// | /crack_path/z, z_spread, branches | N x notches x S | see analysis::SectionCrossing |
 /// | /statistics/z_mean, z_std, z_half_width, reached | notches x S | see analysis::Statistics |
+/// | /statistics/z_quantile | notches x S x 5 | least, quartiles and median, greatest |
 /// | /statistics/running_mean | N x notches x S | |
 /// | /statistics/pattern_share, pattern_half_width | 4 | |
-/// | attribute confidence of /statistics | | |
+/// | attributes confidence, n_looks, n_needed of /statistics | | see analysis::Statistics |
 /// | /timing/wall_time, attributes of /provenance | N | what differs between two runs |
 namespace crackle::io {
 

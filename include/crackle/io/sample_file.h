@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/analysis/crack_line.h"
 #include "crackle/analysis/crack_surface.h"
 #include "crackle/analysis/sample_summary.h"
 #include "crackle/dynamics/sample_result.h"
@@ -24,10 +25,14 @@
 /// | /crack_surface/corners | f x 4 x 3 | opened dual facets, in order of breaking |
 /// | /crack_surface/time, area, tetrahedron, crack | f | see analysis::CrackFacet |
 /// | /crack_surface/cracks/notch, area, first_time, last_time | c | see analysis::Crack |
+/// | /crack_lines/position (y, z), spread, time | p x 2, p | points of all lines, see analysis::LinePoint |
+/// | /crack_lines/lines/first, count | l | the points of each line |
+/// | /crack_lines/lines/notch, parent, kinks, bend | l | see analysis::CrackLine |
 /// | /breaks/... | b | the columns of fracture::Break |
 /// | /energy/... | e | the columns of dynamics::EnergyRow |
 /// | /frames/time, broken | t | see dynamics::Frame |
 /// | /frames/displacement, velocity | t x n x 3 | single precision |
+/// | attributes youngs_modulus [Pa], poisson_ratio of /frames | | what the stress follows from |
 /// | /summary/... | | the sample's row: the fields of analysis::SampleSummary, and the time steps |
 /// | /counts/... | | dynamics::SampleCounts |
 /// | /timing/..., attributes of /provenance | | what differs between two runs |
@@ -44,6 +49,7 @@ struct SampleFileContent {
   const geometry::Realization& realization;
   const dynamics::SampleResult& result;
   const analysis::CrackSurface& surface;
+  const std::vector<analysis::CrackLine>& lines;
   const analysis::SampleSummary& summary;
   int n_ranks = 1;  ///< that computed the sample; for /provenance
 };

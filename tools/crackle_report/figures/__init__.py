@@ -2,14 +2,19 @@
 """The pictures. Each module draws one kind from an ensemble; SECTIONS is their order in the report."""
 from __future__ import annotations
 
-from typing import Callable
+from typing import Callable, Optional
 
+from ..options import Options
 from ..results import Ensemble
-from . import convergence, crack_paths, crossings
+from . import convergence, crack_paths, crossings, energy, growth, shares
 from .picture import Section
 
-SECTIONS: tuple[Callable[[Ensemble], Section], ...] = (
-    crack_paths.section,
+SECTIONS: tuple[Callable[[Ensemble, Options], Optional[Section]], ...] = (
+    crack_paths.typical,
     crossings.section,
+    shares.section,
     convergence.section,
+    growth.section,
+    energy.section,
+    crack_paths.every,
 )

@@ -7,31 +7,70 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from .. import style
-from ..confidence import running_half_width
+from ..confidence import running_half_width, student_quantile
+from ..options import Options
 from ..results import Ensemble
+from ..statistics import position_confidence
 from .picture import Picture, Section
 
+LEAST_SHARE = 0.1  # of the samples done: where fewer cracks come, a section does not count
+DEFAULT_TARGET_SHARE = 0.01  # of the width: the half width that is enough where the input names none
 
-def section(ensemble: Ensemble) -> Section:
+
+def section(ensemble: Ensemble, _: Options) -> Section:
     result = Section(
         "Convergence of the mean crack position",
         "Running mean over the samples in order of their number, with its "
-        f"{100 * ensemble.confidence:g} % confidence band; one row for each notch, one column for each "
-        "section. All panels span the same length. " + _verdict(ensemble))
+        f"{100 * ensemble.confidence:g} % confidence band{_together(ensemble)}; one row for each notch, one column "
+        "for each section. All panels span the same length.", _verdict(ensemble))
     if ensemble.n_notches and ensemble.sections.size and len(ensemble.samples):
         result.pictures.append(Picture(
             "convergence", "Running mean of the crack position with its confidence band", _draw(ensemble)))
     return result
 
 
+def _together(ensemble: Ensemble) -> str:
+    if ensemble.n_looks == 1:
+        return ""
+    return f" (of all {ensemble.n_looks} looks together at which the ensemble could stop)"
+
+
 def _verdict(ensemble: Ensemble) -> str:
-    half_width = ensemble.statistics.z_half_width
-    if not np.isfinite(half_width).any():
-        return "No section has been reached by two samples yet."
-    notch, position = np.unravel_index(np.nanargmax(half_width), half_width.shape)
-    return (f"The widest interval is now ±{half_width[notch, position] / style.MILLIMETRE:.2g} mm, of notch "
-            f"{notch} at y = {ensemble.sections[position] / style.MILLIMETRE:g} mm, where "
-            f"{ensemble.statistics.reached[notch, position]} samples arrived.")
+    """Were the samples enough? In one sentence."""
+    statistics, n_done = ensemble.statistics, ensemble.done.size
+    # Where hardly any crack comes, no number of samples is enough, and the mean says little.
+    counts = (statistics.reached >= max(2, LEAST_SHARE * n_done)) & np.isfinite(statistics.z_half_width)
+    if not counts.any():
+        return "No section has been reached by enough samples to say whether they are enough."
+    target = ensemble.stop_half_width or DEFAULT_TARGET_SHARE * ensemble.plate.size[1]
+    reason = "as the input asks for" if ensemble.stop_half_width else \
+        f"{100 * DEFAULT_TARGET_SHARE:g} % of the width"
+    widest = np.where(counts, statistics.z_half_width, -np.inf)
+    notch, position = np.unravel_index(widest.argmax(), widest.shape)
+    known = (f"the mean crack position is known to ±{widest[notch, position] / style.MILLIMETRE:.2g} mm at its least "
+             f"certain section (notch {notch}, y = {ensemble.sections[position] / style.MILLIMETRE:g} mm)")
+    wanted = f"±{target / style.MILLIMETRE:.2g} mm ({reason})"
+    if widest[notch, position] <= target:
+        return f"Were {n_done} samples enough? Yes: {known}, and {wanted} was wanted."
+    confidence = position_confidence(ensemble.confidence, ensemble.n_looks)
+    needed = max(_needed(float(statistics.z_std[index]), target, confidence) * n_done
+                 / statistics.reached[index] for index in zip(*np.nonzero(counts)))
+    return (f"Were {n_done} samples enough? No: {known}; {wanted} would take about {_round_up(needed)} samples with "
+            "the scatter seen so far.")
+
+
+def _needed(std: float, target: float, confidence: float) -> int:
+    """The number of values whose mean has the half width `target`."""
+    n = 2
+    while student_quantile(confidence, n - 1) * std / np.sqrt(n) > target and n < 10_000_000:
+        n = max(n + 1, int(1.02 * n))
+    return n
+
+
+def _round_up(number: float) -> int:
+    """To two digits."""
+    unit = 10 ** max(0, int(np.floor(np.log10(number))) - 1)
+    return int(np.ceil(number / unit) * unit)
 
 
 def _draw(ensemble: Ensemble) -> Figure:
@@ -39,7 +78,8 @@ def _draw(ensemble: Ensemble) -> Figure:
     n_samples = len(ensemble.samples)
     number = np.arange(1, n_samples + 1)
     mean = ensemble.statistics.running_mean / style.MILLIMETRE
-    band = np.stack([running_half_width(column, ensemble.confidence) for column in
+    confidence = position_confidence(ensemble.confidence, ensemble.n_looks)
+    band = np.stack([running_half_width(column, confidence) for column in
                      ensemble.samples.z.reshape(n_samples, -1).T], axis=1).reshape(mean.shape)
     band /= style.MILLIMETRE
     span = _span(mean, band, ensemble.statistics.z_std / style.MILLIMETRE)

@@ -10,15 +10,17 @@ from matplotlib.patches import Patch
 
 from .. import style
 from ..drawing import draw_plate, window
-from ..results import Ensemble
+from ..options import Options
+from ..results import CrackLine, Ensemble
 from .picture import Picture, Section
 
 
-def section(ensemble: Ensemble) -> Section:
+def section(ensemble: Ensemble, _: Options) -> Section:
     result = Section(
-        "Cracks at the cross-sections",
-        "Through-thickness mean of the cracks that start at each notch (numbered from 0, in the order of the "
-        "input). The means are over the samples whose crack arrived; the numbers on top count these.")
+        "All cracks over each other",
+        "Through-thickness means of the cracks that start at each notch (numbered from 0, in the order of the "
+        "input), with their branches. Mean, interval and deviation at the cross-sections (dotted) are over the "
+        "samples whose crack arrived there; the numbers on top count these.")
     if ensemble.n_notches and ensemble.sections.size:
         result.pictures.append(Picture("crossings", "Crack positions of all samples at the cross-sections",
                                        _draw(ensemble)))
@@ -26,7 +28,8 @@ def section(ensemble: Ensemble) -> Section:
 
 
 def _draw(ensemble: Ensemble) -> Figure:
-    z_range = window(ensemble.plate, [ensemble.samples.z])
+    lines = [line for i in ensemble.done for line in ensemble.load_lines(i)]
+    z_range = window(ensemble.plate, [line.points[:, 1] for line in lines])
     n_columns = min(ensemble.n_notches, 3)
     n_rows = -(-ensemble.n_notches // n_columns)
     left, right, top, bottom, gap_x, gap_y = 0.6, 0.15, 0.75, 0.5, 0.5, 0.9
@@ -46,9 +49,9 @@ def _draw(ensemble: Ensemble) -> Figure:
         draw_plate(axes, ensemble.plate, z_range)
         axes.set_xlabel("y [mm]")
         axes.set_ylabel("z [mm]")
-        _notch(axes, ensemble, notch)
+        _notch(axes, ensemble, notch, [line for line in lines if line.notch == notch])
     figure.legend(handles=[
-        Line2D([], [], color=style.MUTED, linewidth=0.7, alpha=0.6, label="a sample"),
+        Line2D([], [], color=style.MUTED, linewidth=0.7, alpha=0.6, label="a sample's crack"),
         Line2D([], [], color="black", linewidth=1.0, marker="o", markersize=2.5, label="mean"),
         Patch(color="black", alpha=0.2, linewidth=0,
               label=f"{100 * ensemble.confidence:g} % confidence interval of the mean"),
@@ -57,10 +60,9 @@ def _draw(ensemble: Ensemble) -> Figure:
     return figure
 
 
-def _notch(axes: Axes, ensemble: Ensemble, notch: int) -> None:
+def _notch(axes: Axes, ensemble: Ensemble, notch: int, lines: list[CrackLine]) -> None:
     colour = style.notch_colour(notch)
     y = ensemble.sections / style.MILLIMETRE
-    z = ensemble.samples.z[:, notch, :] / style.MILLIMETRE
     statistics = ensemble.statistics
     mean, std, half_width = (values[notch] / style.MILLIMETRE for values in
                              (statistics.z_mean, statistics.z_std, statistics.z_half_width))
@@ -71,20 +73,12 @@ def _notch(axes: Axes, ensemble: Ensemble, notch: int) -> None:
                   fontsize=7, color=style.MUTED)
     axes.set_title(f"notch {notch}", loc="left", fontweight="bold", color=colour, pad=14)
 
-    from_tip, order = _from_tip(ensemble, notch)
-    alpha = float(np.clip(12 / max(len(z), 1), 0.12, 0.6))
-    for row in z:
-        if np.isfinite(row).any():
-            axes.plot(np.r_[from_tip[0], y[order]], np.r_[from_tip[1], row[order]], color=colour,
-                      linewidth=0.7, alpha=alpha, marker=".", markersize=3, markeredgewidth=0, zorder=2)
+    alpha = float(np.clip(12 / max(len(lines), 1), 0.12, 0.7))
+    for line in lines:
+        points = line.points / style.MILLIMETRE
+        axes.plot(points[:, 0], points[:, 1], color=colour, linewidth=0.5 if line.is_branch else 0.8, alpha=alpha,
+                  zorder=2)
     axes.plot(y, mean, color="black", linewidth=1.0, marker="o", markersize=2.5, zorder=5)
     for side in (-1, 1):
         axes.plot(y, mean + side * std, color="black", linewidth=0.8, linestyle="--", zorder=4)
     axes.fill_between(y, mean - half_width, mean + half_width, color="black", alpha=0.2, linewidth=0, zorder=4)
-
-
-def _from_tip(ensemble: Ensemble, notch: int) -> tuple[tuple[float, float], np.ndarray]:
-    """The notch's tip (y, z) in mm, and the sections in the order that a crack from there reaches them."""
-    tip_y, tip_z = ensemble.plate.tip(notch)
-    order = np.argsort(np.abs(ensemble.sections - tip_y), kind="stable")
-    return (tip_y / style.MILLIMETRE, tip_z / style.MILLIMETRE), order

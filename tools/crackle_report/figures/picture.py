@@ -15,7 +15,17 @@ class Picture:
 
 
 @dataclass
+class Animation:
+    name: str  # of its file, without ending
+    description: str
+    gif: bytes
+    width: int  # [pixels]
+
+
+@dataclass
 class Section:
     title: str
     text: str
+    answer: str = ""  # what the pictures come to, in a sentence
     pictures: list[Picture] = field(default_factory=list)
+    animations: list[Animation] = field(default_factory=list)

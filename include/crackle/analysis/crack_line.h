@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/analysis/crack_surface.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace crackle::analysis {
+
+/// A path's direction is that of the straight line through this many points on one side [points].
+inline constexpr int direction_window = 6;
+/// A path has a kink where its direction changes by this angle, from one window to the next [rad].
+inline constexpr double kink_angle = 0.5235987755982988;  // 30 degrees
+
+/// A point of a crack's line in the plane of the plate.
+struct LinePoint {
+  double y;       ///< [m]
+  double z;       ///< [m]
+  double spread;  ///< standard deviation through the thickness, across the notch's direction [m]
+  double time;    ///< at which the crack came here, since the onset of the last dynamic phase [s]
+};
+
+/// The crack of a notch as a line for plotting: the through-thickness mean of its pieces, from the notch's
+/// tip on, one point for each mean local spacing of advance.
+struct CrackLine {
+  std::int32_t notch;
+  std::int32_t parent;            ///< index of the line that this branch leaves; -1 for a notch's main line
+  std::vector<LinePoint> points;  ///< a branch's first point is on its parent
+  std::int32_t kinks;             ///< places with the largest turn nearby, of at least kink_angle
+  double bend;  ///< direction at the end minus direction at the start [rad]; 0 for short lines
+};
+
+/// The lines of all notches' cracks, each main line before its branches.
+///
+/// Slabs and pieces are those of count_bifurcations, so stray breaks do not count. The main line starts in
+/// the piece nearest to the tip from which the longest way leads on, and takes at every parting the longest
+/// way (of equals the first). Where separate ways part from a line, every other one is a branch, until it
+/// meets a line that is there already.
+std::vector<CrackLine> crack_lines(const geometry::Body& body, const CrackSurface& surface);
+
+/// Number of kinks of all lines.
+std::int32_t count_kinks(const std::vector<CrackLine>& lines);
+
+}  // namespace crackle::analysis

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/analysis/statistics.h"
+#include "crackle/parallel/exact_sum.h"
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+namespace crackle::analysis {
+
+/// Mean and deviation of values that come one after the other. The sums are exact, so neither depends on the
+/// order, bit by bit.
+class Moments {
+public:
+  /// @throws std::domain_error for a value that is not finite
+  void add(double value);
+  int count() const { return n_; }
+  double mean() const;                ///< NaN without values
+  double standard_deviation() const;  ///< of the sample (n - 1); NaN for fewer than two values
+
+private:
+  int n_ = 0;
+  parallel::ExactSum first_;   ///< of the values
+  parallel::ExactSum second_;  ///< of their squares
+};
+
+/// The statistics of an ensemble under way: rows are merged as samples end, in any order, and the result is
+/// at any time the same bits as make_statistics over the rows so far. With [ensemble.stop] it also tells when
+/// the ensemble has enough samples.
+class RunningStatistics {
+public:
+  explicit RunningStatistics(const input::Parameters& parameters);
+  /// Without a rule to stop.
+  RunningStatistics(std::size_t n_samples, int n_notches, int n_sections, double confidence);
+
+  /// Merges the row of a sample; a pending one changes nothing.
+  /// @throws std::invalid_argument when the sample is not of the ensemble or in already, or when the row of a
+  /// sample that is done has another shape
+  void add(std::size_t sample, SampleSummary row);
+
+  int n_done() const { return statistics_.n_done; }
+  double mean_position(int notch, int section) const;  ///< [m]; NaN while no crack arrived there
+  double median_onset_force() const;                   ///< [N]; NaN while no sample broke
+
+  /// The first number n at which the samples 0 to n - 1 are enough, see StopRule; nothing while that is open.
+  /// A row added later never changes it.
+  std::optional<std::size_t> stopped_at() const { return stopped_at_; }
+
+  const std::vector<SampleSummary>& rows() const { return rows_; }
+
+  /// Over the rows so far; over the first n only when stopped_at() is n.
+  Statistics statistics() const;
+
+private:
+  void look();
+
+  Statistics statistics_;  ///< shape and counts
+  std::vector<SampleSummary> rows_;
+  std::vector<Moments> moments_;  ///< notches x sections
+  std::optional<input::EnsembleStop> stop_;
+  std::vector<std::size_t> looks_;
+  std::size_t n_leading_ = 0;  ///< samples 0 to n_leading_ - 1 have ended
+  std::size_t next_look_ = 0;  ///< index into looks_
+  std::optional<std::size_t> stopped_at_;
+};
+
+}  // namespace crackle::analysis

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/input/parameters.h"
+#include "hdf5.h"
+
+/// What writing and reading of sample files share.
+namespace crackle::io {
+
+inline constexpr const char* sample_kind = "crackle sample";
+
+/// Of the results at the sections: notches x sections.
+inline hdf5::Shape position_shape(const input::Parameters& parameters) {
+  return {parameters.specimen.notches.size(), parameters.sections.y.size()};
+}
+
+}  // namespace crackle::io

@@ -1,0 +1,171 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The files of tools/crackle-paraview, opened by VTK's own reader and drawn without a screen."""
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.dont_write_bytecode = True
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
+
+from crackle_report.reading import read_ensemble  # noqa: E402
+from synthetic_ensemble import write_ensemble  # noqa: E402
+
+try:
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+except ImportError:
+    vtkHDFReader = None
+
+# Draws the crack surface by time, and the displaced plate by stress; prints what the picture holds.
+DRAW = """
+import sys
+from pathlib import Path
+import numpy as np
+import vtk
+from vtk.util.numpy_support import vtk_to_numpy
+
+def read(file):
+    reader = vtk.vtkHDFReader()
+    reader.SetFileName(str(file))
+    reader.Update()
+    return reader.GetOutput()
+
+folder, picture = map(Path, sys.argv[1:])
+renderer = vtk.vtkRenderer()
+renderer.SetBackground(1, 1, 1)
+for file, field, shift in (("crack.vtkhdf", "time", 0.0), ("frame-0002.vtkhdf", "principal_stress", 0.04)):
+    grid = read(folder / file)
+    grid.GetCellData().SetActiveScalars(field)
+    mapper = vtk.vtkDataSetMapper()
+    mapper.SetInputData(grid)
+    mapper.SetScalarModeToUseCellData()
+    mapper.SetScalarRange(0, grid.GetCellData().GetArray(field).GetRange()[1])
+    actor = vtk.vtkActor()
+    actor.SetMapper(mapper)
+    actor.SetPosition(0, shift, 0)
+    actor.GetProperty().LightingOff()
+    renderer.AddActor(actor)
+camera = renderer.GetActiveCamera()
+camera.SetFocalPoint(0, 0.03, 0.07)
+camera.SetPosition(1, 0.03, 0.07)
+camera.SetViewUp(0, 0, 1)
+camera.ParallelProjectionOn()
+camera.SetParallelScale(0.03)
+window = vtk.vtkRenderWindow()
+window.SetOffScreenRendering(1)
+window.SetSize(600, 500)
+window.AddRenderer(renderer)
+window.Render()
+grab = vtk.vtkWindowToImageFilter()
+grab.SetInput(window)
+grab.Update()
+writer = vtk.vtkPNGWriter()
+writer.SetFileName(str(picture))
+writer.SetInputConnection(grab.GetOutputPort())
+writer.Write()
+image = vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars())
+drawn = (image != 255).any(axis=1)
+print(int(drawn.sum()), len(np.unique(image[drawn], axis=0)))
+"""
+
+
+def run(*arguments: str) -> subprocess.CompletedProcess:
+    return subprocess.run([str(ROOT / "tools" / "crackle-paraview"), *arguments], capture_output=True, text=True,
+                          check=False, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
+
+
+class ParaView(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls._folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls._folder.cleanup)
+        cls.folder = Path(cls._folder.name) / "out"
+        write_ensemble(cls.folder, 3, failed=(2,))
+        cls.result = run(str(cls.folder), "--sample", "1")
+        cls.files = cls.folder / "paraview" / "0001"
+
+    def read(self, name: str):
+        if vtkHDFReader is None:
+            self.skipTest("python3-vtk9 is not installed")
+        reader = vtkHDFReader()
+        self.assertTrue(reader.CanReadFile(str(self.files / name)))
+        reader.SetFileName(str(self.files / name))
+        reader.Update()
+        return reader.GetOutput()
+
+    def test_one_file_for_each_frame_and_one_for_the_crack(self):
+        self.assertEqual((self.result.returncode, self.result.stderr), (0, ""))
+        self.assertEqual(self.result.stdout, f"5 files in {self.files}\n")
+        self.assertEqual(sorted(file.name for file in self.files.iterdir()),
+                         ["crack.vtkhdf", *(f"frame-{k:04d}.vtkhdf" for k in range(4))])
+
+    def test_vtk_reads_the_frames(self):
+        frames = read_ensemble(self.folder).load_frames(1)
+        for k, factor in enumerate((1, 1.1, 1.2, 1.3)):
+            grid = self.read(f"frame-{k:04d}.vtkhdf")
+            self.assertEqual(grid.GetNumberOfPoints(), len(frames.nodes))
+            self.assertEqual(grid.GetNumberOfCells(), len(frames.tetrahedra))
+            self.assertEqual(grid.GetCellType(0), 10)
+            fields = {name: vtk_to_numpy(grid.GetCellData().GetArray(name))
+                      for name in ("stress", "broken", "principal_stress")}
+            np.testing.assert_array_equal(vtk_to_numpy(grid.GetPointData().GetArray("displacement")),
+                                          frames.displacement[k])
+            np.testing.assert_array_equal(vtk_to_numpy(grid.GetPointData().GetArray("velocity")), frames.velocity[k])
+            np.testing.assert_array_equal(np.flatnonzero(fields["broken"]), np.sort(frames.broken[k]))
+            whole = fields["broken"] == 0
+            expected = 3300e6 * 1e-3 * factor
+            found = fields["principal_stress"][whole]
+            print(f"frame {k}: principal stress {found.min():.4e} to {found.max():.4e} Pa, exact {expected:.4e}")
+            np.testing.assert_allclose(found, expected, rtol=1e-3)
+            np.testing.assert_allclose(fields["stress"][whole], np.outer(np.ones(whole.sum()), [0, 0, expected, 0, 0, 0]),
+                                       atol=1e-3 * expected)
+            self.assertEqual(np.abs(fields["stress"][~whole]).sum(), 0)
+            time = vtk_to_numpy(grid.GetFieldData().GetArray("TimeValue"))
+            self.assertEqual(time[0], frames.time[k])
+
+    def test_vtk_reads_the_crack_with_its_time(self):
+        crack = read_ensemble(self.folder).load_crack(1)
+        grid = self.read("crack.vtkhdf")
+        self.assertEqual(grid.GetNumberOfCells(), len(crack.time))
+        self.assertEqual(grid.GetCellType(0), 9)
+        np.testing.assert_array_equal(vtk_to_numpy(grid.GetCellData().GetArray("time")), crack.time)
+        np.testing.assert_array_equal(vtk_to_numpy(grid.GetCellData().GetArray("notch")), crack.notch)
+        last = [grid.GetCell(len(crack.time) - 1).GetPoints().GetPoint(i) for i in range(4)]
+        np.testing.assert_allclose(last, crack.corner[-1], rtol=1e-6)
+
+    def test_vtk_draws_them_without_a_screen(self):
+        if vtkHDFReader is None or shutil.which("xvfb-run") is None:
+            self.skipTest("python3-vtk9 or xvfb is not installed")
+        picture = Path(self._folder.name) / "picture.png"
+        result = subprocess.run(["xvfb-run", "-a", "/usr/bin/python3", "-c", DRAW, str(self.files), str(picture)],
+                                capture_output=True, text=True, check=False, timeout=120)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        n_drawn, n_colours = map(int, result.stdout.split())
+        print(f"{n_drawn} of 300000 pixels drawn in {n_colours} colours")
+        # The plate covers 24.5 of 72 mm in width; the crack's facets have many times, hence colours.
+        self.assertGreater(n_drawn, 0.3 * 300000)
+        self.assertGreater(n_colours, 50)
+        self.assertTrue(picture.read_bytes().startswith(b"\x89PNG"))
+
+    def test_what_is_not_there_ends_with_one_line(self):
+        for arguments, message in (((str(self.folder), "--sample", "2"), "sample 2 is not done"),
+                                   ((str(self.folder), "--sample", "7"), "sample 7 is not done"),
+                                   ((str(self.folder / "no"), "--sample", "1"), "is no folder")):
+            result = run(*arguments)
+            self.assertEqual(result.returncode, 1)
+            self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+            self.assertIn(message, result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

@@ -1,0 +1,90 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tests of what tools/crackle-report computes."""
+from __future__ import annotations
+
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.dont_write_bytecode = True
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
+
+from crackle_report import confidence, input_text, reading  # noqa: E402
+from crackle_report.plate import Notch, Plate  # noqa: E402
+from crackle_report.statistics import (look_schedule, make_statistics, wilson_half_width,  # noqa: E402
+                                       wilson_interval)
+from synthetic_ensemble import write_ensemble  # noqa: E402
+
+
+class Numbers(unittest.TestCase):
+    def test_students_quantiles_are_those_of_the_tables(self):
+        for degrees, expected in ((1, 12.7062), (2, 4.30265), (3, 3.18245), (10, 2.22814), (199, 1.97196)):
+            found = confidence.student_quantile(0.95, degrees)
+            print(f"t(0.95, {degrees}) = {found:.6f}, tables {expected}")
+            self.assertAlmostEqual(found, expected, delta=1e-5 * expected)
+
+    def test_running_values_are_those_of_the_leading_samples(self):
+        values = np.array([np.nan, 3.0, 1.0, np.nan, 2.5, 7.0])
+        mean, half_width = confidence.running_mean(values), confidence.running_half_width(values, 0.9)
+        self.assertTrue(np.isnan(mean[0]) and np.isnan(half_width[1]))
+        for i in range(2, len(values)):
+            leading = values[:i + 1][~np.isnan(values[:i + 1])]
+            t = confidence.student_quantile(0.9, len(leading) - 1)
+            self.assertAlmostEqual(mean[i], leading.mean(), places=14)
+            self.assertAlmostEqual(half_width[i], t * leading.std(ddof=1) / np.sqrt(len(leading)), places=13)
+
+    def test_wilsons_interval(self):
+        # 8 of 20 at 95 %: 0.2188 to 0.6134.
+        self.assertAlmostEqual(wilson_half_width(0.4, 20, 0.95), (0.6134 - 0.2188) / 2, delta=1e-4)
+        self.assertGreater(wilson_half_width(0.0, 20, 0.95), 0.05)
+        np.testing.assert_allclose(wilson_interval(8, 20, 0.95), (0.2188, 0.6134), atol=1e-4)
+        self.assertEqual(wilson_interval(0, 5, 0.95)[0], 0)
+
+    def test_looks_share_the_error_probability(self):
+        self.assertEqual(look_schedule(200, 30), [30, 45, 68, 102, 153, 200])
+        self.assertEqual(look_schedule(20, 30), [20])
+        with tempfile.TemporaryDirectory() as folder:
+            write_ensemble(Path(folder), 9)
+            samples = reading.read_ensemble(Path(folder)).samples
+        np.testing.assert_array_equal(make_statistics(samples, 0.9, n_looks=2).z_half_width,
+                                      make_statistics(samples, 0.95).z_half_width)
+
+    def test_lengths_are_read_with_their_units(self):
+        for text, metres in (("24.5 mm", 24.5e-3), ("2.45 cm", 24.5e-3), ("5e3 um", 5e-3), ("1 inch", 0.0254),
+                             ("0.14 m", 0.14), ("140 millimeters", 0.14), ("7mm", 7e-3), (".5 µm", 5e-7)):
+            self.assertAlmostEqual(input_text.length(text), metres, delta=1e-12 * metres)
+        for text in ("5 s", "mm", "5", "5 mm^2", "5 qm"):
+            with self.assertRaises(ValueError, msg=text):
+                input_text.length(text)
+
+    def test_the_outline_encloses_the_plate_without_its_slots(self):
+        plate = Plate((5e-3, 24.5e-3, 140e-3), (
+            Notch("y-min", 65e-3, 6e-3, 0.6e-3), Notch("y-max", 75e-3, 5e-3, 0.5e-3),
+            Notch("y-min", 30e-3, 2e-3, 0.4e-3), Notch("z-max", 10e-3, 3e-3, 0.7e-3),
+            Notch("z-min", 12e-3, 4e-3, 0.8e-3)))
+        y, z = plate.outline().T
+        area = 0.5 * np.sum(y * np.roll(z, -1) - np.roll(y, -1) * z)
+        expected = 24.5e-3 * 140e-3 - sum(n.depth * n.height for n in plate.notches)
+        print(f"area {area:.9e} m^2, exact {expected:.9e} m^2")
+        self.assertAlmostEqual(area, expected, delta=1e-12 * expected)
+        self.assertEqual(plate.tip(1), (24.5e-3 - 5e-3, 75e-3))
+
+    def test_statistics_leave_out_what_failed(self):
+        with tempfile.TemporaryDirectory() as folder:
+            write_ensemble(Path(folder), 9, failed=(2, 5))
+            samples = reading.read_ensemble(Path(folder)).samples
+        expected = np.isfinite(samples.z).sum(axis=0)
+        samples.z[[2, 5]] = 0.07
+        statistics = make_statistics(samples, 0.95)
+        np.testing.assert_array_equal(statistics.reached, expected)
+        self.assertAlmostEqual(statistics.pattern_share.sum(), 1.0, places=14)
+        self.assertEqual(statistics.running_mean.shape, samples.z.shape)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where the energy goes while the cracks run, for the samples shown in detail."""
+from __future__ import annotations
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from .. import style
+from ..choosing import samples_in_detail
+from ..options import Options
+from ..results import Energy, Ensemble
+from .picture import Picture, Section
+
+# Name, colour and line of each share; "work" is the sum of all others.
+LINES = (("external", "work of the load", "black", "-"), ("strain", "strain", "#0072b2", "-"),
+         ("kinetic", "kinetic", "#d55e00", "--"), ("released", "released by breaking", "#009e73", "-."),
+         ("dissipated", "lost in arrested phases", "#cc79a7", ":"))
+
+
+def section(ensemble: Ensemble, options: Options) -> Section | None:
+    histories = {i: ensemble.load_energy(i) for i in options.samples or samples_in_detail(ensemble)}
+    histories = {i: energy for i, energy in histories.items() if energy is not None and energy.time.size > 1}
+    if not histories:
+        return None
+    result = Section(
+        "Energy",
+        "The energy account of the samples shown in detail over the last dynamic phase. Work of the load = "
+        "strain + kinetic + released + lost, each counted from the unloaded body.")
+    result.pictures.append(Picture("energy", f"Energy over time of samples {', '.join(map(str, histories))}",
+                                   _draw(histories)))
+    return result
+
+
+def _draw(histories: dict[int, Energy]) -> Figure:
+    n_columns = min(len(histories), 3)
+    n_rows = -(-len(histories) // n_columns)
+    height = 0.4 + 2.6 * n_rows
+    figure = Figure(figsize=(style.PAGE_WIDTH, height), layout="constrained")
+    figure.get_layout_engine().set(rect=(0, 0, 1, 1 - 0.3 / height))  # below the legend
+    grid = figure.subplots(n_rows, n_columns, squeeze=False)
+    for k, axes in enumerate(grid.flat):
+        if k >= len(histories):
+            axes.set_visible(False)
+            continue
+        number, energy = list(histories.items())[k]
+        _panel(axes, energy)
+        axes.set_title(f"sample {number}", loc="left", fontweight="bold")
+        if k % n_columns == 0:
+            axes.set_ylabel("energy [mJ]")
+    figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="upper left", ncol=len(LINES))
+    return figure
+
+
+def _panel(axes: Axes, energy: Energy) -> None:
+    time = energy.time / style.MICROSECOND
+    for name, label, colour, line in LINES:
+        axes.plot(time, 1e3 * getattr(energy, name), color=colour, linestyle=line, linewidth=1.2, label=label)
+    axes.set_xlim(0, time[-1])
+    axes.set_ylim(bottom=0)
+    axes.set_xlabel("time since onset [µs]")
+    axes.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]))
+    axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    axes.grid(color=style.BODY, linewidth=0.6)
+    axes.set_axisbelow(True)

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Photo-elastic fringes and crack growth over time, as in the paper's Figures 5 and 6."""
+from __future__ import annotations
+
+import io
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import Normalize, to_rgb
+from matplotlib.figure import Figure
+from PIL import Image
+
+from .. import style
+from ..choosing import samples_in_detail
+from ..drawing import draw_facets, draw_plate, time_bar, time_colours
+from ..options import Options
+from ..photoelasticity import Fringes, Grid, element_stress, make_series
+from ..results import CrackSurface, Ensemble, Frames
+from .picture import Animation, Picture, Section
+
+N_TIMES = 6
+PIXELS_ACROSS = 245  # over the width of the plate
+N_COLOURS = 256  # of an animation
+FRAME_SECONDS, LAST_SECONDS = 0.35, 2.0
+ANIMATION_WIDTH, ANIMATION_DPI = 4.6, 110  # [inch]
+
+
+def section(ensemble: Ensemble, options: Options) -> Section | None:
+    result = Section("Fringes and crack growth", _explain(options))
+    for number in options.samples or samples_in_detail(ensemble):
+        frames, crack = ensemble.load_frames(number), ensemble.load_crack(number)
+        if frames is None or crack is None or frames.time.size == 0:
+            continue
+        view = _View(ensemble, number, frames, crack, options)
+        result.pictures.append(Picture(
+            f"growth-{number:04d}", f"Fringe patterns and crack growth of sample {number}",
+            view.rows(_chosen_frames(frames, crack, options.times))))
+        if options.animation and frames.time.size > 1:
+            result.animations.append(view.animation())
+    return result if result.pictures else None
+
+
+def _explain(options: Options) -> str:
+    field = "light" if options.light_field else "dark"
+    way = ("the product of the Jones matrices along each ray" if options.product else
+           "the integrated stress along each ray")
+    return (f"What a circular polariscope shows ({field} field{', colours reversed' * options.reverse}), by {way}; "
+            f"stress-optic coefficient {options.optics.stress_optic:.3g} 1/Pa, wavelength "
+            f"{options.optics.wavelength * 1e9:g} nm. Broken tetrahedra carry no stress. Below, the cracks as they "
+            "have opened by then. t₀ is the onset of the last dynamic phase.")
+
+
+def _chosen_frames(frames: Frames, crack: CrackSurface, times: tuple[float, ...]) -> list[int]:
+    """The frames nearest to the given times; without any, evenly from the onset to just after the last break."""
+    if not times:
+        last = int(np.searchsorted(frames.time, crack.time.max(initial=0.0)))
+        last = min(max(last, 1), frames.time.size - 1)
+        times = tuple(np.linspace(0, frames.time[last], N_TIMES))
+    return sorted({int(np.abs(frames.time - time).argmin()) for time in times})
+
+
+def _palette() -> Image.Image:
+    """The colours of an animation: greys, times and the plate's; white is the last one."""
+    plate = [to_rgb(colour) for colour in (style.BODY, style.OUTLINE, style.BEFORE_ONSET, "white")]
+    colours = np.vstack([np.linspace(0, 1, 120)[:, None].repeat(3, axis=1),
+                         style.TIME_COLOURS(np.linspace(0, 1, 132))[:, :3], plate])
+    image = Image.new("P", (1, 1))
+    image.putpalette(np.round(255 * colours).astype(np.uint8).tobytes())
+    return image
+
+
+def _to_palette(image: Image.Image) -> Image.Image:
+    result = image.quantize(palette=_palette(), dither=Image.Dither.NONE)
+    # Pillow looks for near colours, not the nearest one, and paper should stay white.
+    white = (np.asarray(image) == 255).all(axis=2)
+    result.paste(N_COLOURS - 1, mask=Image.fromarray(np.uint8(255) * white))
+    return result
+
+
+class _View:
+    """One sample's fringes and cracks round the notches."""
+
+    def __init__(self, ensemble: Ensemble, number: int, frames: Frames, crack: CrackSurface, options: Options):
+        self._plate, self._number, self._frames, self._crack = ensemble.plate, number, frames, crack
+        self._onset = float(ensemble.samples.onset_time[number])
+        width = ensemble.plate.size[1]
+        self._z = self._shown_length()
+        self._grid = Grid.over((0, width), self._z, width / PIXELS_ACROSS)
+        self._colours = time_colours(float(crack.time.max(initial=0.0)))
+        self._options = options
+        self._fringes = self._look_through()
+
+    def _shown_length(self) -> tuple[float, float]:
+        """The range of z [m] round all notches and cracks, stray breaks far away left out."""
+        _, width, length = self._plate.size
+        ends = [end + side * 0.6 * width for notch in range(len(self._plate.notches))
+                for end, side in zip(self._plate.slot_range(notch), (-1, 1))]
+        if self._crack.time.size:
+            low, high = np.percentile(self._crack.corner[:, :, 2], (2, 98))
+            ends += [float(low) - 0.2 * width, float(high) + 0.2 * width]
+        ends = ends or [0.0, length]
+        return max(0.0, min(ends)), min(length, max(ends))
+
+    def _look_through(self) -> list[Fringes]:
+        frames = self._frames
+        stresses = []
+        for displacement, broken in zip(frames.displacement, frames.broken):
+            stress = element_stress(frames.nodes, frames.tetrahedra, displacement, frames.youngs_modulus,
+                                    frames.poisson_ratio)
+            stress[broken] = 0
+            stresses.append(stress)
+        return make_series(frames.nodes, frames.tetrahedra, stresses, self._grid, self._options.optics)
+
+    def rows(self, chosen: list[int]) -> Figure:
+        """Fringes above, cracks below, a column for each time."""
+        n_columns = len(chosen)
+        left, right, top, bottom, gap_x, gap_y = 0.55, 0.1, 0.85, 0.45, 0.12, 0.12
+        panel_width = min((style.PAGE_WIDTH - left - right - (n_columns - 1) * gap_x) / n_columns, 2.2)
+        panel_height = panel_width * self._proportion()
+        width = left + right + n_columns * panel_width + (n_columns - 1) * gap_x
+        width = max(width, 5.2)
+        height = top + bottom + 2 * panel_height + gap_y
+        figure = Figure(figsize=(width, height))
+        for k, frame in enumerate(chosen):
+            for row, draw in enumerate((self._draw_fringes, self._draw_cracks)):
+                axes = figure.add_axes(((left + k * (panel_width + gap_x)) / width,
+                                        1 - (top + (row + 1) * panel_height + row * gap_y) / height,
+                                        panel_width / width, panel_height / height))
+                draw(axes, frame)
+                axes.tick_params(left=k == 0, labelleft=k == 0, bottom=row == 1, labelbottom=row == 1)
+                if k == 0:
+                    axes.set_ylabel("z [mm]")
+                if row == 1:
+                    axes.set_xlabel("y [mm]")
+                else:
+                    axes.set_title(self._time_text(frame), pad=4)
+        time_bar(figure, self._colours, left, 2.0)
+        figure.text((left + 2.3) / width, 1 - 0.22 / height, f"sample {self._number}", fontweight="bold", fontsize=9)
+        figure.text((left + 3.3) / width, 1 - 0.22 / height, f"t₀ = {self._onset:.6f} s", fontsize=8)
+        return figure
+
+    def animation(self) -> Animation:
+        """Fringes and cracks side by side, frame by frame."""
+        left, bottom, gap, top = 0.55, 0.42, 0.15, 0.38
+        panel_width = (ANIMATION_WIDTH - left - gap - 0.1) / 2
+        panel_height = panel_width * self._proportion()
+        height = bottom + panel_height + top
+        images = []
+        for frame in range(self._frames.time.size):
+            figure = Figure(figsize=(ANIMATION_WIDTH, height), dpi=ANIMATION_DPI)
+            for k, draw in enumerate((self._draw_fringes, self._draw_cracks)):
+                axes = figure.add_axes(((left + k * (panel_width + gap)) / ANIMATION_WIDTH, bottom / height,
+                                        panel_width / ANIMATION_WIDTH, panel_height / height))
+                draw(axes, frame)
+                axes.tick_params(left=k == 0, labelleft=k == 0)
+                axes.set_xlabel("y [mm]")
+                if k == 0:
+                    axes.set_ylabel("z [mm]")
+            figure.text(left / ANIMATION_WIDTH, 1 - 0.25 / height, f"sample {self._number}", fontweight="bold", fontsize=9)
+            figure.text((left + 1.2) / ANIMATION_WIDTH, 1 - 0.25 / height, self._time_text(frame), fontsize=9)
+            canvas = FigureCanvasAgg(figure)
+            canvas.draw()
+            images.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[:, :, :3]))
+        images = [_to_palette(image) for image in images]
+        durations = [round(1000 * FRAME_SECONDS)] * (len(images) - 1) + [round(1000 * LAST_SECONDS)]
+        gif = io.BytesIO()
+        images[0].save(gif, "GIF", save_all=True, append_images=images[1:], duration=durations, loop=0)
+        return Animation(f"growth-{self._number:04d}", f"Fringes and cracks of sample {self._number} over time",
+                         gif.getvalue(), images[0].width)
+
+    def _proportion(self) -> float:
+        """Height of a panel over its width."""
+        return (self._z[1] - self._z[0]) / (1.08 * self._plate.size[1])
+
+    def _time_text(self, frame: int) -> str:
+        time = self._frames.time[frame] / style.MICROSECOND
+        return "t = t₀" if time == 0 else f"t = t₀ + {time:.0f} µs"
+
+    def _draw_fringes(self, axes: Axes, frame: int) -> None:
+        options = self._options
+        image = self._fringes[frame].intensity(options.light_field, options.product, options.reverse)
+        low, high = (end / style.MILLIMETRE for end in self._z)
+        self._draw_frame(axes)
+        axes.imshow(image, cmap="gray", norm=Normalize(0, 1), origin="lower", interpolation="nearest", zorder=1,
+                    extent=(0, self._plate.size[1] / style.MILLIMETRE, low, high))
+
+    def _draw_cracks(self, axes: Axes, frame: int) -> None:
+        self._draw_frame(axes)
+        draw_facets(axes, self._crack, self._colours, until=float(self._frames.time[frame]))
+
+    def _draw_frame(self, axes: Axes) -> None:
+        draw_plate(axes, self._plate, tuple(end / style.MILLIMETRE for end in self._z))

@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What can be chosen about a report."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .photoelasticity import Optics
+
+
+@dataclass(frozen=True)
+class Options:
+    samples: tuple[int, ...] = ()  # shown in detail; none: a typical one of each main pattern
+    times: tuple[float, ...] = ()  # of the pictures of these, since onset [s]; none: spread over the growth
+    optics: Optics = Optics()
+    light_field: bool = False
+    reverse: bool = False  # colours, as prints of dark pictures often are
+    product: bool = True  # of Jones matrices, or the integrated form
+    animation: bool = True
