@@ -105,7 +105,11 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
       if (failure)
         *failure +=
             fmt::format(" ({:.4g} us after the start of the phase)", 1e6 * static_cast<double>(step) * dt);
-      parallel::agree_on_error(group, failure);
+      try {
+        parallel::agree_on_error(group, failure);
+      } catch (const parallel::AgreedError& error) {
+        throw NumberRangeExceeded(error.what());
+      }
       if (options.arrest_window && step < n_steps) {
         parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &last_break, 1, MPI_INT64_T, MPI_MAX, group.get()),
                             "MPI_Allreduce");

@@ -228,7 +228,17 @@ std::string to_string(Outcome outcome) {
 
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,
                         const geometry::Subdomain& subdomain, const SampleLog& log) {
-  return SampleRun(group, parameters, subdomain, log).run();
+  try {
+    return SampleRun(group, parameters, subdomain, log).run();
+  } catch (const NumberRangeExceeded& error) {
+    if (parameters.time.precision != input::Precision::mixed) throw;
+    if (log && group.is_root()) log(fmt::format("{}; the sample is computed again in double", error.what()));
+  }
+  input::Parameters in_double = parameters;
+  in_double.time.precision = input::Precision::double_;
+  SampleResult result = SampleRun(group, in_double, subdomain, log).run();
+  result.counts.range_restarts = 1;
+  return result;
 }
 
 }  // namespace crackle::dynamics

@@ -200,6 +200,7 @@ void write_counts(hid_t file, const dynamics::SampleCounts& counts) {
   hdf5::write_scalar<std::int64_t>(id, "dynamic_phases", counts.dynamic_phases, "");
   hdf5::write_scalar<std::int64_t>(id, "steps", counts.steps, "");
   hdf5::write_scalar<std::int64_t>(id, "force_evaluations", counts.force_evaluations, "");
+  hdf5::write_scalar<std::int64_t>(id, "range_restarts", counts.range_restarts, "");
 }
 
 /// Identity, status and the sample's row. @return the group /summary

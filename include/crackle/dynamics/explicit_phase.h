@@ -10,9 +10,16 @@
 
 #include <functional>
 #include <optional>
+#include <stdexcept>
 #include <vector>
 
 namespace crackle::dynamics {
+
+/// The state of a motion outgrew its number format; the message says which quantity. Thrown on every rank.
+class NumberRangeExceeded : public std::runtime_error {
+public:
+  using std::runtime_error::runtime_error;
+};
 
 struct PhaseOptions {
   TimeGrid grid{};
@@ -37,7 +44,7 @@ struct PhaseResult {
 /// outputs. On return `state` is the last one. Collective.
 /// @param motion of the context's body, at the phase's start
 /// @param load_time time of the load programs at the phase's start [s]
-/// @throws parallel::AgreedError when the motion's state can no longer be trusted
+/// @throws NumberRangeExceeded when the motion's state can no longer be trusted
 PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
                                fracture::TulerButcher& criterion, const Splitting& splitting,
                                const EnergyAccount& account, double load_time, const PhaseOptions& options,

@@ -44,6 +44,7 @@ struct SampleCounts {
   std::int64_t dynamic_phases = 0;
   std::int64_t steps = 0;  ///< of all dynamic phases
   std::int64_t force_evaluations = 0;
+  std::int64_t range_restarts = 0;  ///< 1: the mixed numbers did not suffice, all was done again in double
 };
 
 /// Wall-clock times; differ between runs.
