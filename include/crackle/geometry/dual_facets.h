@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace crackle::geometry {
@@ -27,6 +28,8 @@ struct OrientationMoments {
 };
 
 /// Over the tetrahedra whose centroid lies in the region.
+OrientationMoments orientation_moments(const Realization& realization,
+                                       const std::function<bool(const Point& centroid)>& region);
 OrientationMoments orientation_moments(const Realization& realization, const Box& region);
 
 /// Distance of the second moment from the isotropic one, delta_ij / 3, over the size of that (Frobenius
