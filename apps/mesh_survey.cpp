@@ -54,25 +54,10 @@ std::string spread_text(const std::vector<double>& values, double unit, int digi
                      digits, q.largest / unit, digits);
 }
 
-/// The mean of the moments, each realization with the same weight.
-OrientationMoments mean_moments(const std::vector<SurveyRow>& rows) {
-  OrientationMoments mean;
-  const auto n = static_cast<double>(rows.size());
-  for (const SurveyRow& row : rows) {
-    mean.area += row.orientation.area / n;
-    for (std::size_t i = 0; i < 3; ++i)
-      for (std::size_t j = 0; j < 3; ++j) {
-        mean.second[i][j] += row.orientation.second[i][j] / n;
-        for (std::size_t k = 0; k < 3; ++k)
-          for (std::size_t l = 0; l < 3; ++l)
-            mean.fourth[i][j][k][l] += row.orientation.fourth[i][j][k][l] / n;
-      }
-  }
-  return mean;
-}
-
 void add_orientation(TextTable& table, const OrientationMoments& base, const std::vector<SurveyRow>& rows) {
-  const OrientationMoments mean = mean_moments(rows);
+  OrientationMoments mean;
+  for (const SurveyRow& row : rows)
+    geometry::add_share(mean, row.orientation, 1 / static_cast<double>(rows.size()));
   if (!(base.area > 0)) {
     table.row("orientation", "the fine zone has no inside: it is nowhere two spacings below the surface");
     return;

@@ -92,6 +92,15 @@ std::array<Point, 6> dual_facet_areas(const Point& a, const Point& b, const Poin
   return areas;
 }
 
+void add_share(OrientationMoments& moments, const OrientationMoments& other, double share) {
+  moments.area += share * other.area;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) moments.second[i][j] += share * other.second[i][j];
+  for_components([&](std::size_t i, std::size_t j, std::size_t k, std::size_t l) {
+    moments.fourth[i][j][k][l] += share * other.fourth[i][j][k][l];
+  });
+}
+
 OrientationMoments orientation_moments(const Realization& realization,
                                        const std::function<bool(const Point& centroid)>& region) {
   OrientationMoments moments;

@@ -27,6 +27,9 @@ struct OrientationMoments {
   std::array<std::array<std::array<std::array<double, 3>, 3>, 3>, 3> fourth{};  ///< mean of n_i n_j n_k n_l
 };
 
+/// Adds `share` times the other moments, for means over realizations.
+void add_share(OrientationMoments& moments, const OrientationMoments& other, double share);
+
 /// Over the tetrahedra whose centroid lies in the region.
 OrientationMoments orientation_moments(const Realization& realization,
                                        const std::function<bool(const Point& centroid)>& region);

@@ -54,8 +54,8 @@ struct MotherPoints {
   std::size_t size() const { return position.size(); }
 };
 
-/// The number of mother points that make_mother_points would place, to a few percent; cheap. Numbers over 2e7,
-/// which that refuses, are lower bounds.
+/// The number of mother points that make_mother_points would place, to a few percent; cheap. Numbers over
+/// 2e7, which that refuses, are lower bounds.
 /// @throws std::runtime_error where an edge is more than a million spacings long
 double estimate_n_points(const Body& body, const input::Mesh& mesh);
 
@@ -67,7 +67,8 @@ double estimate_n_points(const Body& body, const input::Mesh& mesh);
 /// Deterministic: depends on the body, the mesh parameters and the seed only. With `mesh.points` the points
 /// come from that file (read_points), and only points at tetrahedra that do not conform or fall below
 /// `min_quality` are moved.
-/// @throws std::runtime_error naming the reason where the body cannot be meshed with this spacing and quality,
+/// @throws std::runtime_error naming the reason where the body cannot be meshed with this spacing and
+/// quality,
 ///   or would take more than 2e7 points
 MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed);
 
