@@ -118,7 +118,7 @@ void add_displacements(TextTable& table, const std::vector<SurveyRow>& rows) {
 void add_times(TextTable& table, const input::Parameters& parameters, const std::vector<SurveyRow>& rows,
                std::size_t n_nodes, double stable_step) {
   const std::vector<double> seconds = column(rows, [](const SurveyRow& row) { return row.seconds; });
-  table.row("time per mesh", spread_text(seconds, 1, 3) + " s, all checks included");
+  table.row("time per mesh", spread_text(seconds, 1, 3) + " s of one core, all checks included");
   table.row("  plain Delaunay",
             spread_text(column(rows, [](const SurveyRow& row) { return row.delaunay_seconds; }), 1, 3) +
                 " s (CGAL, spatial sorting, the same points)");

@@ -18,7 +18,7 @@ PlainDelaunay plain_delaunay(std::span<const Point> points) {
   for (const Point& p : points) positions.emplace_back(p[0], p[1], p[2]);
 
   PlainDelaunay result;
-  const Stopwatch clock;
+  const ThreadClock clock;
   const Delaunay delaunay(positions.begin(), positions.end());
   result.seconds = clock.seconds();
 

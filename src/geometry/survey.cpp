@@ -67,7 +67,7 @@ SurveyRow Survey::measure(std::uint64_t sample, const std::function<void(const R
   row.sample = sample;
   Realization realization;
   try {
-    const Stopwatch clock;
+    const ThreadClock clock;
     realization = make_realization(body_, base_, mesh_, seed_, sample);
     row.seconds = clock.seconds();
   } catch (const std::runtime_error& error) {

@@ -12,7 +12,7 @@ namespace crackle::geometry {
 struct PlainDelaunay {
   std::vector<Point> nodes;             ///< in the order in which CGAL holds them [m]
   std::vector<Tetrahedron> tetrahedra;  ///< likewise; of the convex hull, so notches are filled
-  double seconds = 0;                   ///< of the tessellation alone, with CGAL's spatial sorting
+  double seconds = 0;  ///< of one core for the tessellation alone, with CGAL's spatial sorting
 };
 
 /// @param points pairwise different, not all in one plane

@@ -49,7 +49,7 @@ struct SurveyRow {
   OrientationMoments orientation;  ///< of the candidate facets in the fine zone
   /// By the number of movable coordinates: along edges (0), in faces (1), in the interior (2).
   std::array<DisplacementSums, 3> displacement;
-  double seconds = 0;           ///< that making and checking the realization took
+  double seconds = 0;           ///< of one core for making and checking the realization
   double delaunay_seconds = 0;  ///< of a plain CGAL tessellation of the same points
 };
 

@@ -129,4 +129,6 @@ def _draw_rim(axes: Axes) -> None:
     axes.plot([0], [0], marker="+", markersize=5, color=style.OUTLINE)
     axes.set_xlim(-1.18, 1.18)
     axes.set_ylim(-1.18, 1.18)
+    axes.set_xticks([])
+    axes.set_yticks([])
     axes.axis("off")
