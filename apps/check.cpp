@@ -70,6 +70,8 @@ int check(const parallel::Communicator& world, const std::string& file) {
   const input::Parameters parameters = read_input(world, file);
   parallel::agree(world, [&] {
     if (!world.is_root()) return;
+    if (parameters.mesh.points)
+      geometry::read_points(*parameters.mesh.points, geometry::Body(parameters.specimen));
     fmt::print("{} is valid\n\n{}\nThe mesh of sample 0 and what the ensemble takes:\n", file,
                input::echo(parameters));
     std::fflush(stdout);

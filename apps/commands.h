@@ -4,12 +4,14 @@
 #include "crackle/input/parameters.h"
 #include "crackle/parallel/communicator.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 /// The commands of the program. Each function declares its command on `app`; when the command is chosen on
 /// the command line, `run` is set to what it does. Its value is the exit status.
@@ -26,8 +28,12 @@ void add_sample_command(CLI::App& app, Action& run);
 void add_run_command(CLI::App& app, Action& run);
 void add_stats_command(CLI::App& app, Action& run);
 
-/// Reads the input file: either every rank has its parameters or all throw the same input::InputError.
-/// Collective over `world`.
-input::Parameters read_input(const parallel::Communicator& world, const std::filesystem::path& file);
+/// Declares the option --sample, the number of a sample.
+CLI::Option* add_sample_option(CLI::App& command, std::uint64_t& sample);
+
+/// Reads the input file, as input::read: either every rank has its parameters or all throw the same
+/// input::InputError. Collective over `world`.
+input::Parameters read_input(const parallel::Communicator& world, const std::filesystem::path& file,
+                             const std::filesystem::path& points = {});
 
 }  // namespace crackle::apps

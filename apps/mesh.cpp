@@ -1,24 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// crackle mesh: makes one realization and writes it with its quality table.
+// crackle mesh: makes one realization and writes it with its quality table, or surveys many.
 #include "commands.h"
-#include "crackle/dynamics/stable_step.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/dual_facets.h"
-#include "crackle/geometry/mesh_statistics.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/io/vtk_file.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/stopwatch.h"
+#include "mesh_tables.h"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <numbers>
-#include <string>
 
 namespace crackle::apps {
 
@@ -27,72 +24,26 @@ namespace {
 struct Options {
   std::filesystem::path input;
   std::uint64_t sample = 0;
+  int ranks = 1;
   std::filesystem::path output;
   std::filesystem::path dual_output;
+  std::uint64_t n_surveyed = 0;
+  std::filesystem::path survey_table;
 };
-
-class Stopwatch {
-public:
-  /// Seconds since the last call or the construction.
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double seconds = std::chrono::duration<double>(now - start_).count();
-    start_ = now;
-    return seconds;
-  }
-
-private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-struct Times {
-  double base;
-  double realization;
-};
-
-std::string table(const Options& options, const input::Parameters& parameters,
-                  const geometry::Realization& realization, const Times& times) {
-  const geometry::MeshStatistics statistics = geometry::mesh_statistics(realization);
-  std::string text;
-  const auto row = [&](const char* name, const std::string& value) {
-    text += fmt::format("{:<20} {}\n", name, value);
-  };
-  const auto spread = [](const geometry::Quantiles& q, double unit, int digits) {
-    return fmt::format("min {:.{}f}, 1 % {:.{}f}, median {:.{}f}, max {:.{}f}", q.smallest / unit, digits,
-                       q.one_percent / unit, digits, q.median / unit, digits, q.largest / unit, digits);
-  };
-  const double degree = std::numbers::pi / 180;
-  row("sample", fmt::format("{} of seed {}", options.sample, parameters.ensemble.seed));
-  row("nodes", fmt::format("{}", realization.nodes.size()));
-  row("tetrahedra", fmt::format("{}", realization.tetrahedra.size()));
-  row("edges", fmt::format("{}", statistics.n_edges));
-  row("boundary triangles", fmt::format("{}", realization.boundary.size()));
-  row("edge length", spread(statistics.edge_length, 1e-3, 3) + " mm");
-  row("quality", spread(statistics.quality, 1, 4));
-  row("dihedral angles", fmt::format("{:.1f} to {:.1f} degrees", statistics.smallest_angle / degree,
-                                     statistics.largest_angle / degree));
-  row("stable step", fmt::format("{:.4g} ns", dynamics::stable_step(parameters, realization) / 1e-9));
-  row("redrawn points", fmt::format("{} ({:.2f} %) in {} rounds", realization.report.redrawn_points,
-                                    100 * static_cast<double>(realization.report.redrawn_points) /
-                                        static_cast<double>(realization.nodes.size()),
-                                    realization.report.rounds));
-  row("time", fmt::format("{:.2f} s for the realization, {:.2f} s for the base points", times.realization,
-                          times.base));
-  return text;
-}
 
 /// Makes the realization, prints its table and writes the files.
 void make_mesh(const input::Parameters& parameters, const Options& options) {
-  Stopwatch stopwatch;
-  Times times{};
+  MeshTimes times{};
+  const Stopwatch base_clock;
   const geometry::Body body(parameters.specimen);
   const geometry::MotherPoints base =
       geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed);
-  times.base = stopwatch.lap();
+  times.base = base_clock.seconds();
+  const Stopwatch clock;
   const geometry::Realization realization =
       geometry::make_realization(body, base, parameters.mesh, parameters.ensemble.seed, options.sample);
-  times.realization = stopwatch.lap();
-  fmt::print("{}", table(options, parameters, realization, times));
+  times.realization = clock.seconds();
+  fmt::print("{}", mesh_table(parameters, options.sample, base, realization, times, options.ranks));
   io::write_vtk_mesh(options.output, realization);
   fmt::print("{:<20} {}\n", "written", options.output.string());
   if (options.dual_output.empty()) return;
@@ -102,10 +53,15 @@ void make_mesh(const input::Parameters& parameters, const Options& options) {
 
 int run_mesh(const parallel::Communicator& world, const Options& options) {
   const input::Parameters parameters = read_input(world, options.input);
-  parallel::agree(world, [&] {
-    if (world.is_root()) make_mesh(parameters, options);
+  int status = success;
+  parallel::agree_on_root(world, [&] {
+    if (options.n_surveyed == 0) {
+      make_mesh(parameters, options);
+    } else if (!survey_meshes(parameters, options.n_surveyed, options.survey_table)) {
+      status = some_samples_failed;
+    }
   });
-  return success;
+  return status;
 }
 
 }  // namespace
@@ -113,18 +69,30 @@ int run_mesh(const parallel::Communicator& world, const Options& options) {
 void add_mesh_command(CLI::App& app, Action& run) {
   const auto options = std::make_shared<Options>();
   CLI::App* const command = app.add_subcommand(
-      "mesh", "Make one realization; write it as a VTKHDF file and print its quality table");
+      "mesh", "Make one realization; write it as a VTKHDF file and print its quality table. Or survey many");
   command->add_option("input", options->input, "input file (TOML)")->required();
-  command->add_option("--sample", options->sample, "number of the realization")
-      ->check([](const std::string& text) {
-        return text.starts_with('-') ? std::string("a sample number is 0 or more") : std::string();
-      })
-      ->capture_default_str();
-  command->add_option("-o,--output", options->output, "file to write; an existing one is replaced")
-      ->required();
-  command->add_option("--dual-facets", options->dual_output,
-                      "also write the candidate crack facets, as quadrilaterals, to this file");
-  command->callback([options, &run] {
+  CLI::Option* const sample = add_sample_option(*command, options->sample)->capture_default_str();
+  CLI::Option* const ranks =
+      command->add_option("--ranks", options->ranks, "ranks to partition the realization for, in the table")
+          ->check(CLI::Range(1, 100000))
+          ->capture_default_str();
+  CLI::Option* const output =
+      command->add_option("-o,--output", options->output, "file to write; an existing one is replaced");
+  CLI::Option* const dual_output =
+      command->add_option("--dual-facets", options->dual_output,
+                          "also write the candidate crack facets, as quadrilaterals, to this file");
+  CLI::Option* const survey =
+      command
+          ->add_option("--survey", options->n_surveyed,
+                       "make this many realizations, from number 0 on, and print their common statistics: "
+                       "conformity, quality, bias, time; writes no mesh")
+          ->check(CLI::Range(1, 1000000))
+          ->excludes(sample, ranks, output, dual_output);
+  command->add_option("--table", options->survey_table, "with --survey: one line for each, as CSV")
+      ->needs(survey);
+  command->footer("Exit status: 0 done; 1 usage or input error; 2 some surveyed realizations failed.");
+  command->callback([options, output, survey, &run] {
+    if (output->count() + survey->count() == 0) throw CLI::RequiredError("--output or --survey");
     run = [options](const parallel::Communicator& world) { return run_mesh(world, *options); };
   });
 }

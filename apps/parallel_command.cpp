@@ -25,10 +25,10 @@ int columns(int descriptor) {
 
 }  // namespace
 
-int terminal_width() {
-  if (isatty(STDOUT_FILENO) == 0) return 0;
-  if (const int width = columns(STDOUT_FILENO); width > 0) return width;
-  const std::string launcher_output = fmt::format("/proc/{}/fd/{}", getppid(), STDOUT_FILENO);
+int terminal_width(int stream) {
+  if (isatty(stream) == 0) return 0;
+  if (const int width = columns(stream); width > 0) return width;
+  const std::string launcher_output = fmt::format("/proc/{}/fd/{}", getppid(), stream);
   const int descriptor = open(launcher_output.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);
   if (descriptor < 0) return 0;
   const int width = columns(descriptor);

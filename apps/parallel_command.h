@@ -8,9 +8,9 @@
 /// What the commands that run on many ranks share.
 namespace crackle::apps {
 
-/// Columns of the terminal that shows standard output, 0 when it goes somewhere else. Looks through the
-/// pseudo-terminal that mpirun puts between itself and its processes.
-int terminal_width();
+/// Columns of the terminal that shows an output stream (STDOUT_FILENO or STDERR_FILENO), 0 when it goes
+/// somewhere else. Looks through the pseudo-terminal that mpirun puts between itself and its processes.
+int terminal_width(int stream);
 
 /// Runs `work`. An AgreedError passes; any other failure, of which the other ranks do not know, ends the
 /// whole program with the status stopped_resumable, because they would wait for ever.

@@ -9,9 +9,10 @@
 
 namespace crackle::apps {
 
-input::Parameters read_input(const parallel::Communicator& world, const std::filesystem::path& file) {
+input::Parameters read_input(const parallel::Communicator& world, const std::filesystem::path& file,
+                             const std::filesystem::path& points) {
   try {
-    return parallel::agree(world, [&] { return input::read(file); });
+    return parallel::agree(world, [&] { return input::read(file, points); });
   } catch (const parallel::AgreedError& error) {
     std::vector<std::string> messages;
     std::istringstream lines(error.what());

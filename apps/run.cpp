@@ -4,6 +4,7 @@
 #include "crackle/ensemble/ensemble_run.h"
 #include "parallel_command.h"
 
+#include <unistd.h>
 #include <CLI/CLI.hpp>
 
 #include <iostream>
@@ -25,7 +26,7 @@ int run_command(const parallel::Communicator& world, const input::Parameters& pa
       .folder = arguments.folder,
       .resume = arguments.resume,
       .log = &std::cout,
-      .terminal_width = terminal_width(),
+      .terminal_width = terminal_width(STDOUT_FILENO),
   };
   const ensemble::RunOutcome outcome = ensemble::run_ensemble(
       world, parameters, options,

@@ -46,9 +46,7 @@ void add_sample_command(CLI::App& app, Action& run) {
   auto arguments = std::make_shared<Arguments>();
   auto* command = app.add_subcommand("sample", "Run one sample on all ranks as one group");
   command->add_option("input", arguments->input, "input file (TOML)")->required();
-  command->add_option("--sample", arguments->sample, "number of the sample, from 0")
-      ->required()
-      ->check(CLI::NonNegativeNumber);
+  add_sample_option(*command, arguments->sample)->required();
   command->add_option("-o,--output", arguments->folder, "folder for the results")->required();
   command->footer("Exit status: 0 done; 1 usage or input error, nothing was written; 2 the sample failed.");
   command->callback([arguments, &run] {

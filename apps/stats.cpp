@@ -2,6 +2,8 @@
 // crackle stats: the statistics of an ensemble, anew from its sample files.
 #include "commands.h"
 #include "crackle/analysis/statistics.h"
+#include "crackle/ensemble/base_points.h"
+#include "crackle/ensemble/sample_plan.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/ensemble_file.h"
 #include "crackle/io/sample_file.h"
@@ -27,16 +29,19 @@ namespace fs = std::filesystem;
 input::Parameters input_of(const parallel::Communicator& world, const fs::path& folder) {
   const fs::path copy = folder / "input.toml";
   const fs::path results = folder / "ensemble.h5";
+  // The folder holds the points too, since the input names them relative to where it was.
+  const fs::path points =
+      fs::exists(ensemble::points_copy(folder)) ? ensemble::points_copy(folder) : fs::path();
   int has_copy = fs::exists(copy) ? 1 : 0;
   parallel::check_mpi(MPI_Bcast(&has_copy, 1, MPI_INT, 0, world.get()), "MPI_Bcast");
-  if (has_copy != 0) return read_input(world, copy);
+  if (has_copy != 0) return read_input(world, copy, points);
   return parallel::agree(world, [&] {
     if (!fs::exists(results)) {
       throw std::runtime_error(
           fmt::format("'{}' is not the folder of an ensemble: it holds neither input.toml nor ensemble.h5",
                       folder.string()));
     }
-    return input::parse(io::read_ensemble(results).input_text, results);
+    return input::parse(io::read_ensemble(results).input_text, results, points);
   });
 }
 
@@ -63,7 +68,9 @@ int update_statistics(const parallel::Communicator& world, const fs::path& folde
     fmt::print("{}", analysis::to_text(statistics, samples, parameters.sections.y));
     std::fflush(stdout);
   }
-  io::write_ensemble(world, folder / "ensemble.h5", parameters, block, statistics);
+  geometry::MotherPoints base;
+  parallel::agree_on_root(world, [&] { base = ensemble::base_points(folder, parameters); });
+  io::write_ensemble(world, folder / "ensemble.h5", parameters, block, statistics, base);
   return success;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <time.h>
+
 #include <chrono>
 
 namespace crackle {
@@ -14,6 +16,20 @@ public:
 
 private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Time that this thread has computed since it was made, whatever else the machine does.
+class ThreadClock {
+public:
+  double seconds() const { return now() - start_; }
+
+private:
+  static double now() {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  }
+  double start_ = now();
 };
 
 }  // namespace crackle

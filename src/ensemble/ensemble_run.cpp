@@ -2,6 +2,7 @@
 #include "crackle/ensemble/ensemble_run.h"
 
 #include "crackle/analysis/statistics.h"
+#include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/hand_out.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/run_log.h"
@@ -49,10 +50,10 @@ void prepare_run(const input::Parameters& parameters, const geometry::Body& body
   ledger.plan = make_plan(options.folder, parameters, options.resume, summary_reader(parameters));
   say(describe(layout));
   const auto& plan = ledger.plan;
-  if (!plan.to_do.empty()) {
-    ledger.base = geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed);
-    say(fmt::format("base mesh: {} mother points", ledger.base.size()));
-  }
+  ledger.base = plan.to_do.empty()
+                    ? base_points(options.folder, parameters)
+                    : geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed);
+  say(fmt::format("base mesh: {} mother points", ledger.base.size()));
   for (const auto& line : prepare_folder(options.folder, parameters, plan)) say(line);
   ledger.progress.emplace(plan.to_do.size(), layout.n_groups, parameters);
   for (const auto& kept : plan.kept) ledger.progress->kept(kept.sample, kept.summary);
@@ -132,15 +133,14 @@ void remove_surplus_files(const analysis::Statistics& statistics, const std::fil
 /// ensemble.h5 and what it says. Collective.
 /// @return all rows and their statistics, on every rank
 Results write_results(const parallel::Communicator& world, const input::Parameters& parameters,
-                      const std::filesystem::path& folder,
-                      const std::map<std::uint64_t, SampleSummary>& unstored) {
+                      const std::filesystem::path& folder, const Ledger& ledger) {
   auto block = parallel::agree(world, [&] { return read_block(world, parameters, folder); });
-  complete_block(world, unstored, block);
+  complete_block(world, ledger.unstored, block);
   auto rows = analysis::all_gather(world, block.rows);
   const auto statistics = parallel::agree(world, [&] { return analysis::make_statistics(rows, parameters); });
   analysis::leave_out_surplus(statistics, 0, rows);
   analysis::leave_out_surplus(statistics, block.first, block.rows);
-  io::write_ensemble(world, folder / "ensemble.h5", parameters, block, statistics);
+  io::write_ensemble(world, folder / "ensemble.h5", parameters, block, statistics, ledger.base);
   if (world.is_root()) remove_surplus_files(statistics, folder);
   return {std::move(rows), statistics};
 }
@@ -214,7 +214,7 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   RunOutcome outcome;
   Results results;
   try {
-    results = write_results(world, parameters, options.folder, ledger.unstored);
+    results = write_results(world, parameters, options.folder, ledger);
     for (int i = 0; i < results.statistics.n_needed; ++i) {
       count(results.rows[static_cast<std::size_t>(i)].status, outcome);
     }

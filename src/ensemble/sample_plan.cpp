@@ -2,10 +2,10 @@
 #include "crackle/ensemble/sample_plan.h"
 
 #include "crackle/io/sample_file.h"
+#include "crackle/io/text_file.h"
 
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -35,22 +35,21 @@ bool holds_ensemble(const fs::path& folder) {
          holds_anything(sample_folder(folder));
 }
 
+/// @throws std::runtime_error with the first line in which `ours` differs from the folder's `theirs`
+void check_same_text(const fs::path& folder, const fs::path& theirs, const std::string& their_text,
+                     const std::string& our_text) {
+  if (const auto difference = first_difference(their_text, our_text)) {
+    throw std::runtime_error(fmt::format(
+        "{} holds an ensemble of another input: compared with {}, {}; use that input, or another folder",
+        folder.string(), theirs.string(), *difference));
+  }
+}
+
 std::string read_text(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(stream), {}};
   if (!stream.good() && !stream.eof()) throw std::runtime_error(file.string() + ": cannot be read");
   return text;
-}
-
-/// Written under another name and renamed, so that the file is never there in part.
-void write_text(const fs::path& file, const std::string& text) {
-  const fs::path part = file.string() + ".part";
-  {
-    std::ofstream stream(part, std::ios::binary | std::ios::trunc);
-    stream << text << std::flush;
-    if (!stream) throw std::runtime_error(part.string() + ": cannot be written");
-  }
-  fs::rename(part, file);
 }
 
 fs::path free_name(const fs::path& file) {
@@ -79,14 +78,17 @@ std::optional<std::string> first_difference(const std::string& expected, const s
   }
 }
 
+fs::path points_copy(const fs::path& folder) {
+  return folder / "points.txt";
+}
+
 void check_same_input(const fs::path& folder, const input::Parameters& parameters) {
   const fs::path file = input_copy(folder);
   if (!fs::exists(file)) return;
-  if (const auto difference = first_difference(read_text(file), parameters.text)) {
-    throw std::runtime_error(fmt::format(
-        "{} holds an ensemble of another input: compared with {}, {}; use that input, or another folder",
-        folder.string(), file.string(), *difference));
-  }
+  check_same_text(folder, file, read_text(file), parameters.text);
+  const fs::path points = points_copy(folder);
+  if (!parameters.mesh.points || !fs::exists(points)) return;
+  check_same_text(folder, points, read_text(points), read_text(*parameters.mesh.points));
 }
 
 SummaryReader summary_reader(const input::Parameters& parameters) {
@@ -146,7 +148,8 @@ std::vector<std::string> prepare_folder(const fs::path& folder, const input::Par
     lines.push_back(fmt::format("{} is set aside as {} and computed again: {}", invalid.file.string(),
                                 name.filename().string(), invalid.reason));
   }
-  write_text(input_copy(folder), parameters.text);
+  if (parameters.mesh.points) io::write_text_file(points_copy(folder), read_text(*parameters.mesh.points));
+  io::write_text_file(input_copy(folder), parameters.text);
   return lines;
 }
 

@@ -165,14 +165,19 @@ double expected_points(const SpacingField& spacing, const Box& region,
   const double density = flat ? surface_density : interior_density;
   double sum = 0;
   subdivide(spacing, region, [&](const Box& cell) {
-    // The midpoints of 4 x 4 x 4 parts of the cell; those of a flat one coincide.
+    // The midpoints of 4 x 4 x 4 parts of the cell, or of 4 x 4 of a flat one.
     double mean = 0;
-    for (unsigned part = 0; part < 64; ++part) {
-      Point p{};
-      for (unsigned i = 0; i < 3; ++i)
-        p[i] = cell.lower[i] + (0.125 + 0.25 * ((part >> (2 * i)) & 3u)) * (cell.upper[i] - cell.lower[i]);
+    const unsigned n_parts = flat ? 16 : 64;
+    for (unsigned part = 0; part < n_parts; ++part) {
+      Point p = cell.lower;
+      unsigned rest = part;
+      for (unsigned i = 0; i < 3; ++i) {
+        if (cell.upper[i] == cell.lower[i]) continue;
+        p[i] += (0.125 + 0.25 * (rest & 3u)) * (cell.upper[i] - cell.lower[i]);
+        rest >>= 2;
+      }
       const double local = spacing(p);
-      if (accepts(p, local)) mean += 1 / (64 * power(local, flat));
+      if (accepts(p, local)) mean += 1 / (n_parts * power(local, flat));
     }
     sum += density * measure(cell) * mean;
     return sum <= limit;

@@ -92,10 +92,20 @@ std::array<Point, 6> dual_facet_areas(const Point& a, const Point& b, const Poin
   return areas;
 }
 
-OrientationMoments orientation_moments(const Realization& realization, const Box& region) {
+void add_share(OrientationMoments& moments, const OrientationMoments& other, double share) {
+  moments.area += share * other.area;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) moments.second[i][j] += share * other.second[i][j];
+  for_components([&](std::size_t i, std::size_t j, std::size_t k, std::size_t l) {
+    moments.fourth[i][j][k][l] += share * other.fourth[i][j][k][l];
+  });
+}
+
+OrientationMoments orientation_moments(const Realization& realization,
+                                       const std::function<bool(const Point& centroid)>& region) {
   OrientationMoments moments;
   for (const Tetrahedron& t : realization.tetrahedra) {
-    if (!region.contains(centroid(realization.nodes, t))) continue;
+    if (!region(centroid(realization.nodes, t))) continue;
     const auto areas = dual_facet_areas(realization.nodes[index(t[0])], realization.nodes[index(t[1])],
                                         realization.nodes[index(t[2])], realization.nodes[index(t[3])]);
     for (const Point& s : areas) {
@@ -116,6 +126,10 @@ OrientationMoments orientation_moments(const Realization& realization, const Box
     moments.fourth[i][j][k][l] /= moments.area;
   });
   return moments;
+}
+
+OrientationMoments orientation_moments(const Realization& realization, const Box& region) {
+  return orientation_moments(realization, [&](const Point& p) { return region.contains(p); });
 }
 
 double second_order_bias(const OrientationMoments& moments) {

@@ -10,15 +10,11 @@
 
 namespace crackle::geometry {
 
-namespace {
-
-Quantiles quantiles(std::vector<double>& values) {
+Quantiles quantiles(std::vector<double> values) {
   if (values.empty()) return {};
   std::sort(values.begin(), values.end());
   return {values.front(), values[values.size() / 100], values[values.size() / 2], values.back()};
 }
-
-}  // namespace
 
 MeshStatistics mesh_statistics(const Realization& realization) {
   MeshStatistics statistics;
@@ -47,8 +43,8 @@ MeshStatistics mesh_statistics(const Realization& realization) {
     length.push_back(norm(difference(realization.nodes[static_cast<std::size_t>(a)],
                                      realization.nodes[static_cast<std::size_t>(b)])));
   statistics.n_edges = static_cast<std::int64_t>(edges.size());
-  statistics.edge_length = quantiles(length);
-  statistics.quality = quantiles(quality);
+  statistics.edge_length = quantiles(std::move(length));
+  statistics.quality = quantiles(std::move(quality));
   return statistics;
 }
 

@@ -37,6 +37,7 @@ constexpr double improving_radius = 0.25;  ///< in local spacings
 constexpr double quality_goal = 0.5;       ///< of the base, so that few disturbed tetrahedra are bad
 constexpr int max_additions = 10;          ///< times that points may be added on walls
 constexpr double max_points = 2e7;
+constexpr double max_edge_length = 1e6;  ///< in spacings
 
 enum Stream : std::uint64_t { on_edges, on_surfaces, in_interior, improving, choosing };
 
@@ -57,10 +58,16 @@ struct Collection {
 };
 
 /// Number of spacings from the start of an edge to each of many equally distant positions on it.
+/// @throws std::runtime_error where these would be too many
 std::vector<double> n_edge_spacings(const SpacingField& spacing, const Edge& edge) {
   const auto axis = static_cast<std::size_t>(edge.axis);
   const double length = edge.to[axis] - edge.from[axis];
   const double finest = spacing.lower_bound({edge.from, edge.to});
+  if (length / finest > max_edge_length)
+    throw std::runtime_error(fmt::format(
+        "mesh: an edge of {:g} mm is more than {:.0e} times as long as the finest spacing on it: {}; "
+        "use coarser spacings, or leave out what is finer",
+        length * 1e3, max_edge_length, spacing.range_text()));
   const auto n_steps = static_cast<std::size_t>(std::ceil(20 * length / finest));
   std::vector<double> count(n_steps + 1, 0);
   for (std::size_t i = 0; i < n_steps; ++i) {
@@ -184,22 +191,35 @@ void generate(Collection& collection, const parallel::RandomStream& stream) {
   relax(collection);
 }
 
+/// A number that is surely needed, in the interior or on one surface, from the coarsest spacing there: tells
+/// quickly what is far too much.
+double least_n_points(const Body& body, const SpacingField& spacing) {
+  const double coarsest = spacing.upper_bound({{0, 0, 0}, body.size()});
+  double n = interior_density * body.volume() / (coarsest * coarsest * coarsest);
+  for (const Surface& surface : body.surfaces()) {
+    const double local = spacing.upper_bound(surface.extent);
+    n = std::max(n, surface_density * surface.area / (local * local));
+  }
+  return n;
+}
+
 }  // namespace
 
 double estimate_n_points(const Body& body, const input::Mesh& mesh) {
   const SpacingField spacing(body, mesh);
+  if (const double least = least_n_points(body, spacing); least > max_points) return least;
   double sum = static_cast<double>(body.corners().size());
   for (const Edge& edge : body.edges()) sum += n_edge_spacings(spacing, edge).back();
   for (std::size_t id = 0; id < body.surfaces().size(); ++id) {
     const auto accepts = [&](const Point& p, double local) {
       return distance_to_outline(body, static_cast<SurfaceId>(id), p) >= outline_margin * local;
     };
-    sum += expected_points(spacing, body.surfaces()[id].extent, accepts, max_points);
+    sum += expected_points(spacing, body.surfaces()[id].extent, accepts, max_points - sum);
   }
   const auto accepts = [&](const Point& p, double local) {
     return body.contains(p) && body.distance_to_surface(p) >= surface_margin * local;
   };
-  return sum + expected_points(spacing, {{0, 0, 0}, body.size()}, accepts, max_points);
+  return sum + expected_points(spacing, {{0, 0, 0}, body.size()}, accepts, max_points - sum);
 }
 
 MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed) {
@@ -211,7 +231,9 @@ MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::
   } else {
     if (estimate_n_points(body, mesh) > max_points)
       throw std::runtime_error(
-          fmt::format("mesh: this spacing needs more than {:.0f} nodes; use a coarser one", max_points));
+          fmt::format("mesh: more than {:.0e} mother points would be needed: {}; use coarser spacings, or "
+                      "leave out what is finer",
+                      max_points, spacing.range_text()));
     generate(collection, stream);
   }
   const double goal = mesh.points ? mesh.min_quality : std::max(quality_goal, mesh.min_quality);

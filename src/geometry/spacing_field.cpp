@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/mother_points.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
 
 namespace crackle::geometry {
 
@@ -27,21 +32,26 @@ Box between(const Box& a, const Box& b) {
 SpacingField::SpacingField(const Body& body, const input::Mesh& mesh) {
   far_ = std::min(mesh.spacing, *std::min_element(body.size().begin(), body.size().end()));
   const double growth = std::max(mesh.growth, shape_growth);
-  const auto add = [&](const Box& region, double spacing, double rate) {
-    if (spacing < far_) sources_.push_back({region, spacing, rate});
+  const auto add = [&](const Box& region, double spacing, double rate, std::string reason) {
+    if (spacing < far_) sources_.push_back({region, spacing, rate, std::move(reason)});
   };
   for (int i = 0; i < body.n_notches(); ++i) {
     const Box& slot = body.slot(i);
-    add(body.surfaces()[static_cast<std::size_t>(8 + 3 * i)].extent, mesh.notch_spacing, mesh.growth);
-    add(slot, std::min(body.notch(i).height, body.notch(i).depth), growth);
+    add(body.surfaces()[static_cast<std::size_t>(8 + 3 * i)].extent, mesh.notch_spacing, mesh.growth,
+        fmt::format("notch_spacing at notch {}", i + 1));
+    const bool shallow = body.notch(i).depth < body.notch(i).height;
+    add(slot, std::min(body.notch(i).height, body.notch(i).depth), growth,
+        fmt::format("the {} of notch {}", shallow ? "depth" : "height", i + 1));
     for (int j = 0; j < i; ++j) {
       const double gap = distance(slot, body.slot(j));
-      add(between(slot, body.slot(j)), gap, growth);
+      add(between(slot, body.slot(j)), gap, growth,
+          fmt::format("the distance of notches {} and {}", j + 1, i + 1));
     }
     for (std::size_t id = 2; id < 6; ++id) {
       const Box& face = body.surfaces()[id].extent;
       const double gap = distance(slot, face);
-      if (gap > 0) add(between(slot, face), gap, growth);
+      if (gap > 0)
+        add(between(slot, face), gap, growth, fmt::format("the distance of notch {} from a face", i + 1));
     }
   }
 }
@@ -60,10 +70,33 @@ double SpacingField::lower_bound(const Box& region) const {
   return spacing;
 }
 
+double SpacingField::upper_bound(const Box& region) const {
+  double spacing = far_;
+  for (const Source& source : sources_) {
+    // The distance of the corner that is farthest from the source.
+    double sum = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double gap =
+          std::max({source.region.lower[i] - region.lower[i], region.upper[i] - source.region.upper[i], 0.0});
+      sum += gap * gap;
+    }
+    spacing = std::min(spacing, source.spacing + source.growth * std::sqrt(sum));
+  }
+  return spacing;
+}
+
 double SpacingField::largest_growth() const {
   double growth = 0;
   for (const Source& source : sources_) growth = std::max(growth, source.growth);
   return growth;
+}
+
+std::string SpacingField::range_text() const {
+  const auto finest = std::min_element(sources_.begin(), sources_.end(),
+                                       [](const auto& a, const auto& b) { return a.spacing < b.spacing; });
+  if (finest == sources_.end()) return fmt::format("the spacing is {:.3g} mm", far_ * 1e3);
+  return fmt::format("the spacing is {:.3g} mm at its finest ({}) and {:.3g} mm at its coarsest",
+                     finest->spacing * 1e3, finest->reason, far_ * 1e3);
 }
 
 }  // namespace crackle::geometry

@@ -142,7 +142,8 @@ std::string read_text_file(const std::filesystem::path& file) {
 InputError::InputError(std::vector<std::string> messages)
     : std::runtime_error(joined(messages)), messages_(std::move(messages)) {}
 
-Parameters parse(const std::string& text, const std::filesystem::path& name) {
+Parameters parse(const std::string& text, const std::filesystem::path& name,
+                 const std::filesystem::path& points) {
   Findings findings;
   Parameters parameters;
   try {
@@ -151,7 +152,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name) {
       throw SyntaxError(1, "there are no keys in the file; give an input file in TOML");
     }
     const UnitSystem units;
-    Context context{units, findings, name.parent_path()};
+    Context context{units, findings, name.parent_path(), points};
     locate(root, "", findings);
     report_unknown_keys(root, findings);
     for (const Table& table : schema()) read_tables(table, root, parameters, context);
@@ -166,8 +167,8 @@ Parameters parse(const std::string& text, const std::filesystem::path& name) {
   return parameters;
 }
 
-Parameters read(const std::filesystem::path& file) {
-  return parse(read_text_file(file), file);
+Parameters read(const std::filesystem::path& file, const std::filesystem::path& points) {
+  return parse(read_text_file(file), file, points);
 }
 
 }  // namespace crackle::input

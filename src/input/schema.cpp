@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "schema.h"
 
+#include "content_digest.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -65,7 +67,8 @@ Key points_key() {
           [](const Source& source, Parameters& parameters, std::size_t) {
             const auto name = read_text(source, "the name of a file with points");
             if (!name) return;
-            const std::filesystem::path file = source.context.folder / *name;
+            const std::filesystem::path& given = source.context.points;
+            const std::filesystem::path file = given.empty() ? source.context.folder / *name : given;
             std::error_code error;
             if (!std::filesystem::is_regular_file(file, error)) {
               source.report(
@@ -74,7 +77,14 @@ Key points_key() {
                               shortened(file.string(), 200)));
               return;
             }
+            const auto digest = content_digest(file);
+            if (!digest) {
+              source.report(fmt::format("the file \"{}\" cannot be read; give the name of a readable file",
+                                        shortened(file.string(), 200)));
+              return;
+            }
             parameters.mesh.points = file;
+            parameters.mesh.points_digest = *digest;
           },
           [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
             if (!parameters.mesh.points) return {};

@@ -20,6 +20,7 @@ struct Context {
   const UnitSystem& units;
   Findings& findings;
   std::filesystem::path folder;  ///< that relative file names start from
+  std::filesystem::path points;  ///< in place of the file of mesh.points; empty: that file itself
 };
 
 /// A value under the name that messages give it.

@@ -157,9 +157,20 @@ void write_statistics(hid_t file, const analysis::Statistics& statistics, const 
                               "1");
 }
 
+void write_mother_points(hid_t file, const geometry::MotherPoints& base) {
+  const hdf5::Handle group = hdf5::create_group(file, "mother_points");
+  std::vector<double> position;
+  position.reserve(3 * base.size());
+  for (const geometry::Point& p : base.position) position.insert(position.end(), p.begin(), p.end());
+  hdf5::write_dataset<double>(group.get(), "position", {base.size(), 3}, position, "m");
+  hdf5::write_dataset<double>(group.get(), "spacing", {base.size()}, base.spacing, "m");
+  hdf5::write_dataset<std::uint8_t>(group.get(), "movable", {base.size()}, base.movable, "");
+}
+
 /// The whole file, with all samples pending except for their error texts.
 std::vector<std::byte> lay_out(const input::Parameters& parameters, const std::vector<std::string>& errors,
-                               const analysis::Statistics& statistics, int n_ranks) {
+                               const analysis::Statistics& statistics, const geometry::MotherPoints& base,
+                               int n_ranks) {
   const hdf5::QuietErrors quiet;
   const EnsembleShape shape = shape_of(parameters);
   const SampleSummary pending = analysis::empty_summary(
@@ -185,6 +196,7 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const std::v
                                units);
   });
   write_statistics(file.get(), statistics, shape);
+  write_mother_points(file.get(), base);
   write_provenance(file.get(), n_ranks);
   return file.finish();
 }
@@ -265,7 +277,7 @@ void write_blocks(const parallel::Communicator& world, const std::filesystem::pa
 
 void write_ensemble(const parallel::Communicator& world, const std::filesystem::path& file,
                     const input::Parameters& parameters, const EnsembleBlock& block,
-                    const analysis::Statistics& statistics) {
+                    const analysis::Statistics& statistics, const geometry::MotherPoints& base) {
   const EnsembleShape shape = shape_of(parameters);
   try {
     parallel::agree(world, [&] { check_block(block, shape); });
@@ -275,7 +287,7 @@ void write_ensemble(const parallel::Communicator& world, const std::filesystem::
     parallel::agree(world, [&] {
       if (!world.is_root()) return;
       partial.emplace(file);
-      partial->write(lay_out(parameters, errors, statistics, world.size()));
+      partial->write(lay_out(parameters, errors, statistics, base, world.size()));
     });
     write_blocks(world, PartialFile::partial_name(file), block);
     parallel::agree(world, [&] {

@@ -74,14 +74,37 @@ analysis::Statistics read_statistics(hid_t file, const Shape& shape) {
   return statistics;
 }
 
-}  // namespace
+geometry::MotherPoints read_mother_points(hid_t file) {
+  const hdf5::Handle group = hdf5::open_group(file, "mother_points");
+  const hid_t id = group.get();
+  const Shape shape = hdf5::read_shape(id, "spacing");
+  if (shape.size() != 1) throw hdf5::Error("dataset mother_points/spacing: not one value for each point");
+  geometry::MotherPoints base;
+  const auto position = hdf5::read_dataset<double>(id, "position", {shape[0], 3});
+  base.position.resize(shape[0]);
+  for (std::size_t i = 0; i < position.size(); ++i) base.position[i / 3][i % 3] = position[i];
+  base.spacing = hdf5::read_dataset<double>(id, "spacing", shape);
+  base.movable = hdf5::read_dataset<std::uint8_t>(id, "movable", shape);
+  return base;
+}
 
-EnsembleContent read_ensemble(const std::filesystem::path& file) {
+/// `read` of an open ensemble file. @throws std::runtime_error naming the file
+template <class Read>
+auto read_file(const std::filesystem::path& file, Read&& read) {
   try {
     const hdf5::QuietErrors quiet;
     const hdf5::Handle root = hdf5::open_for_reading(file);
-    const hid_t id = root.get();
-    check_identity(id, "crackle ensemble", ensemble_schema_version);
+    check_identity(root.get(), "crackle ensemble", ensemble_schema_version);
+    return read(root.get());
+  } catch (const std::exception& error) {
+    throw std::runtime_error("cannot use '" + file.string() + "': " + error.what());
+  }
+}
+
+}  // namespace
+
+EnsembleContent read_ensemble(const std::filesystem::path& file) {
+  return read_file(file, [](hid_t id) {
     const Shape shape = hdf5::read_shape(id, "crack_path/z");
     if (shape.size() != 3) throw hdf5::Error("dataset crack_path/z: not samples x notches x sections");
     EnsembleContent content;
@@ -92,10 +115,17 @@ EnsembleContent read_ensemble(const std::filesystem::path& file) {
     content.statistics.n_done = static_cast<int>(std::count_if(
         content.samples.begin(), content.samples.end(),
         [](const SampleSummary& sample) { return sample.status == analysis::SampleStatus::done; }));
+    content.base = read_mother_points(id);
     return content;
-  } catch (const std::exception& error) {
-    throw std::runtime_error("cannot use '" + file.string() + "': " + error.what());
-  }
+  });
+}
+
+geometry::MotherPoints read_mother_points(const std::filesystem::path& file,
+                                          const input::Parameters& parameters) {
+  return read_file(file, [&](hid_t id) {
+    check_input(id, parameters);
+    return read_mother_points(id);
+  });
 }
 
 }  // namespace crackle::io

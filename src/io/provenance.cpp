@@ -30,6 +30,7 @@ void write_identity(hid_t file, const std::string& kind, std::int64_t schema_ver
   hdf5::write_attribute(file, "library_versions", library_versions());
   hdf5::write_attribute(file, "seed", parameters.ensemble.seed);
   hdf5::write_attribute(file, "input", parameters.text);
+  hdf5::write_attribute(file, "points", parameters.mesh.points_digest);
 }
 
 void check_identity(hid_t file, const std::string& kind, std::int64_t schema_version) {
@@ -39,6 +40,18 @@ void check_identity(hid_t file, const std::string& kind, std::int64_t schema_ver
   const std::int64_t found = hdf5::read_integer_attribute(file, "schema_version");
   if (found != schema_version) {
     throw hdf5::Error(fmt::format("schema version {}; this program reads version {}", found, schema_version));
+  }
+}
+
+void check_input(hid_t file, const input::Parameters& parameters) {
+  if (hdf5::read_text_attribute(file, "input") != parameters.text) {
+    throw hdf5::Error("was made from another input");
+  }
+  const std::string found =
+      H5Aexists(file, "points") > 0 ? hdf5::read_text_attribute(file, "points") : std::string();
+  if (found != parameters.mesh.points_digest) {
+    throw hdf5::Error(fmt::format("was made from other points ({}, not {})", found.empty() ? "none" : found,
+                                  parameters.mesh.points_digest));
   }
 }
 

@@ -25,9 +25,7 @@ SampleSummary read_summary(const std::filesystem::path& file, const input::Param
     if (number != static_cast<std::int64_t>(sample)) {
       throw hdf5::Error(fmt::format("holds sample {} instead of {}", number, sample));
     }
-    if (hdf5::read_text_attribute(root.get(), "input") != parameters.text) {
-      throw hdf5::Error("was made from another input");
-    }
+    check_input(root.get(), parameters);
     SampleSummary row;
     const std::int64_t status = hdf5::read_integer_attribute(root.get(), "status");
     if (status != static_cast<std::int64_t>(analysis::SampleStatus::done) &&

@@ -69,22 +69,23 @@ class Readme(unittest.TestCase):
                            ("duration", '"2 us"')):
             example, n_replaced = re.subn(rf"(?m)^{key} = \S+( \S+\")?", f"{key} = {value}", example)
             self.assertEqual(n_replaced, 1, key)
-        lengths = {"N": 2, "K": 2, "S": 5, "4": 4, "5": 5}
+        lengths = {"N": 2, "K": 2, "S": 5, "4": 4, "5": 5, "3": 3}
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name) / "out"
             (Path(name) / "plate.toml").write_text(example, encoding="utf-8")
             result = run_program("run", str(Path(name) / "plate.toml"), "-o", str(folder))
             self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
             with h5py.File(folder / "ensemble.h5") as root:
+                lengths["M"] = root["mother_points/spacing"].size
                 described = set()
-                for names, shape in re.findall(r"(?m)^\| (`/\w+/.*?) \| ([NKS45 ×]+) \|", TEXT):
+                for names, shape in re.findall(r"(?m)^\| (`/\w+/.*?) \| ([NKSM345 ×]+) \|", TEXT):
                     group = names.split("/")[1]
                     for dataset in re.findall(r"`([^`]*)`", names):
                         path = dataset if dataset.startswith("/") else f"/{group}/{dataset}"
                         self.assertEqual(root[path].shape, tuple(lengths[n] for n in shape.split(" × ")), path)
                         described.add(path)
                 described.add("/samples/error")
-                stored = {f"/{group}/{dataset}" for group in ("samples", "crack_path", "statistics")
+                stored = {f"/{group}/{dataset}" for group in ("samples", "crack_path", "statistics", "mother_points")
                           for dataset in root[group]}
                 self.assertEqual(stored, described)
             with h5py.File(folder / "samples" / "0001.h5") as root:

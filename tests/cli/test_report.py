@@ -26,9 +26,12 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
 from crackle_report import choosing, figures, reading, style  # noqa: E402
-from crackle_report.figures import convergence, crack_paths, growth  # noqa: E402
+from crackle_report.figures import convergence, crack_paths, growth, realizations  # noqa: E402
+from crackle_report.mesh import Mesh  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
 from crackle_report.photoelasticity import Optics  # noqa: E402
+from crackle_report.plate import Notch, Plate  # noqa: E402
+from box_mesh import box_mesh  # noqa: E402
 from synthetic_ensemble import write_ensemble  # noqa: E402
 
 REPORT = ROOT / "tools" / "crackle-report"
@@ -314,6 +317,44 @@ class Pictures(Ensembles):
         frames, crack = ensemble.load_frames(0), ensemble.load_crack(0)
         self.assertEqual(growth._chosen_frames(frames, crack, (0.0, 19e-6, 55e-6, 90e-6)), [0, 1, 3])
         self.assertEqual(growth._chosen_frames(frames, crack, ())[0], 0)
+
+
+def block(n: int, size: tuple[float, float, float]) -> Mesh:
+    nodes, tetrahedra = box_mesh(size, (n, n, n))
+    corners = nodes[tetrahedra]
+    inside_out = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0
+    tetrahedra[inside_out] = tetrahedra[inside_out][:, [0, 2, 1, 3]]
+    return Mesh(nodes, tetrahedra, np.linspace(0.2, 1, len(tetrahedra)))
+
+
+class Realizations(unittest.TestCase):
+    plate = Plate((5e-3, 20e-3, 60e-3), (Notch("y-min", 28e-3, 5e-3, 1e-3), Notch("y-max", 33e-3, 5e-3, 1e-3)))
+
+    def test_a_cut_covers_the_section(self):
+        polygons, numbers = block(4, self.plate.size).cut(0, 2e-3)
+        area = [0.5 * abs(np.sum(p[:, 0] * np.roll(p[:, 1], -1) - p[:, 1] * np.roll(p[:, 0], -1))) for p in polygons]
+        self.assertAlmostEqual(sum(area) / (20e-3 * 60e-3), 1, places=12)
+        self.assertEqual(len(polygons), len(numbers))
+
+    def test_bias_of_known_facets(self):
+        # The dual facets of the regular tetrahedron have its edges as normals; as in test_geometry_bias.cpp.
+        regular = Mesh(np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1.0]]), np.array([[0, 2, 1, 3]]),
+                       np.ones(1))
+        expected = np.sqrt((3 * (1 / 6 - 1 / 5) ** 2 + 18 * (1 / 12 - 1 / 15) ** 2) / (3 / 25 + 18 / 225))
+        facets = regular.dual_facets().reshape(-1, 3)
+        self.assertAlmostEqual(realizations.fourth_order_bias(facets), expected, places=12)
+        # Facets that point everywhere alike have none.
+        facets = np.random.Generator(np.random.PCG64(1)).normal(size=(200_000, 3))
+        self.assertLess(realizations.fourth_order_bias(facets), 0.01)
+
+    def test_pictures_have_no_overlapping_texts(self):
+        mesh = block(6, self.plate.size)
+        facets = np.random.Generator(np.random.PCG64(1)).normal(size=(20_000, 3))
+        style.apply()
+        for picture in (realizations.base_points(self.plate, mesh.nodes), realizations.cut(self.plate, mesh, 0),
+                        realizations.orientations({"cubic lattice": facets, "body-centred lattice": facets,
+                                                   "blue noise of crackle": facets}, 0.2)):
+            self.assertEqual(overlapping_texts(picture.figure), [], picture.name)
 
 
 if __name__ == "__main__":

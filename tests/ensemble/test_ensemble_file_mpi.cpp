@@ -49,6 +49,11 @@ protected:
       row.wall_time = i;
       rows.push_back(row);
     }
+    if (world.is_root()) {
+      base.position = {{0, 0, 0}, {0.005, 1.0 / 3, 0.14}, {1e-3, 2e-3, 3e-3}};
+      base.spacing = {3e-4, 1e-3, 0.1 / 3};
+      base.movable = {0, 5, 7};
+    }
     rows[2] = analysis::empty_summary(2, 3, SampleStatus::failed, "sample 2: µ out of range");
     rows[5] = analysis::empty_summary(2, 3, SampleStatus::failed, "reason\nin two lines");
     rows[6] = analysis::empty_summary(2, 3, SampleStatus::pending);
@@ -74,7 +79,7 @@ protected:
   }
   std::string agreed_failure(const fs::path& file, const EnsembleBlock& mine) const {
     try {
-      write_ensemble(world, file, parameters, mine, statistics());
+      write_ensemble(world, file, parameters, mine, statistics(), base);
     } catch (const parallel::AgreedError& error) {
       return error.what();
     }
@@ -89,11 +94,12 @@ protected:
   fs::path shared_folder;
   input::Parameters parameters;
   std::vector<SampleSummary> rows;
+  geometry::MotherPoints base;  ///< on the root
 };
 
 TEST_F(EnsembleFile, ReadsBackEverythingThatWasWritten) {
   const fs::path file = shared_folder / "ensemble.h5";
-  write_ensemble(world, file, parameters, even_block(world), statistics());
+  write_ensemble(world, file, parameters, even_block(world), statistics(), base);
   const EnsembleContent content = read_ensemble(file);
   EXPECT_EQ(content.input_text, parameters.text);
   EXPECT_EQ(content.sections, parameters.sections.y);
@@ -116,6 +122,14 @@ TEST_F(EnsembleFile, ReadsBackEverythingThatWasWritten) {
         &analysis::Statistics::z_quantile, &analysis::Statistics::running_mean}) {
     EXPECT_THAT(found.*field, testing::Pointwise(testing::NanSensitiveDoubleEq(), expected.*field));
   }
+  const geometry::MotherPoints points = read_mother_points(file, parameters);
+  for (const geometry::MotherPoints& stored : {content.base, points}) {
+    EXPECT_THAT(stored.position, testing::SizeIs(3));
+    EXPECT_THAT(stored.movable, testing::ElementsAre(0, 5, 7));
+    if (!world.is_root()) continue;
+    EXPECT_EQ(stored.position, base.position);
+    EXPECT_EQ(stored.spacing, base.spacing);
+  }
   EXPECT_EQ(n_entries(), 1) << "a partial file is left";
   std::printf("rank %d of %d: %zu rows, z_mean[0] = %.9g\n", world.rank(), world.size(),
               content.samples.size(), found.z_mean[0]);
@@ -127,21 +141,41 @@ TEST_F(EnsembleFile, IsTheSameForAnyNumberOfRanks) {
   const fs::path together = shared_folder / "together.h5";
   const fs::path last = shared_folder / "last.h5";
   const parallel::Communicator self = world.split(world.rank(), 0);
-  if (world.is_root()) write_ensemble(self, alone, parameters, block(0, 7), statistics());
-  write_ensemble(world, together, parameters, even_block(world), statistics());
+  if (world.is_root()) write_ensemble(self, alone, parameters, block(0, 7), statistics(), base);
+  write_ensemble(world, together, parameters, even_block(world), statistics(), base);
   const bool is_last = world.rank() + 1 == world.size();
-  write_ensemble(world, last, parameters, block(0, is_last ? 7 : 0), statistics());
+  write_ensemble(world, last, parameters, block(0, is_last ? 7 : 0), statistics(), base);
   EXPECT_THAT(differences(alone, together), testing::IsEmpty());
   EXPECT_THAT(differences(alone, last), testing::IsEmpty());
   // The comparison itself sees a changed row.
   rows[3].onset_time = std::nextafter(rows[3].onset_time, 0);
-  write_ensemble(world, last, parameters, even_block(world), statistics());
+  write_ensemble(world, last, parameters, even_block(world), statistics(), base);
   EXPECT_THAT(differences(alone, last), testing::ElementsAre("/samples/onset_time"));
+  // And a mother point that has moved.
+  if (world.is_root()) base.position[1][1] = std::nextafter(base.position[1][1], 0);
+  write_ensemble(world, last, parameters, even_block(world), statistics(), base);
+  EXPECT_THAT(differences(together, last),
+              testing::ElementsAre("/mother_points/position", "/samples/onset_time"));
+}
+
+TEST_F(EnsembleFile, MotherPointsOfAnotherInputAreRefused) {
+  const fs::path file = shared_folder / "ensemble.h5";
+  parameters.mesh.points_digest = "some points";
+  write_ensemble(world, file, parameters, even_block(world), statistics(), base);
+  EXPECT_EQ(read_mother_points(file, parameters).size(), 3u);
+  parameters.mesh.points_digest = "other points";
+  EXPECT_THAT([&] { read_mother_points(file, parameters); },
+              testing::ThrowsMessage<std::runtime_error>(
+                  testing::HasSubstr("was made from other points (some points, not other points)")));
+  parameters.mesh.points_digest = "some points";
+  parameters.text += "#";
+  EXPECT_THAT([&] { read_mother_points(file, parameters); },
+              testing::ThrowsMessage<std::runtime_error>(testing::HasSubstr("was made from another input")));
 }
 
 TEST_F(EnsembleFile, RowsThatNobodyHoldsArePending) {
   const fs::path file = shared_folder / "ensemble.h5";
-  write_ensemble(world, file, parameters, block(1, world.is_root() ? 3 : 0), statistics());
+  write_ensemble(world, file, parameters, block(1, world.is_root() ? 3 : 0), statistics(), base);
   const auto samples = read_ensemble(file).samples;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const SampleSummary expected =
@@ -158,7 +192,7 @@ TEST_F(EnsembleFile, EnsembleWithoutNotchesOrSections) {
     row.branches.clear();
   }
   const fs::path file = shared_folder / "ensemble.h5";
-  write_ensemble(world, file, parameters, even_block(world), analysis::make_statistics(rows, 0, 3));
+  write_ensemble(world, file, parameters, even_block(world), analysis::make_statistics(rows, 0, 3), base);
   const EnsembleContent content = read_ensemble(file);
   EXPECT_EQ(content.samples.size(), 7u);
   EXPECT_EQ(content.statistics.n_notches, 0);
@@ -168,7 +202,7 @@ TEST_F(EnsembleFile, EnsembleWithoutNotchesOrSections) {
 
 TEST_F(EnsembleFile, WritesOftenWithoutHanging) {
   const fs::path file = shared_folder / "ensemble.h5";
-  for (int i = 0; i < 20; ++i) write_ensemble(world, file, parameters, even_block(world), statistics());
+  for (int i = 0; i < 20; ++i) write_ensemble(world, file, parameters, even_block(world), statistics(), base);
   EXPECT_EQ(read_ensemble(file).samples.size(), 7u);
 }
 
@@ -223,7 +257,7 @@ TEST_F(EnsembleFile, ForeignAndTruncatedFilesAreRefused) {
     return std::string("not refused");
   };
   EXPECT_THAT(refusal(), testing::HasSubstr("No such file"));
-  write_ensemble(self, file, parameters, block(0, 7), statistics());
+  write_ensemble(self, file, parameters, block(0, 7), statistics(), base);
   EXPECT_EQ(refusal(), "not refused");
   write_failed_sample(folder.path() / "sample.h5", parameters, 2, rows[2]);
   EXPECT_THROW(read_ensemble(folder.path() / "sample.h5"), std::runtime_error);

@@ -110,6 +110,11 @@ TEST_F(EnsembleRun, SameEnsembleOnAnyNumberOfRanks) {
 
   const auto content = io::read_ensemble(root_ / "all" / "ensemble.h5");
   EXPECT_EQ(content.input_text, parameters.text);
+  const auto base = geometry::make_mother_points(geometry::Body(parameters.specimen), parameters.mesh,
+                                                 parameters.ensemble.seed);
+  EXPECT_EQ(content.base.position, base.position);
+  EXPECT_EQ(content.base.spacing, base.spacing);
+  EXPECT_EQ(content.base.movable, base.movable);
   EXPECT_GT(content.samples[0].crack_area, 0);
   EXPECT_NE(content.samples[0].crack_area, content.samples[1].crack_area) << "samples differ";
   // What the master merged while samples ended is what the file says.

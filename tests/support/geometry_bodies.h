@@ -26,7 +26,8 @@ inline input::Mesh mesh(double spacing_mm, double notch_spacing_mm, double growt
           .growth = growth,
           .perturbation = 0.2,
           .min_quality = 0.2,
-          .points = {}};
+          .points = {},
+          .points_digest = {}};
 }
 
 /// The plate of the paper, shortened, with its two anti-symmetric notches: some 6,000 nodes with

@@ -1,86 +1,140 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Random bodies, spacings and perturbations: each is refused when the body is made, with a reason, or every
-// one of its realizations conforms.
+// Random bodies, spacings and perturbations: each is refused before any realization is made, for a reason
+// that is found true by other means, or every one of its realizations conforms.
+//
+// CRACKLE_FAMILY=300 in the environment gives the number of bodies, CRACKLE_FAMILY_POINTS=200000 the most
+// points that one may have; tools/realization-campaign sets both.
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
-#include "crackle/parallel/random.h"
-#include "support/geometry_bodies.h"
+#include "crackle/stopwatch.h"
+#include "support/body_family.h"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
 #include <optional>
 #include <stdexcept>
-#include <string>
 
 namespace crackle::geometry {
 namespace {
 
-struct Problem {
-  input::Specimen specimen;
-  input::Mesh mesh;
-};
+using testing::MeshProblem;
 
-Problem random_problem(std::uint64_t number) {
-  parallel::RandomStream stream(1, number, "random bodies");
-  const auto log_uniform = [&](double lower, double upper) {
-    return lower * std::exp(stream.uniform(0, std::log(upper / lower)));
-  };
-  Problem problem;
-  problem.specimen.size = {log_uniform(1e-3, 8e-3), log_uniform(4e-3, 30e-3), log_uniform(4e-3, 50e-3)};
-  const auto n_notches = static_cast<int>(stream.uniform(0, 5));
-  for (int i = 0; i < n_notches; ++i) {
-    const auto face = static_cast<input::Face>(2 + static_cast<int>(stream.uniform(0, 4)));
-    const bool across_y = face == input::Face::y_min || face == input::Face::y_max;
-    const double depth_limit = problem.specimen.size[across_y ? 1 : 2];
-    const double at_limit = problem.specimen.size[across_y ? 2 : 1];
-    problem.specimen.notches.push_back({.face = face,
-                                        .at = at_limit * stream.uniform(0.05, 0.95),
-                                        .depth = depth_limit * stream.uniform(0.02, 0.9),
-                                        .height = log_uniform(1e-4, 0.3 * at_limit)});
-  }
-  problem.mesh.spacing = log_uniform(0.5e-3, 4e-3);
-  problem.mesh.notch_spacing = problem.mesh.spacing * log_uniform(0.15, 1);
-  problem.mesh.growth = log_uniform(0.01, 1);
-  problem.mesh.perturbation = stream.uniform(0, 0.35);
-  problem.mesh.min_quality = 0.2;
-  return problem;
+double from_environment(const char* name, double fallback) {
+  const char* const text = std::getenv(name);
+  return text != nullptr ? std::strtod(text, nullptr) : fallback;
 }
 
-TEST(Family, EveryBodyConformsOrIsRefused) {
-  constexpr std::uint64_t n_problems = 60;
-  constexpr double max_points = 4000;  // keeps the test short
-  int n_refused = 0;
-  int n_conforming = 0;
-  int n_notched = 0;
-  int most_rounds = 0;
-  for (std::uint64_t number = 0; number < n_problems; ++number) {
-    SCOPED_TRACE("problem " + std::to_string(number));
-    const Problem problem = random_problem(number);
-    std::optional<Body> body;
-    try {
-      body.emplace(problem.specimen);
-    } catch (const std::runtime_error& refusal) {
-      ++n_refused;
-      EXPECT_NE(std::string(refusal.what()).find("notch"), std::string::npos);
+/// What came of one body.
+struct Verdict {
+  std::string refusal;  ///< the message; empty when the body was meshed
+  int n_notches = 0;
+  std::size_t n_points = 0;
+  double worst = 1;  ///< quality
+  int rounds = 0;
+};
+
+/// A body of the family with at most `max_points` points; absurd ones may have any number.
+MeshProblem draw(std::uint64_t number, double max_points) {
+  const parallel::RandomStream stream(1, number, "random bodies");
+  const bool absurd = number % 15 == 0;
+  for (std::uint64_t attempt = 0;; ++attempt) {
+    MeshProblem problem = testing::random_problem(stream.substream(attempt), absurd);
+    if (!testing::impossible(problem.specimen).empty()) {
+      if (number % 4 == 1) return problem;
       continue;
     }
-    if (estimate_n_points(*body, problem.mesh) > max_points) continue;
-    const MotherPoints base = make_mother_points(*body, problem.mesh, number);
-    for (std::uint64_t sample = 0; sample < 2; ++sample) {
-      const Realization made = make_realization(*body, base, problem.mesh, number, sample);
-      EXPECT_GE(verify(made, *body, problem.mesh.min_quality), 0.2 * (1 - 1e-12));
-      most_rounds = std::max(most_rounds, made.report.rounds);
+    try {
+      const double n_points = estimate_n_points(Body(problem.specimen), problem.mesh);
+      if (absurd ? n_points > 2e7 : n_points <= max_points) return problem;
+    } catch (const std::runtime_error&) {
+      return problem;  // that make_mother_points must refuse likewise
     }
-    ++n_conforming;
-    n_notched += body->n_notches() > 0;
   }
-  std::printf("%d bodies conform, %d of them notched; %d refused; at most %d rounds\n", n_conforming,
-              n_notched, n_refused, most_rounds);
-  EXPECT_GE(n_conforming, 25);
-  EXPECT_GE(n_notched, 15);
-  EXPECT_GE(n_refused, 3);
+}
+
+/// @throws std::runtime_error when a realization cannot be made
+Verdict mesh(const MeshProblem& problem, std::uint64_t seed) {
+  constexpr std::uint64_t n_samples = 2;
+  Verdict verdict;
+  std::optional<Body> body;
+  MotherPoints base;
+  try {
+    body.emplace(problem.specimen);
+    base = make_mother_points(*body, problem.mesh, seed);
+  } catch (const std::runtime_error& refusal) {
+    verdict.refusal = refusal.what();
+    return verdict;
+  }
+  verdict.n_notches = body->n_notches();
+  verdict.n_points = base.size();
+  for (std::uint64_t sample = 0; sample < n_samples; ++sample) {
+    const Realization made = make_realization(*body, base, problem.mesh, seed, sample);
+    verdict.worst = std::min(verdict.worst, verify(made, *body, problem.mesh.min_quality));
+    verdict.rounds = std::max(verdict.rounds, made.report.rounds);
+  }
+  return verdict;
+}
+
+/// The true reason of a refusal, by the words of its message; nothing when the reason is not true.
+std::string true_reason(const MeshProblem& problem, const std::string& refusal) {
+  const auto says = [&](const char* words) { return refusal.find(words) != std::string::npos; };
+  const std::string impossible = testing::impossible(problem.specimen);
+  if (says("cuts the body in two") || says("overlap or touch") || says("does not lie inside the face"))
+    return impossible;
+  if (!impossible.empty()) return "";
+  if (says("more than 2e+07 mother points") && testing::rough_number_of_points(problem) > 2e7 / 3)
+    return "too many points";
+  if (says("times as long as the finest spacing") && testing::rough_number_of_points(problem) > 2e7 / 3)
+    return "an edge of too many spacings";
+  return "";
+}
+
+TEST(Family, EveryBodyConformsOrIsRefusedForATrueReason) {
+  const auto n_bodies = static_cast<std::uint64_t>(from_environment("CRACKLE_FAMILY", 30));
+  const double max_points = from_environment("CRACKLE_FAMILY_POINTS", 6000);
+  std::map<std::string, int> refused;
+  std::map<int, int> conforming;  // by the number of notches
+  int n_failed = 0;
+  Verdict extreme;
+  const Stopwatch clock;
+  for (std::uint64_t number = 0; number < n_bodies; ++number) {
+    SCOPED_TRACE("body " + std::to_string(number));
+    const MeshProblem problem = draw(number, max_points);
+    try {
+      const Verdict verdict = mesh(problem, number);
+      if (verdict.refusal.empty()) {
+        EXPECT_EQ(testing::impossible(problem.specimen), "");
+        EXPECT_GE(verdict.worst, problem.mesh.min_quality * (1 - 1e-12));
+        ++conforming[verdict.n_notches];
+        extreme.worst = std::min(extreme.worst, verdict.worst);
+        extreme.rounds = std::max(extreme.rounds, verdict.rounds);
+        extreme.n_points = std::max(extreme.n_points, verdict.n_points);
+        continue;
+      }
+      const std::string reason = true_reason(problem, verdict.refusal);
+      EXPECT_NE(reason, "") << verdict.refusal;
+      ++refused[reason.empty() ? "for a reason that is not true" : reason];
+    } catch (const std::runtime_error& failure) {
+      ++n_failed;
+      ADD_FAILURE() << failure.what();
+    }
+  }
+  int n_conforming = 0;
+  int n_refused = 0;
+  for (const auto& [n_notches, count] : conforming) n_conforming += count;
+  for (const auto& [reason, count] : refused) n_refused += count;
+  std::printf("%lu bodies in %.0f s: %d conform, %d are refused, %d fail\n",
+              static_cast<unsigned long>(n_bodies), clock.seconds(), n_conforming, n_refused, n_failed);
+  for (const auto& [n_notches, count] : conforming)
+    std::printf("  conform, %d notches: %d\n", n_notches, count);
+  for (const auto& [reason, count] : refused) std::printf("  refused, %s: %d\n", reason.c_str(), count);
+  std::printf("  at most %zu points and %d rounds, worst quality %.4f\n", extreme.n_points, extreme.rounds,
+              extreme.worst);
+  EXPECT_GE(n_conforming, static_cast<int>(n_bodies / 2));
+  EXPECT_GE(n_refused, static_cast<int>(n_bodies / 20));
 }
 
 }  // namespace

@@ -64,6 +64,7 @@ TEST(SpacingField, ChangesNoFasterThanItsLargestGrowth) {
     const Box box{{std::min(a[0], b[0]), std::min(a[1], b[1]), std::min(a[2], b[2])},
                   {std::max(a[0], b[0]), std::max(a[1], b[1]), std::max(a[2], b[2])}};
     EXPECT_LE(spacing.lower_bound(box), std::min(spacing(a), spacing(b)));
+    EXPECT_GE(spacing.upper_bound(box), std::max(spacing(a), spacing(b)));
   }
 }
 
@@ -174,7 +175,16 @@ TEST(MotherPoints, RefusesMeshesThatAreTooLarge) {
       [] {
         make_mother_points(body({100, 100, 100}), mesh(0.1, 0.1), 1);
       },
-      ThrowsMessage<std::runtime_error>(HasSubstr("needs more than 20000000 nodes")));
+      ThrowsMessage<std::runtime_error>(HasSubstr("more than 2e+07 mother points would be needed: the "
+                                                  "spacing is 0.1 mm")));
+  EXPECT_THAT(
+      [] {
+        make_mother_points(
+            body({10, 60, 80}, {notch(Face::y_min, 40, 30, 2), notch(Face::y_max, 40, 20, 1e-3)}),
+            mesh(4, 0.5), 1);
+      },
+      ThrowsMessage<std::runtime_error>(HasSubstr(
+          "the spacing is 0.001 mm at its finest (the height of notch 2) and 4 mm at its coarsest")));
 }
 
 TEST(MotherPoints, RefusesAQualityOutOfReach) {

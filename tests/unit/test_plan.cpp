@@ -148,6 +148,19 @@ TEST_F(Plan, ResumeWithAnotherInputIsRefusedWithTheDifference) {
   EXPECT_THAT(message, HasSubstr((folder_ / "input.toml").string()));
 }
 
+TEST_F(Plan, ResumeWithOtherPointsIsRefusedWithTheDifference) {
+  const fs::path cloud = root_ / "cloud.txt";
+  write(cloud, "0 0 0\n1 0 0\n");
+  parameters_.mesh.points = cloud;
+  prepare_folder(folder_, parameters_, plan(false));
+  EXPECT_EQ(text_of(points_copy(folder_)), "0 0 0\n1 0 0\n");
+  EXPECT_THAT(plan(true).to_do, SizeIs(5));
+  write(cloud, "0 0 0\n1 0 0.5\n");
+  const auto message = message_of([&] { plan(true); });
+  EXPECT_THAT(message, HasSubstr("line 2 is '1 0 0.5', not '1 0 0'"));
+  EXPECT_THAT(message, HasSubstr(points_copy(folder_).string()));
+}
+
 TEST_F(Plan, FolderThatCannotBeMadeIsNamed) {
   write(root_ / "file", "");
   folder_ = root_ / "file" / "out";

@@ -165,7 +165,8 @@ TEST_F(SampleFile, ForeignFilesAreRefusedWithTheReason) {
   EXPECT_THAT(refusal(file), testing::HasSubstr("signature not found"));
   write_ensemble(parallel::Communicator(MPI_COMM_SELF), file, parameters, {},
                  analysis::make_statistics(
-                     std::vector(5, analysis::empty_summary(2, 3, SampleStatus::pending)), parameters));
+                     std::vector(5, analysis::empty_summary(2, 3, SampleStatus::pending)), parameters),
+                 {});
   EXPECT_THAT(refusal(file), testing::HasSubstr("not a crackle sample file"));
   write(file);
   EXPECT_EQ(refusal(file), "not refused");
@@ -173,6 +174,9 @@ TEST_F(SampleFile, ForeignFilesAreRefusedWithTheReason) {
   parameters.text += " ";
   EXPECT_THAT(refusal(file), testing::AllOf(testing::HasSubstr(file.string()),
                                             testing::HasSubstr("made from another input")));
+  write(file);
+  parameters.mesh.points_digest = "2 bytes, FNV-1a 07";
+  EXPECT_THAT(refusal(file), testing::HasSubstr("made from other points (none, not 2 bytes, FNV-1a 07)"));
   write(file);
   parameters.sections.y.pop_back();
   EXPECT_THAT(refusal(file), testing::HasSubstr("shape (2, 3) instead of (2, 2)"));

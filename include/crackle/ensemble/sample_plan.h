@@ -49,14 +49,18 @@ SamplePlan make_plan(const std::filesystem::path& folder, const input::Parameter
 /// Makes folder/samples. @throws std::runtime_error naming the folder that cannot be made
 void make_sample_folder(const std::filesystem::path& folder);
 
+/// The copy of the file of mesh.points that an ensemble's folder holds.
+std::filesystem::path points_copy(const std::filesystem::path& folder);
+
 /// Makes the folders, sets invalid files aside under a name that is free (0003.h5.invalid-1), and keeps the
-/// input text in folder/input.toml.
+/// input text in folder/input.toml and the file of mesh.points in points_copy.
 /// @return one line for each file set aside, with the reason and the new name
 /// @throws std::runtime_error naming what cannot be written
 std::vector<std::string> prepare_folder(const std::filesystem::path& folder,
                                         const input::Parameters& parameters, const SamplePlan& plan);
 
-/// Refuses a folder whose input.toml has another text than the parameters.
+/// Refuses a folder whose input.toml has another text than the parameters, or whose copy of mesh.points has
+/// another content.
 /// @throws std::runtime_error with the first line that differs
 void check_same_input(const std::filesystem::path& folder, const input::Parameters& parameters);
 

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace crackle::geometry {
@@ -26,7 +27,12 @@ struct OrientationMoments {
   std::array<std::array<std::array<std::array<double, 3>, 3>, 3>, 3> fourth{};  ///< mean of n_i n_j n_k n_l
 };
 
+/// Adds `share` times the other moments, for means over realizations.
+void add_share(OrientationMoments& moments, const OrientationMoments& other, double share);
+
 /// Over the tetrahedra whose centroid lies in the region.
+OrientationMoments orientation_moments(const Realization& realization,
+                                       const std::function<bool(const Point& centroid)>& region);
 OrientationMoments orientation_moments(const Realization& realization, const Box& region);
 
 /// Distance of the second moment from the isotropic one, delta_ij / 3, over the size of that (Frobenius

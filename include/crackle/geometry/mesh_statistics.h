@@ -3,6 +3,8 @@
 
 #include "crackle/geometry/realization.h"
 
+#include <vector>
+
 namespace crackle::geometry {
 
 /// Smallest value, the value below which 1 % lie, the median and the largest value.
@@ -12,6 +14,9 @@ struct Quantiles {
   double median = 0;
   double largest = 0;
 };
+
+/// All 0 for no values.
+Quantiles quantiles(std::vector<double> values);
 
 /// Figures that describe a realization.
 struct MeshStatistics {

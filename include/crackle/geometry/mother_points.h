@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace crackle::geometry {
@@ -25,13 +26,18 @@ public:
 
   double operator()(const Point& p) const;      ///< [m]
   double lower_bound(const Box& region) const;  ///< a bound over a box, sharp for small ones [m]
+  double upper_bound(const Box& region) const;  ///< a bound over a box [m]
   double largest_growth() const;                ///< bound of the change per distance
+
+  /// For messages: the smallest spacing and what asks for it, and the largest one.
+  std::string range_text() const;
 
 private:
   struct Source {
     Box region;
     double spacing;  ///< in the region [m]
     double growth;   ///< per distance from the region
+    std::string reason;
   };
   double far_;
   std::vector<Source> sources_;
@@ -48,7 +54,9 @@ struct MotherPoints {
   std::size_t size() const { return position.size(); }
 };
 
-/// The number of mother points that make_mother_points would place, to a few percent; cheap.
+/// The number of mother points that make_mother_points would place, to a few percent; cheap. Numbers over
+/// 2e7, which that refuses, are lower bounds.
+/// @throws std::runtime_error where an edge is more than a million spacings long
 double estimate_n_points(const Body& body, const input::Mesh& mesh);
 
 /// Graded blue noise in the body: corners, then edges, surfaces and interior by weighted sample elimination
@@ -59,7 +67,9 @@ double estimate_n_points(const Body& body, const input::Mesh& mesh);
 /// Deterministic: depends on the body, the mesh parameters and the seed only. With `mesh.points` the points
 /// come from that file (read_points), and only points at tetrahedra that do not conform or fall below
 /// `min_quality` are moved.
-/// @throws std::runtime_error naming the reason where the body cannot be meshed with this spacing and quality
+/// @throws std::runtime_error naming the reason where the body cannot be meshed with this spacing and
+/// quality,
+///   or would take more than 2e7 points
 MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed);
 
 /// Reads mother points from a text file: one point "x y z" in millimetres per line, separated by blanks or

@@ -51,6 +51,7 @@ struct Mesh {
   double perturbation = 0;                      ///< amplitude of the disturbance in local spacings
   double min_quality = 0;                       ///< mean-ratio quality that every tetrahedron keeps
   std::optional<std::filesystem::path> points;  ///< base mother points from a file instead
+  std::string points_digest;  ///< of that file's content, which is part of the input; empty without a file
 };
 
 struct Material {

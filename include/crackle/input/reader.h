@@ -24,11 +24,13 @@ private:
 /// Reads and validates an input file: syntax, units, dimensions, ranges, unknown and missing keys, and
 /// contradictions between keys (a notch outside the body, overlapping notches, a section outside the width).
 /// Relative file names in the input are relative to the input file.
+/// @param points stands for the file that mesh.points names, where that is given; empty: that file itself
 /// @throws InputError with every error of the file
-Parameters read(const std::filesystem::path& file);
+Parameters read(const std::filesystem::path& file, const std::filesystem::path& points = {});
 
 /// As read(), for a text already in memory; `name` stands for the file in messages.
-Parameters parse(const std::string& text, const std::filesystem::path& name);
+Parameters parse(const std::string& text, const std::filesystem::path& name,
+                 const std::filesystem::path& points = {});
 
 /// The resolved input, one "key = value unit" line for each key, defaults included.
 std::string echo(const Parameters& parameters);

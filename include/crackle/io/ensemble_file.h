@@ -3,6 +3,7 @@
 
 #include "crackle/analysis/sample_summary.h"
 #include "crackle/analysis/statistics.h"
+#include "crackle/geometry/mother_points.h"
 #include "crackle/input/parameters.h"
 #include "crackle/parallel/communicator.h"
 
@@ -13,11 +14,12 @@
 #include <vector>
 
 /// The ensemble's file, out/ensemble.h5. All values are SI; `units` is an attribute of each dataset. N
-/// samples, S sections:
+/// samples, S sections, M mother points:
 ///
 /// | object | shape | meaning |
 /// |---|---|---|
-/// | attributes of / | | kind, schema_version, program_version, git_commit, library_versions, seed, input |
+/// | attributes of / | | kind, schema_version, program_version, git_commit, library_versions, seed, input,
+/// points |
 /// | /samples/status, error | N | analysis::SampleStatus; the reason of a failed sample |
 /// | /samples/onset_force, onset_time, outcome, pattern, overlap, bifurcations, kinks, breaks, crack_area,
 /// crack_speed_max, energy_error | N | the fields of analysis::SampleSummary |
@@ -28,6 +30,7 @@
 /// | /statistics/running_mean | N x notches x S | |
 /// | /statistics/pattern_share, pattern_half_width | 4 | |
 /// | attributes confidence, n_looks, n_needed of /statistics | | see analysis::Statistics |
+/// | /mother_points/position, spacing, movable | M x 3, M, M | see geometry::MotherPoints |
 /// | /timing/wall_time, attributes of /provenance | N | what differs between two runs |
 namespace crackle::io {
 
@@ -43,12 +46,12 @@ struct EnsembleBlock {
 /// collective call, ranks without rows too. Samples that no rank holds are pending. Written under another
 /// name and renamed when whole; the file is the same for any distribution of the rows over any number of
 /// ranks, except /provenance. Collective.
-/// @param statistics the same on every rank; only the root's are written
+/// @param statistics, base the same on every rank; only the root's are written
 /// @throws the same parallel::AgreedError on every rank: blocks that overlap or leave the ensemble, a row of
 /// another shape than the input's, a file that cannot be written
 void write_ensemble(const parallel::Communicator& world, const std::filesystem::path& file,
                     const input::Parameters& parameters, const EnsembleBlock& block,
-                    const analysis::Statistics& statistics);
+                    const analysis::Statistics& statistics, const geometry::MotherPoints& base);
 
 /// What is stored in an ensemble file.
 struct EnsembleContent {
@@ -56,9 +59,15 @@ struct EnsembleContent {
   std::vector<double> sections;  ///< y [m]
   std::vector<analysis::SampleSummary> samples;
   analysis::Statistics statistics;
+  geometry::MotherPoints base;
 };
 
 /// Not collective. @throws std::runtime_error when the file is not a whole ensemble file of this schema
 EnsembleContent read_ensemble(const std::filesystem::path& file);
+
+/// The base mother points alone. Not collective.
+/// @throws std::runtime_error when the file is not a whole ensemble file of this schema and input
+geometry::MotherPoints read_mother_points(const std::filesystem::path& file,
+                                          const input::Parameters& parameters);
 
 }  // namespace crackle::io

@@ -18,8 +18,8 @@
 ///
 /// | object | shape | meaning |
 /// |---|---|---|
-/// | attributes of / | | kind, schema_version, program_version, git_commit, library_versions, input, seed,
-/// sample, status, error |
+/// | attributes of / | | kind, schema_version, program_version, git_commit, library_versions, input,
+/// points, seed, sample, status, error |
 /// | /mesh/nodes, tetrahedra | n x 3, m x 4 | the realization; attributes of /mesh: its report |
 /// | /mesh/boundary, boundary_surface | k x 3, k | boundary triangles and their geometry::SurfaceId |
 /// | /crack_surface/corners | f x 4 x 3 | opened dual facets, in order of breaking |
@@ -67,7 +67,7 @@ void write_failed_sample(const std::filesystem::path& file, const input::Paramet
                          std::uint64_t sample, const analysis::SampleSummary& summary);
 
 /// The sample's row. @throws std::runtime_error with the reason when the file is not a whole sample file of
-/// this schema, number and input (the same text, byte by byte)
+/// this schema, number and input (the same text, byte by byte, and the same points)
 analysis::SampleSummary read_summary(const std::filesystem::path& file, const input::Parameters& parameters,
                                      std::uint64_t sample);
 

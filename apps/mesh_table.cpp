@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The table of one realization.
+#include "crackle/dynamics/stable_step.h"
+#include "crackle/geometry/mesh_statistics.h"
+#include "crackle/geometry/partition.h"
+#include "crackle/geometry/subdomain.h"
+#include "crackle/stopwatch.h"
+#include "mesh_tables.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+#include <vector>
+
+namespace crackle::apps {
+
+namespace {
+
+std::string spread(const geometry::Quantiles& q, double unit, int digits) {
+  return fmt::format("min {:.{}f}, 1 % {:.{}f}, median {:.{}f}, max {:.{}f}", q.smallest / unit, digits,
+                     q.one_percent / unit, digits, q.median / unit, digits, q.largest / unit, digits);
+}
+
+void add_partition(TextTable& table, const geometry::Realization& realization, int n_ranks) {
+  const Stopwatch clock;
+  const geometry::Partition parts = geometry::partition(realization, n_ranks);
+  const std::vector<geometry::Subdomain> subdomains = geometry::split(realization, parts);
+  const double seconds = clock.seconds();
+  std::int64_t n_computed = 0;
+  std::int64_t n_ghosts = 0;
+  for (const geometry::Subdomain& part : subdomains) {
+    n_computed += part.n_tetrahedra();
+    n_ghosts = std::max<std::int64_t>(n_ghosts, part.n_local() - part.n_owned);
+  }
+  const auto n_tetrahedra = static_cast<double>(realization.tetrahedra.size());
+  table.row("partition",
+            fmt::format("{} ranks: edge cut {} faces, imbalance {:.2f} %, {:.2f} % of the tetrahedra "
+                        "computed twice or more, at most {} ghost nodes; {:.2f} s",
+                        n_ranks, parts.edge_cut, 100 * (parts.imbalance - 1),
+                        100 * (static_cast<double>(n_computed) / n_tetrahedra - 1), n_ghosts, seconds));
+}
+
+}  // namespace
+
+void TextTable::row(const std::string& name, const std::string& value) {
+  text_ += fmt::format("{:<20} {}\n", name, value);
+}
+
+std::string mesh_table(const input::Parameters& parameters, std::uint64_t sample,
+                       const geometry::MotherPoints& base, const geometry::Realization& realization,
+                       const MeshTimes& times, int n_ranks) {
+  const geometry::MeshStatistics statistics = geometry::mesh_statistics(realization);
+  const double degree = std::numbers::pi / 180;
+  TextTable table;
+  table.row("sample", fmt::format("{} of seed {}", sample, parameters.ensemble.seed));
+  table.row("nodes", fmt::format("{}", realization.nodes.size()));
+  table.row("tetrahedra", fmt::format("{}", realization.tetrahedra.size()));
+  table.row("edges", fmt::format("{}", statistics.n_edges));
+  table.row("boundary triangles", fmt::format("{}", realization.boundary.size()));
+  table.row("spacing", spread(geometry::quantiles(base.spacing), 1e-3, 3) + " mm");
+  table.row("edge length", spread(statistics.edge_length, 1e-3, 3) + " mm");
+  table.row("quality", spread(statistics.quality, 1, 4));
+  table.row("dihedral angles", fmt::format("{:.1f} to {:.1f} degrees", statistics.smallest_angle / degree,
+                                           statistics.largest_angle / degree));
+  table.row("stable step", fmt::format("{:.4g} ns", dynamics::stable_step(parameters, realization) / 1e-9));
+  table.row("redrawn points", fmt::format("{} ({:.2f} %) in {} rounds", realization.report.redrawn_points,
+                                          100 * static_cast<double>(realization.report.redrawn_points) /
+                                              static_cast<double>(realization.nodes.size()),
+                                          realization.report.rounds));
+  table.row("time", fmt::format("{:.2f} s for the realization, {:.2f} s for the base points",
+                                times.realization, times.base));
+  if (n_ranks > 1) add_partition(table, realization, n_ranks);
+  return table.text();
+}
+
+}  // namespace crackle::apps

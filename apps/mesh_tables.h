@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/mother_points.h"
+#include "crackle/geometry/realization.h"
+#include "crackle/input/parameters.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+/// What `crackle mesh` prints.
+namespace crackle::apps {
+
+/// Lines "name  value" under each other.
+class TextTable {
+public:
+  void row(const std::string& name, const std::string& value);
+  const std::string& text() const { return text_; }
+
+private:
+  std::string text_;
+};
+
+struct MeshTimes {
+  double base;         ///< of the mother points [s]
+  double realization;  ///< [s]
+};
+
+/// The figures of one realization.
+/// @param n_ranks ranks to partition it for; 1: no partition
+std::string mesh_table(const input::Parameters& parameters, std::uint64_t sample,
+                       const geometry::MotherPoints& base, const geometry::Realization& realization,
+                       const MeshTimes& times, int n_ranks);
+
+/// Makes realizations 0 to n_samples - 1, shows the progress on standard error and prints what they have in
+/// common and in what they differ. Writes one line for each to `table` (comma-separated), unless that is
+/// empty.
+/// @return whether all realizations conform
+/// @throws std::runtime_error when there are no base points or the table cannot be written
+bool survey_meshes(const input::Parameters& parameters, std::uint64_t n_samples,
+                   const std::filesystem::path& table);
+
+}  // namespace crackle::apps

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "content_digest.h"
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <fstream>
+#include <vector>
+
+namespace crackle::input {
+
+std::optional<std::string> content_digest(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return std::nullopt;
+  std::vector<char> buffer(std::size_t{1} << 16);
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  std::uint64_t n_bytes = 0;
+  while (stream) {
+    stream.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
+    const auto n_read = static_cast<std::size_t>(stream.gcount());
+    for (std::size_t i = 0; i < n_read; ++i) {
+      hash ^= static_cast<unsigned char>(buffer[i]);
+      hash *= 0x100000001b3u;
+    }
+    n_bytes += n_read;
+  }
+  if (stream.bad()) return std::nullopt;
+  return fmt::format("{} bytes, FNV-1a {:016x}", n_bytes, hash);
+}
+
+}  // namespace crackle::input

@@ -1,0 +1,101 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""crackle mesh: the table of one realization, and the survey of many."""
+import argparse
+import csv
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import h5py
+
+PROGRAM = ""
+DEMO = pathlib.Path(__file__).resolve().parents[2] / "jobs" / "demo.toml"
+TIMES = ("mesh_s", "delaunay_s")
+
+
+def invoke(*arguments):
+    environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+    return subprocess.run([PROGRAM, "mesh", *map(str, arguments)], env=environment, timeout=300, check=False,
+                          capture_output=True, text=True)
+
+
+class Mesh(unittest.TestCase):
+    def setUp(self):
+        self.parent = tempfile.TemporaryDirectory(prefix="crackle-mesh-")
+        self.folder = pathlib.Path(self.parent.name)
+
+    def tearDown(self):
+        self.parent.cleanup()
+
+    def test_table_is_complete(self):
+        mesh = self.folder / "mesh.vtkhdf"
+        result = invoke(DEMO, "--sample", 2, "--ranks", 4, "-o", mesh)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        for row in (r"sample +2 of seed 2012", r"nodes +\d+", r"tetrahedra +\d+", r"boundary triangles +\d+",
+                    r"spacing +min 0\.600, 1 % .*, median .*, max 3\.000 mm", r"edge length +min .* mm",
+                    r"quality +min 0\.2\d+, 1 % ", r"dihedral angles +[\d.]+ to [\d.]+ degrees",
+                    r"stable step +[\d.]+ ns", r"redrawn points +\d+ \([\d.]+ %\) in \d+ rounds",
+                    r"time +[\d.]+ s for the realization",
+                    r"partition +4 ranks: edge cut \d+ faces, imbalance [\d.]+ %"):
+            self.assertRegex(result.stdout, rf"(?m)^{row}")
+        with h5py.File(mesh) as root:
+            self.assertEqual(len(root["VTKHDF/Points"]), int(re.search(r"nodes +(\d+)", result.stdout)[1]))
+        self.assertNotIn("partition", invoke(DEMO, "-o", mesh).stdout)
+
+    def test_survey_counts_what_it_lists(self):
+        table = self.folder / "survey.csv"
+        result = invoke(DEMO, "--survey", 5, "--table", table)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        with table.open() as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual([row["sample"] for row in rows], ["0", "1", "2", "3", "4"])
+        self.assertTrue(all(row["conforms"] == "1" for row in rows))
+        self.assertIn("5 of seed 2012: 5 conform, 0 failed", result.stdout)
+        worst = min(float(row["worst_quality"]) for row in rows)
+        self.assertRegex(result.stdout, rf"worst quality +min {worst:.4f}")
+        mean = sum(int(row["redrawn_points"]) for row in rows) / len(rows)
+        nodes = int(re.search(r"nodes +(\d+)", result.stdout)[1])
+        self.assertRegex(result.stdout, rf"redrawn points +mean {100 * mean / nodes:.3f} %")
+        for row in rows:
+            self.assertAlmostEqual(sum(float(row[f"share_{axis}"]) for axis in "xyz"), 1, places=5)
+        for row in ("displacements", "  covariance", "  bias, 2nd order", "  bias, 4th order", "time per mesh",
+                    "  plain Delaunay", "  ratio", "time per sample"):
+            self.assertRegex(result.stdout, rf"(?m)^{row} ")
+
+        # The same realizations once more, apart from the time that they take.
+        invoke(DEMO, "--survey", 5, "--table", table)
+        with table.open() as file:
+            again = list(csv.DictReader(file))
+        for row in rows + again:
+            for name in TIMES:
+                self.assertGreater(float(row.pop(name)), 0)
+        self.assertEqual(rows, again)
+
+    def test_wrong_options(self):
+        mesh = self.folder / "mesh.vtkhdf"
+        for arguments, reason in (((DEMO,), "--output or --survey is required"),
+                                  ((DEMO, "--survey", 3, "-o", mesh), "excludes --survey"),
+                                  ((DEMO, "--survey", 0), "not in range 1 to 1000000"),
+                                  ((DEMO, "--table", "x.csv", "-o", mesh), "requires --survey"),
+                                  ((DEMO, "--ranks", 0, "-o", mesh), "not in range 1 to 100000"),
+                                  ((DEMO, "--sample", -1, "-o", mesh), "'-1' is no sample number"),
+                                  ((DEMO, "--survey", 3, "--table", self.folder / "no" / "x.csv"),
+                                   "x.csv: cannot be written")):
+            result = invoke(*arguments)
+            self.assertEqual((result.returncode, result.stdout), (1, ""), arguments)
+            self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
+            self.assertIn(reason, result.stderr)
+        self.assertEqual(list(self.folder.iterdir()), [])
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--program", required=True)
+    options, rest = parser.parse_known_args()
+    PROGRAM = os.path.abspath(options.program)
+    unittest.main(argv=[sys.argv[0], *rest], verbosity=2)

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A realization as `crackle mesh` writes it, with what the pictures need of it."""
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+# A folder on a network file system may not be locked for reading.
+os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
+
+import h5py  # noqa: E402
+import numpy as np  # noqa: E402
+
+EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
+
+
+@dataclass(frozen=True)
+class Mesh:
+    nodes: np.ndarray  # n x 3 [m]
+    tetrahedra: np.ndarray  # m x 4
+    quality: np.ndarray  # m, mean ratio
+
+    def dual_facets(self) -> np.ndarray:
+        """Vector areas of the six dual facets of each tetrahedron, m x 6 x 3 [m^2]."""
+        corner = self.nodes[self.tetrahedra]
+        u, v, w = (corner[:, k] - corner[:, 0] for k in (1, 2, 3))
+        scaled = np.stack([np.cross(v, w), np.cross(w, u), np.cross(u, v)], axis=1) / 6
+        gradient = np.concatenate([-scaled.sum(axis=1, keepdims=True), scaled], axis=1)
+        return np.stack([(gradient[:, b] - gradient[:, a]) / 4 for a, b in EDGES], axis=1)
+
+    def cut(self, axis: int, position: float) -> tuple[list[np.ndarray], np.ndarray]:
+        """The polygons in which the plane `axis` = `position` [m] cuts the tetrahedra, each k x 2 in the other
+        two axes, and the tetrahedra's numbers."""
+        height = self.nodes[:, axis] - position
+        above = height[self.tetrahedra] > 0
+        cut = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1))
+        others = [i for i in range(3) if i != axis]
+        polygons = []
+        for number in cut:
+            points = []
+            for a, b in EDGES:
+                i, j = self.tetrahedra[number, [a, b]]
+                if (height[i] > 0) != (height[j] > 0):
+                    share = height[i] / (height[i] - height[j])
+                    points.append(self.nodes[i, others] + share * (self.nodes[j, others] - self.nodes[i, others]))
+            polygon = np.array(points)
+            offset = polygon - polygon.mean(axis=0)
+            polygons.append(polygon[np.argsort(np.arctan2(offset[:, 1], offset[:, 0]))])
+        return polygons, cut
+
+
+def read_mesh(file: Path) -> Mesh:
+    """Reads a file of `crackle mesh -o`."""
+    with h5py.File(file, "r") as root:
+        group = root["VTKHDF"]
+        return Mesh(group["Points"][...], group["Connectivity"][...].reshape(-1, 4),
+                    group["CellData/quality"][...])
