@@ -218,7 +218,13 @@ bool survey_meshes(const input::Parameters& parameters, std::uint64_t n_samples,
 
   const Stopwatch clock;
   ensemble::RunLog log(std::cerr, terminal_width(STDERR_FILENO), [&clock] { return clock.seconds(); });
-  ensemble::Progress progress(n_samples, 1, 0, {});
+  // Meshes only: there are no cracks to keep statistics of.
+  input::Parameters uncracked = parameters;
+  uncracked.ensemble.samples = static_cast<int>(n_samples);
+  uncracked.ensemble.stop.reset();
+  uncracked.specimen.notches.clear();
+  uncracked.sections.y.clear();
+  ensemble::Progress progress(n_samples, 1, uncracked);
   std::vector<SurveyRow> rows;
   double stable_step = 0;  // of the first realization
   const auto look = [&](const geometry::Realization& realization) {
