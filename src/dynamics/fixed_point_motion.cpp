@@ -65,6 +65,8 @@ class FixedPointMotion final : public MovingBody {
   using Force = mechanics::FixedPointForce<Real>;
   static constexpr std::int32_t nodes_per_block = Force::nodes_per_block;
   static constexpr std::int64_t steps_between_unwrapping = 16;
+  /// Rounds that follow each other in one pass over the body.
+  static constexpr std::size_t rounds_per_pass = 2;
   /// State and force may use the integers' range up to here; the step to the end is the overflow's alarm.
   static constexpr double limit = sizeof(Real) == 4 ? 0x1p30 : 0x1p50;
 
@@ -99,7 +101,8 @@ public:
       for (const Round& round : rounds) run_round(round);
       update_ghosts();
     } else {
-      run_wavefront(rounds);
+      for (std::size_t first = 0; first < rounds.size(); first += rounds_per_pass)
+        run_wavefront(std::span(rounds).subspan(first, std::min(rounds_per_pass, rounds.size() - first)));
     }
     force_is_current_ = rounds.back().keeps_force;
     n_forces_ += std::ranges::count_if(rounds, &Round::has_force);

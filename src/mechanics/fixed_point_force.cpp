@@ -242,6 +242,14 @@ void FixedPointForce<Real>::update(std::span<const std::int32_t> tetrahedra, boo
 }
 
 template <class Real>
+std::int64_t FixedPointForce<Real>::bytes_per_sweep() const {
+  std::size_t bytes = ends_.size() * (sizeof(EdgeEnds) + sizeof(EdgeStiffness<Real>)) +
+                      2 * nodes_.size() * sizeof(NodeRecord<Real>);
+  for (const Block& block : blocks_) bytes += block.general.size() * sizeof(GeneralEdges<Real>);
+  return static_cast<std::int64_t>(bytes);
+}
+
+template <class Real>
 double FixedPointForce<Real>::padding() const {
   const auto n_edges =
       static_cast<double>(std::ranges::count_if(plain_place_, [](auto place) { return place >= 0; }));

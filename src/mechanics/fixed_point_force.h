@@ -62,6 +62,10 @@ public:
   /// @param force_is_current the nodes hold the force of the present displacement: it is corrected
   void update(std::span<const std::int32_t> tetrahedra, bool force_is_current);
 
+  /// Bytes that one force evaluation moves: coefficients and numbers of the edges, and each node's record in
+  /// and out once.
+  std::int64_t bytes_per_sweep() const;
+
   /// Places without an edge over the edges that the six-number form holds.
   double padding() const;
 
