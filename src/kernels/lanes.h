@@ -119,17 +119,41 @@ inline Vector8 square_root(Vector8 v) {
   return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
 }
 
-template <class Vector, class Mask>
-inline Vector select(Mask mask, Vector a, Vector b) {
-  return (Vector)((mask & (Mask)a) | (~mask & (Mask)b));
-}
+/// The larger of two numbers, in each lane; neither may be NaN.
 template <class Vector>
 inline Vector larger(Vector a, Vector b) {
-  return select(a > b, a, b);
+  return a > b ? a : b;
 }
-template <class Vector>
-inline Vector absolute(Vector a) {
-  return larger(a, -a);
+#if defined(__SSE2__)
+inline Float4 larger(Float4 a, Float4 b) {
+  return (Float4)_mm_max_ps((__m128)a, (__m128)b);
+}
+#endif
+#if defined(__AVX2__)
+inline Float8 larger(Float8 a, Float8 b) {
+  return (Float8)_mm256_max_ps((__m256)a, (__m256)b);
+}
+inline Double4 larger(Double4 a, Double4 b) {
+  return (Double4)_mm256_max_pd((__m256d)a, (__m256d)b);
+}
+#endif
+#if defined(__AVX512F__)
+inline Double8 larger(Double8 a, Double8 b) {
+  return (Double8)_mm512_max_pd((__m512d)a, (__m512d)b);
+}
+#endif
+
+inline Float4 absolute(Float4 v) {
+  return (Float4)((Int4)v & 0x7fffffff);
+}
+inline Float8 absolute(Float8 v) {
+  return (Float8)((Int8)v & 0x7fffffff);
+}
+inline Double4 absolute(Double4 v) {
+  return (Double4)((Long4)v & 0x7fffffffffffffff);
+}
+inline Double8 absolute(Double8 v) {
+  return (Double8)((Long8)v & 0x7fffffffffffffff);
 }
 
 /// The first three columns of each 4 x 4 block of rows: 4 rows of x, y, z, - become 4 x, 4 y and 4 z.
