@@ -62,7 +62,7 @@ std::string estimate_text(const input::Parameters& parameters) {
       {"core-hours", fmt::format("{:.3g} for {} sample{} of one dynamic phase each, at {:.0f} million "
                                  "tetrahedron updates per second and core",
                                  estimate.core_hours, n_samples, n_samples == 1 ? "" : "s",
-                                 ensemble::updates_per_core_second / 1e6)},
+                                 ensemble::updates_per_core_second(parameters.time.precision) / 1e6)},
   });
 }
 

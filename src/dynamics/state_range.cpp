@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace crackle::dynamics {
 
@@ -13,8 +14,10 @@ namespace {
 
 // Head room over the estimates below, for waves that meet and for stress at notches and crack fronts.
 constexpr double load_concentration = 8;
-/// The stretch of an edge, over the longest edge: small fragments turn by radians while they fly away.
-constexpr double largest_stretch = 2;
+/// Strain of an edge in a body that is still whole.
+constexpr double largest_strain = 0.05;
+/// Small fragments, whose edges are the shortest, turn by radians while they fly away.
+constexpr double largest_turn = 4;
 constexpr double velocity_room = 32;
 constexpr double force_room = 4;
 
@@ -38,14 +41,16 @@ struct Extremes {
   double state_stress = 0;
   double load_stress = 0;
   double stretch_force = 0;  // of an edge, per strain
-  double edge_length = 0;
+  double longest_edge = 0;
+  double shortest_edge =
+      -std::numeric_limits<double>::infinity();  // its negative, so that the largest counts
 
   void all_reduce(const parallel::Communicator& group) {
-    std::array<double*, 6> all{&velocity,    &prescribed_velocity, &state_stress,
-                               &load_stress, &stretch_force,       &edge_length};
-    std::array<double, 6> values{};
+    std::array<double*, 7> all{&velocity,      &prescribed_velocity, &state_stress, &load_stress,
+                               &stretch_force, &longest_edge,        &shortest_edge};
+    std::array<double, 7> values{};
     std::ranges::transform(all, values.begin(), [](const double* value) { return *value; });
-    parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, values.data(), 6, MPI_DOUBLE, MPI_MAX, group.get()),
+    parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, values.data(), 7, MPI_DOUBLE, MPI_MAX, group.get()),
                         "MPI_Allreduce");
     for (std::size_t i = 0; i < all.size(); ++i) *all[i] = values[i];
   }
@@ -122,7 +127,8 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
       stiffness += t.volume * (std::abs(lambda) + 2 * mu) * gradient(a) * gradient(b);
     }
     e.stretch_force = std::max(e.stretch_force, stiffness * std::sqrt(square));
-    e.edge_length = std::max(e.edge_length, std::sqrt(square));
+    e.longest_edge = std::max(e.longest_edge, std::sqrt(square));
+    e.shortest_edge = std::max(e.shortest_edge, -std::sqrt(square));
   }
   e.all_reduce(*context.group);
 
@@ -132,7 +138,7 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
   if (!(stress > 0)) stress = context.strength;
   const double velocity = stress / impedance;
   const double youngs_modulus = mu * (3 * lambda + 2 * mu) / (lambda + mu);
-  return {largest_stretch * e.edge_length,
+  return {std::max(largest_strain * e.longest_edge, largest_turn * -e.shortest_edge),
           velocity_room * (velocity + e.prescribed_velocity + free_flight_velocity(context, load_time, end)),
           force_room * e.stretch_force * stress / youngs_modulus};
 }

@@ -35,7 +35,8 @@ Estimate make_estimate(const input::Parameters& parameters, std::int64_t n_nodes
                            static_cast<double>(n_tetrahedra) * bytes_per_tetrahedron +
                            parameters.ensemble.ranks_per_sample * bytes_per_rank;
   const double updates = static_cast<double>(estimate.force_evaluations) * static_cast<double>(n_tetrahedra);
-  estimate.core_hours = parameters.ensemble.samples * updates / updates_per_core_second / 3600;
+  estimate.core_hours =
+      parameters.ensemble.samples * updates / updates_per_core_second(parameters.time.precision) / 3600;
   return estimate;
 }
 

@@ -253,8 +253,10 @@ Table time_table() {
                               "order 4 with four forces per step, or order 2 with one"),
        choice_key<Precision>("precision", in(&Parameters::time, &Time::precision),
                              {{"mixed", Precision::mixed}, {"double", Precision::double_}},
-                             by_default("\"double\""),
-                             "of the dynamic phase: fixed-point numbers of 32 or of 64 bits"),
+                             by_default("\"mixed\""),
+                             "of the dynamic phase: fixed-point numbers of 32 or of 64 bits; what outgrows "
+                             "32 bits is computed again in "
+                             "64"),
        automatic_time_key("arrest", in(&Parameters::time, &Time::arrest), "20 us",
                           "time without a break after which a dynamic phase has arrested; \"auto\" is "
                           "what a shear wave needs across the body's middle extent")}};

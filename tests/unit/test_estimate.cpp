@@ -28,7 +28,8 @@ TEST(Estimate, CountsStepsAndForceEvaluations) {
   // Eight kicks in two steps, of which the last shares its force with the first of the next two.
   EXPECT_EQ(estimate.force_evaluations, 70000);
   std::printf("core-hours %.4g, memory %.4g MB\n", estimate.core_hours, estimate.sample_memory / 1e6);
-  EXPECT_NEAR(estimate.core_hours, 200 * 70000.0 * 310000 / updates_per_core_second / 3600, 1e-9);
+  EXPECT_NEAR(estimate.core_hours,
+              200 * 70000.0 * 310000 / updates_per_core_second(input::Precision::mixed) / 3600, 1e-9);
   EXPECT_GT(estimate.sample_memory, 310000 * 100.0);
   parameters.time.integrator = input::Integrator::verlet;
   estimate = make_estimate(parameters, 55000, 310000, 40e-9);

@@ -8,9 +8,10 @@
 namespace crackle::ensemble {
 
 /// Tetrahedron updates per second of one core that the estimate reckons with: the force of one tetrahedron
-/// with its share of the time step and the breaking test, in double precision. One core of 3.3 GHz makes
-/// about 28 million with the demo's mesh.
-inline constexpr double updates_per_core_second = 25e6;
+/// with its share of the time step and the breaking check. `tools/benchmark` measures them.
+constexpr double updates_per_core_second(input::Precision precision) {
+  return precision == input::Precision::mixed ? 250e6 : 120e6;
+}
 
 /// What an ensemble will take. One dynamic phase for each sample is reckoned with; phases that arrest and the
 /// static solves before them come on top.

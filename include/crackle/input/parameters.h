@@ -106,7 +106,7 @@ struct Time {
   std::optional<double> step;  ///< [s]; empty: a fraction of the stable step ("auto")
   double duration = 0;         ///< of the dynamic phase [s]
   Integrator integrator = Integrator::bilateral4;
-  Precision precision = Precision::double_;
+  Precision precision = Precision::mixed;
   /// Time without a break after which a dynamic phase has arrested [s]; empty: what a shear wave needs across
   /// the body's middle extent ("auto").
   std::optional<double> arrest;
