@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "provenance.h"
 
+#include "crackle/input/reader.h"
 #include "crackle/version.h"
 
 #include <fmt/chrono.h>
@@ -30,6 +31,7 @@ void write_identity(hid_t file, const std::string& kind, std::int64_t schema_ver
   hdf5::write_attribute(file, "library_versions", library_versions());
   hdf5::write_attribute(file, "seed", parameters.ensemble.seed);
   hdf5::write_attribute(file, "input", parameters.text);
+  hdf5::write_attribute(file, "input_identity", input::sample_identity(parameters));
 }
 
 void check_identity(hid_t file, const std::string& kind, std::int64_t schema_version) {
@@ -39,6 +41,12 @@ void check_identity(hid_t file, const std::string& kind, std::int64_t schema_ver
   const std::int64_t found = hdf5::read_integer_attribute(file, "schema_version");
   if (found != schema_version) {
     throw hdf5::Error(fmt::format("schema version {}; this program reads version {}", found, schema_version));
+  }
+}
+
+void check_input(hid_t file, const input::Parameters& parameters) {
+  if (hdf5::read_text_attribute(file, "input_identity") != input::sample_identity(parameters)) {
+    throw hdf5::Error("was made from another input");
   }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/sample_file.h"
 
+#include "checked_file.h"
 #include "hdf5.h"
 #include "provenance.h"
 #include "sample_shape.h"
@@ -18,6 +19,8 @@ using analysis::SampleSummary;
 SampleSummary read_summary(const std::filesystem::path& file, const input::Parameters& parameters,
                            std::uint64_t sample) {
   try {
+    // HDF5 must not see a damaged file: it can crash on one.
+    read_checked_file(file);
     const hdf5::QuietErrors quiet;
     const hdf5::Handle root = hdf5::open_for_reading(file);
     check_identity(root.get(), sample_kind, sample_schema_version);
@@ -25,9 +28,7 @@ SampleSummary read_summary(const std::filesystem::path& file, const input::Param
     if (number != static_cast<std::int64_t>(sample)) {
       throw hdf5::Error(fmt::format("holds sample {} instead of {}", number, sample));
     }
-    if (hdf5::read_text_attribute(root.get(), "input") != parameters.text) {
-      throw hdf5::Error("was made from another input");
-    }
+    check_input(root.get(), parameters);
     SampleSummary row;
     const std::int64_t status = hdf5::read_integer_attribute(root.get(), "status");
     if (status != static_cast<std::int64_t>(analysis::SampleStatus::done) &&
