@@ -2,6 +2,7 @@
 // The program: parse the command line, start MPI and PETSc, run one command, turn failures into exit
 // statuses.
 #include "commands.h"
+#include "crackle/ensemble/stop_request.h"
 #include "crackle/input/reader.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/version.h"
@@ -14,6 +15,7 @@
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <string_view>
 
 namespace {
 
@@ -111,6 +113,8 @@ int run_command(const apps::Action& run, const parallel::Communicator& world) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // From the first moment on: what starts the ranks passes signals on as soon as they are there.
+  if (argc > 1 && std::string_view(argv[1]) == "run") ensemble::watch_stop_signals();
   CLI::App app{"crackle: Monte-Carlo ensembles of dynamic brittle fracture by PDS-FEM", "crackle"};
   apps::Action run;
   const Runtime runtime;

@@ -29,8 +29,8 @@ int sample_command(const parallel::Communicator& world, const input::Parameters&
   const auto report = ensemble::run_single_sample(
       world, parameters, arguments.folder, arguments.sample,
       [&parameters](const parallel::Communicator& group, std::uint64_t, const geometry::Subdomain& subdomain,
-                    const dynamics::SampleLog& log) {
-        return dynamics::run_sample(group, parameters, subdomain, log);
+                    const dynamics::SampleControl& control) {
+        return dynamics::run_sample(group, parameters, subdomain, control);
       },
       say);
   if (world.is_root()) {

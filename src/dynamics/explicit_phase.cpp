@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <string>
 
@@ -41,6 +42,15 @@ Frame make_frame(const MotionContext& context, const MotionState& state, double 
   frame.velocity =
       to_float(parallel::gather_nodes(*context.group, context.body->subdomain(), state.velocity.owned()));
   return frame;
+}
+
+/// Brings body, criterion and motion to where the checkpoint's running phase was saved.
+void restore(const Checkpoint& checkpoint, fracture::BreakableBody& body, fracture::TulerButcher& criterion,
+             MovingBody& motion) {
+  const auto broken = restore_breaks(checkpoint.running->breaks, body);
+  restore_impulse(checkpoint.impulse, body.subdomain(), criterion);
+  motion.release(broken);
+  motion.restore(checkpoint.running->motion);
 }
 
 /// The steps after which a picture is taken; step 0 is the start.
@@ -80,10 +90,20 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
     }
   };
 
-  write_outputs(0, false);
-  std::vector<std::int32_t> breaking;
+  const std::size_t n_breaks_before = body.breaks().size();
   std::int64_t last_break = 0;
   std::int64_t step = 0;
+  if (options.from != nullptr) {
+    parallel::agree(group, [&] { restore(*options.from, body, criterion, motion); });
+    last_break = options.from->running->last_break;
+    step = options.from->running->step;
+    result.energy = options.from->energy;
+    result.frames = options.from->frames;
+    motion.read(state);
+  } else {
+    write_outputs(0, false);
+  }
+  std::vector<std::int32_t> breaking;
   while (step < n_steps && !result.arrested) {
     motion.step(step % 2 == 0 ? splitting.even : splitting.odd, dt,
                 load_time + static_cast<double>(step) * dt);
@@ -100,6 +120,7 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
       motion.release(breaking);
       last_break = step;
     }
+    auto request = Request::go_on;
     if (step % look_interval == 0 || step == n_steps) {
       std::optional<std::string> failure = motion.failure();
       if (failure)
@@ -110,13 +131,26 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
       } catch (const parallel::AgreedError& error) {
         throw NumberRangeExceeded(error.what());
       }
-      if (options.arrest_window && step < n_steps) {
-        parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &last_break, 1, MPI_INT64_T, MPI_MAX, group.get()),
+      if (step < n_steps) {
+        std::array<std::int64_t, 2> look{last_break,
+                                         options.request ? static_cast<std::int64_t>(options.request()) : 0};
+        parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, look.data(), 2, MPI_INT64_T, MPI_MAX, group.get()),
                             "MPI_Allreduce");
-        result.arrested = static_cast<double>(step - last_break) * dt >= *options.arrest_window;
+        last_break = look[0];
+        request = static_cast<Request>(look[1]);
+        result.arrested =
+            options.arrest_window && static_cast<double>(step - last_break) * dt >= *options.arrest_window;
       }
     }
     write_outputs(step, step == n_steps || result.arrested);
+    if (request == Request::go_on || result.arrested) continue;
+    options.save({load_time, step, last_break, gather_breaks(group, body.breaks().subspan(n_breaks_before)),
+                  motion.save()},
+                 result.energy, result.frames);
+    if (request == Request::park) {
+      result.parked = true;
+      return result;
+    }
   }
   result.time = static_cast<double>(step) * dt;
   result.n_steps = step;

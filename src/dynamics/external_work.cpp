@@ -3,6 +3,8 @@
 
 #include "crackle/parallel/exact_sum.h"
 
+#include <stdexcept>
+
 namespace crackle::dynamics {
 
 namespace {
@@ -39,6 +41,54 @@ ExternalWork::ExternalWork(const MotionContext& context, double time, const Moti
   for (const auto& motion : context.loads->motions) reaction_work_.emplace_back(motion.nodes.size(), 0.0);
   const auto potential = load_potential(time, state);
   start_.insert(start_.end(), potential.begin(), potential.end());
+}
+
+namespace {
+
+using NodeLists = std::vector<const std::vector<std::int32_t>*>;
+
+NodeLists nodes_of(const auto& conditions) {
+  NodeLists lists;
+  for (const auto& condition : conditions) lists.push_back(&condition.nodes);
+  return lists;
+}
+
+void take_out(const MotionContext& context, const NodeLists& nodes,
+              const std::vector<parallel::NumberedRows>& tables, std::vector<std::vector<double>>& values) {
+  if (tables.size() != values.size())
+    throw std::runtime_error("the checkpoint is of another number of boundary conditions");
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    for (std::size_t n = 0; n < values[k].size(); ++n) {
+      const auto node = static_cast<std::size_t>((*nodes[k])[n]);
+      values[k][n] = tables[k].number_at(context.body->subdomain().node_number[node]);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<parallel::NumberedRows> gather_at_nodes(const MotionContext& context, const NodeLists& nodes,
+                                                    const std::vector<std::vector<double>>& values) {
+  std::vector<parallel::NumberedRows> tables;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    parallel::NumberedRows local;
+    for (std::size_t n = 0; n < values[k].size(); ++n) {
+      const auto node = static_cast<std::size_t>((*nodes[k])[n]);
+      local.add(context.body->subdomain().node_number[node], values[k][n]);
+    }
+    tables.push_back(parallel::gather_rows(*context.group, local));
+  }
+  return tables;
+}
+
+void ExternalWork::save(MotionCheckpoint& checkpoint) const {
+  checkpoint.rate_work = gather_at_nodes(context_, nodes_of(context_.loads->forces), rate_work_);
+  checkpoint.reaction_work = gather_at_nodes(context_, nodes_of(context_.loads->motions), reaction_work_);
+}
+
+void ExternalWork::restore(const MotionCheckpoint& checkpoint) {
+  take_out(context_, nodes_of(context_.loads->forces), checkpoint.rate_work, rate_work_);
+  take_out(context_, nodes_of(context_.loads->motions), checkpoint.reaction_work, reaction_work_);
 }
 
 double ExternalWork::value(double time, const MotionState& state) const {

@@ -30,6 +30,11 @@ public:
     reaction_work_[m][n] += duration_times_velocity * f;
   }
 
+  /// Puts the sums so far into the checkpoint, gathered on the root. Collective.
+  void save(MotionCheckpoint& checkpoint) const;
+  /// Takes them out again. Local.
+  void restore(const MotionCheckpoint& checkpoint);
+
   /// Since the start [J]. Collective.
   double value(double time, const MotionState& state) const;
 
@@ -41,6 +46,11 @@ private:
   std::vector<std::vector<double>> reaction_work_;  // for each motion and node
   std::vector<double> start_;
 };
+
+/// Values at the nodes of conditions, one list for each, as tables gathered on the root. Collective.
+std::vector<parallel::NumberedRows> gather_at_nodes(
+    const MotionContext& context, const std::vector<const std::vector<std::int32_t>*>& nodes,
+    const std::vector<std::vector<double>>& values);
 
 /// Kinetic energies of the components that a prescribed motion drives [J]: the drive supplies them.
 std::vector<double> driven_kinetic(const MotionContext& context, const MotionState& state);

@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cfenv>
 #include <cmath>
+#include <stdexcept>
 
 namespace crackle::dynamics {
 
@@ -177,6 +178,59 @@ public:
   }
 
   std::int64_t n_forces() const override { return n_forces_; }
+
+  MotionCheckpoint save() const override {
+    MotionCheckpoint checkpoint;
+    checkpoint.has_force = force_is_current_;
+    parallel::NumberedRows local;
+    local.width = force_is_current_ ? 9 : 6;
+    for (std::size_t n = 0; n < velocity_.size(); ++n) {
+      local.numbers.push_back(subdomain_.node_number[n]);
+      for (std::size_t c = 0; c < 3; ++c) local.values.push_back(whole_displacement(3 * n + c));
+      for (std::size_t c = 0; c < 3; ++c) local.values.push_back(velocity_[n].value[c]);
+      for (std::size_t c = 0; c < 3 && force_is_current_; ++c)
+        local.values.push_back(force_.nodes()[n].force[c]);
+    }
+    checkpoint.nodes = parallel::gather_rows(*context_.group, local);
+    work_->save(checkpoint);
+    std::vector<const std::vector<std::int32_t>*> nodes;
+    std::vector<std::vector<double>> remainders;
+    for (const auto& pattern : context_.loads->forces) {
+      nodes.push_back(&pattern.nodes);
+      remainders.emplace_back(pattern.nodes.size(), 0.0);
+    }
+    for (const Special& special : special_)
+      for (const auto& entry : special.loaded) remainders[entry.condition][entry.place] = entry.remainder;
+    checkpoint.remainder = gather_at_nodes(context_, nodes, remainders);
+    checkpoint.n_steps = n_steps_;
+    checkpoint.n_forces = n_forces_;
+    return checkpoint;
+  }
+
+  void restore(const MotionCheckpoint& checkpoint) override {
+    clear_forces();
+    const auto nodes = force_.nodes();
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      const auto row = checkpoint.nodes.find(subdomain_.node_number[n]);
+      if (row.empty()) throw std::runtime_error("the checkpoint is of another mesh");
+      for (std::size_t c = 0; c < 3; ++c) {
+        whole_[n][c] = row[c];
+        nodes[n].displacement[c] = static_cast<Integer>(row[c]);
+        if (n >= velocity_.size()) continue;
+        velocity_[n].value[c] = static_cast<Integer>(row[3 + c]);
+        if (checkpoint.has_force) nodes[n].force[c] = static_cast<Integer>(row[6 + c]);
+      }
+    }
+    force_is_current_ = checkpoint.has_force;
+    ghosts_are_current_ = true;
+    work_->restore(checkpoint);
+    for (Special& special : special_)
+      for (auto& entry : special.loaded)
+        entry.remainder =
+            checkpoint.remainder.at(entry.condition).number_at(subdomain_.node_number[index(entry.node)]);
+    n_steps_ = checkpoint.n_steps;
+    n_forces_ = checkpoint.n_forces;
+  }
 
 private:
   /// The nodes of a block that loads act on or motions drive.

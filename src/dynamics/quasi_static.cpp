@@ -223,7 +223,8 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
   return agree(best, true);
 }
 
-QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account) {
+QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
+                                           const std::function<bool()>& is_asked_to_park) {
   LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
   if (!is_loaded_) {
     // The loads that the program starts with are taken to have grown from nothing.
@@ -236,6 +237,12 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account) {
     is_loaded_ = true;
   }
   for (;;) {
+    if (is_asked_to_park) {
+      int wish = is_asked_to_park() ? 1 : 0;
+      parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &wish, 1, MPI_INT, MPI_MAX, group_->get()),
+                          "MPI_Allreduce");
+      if (wish != 0) return QuasiStaticEnd::parked;
+    }
     Critical next = most_loaded();
     if (next.number < 0) return QuasiStaticEnd::separated;
     if (next.value > criterion_->strength() && criterion_->time_to_failure(next.value) <= patience_) {

@@ -3,6 +3,9 @@
 #include "crackle/fracture/principal_stress.h"
 #include "external_work.h"
 
+#include <bit>
+#include <stdexcept>
+
 namespace crackle::dynamics {
 
 namespace {
@@ -67,6 +70,39 @@ public:
     return work_.value(time, state);
   }
   std::int64_t n_forces() const override { return n_forces_; }
+
+  MotionCheckpoint save() const override {
+    MotionCheckpoint checkpoint;
+    parallel::NumberedRows local;
+    local.width = 6;
+    const auto u = state_->displacement.owned(), v = state_->velocity.owned();
+    for (std::size_t n = 0; 3 * n < u.size(); ++n) {
+      local.numbers.push_back(context_.body->subdomain().node_number[n]);
+      for (const auto values : {u, v})
+        for (std::size_t c = 0; c < 3; ++c)
+          local.values.push_back(std::bit_cast<std::int64_t>(values[3 * n + c]));
+    }
+    checkpoint.nodes = parallel::gather_rows(*context_.group, local);
+    work_.save(checkpoint);
+    // The force is evaluated again, which counts it again.
+    checkpoint.n_forces = n_forces_ - (force_is_current_ ? 1 : 0);
+    return checkpoint;
+  }
+
+  void restore(const MotionCheckpoint& checkpoint) override {
+    const auto u = state_->displacement.local();
+    const auto v = state_->velocity.owned();
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      const auto row = checkpoint.nodes.find(context_.body->subdomain().node_number[i / 3]);
+      if (row.empty()) throw std::runtime_error("the checkpoint is of another mesh");
+      u[i] = std::bit_cast<double>(row[i % 3]);
+      if (i < v.size()) v[i] = std::bit_cast<double>(row[3 + i % 3]);
+    }
+    work_.restore(checkpoint);
+    force_is_current_ = false;
+    ghosts_are_current_ = true;
+    n_forces_ = checkpoint.n_forces;
+  }
 
 private:
   static ExternalWork start_work(const MotionContext& context, double load_time, MotionState& state) {

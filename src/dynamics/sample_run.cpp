@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/sample_run.h"
 
+#include "crackle/dynamics/checkpoint.h"
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/stable_step.h"
@@ -9,11 +10,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
-#include <tuple>
+#include <stdexcept>
+#include <utility>
 
 namespace crackle::dynamics {
 
@@ -34,36 +36,24 @@ double arrest_window(const input::Parameters& parameters) {
   return size[1] / std::sqrt(elasticity.mu / parameters.material.density);
 }
 
-std::vector<fracture::Break> gather_breaks(const parallel::Communicator& group,
-                                           std::span<const fracture::Break> local) {
-  static_assert(std::is_trivially_copyable_v<fracture::Break>);
-  const int n_bytes = static_cast<int>(local.size_bytes());
-  std::vector<int> counts(static_cast<std::size_t>(group.size()));
-  parallel::check_mpi(MPI_Gather(&n_bytes, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, group.get()),
-                      "MPI_Gather");
-  std::vector<int> offsets(counts.size());
-  std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
-  std::vector<fracture::Break> all;
-  if (group.is_root()) {
-    all.resize(static_cast<std::size_t>(offsets.back() + counts.back()) / sizeof(fracture::Break));
-  }
-  parallel::check_mpi(MPI_Gatherv(local.data(), n_bytes, MPI_BYTE, all.data(), counts.data(), offsets.data(),
-                                  MPI_BYTE, 0, group.get()),
-                      "MPI_Gatherv");
-  std::ranges::sort(
-      all, {}, [](const fracture::Break& b) { return std::tuple(b.load_time, b.phase_time, b.tetrahedron); });
-  return all;
-}
+/// The checkpoint tells of another sample than this one.
+class CheckpointMismatch : public std::runtime_error {
+public:
+  using std::runtime_error::runtime_error;
+};
+
+constexpr const char* mismatch_text = "the quasi-static loading does not lead to its dynamic phases";
 
 /// One sample on its way; the phases in the order in which they happen.
 class SampleRun {
 public:
   SampleRun(const parallel::Communicator& group, const input::Parameters& parameters,
-            const geometry::Subdomain& subdomain, const SampleLog& log)
+            const geometry::Subdomain& subdomain, const SampleControl& control, const Checkpoint* from)
       : group_(group),
         parameters_(parameters),
         subdomain_(subdomain),
-        log_(log),
+        control_(control),
+        from_(from),
         body_(subdomain, parameters.material),
         loads_(mechanics::make_boundary_loads(group, parameters, subdomain)),
         criterion_(parameters.fracture, subdomain.tetrahedra.size()),
@@ -86,10 +76,10 @@ public:
   SampleResult run() {
     if (parameters_.time.start == input::Start::rest) {
       MotionState state = at_rest();
-      move(0, state);
+      if (move(0, state).parked) return parked();
       result_.outcome = loads_are_held(group_, body_, loads_) ? Outcome::running : Outcome::separated;
-    } else {
-      load_until_end();
+    } else if (!load_until_end()) {
+      return parked();
     }
     finish();
     return std::move(result_);
@@ -97,19 +87,29 @@ public:
 
 private:
   void say(const std::string& line) const {
-    if (log_ && group_.is_root()) log_(line);
+    if (control_.log && group_.is_root()) control_.log(line);
   }
 
-  void load_until_end() {
+  SampleResult parked() {
+    result_.parked = true;
+    return std::move(result_);
+  }
+
+  /// @return false when the sample was parked
+  bool load_until_end() {
     options_.arrest_window = arrest_window(parameters_);
     Stopwatch watch;
     QuasiStaticLoading loading(group_, body_, loads_, criterion_, *options_.arrest_window);
     for (;;) {
-      const QuasiStaticEnd end = loading.advance(account_);
+      const QuasiStaticEnd end = loading.advance(account_, control_.stop);
       result_.counts.quasi_static_breaks = loading.n_breaks();
       result_.counts.static_solves = loading.n_solves();
       result_.counts.solver_iterations = loading.n_iterations();
       result_.timings.quasi_static += watch.seconds();
+      if (end == QuasiStaticEnd::parked) {
+        if (!ended_.empty()) save({ended_, {}, impulse(), result_.energy, result_.frames});
+        return false;
+      }
       if (end != QuasiStaticEnd::run_away) {
         const bool broke = result_.counts.dynamic_phases > 0 || loading.n_breaks() > 0;
         result_.outcome = end == QuasiStaticEnd::separated ? Outcome::separated
@@ -118,20 +118,21 @@ private:
         if (result_.energy.empty()) {
           result_.energy.push_back(account_.row(0, 0, 0, loading.displacement()));
         }
-        return;
+        return true;
       }
       MotionState state = at_rest();
       state.displacement.assign(loading.displacement());
       const PhaseResult phase = move(loading.time(), state);
       watch = Stopwatch();
+      if (phase.parked) return false;
       if (!phase.arrested) {
         result_.outcome = loads_are_held(group_, body_, loads_) ? Outcome::running : Outcome::separated;
-        return;
+        return true;
       }
       account_.add_external(phase.external_work);
       if (!loading.resume(loading.time() + phase.time, phase.kinetic, state.displacement, account_)) {
         result_.outcome = Outcome::separated;
-        return;
+        return true;
       }
     }
   }
@@ -149,9 +150,30 @@ private:
         "iterations in {:.1f} s; dynamic phase {} starts",
         load_time, result_.onset_force, result_.counts.quasi_static_breaks, result_.counts.static_solves,
         result_.counts.solver_iterations, result_.timings.quasi_static, result_.counts.dynamic_phases));
+    const auto phase_number = static_cast<std::size_t>(result_.counts.dynamic_phases - 1);
+    if (from_ != nullptr && phase_number < from_->ended.size())
+      return replay(from_->ended[phase_number], load_time, state);
     Stopwatch watch;
     double last_report = 0;
     PhaseOptions options = options_;
+    if (from_ != nullptr && phase_number == from_->ended.size() && from_->running) {
+      if (from_->running->load_time != load_time) throw CheckpointMismatch(mismatch_text);
+      options.from = from_;
+      say(fmt::format("dynamic phase {} goes on at step {}", result_.counts.dynamic_phases,
+                      from_->running->step));
+    }
+    if (control_.stop || control_.save) {
+      options.request = [&] {
+        if (control_.stop && control_.stop()) return Request::park;
+        const bool is_due =
+            group_.is_root() && since_save_.seconds() >= control_.checkpoint_interval && control_.save;
+        return is_due ? Request::save : Request::go_on;
+      };
+      options.save = [&](RunningPhase phase, const std::vector<EnergyRow>& energy,
+                         const std::vector<Frame>& frames) {
+        save({ended_, std::move(phase), impulse(), energy, frames});
+      };
+    }
     options.on_row = [&](const EnergyRow& row) {
       if (watch.seconds() < last_report + report_interval) return;
       last_report = watch.seconds();
@@ -163,9 +185,16 @@ private:
     const double duration = static_cast<double>(options_.grid.n_steps) * options_.grid.step;
     const auto motion =
         make_fixed_point_motion(context_, parameters_.time.precision, load_time, duration, state);
+    const std::size_t n_breaks_before = body_.breaks().size();
     PhaseResult phase =
         run_explicit_phase(context_, *motion, criterion_, splitting_, account_, load_time, options, state);
     result_.timings.dynamic += watch.seconds();
+    if (phase.parked) return phase;
+    if (phase.arrested && control_.save) {
+      ended_.push_back({load_time, phase.time, phase.kinetic, phase.external_work, phase.n_steps,
+                        phase.n_forces, gather_breaks(group_, body_.breaks().subspan(n_breaks_before)),
+                        gather_displacement(state)});
+    }
     result_.counts.steps += phase.n_steps;
     result_.counts.force_evaluations += phase.n_forces;
     result_.energy = std::move(phase.energy);
@@ -174,6 +203,56 @@ private:
                     result_.counts.dynamic_phases, phase.arrested ? "arrested" : "complete", 1e6 * phase.time,
                     result_.energy.back().broken));
     return phase;
+  }
+
+  /// What an earlier run has computed of an arrested phase.
+  PhaseResult replay(const EndedPhase& ended, double load_time, MotionState& state) {
+    const auto n_nodes = static_cast<std::size_t>(subdomain_.n_nodes_global);
+    if (ended.load_time != load_time || ended.displacement.numbers.size() != n_nodes)
+      throw CheckpointMismatch(mismatch_text);
+    say(fmt::format("dynamic phase {} is taken from the checkpoint", result_.counts.dynamic_phases));
+    restore_breaks(ended.breaks, body_);
+    const auto u = state.displacement.local();
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      const auto row = ended.displacement.find(subdomain_.node_number[i / 3]);
+      u[i] = std::bit_cast<double>(row[i % 3]);
+    }
+    ended_.push_back(ended);
+    restore_impulse(from_->impulse, subdomain_, criterion_);
+    result_.energy = from_->energy;
+    result_.frames = from_->frames;
+    result_.counts.steps += ended.n_steps;
+    result_.counts.force_evaluations += ended.n_forces;
+    PhaseResult phase;
+    phase.arrested = true;
+    phase.time = ended.time;
+    phase.kinetic = ended.kinetic;
+    phase.external_work = ended.external_work;
+    return phase;
+  }
+
+  parallel::NumberedRows gather_displacement(const MotionState& state) const {
+    parallel::NumberedRows local;
+    local.width = 3;
+    const auto u = state.displacement.owned();
+    for (std::size_t n = 0; 3 * n < u.size(); ++n) {
+      local.numbers.push_back(subdomain_.node_number[n]);
+      for (std::size_t c = 0; c < 3; ++c) local.values.push_back(std::bit_cast<std::int64_t>(u[3 * n + c]));
+    }
+    return parallel::gather_rows(group_, local);
+  }
+
+  parallel::NumberedRows impulse() const { return gather_impulse(group_, subdomain_, criterion_); }
+
+  /// A checkpoint that cannot be kept is no reason to end the sample.
+  void save(const Checkpoint& checkpoint) {
+    since_save_ = Stopwatch();
+    if (!control_.save || !group_.is_root()) return;
+    try {
+      control_.save(to_bytes(checkpoint));
+    } catch (const std::exception& error) {
+      say(fmt::format("the checkpoint could not be kept: {}", error.what()));
+    }
   }
 
   double onset_force(double load_time, const parallel::NodeField& displacement) const {
@@ -199,7 +278,8 @@ private:
   const parallel::Communicator& group_;
   const input::Parameters& parameters_;
   const geometry::Subdomain& subdomain_;
-  const SampleLog& log_;
+  const SampleControl& control_;
+  const Checkpoint* from_;  // nullptr: from the start
   fracture::BreakableBody body_;
   mechanics::BoundaryLoads loads_;
   fracture::TulerButcher criterion_;
@@ -208,7 +288,32 @@ private:
   MotionContext context_;
   PhaseOptions options_;
   SampleResult result_;
+  std::vector<EndedPhase> ended_;  // breaks and displacements on the root, or from the checkpoint
+  Stopwatch since_save_;
 };
+
+/// Goes on from the checkpoint where there is one that fits, else from the beginning. Collective.
+SampleResult run_from_checkpoint(const parallel::Communicator& group, const input::Parameters& parameters,
+                                 const geometry::Subdomain& subdomain, const SampleControl& control) {
+  bool has_checkpoint = !control.checkpoint.empty();
+  parallel::check_mpi(MPI_Bcast(&has_checkpoint, 1, MPI_CXX_BOOL, 0, group.get()), "MPI_Bcast");
+  if (has_checkpoint) {
+    // Every rank has the same checkpoint, so all of them refuse it or none.
+    std::optional<Checkpoint> from;
+    try {
+      try {
+        from = share_checkpoint(group, control.checkpoint);
+      } catch (const std::runtime_error&) {
+        throw CheckpointMismatch("it is not complete");
+      }
+      return SampleRun(group, parameters, subdomain, control, &*from).run();
+    } catch (const CheckpointMismatch& mismatch) {
+      if (control.log && group.is_root())
+        control.log(fmt::format("the checkpoint is not used: {}", mismatch.what()));
+    }
+  }
+  return SampleRun(group, parameters, subdomain, control, nullptr).run();
+}
 
 }  // namespace
 
@@ -227,16 +332,17 @@ std::string to_string(Outcome outcome) {
 }
 
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,
-                        const geometry::Subdomain& subdomain, const SampleLog& log) {
+                        const geometry::Subdomain& subdomain, const SampleControl& control) {
   try {
-    return SampleRun(group, parameters, subdomain, log).run();
+    return run_from_checkpoint(group, parameters, subdomain, control);
   } catch (const NumberRangeExceeded& error) {
     if (parameters.time.precision != input::Precision::mixed) throw;
-    if (log && group.is_root()) log(fmt::format("{}; the sample is computed again in double", error.what()));
+    if (control.log && group.is_root())
+      control.log(fmt::format("{}; the sample is computed again in double", error.what()));
   }
   input::Parameters in_double = parameters;
   in_double.time.precision = input::Precision::double_;
-  SampleResult result = SampleRun(group, in_double, subdomain, log).run();
+  SampleResult result = SampleRun(group, in_double, subdomain, control, nullptr).run();
   result.counts.range_restarts = 1;
   return result;
 }

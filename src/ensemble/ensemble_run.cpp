@@ -36,6 +36,7 @@ double seconds_now() {
 struct Ledger {
   SamplePlan plan;
   geometry::MotherPoints base;
+  std::optional<FolderLock> lock;
   std::optional<Progress> progress;
   /// Failures that no sample file tells of; their rows are completed from here.
   std::map<std::uint64_t, SampleSummary> unstored;
@@ -47,18 +48,24 @@ void prepare_run(const input::Parameters& parameters, const geometry::Body& body
   const auto say = [&](const std::string& text) {
     if (log != nullptr) log->line(text);
   };
-  ledger.plan = make_plan(options.folder, parameters, options.resume, summary_reader(parameters));
+  ledger.plan = make_plan(options.folder, parameters, options.plan, summary_reader(parameters));
   say(describe(layout));
   const auto& plan = ledger.plan;
   ledger.base = plan.to_do.empty()
                     ? base_points(options.folder, parameters)
                     : geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed);
   say(fmt::format("base mesh: {} mother points", ledger.base.size()));
+  const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
+  ledger.lock.emplace(options.folder, options.plan.range.value_or(SampleRange{0, n_samples - 1}));
+  for (const auto& line : ledger.lock->taken_over()) say(line);
+  // Another run may have come and gone since the plan was made.
+  check_folder(options.folder, parameters, options.plan);
   for (const auto& line : prepare_folder(options.folder, parameters, plan)) say(line);
   ledger.progress.emplace(plan.to_do.size(), layout.n_groups, parameters);
   for (const auto& kept : plan.kept) ledger.progress->kept(kept.sample, kept.summary);
   say(fmt::format("{} of {} samples to do in {}", plan.to_do.size(), parameters.ensemble.samples,
                   options.folder.string()));
+  if (!plan.parked.empty()) say(fmt::format("{} of them go on from checkpoints", plan.parked.size()));
 }
 
 HandOutEvents make_events(Ledger& ledger, RunLog* log) {
@@ -74,6 +81,10 @@ HandOutEvents make_events(Ledger& ledger, RunLog* log) {
     if (log == nullptr) return;
     log->line(describe(report));
     log->show(*ledger.progress, true);
+  };
+  events.parked = [&ledger, log](const SampleReport& report) {
+    ledger.progress->parked(report.sample);
+    if (log != nullptr) log->line(describe(report));
   };
   events.tick = [&ledger, log] {
     if (log != nullptr) log->show(*ledger.progress, false);
@@ -164,7 +175,13 @@ RunOutcome share_counts(const parallel::Communicator& world, const std::optional
   std::array<int, 3> counts{};
   if (progress) counts = {progress->n_done(), progress->n_failed(), progress->n_left()};
   parallel::check_mpi(MPI_Bcast(counts.data(), 3, MPI_INT, 0, world.get()), "MPI_Bcast");
-  return {.done = counts[0], .failed = counts[1], .left = counts[2], .file_error = {}};
+  return {.done = counts[0], .failed = counts[1], .left = counts[2], .stopped = false, .file_error = {}};
+}
+
+/// Whether the master was asked to stop, by whomever. Collective.
+bool share_stop(const parallel::Communicator& world, bool is_stopping) {
+  parallel::check_mpi(MPI_Bcast(&is_stopping, 1, MPI_CXX_BOOL, 0, world.get()), "MPI_Bcast");
+  return is_stopping;
 }
 
 void log_end(RunLog& log, const Results& results, const Progress& progress, const RunOutcome& outcome,
@@ -188,6 +205,17 @@ void log_end(RunLog& log, const Results& results, const Progress& progress, cons
                                       : fmt::format("{} could not be written: {}", file, outcome.file_error));
 }
 
+/// For a run of some samples of the ensemble.
+void log_end_of_range(RunLog& log, SampleRange range, const RunOutcome& outcome,
+                      const std::filesystem::path& folder, double seconds) {
+  log.end_progress();
+  log.line(
+      fmt::format("samples {} to {}: {} done, {} failed, {} pending after {}; crackle stats {} merges what "
+                  "there is",
+                  range.first, range.last, outcome.done, outcome.failed, outcome.left,
+                  format_duration(seconds), folder.string()));
+}
+
 }  // namespace
 
 RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parameters& parameters,
@@ -205,14 +233,35 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   parallel::agree_on_root(world,
                           [&] { prepare_run(parameters, body, options, layout, ledger, log_or_null); });
 
-  hand_out(world, layout, ledger.plan.to_do,
-           make_sample_steps(parameters, body, ledger.base, options.folder, layout.ranks_per_group,
-                             sample_function),
-           make_events(ledger, log_or_null),
+  bool is_stopping = false;
+  SampleSteps steps = make_sample_steps(parameters, body, ledger.base, options.folder, layout.ranks_per_group,
+                                        sample_function);
+  steps.checkpoint_interval = options.checkpoint_interval;
+  steps.stop = [&] {
+    if (is_stopping || !options.stop) return is_stopping;
+    if (const auto reason = options.stop()) {
+      is_stopping = true;
+      if (log_or_null != nullptr) log_or_null->line(fmt::format("{}: stopping", *reason));
+    }
+    return is_stopping;
+  };
+  HandOutEvents events = make_events(ledger, log_or_null);
+  events.parked = [&, tell = events.parked](const SampleReport& report) {
+    is_stopping = true;
+    tell(report);
+  };
+  hand_out(world, layout, ledger.plan.to_do, steps, events,
            QueueLimits{.n_realizations = static_cast<std::size_t>(layout.n_groups) + 1});
+  is_stopping = share_stop(world, is_stopping);
 
   RunOutcome outcome;
   Results results;
+  if (options.plan.range) {
+    outcome = share_counts(world, ledger.progress);
+    outcome.stopped = is_stopping && outcome.left > 0;
+    if (log) log_end_of_range(*log, *options.plan.range, outcome, options.folder, seconds_now() - start);
+    return outcome;
+  }
   try {
     results = write_results(world, parameters, options.folder, ledger);
     for (int i = 0; i < results.statistics.n_needed; ++i) {
@@ -222,6 +271,7 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
     outcome = share_counts(world, ledger.progress);
     outcome.file_error = error.what();
   }
+  outcome.stopped = is_stopping && outcome.left > 0;
   if (log) {
     log->end_progress();
     log_end(*log, results, *ledger.progress, outcome, options.folder, seconds_now() - start);

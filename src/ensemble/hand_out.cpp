@@ -5,6 +5,7 @@
 #include "sample_message.h"
 
 #include <deque>
+#include <set>
 #include <utility>
 
 namespace crackle::ensemble {
@@ -15,20 +16,43 @@ bool is_enough(const HandOutEvents& events) {
   return events.enough && events.enough();
 }
 
+bool is_asked(const std::function<bool()>& stop) {
+  return stop && stop();
+}
+
+void tell(const HandOutEvents& events, const SampleReport& report) {
+  if (!report.parked)
+    events.finished(report);
+  else if (events.parked)
+    events.parked(report);
+}
+
 void serve_groups(const parallel::Communicator& world, int n_groups, RealizationQueue& queue,
                   const SampleSteps& steps, const HandOutEvents& events) {
   std::deque<int> waiting;  // roots that ask for work, in order of asking
+  std::set<int> at_work;    // roots that compute a sample
+  bool is_stopping = false;
   int n_ended = 0;
   parallel::BackOff back_off;
   while (n_ended < n_groups) {
     bool idle = true;
     while (const auto request = poll_request(world)) {
-      if (request->report) events.finished(*request->report);
+      if (request->report) {
+        tell(events, *request->report);
+        // A group that was asked to park speaks for all.
+        is_stopping = is_stopping || request->report->parked;
+      }
+      at_work.erase(request->rank);
       waiting.push_back(request->rank);
       idle = false;
     }
+    is_stopping = is_stopping || is_asked(steps.stop);
+    if (is_stopping) {
+      for (const int rank : at_work) send_stop(world, rank);
+      at_work.clear();
+    }
     while (!waiting.empty()) {
-      if (queue.exhausted() || is_enough(events)) {
+      if (is_stopping || queue.exhausted() || is_enough(events)) {
         send_no_work(world, waiting.front());
         waiting.pop_front();
         ++n_ended;
@@ -38,6 +62,7 @@ void serve_groups(const parallel::Communicator& world, int n_groups, Realization
           continue;
         }
         send_work(world, waiting.front(), *prepared);
+        at_work.insert(waiting.front());
         waiting.pop_front();
         events.started(prepared->sample);
       } else {
@@ -54,11 +79,12 @@ void serve_groups(const parallel::Communicator& world, int n_groups, Realization
   }
 }
 
-void work_in_group(const parallel::Communicator& world, SampleGroup& group, const SampleSteps& steps) {
+void work_in_group(const parallel::Communicator& world, SampleGroup& group, SampleSteps steps) {
   if (!group.is_root()) {
     follow_samples(group, steps);
     return;
   }
+  steps.stop = [&world, own = steps.stop] { return is_asked(own) || is_asked_to_stop(world); };
   std::optional<SampleReport> report;
   for (;;) {
     send_request(world, report);
@@ -66,18 +92,21 @@ void work_in_group(const parallel::Communicator& world, SampleGroup& group, cons
     if (!prepared) break;
     report = lead_sample(group, steps, std::move(*prepared));
   }
+  discard_stop(world);
   send_end(group);
 }
 
 void work_alone(SampleGroup& group, const std::vector<std::uint64_t>& samples, const SampleSteps& steps,
                 const HandOutEvents& events) {
   for (const std::uint64_t sample : samples) {
-    if (is_enough(events)) break;
+    if (is_asked(steps.stop) || is_enough(events)) break;
     events.started(sample);
     events.tick();
     auto prepared = prepare(steps.make, sample);
-    events.finished(prepared.failed() ? report_failure(steps, sample, prepared.error, prepared.seconds)
-                                      : lead_sample(group, steps, std::move(prepared)));
+    const auto report = prepared.failed() ? report_failure(steps, sample, prepared.error, prepared.seconds)
+                                          : lead_sample(group, steps, std::move(prepared));
+    tell(events, report);
+    if (report.parked) break;
   }
 }
 

@@ -12,6 +12,7 @@ namespace {
 constexpr int master = 0;
 constexpr int request_tag = 1;
 constexpr int work_tag = 2;
+constexpr int stop_tag = 3;
 
 }  // namespace
 
@@ -42,6 +43,20 @@ void send_work(const parallel::Communicator& world, int rank, const PreparedSamp
 
 void send_no_work(const parallel::Communicator& world, int rank) {
   parallel::send_array(world, std::vector<std::byte>{}, rank, work_tag);
+}
+
+void send_stop(const parallel::Communicator& world, int rank) {
+  parallel::check_mpi(MPI_Send(nullptr, 0, MPI_BYTE, rank, stop_tag, world.get()), "MPI_Send");
+}
+
+bool is_asked_to_stop(const parallel::Communicator& world) {
+  return parallel::poll_message(world, master, stop_tag).has_value();
+}
+
+void discard_stop(const parallel::Communicator& world) {
+  if (!is_asked_to_stop(world)) return;
+  parallel::check_mpi(MPI_Recv(nullptr, 0, MPI_BYTE, master, stop_tag, world.get(), MPI_STATUS_IGNORE),
+                      "MPI_Recv");
 }
 
 std::optional<PreparedSample> receive_work(const parallel::Communicator& world) {

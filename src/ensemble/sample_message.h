@@ -25,6 +25,13 @@ std::optional<Request> poll_request(const parallel::Communicator& world);
 void send_work(const parallel::Communicator& world, int rank, const PreparedSample& prepared);
 void send_no_work(const parallel::Communicator& world, int rank);
 
+/// Master: asks a group that is at work to park its sample.
+void send_stop(const parallel::Communicator& world, int rank);
+/// Root of a group: whether the master has asked for that.
+bool is_asked_to_stop(const parallel::Communicator& world);
+/// Root of a group whose work has ended: takes a request that came too late.
+void discard_stop(const parallel::Communicator& world);
+
 /// Root of a group: sleeps until the answer comes; nothing when the work has ended.
 std::optional<PreparedSample> receive_work(const parallel::Communicator& world);
 

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/sample_plan.h"
 
+#include "crackle/input/reader.h"
+#include "crackle/io/checkpoint_file.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/io/text_file.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
@@ -52,10 +56,43 @@ std::string read_text(const fs::path& file) {
   return text;
 }
 
-fs::path free_name(const fs::path& file) {
-  for (int i = 1;; ++i) {
-    fs::path name = fmt::format("{}.invalid-{}", file.string(), i);
-    if (!fs::exists(fs::symlink_status(name))) return name;
+/// "mesh.spacing is 3 mm, not 2 mm" for each of the settings that differ, one after the other.
+std::string differences(const std::vector<std::string>& expected, const std::vector<std::string>& actual) {
+  std::map<std::string, std::pair<std::string, std::string>> values;  // of each key: expected, actual
+  const auto sort_in = [&](const std::vector<std::string>& settings, auto member) {
+    for (const auto& setting : settings) {
+      const auto equals = setting.find(" = ");
+      values[setting.substr(0, equals)].*member = setting.substr(equals + 3);
+    }
+  };
+  sort_in(expected, &std::pair<std::string, std::string>::first);
+  sort_in(actual, &std::pair<std::string, std::string>::second);
+  std::string text;
+  const auto shown = [](const std::string& value) { return value.empty() ? "absent" : value; };
+  for (const auto& [key, value] : values) {
+    if (value.first == value.second) continue;
+    text += fmt::format("{}{} is {}, not {}", text.empty() ? "" : ", ", key, shown(value.second),
+                        shown(value.first));
+  }
+  return text;
+}
+
+/// How two inputs differ in what matters for samples that are there; nothing when they do not.
+std::optional<std::string> difference(const std::string& text, const fs::path& file,
+                                      const input::Parameters& parameters) {
+  if (text == parameters.text) return std::nullopt;
+  try {
+    const fs::path points = points_copy(file.parent_path());
+    const input::Parameters there = input::parse(text, file, fs::exists(points) ? points : fs::path());
+    if (const auto found = differences(input::sample_settings(there), input::sample_settings(parameters));
+        !found.empty())
+      return found;
+    if (parameters.ensemble.samples < there.ensemble.samples)
+      return fmt::format("ensemble.samples is {}, fewer than {}", parameters.ensemble.samples,
+                         there.ensemble.samples);
+    return std::nullopt;
+  } catch (const input::InputError&) {
+    return first_difference(text, parameters.text);
   }
 }
 
@@ -82,10 +119,23 @@ fs::path points_copy(const fs::path& folder) {
   return folder / "points.txt";
 }
 
+fs::path set_aside(const fs::path& file) {
+  for (int i = 1;; ++i) {
+    fs::path name = fmt::format("{}.invalid-{}", file.string(), i);
+    if (fs::exists(fs::symlink_status(name))) continue;
+    fs::rename(file, name);
+    return name;
+  }
+}
+
 void check_same_input(const fs::path& folder, const input::Parameters& parameters) {
   const fs::path file = input_copy(folder);
   if (!fs::exists(file)) return;
-  check_same_text(folder, file, read_text(file), parameters.text);
+  if (const auto found = difference(read_text(file), file, parameters)) {
+    throw std::runtime_error(fmt::format(
+        "{} holds an ensemble of another input: compared with {}, {}; use that input, or another folder",
+        folder.string(), file.string(), *found));
+  }
   const fs::path points = points_copy(folder);
   if (!parameters.mesh.points || !fs::exists(points)) return;
   check_same_text(folder, points, read_text(points), read_text(*parameters.mesh.points));
@@ -97,24 +147,38 @@ SummaryReader summary_reader(const input::Parameters& parameters) {
   };
 }
 
-SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters, bool resume,
-                     const SummaryReader& read) {
+void check_folder(const fs::path& folder, const input::Parameters& parameters, const PlanOptions& options) {
   if (fs::exists(folder) && !fs::is_directory(folder)) {
     throw std::runtime_error(folder.string() + " is no folder; the results need one, or a name that is free");
   }
-  if (!resume && holds_ensemble(folder)) {
+  if (!options.resume && holds_ensemble(folder)) {
     throw std::runtime_error(folder.string() +
                              " holds an ensemble already; continue it with --resume, or use another folder");
   }
   check_same_input(folder, parameters);
+  const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
+  if (options.range && (options.range->first > options.range->last || options.range->last >= n_samples)) {
+    throw std::runtime_error(
+        fmt::format("there are no samples {}-{}: ensemble.samples = {} has samples 0 to {}",
+                    options.range->first, options.range->last, n_samples, n_samples - 1));
+  }
+}
 
+SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters, const PlanOptions& options,
+                     const SummaryReader& read) {
+  check_folder(folder, parameters, options);
   SamplePlan plan;
   const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
-  for (std::uint64_t sample = 0; sample < n_samples; ++sample) {
+  const SampleRange range = options.range.value_or(SampleRange{0, n_samples - 1});
+  for (std::uint64_t sample = range.first; sample <= range.last; ++sample) {
     const fs::path file = io::sample_path(folder, sample);
     if (fs::exists(fs::symlink_status(file))) {
       try {
         auto summary = read(file, sample);
+        if (summary.status == analysis::SampleStatus::failed && options.retry_failed) {
+          plan.to_do.push_back(sample);
+          continue;
+        }
         if (summary.status != analysis::SampleStatus::pending) {
           plan.kept.push_back({sample, std::move(summary)});
           continue;
@@ -125,6 +189,14 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
       }
     }
     plan.to_do.push_back(sample);
+    const fs::path checkpoint = io::checkpoint_path(folder, sample);
+    if (!fs::exists(fs::symlink_status(checkpoint))) continue;
+    try {
+      io::read_checkpoint(checkpoint, parameters, sample);
+      plan.parked.push_back(sample);
+    } catch (const std::exception& error) {
+      plan.invalid.push_back({checkpoint, error.what()});
+    }
   }
   return plan;
 }
@@ -143,13 +215,15 @@ std::vector<std::string> prepare_folder(const fs::path& folder, const input::Par
   make_sample_folder(folder);
   std::vector<std::string> lines;
   for (const auto& invalid : plan.invalid) {
-    const fs::path name = free_name(invalid.file);
-    fs::rename(invalid.file, name);
+    const fs::path name = set_aside(invalid.file);
     lines.push_back(fmt::format("{} is set aside as {} and computed again: {}", invalid.file.string(),
                                 name.filename().string(), invalid.reason));
   }
+  std::error_code ignored;
+  for (const auto& kept : plan.kept) fs::remove(io::checkpoint_path(folder, kept.sample), ignored);
+  const fs::path copy = input_copy(folder);
+  if (!fs::exists(copy) || read_text(copy) != parameters.text) io::write_text_file(copy, parameters.text);
   if (parameters.mesh.points) io::write_text_file(points_copy(folder), read_text(*parameters.mesh.points));
-  io::write_text_file(input_copy(folder), parameters.text);
   return lines;
 }
 

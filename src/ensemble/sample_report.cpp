@@ -11,6 +11,7 @@ std::vector<std::byte> to_bytes(const SampleReport& report) {
   parallel::Packer packer;
   packer.put(report.sample);
   packer.put(report.stored);
+  packer.put(report.parked);
   packer.put(report.n_tetrahedra);
   packer.put(report.seconds);
   packer.put(analysis::to_bytes(report.summary));
@@ -22,6 +23,7 @@ SampleReport report_from_bytes(std::span<const std::byte> bytes) {
   SampleReport report;
   report.sample = unpacker.get<std::uint64_t>();
   report.stored = unpacker.get<bool>();
+  report.parked = unpacker.get<bool>();
   report.n_tetrahedra = unpacker.get<std::int64_t>();
   report.seconds = unpacker.get<double>();
   report.summary = analysis::summary_from_bytes(unpacker.get_vector<std::byte>());
@@ -48,6 +50,7 @@ const char* pattern_name(std::int32_t pattern) {
 
 std::string describe(const SampleReport& report) {
   const auto& summary = report.summary;
+  if (report.parked) return fmt::format("sample {} parked after {:.1f} s", report.sample, report.seconds);
   if (summary.status != analysis::SampleStatus::done) {
     return fmt::format("sample {} failed after {:.1f} s: {}", report.sample, report.seconds, summary.error);
   }

@@ -2,8 +2,10 @@
 #include "crackle/analysis/crack_surface.h"
 #include "crackle/ensemble/sample_task.h"
 #include "crackle/geometry/partition.h"
+#include "crackle/io/checkpoint_file.h"
 #include "crackle/io/sample_file.h"
 
+#include <system_error>
 #include <utility>
 
 namespace crackle::ensemble {
@@ -36,6 +38,23 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
   };
   steps.write_failure = [&parameters, folder](std::uint64_t sample, const analysis::SampleSummary& failure) {
     io::write_failed_sample(io::sample_path(folder, sample), parameters, sample, failure);
+  };
+  const auto checkpoint = [folder](std::uint64_t sample) { return io::checkpoint_path(folder, sample); };
+  steps.read_checkpoint = [&parameters, checkpoint](std::uint64_t sample) {
+    // Bad ones were set aside when the run began; one that has become bad since is of no use either.
+    try {
+      const std::filesystem::path file = checkpoint(sample);
+      if (std::filesystem::exists(file)) return io::read_checkpoint(file, parameters, sample);
+    } catch (const std::exception&) {
+    }
+    return std::vector<std::byte>();
+  };
+  steps.write_checkpoint = [&parameters, checkpoint](std::uint64_t sample, std::span<const std::byte> bytes) {
+    io::write_checkpoint(checkpoint(sample), parameters, sample, bytes);
+  };
+  steps.remove_checkpoint = [checkpoint](std::uint64_t sample) {
+    std::error_code ignored;
+    std::filesystem::remove(checkpoint(sample), ignored);
   };
   steps.failure_row = [&parameters, &body](const std::string& reason) {
     return analysis::empty_summary(body.n_notches(), static_cast<int>(parameters.sections.y.size()),

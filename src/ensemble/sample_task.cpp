@@ -20,7 +20,16 @@ dynamics::SampleResult compute_agreed(SampleGroup& group, const SampleSteps& ste
   dynamics::SampleResult result;
   std::optional<std::string> error;
   try {
-    result = steps.compute(group.computation(), sample, subdomain, steps.log);
+    dynamics::SampleControl control{.log = steps.log,
+                                    .stop = steps.stop,
+                                    .save = {},
+                                    .checkpoint = {},
+                                    .checkpoint_interval = steps.checkpoint_interval};
+    if (steps.write_checkpoint) {
+      control.save = [&](std::span<const std::byte> bytes) { steps.write_checkpoint(sample, bytes); };
+      if (group.is_root()) control.checkpoint = steps.read_checkpoint(sample);
+    }
+    result = steps.compute(group.computation(), sample, subdomain, control);
   } catch (...) {
     error = parallel::current_error();
   }
@@ -90,6 +99,13 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
       part = {};
     }
     result = staged("computation", [&] { return compute_agreed(group, steps, sample, parts[0]); });
+    if (result.parked) {
+      SampleReport report;
+      report.sample = sample;
+      report.parked = true;
+      report.seconds = clock.seconds();
+      return report;
+    }
     result.timings.mesh = prepared.seconds;
     if (steps.log) {
       for (const auto& line : describe(result)) steps.log(line);
@@ -106,6 +122,7 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
     staged("writing", [&] { steps.write(sample, realization, result, analysis); });
     report.summary = std::move(analysis.summary);
     report.stored = true;
+    if (steps.remove_checkpoint) steps.remove_checkpoint(sample);
   } catch (const StepError& failure) {
     report.summary = steps.failure_row(failure.what());
   }

@@ -45,14 +45,17 @@ void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, d
   const auto index = static_cast<std::size_t>(tetrahedron);
   const auto& t = operators_.tetrahedra[index];
   const Symmetric sigma = elasticity_(strain);
+  restore(tetrahedron,
+          {subdomain_->tetrahedron_number[index], load_time, phase_time, largest_principal(sigma),
+           0.5 * t.volume * mechanics::contract(sigma, strain), most_loaded_cut(t, sigma)});
+}
+
+void BreakableBody::restore(std::int32_t tetrahedron, const Break& record) {
+  const auto index = static_cast<std::size_t>(tetrahedron);
   force_->release(tetrahedron);
   broken_[index] = 1;
   order_.push_back(tetrahedron);
-  if (subdomain_->counted[index] != 0) {
-    records_.push_back({subdomain_->tetrahedron_number[index], load_time, phase_time,
-                        largest_principal(sigma), 0.5 * t.volume * mechanics::contract(sigma, strain),
-                        most_loaded_cut(t, sigma)});
-  }
+  if (subdomain_->counted[index] != 0) records_.push_back(record);
 }
 
 std::vector<double> BreakableBody::strain_energies(std::span<const double> displacement) const {

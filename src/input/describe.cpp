@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/input/reader.h"
+#include "crackle/parallel/checksum.h"
 #include "schema.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <string_view>
 #include <utility>
 
 namespace crackle::input {
 
-std::string echo(const Parameters& parameters) {
+namespace {
+
+using Line = std::pair<std::string, std::string>;  // key, value
+
+std::vector<Line> resolved(const Parameters& parameters) {
   Parameters shown = parameters;
-  std::vector<std::pair<std::string, std::string>> lines;
-  std::size_t width = 0;
+  std::vector<Line> lines;
   for (const Table& table : schema()) {
     for (std::size_t i = 0; i < table.count(shown); ++i) {
       const std::string path =
@@ -21,13 +27,38 @@ std::string echo(const Parameters& parameters) {
         const auto text = key.show(shown, i);
         if (!text) continue;
         lines.emplace_back(path + "." + key.name, *text);
-        width = std::max(width, lines.back().first.size());
       }
     }
   }
+  return lines;
+}
+
+}  // namespace
+
+std::string echo(const Parameters& parameters) {
+  const std::vector<Line> lines = resolved(parameters);
+  std::size_t width = 0;
+  for (const Line& line : lines) width = std::max(width, line.first.size());
   std::string result;
   for (const auto& [key, text] : lines) result += fmt::format("{:<{}} = {}\n", key, width, text);
   return result;
+}
+
+std::vector<std::string> sample_settings(const Parameters& parameters) {
+  constexpr std::array<std::string_view, 6> without_effect{
+      "ensemble.samples",         "ensemble.ranks_per_sample", "ensemble.stop.half_width",
+      "ensemble.stop.confidence", "ensemble.stop.min_samples", "mesh.points"};
+  std::vector<std::string> settings;
+  for (const auto& [key, value] : resolved(parameters)) {
+    if (std::ranges::find(without_effect, key) == without_effect.end())
+      settings.push_back(fmt::format("{} = {}", key, value));
+  }
+  return settings;
+}
+
+std::string sample_identity(const Parameters& parameters) {
+  return fmt::format("FNV-1a {:016x}",
+                     parallel::checksum(fmt::format("{}", fmt::join(sample_settings(parameters), "\n"))));
 }
 
 std::string key_table() {

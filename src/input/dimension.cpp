@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -94,7 +96,11 @@ Dimension with_example(Dimension dimension, std::string example) {
 }
 
 std::string format_number(double value) {
-  return fmt::format("{:.10g}", value);
+  // Ten digits hide what the conversion between units rounds; a number that has more of them shows all.
+  const std::string text = fmt::format("{:.10g}", value);
+  constexpr double conversion = 8 * std::numeric_limits<double>::epsilon();
+  if (std::abs(std::strtod(text.c_str(), nullptr) - value) <= conversion * std::abs(value)) return text;
+  return fmt::format("{:.16g}", value);
 }
 
 std::string format_quantity(double si_value, const Dimension& dimension) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "provenance.h"
 
+#include "crackle/input/reader.h"
 #include "crackle/version.h"
 
 #include <fmt/chrono.h>
@@ -31,6 +32,7 @@ void write_identity(hid_t file, const std::string& kind, std::int64_t schema_ver
   hdf5::write_attribute(file, "seed", parameters.ensemble.seed);
   hdf5::write_attribute(file, "input", parameters.text);
   hdf5::write_attribute(file, "points", parameters.mesh.points_digest);
+  hdf5::write_attribute(file, "input_identity", input::sample_identity(parameters));
 }
 
 void check_identity(hid_t file, const std::string& kind, std::int64_t schema_version) {
@@ -44,7 +46,7 @@ void check_identity(hid_t file, const std::string& kind, std::int64_t schema_ver
 }
 
 void check_input(hid_t file, const input::Parameters& parameters) {
-  if (hdf5::read_text_attribute(file, "input") != parameters.text) {
+  if (hdf5::read_text_attribute(file, "input_identity") != input::sample_identity(parameters)) {
     throw hdf5::Error("was made from another input");
   }
   const std::string found =

@@ -9,15 +9,15 @@
 namespace crackle::io {
 
 /// Attributes of / that every result file carries: kind, schema_version, program_version, git_commit,
-/// library_versions, seed, input, points (the digest of mesh.points).
+/// library_versions, seed, input, points (the digest of mesh.points), input_identity.
 void write_identity(hid_t file, const std::string& kind, std::int64_t schema_version,
                     const input::Parameters& parameters);
 
 /// @throws hdf5::Error unless the file is of this kind and schema
 void check_identity(hid_t file, const std::string& kind, std::int64_t schema_version);
 
-/// @throws hdf5::Error unless the file was made from this input: the same text, the same content of
-/// mesh.points
+/// @throws hdf5::Error unless the file was made from an input with the same samples, input::sample_identity,
+/// and the same content of mesh.points
 void check_input(hid_t file, const input::Parameters& parameters);
 
 /// The group /provenance: where and when the file was written, by how many ranks.

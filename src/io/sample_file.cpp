@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/sample_file.h"
 
+#include "checked_file.h"
 #include "hdf5.h"
 #include "memory_file.h"
-#include "partial_file.h"
 #include "provenance.h"
 #include "sample_shape.h"
 #include "summary_columns.h"
@@ -12,6 +12,7 @@
 
 #include <stdexcept>
 #include <type_traits>
+#include <utility>
 
 namespace crackle::io {
 
@@ -240,7 +241,7 @@ void write_file(const std::filesystem::path& path, Fill fill) {
   } catch (const std::exception& error) {
     throw std::runtime_error("cannot write '" + path.string() + "': " + error.what());
   }
-  write_whole_file(path, bytes);
+  write_checked_file(path, std::move(bytes));
 }
 
 }  // namespace

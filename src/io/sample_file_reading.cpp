@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/sample_file.h"
 
+#include "checked_file.h"
 #include "hdf5.h"
 #include "provenance.h"
 #include "sample_shape.h"
@@ -18,6 +19,8 @@ using analysis::SampleSummary;
 SampleSummary read_summary(const std::filesystem::path& file, const input::Parameters& parameters,
                            std::uint64_t sample) {
   try {
+    // HDF5 must not see a damaged file: it can crash on one.
+    read_checked_file(file);
     const hdf5::QuietErrors quiet;
     const hdf5::Handle root = hdf5::open_for_reading(file);
     check_identity(root.get(), sample_kind, sample_schema_version);

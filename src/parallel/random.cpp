@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/parallel/random.h"
 
+#include "crackle/parallel/checksum.h"
+
 namespace crackle::parallel {
 
 namespace {
@@ -11,14 +13,6 @@ std::uint64_t mix(std::uint64_t value) {
   value = (value ^ (value >> 30)) * 0xBF58476D1CE4E5B9u;
   value = (value ^ (value >> 27)) * 0x94D049BB133111EBu;
   return value ^ (value >> 31);
-}
-
-/// FNV-1a.
-std::uint64_t hash(std::string_view text) {
-  std::uint64_t value = 0xCBF29CE484222325u;
-  for (const char character : text)
-    value = (value ^ static_cast<unsigned char>(character)) * 0x00000100000001B3u;
-  return value;
 }
 
 std::uint32_t low(std::uint64_t value) {
@@ -44,7 +38,7 @@ std::array<std::uint32_t, 4> philox_4x32_10(std::array<std::uint32_t, 4> counter
 }
 
 RandomStream::RandomStream(std::uint64_t seed, std::uint64_t sample, std::string_view purpose) {
-  const std::uint64_t key = mix(mix(mix(seed) ^ sample) ^ hash(purpose));
+  const std::uint64_t key = mix(mix(mix(seed) ^ sample) ^ checksum(purpose));
   key_ = {low(key), high(key)};
 }
 

@@ -46,7 +46,7 @@ inline SampleSteps make_steps(Calls& calls) {
     return parts;
   };
   steps.compute = [&](const parallel::Communicator& group, std::uint64_t sample,
-                      const geometry::Subdomain& subdomain, const dynamics::SampleLog&) {
+                      const geometry::Subdomain& subdomain, const dynamics::SampleControl&) {
     calls.computed.push_back(sample);
     double sum = 0;
     for (const auto& node : subdomain.nodes) sum += node[0];

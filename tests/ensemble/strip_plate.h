@@ -103,7 +103,7 @@ inline dynamics::SampleResult break_strip(const parallel::Communicator& group, s
 }
 
 inline const SampleFunction strip = [](const parallel::Communicator& group, std::uint64_t sample,
-                                       const geometry::Subdomain& subdomain, const dynamics::SampleLog&) {
+                                       const geometry::Subdomain& subdomain, const dynamics::SampleControl&) {
   return break_strip(group, sample, subdomain);
 };
 

@@ -168,7 +168,7 @@ TEST_F(EnsembleFile, MotherPointsOfAnotherInputAreRefused) {
               testing::ThrowsMessage<std::runtime_error>(
                   testing::HasSubstr("was made from other points (some points, not other points)")));
   parameters.mesh.points_digest = "some points";
-  parameters.text += "#";
+  parameters.mesh.growth += 0.01;
   EXPECT_THAT([&] { read_mother_points(file, parameters); },
               testing::ThrowsMessage<std::runtime_error>(testing::HasSubstr("was made from another input")));
 }

@@ -65,8 +65,7 @@ protected:
                     const input::Parameters& parameters, bool resume,
                     const SampleFunction& function = strip) {
     log_.str("");
-    return run_ensemble(ranks, parameters,
-                        {.folder = root_ / name, .resume = resume, .log = &log_, .terminal_width = 0},
+    return run_ensemble(ranks, parameters, {.folder = root_ / name, .plan = {.resume = resume}, .log = &log_},
                         function);
   }
 
@@ -231,7 +230,11 @@ TEST_F(EnsembleRun, RefusalsAreAgreedAndWriteNothing) {
     return std::string("not refused");
   };
   EXPECT_THAT(refused("out", parameters, false), HasSubstr("holds an ensemble already"));
-  EXPECT_THAT(refused("out", plate(3, 1), true), HasSubstr("line 2 is 'samples = 3', not 'samples = 2'"));
+  EXPECT_THAT(refused("out", plate(1, 1), true), HasSubstr("ensemble.samples is 1, fewer than 2"));
+  auto other = plate(2, 1);
+  other.text.replace(other.text.find("seed = 7"), 8, "seed = 8");
+  EXPECT_THAT(refused("out", input::parse(other.text, "plate.toml"), true),
+              HasSubstr("ensemble.seed is 8, not 7"));
   if (world_.size() > 1) {
     EXPECT_THAT(refused("new", plate(2, 4), false), HasSubstr("needs at least 5 ranks"));
   }

@@ -54,7 +54,7 @@ TEST_F(HandOut, SampleThatFailsOnOneRankFailsAlone) {
 TEST_F(HandOut, MessagesOfAFailedSampleDoNotReachTheNext) {
   if (world_.size() < 3) GTEST_SKIP() << "needs 3 ranks";
   steps_.compute = [](const parallel::Communicator& group, std::uint64_t sample, const geometry::Subdomain&,
-                      const dynamics::SampleLog&) {
+                      const dynamics::SampleControl&) {
     if (group.rank() == 0) {
       MPI_Send(&sample, 1, MPI_UINT64_T, 1, 0, group.get());
       if (sample % 2 == 0) throw std::runtime_error("before the message is received");

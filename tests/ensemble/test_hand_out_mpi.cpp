@@ -65,12 +65,12 @@ TEST_F(HandOut, LongSampleKeepsNoOtherWaiting) {
   constexpr std::uint64_t n = 9;
   auto compute = steps_.compute;
   steps_.compute = [&](const parallel::Communicator& group, std::uint64_t sample,
-                       const geometry::Subdomain& subdomain, const dynamics::SampleLog& log) {
+                       const geometry::Subdomain& subdomain, const dynamics::SampleControl& control) {
     if (sample > 0) {
       for (int rank = 1; rank < tokens.size(); ++rank) {
         if (rank != tokens.rank()) MPI_Send(&sample, 1, MPI_UINT64_T, rank, 0, tokens.get());
       }
-      return compute(group, sample, subdomain, log);
+      return compute(group, sample, subdomain, control);
     }
     for (std::uint64_t i = 1; i < n; ++i) {
       const auto start = std::chrono::steady_clock::now();
@@ -82,7 +82,7 @@ TEST_F(HandOut, LongSampleKeepsNoOtherWaiting) {
       std::uint64_t other = 0;
       MPI_Recv(&other, 1, MPI_UINT64_T, MPI_ANY_SOURCE, 0, tokens.get(), MPI_STATUS_IGNORE);
     }
-    return compute(group, sample, subdomain, log);
+    return compute(group, sample, subdomain, control);
   };
   run(1, numbers(n));
   expect_only_failing(n, {}, "");
@@ -121,9 +121,9 @@ TEST_F(HandOut, MasterServesWhileItMakesARealization) {
 TEST_F(HandOut, WhoWaitsSleeps) {
   if (world_.size() == 1) GTEST_SKIP() << "needs 2 ranks";
   auto compute = steps_.compute;
-  steps_.compute = [compute](const auto& group, auto sample, const auto& subdomain, const auto& log) {
+  steps_.compute = [compute](const auto& group, auto sample, const auto& subdomain, const auto& control) {
     std::this_thread::sleep_for(1s);
-    return compute(group, sample, subdomain, log);
+    return compute(group, sample, subdomain, control);
   };
   const auto start = std::chrono::steady_clock::now();
   const double before = test::cpu_seconds();

@@ -68,7 +68,12 @@ protected:
     write(io::sample_path(folder_, sample), word);
   }
 
-  SamplePlan plan(bool resume) const { return make_plan(folder_, parameters_, resume, reader()); }
+  static PlanOptions options(bool resume) {
+    PlanOptions options;
+    options.resume = resume;
+    return options;
+  }
+  SamplePlan plan(bool resume) const { return make_plan(folder_, parameters_, options(resume), reader()); }
 
   test::TemporaryFolder temporary_;
   fs::path root_ = temporary_.path(), folder_;

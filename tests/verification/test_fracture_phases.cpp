@@ -25,8 +25,9 @@ input::Parameters epoxy_parameters() {
 SampleResult run(const input::Parameters& parameters, const geometry::Realization& mesh) {
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain = test::whole(mesh);
-  const auto result = run_sample(self, parameters, subdomain,
-                                 [](const std::string& line) { std::printf("  %s\n", line.c_str()); });
+  SampleControl control;
+  control.log = [](const std::string& line) { std::printf("  %s\n", line.c_str()); };
+  const auto result = run_sample(self, parameters, subdomain, control);
   std::printf(
       "  %s: onset %.6g N at %.6g s, %zu breaks (%lld quasi-static), %lld dynamic phases, energy error "
       "%.1e\n",

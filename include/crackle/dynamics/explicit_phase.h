@@ -21,16 +21,31 @@ public:
   using std::runtime_error::runtime_error;
 };
 
+/// What becomes of a phase after a look at it; the larger wish of all ranks counts.
+enum class Request : int {
+  go_on,
+  save,  ///< a checkpoint, and on
+  park   ///< a checkpoint, and no further
+};
+
 struct PhaseOptions {
   TimeGrid grid{};
   std::optional<double> arrest_window;  ///< a phase without a break for this long ends [s]; empty: never
   int n_frames = 0;                     ///< frames over the whole duration, first and last included
   int n_energy_rows = 200;              ///< about this many rows of the energy account
   std::function<void(const EnergyRow& row)> on_row;  ///< called for each of them, on every rank; may be empty
+  std::function<Request()> request;                  ///< this rank's wish, every 32 steps; may be empty
+  /// Takes the phase's state: the running phase, and energy rows and frames so far, on the root. Called on
+  /// every rank; may be empty when nobody wishes for it.
+  std::function<void(RunningPhase phase, const std::vector<EnergyRow>& energy,
+                     const std::vector<Frame>& frames)>
+      save;
+  const Checkpoint* from = nullptr;  ///< goes on from its running phase
 };
 
 struct PhaseResult {
   bool arrested = false;
+  bool parked = false;       ///< the rest is without meaning
   double time = 0;           ///< at which the phase ended, since its start [s]
   double kinetic = 0;        ///< energy then [J]
   double external_work = 0;  ///< of the phase [J]

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/dynamics/checkpoint.h"
 #include "crackle/dynamics/integrator.h"
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/fracture/tuler_butcher.h"
@@ -54,6 +55,14 @@ public:
 
   /// Why the state can no longer be trusted on this rank, as when a number outgrew its format; or empty.
   virtual std::optional<std::string> failure() const { return {}; }
+
+  /// What restore() needs to go on from here, on the root. Collective.
+  virtual MotionCheckpoint save() const = 0;
+
+  /// Goes on from where a body that was made alike was saved; the tetrahedra that it broke up to there have
+  /// been released. Every later bit is as if there had been no interruption. Local.
+  /// @throws std::runtime_error when the checkpoint lacks a node
+  virtual void restore(const MotionCheckpoint& checkpoint) = 0;
 
   virtual std::int64_t n_forces() const = 0;  ///< evaluations of the internal force so far
 };

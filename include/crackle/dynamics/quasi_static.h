@@ -10,6 +10,7 @@
 #include "crackle/parallel/node_field.h"
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
 #include <vector>
@@ -21,6 +22,7 @@ enum class QuasiStaticEnd {
   run_away,   ///< a tetrahedron is over the limit at an unchanged load: dynamics takes over
   no_load,    ///< no further load of the program breaks the body
   separated,  ///< the loaded part came loose, or hangs on as a mechanism
+  parked,     ///< asked to stop between two breaks
 };
 
 /// Event-driven quasi-static loading. Between two breaks the equilibrium is linear in the loads: one unit
@@ -38,7 +40,8 @@ public:
                      double patience);
 
   /// Loads on from the present time until run-away or the end of the program. Collective.
-  QuasiStaticEnd advance(EnergyAccount& account);
+  /// @param is_asked_to_park this rank's wish, looked at after each break; may be empty
+  QuasiStaticEnd advance(EnergyAccount& account, const std::function<bool()>& is_asked_to_park = {});
 
   /// Continues at `time` from a body that came to rest after the dynamic state `displacement`, with what
   /// broke meanwhile: solves for its equilibrium and settles the account. Collective.

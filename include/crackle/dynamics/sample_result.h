@@ -58,6 +58,7 @@ struct SampleTimings {
 
 /// What the mechanics of one sample yields. Complete on the group's root; elsewhere breaks, frames are empty.
 struct SampleResult {
+  bool parked = false;  ///< stopped on the way as asked; the rest is without meaning
   Outcome outcome = Outcome::unbroken;
   double onset_time = 0;    ///< load time at the start of the last dynamic phase [s]; NaN if there was none
   double onset_force = 0;   ///< largest resultant over the loaded boundaries then [N]; NaN if there was none

@@ -6,8 +6,12 @@
 #include "crackle/input/parameters.h"
 #include "crackle/parallel/communicator.h"
 
+#include <cstddef>
 #include <functional>
+#include <limits>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace crackle::dynamics {
 
@@ -15,10 +19,27 @@ namespace crackle::dynamics {
 /// only.
 using SampleLog = std::function<void(const std::string& line)>;
 
+/// What a sample on its way does besides the mechanics.
+struct SampleControl {
+  SampleLog log;               ///< may be empty
+  std::function<bool()> stop;  ///< whether this rank was asked to park the sample; may be empty
+  /// Keeps a checkpoint; given on every rank or on none, called on the root. What it throws is logged, and
+  /// the sample goes on.
+  std::function<void(std::span<const std::byte> checkpoint)> save;
+  std::vector<std::byte>
+      checkpoint;  ///< on the root: what was saved last, to go on from; empty: from the start
+  double checkpoint_interval = std::numeric_limits<double>::infinity();  ///< wall time between two saves [s]
+};
+
 /// One body's way from the unloaded state to its end: quasi-static loading, run-away, dynamic breaking,
 /// arrest. Collective over the group; a failure on one rank is thrown on all.
+///
+/// When any rank is asked to, the sample is parked: within 32 steps of a dynamic phase, or between two
+/// quasi-static breaks. From a checkpoint it goes on, on any number of ranks, to the same bits as without an
+/// interruption: quasi-static loading is computed again, dynamic phases are not. A checkpoint that does not
+/// fit the sample is logged and not used.
 /// @param subdomain this rank's part of the realization
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,
-                        const geometry::Subdomain& subdomain, const SampleLog& log = {});
+                        const geometry::Subdomain& subdomain, const SampleControl& control = {});
 
 }  // namespace crackle::dynamics

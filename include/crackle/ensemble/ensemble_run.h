@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/ensemble/sample_plan.h"
 #include "crackle/ensemble/sample_task.h"
+#include "crackle/ensemble/stop_request.h"
 #include "crackle/input/parameters.h"
 #include "crackle/parallel/communicator.h"
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <ostream>
 #include <string>
 
@@ -14,9 +17,11 @@ namespace crackle::ensemble {
 
 struct RunOptions {
   std::filesystem::path folder;
-  bool resume = false;          ///< continue what the folder holds
+  PlanOptions plan{};           ///< what is done with what the folder holds
   std::ostream* log = nullptr;  ///< what people see, written on rank 0; nullptr: nothing
   int terminal_width = 0;       ///< columns, where `log` is a terminal; 0: plain lines
+  StopRequest stop{};           ///< looked at on every rank; may be empty
+  double checkpoint_interval = std::numeric_limits<double>::infinity();  ///< of a sample, wall time [s]
 };
 
 /// The same on every rank.
@@ -24,12 +29,14 @@ struct RunOutcome {
   int done = 0;
   int failed = 0;
   int left = 0;            ///< pending
+  bool stopped = false;    ///< on a request, with samples left
   std::string file_error;  ///< why ensemble.h5 could not be written; empty when it was
 };
 
 /// Runs the ensemble: rank 0 makes realizations ahead of need and hands them out one at a time, groups of
 /// ranks_per_sample ranks compute them, all ranks write ensemble.h5. With one rank, master and worker share
-/// it. Collective over `world`.
+/// it. The folder is locked meanwhile. A run of a range of samples writes no ensemble.h5. Collective over
+/// `world`.
 /// @throws parallel::AgreedError on every rank before anything is computed (unusable folder, too few ranks,
 /// body that cannot be meshed)
 /// @throws other exceptions on a rank whose messages fail later; the other ranks cannot know, so the caller

@@ -19,14 +19,18 @@ struct HandOutEvents {
   std::function<void(const SampleReport& report)> finished;  ///< done or failed
   std::function<void()> tick;                                ///< now and then, while nothing happens
   std::function<bool()> enough;  ///< true when no more samples are needed; may be empty
+  std::function<void(const SampleReport& report)> parked;  ///< stopped on the way; may be empty
 };
 
 /// Works off `samples`: the master (rank 0) makes realizations ahead of need and hands them out, one at a
 /// time, to whichever group asks; a realization travels once, to the root of its group. Idle ranks sleep.
-/// Returns when all ranks have ended. Collective over `world`, a communicator that nothing else uses
-/// meanwhile.
+/// Returns when all ranks have ended.
+///
+/// As soon as any rank's `steps.stop` says so, no more samples are handed out and those under way are parked:
+/// the master tells the groups, and a group that parked by itself tells the master. Collective over `world`,
+/// a communicator that nothing else uses meanwhile.
 /// @param samples to do, in order of handing out; used on rank 0 only
-/// @param steps `make` and `events` are used on rank 0 only
+/// @param steps `stop` is used on every rank, `make` on rank 0 only, as `events` are
 /// @throws std::runtime_error on a rank whose messages fail, which cannot be agreed on any more
 void hand_out(const parallel::Communicator& world, const GroupLayout& layout,
               const std::vector<std::uint64_t>& samples, const SampleSteps& steps,

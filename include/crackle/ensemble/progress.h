@@ -24,6 +24,8 @@ public:
   void kept(std::uint64_t sample, const analysis::SampleSummary& summary);
   void started(std::uint64_t sample, double now);
   void finished(const SampleReport& report, double now);
+  /// A sample that was under way is left for another run.
+  void parked(std::uint64_t sample) { running_.erase(sample); }
 
   int n_done() const { return n_done_; }
   int n_failed() const { return n_failed_; }

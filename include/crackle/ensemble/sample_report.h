@@ -17,6 +17,7 @@ struct SampleReport {
   std::uint64_t sample = 0;
   analysis::SampleSummary summary;
   bool stored = false;  ///< a whole sample file tells the same; without one, a resumed run computes it again
+  bool parked = false;  ///< stopped on the way as asked: neither done nor failed
   std::int64_t n_tetrahedra = 0;
   double seconds = 0;  ///< wall time from the realization's arrival to the file
 };

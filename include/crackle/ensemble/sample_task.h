@@ -8,6 +8,8 @@
 
 #include <filesystem>
 #include <functional>
+#include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,7 +20,7 @@ namespace crackle::ensemble {
 /// the others return.
 using SampleFunction = std::function<dynamics::SampleResult(
     const parallel::Communicator& group, std::uint64_t sample, const geometry::Subdomain& subdomain,
-    const dynamics::SampleLog& log)>;
+    const dynamics::SampleControl& control)>;
 
 /// What a sample's mechanics mean for the ensemble.
 struct SampleAnalysis {
@@ -51,6 +53,14 @@ struct SampleSteps {
   std::function<analysis::SampleSummary(const std::string& reason)> failure_row;
   /// Lines about the progress of a sample; on the group's root.
   dynamics::SampleLog log;
+  /// Whether this rank was asked to park its sample; may be empty.
+  std::function<bool()> stop;
+  /// Checkpoints of samples on their way; all three on the group's root, and empty on every rank or on none.
+  /// An empty one stands for none.
+  std::function<std::vector<std::byte>(std::uint64_t sample)> read_checkpoint;
+  std::function<void(std::uint64_t sample, std::span<const std::byte> checkpoint)> write_checkpoint;
+  std::function<void(std::uint64_t sample)> remove_checkpoint;
+  double checkpoint_interval = std::numeric_limits<double>::infinity();  ///< wall time [s]
 };
 
 /// The steps of a real sample: geometry, crack surface and summary, files in `folder`/samples.
@@ -67,7 +77,7 @@ SampleReport report_failure(const SampleSteps& steps, std::uint64_t sample, cons
 
 /// Root of the group: one sample from its realization to its file. Collective over the group, together with
 /// follow_samples on the other ranks. A sample that cannot be written is reported as failed and leaves no
-/// file, so that a resumed run computes it again.
+/// file, so that a resumed run computes it again. One that was asked to park is reported as parked.
 SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedSample prepared);
 
 /// Other ranks of the group: takes part in every sample that the root leads, until send_end.

@@ -58,6 +58,9 @@ public:
   void release(std::int32_t tetrahedron, const mechanics::Symmetric& strain, double load_time,
                double phase_time);
 
+  /// Opens a tetrahedron that broke earlier, as its record tells.
+  void restore(std::int32_t tetrahedron, const Break& record);
+
   /// Strain energies of the unbroken tetrahedra that this rank counts [J], one for each.
   std::vector<double> strain_energies(std::span<const double> displacement) const;
   /// Energies taken out by the breaks that this rank counts [J].

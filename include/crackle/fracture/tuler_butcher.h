@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
 #include <vector>
 
 namespace crackle::fracture {
@@ -34,6 +35,10 @@ public:
     if (stress <= parameters_.strength) return std::numeric_limits<double>::infinity();
     return parameters_.impulse / rate(stress);
   }
+
+  /// The integral so far of each tetrahedron.
+  std::span<const double> impulse() const { return impulse_; }
+  void set_impulse(std::size_t tetrahedron, double impulse) { impulse_[tetrahedron] = impulse; }
 
 private:
   double rate(double stress) const {

@@ -35,6 +35,13 @@ Parameters parse(const std::string& text, const std::filesystem::path& name,
 /// The resolved input, one "key = value unit" line for each key, defaults included.
 std::string echo(const Parameters& parameters);
 
+/// The lines of echo() that a sample's results follow from: all but the number of samples, the rule to stop
+/// early, the ranks that share a sample, and the name of the points' file.
+std::vector<std::string> sample_settings(const Parameters& parameters);
+
+/// Check sum of sample_settings(), as text: two inputs with the same one have the same samples.
+std::string sample_identity(const Parameters& parameters);
+
 /// The table of all keys in Markdown: key, dimension, default, accepted range, meaning.
 std::string key_table();
 

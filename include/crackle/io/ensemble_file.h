@@ -19,7 +19,7 @@
 /// | object | shape | meaning |
 /// |---|---|---|
 /// | attributes of / | | kind, schema_version, program_version, git_commit, library_versions, seed, input,
-/// points |
+/// points, input_identity |
 /// | /samples/status, error | N | analysis::SampleStatus; the reason of a failed sample |
 /// | /samples/onset_force, onset_time, outcome, pattern, overlap, bifurcations, kinks, breaks, crack_area,
 /// crack_speed_max, energy_error | N | the fields of analysis::SampleSummary |

@@ -19,7 +19,7 @@
 /// | object | shape | meaning |
 /// |---|---|---|
 /// | attributes of / | | kind, schema_version, program_version, git_commit, library_versions, input,
-/// points, seed, sample, status, error |
+/// points, input_identity, seed, sample, status, error |
 /// | /mesh/nodes, tetrahedra | n x 3, m x 4 | the realization; attributes of /mesh: its report |
 /// | /mesh/boundary, boundary_surface | k x 3, k | boundary triangles and their geometry::SurfaceId |
 /// | /crack_surface/corners | f x 4 x 3 | opened dual facets, in order of breaking |
@@ -36,6 +36,9 @@
 /// | /summary/... | | the sample's row: the fields of analysis::SampleSummary, and the time steps |
 /// | /counts/... | | dynamics::SampleCounts |
 /// | /timing/..., attributes of /provenance | | what differs between two runs |
+///
+/// Behind the end of the HDF5 file stands a check sum of all its bytes: a file that was cut short, damaged or
+/// changed afterwards is not used.
 ///
 /// A failed sample has the attributes, /summary, /timing and /provenance only.
 namespace crackle::io {
@@ -66,8 +69,8 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
 void write_failed_sample(const std::filesystem::path& file, const input::Parameters& parameters,
                          std::uint64_t sample, const analysis::SampleSummary& summary);
 
-/// The sample's row. @throws std::runtime_error with the reason when the file is not a whole sample file of
-/// this schema, number and input (the same text, byte by byte, and the same points)
+/// The sample's row. @throws std::runtime_error with the reason when the file is not a whole, undamaged
+/// sample file of this schema, number and input (input::sample_identity)
 analysis::SampleSummary read_summary(const std::filesystem::path& file, const input::Parameters& parameters,
                                      std::uint64_t sample);
 

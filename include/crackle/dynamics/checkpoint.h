@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/dynamics/sample_result.h"
+#include "crackle/fracture/break_record.h"
+#include "crackle/fracture/breakable_body.h"
+#include "crackle/fracture/tuler_butcher.h"
+#include "crackle/parallel/numbered_rows.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace crackle::dynamics {
+
+/// What a MovingBody needs to go on, besides what it is made from: by node number, so that it fits any
+/// partition. Integers as they are, floating-point numbers by their bits.
+struct MotionCheckpoint {
+  parallel::NumberedRows nodes;                   ///< displacement, velocity, force (if current) of each node
+  bool has_force = false;                         ///< nodes have nine words instead of six
+  std::vector<parallel::NumberedRows> rate_work;  ///< of each force pattern, at its nodes
+  std::vector<parallel::NumberedRows> reaction_work;  ///< of each prescribed motion, at its nodes
+  std::vector<parallel::NumberedRows>
+      remainder;  ///< of each force pattern: what rounding kept from its nodes
+  std::int64_t n_steps = 0;
+  std::int64_t n_forces = 0;
+};
+
+/// A dynamic phase that has arrested.
+struct EndedPhase {
+  double load_time = 0;  ///< at its start [s]
+  double time = 0;       ///< it lasted [s]
+  double kinetic = 0;
+  double external_work = 0;
+  std::int64_t n_steps = 0;
+  std::int64_t n_forces = 0;
+  std::vector<fracture::Break> breaks;
+  parallel::NumberedRows displacement;  ///< of each node at its end, by bits
+};
+
+/// A dynamic phase on its way, between two steps.
+struct RunningPhase {
+  double load_time = 0;
+  std::int64_t step = 0;
+  std::int64_t last_break = 0;  ///< step
+  std::vector<fracture::Break> breaks;
+  MotionCheckpoint motion;
+};
+
+/// A sample on its way: its dynamic phases. The quasi-static loading between them is computed again, which
+/// gives the same bits.
+struct Checkpoint {
+  std::vector<EndedPhase> ended;
+  std::optional<RunningPhase> running;
+  parallel::NumberedRows impulse;  ///< of each tetrahedron that has one, by bits
+  std::vector<EnergyRow> energy;   ///< of the last phase
+  std::vector<Frame> frames;       ///< of the last phase; root only
+};
+
+/// @return the root's checkpoint as bytes
+std::vector<std::byte> to_bytes(const Checkpoint& checkpoint);
+
+/// The root's bytes as a checkpoint on every rank, frames on the root only. Collective.
+/// @throws std::runtime_error on every rank when the bytes hold none
+Checkpoint share_checkpoint(const parallel::Communicator& group, std::span<const std::byte> bytes);
+
+/// The breaks of all ranks on the root, in order of time, then of tetrahedron number. Collective.
+std::vector<fracture::Break> gather_breaks(const parallel::Communicator& group,
+                                           std::span<const fracture::Break> local);
+
+/// Opens the broken tetrahedra that this rank holds. @return their local numbers
+std::vector<std::int32_t> restore_breaks(std::span<const fracture::Break> breaks,
+                                         fracture::BreakableBody& body);
+
+/// Impulses of all tetrahedra on the root. Collective.
+parallel::NumberedRows gather_impulse(const parallel::Communicator& group,
+                                      const geometry::Subdomain& subdomain,
+                                      const fracture::TulerButcher& criterion);
+void restore_impulse(const parallel::NumberedRows& impulse, const geometry::Subdomain& subdomain,
+                     fracture::TulerButcher& criterion);
+
+}  // namespace crackle::dynamics

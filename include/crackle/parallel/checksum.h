@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace crackle::parallel {
+
+/// FNV-1a in 64 bits. Every step is a bijection of the state, so one changed byte always changes the value.
+inline std::uint64_t checksum(std::span<const std::byte> bytes) {
+  std::uint64_t value = 0xCBF29CE484222325u;
+  for (const std::byte byte : bytes) value = (value ^ static_cast<std::uint64_t>(byte)) * 0x00000100000001B3u;
+  return value;
+}
+
+inline std::uint64_t checksum(std::string_view text) {
+  return checksum(std::as_bytes(std::span(text)));
+}
+
+}  // namespace crackle::parallel

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/parallel/communicator.h"
+#include "crackle/parallel/packing.h"
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace crackle::parallel {
+
+/// Rows of 64-bit words, each with its node's or tetrahedron's number in the realization: a table that does
+/// not depend on which rank holds what.
+struct NumberedRows {
+  std::size_t width = 1;
+  std::vector<std::int64_t> numbers;  ///< ascending once gathered
+  std::vector<std::int64_t> values;   ///< width for each number
+
+  void add(std::int64_t number, std::int64_t value) {
+    numbers.push_back(number);
+    values.push_back(value);
+  }
+  void add(std::int64_t number, double value) { add(number, std::bit_cast<std::int64_t>(value)); }
+
+  /// The row of a number, empty when there is none. For gathered rows.
+  std::span<const std::int64_t> find(std::int64_t number) const;
+  /// The only word of a row as a floating-point number, 0 when there is no row. For gathered rows of width 1.
+  double number_at(std::int64_t number) const;
+};
+
+/// The rows of all ranks in ascending order of their numbers on the root, none elsewhere. Collective.
+NumberedRows gather_rows(const Communicator& group, const NumberedRows& local);
+
+void put(Packer& packer, const NumberedRows& rows);
+NumberedRows get_rows(Unpacker& unpacker);
+
+/// The root's bytes on every rank; what the others pass is replaced. Collective.
+std::vector<std::byte> share_bytes(const Communicator& group, std::vector<std::byte> bytes);
+
+}  // namespace crackle::parallel

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/dynamics/checkpoint.h"
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+namespace crackle::dynamics {
+
+namespace {
+
+using parallel::Packer;
+using parallel::Unpacker;
+
+void put(Packer& packer, const MotionCheckpoint& motion) {
+  parallel::put(packer, motion.nodes);
+  packer.put(motion.has_force);
+  for (const auto* tables : {&motion.rate_work, &motion.reaction_work, &motion.remainder}) {
+    packer.put<std::uint64_t>(tables->size());
+    for (const auto& rows : *tables) parallel::put(packer, rows);
+  }
+  packer.put(motion.n_steps);
+  packer.put(motion.n_forces);
+}
+
+MotionCheckpoint get_motion(Unpacker& unpacker) {
+  MotionCheckpoint motion;
+  motion.nodes = parallel::get_rows(unpacker);
+  motion.has_force = unpacker.get<bool>();
+  for (auto* tables : {&motion.rate_work, &motion.reaction_work, &motion.remainder}) {
+    const auto n = unpacker.get<std::uint64_t>();
+    for (std::uint64_t i = 0; i < n; ++i) tables->push_back(parallel::get_rows(unpacker));
+  }
+  motion.n_steps = unpacker.get<std::int64_t>();
+  motion.n_forces = unpacker.get<std::int64_t>();
+  return motion;
+}
+
+void put(Packer& packer, const EndedPhase& phase) {
+  for (const double value : {phase.load_time, phase.time, phase.kinetic, phase.external_work})
+    packer.put(value);
+  packer.put(phase.n_steps);
+  packer.put(phase.n_forces);
+  packer.put(phase.breaks);
+  parallel::put(packer, phase.displacement);
+}
+
+EndedPhase get_ended(Unpacker& unpacker) {
+  EndedPhase phase;
+  for (double* value : {&phase.load_time, &phase.time, &phase.kinetic, &phase.external_work})
+    *value = unpacker.get<double>();
+  phase.n_steps = unpacker.get<std::int64_t>();
+  phase.n_forces = unpacker.get<std::int64_t>();
+  phase.breaks = unpacker.get_vector<fracture::Break>();
+  phase.displacement = parallel::get_rows(unpacker);
+  return phase;
+}
+
+void put(Packer& packer, const RunningPhase& phase) {
+  packer.put(phase.load_time);
+  packer.put(phase.step);
+  packer.put(phase.last_break);
+  packer.put(phase.breaks);
+  put(packer, phase.motion);
+}
+
+RunningPhase get_running(Unpacker& unpacker) {
+  RunningPhase phase;
+  phase.load_time = unpacker.get<double>();
+  phase.step = unpacker.get<std::int64_t>();
+  phase.last_break = unpacker.get<std::int64_t>();
+  phase.breaks = unpacker.get_vector<fracture::Break>();
+  phase.motion = get_motion(unpacker);
+  return phase;
+}
+
+/// All but the frames, which the other ranks do not need.
+std::vector<std::byte> shared_part(const Checkpoint& checkpoint) {
+  Packer packer;
+  packer.put<std::uint64_t>(checkpoint.ended.size());
+  for (const auto& phase : checkpoint.ended) put(packer, phase);
+  packer.put(checkpoint.running.has_value());
+  if (checkpoint.running) put(packer, *checkpoint.running);
+  parallel::put(packer, checkpoint.impulse);
+  packer.put(checkpoint.energy);
+  return packer.bytes();
+}
+
+Checkpoint from_shared_part(std::span<const std::byte> bytes) {
+  Unpacker unpacker(bytes);
+  Checkpoint checkpoint;
+  const auto n_ended = unpacker.get<std::uint64_t>();
+  for (std::uint64_t i = 0; i < n_ended; ++i) checkpoint.ended.push_back(get_ended(unpacker));
+  if (unpacker.get<bool>()) checkpoint.running = get_running(unpacker);
+  checkpoint.impulse = parallel::get_rows(unpacker);
+  checkpoint.energy = unpacker.get_vector<EnergyRow>();
+  return checkpoint;
+}
+
+}  // namespace
+
+std::vector<std::byte> to_bytes(const Checkpoint& checkpoint) {
+  Packer packer;
+  packer.put(shared_part(checkpoint));
+  packer.put<std::uint64_t>(checkpoint.frames.size());
+  for (const Frame& frame : checkpoint.frames) {
+    packer.put(frame.time);
+    packer.put(frame.displacement);
+    packer.put(frame.velocity);
+    packer.put(frame.broken);
+  }
+  return packer.bytes();
+}
+
+Checkpoint share_checkpoint(const parallel::Communicator& group, std::span<const std::byte> bytes) {
+  std::vector<std::byte> shared;
+  std::vector<Frame> frames;
+  if (group.is_root()) {
+    try {
+      Unpacker unpacker(bytes);
+      shared = unpacker.get_vector<std::byte>();
+      const auto n_frames = unpacker.get<std::uint64_t>();
+      for (std::uint64_t i = 0; i < n_frames; ++i) {
+        Frame& frame = frames.emplace_back();
+        frame.time = unpacker.get<double>();
+        frame.displacement = unpacker.get_vector<float>();
+        frame.velocity = unpacker.get_vector<float>();
+        frame.broken = unpacker.get<std::int64_t>();
+      }
+    } catch (const std::runtime_error&) {
+      shared.clear();  // which every rank finds too short
+    }
+  }
+  Checkpoint checkpoint = from_shared_part(parallel::share_bytes(group, std::move(shared)));
+  checkpoint.frames = std::move(frames);
+  return checkpoint;
+}
+
+std::vector<fracture::Break> gather_breaks(const parallel::Communicator& group,
+                                           std::span<const fracture::Break> local) {
+  static_assert(std::is_trivially_copyable_v<fracture::Break>);
+  const int n_bytes = static_cast<int>(local.size_bytes());
+  std::vector<int> counts(static_cast<std::size_t>(group.size()));
+  parallel::check_mpi(MPI_Gather(&n_bytes, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, group.get()),
+                      "MPI_Gather");
+  std::vector<int> offsets(counts.size());
+  std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
+  std::vector<fracture::Break> all;
+  if (group.is_root()) {
+    all.resize(static_cast<std::size_t>(offsets.back() + counts.back()) / sizeof(fracture::Break));
+  }
+  parallel::check_mpi(MPI_Gatherv(local.data(), n_bytes, MPI_BYTE, all.data(), counts.data(), offsets.data(),
+                                  MPI_BYTE, 0, group.get()),
+                      "MPI_Gatherv");
+  std::ranges::sort(
+      all, {}, [](const fracture::Break& b) { return std::tuple(b.load_time, b.phase_time, b.tetrahedron); });
+  return all;
+}
+
+std::vector<std::int32_t> restore_breaks(std::span<const fracture::Break> breaks,
+                                         fracture::BreakableBody& body) {
+  const auto& numbers = body.subdomain().tetrahedron_number;
+  std::vector<std::int32_t> broken;
+  for (const auto& record : breaks) {
+    const auto place = std::ranges::lower_bound(numbers, record.tetrahedron);
+    if (place == numbers.end() || *place != record.tetrahedron) continue;
+    broken.push_back(static_cast<std::int32_t>(place - numbers.begin()));
+    body.restore(broken.back(), record);
+  }
+  return broken;
+}
+
+parallel::NumberedRows gather_impulse(const parallel::Communicator& group,
+                                      const geometry::Subdomain& subdomain,
+                                      const fracture::TulerButcher& criterion) {
+  parallel::NumberedRows local;
+  for (std::size_t t = 0; t < subdomain.tetrahedra.size(); ++t) {
+    if (subdomain.counted[t] != 0 && criterion.impulse()[t] != 0)
+      local.add(subdomain.tetrahedron_number[t], criterion.impulse()[t]);
+  }
+  return parallel::gather_rows(group, local);
+}
+
+void restore_impulse(const parallel::NumberedRows& impulse, const geometry::Subdomain& subdomain,
+                     fracture::TulerButcher& criterion) {
+  for (std::size_t t = 0; t < subdomain.tetrahedra.size(); ++t)
+    criterion.set_impulse(t, impulse.number_at(subdomain.tetrahedron_number[t]));
+}
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/ensemble/stop_request.h"
+
+#include "crackle/stopwatch.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdlib>
+#include <ctime>
+
+namespace crackle::ensemble {
+
+namespace {
+
+volatile std::sig_atomic_t received = 0;
+
+extern "C" void note_signal(int number) {
+  constexpr int stopped_resumable = 3;
+  if (received != 0) ::_exit(stopped_resumable);
+  received = number;
+}
+
+}  // namespace
+
+void watch_stop_signals() {
+  struct sigaction action {};
+  action.sa_handler = note_signal;
+  sigemptyset(&action.sa_mask);
+  action.sa_flags = SA_RESTART;
+  for (const int number : {SIGTERM, SIGINT, SIGUSR1}) ::sigaction(number, &action, nullptr);
+}
+
+std::optional<std::string> stop_signal() {
+  switch (received) {
+    case 0:
+      return std::nullopt;
+    case SIGTERM:
+      return "SIGTERM";
+    case SIGINT:
+      return "SIGINT";
+    default:
+      return "SIGUSR1";
+  }
+}
+
+std::optional<double> time_left(std::optional<double> limit) {
+  const char* text = std::getenv("SLURM_JOB_END_TIME");
+  char* end = nullptr;
+  const long long job_end = text != nullptr ? std::strtoll(text, &end, 10) : 0;
+  if (job_end <= 0 || *end != 0) return limit;
+  const double job_limit = std::difftime(static_cast<std::time_t>(job_end), std::time(nullptr));
+  return limit ? std::min(*limit, job_limit) : job_limit;
+}
+
+double parking_reserve(double seconds) {
+  return std::min(60.0, 0.1 * seconds);
+}
+
+StopRequest make_stop_request(std::optional<double> limit) {
+  const auto time = time_left(limit);
+  return [time, clock = Stopwatch()]() -> std::optional<std::string> {
+    if (auto signal = stop_signal()) return signal;
+    if (time && clock.seconds() >= *time - parking_reserve(*time))
+      return fmt::format("the time limit of {:.0f} s", *time);
+    return std::nullopt;
+  };
+}
+
+}  // namespace crackle::ensemble

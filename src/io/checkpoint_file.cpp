@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/io/checkpoint_file.h"
+
+#include "checked_file.h"
+#include "crackle/input/reader.h"
+#include "crackle/parallel/packing.h"
+#include "crackle/version.h"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace crackle::io {
+
+namespace {
+
+constexpr std::uint32_t schema = 1;
+
+/// What must agree, each with what is said when it does not.
+std::vector<std::pair<std::string, std::string>> identity(const input::Parameters& parameters,
+                                                          std::uint64_t sample) {
+  return {{fmt::format("crackle checkpoint {}", schema), "is no checkpoint of this format"},
+          {git_commit() + " " + program_version(), "was made by another build of the program"},
+          {input::sample_identity(parameters), "was made from another input"},
+          {fmt::format("sample {}", sample), "is of another sample"}};
+}
+
+}  // namespace
+
+std::filesystem::path checkpoint_path(const std::filesystem::path& folder, std::uint64_t sample) {
+  return folder / "samples" / fmt::format("{:04}.checkpoint", sample);
+}
+
+void write_checkpoint(const std::filesystem::path& file, const input::Parameters& parameters,
+                      std::uint64_t sample, std::span<const std::byte> checkpoint) {
+  parallel::Packer packer;
+  for (const auto& [text, complaint] : identity(parameters, sample)) packer.put(text);
+  std::vector<std::byte> bytes = packer.bytes();
+  bytes.insert(bytes.end(), checkpoint.begin(), checkpoint.end());
+  write_checked_file(file, std::move(bytes));
+}
+
+std::vector<std::byte> read_checkpoint(const std::filesystem::path& file, const input::Parameters& parameters,
+                                       std::uint64_t sample) {
+  std::vector<std::byte> bytes = read_checked_file(file);
+  parallel::Unpacker unpacker(bytes);
+  std::size_t length = 0;
+  for (const auto& [text, complaint] : identity(parameters, sample)) {
+    if (unpacker.get_string() != text) throw std::runtime_error(complaint);
+    length += sizeof(std::uint64_t) + text.size();
+  }
+  bytes.erase(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(length));
+  return bytes;
+}
+
+}  // namespace crackle::io

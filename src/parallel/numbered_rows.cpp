@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/parallel/numbered_rows.h"
+
+#include "crackle/parallel/message.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace crackle::parallel {
+
+namespace {
+
+/// All ranks' values one after the other on the root. Collective.
+std::vector<std::int64_t> gather_values(const Communicator& group, const std::vector<std::int64_t>& local) {
+  const int count = static_cast<int>(local.size());
+  std::vector<int> counts(static_cast<std::size_t>(group.size()));
+  check_mpi(MPI_Gather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, group.get()), "MPI_Gather");
+  std::vector<int> offsets(counts.size());
+  std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
+  std::vector<std::int64_t> all;
+  if (group.is_root()) all.resize(static_cast<std::size_t>(offsets.back() + counts.back()));
+  check_mpi(MPI_Gatherv(local.data(), count, MPI_INT64_T, all.data(), counts.data(), offsets.data(),
+                        MPI_INT64_T, 0, group.get()),
+            "MPI_Gatherv");
+  return all;
+}
+
+}  // namespace
+
+std::span<const std::int64_t> NumberedRows::find(std::int64_t number) const {
+  const auto place = std::ranges::lower_bound(numbers, number);
+  if (place == numbers.end() || *place != number) return {};
+  return std::span(values).subspan(width * static_cast<std::size_t>(place - numbers.begin()), width);
+}
+
+double NumberedRows::number_at(std::int64_t number) const {
+  const auto row = find(number);
+  return row.empty() ? 0 : std::bit_cast<double>(row.front());
+}
+
+NumberedRows gather_rows(const Communicator& group, const NumberedRows& local) {
+  const auto numbers = gather_values(group, local.numbers);
+  const auto values = gather_values(group, local.values);
+  std::vector<std::size_t> order(numbers.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::sort(order, {}, [&](std::size_t i) { return numbers[i]; });
+  NumberedRows rows;
+  rows.width = local.width;
+  rows.numbers.reserve(numbers.size());
+  rows.values.reserve(values.size());
+  for (const std::size_t i : order) {
+    rows.numbers.push_back(numbers[i]);
+    const auto row = std::span(values).subspan(rows.width * i, rows.width);
+    rows.values.insert(rows.values.end(), row.begin(), row.end());
+  }
+  return rows;
+}
+
+void put(Packer& packer, const NumberedRows& rows) {
+  packer.put<std::uint64_t>(rows.width);
+  packer.put(rows.numbers);
+  packer.put(rows.values);
+}
+
+NumberedRows get_rows(Unpacker& unpacker) {
+  NumberedRows rows;
+  rows.width = unpacker.get<std::uint64_t>();
+  rows.numbers = unpacker.get_vector<std::int64_t>();
+  rows.values = unpacker.get_vector<std::int64_t>();
+  if (rows.width * rows.numbers.size() != rows.values.size())
+    throw std::runtime_error("a packed table has not as many values as rows");
+  return rows;
+}
+
+std::vector<std::byte> share_bytes(const Communicator& group, std::vector<std::byte> bytes) {
+  auto size = static_cast<std::uint64_t>(bytes.size());
+  check_mpi(MPI_Bcast(&size, 1, MPI_UINT64_T, 0, group.get()), "MPI_Bcast");
+  bytes.resize(size);
+  for (std::size_t begin = 0; begin < bytes.size(); begin += largest_message) {
+    const auto part = static_cast<int>(std::min(largest_message, bytes.size() - begin));
+    check_mpi(MPI_Bcast(bytes.data() + begin, part, MPI_BYTE, 0, group.get()), "MPI_Bcast");
+  }
+  return bytes;
+}
+
+}  // namespace crackle::parallel

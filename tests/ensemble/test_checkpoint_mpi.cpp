@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A sample that is parked and continued again and again, on changing numbers of ranks, ends with the same
+// bits as an undisturbed one.
+#include "crackle/dynamics/sample_run.h"
+#include "support/box_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+
+namespace crackle::dynamics {
+namespace {
+
+using input::BoundaryKind;
+using input::Face;
+
+/// A bar that is torn apart from rest: loads that change with time, and an end that is moved.
+input::Parameters torn_bar() {
+  input::Parameters parameters;
+  parameters.specimen.size = {0.002, 0.004, 0.012};
+  parameters.material = test::epoxy();
+  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e5};
+  parameters.time.start = input::Start::rest;
+  parameters.time.duration = 1.5e-5;
+  parameters.time.step = 1e-8;
+  parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::velocity, {true, true, true}));
+  parameters.boundaries.back().value = {0, 0, -1};
+  parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::traction, {}, {0, 3e6, 22e6}));
+  parameters.boundaries.back().rate = {0, 0, 1e11};
+  parameters.output.frames = 4;
+  return parameters;
+}
+
+/// Loaded slowly, with so short a patience that dynamic phases arrest and the load rises again.
+input::Parameters pulled_bar() {
+  auto parameters = torn_bar();
+  parameters.time.start = input::Start::quasi_static;
+  parameters.time.arrest = 2.5e-6;
+  parameters.boundaries.clear();
+  parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
+  parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10}));
+  return parameters;
+}
+
+class Checkpoints : public testing::Test {
+protected:
+  geometry::Subdomain part(const parallel::Communicator& group) const {
+    return geometry::split(mesh_,
+                           geometry::partition(mesh_, group.size()))[static_cast<std::size_t>(group.rank())];
+  }
+
+  /// The sample in pieces, each asked to park when it has been looked at often enough. Complete on rank 0.
+  /// @param on_fewer every second piece is computed on rank 0 alone
+  SampleResult in_pieces(const input::Parameters& parameters, bool on_fewer) {
+    std::vector<std::byte> saved;
+    SampleResult result;
+    n_parked_ = n_saved_ = 0;
+    bool is_parked = true;
+    for (int piece = 0; is_parked; ++piece) {
+      const parallel::Communicator& group = on_fewer && piece % 2 == 1 ? self_ : world_;
+      int n_looks = 0;
+      SampleControl control;
+      // The last rank of the group asks: the others must follow.
+      control.stop = [&] { return group.rank() == group.size() - 1 && ++n_looks > 5 * (piece + 1); };
+      control.save = [&](std::span<const std::byte> bytes) {
+        saved.assign(bytes.begin(), bytes.end());
+        ++n_saved_;
+      };
+      if (group.is_root()) control.checkpoint = saved;
+      if (group.size() == world_.size() || world_.is_root())
+        result = run_sample(group, parameters, part(group), control);
+      is_parked = result.parked;
+      MPI_Bcast(&is_parked, 1, MPI_CXX_BOOL, 0, world_.get());
+      n_parked_ += is_parked ? 1 : 0;
+    }
+    return result;
+  }
+
+  void expect_same(const SampleResult& a, const SampleResult& b) const {
+    EXPECT_EQ(a.outcome, b.outcome);
+    EXPECT_EQ(a.onset_time, b.onset_time);
+    EXPECT_EQ(a.onset_force, b.onset_force);
+    EXPECT_EQ(a.energy_error, b.energy_error);
+    ASSERT_EQ(a.breaks.size(), b.breaks.size());
+    const auto fields = [](const fracture::Break& r) {
+      return std::tuple(r.tetrahedron, r.load_time, r.phase_time, r.principal_stress, r.released_energy,
+                        r.cut);
+    };
+    for (std::size_t i = 0; i < a.breaks.size(); ++i)
+      ASSERT_EQ(fields(a.breaks[i]), fields(b.breaks[i])) << i;
+    ASSERT_EQ(a.energy.size(), b.energy.size());
+    EXPECT_EQ(std::memcmp(a.energy.data(), b.energy.data(), a.energy.size() * sizeof(EnergyRow)), 0);
+    ASSERT_EQ(a.frames.size(), b.frames.size());
+    for (std::size_t i = 0; i < a.frames.size(); ++i) {
+      EXPECT_EQ(a.frames[i].time, b.frames[i].time);
+      EXPECT_EQ(a.frames[i].displacement, b.frames[i].displacement) << i;
+      EXPECT_EQ(a.frames[i].velocity, b.frames[i].velocity) << i;
+      EXPECT_EQ(a.frames[i].broken, b.frames[i].broken);
+    }
+    EXPECT_EQ(a.counts.steps, b.counts.steps);
+    EXPECT_EQ(a.counts.force_evaluations, b.counts.force_evaluations);
+    EXPECT_EQ(a.counts.dynamic_phases, b.counts.dynamic_phases);
+    EXPECT_EQ(a.counts.quasi_static_breaks, b.counts.quasi_static_breaks);
+  }
+
+  void compare(const char* name, const input::Parameters& parameters, bool on_fewer) {
+    const auto whole = run_sample(world_, parameters, part(world_));
+    const auto pieces = in_pieces(parameters, on_fewer);
+    if (!world_.is_root()) return;
+    std::printf("%s%s: %zu breaks, %ld dynamic phases, %ld steps, parked %d times with %d checkpoints\n",
+                name, on_fewer ? " with changing ranks" : "", whole.breaks.size(),
+                static_cast<long>(whole.counts.dynamic_phases), static_cast<long>(whole.counts.steps),
+                n_parked_, n_saved_);
+    EXPECT_GT(whole.breaks.size(), 20U) << "the case must break";
+    EXPECT_GE(n_saved_, 2);
+    expect_same(whole, pieces);
+  }
+
+  parallel::Communicator world_{MPI_COMM_WORLD}, self_{MPI_COMM_SELF};
+  geometry::Realization mesh_ =
+      test::make_box({.size = torn_bar().specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
+  int n_parked_ = 0, n_saved_ = 0;
+};
+
+TEST_F(Checkpoints, ContinueToTheSameBits) {
+  for (const auto integrator : {input::Integrator::bilateral4, input::Integrator::verlet}) {
+    auto parameters = torn_bar();
+    parameters.time.integrator = integrator;
+    const char* name = integrator == input::Integrator::verlet ? "verlet" : "bilateral4";
+    compare(name, parameters, false);
+    compare(name, parameters, true);
+  }
+}
+
+TEST_F(Checkpoints, KeepArrestedPhases) {
+  compare("quasi-static", pulled_bar(), false);
+  compare("quasi-static", pulled_bar(), true);
+  auto parameters = pulled_bar();
+  parameters.time.precision = input::Precision::mixed;
+  compare("quasi-static, mixed", parameters, true);
+}
+
+TEST_F(Checkpoints, OfAnotherSampleOrCutShortAreNotUsed) {
+  const auto parameters = pulled_bar();
+  const auto whole = run_sample(world_, parameters, part(world_));
+  std::vector<std::byte> saved;
+  int n_looks = 0;
+  SampleControl control;
+  control.stop = [&] { return ++n_looks > 25; };
+  control.save = [&](std::span<const std::byte> bytes) { saved.assign(bytes.begin(), bytes.end()); };
+  auto other = parameters;
+  other.fracture.strength *= 1.01;
+  EXPECT_TRUE(run_sample(world_, other, part(world_), control).parked);
+  if (world_.is_root()) {
+    ASSERT_FALSE(saved.empty());
+  }
+  for (const bool is_cut : {false, true}) {
+    if (is_cut) saved.resize(saved.size() / 2);
+    std::string lines;
+    SampleControl again;
+    again.log = [&](const std::string& line) { lines += line + "\n"; };
+    again.checkpoint = saved;
+    const auto result = run_sample(world_, parameters, part(world_), again);
+    if (!world_.is_root()) continue;
+    EXPECT_NE(lines.find("the checkpoint is not used"), std::string::npos) << lines;
+    expect_same(whole, result);
+  }
+}
+
+TEST_F(Checkpoints, ThatCannotBeKeptDoNotEndTheSample) {
+  std::string lines;
+  SampleControl control;
+  control.log = [&](const std::string& line) { lines += line + "\n"; };
+  control.save = [](std::span<const std::byte>) { throw std::runtime_error("No space left on device"); };
+  control.checkpoint_interval = 0;
+  const auto result = run_sample(world_, torn_bar(), part(world_), control);
+  EXPECT_FALSE(result.parked);
+  if (world_.is_root()) {
+    EXPECT_NE(lines.find("the checkpoint could not be kept: No space left on device"), std::string::npos);
+    EXPECT_FALSE(result.breaks.empty());
+  }
+}
+
+}  // namespace
+}  // namespace crackle::dynamics
