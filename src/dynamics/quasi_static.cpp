@@ -185,10 +185,12 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
     if (body_->is_broken(t)) continue;
     const mechanics::Symmetric sigma = body_->stress(t, u);
-    if (best.number >= 0 && fracture::largest_principal_bound(sigma) < best.value * (1 - 1e-12)) continue;
-    const double stress = fracture::largest_principal(sigma);
-    if (best.number < 0 || stress > best.value) {
-      best.value = stress;
+    const double strength = criterion_->strength(static_cast<std::size_t>(t));
+    if (best.number >= 0 && fracture::largest_principal_bound(sigma) < best.value * strength * (1 - 1e-12))
+      continue;
+    const double load = fracture::largest_principal(sigma) / strength;
+    if (best.number < 0 || load > best.value) {
+      best.value = load;
       best.number = body_->subdomain().tetrahedron_number[static_cast<std::size_t>(t)];
     }
   }
@@ -211,16 +213,28 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
     // sigma_1(A + s B) <= sigma_1(A) + s sigma_1(B): most tetrahedra cannot come first, by their bounds
     // alone.
     const double growth = fracture::largest_principal_bound(sigma_rate);
-    const double room = criterion_->strength() - fracture::largest_principal_bound(sigma);
+    const double strength = criterion_->strength(static_cast<std::size_t>(t));
+    const double room = strength - fracture::largest_principal_bound(sigma);
     const double target = std::min(best.value, limit);
     if (growth <= 0 || room > growth * target * (1 + 1e-9)) continue;
-    const double s = crossing(sigma, sigma_rate, criterion_->strength(), target);
+    const double s = crossing(sigma, sigma_rate, strength, target);
     if (s < best.value) {
       best.value = s;
       best.number = body_->subdomain().tetrahedron_number[static_cast<std::size_t>(t)];
     }
   }
   return agree(best, true);
+}
+
+bool QuasiStaticLoading::breaks_soon(const Critical& overloaded) const {
+  int soon = 0;
+  if (overloaded.local >= 0) {
+    const auto t = static_cast<std::size_t>(overloaded.local);
+    soon = criterion_->time_to_failure(t, overloaded.value * criterion_->strength(t)) <= patience_ ? 1 : 0;
+  }
+  parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &soon, 1, MPI_INT, MPI_MAX, group_->get()),
+                      "MPI_Allreduce");
+  return soon != 0;
 }
 
 QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account) {
@@ -238,10 +252,8 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account) {
   for (;;) {
     Critical next = most_loaded();
     if (next.number < 0) return QuasiStaticEnd::separated;
-    if (next.value > criterion_->strength() && criterion_->time_to_failure(next.value) <= patience_) {
-      return QuasiStaticEnd::run_away;
-    }
-    if (next.value < criterion_->strength()) {
+    if (next.value > 1 && breaks_soon(next)) return QuasiStaticEnd::run_away;
+    if (next.value < 1) {
       // Load on: kink by kink of the programs until a tetrahedron reaches the limit.
       for (;;) {
         const double kink = loads_->next_kink(time_);

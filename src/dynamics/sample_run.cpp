@@ -4,6 +4,7 @@
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/stable_step.h"
+#include "crackle/fracture/toughness.h"
 #include "crackle/stopwatch.h"
 
 #include <fmt/format.h>
@@ -66,10 +67,11 @@ public:
         log_(log),
         body_(subdomain, parameters.material),
         loads_(mechanics::make_boundary_loads(group, parameters, subdomain)),
-        criterion_(parameters.fracture, subdomain.tetrahedra.size()),
+        criterion_(parameters.fracture,
+                   fracture::tetrahedron_strengths(group, parameters, subdomain, body_.operators())),
         splitting_(splitting(parameters.time.integrator)),
         account_(group, body_),
-        context_{&group_, &body_, &loads_, parameters.material.density, parameters.fracture.strength} {
+        context_{&group_, &body_, &loads_, parameters.material.density, criterion_.strengths()} {
     result_.stable_step =
         splitting_.stability_limit / largest_frequency(group, subdomain, body_.operators(), body_.force());
     options_.grid = choose_time_grid(parameters.time, result_.stable_step);

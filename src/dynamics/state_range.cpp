@@ -39,13 +39,14 @@ struct Extremes {
   double load_stress = 0;
   double stretch_force = 0;  // of an edge, per strain
   double edge_length = 0;
+  double strength = 0;
 
   void all_reduce(const parallel::Communicator& group) {
-    std::array<double*, 6> all{&velocity,    &prescribed_velocity, &state_stress,
-                               &load_stress, &stretch_force,       &edge_length};
-    std::array<double, 6> values{};
+    const std::array<double*, 7> all{&velocity,      &prescribed_velocity, &state_stress, &load_stress,
+                                     &stretch_force, &edge_length,         &strength};
+    std::array<double, 7> values{};
     std::ranges::transform(all, values.begin(), [](const double* value) { return *value; });
-    parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, values.data(), 6, MPI_DOUBLE, MPI_MAX, group.get()),
+    parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, values.data(), 7, MPI_DOUBLE, MPI_MAX, group.get()),
                         "MPI_Allreduce");
     for (std::size_t i = 0; i < all.size(); ++i) *all[i] = values[i];
   }
@@ -83,6 +84,7 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
 
   Extremes e;
   e.velocity = largest_component(state.velocity.owned());
+  e.strength = largest_component(context.strength);
   for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
     if (body.is_broken(t)) continue;
     const auto sigma = body.stress(t, state.displacement.local());
@@ -127,9 +129,8 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
   e.all_reduce(*context.group);
 
   const double from_loads = load_concentration * (e.load_stress + impedance * e.prescribed_velocity);
-  double stress =
-      std::max({e.state_stress, std::min(context.strength, from_loads), 2 * impedance * e.velocity});
-  if (!(stress > 0)) stress = context.strength;
+  double stress = std::max({e.state_stress, std::min(e.strength, from_loads), 2 * impedance * e.velocity});
+  if (!(stress > 0)) stress = e.strength;
   const double velocity = stress / impedance;
   const double youngs_modulus = mu * (3 * lambda + 2 * mu) / (lambda + mu);
   return {largest_stretch * e.edge_length,

@@ -10,6 +10,7 @@ namespace crackle::input {
 void check_specimen(const Parameters& parameters, Findings& findings);
 void check_mesh(const Parameters& parameters, Findings& findings);
 void check_sections(const Parameters& parameters, Findings& findings);
+void check_fracture(const Parameters& parameters, Findings& findings);
 void check_boundaries(const Parameters& parameters, Findings& findings);
 void check_time(const Parameters& parameters, Findings& findings);
 

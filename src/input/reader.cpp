@@ -114,6 +114,7 @@ void check_consistency(const Parameters& parameters, Findings& findings) {
   check_specimen(parameters, findings);
   check_mesh(parameters, findings);
   check_sections(parameters, findings);
+  check_fracture(parameters, findings);
   check_boundaries(parameters, findings);
   check_time(parameters, findings);
   check_availability(parameters, findings);

@@ -63,8 +63,8 @@ struct MotionContext {
   const parallel::Communicator* group;
   fracture::BreakableBody* body;
   const mechanics::BoundaryLoads* loads;
-  double density;   ///< [kg/m^3]
-  double strength;  ///< [Pa]
+  double density;                    ///< [kg/m^3]
+  std::span<const double> strength;  ///< of each local tetrahedron [Pa]
 };
 
 /// The definition: every operation in double precision, one after the other, with the plain loop over

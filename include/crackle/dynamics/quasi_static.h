@@ -64,7 +64,10 @@ private:
   void superpose(std::span<double> sum, ForceFactor&& of_force, MotionFactor&& of_motion) const;
   void combine(double time, parallel::NodeField& displacement) const;
   bool update_after_breaks();
+  /// The largest stress over its tetrahedron's strength.
   Critical most_loaded() const;
+  /// Whether a tetrahedron that is over its strength would break before a dynamic phase counts as arrested.
+  bool breaks_soon(const Critical& overloaded) const;
   Critical first_to_break(double until) const;
   Critical agree(Critical local, bool smallest) const;
 

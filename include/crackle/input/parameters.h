@@ -64,11 +64,12 @@ enum class Memory { cumulative, step };
 enum class Release { element, facet };
 
 struct Fracture {
-  double strength = 0;  ///< sigma_0 [Pa]
+  double strength = 0;  ///< sigma_0 [Pa]; 0 when it follows from the toughness
   double exponent = 2;  ///< beta
   double impulse = 0;   ///< K_f [Pa^beta s]
   Memory memory = Memory::cumulative;
   Release release = Release::element;
+  double toughness = 0;  ///< energy per crack area that the strength follows from [J/m^2]; 0 when it is given
 };
 
 /// What a boundary condition prescribes.
