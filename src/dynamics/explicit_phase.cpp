@@ -81,23 +81,22 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
   };
 
   write_outputs(0, false);
-  std::vector<std::int32_t> breaking;
   std::int64_t last_break = 0;
   std::int64_t step = 0;
   while (step < n_steps && !result.arrested) {
     motion.step(step % 2 == 0 ? splitting.even : splitting.odd, dt,
                 load_time + static_cast<double>(step) * dt);
     ++step;
-    breaking.clear();
+    const std::size_t n_changes = body.changes().size();
     for (const auto t : motion.overloaded()) {
       const mechanics::Symmetric strain = motion.strain(t);
       const double stress = fracture::largest_principal(body.elasticity()(strain));
       if (!criterion.advance(static_cast<std::size_t>(t), stress, dt)) continue;
       body.release(t, strain, load_time, static_cast<double>(step) * dt);
-      breaking.push_back(t);
     }
-    if (!breaking.empty()) {
-      motion.release(breaking);
+    body.tie(group, [&](std::int32_t t) { return motion.strain(t); });
+    if (body.changes().size() > n_changes) {
+      motion.release(body.changes().subspan(n_changes));
       last_break = step;
     }
     if (step % look_interval == 0 || step == n_steps) {

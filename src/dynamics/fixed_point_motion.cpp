@@ -78,7 +78,7 @@ public:
         scale_(mechanics::fixed_point_scale<Real>(range_at_start(context, load_time, duration, state))),
         kernels_(kernels::kernels<Real>(instruction_set)),
         force_(subdomain_, context.body->operators(), context.body->elasticity(), context.body->edges(),
-               context.body->broken(), relative_inverse_mass(), scale_, instruction_set),
+               context.body->integrity(), relative_inverse_mass(), scale_, instruction_set),
         watch_(subdomain_, context.body->operators(), context.body->elasticity(), context.strength,
                scale_.displacement, nodes_per_block, instruction_set),
         velocity_(index(subdomain_.n_owned)),

@@ -3,6 +3,7 @@
 
 #include "crackle/fracture/connectivity.h"
 #include "crackle/fracture/principal_stress.h"
+#include "crackle/parallel/all_gather.h"
 
 #include <algorithm>
 #include <cmath>
@@ -74,7 +75,7 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
       loads_(&loads),
       criterion_(&criterion),
       patience_(patience),
-      solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.edges(), body.broken(),
+      solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.edges(), body.integrity(),
               held_components(group, body.subdomain(), loads)),
       displacement_(group, body.subdomain()) {
   for (const auto& node : body.subdomain().nodes) {
@@ -132,9 +133,9 @@ void QuasiStaticLoading::combine(double time, parallel::NodeField& displacement)
 }
 
 bool QuasiStaticLoading::update_after_breaks() {
-  const auto broken = body_->broken_tetrahedra();
-  solver_.release(broken.subspan(n_breaks_solved_));
-  n_breaks_solved_ = broken.size();
+  const auto changes = body_->changes();
+  solver_.release(changes.subspan(n_changes_solved_));
+  n_changes_solved_ = changes.size();
   if (!loads_are_held(*group_, *body_, *loads_)) return false;
   parallel::NodeField last(*group_, body_->subdomain());
   last.assign(displacement_);
@@ -270,6 +271,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account) {
     }
     if (next.local >= 0)
       body_->release(next.local, body_->strain(next.local, displacement_.local()), time_, 0);
+    body_->tie(*group_, [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
     ++n_breaks_;
     parallel::NodeField before(*group_, body_->subdomain());
     before.assign(displacement_);
@@ -300,16 +302,7 @@ bool loads_are_held(const parallel::Communicator& group, const fracture::Breakab
   };
   const auto gathered = [&](const std::set<std::int64_t>& local) {
     const std::vector<std::int64_t> mine(local.begin(), local.end());
-    int n_mine = static_cast<int>(mine.size());
-    std::vector<int> counts(static_cast<std::size_t>(group.size()));
-    parallel::check_mpi(MPI_Allgather(&n_mine, 1, MPI_INT, counts.data(), 1, MPI_INT, group.get()),
-                        "MPI_Allgather");
-    std::vector<int> offsets(counts.size(), 0);
-    for (std::size_t r = 1; r < counts.size(); ++r) offsets[r] = offsets[r - 1] + counts[r - 1];
-    std::vector<std::int64_t> all(static_cast<std::size_t>(offsets.back() + counts.back()));
-    parallel::check_mpi(MPI_Allgatherv(mine.data(), n_mine, MPI_INT64_T, all.data(), counts.data(),
-                                       offsets.data(), MPI_INT64_T, group.get()),
-                        "MPI_Allgatherv");
+    const auto all = parallel::all_gather_values(group, mine);
     return std::set<std::int64_t>(all.begin(), all.end());
   };
   const bool any_fixed = std::ranges::any_of(loads.motions, &mechanics::PrescribedMotion::is_fixed);

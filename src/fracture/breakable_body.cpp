@@ -2,6 +2,12 @@
 #include "crackle/fracture/breakable_body.h"
 
 #include "crackle/fracture/principal_stress.h"
+#include "crackle/geometry/dual_facets.h"
+#include "crackle/parallel/all_gather.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
 
 namespace crackle::fracture {
 
@@ -32,12 +38,26 @@ int most_loaded_cut(const mechanics::TetrahedronOperator& tetrahedron, const Sym
   return best;
 }
 
-BreakableBody::BreakableBody(const geometry::Subdomain& subdomain, const input::Material& material)
+mechanics::EdgeSet crossed_edges(int cut) {
+  // The group of corner 0 for the cuts 2|2; the single corner for the cuts 1|3.
+  const unsigned group = cut < 4 ? 1U << cut : 1U | (1U << (cut - 3));
+  unsigned crossed = 0;
+  for (std::size_t k = 0; k < 6; ++k) {
+    const auto [a, b] = geometry::dual_facet_nodes[k];
+    if (((group >> a) & 1U) != ((group >> b) & 1U)) crossed |= 1U << k;
+  }
+  return static_cast<mechanics::EdgeSet>(crossed);
+}
+
+BreakableBody::BreakableBody(const geometry::Subdomain& subdomain, const input::Material& material,
+                             input::Release release)
     : subdomain_(&subdomain),
+      release_(release),
       operators_(mechanics::make_operators(subdomain, material.density)),
       edges_(mechanics::make_edges(subdomain)),
       elasticity_(material),
-      force_(std::make_unique<mechanics::ReferenceForce>(operators_, elasticity_)),
+      integrity_(operators_, elasticity_),
+      force_(operators_, integrity_),
       broken_(subdomain.tetrahedra.size(), 0) {}
 
 void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, double load_time,
@@ -45,13 +65,74 @@ void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, d
   const auto index = static_cast<std::size_t>(tetrahedron);
   const auto& t = operators_.tetrahedra[index];
   const Symmetric sigma = elasticity_(strain);
-  force_->release(tetrahedron);
+  const int cut = most_loaded_cut(t, sigma);
+  integrity_.release(tetrahedron,
+                     release_ == input::Release::element ? mechanics::all_edges : crossed_edges(cut));
+  if (broken_[index] != 0) throw std::logic_error("a tetrahedron was broken twice");
   broken_[index] = 1;
   order_.push_back(tetrahedron);
+  changes_.push_back(tetrahedron);
   if (subdomain_->counted[index] != 0) {
-    records_.push_back({subdomain_->tetrahedron_number[index], load_time, phase_time,
-                        largest_principal(sigma), 0.5 * t.volume * mechanics::contract(sigma, strain),
-                        most_loaded_cut(t, sigma)});
+    records_.push_back(
+        {subdomain_->tetrahedron_number[index], load_time, phase_time, largest_principal(sigma),
+         0.5 * t.volume * mechanics::contract(sigma, strain) - integrity_.energy(tetrahedron, strain), cut});
+  }
+}
+
+std::vector<BreakableBody::Tie> BreakableBody::find_ties() const {
+  std::vector<std::int32_t> edges;
+  for (std::size_t i = n_tied_; i < order_.size(); ++i)
+    for (const auto edge : edges_.of_tetrahedron[static_cast<std::size_t>(order_[i])])
+      if (edge >= 0) edges.push_back(edge);
+  std::ranges::sort(edges);
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  std::vector<Tie> ties;
+  for (const auto edge : edges) {
+    double unbroken = 0, all = 0;
+    std::vector<Tie> here;
+    for (const auto t : edges_.round(edge)) {
+      const auto index = static_cast<std::size_t>(t);
+      const auto& of_tetrahedron = edges_.of_tetrahedron[index];
+      const auto k = std::ranges::find(of_tetrahedron, edge) - of_tetrahedron.begin();
+      const auto [a, b] = geometry::dual_facet_nodes[static_cast<std::size_t>(k)];
+      const Vector area =
+          mechanics::dual_facet_area(operators_.tetrahedra[index], static_cast<int>(a), static_cast<int>(b));
+      const double size = std::sqrt(mechanics::dot(area, area));
+      all += size;
+      if (broken_[index] == 0)
+        unbroken += size;
+      else
+        here.push_back({subdomain_->tetrahedron_number[index], k});
+    }
+    if (unbroken <= tie_share * all) ties.insert(ties.end(), here.begin(), here.end());
+  }
+  return ties;
+}
+
+void BreakableBody::tie(const parallel::Communicator& group,
+                        const std::function<Symmetric(std::int32_t)>& strain) {
+  if (release_ == input::Release::element) return;
+  std::vector<Tie> ties = find_ties();
+  n_tied_ = order_.size();
+  // Of an edge between two ghosts a rank does not see all tetrahedra: the others tell.
+  if (group.size() > 1) ties = parallel::all_gather_values(group, ties);
+  std::ranges::sort(ties);
+  ties.erase(std::unique(ties.begin(), ties.end()), ties.end());
+  const auto& numbers = subdomain_->tetrahedron_number;
+  for (auto tie = ties.begin(); tie != ties.end();) {
+    const std::int64_t number = tie->tetrahedron;
+    unsigned edges = 0;
+    for (; tie != ties.end() && tie->tetrahedron == number; ++tie) edges |= 1U << tie->edge;
+    const auto place = std::ranges::lower_bound(numbers, number);
+    if (place == numbers.end() || *place != number) continue;
+    const auto t = static_cast<std::int32_t>(place - numbers.begin());
+    if ((edges & ~static_cast<unsigned>(integrity_.released(t))) == 0) continue;
+    const Symmetric eps = strain(t);
+    const double before = integrity_.energy(t, eps);
+    integrity_.release(t, static_cast<mechanics::EdgeSet>(edges));
+    changes_.push_back(t);
+    if (subdomain_->counted[static_cast<std::size_t>(t)] != 0)
+      tie_energies_.push_back(before - integrity_.energy(t, eps));
   }
 }
 
@@ -59,18 +140,18 @@ std::vector<double> BreakableBody::strain_energies(std::span<const double> displ
   std::vector<double> energies;
   energies.reserve(operators_.tetrahedra.size());
   for (std::size_t i = 0; i < operators_.tetrahedra.size(); ++i) {
-    if (broken_[i] != 0 || subdomain_->counted[i] == 0) continue;
-    const auto& t = operators_.tetrahedra[i];
-    const Symmetric eps = mechanics::strain(t, displacement);
-    energies.push_back(0.5 * t.volume * mechanics::contract(elasticity_(eps), eps));
+    const auto t = static_cast<std::int32_t>(i);
+    if (!integrity_.carries(t) || subdomain_->counted[i] == 0) continue;
+    energies.push_back(integrity_.energy(t, strain(t, displacement)));
   }
   return energies;
 }
 
 std::vector<double> BreakableBody::released_energies() const {
   std::vector<double> energies;
-  energies.reserve(records_.size());
+  energies.reserve(records_.size() + tie_energies_.size());
   for (const auto& record : records_) energies.push_back(record.released_energy);
+  energies.insert(energies.end(), tie_energies_.begin(), tie_energies_.end());
   return energies;
 }
 

@@ -117,7 +117,6 @@ void check_consistency(const Parameters& parameters, Findings& findings) {
   check_fracture(parameters, findings);
   check_boundaries(parameters, findings);
   check_time(parameters, findings);
-  check_availability(parameters, findings);
 }
 
 std::string read_text_file(const std::filesystem::path& file) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "coarse_space.h"
 
+#include "crackle/parallel/all_gather.h"
 #include "crackle/parallel/reproducible.h"
 
 #include <Eigen/SparseCholesky>
@@ -30,20 +31,6 @@ double largest_of(const parallel::Communicator& group, double value) {
   parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_MAX, group.get()),
                       "MPI_Allreduce");
   return value;
-}
-
-template <class Value>
-std::vector<Value> gather_all(const parallel::Communicator& group, const std::vector<Value>& mine,
-                              MPI_Datatype type) {
-  int n = static_cast<int>(mine.size());
-  std::vector<int> counts(static_cast<std::size_t>(group.size())), offsets(counts.size(), 0);
-  parallel::check_mpi(MPI_Allgather(&n, 1, MPI_INT, counts.data(), 1, MPI_INT, group.get()), "MPI_Allgather");
-  for (std::size_t r = 1; r < counts.size(); ++r) offsets[r] = offsets[r - 1] + counts[r - 1];
-  std::vector<Value> all(static_cast<std::size_t>(offsets.back() + counts.back()));
-  parallel::check_mpi(
-      MPI_Allgatherv(mine.data(), n, type, all.data(), counts.data(), offsets.data(), type, group.get()),
-      "MPI_Allgatherv");
-  return all;
 }
 
 }  // namespace
@@ -101,7 +88,7 @@ void CoarseSpace::find_cells() {
   std::vector<std::int64_t> codes;
   for (const auto& node : subdomain_->nodes) codes.push_back(code_of(node));
   const std::vector<std::int64_t> mine(codes.begin(), codes.begin() + subdomain_->n_owned);
-  auto all = gather_all(*group_, mine, MPI_INT64_T);
+  auto all = parallel::all_gather_values(*group_, mine);
   std::ranges::sort(all);
 
   // Cells as ranges of codes: halved while they hold too many nodes.
@@ -159,7 +146,7 @@ double CoarseSpace::rigid(std::size_t n, std::size_t i, std::size_t motion) cons
 }
 
 void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasticity& elasticity,
-                            std::span<const std::uint8_t> broken) {
+                            const Integrity& integrity) {
   // A tetrahedron's coarse entries are below its stiffness bound times the motions, which are below 1.
   const auto stiffness_bound = [&](const TetrahedronOperator& t) {
     double steepest = 0;
@@ -174,7 +161,8 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
   using Block = std::array<std::int64_t, n_motions * n_motions>;
   std::map<std::pair<std::int32_t, std::int32_t>, Block> blocks;
   for (std::size_t number = 0; number < operators.tetrahedra.size(); ++number) {
-    if (broken[number] != 0 || subdomain_->counted[number] == 0) continue;
+    const auto tetrahedron = static_cast<std::int32_t>(number);
+    if (!integrity.carries(tetrahedron) || subdomain_->counted[number] == 0) continue;
     const auto& t = operators.tetrahedra[number];
     // Strains of the four corners' rigid motions; energy products between them.
     std::array<std::array<Symmetric, n_motions>, 4> strains{};
@@ -209,7 +197,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
         if (cells[q] > cells[p]) continue;
         Block& block = blocks[{cells[p], cells[q]}];
         for (std::size_t m = 0; m < n_motions; ++m) {
-          const Symmetric sigma = elasticity(of_cell[p][m]);
+          const Symmetric sigma = integrity.stress(tetrahedron, of_cell[p][m]);
           for (std::size_t n = 0; n < n_motions; ++n)
             block[n_motions * m + n] += std::llrint(scale * (t.volume * contract(sigma, of_cell[q][n])));
         }
@@ -223,7 +211,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
     packed.push_back(cells.second);
     packed.insert(packed.end(), block.begin(), block.end());
   }
-  const auto all = group_->size() > 1 ? gather_all(*group_, packed, MPI_INT64_T) : packed;
+  const auto all = group_->size() > 1 ? parallel::all_gather_values(*group_, packed) : packed;
   blocks.clear();
   constexpr std::size_t stride = 2 + n_motions * n_motions;
   for (std::size_t at = 0; at < all.size(); at += stride) {

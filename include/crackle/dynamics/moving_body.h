@@ -42,8 +42,8 @@ public:
   /// Strain of a local tetrahedron now. Local.
   virtual mechanics::Symmetric strain(std::int32_t tetrahedron) const = 0;
 
-  /// Takes over that the body's tetrahedra `broken` were released. Local.
-  virtual void release(std::span<const std::int32_t> broken) = 0;
+  /// Takes over that broken tetrahedra of the body carry less from now on. Local.
+  virtual void release(std::span<const std::int32_t> tetrahedra) = 0;
 
   /// Copies the state: displacements with ghosts, velocities of owned nodes. Local.
   virtual void read(MotionState& state) const = 0;
