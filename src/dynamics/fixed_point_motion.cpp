@@ -95,7 +95,8 @@ public:
     std::feclearexcept(FE_INVALID);
     const std::vector<Round> rounds = rounds_of(stages, time_step, time, force_is_current_);
     if (force_is_current_ && !rounds.front().has_kick) clear_forces();
-    if (exchange_) {
+    // Contact is not part of the edges' sweep, so it needs whole rounds.
+    if (exchange_ || !context_.body->integrity().contacts().empty()) {
       for (const Round& round : rounds) run_round(round);
       update_ghosts();
     } else {
@@ -140,7 +141,13 @@ public:
   void release(std::span<const std::int32_t> broken) override {
     if (broken.empty()) return;
     for (const auto t : broken) watch_.retire(t);
-    force_.update(broken, force_is_current_);
+    if (context_.body->integrity().contacts().empty()) {
+      force_.update(broken, force_is_current_);
+      return;
+    }
+    if (force_is_current_) clear_forces();
+    force_is_current_ = false;
+    force_.update(broken, false);
   }
 
   void read(MotionState& state) const override {
@@ -291,19 +298,42 @@ private:
 
   void run_round(const Round& round) {
     if (round.has_force) {
-      if (!ghosts_are_current_) begin_exchange();
+      const bool exchanges = exchange_ && !ghosts_are_current_;
+      if (exchanges) begin_exchange();
       for (std::int32_t b = 0; b < force_.n_blocks(); ++b)
         if (!force_.reach(b).has_ghosts) force_.add_block(b);
-      if (!ghosts_are_current_) end_exchange();
+      if (exchanges) end_exchange();
       for (std::int32_t b = 0; b < force_.n_blocks(); ++b)
         if (force_.reach(b).has_ghosts) force_.add_block(b);
+      add_contacts();
     }
     for (std::int32_t b = 0; b < force_.n_blocks(); ++b) update_nodes(b, round);
     if (round.has_drift) ghosts_are_current_ = false;
   }
 
+  /// What closed cuts hand on, tetrahedron by tetrahedron; corner 0 takes what the others leave, so that the
+  /// sum is exactly 0.
+  void add_contacts() {
+    const auto& integrity = context_.body->integrity();
+    const auto nodes = force_.nodes();
+    for (std::size_t c = 0; c < integrity.contacts().size(); ++c) {
+      const auto number = integrity.contacts()[c];
+      const mechanics::Symmetric sigma = integrity.contact_stress(c, strain(number));
+      if (sigma == mechanics::Symmetric{}) continue;
+      const auto& t = context_.body->operators().tetrahedra[index(number)];
+      for (std::size_t a = 1; a < 4; ++a) {
+        const auto traction = mechanics::apply(sigma, t.gradient[a]);
+        for (std::size_t i = 0; i < 3; ++i) {
+          const auto force = quantized(t.volume * traction[i], scale_.force);
+          nodes[index(t.nodes[a])].force[i] += force;
+          nodes[index(t.nodes[0])].force[i] -= force;
+        }
+      }
+    }
+  }
+
   void update_ghosts() {
-    if (ghosts_are_current_) return;
+    if (ghosts_are_current_ || !exchange_) return;
     begin_exchange();
     end_exchange();
   }

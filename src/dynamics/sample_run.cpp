@@ -65,7 +65,7 @@ public:
         parameters_(parameters),
         subdomain_(subdomain),
         log_(log),
-        body_(subdomain, parameters.material, parameters.fracture.release),
+        body_(subdomain, parameters.material, parameters.fracture.release, parameters.fracture.contact),
         loads_(mechanics::make_boundary_loads(group, parameters, subdomain)),
         criterion_(parameters.fracture,
                    fracture::tetrahedron_strengths(group, parameters, subdomain, body_.operators())),

@@ -50,9 +50,10 @@ mechanics::EdgeSet crossed_edges(int cut) {
 }
 
 BreakableBody::BreakableBody(const geometry::Subdomain& subdomain, const input::Material& material,
-                             input::Release release)
+                             input::Release release, input::Contact contact)
     : subdomain_(&subdomain),
       release_(release),
+      contact_(contact),
       operators_(mechanics::make_operators(subdomain, material.density)),
       edges_(mechanics::make_edges(subdomain)),
       elasticity_(material),
@@ -70,6 +71,12 @@ void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, d
                      release_ == input::Release::element ? mechanics::all_edges : crossed_edges(cut));
   if (broken_[index] != 0) throw std::logic_error("a tetrahedron was broken twice");
   broken_[index] = 1;
+  if (contact_ == input::Contact::frictionless) {
+    Vector normal = cut_areas(t)[static_cast<std::size_t>(cut)];
+    const double area = std::sqrt(mechanics::dot(normal, normal));
+    for (double& component : normal) component /= area;
+    integrity_.add_contact(tetrahedron, normal);
+  }
   order_.push_back(tetrahedron);
   changes_.push_back(tetrahedron);
   if (subdomain_->counted[index] != 0) {
@@ -141,7 +148,8 @@ std::vector<double> BreakableBody::strain_energies(std::span<const double> displ
   energies.reserve(operators_.tetrahedra.size());
   for (std::size_t i = 0; i < operators_.tetrahedra.size(); ++i) {
     const auto t = static_cast<std::int32_t>(i);
-    if (!integrity_.carries(t) || subdomain_->counted[i] == 0) continue;
+    if (subdomain_->counted[i] == 0) continue;
+    if (!integrity_.carries(t) && !integrity_.has_contact(t)) continue;
     energies.push_back(integrity_.energy(t, strain(t, displacement)));
   }
   return energies;

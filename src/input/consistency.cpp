@@ -145,6 +145,10 @@ void check_sections(const Parameters& parameters, Findings& findings) {
 }
 
 void check_fracture(const Parameters& parameters, Findings& findings) {
+  if (parameters.fracture.contact == Contact::frictionless && parameters.time.start != Start::rest)
+    findings.report(
+        "fracture.contact",
+        "\"frictionless\" is for dynamics only, equilibria are linear; give time.start = \"rest\"");
   if (findings.faulty("fracture.strength") || findings.faulty("fracture.toughness")) return;
   const Fracture& fracture = parameters.fracture;
   if (fracture.strength == 0 && fracture.toughness == 0) {

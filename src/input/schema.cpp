@@ -236,7 +236,12 @@ Table fracture_table() {
            choice_key<Release>("release", in(&Parameters::fracture, &Fracture::release),
                                {{"element", Release::element}, {"facet", Release::facet}},
                                by_default("\"element\""),
-                               "what a break opens: all dual facets of the tetrahedron, or one group")}};
+                               "what a break opens: all dual facets of the tetrahedron, or one group"),
+           choice_key<Contact>("contact", in(&Parameters::fracture, &Fracture::contact),
+                               {{"none", Contact::none}, {"frictionless", Contact::frictionless}},
+                               by_default("\"none\""),
+                               "whether opened facets carry compression when they close again; "
+                               "\"frictionless\" needs start = \"rest\"")}};
 }
 
 Table time_table() {

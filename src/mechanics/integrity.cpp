@@ -105,8 +105,30 @@ Integrity::Integrity(const PdsOperators& operators, const IsotropicElasticity& e
 
 Symmetric Integrity::stress(std::int32_t tetrahedron, const Symmetric& strain) const {
   if (is_intact(tetrahedron)) return elasticity_(strain);
-  if (!carries(tetrahedron)) return {};
-  return partial(tetrahedron).stress(strain);
+  Symmetric sigma{};
+  if (carries(tetrahedron)) sigma = partial(tetrahedron).stress(strain);
+  if (has_contact(tetrahedron)) {
+    const auto contact = contact_stress(static_cast<std::size_t>(contact_place_[index(tetrahedron)]), strain);
+    for (std::size_t i = 0; i < sigma.size(); ++i) sigma[i] += contact[i];
+  }
+  return sigma;
+}
+
+void Integrity::add_contact(std::int32_t tetrahedron, const Vector& normal) {
+  if (contact_place_.empty()) contact_place_.assign(released_.size(), -1);
+  contact_place_[index(tetrahedron)] = static_cast<std::int32_t>(contacts_.size());
+  contacts_.push_back(tetrahedron);
+  contact_normal_.push_back(normal);
+}
+
+Symmetric Integrity::contact_stress(std::size_t i, const Symmetric& strain) const {
+  const Vector& n = contact_normal_[i];
+  const double closing = dot(n, apply(strain, n));
+  if (closing >= 0) return {};
+  const double lambda = elasticity_.lambda, mu = elasticity_.mu;
+  const double pressure = mu * (3 * lambda + 2 * mu) / (lambda + mu) * closing;
+  return {pressure * n[0] * n[0], pressure * n[1] * n[1], pressure * n[2] * n[2],
+          pressure * n[1] * n[2], pressure * n[0] * n[2], pressure * n[0] * n[1]};
 }
 
 double Integrity::energy(std::int32_t tetrahedron, const Symmetric& strain) const {

@@ -60,7 +60,7 @@ void write_input(const std::filesystem::path& file, const input::Parameters& par
     const auto& nodes = mesh.tetrahedra[t];
     out << fmt::format("{}, {}, {}, {}, {}\n", t + 1, nodes[0] + 1, nodes[1] + 1, nodes[2] + 1, nodes[3] + 1);
   }
-  out << fmt::format("*MATERIAL, NAME=EPOXY\n*ELASTIC\n{:.17g}, {:.17g}\n*DENSITY\n{:.17g}\n",
+  out << fmt::format("*MATERIAL, NAME=EPOXY\n*ELASTIC\n{:.17g}, {:.17g}\n*DENSITY\n{:.10g}\n",
                      1e-6 * parameters.material.youngs_modulus, parameters.material.poisson_ratio,
                      1e-12 * parameters.material.density);
   out << "*SOLID SECTION, ELSET=BODY, MATERIAL=EPOXY\n*BOUNDARY\n";

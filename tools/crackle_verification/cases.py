@@ -112,8 +112,8 @@ def griffith_strip(folder: Path, program: Path) -> list[Figure]:
 
 def test_programs(build: Path) -> list[Figure]:
     """Figures that the test programs print."""
-    waves = _output(build / "tests" / "test_waves")
-    calculix = _output(build / "tests" / "test_calculix")
+    waves = _output(build / "bin" / "test_waves")
+    calculix = _output(build / "bin" / "test_calculix")
     figures = []
     for name in ("P", "S"):
         orders = re.findall(rf"{name} wave, .* order ([\d.]+)", waves)

@@ -43,7 +43,8 @@ class BreakableBody {
 public:
   /// @param subdomain must outlive the object
   BreakableBody(const geometry::Subdomain& subdomain, const input::Material& material,
-                input::Release release = input::Release::element);
+                input::Release release = input::Release::element,
+                input::Contact contact = input::Contact::none);
   BreakableBody(const BreakableBody&) = delete;
   BreakableBody& operator=(const BreakableBody&) = delete;
 
@@ -98,6 +99,7 @@ private:
 
   const geometry::Subdomain* subdomain_;
   input::Release release_;
+  input::Contact contact_;
   mechanics::PdsOperators operators_;
   mechanics::Edges edges_;
   mechanics::IsotropicElasticity elasticity_;

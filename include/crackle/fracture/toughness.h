@@ -13,7 +13,7 @@ namespace crackle::fracture {
 /// A strength criterion has no toughness of its own: a crack that breaks tetrahedra of spacing h takes the
 /// energy c (1 + nu) (1 - 2 nu) sigma_0^2 h / E out of the body for each unit of its area, that of the
 /// equibiaxial plane-strain state at its front. This is c, measured; see the README.
-inline constexpr double toughness_factor = 0.75;
+inline constexpr double toughness_factor = 0.86;
 
 /// Energy per crack area for a strength at a spacing [J/m^2].
 double toughness_of(const input::Material& material, double strength, double spacing);

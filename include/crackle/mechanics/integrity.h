@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace crackle::mechanics {
@@ -44,9 +45,13 @@ public:
 
   EdgeSet released(std::int32_t tetrahedron) const { return released_[index(tetrahedron)]; }
   bool is_intact(std::int32_t tetrahedron) const { return released(tetrahedron) == no_edge; }
+  /// Whether it carries by its edges, contact apart.
   bool carries(std::int32_t tetrahedron) const { return released(tetrahedron) != all_edges; }
+  bool has_contact(std::int32_t tetrahedron) const {
+    return !contact_place_.empty() && contact_place_[index(tetrahedron)] >= 0;
+  }
 
-  /// Stress that it carries at a strain [Pa].
+  /// Stress that it carries at a strain, contact included [Pa].
   Symmetric stress(std::int32_t tetrahedron, const Symmetric& strain) const;
   /// Strain energy [J].
   double energy(std::int32_t tetrahedron, const Symmetric& strain) const;
@@ -58,6 +63,16 @@ public:
   /// Releases edges besides those that are.
   void release(std::int32_t tetrahedron, EdgeSet edges);
 
+  /// A broken tetrahedron resists closing its cut again: from now on it carries E e_n n (x) n when its strain
+  /// e_n along the normal n is negative. Frictionless; Young's modulus is the stiffest that never adds energy
+  /// to what the unbroken tetrahedron would have.
+  /// @param normal of length 1
+  void add_contact(std::int32_t tetrahedron, const Vector& normal);
+  /// Tetrahedra with contact, in the order in which they were added.
+  std::span<const std::int32_t> contacts() const { return contacts_; }
+  /// Stress of contact number i at a strain of its tetrahedron [Pa]; 0 when it is open.
+  Symmetric contact_stress(std::size_t i, const Symmetric& strain) const;
+
 private:
   static std::size_t index(std::int32_t tetrahedron) { return static_cast<std::size_t>(tetrahedron); }
 
@@ -66,6 +81,9 @@ private:
   std::vector<EdgeSet> released_;
   std::vector<std::int32_t> place_;  // in partial_; -1 for those that never were partial
   std::vector<EdgeStiffness> partial_;
+  std::vector<std::int32_t> contacts_;
+  std::vector<Vector> contact_normal_;
+  std::vector<std::int32_t> contact_place_;  // of each tetrahedron, or -1; empty without contacts
 };
 
 }  // namespace crackle::mechanics
