@@ -41,7 +41,7 @@ TEST_P(StableBreaks, ByTheHundredCloseTheEnergyAccount) {
   grip.region[2] = {0, 0.0021};
   parameters.boundaries = {wedge, grip};
   const auto mesh = test::make_box({.size = parameters.specimen.size,
-                                    .cells = {2, 9, 15},
+                                    .cells = {4, 9, 24},
                                     .disturbance = 0.15,
                                     .removed = [&](const geometry::Point& p) {
                                       return p[2] < 0.4 * length && std::abs(p[1] - 0.006) < 0.0005;
