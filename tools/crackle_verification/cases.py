@@ -119,7 +119,7 @@ def test_programs(build: Path) -> list[Figure]:
         orders = re.findall(rf"{name} wave, .* order ([\d.]+)", waves)
         figures.append(Figure(f"Plane {name} wave", "order of convergence in space", ", ".join(orders), "2"))
     match = re.search(r"displacement within ([\d.e+-]+) of", calculix)
-    figures.append(Figure("Sudden load on a notched plate, CalculiX on the same mesh",
+    figures.append(Figure("Growing load on a notched plate, CalculiX on the same mesh",
                           "largest difference of the corner's displacement",
                           f"{100 * float(match.group(1)):.2f} %" if match else "not found", "at most 1 %"))
     return figures
