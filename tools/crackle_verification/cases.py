@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .runs import JOBS, ROOT, RunError, Sample, run, with_keys
+from .runs import JOBS, ROOT, RunError, Sample, read, run, with_keys
 
 MILLIMETRE, MICROSECOND = 1e-3, 1e-6
 
@@ -134,6 +134,27 @@ def _output(program: Path) -> str:
     return done.stdout
 
 
+def draw_crack(sample: Path, picture: Path) -> None:
+    """The crack of a plate in its plane, coloured by the time at which it opened."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    found = read(sample)
+    size = found.parameters["specimen"]["size"]
+    figure, axes = pyplot.subplots(figsize=(9, 3.9), dpi=110)
+    centre = found.facet_corners.mean(axis=1) / MILLIMETRE
+    points = axes.scatter(centre[:, 1], centre[:, 2], c=found.facet_time / MICROSECOND, s=1.5, cmap="viridis")
+    axes.set(xlim=(0, float(size[1].split()[0])), ylim=(0, float(size[2].split()[0])), xlabel="y [mm]", ylabel="z [mm]",
+             aspect="equal")
+    notch = found.parameters["specimen"]["notch"][0]
+    axes.plot([0, float(notch["depth"].split()[0])], [float(notch["at"].split()[0])] * 2, color="black", linewidth=1)
+    figure.colorbar(points, label="opened after [µs]", shrink=0.85)
+    figure.savefig(picture, bbox_inches="tight", metadata={"Software": None})
+    pyplot.close(figure)
+
+
 def table(figures: list[Figure]) -> str:
     lines = ["| case | figure | found | reference |", "|---|---|---|---|"]
     previous = ""
@@ -144,4 +165,4 @@ def table(figures: list[Figure]) -> str:
     return "\n".join(lines) + "\n"
 
 
-__all__ = ["Figure", "Sample", "glass_plate", "griffith_strip", "notched_strip", "table", "test_programs"]
+__all__ = ["Figure", "Sample", "draw_crack", "glass_plate", "griffith_strip", "notched_strip", "table", "test_programs"]
