@@ -38,7 +38,8 @@ def glass_plate(folder: Path, program: Path) -> list[Figure]:
     arrival = time[y > 99 * MILLIMETRE]
     return [
         Figure(case, "start of the crack", f"{time[is_advance].min() / MICROSECOND:.0f} µs", "about 10 µs"),
-        Figure(case, "branching", "none" if branching is None else
+        Figure(case, "branchings, short arms included", f"{int(sample.summary['bifurcations'])}", "1"),
+        Figure(case, "branching for good", "none" if branching is None else
                f"{branching[0] / MICROSECOND:.0f} µs, at y = {branching[1] / MILLIMETRE:.0f} mm", "about 33 µs"),
         Figure(case, "arrival at the far edge",
                f"{arrival.min() / MICROSECOND:.0f} µs" if arrival.size else "not within 90 µs", "about 75 µs"),
