@@ -2,11 +2,11 @@
 #include "crackle/analysis/sample_summary.h"
 
 #include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 
 #include <climits>
 #include <cstring>
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
@@ -166,17 +166,7 @@ std::vector<SampleSummary> all_gather(const parallel::Communicator& group,
   parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LONG_LONG, MPI_SUM, group.get()),
                       "MPI_Allreduce");
   if (total > INT_MAX) throw std::runtime_error("the rows of all samples are too large for one message");
-  const int size = static_cast<int>(mine.size());
-  const auto n_ranks = static_cast<std::size_t>(group.size());
-  std::vector<int> sizes(n_ranks);
-  parallel::check_mpi(MPI_Allgather(&size, 1, MPI_INT, sizes.data(), 1, MPI_INT, group.get()),
-                      "MPI_Allgather");
-  std::vector<int> offsets(n_ranks, 0);
-  std::partial_sum(sizes.begin(), sizes.end() - 1, offsets.begin() + 1);
-  std::vector<std::byte> all(static_cast<std::size_t>(total));
-  parallel::check_mpi(MPI_Allgatherv(mine.data(), size, MPI_BYTE, all.data(), sizes.data(), offsets.data(),
-                                     MPI_BYTE, group.get()),
-                      "MPI_Allgatherv");
+  const auto all = parallel::gather_all<std::byte>(group, mine);
 
   std::vector<SampleSummary> gathered;
   Unpacker unpack(all);

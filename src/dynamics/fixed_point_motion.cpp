@@ -2,6 +2,7 @@
 #include "crackle/dynamics/moving_body.h"
 
 #include "crackle/fracture/principal_stress.h"
+#include "crackle/parallel/collectives.h"
 #include "crackle/parallel/ghost_exchange.h"
 #include "external_work.h"
 #include "state_range.h"
@@ -251,9 +252,7 @@ private:
   static double reference_mass(const MotionContext& context) {
     double largest = 0;
     for (const double mass : context.body->operators().node_mass) largest = std::max(largest, mass);
-    parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, context.group->get()),
-                        "MPI_Allreduce");
-    return std::ldexp(1.0, std::ilogb(largest));
+    return std::ldexp(1.0, std::ilogb(parallel::largest_of_all(*context.group, largest)));
   }
 
   static mechanics::StateRange range_at_start(const MotionContext& context, double load_time, double duration,

@@ -3,6 +3,7 @@
 
 #include "crackle/fracture/connectivity.h"
 #include "crackle/fracture/principal_stress.h"
+#include "crackle/parallel/collectives.h"
 
 #include <algorithm>
 #include <cmath>
@@ -80,8 +81,7 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
   for (const auto& node : body.subdomain().nodes) {
     for (const double x : node) extent_ = std::max(extent_, x);
   }
-  parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &extent_, 1, MPI_DOUBLE, MPI_MAX, group.get()),
-                      "MPI_Allreduce");
+  extent_ = parallel::largest_of_all(group, extent_);
   for (std::size_t i = 0; i < loads.forces.size(); ++i) unit_.emplace_back(group, body.subdomain());
   for (const auto& motion : loads.motions) {
     if (motion.is_fixed) continue;
@@ -148,8 +148,7 @@ bool QuasiStaticLoading::update_after_breaks() {
   // A part that hangs by a corner or an edge is a mechanism: the load moves it without end.
   double largest = 0;
   for (const double u : displacement_.owned()) largest = std::max(largest, std::abs(u));
-  parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, group_->get()),
-                      "MPI_Allreduce");
+  largest = parallel::largest_of_all(*group_, largest);
   if (largest <= mechanism_displacement * extent_) {
     if (no_equilibrium) std::rethrow_exception(no_equilibrium);
     return true;
@@ -295,16 +294,7 @@ bool loads_are_held(const parallel::Communicator& group, const fracture::Breakab
   };
   const auto gathered = [&](const std::set<std::int64_t>& local) {
     const std::vector<std::int64_t> mine(local.begin(), local.end());
-    int n_mine = static_cast<int>(mine.size());
-    std::vector<int> counts(static_cast<std::size_t>(group.size()));
-    parallel::check_mpi(MPI_Allgather(&n_mine, 1, MPI_INT, counts.data(), 1, MPI_INT, group.get()),
-                        "MPI_Allgather");
-    std::vector<int> offsets(counts.size(), 0);
-    for (std::size_t r = 1; r < counts.size(); ++r) offsets[r] = offsets[r - 1] + counts[r - 1];
-    std::vector<std::int64_t> all(static_cast<std::size_t>(offsets.back() + counts.back()));
-    parallel::check_mpi(MPI_Allgatherv(mine.data(), n_mine, MPI_INT64_T, all.data(), counts.data(),
-                                       offsets.data(), MPI_INT64_T, group.get()),
-                        "MPI_Allgatherv");
+    const auto all = parallel::gather_all<std::int64_t>(group, mine);
     return std::set<std::int64_t>(all.begin(), all.end());
   };
   const bool any_fixed = std::ranges::any_of(loads.motions, &mechanics::PrescribedMotion::is_fixed);

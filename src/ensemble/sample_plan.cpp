@@ -7,7 +7,6 @@
 #include "crackle/io/text_file.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <fstream>
 #include <iterator>
@@ -221,9 +220,11 @@ std::vector<std::string> prepare_folder(const fs::path& folder, const input::Par
   }
   std::error_code ignored;
   for (const auto& kept : plan.kept) fs::remove(io::checkpoint_path(folder, kept.sample), ignored);
-  const fs::path copy = input_copy(folder);
-  if (!fs::exists(copy) || read_text(copy) != parameters.text) io::write_text_file(copy, parameters.text);
-  if (parameters.mesh.points) io::write_text_file(points_copy(folder), read_text(*parameters.mesh.points));
+  const auto keep_copy = [](const fs::path& copy, const std::string& text) {
+    if (!fs::exists(copy) || read_text(copy) != text) io::write_text_file(copy, text);
+  };
+  keep_copy(input_copy(folder), parameters.text);
+  if (parameters.mesh.points) keep_copy(points_copy(folder), read_text(*parameters.mesh.points));
   return lines;
 }
 

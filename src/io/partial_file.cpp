@@ -39,8 +39,8 @@ private:
 
 }  // namespace
 
-PartialFile::PartialFile(std::filesystem::path file)
-    : file_(std::move(file)), partial_(partial_name(file_)) {}
+PartialFile::PartialFile(std::filesystem::path file, const std::string& tag)
+    : file_(std::move(file)), partial_(partial_name(std::filesystem::path(file_) += tag)) {}
 
 PartialFile::~PartialFile() {
   if (!committed_) ::unlink(partial_.c_str());

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
+#include <string>
 
 namespace crackle::io {
 
@@ -11,7 +12,8 @@ namespace crackle::io {
 /// folder, and it is removed when it is not committed.
 class PartialFile {
 public:
-  explicit PartialFile(std::filesystem::path file);
+  /// @param tag goes before ".partial", where several processes may write the same file at once
+  explicit PartialFile(std::filesystem::path file, const std::string& tag = {});
   ~PartialFile();
   PartialFile(const PartialFile&) = delete;
   PartialFile& operator=(const PartialFile&) = delete;

@@ -3,12 +3,18 @@
 
 #include "partial_file.h"
 
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <span>
 
 namespace crackle::io {
 
 void write_text_file(const std::filesystem::path& file, const std::string& text) {
-  write_whole_file(file, std::as_bytes(std::span(text)));
+  // Runs of other ranges of samples may write the same file.
+  PartialFile partial(file, fmt::format(".{}", ::getpid()));
+  partial.write(std::as_bytes(std::span(text)));
+  partial.commit();
 }
 
 }  // namespace crackle::io

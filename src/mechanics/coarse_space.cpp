@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "coarse_space.h"
 
-#include "crackle/parallel/reproducible.h"
+#include "crackle/parallel/collectives.h"
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
@@ -25,26 +25,6 @@ constexpr int n_motions = 6;
 constexpr double regularization = 1e-10;
 /// Digits of the integers that are summed, below the largest term: thousands of terms fit 64 bits.
 constexpr int digits = 44;
-
-double largest_of(const parallel::Communicator& group, double value) {
-  parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_MAX, group.get()),
-                      "MPI_Allreduce");
-  return value;
-}
-
-template <class Value>
-std::vector<Value> gather_all(const parallel::Communicator& group, const std::vector<Value>& mine,
-                              MPI_Datatype type) {
-  int n = static_cast<int>(mine.size());
-  std::vector<int> counts(static_cast<std::size_t>(group.size())), offsets(counts.size(), 0);
-  parallel::check_mpi(MPI_Allgather(&n, 1, MPI_INT, counts.data(), 1, MPI_INT, group.get()), "MPI_Allgather");
-  for (std::size_t r = 1; r < counts.size(); ++r) offsets[r] = offsets[r - 1] + counts[r - 1];
-  std::vector<Value> all(static_cast<std::size_t>(offsets.back() + counts.back()));
-  parallel::check_mpi(
-      MPI_Allgatherv(mine.data(), n, type, all.data(), counts.data(), offsets.data(), type, group.get()),
-      "MPI_Allgatherv");
-  return all;
-}
 
 }  // namespace
 
@@ -71,8 +51,8 @@ void CoarseSpace::find_cells() {
     }
   }
   for (std::size_t i = 0; i < 3; ++i) {
-    low[i] = -largest_of(*group_, -low[i]);
-    high[i] = largest_of(*group_, high[i]);
+    low[i] = -parallel::largest_of_all(*group_, -low[i]);
+    high[i] = parallel::largest_of_all(*group_, high[i]);
   }
 
   // Every box of a level has the same shape, so each level halves one axis: the longest.
@@ -101,7 +81,7 @@ void CoarseSpace::find_cells() {
   std::vector<std::int64_t> codes;
   for (const auto& node : subdomain_->nodes) codes.push_back(code_of(node));
   const std::vector<std::int64_t> mine(codes.begin(), codes.begin() + subdomain_->n_owned);
-  auto all = gather_all(*group_, mine, MPI_INT64_T);
+  auto all = parallel::gather_all<std::int64_t>(*group_, mine);
   std::ranges::sort(all);
 
   // Cells as ranges of codes: halved while they hold too many nodes.
@@ -168,7 +148,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
   };
   double stiffest = 0;
   for (const auto& t : operators.tetrahedra) stiffest = std::max(stiffest, stiffness_bound(t));
-  stiffest = largest_of(*group_, stiffest);
+  stiffest = parallel::largest_of_all(*group_, stiffest);
   const double scale = std::ldexp(1.0, digits - std::ilogb(stiffest) - 8);
 
   using Block = std::array<std::int64_t, n_motions * n_motions>;
@@ -223,7 +203,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
     packed.push_back(cells.second);
     packed.insert(packed.end(), block.begin(), block.end());
   }
-  const auto all = group_->size() > 1 ? gather_all(*group_, packed, MPI_INT64_T) : packed;
+  const auto all = group_->size() > 1 ? parallel::gather_all<std::int64_t>(*group_, packed) : packed;
   blocks.clear();
   constexpr std::size_t stride = 2 + n_motions * n_motions;
   for (std::size_t at = 0; at < all.size(); at += stride) {
@@ -256,7 +236,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
 void CoarseSpace::add_correction(std::span<const double> residual, std::span<double> correction) const {
   double largest = 0;
   for (const double r : residual) largest = std::max(largest, std::abs(r));
-  largest = largest_of(*group_, largest);
+  largest = parallel::largest_of_all(*group_, largest);
   if (largest == 0) return;
   const double scale = std::ldexp(1.0, digits - std::ilogb(largest) - 1);
   std::vector<std::int64_t> sums(static_cast<std::size_t>(n_motions * n_cells_), 0);

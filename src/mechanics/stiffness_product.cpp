@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "stiffness_product.h"
 
+#include "crackle/parallel/collectives.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -25,8 +27,7 @@ double stiffest_entry(const parallel::Communicator& group, const PdsOperators& o
     const auto k = edge_coupling(operators, elasticity, edges, broken, static_cast<std::int32_t>(e));
     for (const double s : k.s) stiffest = std::max(stiffest, std::abs(s));
   }
-  parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &stiffest, 1, MPI_DOUBLE, MPI_MAX, group.get()),
-                      "MPI_Allreduce");
+  stiffest = parallel::largest_of_all(group, stiffest);
   return stiffest > 0 ? stiffest : 1;
 }
 
@@ -42,16 +43,10 @@ StiffnessProduct::StiffnessProduct(const parallel::Communicator& group, const ge
                                                      FixedPointScale{1, 1, unit_}, best_instruction_set());
 }
 
-double StiffnessProduct::largest(double value) const {
-  parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_MAX, group_->get()),
-                      "MPI_Allreduce");
-  return value;
-}
-
 void StiffnessProduct::apply(const parallel::NodeField& displacement, std::span<double> force) {
   double size = 0;
   for (const double u : displacement.owned()) size = std::max(size, std::abs(u));
-  size = largest(size);
+  size = parallel::largest_of_all(*group_, size);
   if (size == 0) {
     std::ranges::fill(force, 0.0);
     return;
@@ -69,7 +64,7 @@ void StiffnessProduct::apply(const parallel::NodeField& displacement, std::span<
       std::ranges::fill(nodes[n].force, 0);
     }
     for (std::int32_t b = 0; b < force_->n_blocks(); ++b) force_->add_block(b);
-    const double contribution = largest(force_->take_largest_contribution());
+    const double contribution = parallel::largest_of_all(*group_, force_->take_largest_contribution());
     if (!std::isfinite(contribution))
       throw std::runtime_error("stiffness product: the operand is not finite");
     const bool fits = contribution < std::ldexp(1.0, 50);

@@ -29,8 +29,6 @@ public:
   void update(std::span<const std::int32_t> tetrahedra) { force_->update(tetrahedra, false); }
 
 private:
-  double largest(double value) const;
-
   const parallel::Communicator* group_;
   std::unique_ptr<FixedPointForce<double>> force_;
   double unit_ = 0;        // force quantum per displacement quantum [N/m]
