@@ -114,7 +114,8 @@ int run_command(const apps::Action& run, const parallel::Communicator& world) {
 
 int main(int argc, char** argv) {
   // From the first moment on: what starts the ranks passes signals on as soon as they are there.
-  if (argc > 1 && std::string_view(argv[1]) == "run") ensemble::watch_stop_signals();
+  const bool is_run = argc > 1 && std::string_view(argv[1]) == "run";
+  if (is_run) ensemble::watch_stop_signals();
   CLI::App app{"crackle: Monte-Carlo ensembles of dynamic brittle fracture by PDS-FEM", "crackle"};
   apps::Action run;
   const Runtime runtime;
@@ -122,6 +123,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "crackle: MPI or PETSc could not be started\n");
     return apps::input_error;
   }
+  if (is_run) ensemble::watch_stop_signals();  // MPI has set its own
   const parallel::Communicator world(MPI_COMM_WORLD);
   int status = apps::success;
   add_commands(app, run);

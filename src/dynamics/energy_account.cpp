@@ -3,6 +3,8 @@
 
 #include "crackle/parallel/exact_sum.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -69,6 +71,23 @@ EnergyRow EnergyAccount::row(double time, double kinetic, double phase_work,
   parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &row.broken, 1, MPI_INT64_T, MPI_SUM, group_->get()),
                       "MPI_Allreduce");
   return row;
+}
+
+std::optional<std::string> energy_fault(std::span<const EnergyRow> rows, std::size_t n_rows) {
+  constexpr double blow_up = 10;
+  if (rows.empty()) return {};
+  const EnergyRow& last = rows.back();
+  const double held = last.kinetic + last.strain + last.released;
+  if (!std::isfinite(held) || !std::isfinite(last.external))
+    return fmt::format("the energies are no numbers {:.4g} us after the start of the phase", 1e6 * last.time);
+  if (rows.size() < 2 || 10 * rows.size() < n_rows) return {};
+  double supplied = rows.front().kinetic + rows.front().strain + rows.front().released;
+  for (const auto& row : rows) supplied = std::max(supplied, std::abs(row.external));
+  if (held <= blow_up * supplied) return {};
+  return fmt::format(
+      "the body has {:.3g} J {:.4g} us after the start of the phase, but was given no more than "
+      "{:.3g} J: the motion is unstable",
+      held, 1e6 * last.time, supplied);
 }
 
 double energy_error(std::span<const EnergyRow> rows) {

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <stdexcept>
 #include <string>
 
 namespace crackle::dynamics {
@@ -83,6 +84,9 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
     motion.read(state);
     const double work = motion.external_work(load_time + time, state);
     result.energy.push_back(account.row(time, kinetic_energy(context, state), work, state.displacement));
+    // Every rank has the same rows.
+    if (const auto fault = energy_fault(result.energy, static_cast<std::size_t>(options.n_energy_rows)))
+      throw std::runtime_error(*fault);
     if (options.on_row) options.on_row(result.energy.back());
     if (is_picture) {
       Frame frame = make_frame(context, state, time, result.energy.back().broken);

@@ -3,11 +3,28 @@
 
 #include "crackle/parallel/agreement.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
+#include <stdexcept>
 #include <utility>
 
 namespace crackle::ensemble {
+
+RealizationMaker with_retries(AttemptMaker make) {
+  return [make = std::move(make)](std::uint64_t sample) {
+    std::string reasons;
+    for (int attempt = 0;; ++attempt) {
+      try {
+        return make(sample, attempt);
+      } catch (const std::exception& error) {
+        reasons += fmt::format("{}attempt {}: {}", attempt == 0 ? "" : "; ", attempt + 1, error.what());
+        if (attempt + 1 == max_attempts) throw std::runtime_error(reasons);
+      }
+    }
+  };
+}
 
 PreparedSample prepare(const RealizationMaker& make, std::uint64_t sample) {
   const auto start = std::chrono::steady_clock::now();

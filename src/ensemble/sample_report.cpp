@@ -12,6 +12,7 @@ std::vector<std::byte> to_bytes(const SampleReport& report) {
   packer.put(report.sample);
   packer.put(report.stored);
   packer.put(report.parked);
+  packer.put(report.mesh_attempt);
   packer.put(report.n_tetrahedra);
   packer.put(report.seconds);
   packer.put(analysis::to_bytes(report.summary));
@@ -24,6 +25,7 @@ SampleReport report_from_bytes(std::span<const std::byte> bytes) {
   report.sample = unpacker.get<std::uint64_t>();
   report.stored = unpacker.get<bool>();
   report.parked = unpacker.get<bool>();
+  report.mesh_attempt = unpacker.get<int>();
   report.n_tetrahedra = unpacker.get<std::int64_t>();
   report.seconds = unpacker.get<double>();
   report.summary = analysis::summary_from_bytes(unpacker.get_vector<std::byte>());
@@ -55,9 +57,10 @@ std::string describe(const SampleReport& report) {
     return fmt::format("sample {} failed after {:.1f} s: {}", report.sample, report.seconds, summary.error);
   }
   return fmt::format(
-      "sample {} done: onset {:.1f} N, {}, {:.1f} mm^2 of crack, {} breaks, energy error {:.1e}, {:.1f} s",
+      "sample {} done: onset {:.1f} N, {}, {:.1f} mm^2 of crack, {} breaks, energy error {:.1e}, {:.1f} s{}",
       report.sample, summary.onset_force, pattern_name(summary.pattern), summary.crack_area * 1e6,
-      summary.breaks, summary.energy_error, report.seconds);
+      summary.breaks, summary.energy_error, report.seconds,
+      report.mesh_attempt == 0 ? "" : fmt::format(", mesh made at attempt {}", report.mesh_attempt + 1));
 }
 
 std::vector<std::string> describe(const dynamics::SampleResult& result) {

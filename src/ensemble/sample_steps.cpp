@@ -14,9 +14,9 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
                               const geometry::MotherPoints& base, const std::filesystem::path& folder,
                               int n_ranks, SampleFunction compute) {
   SampleSteps steps;
-  steps.make = [&](std::uint64_t sample) {
-    return geometry::make_realization(body, base, parameters.mesh, parameters.ensemble.seed, sample);
-  };
+  steps.make = with_retries([&](std::uint64_t sample, int attempt) {
+    return geometry::make_realization(body, base, parameters.mesh, parameters.ensemble.seed, sample, attempt);
+  });
   steps.split = [](const geometry::Realization& realization, int n_parts) {
     return geometry::split(realization, geometry::partition(realization, n_parts));
   };

@@ -117,6 +117,7 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
 
   SampleReport report;
   report.sample = sample;
+  report.mesh_attempt = realization.report.attempt;
   report.n_tetrahedra = static_cast<std::int64_t>(realization.tetrahedra.size());
   try {
     staged("writing", [&] { steps.write(sample, realization, result, analysis); });

@@ -72,8 +72,9 @@ SurfaceId surface_of(const Body& body, const std::vector<Point>& nodes, const Tr
 }  // namespace
 
 Realization make_realization(const Body& body, const MotherPoints& base, const input::Mesh& mesh,
-                             std::uint64_t seed, std::uint64_t sample) {
-  const parallel::RandomStream stream(seed, sample, "disturbance");
+                             std::uint64_t seed, std::uint64_t sample, int attempt) {
+  const std::string suffix = attempt == 0 ? "" : fmt::format(", attempt {}", attempt);
+  const parallel::RandomStream stream(seed, sample, "disturbance" + suffix);
   const auto draw = [&](std::size_t i, std::int32_t number, double amplitude) {
     return displaced(body, base.position[i], base.movable[i], amplitude * mesh.perturbation * base.spacing[i],
                      stream.substream(i).substream(static_cast<std::uint64_t>(number)));
@@ -83,12 +84,12 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
   for (std::size_t i = 0; i < base.size(); ++i) realization.nodes[i] = draw(i, 0, 1);
 
   Tessellation tessellation(body, realization.nodes, mesh.min_quality);
-  const RedrawOutcome outcome =
-      redraw(tessellation, base.movable,
-             [&](std::int32_t node, std::int32_t number, double amplitude) {
-               return draw(index(node), number, amplitude);
-             },
-             parallel::RandomStream(seed, sample, "choice of redrawn points"), {.max_rounds = max_rounds});
+  const RedrawOutcome outcome = redraw(
+      tessellation, base.movable,
+      [&](std::int32_t node, std::int32_t number, double amplitude) {
+        return draw(index(node), number, amplitude);
+      },
+      parallel::RandomStream(seed, sample, "choice of redrawn points" + suffix), {.max_rounds = max_rounds});
   if (!outcome.remaining.empty())
     throw std::runtime_error(fmt::format(
         "sample {}: after {} rounds of redrawing, {} tetrahedra are still below min_quality = {} or "
@@ -108,6 +109,7 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
     realization.boundary.push_back({triangle, surface_of(body, realization.nodes, triangle)});
 
   realization.report.rounds = outcome.rounds;
+  realization.report.attempt = attempt;
   realization.report.redrawn_points = outcome.redrawn_points;
   realization.report.min_quality = verify(realization, body, mesh.min_quality);
   return realization;

@@ -59,6 +59,7 @@ void write_mesh(hid_t file, const geometry::Realization& realization) {
   write_column<std::int32_t>(
       group.get(), "boundary_surface", realization.boundary, [](const auto& row) { return row.surface; }, "");
   hdf5::write_attribute(group.get(), "rounds", std::int64_t{realization.report.rounds});
+  hdf5::write_attribute(group.get(), "attempt", std::int64_t{realization.report.attempt});
   hdf5::write_attribute(group.get(), "redrawn_points", realization.report.redrawn_points);
   hdf5::write_attribute(group.get(), "min_quality", realization.report.min_quality);
 }

@@ -278,5 +278,11 @@ FILES = [
     ("zero bytes", b"[mesh]\n\x00\x00", ":2: not a text file (byte 0x00)"),
     ("invalid UTF-8", b'[mesh]\nspacing = "3 \xb5m"\n', ":2: not valid UTF-8 (byte 0xb5)"),
     ("UTF-16", "[mesh]\n".encode("utf-16"), ":1: not valid UTF-8"),
+    *((f"syntax: {text}", text.encode(), ":1: ") for text in (
+        "[mesh", "[[mesh]", "[mesh]]", "[]", "[.mesh]", "[mesh.]", "= 3", "spacing", "spacing =", "spacing = = 3",
+        'spacing = "3 mm', "spacing = '3 mm", 'spacing = "3 mm" "4 mm"', "spacing = {a = 1",
+        "spacing = {a = 1, a = 2}", 'spacing = "\\q"', "spacing = 1__0", "spacing = 0x", "spacing = +-1",
+        "spacing = 1.e3", "spacing = .5", "spacing = 1979-13-01", "spacing = tru", "a b = 1", '"a = 1')),
+    ("syntax: open array", b"spacing = [1, 2", ":2: "),
     ("too long", b"# comment\n" * 200000, ":1: longer than 1048576 bytes"),
 ]

@@ -101,6 +101,23 @@ TEST(RealizationQueue, FailureIsHandedOutWithItsReason) {
   EXPECT_EQ(take(queue).error, "");
 }
 
+TEST(Retries, TakeTheFirstAttemptThatSucceeds) {
+  std::vector<int> attempts;
+  const auto make = with_retries([&](std::uint64_t sample, int attempt) {
+    attempts.push_back(attempt);
+    if (attempt < static_cast<int>(sample)) throw std::runtime_error("reason " + std::to_string(attempt));
+    auto realization = with_nodes(1);
+    realization.report.attempt = attempt;
+    return realization;
+  });
+  EXPECT_EQ(make(0).report.attempt, 0);
+  EXPECT_EQ(make(2).report.attempt, 2);
+  EXPECT_EQ(attempts, (std::vector{0, 0, 1, 2}));
+  const std::string error = prepare(make, 3).error;
+  EXPECT_NE(error.find("attempt 1: reason 0; attempt 2: reason 1; attempt 3: reason 2"), std::string::npos)
+      << error;
+}
+
 TEST(RealizationQueue, EndsBeforeItsSamplesDo) {
   std::atomic<int> n_made = 0;
   {

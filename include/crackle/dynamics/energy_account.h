@@ -7,7 +7,10 @@
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
 
+#include <cstddef>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -56,5 +59,10 @@ private:
 /// Largest |external - kinetic - strain - released - dissipated| over the rows, relative to the largest
 /// external work; 0 without rows.
 double energy_error(std::span<const EnergyRow> rows);
+
+/// Why the motion cannot be trusted by its energies at the last of the rows: they are no numbers, or, once a
+/// tenth of the phase is over, the body has ten times the energy that it can have.
+/// @param n_rows of the whole phase
+std::optional<std::string> energy_fault(std::span<const EnergyRow> rows, std::size_t n_rows);
 
 }  // namespace crackle::dynamics

@@ -19,6 +19,14 @@ namespace crackle::ensemble {
 /// Makes the realization of a sample; a failure is an exception.
 using RealizationMaker = std::function<geometry::Realization(std::uint64_t sample)>;
 
+/// Makes a sample's realization from the random numbers of an attempt.
+using AttemptMaker = std::function<geometry::Realization(std::uint64_t sample, int attempt)>;
+inline constexpr int max_attempts = 3;
+
+/// The first of at most three attempts that succeeds; which one stands in the realization's report. When all
+/// fail, the exception has the reasons of all.
+RealizationMaker with_retries(AttemptMaker make);
+
 /// A realization ready to be handed out, or the reason why there is none.
 struct PreparedSample {
   std::uint64_t sample = 0;

@@ -16,8 +16,9 @@ namespace crackle::ensemble {
 struct SampleReport {
   std::uint64_t sample = 0;
   analysis::SampleSummary summary;
-  bool stored = false;  ///< a whole sample file tells the same; without one, a resumed run computes it again
-  bool parked = false;  ///< stopped on the way as asked: neither done nor failed
+  bool stored = false;   ///< a whole sample file tells the same; without one, a resumed run computes it again
+  bool parked = false;   ///< stopped on the way as asked: neither done nor failed
+  int mesh_attempt = 0;  ///< that gave the realization; others than 0 are told
   std::int64_t n_tetrahedra = 0;
   double seconds = 0;  ///< wall time from the realization's arrival to the file
 };

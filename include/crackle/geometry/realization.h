@@ -22,6 +22,7 @@ struct RealizationReport {
   int rounds = 0;                   ///< rounds of local redrawing
   std::int64_t redrawn_points = 0;  ///< points drawn at least once more
   double min_quality = 0;           ///< mean-ratio quality of the worst tetrahedron
+  int attempt = 0;                  ///< that succeeded; those before it used other random numbers
 };
 
 /// One conforming tessellation of the body. Its nodes keep the numbers of the base mother points. Tetrahedra
@@ -44,11 +45,12 @@ struct Realization {
 /// perturbation 0 the nodes are the base points. Takes less than twice the time of the tessellation alone.
 /// @param base points whose own tessellation conforms, as make_mother_points gives them
 /// @param sample selects the random stream (seed, sample, "disturbance")
+/// @param attempt others than 0 take a stream of their own, for a sample that could not be made
 /// @throws std::runtime_error when the redrawing does not end within 200 rounds (some 1 to 5 are usual), or
 /// the
 ///   result fails verify()
 Realization make_realization(const Body& body, const MotherPoints& base, const input::Mesh& mesh,
-                             std::uint64_t seed, std::uint64_t sample);
+                             std::uint64_t seed, std::uint64_t sample, int attempt = 0);
 
 /// Checks everything that a realization promises: every node is used; tetrahedra have a positive volume, at
 /// least the minimum quality, and none reaches into a notch; their volumes add up to the body's to 1e-12

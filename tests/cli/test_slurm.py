@@ -1,0 +1,119 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""jobs/ensemble.sbatch and jobs/array.sbatch under SLURM itself: a job whose time is too short parks, goes back into
+the queue and ends with the results of an undisturbed run; so does one of whose ranks one is killed. Status 77: this
+machine has no SLURM.
+"""
+import argparse
+import importlib.machinery
+import importlib.util
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import slurm_cluster
+
+OPTIONS = None
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+N_SAMPLES = 6
+
+
+def load_kill_trials():
+    loader = importlib.machinery.SourceFileLoader("kill_trials", str(ROOT / "tools" / "kill-trials"))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("kill_trials", loader))
+    loader.exec_module(module)
+    return module
+
+
+class Slurm(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.trials = load_kill_trials()
+        cls.parent = pathlib.Path(tempfile.mkdtemp(prefix="crackle-slurm-"))
+        shutil.copytree(ROOT / "jobs", cls.parent / "jobs", ignore=shutil.ignore_patterns("images"))
+        cls.cluster = slurm_cluster.Cluster(cls.parent)
+        cls.cluster.__enter__()
+        cls.addClassCleanup(cls.cluster.__exit__)
+        # Some twenty seconds of one worker.
+        (cls.parent / "plate.toml").write_text(cls.trials.PLATE.replace('step = "20 ns"', 'step = "1.5 ns"'))
+        cls.reference = cls.parent / "undisturbed"
+        start = time.monotonic()
+        result = subprocess.run([shutil.which("mpirun.openmpi") or "mpirun", "-n", "3", OPTIONS.program, "run",
+                                 cls.parent / "plate.toml", "-o", cls.reference], env=cls.trials.environment(),
+                                capture_output=True, text=True, check=False)
+        assert result.returncode == 0, result.stdout + result.stderr
+        print(f"undisturbed: {time.monotonic() - start:.0f} s on 3 ranks")
+
+    @classmethod
+    def tearDownClass(cls):
+        if OPTIONS.keep:
+            print(f"kept: {cls.parent}")
+
+    def submit(self, script, folder, *options):
+        return self.cluster.submit(
+            self.parent, "--nodes=1", "--ntasks-per-node=2", "--mem-per-cpu=0", "--time=1", *options,
+            f"jobs/{script}", "plate.toml", folder, CRACKLE=OPTIONS.program, CRACKLE_MPI="mpirun",
+            **{key: value for key, value in self.trials.environment().items() if key.startswith("OMPI")})
+
+    def logs(self):
+        return "\n".join(file.read_text(errors="replace") for file in sorted(self.parent.glob("crackle-*.log")))
+
+    def assert_equal_results(self, folder):
+        faults = self.trials.differences(self.reference, self.parent / folder)
+        self.assertEqual([fault for fault in faults if "lock-" not in fault], [], self.logs())
+
+    def test_parks_and_goes_back_into_the_queue(self):
+        job = self.submit("ensemble.sbatch", "parked", "--signal=B:USR1@52")
+        states, restarts = self.cluster.wait(job, 300)
+        print(f"ensemble.sbatch: {states}, started again {restarts} times")
+        self.assertEqual(states, ["COMPLETED"], self.logs())
+        self.assertGreater(sum(restarts), 0)
+        self.assertIn("SIGUSR1: stopping", self.logs())
+        self.assert_equal_results("parked")
+
+    def test_a_killed_rank_is_no_end(self):
+        job = self.submit("ensemble.sbatch", "killed", "--signal=B:USR1@1")
+        end = time.monotonic() + 60
+        while not list((self.parent / "killed" / "samples").glob("*.h5")) and time.monotonic() < end:
+            time.sleep(0.1)
+        for process in pathlib.Path("/proc").iterdir():
+            try:
+                words = (process / "cmdline").read_bytes().split(b"\0")
+            except OSError:
+                continue
+            if process.name.isdigit() and words[0] == OPTIONS.program.encode() and b"killed" in words:
+                os.kill(int(process.name), 9)
+                break
+        states, restarts = self.cluster.wait(job, 300)
+        print(f"ensemble.sbatch with a killed rank: {states}, started again {restarts} times")
+        self.assertEqual(states, ["COMPLETED"], self.logs())
+        self.assertIn("start 2", self.logs())
+        self.assert_equal_results("killed")
+
+    def test_array_of_ranges(self):
+        job = self.submit("array.sbatch", "array", "--array=0-2", "--signal=B:USR1@54")
+        states, restarts = self.cluster.wait(job, 300)
+        print(f"array.sbatch: {states}, started again {restarts} times")
+        self.assertEqual(states, 3 * ["COMPLETED"], self.logs())
+        self.assertFalse((self.parent / "array" / "ensemble.h5").exists())
+        result = subprocess.run([OPTIONS.program, "stats", self.parent / "array"], env=self.trials.environment(),
+                                capture_output=True, text=True, check=False)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn(f"{N_SAMPLES} samples: {N_SAMPLES} done", result.stdout)
+        self.assert_equal_results("array")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--program", required=True, type=os.path.abspath)
+    parser.add_argument("--keep", action="store_true", help="keep the folder of the cluster and the results")
+    OPTIONS, rest = parser.parse_known_args()
+    if reason := slurm_cluster.why_not():
+        print(f"skipped: {reason}")
+        sys.exit(77)
+    unittest.main(argv=[sys.argv[0], *rest], verbosity=2)
