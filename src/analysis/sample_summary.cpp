@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/sample_summary.h"
 
+#include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
 #include <climits>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
@@ -89,10 +91,21 @@ void for_each_field(Summary& row, Visitor& visit) {
   visit(row.crack_area);
   visit(row.crack_speed_max);
   visit(row.energy_error);
+  visit(row.crack_speed_ratio);
+  visit(row.traced_area);
+  visit(row.effective_toughness);
   visit(row.z);
   visit(row.z_spread);
   visit(row.branches);
   visit(row.wall_time);
+}
+
+double traced_length(const std::vector<CrackLine>& lines) {
+  double length = 0;
+  for (const CrackLine& line : lines)
+    for (std::size_t i = 1; i < line.points.size(); ++i)
+      length += std::hypot(line.points[i].y - line.points[i - 1].y, line.points[i].z - line.points[i - 1].z);
+  return length;
 }
 
 }  // namespace
@@ -108,6 +121,9 @@ SampleSummary empty_summary(int n_notches, int n_sections, SampleStatus status, 
   row.crack_area = none;
   row.crack_speed_max = none;
   row.energy_error = none;
+  row.crack_speed_ratio = none;
+  row.traced_area = none;
+  row.effective_toughness = none;
   const std::size_t n = static_cast<std::size_t>(n_notches) * static_cast<std::size_t>(n_sections);
   row.z.assign(n, none);
   row.z_spread.assign(n, none);
@@ -117,7 +133,7 @@ SampleSummary empty_summary(int n_notches, int n_sections, SampleStatus status, 
 
 SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult& result,
                         const CrackSurface& surface, const std::vector<CrackLine>& lines,
-                        std::span<const double> sections) {
+                        const input::Material& material, std::span<const double> sections) {
   SampleSummary row;
   row.status = SampleStatus::done;
   row.onset_force = result.onset_force;
@@ -131,6 +147,11 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.crack_area = surface.area();
   row.crack_speed_max = max_crack_speed(body, surface);
   row.energy_error = result.energy_error;
+  row.crack_speed_ratio = row.crack_speed_max / mechanics::rayleigh_speed(material);
+  row.traced_area = body.size()[0] * traced_length(lines);
+  row.effective_toughness = row.traced_area > 0 && !result.energy.empty()
+                                ? result.energy.back().released / row.traced_area
+                                : std::numeric_limits<double>::quiet_NaN();
   for (const SectionCrossing& crossing : section_crossings(body, surface, sections)) {
     row.z.push_back(crossing.z);
     row.z_spread.push_back(crossing.spread);

@@ -67,6 +67,8 @@ void append_quantiles(std::string& text, std::span<const SampleSummary> samples)
   append_row("onset force [N]", &SampleSummary::onset_force, 3);
   append_row("onset time [s]", &SampleSummary::onset_time, 6);
   append_row("crack speed [m/s]", &SampleSummary::crack_speed_max, 1);
+  append_row("over Rayleigh's", &SampleSummary::crack_speed_ratio, 3);
+  append_row("toughness [J/m^2]", &SampleSummary::effective_toughness, 3);
 }
 
 }  // namespace

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/checkpoint.h"
 
+#include "crackle/parallel/collectives.h"
+
 #include <algorithm>
-#include <numeric>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
@@ -43,7 +44,8 @@ void put(Packer& packer, const EndedPhase& phase) {
     packer.put(value);
   packer.put(phase.n_steps);
   packer.put(phase.n_forces);
-  packer.put(phase.breaks);
+  packer.put(phase.releases.breaks);
+  packer.put(phase.releases.ties);
   parallel::put(packer, phase.displacement);
 }
 
@@ -53,7 +55,8 @@ EndedPhase get_ended(Unpacker& unpacker) {
     *value = unpacker.get<double>();
   phase.n_steps = unpacker.get<std::int64_t>();
   phase.n_forces = unpacker.get<std::int64_t>();
-  phase.breaks = unpacker.get_vector<fracture::Break>();
+  phase.releases.breaks = unpacker.get_vector<fracture::Break>();
+  phase.releases.ties = unpacker.get_vector<fracture::Tie>();
   phase.displacement = parallel::get_rows(unpacker);
   return phase;
 }
@@ -62,7 +65,8 @@ void put(Packer& packer, const RunningPhase& phase) {
   packer.put(phase.load_time);
   packer.put(phase.step);
   packer.put(phase.last_break);
-  packer.put(phase.breaks);
+  packer.put(phase.releases.breaks);
+  packer.put(phase.releases.ties);
   put(packer, phase.motion);
 }
 
@@ -71,7 +75,8 @@ RunningPhase get_running(Unpacker& unpacker) {
   phase.load_time = unpacker.get<double>();
   phase.step = unpacker.get<std::int64_t>();
   phase.last_break = unpacker.get<std::int64_t>();
-  phase.breaks = unpacker.get_vector<fracture::Break>();
+  phase.releases.breaks = unpacker.get_vector<fracture::Break>();
+  phase.releases.ties = unpacker.get_vector<fracture::Tie>();
   phase.motion = get_motion(unpacker);
   return phase;
 }
@@ -140,36 +145,15 @@ Checkpoint share_checkpoint(const parallel::Communicator& group, std::span<const
 
 std::vector<fracture::Break> gather_breaks(const parallel::Communicator& group,
                                            std::span<const fracture::Break> local) {
-  static_assert(std::is_trivially_copyable_v<fracture::Break>);
-  const int n_bytes = static_cast<int>(local.size_bytes());
-  std::vector<int> counts(static_cast<std::size_t>(group.size()));
-  parallel::check_mpi(MPI_Gather(&n_bytes, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, group.get()),
-                      "MPI_Gather");
-  std::vector<int> offsets(counts.size());
-  std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
-  std::vector<fracture::Break> all;
-  if (group.is_root()) {
-    all.resize(static_cast<std::size_t>(offsets.back() + counts.back()) / sizeof(fracture::Break));
-  }
-  parallel::check_mpi(MPI_Gatherv(local.data(), n_bytes, MPI_BYTE, all.data(), counts.data(), offsets.data(),
-                                  MPI_BYTE, 0, group.get()),
-                      "MPI_Gatherv");
+  auto all = parallel::gather_on_root(group, local);
   std::ranges::sort(
       all, {}, [](const fracture::Break& b) { return std::tuple(b.load_time, b.phase_time, b.tetrahedron); });
   return all;
 }
 
-std::vector<std::int32_t> restore_breaks(std::span<const fracture::Break> breaks,
-                                         fracture::BreakableBody& body) {
-  const auto& numbers = body.subdomain().tetrahedron_number;
-  std::vector<std::int32_t> broken;
-  for (const auto& record : breaks) {
-    const auto place = std::ranges::lower_bound(numbers, record.tetrahedron);
-    if (place == numbers.end() || *place != record.tetrahedron) continue;
-    broken.push_back(static_cast<std::int32_t>(place - numbers.begin()));
-    body.restore(broken.back(), record);
-  }
-  return broken;
+Releases ReleasesSince::gather(const parallel::Communicator& group) const {
+  return {gather_breaks(group, body_->breaks().subspan(n_breaks_)),
+          parallel::gather_on_root(group, body_->ties().subspan(n_ties_))};
 }
 
 parallel::NumberedRows gather_impulse(const parallel::Communicator& group,

@@ -48,9 +48,10 @@ Frame make_frame(const MotionContext& context, const MotionState& state, double 
 /// Brings body, criterion and motion to where the checkpoint's running phase was saved.
 void restore(const Checkpoint& checkpoint, fracture::BreakableBody& body, fracture::TulerButcher& criterion,
              MovingBody& motion) {
-  const auto broken = restore_breaks(checkpoint.running->breaks, body);
+  const std::size_t n_changes = body.changes().size();
+  body.restore(checkpoint.running->releases.breaks, checkpoint.running->releases.ties);
   restore_impulse(checkpoint.impulse, body.subdomain(), criterion);
-  motion.release(broken);
+  motion.release(body.changes().subspan(n_changes));
   motion.restore(checkpoint.running->motion);
 }
 
@@ -77,9 +78,9 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
   const std::int64_t row_interval = std::max<std::int64_t>(1, n_steps / options.n_energy_rows);
   const auto pictures = frame_steps(options.n_frames, n_steps);
 
-  const auto write_outputs = [&](std::int64_t step, bool last) {
-    const bool is_picture = std::ranges::binary_search(pictures, step);
-    if (step % row_interval != 0 && !is_picture && !last) return;
+  const auto is_picture = [&](std::int64_t step) { return std::ranges::binary_search(pictures, step); };
+  const auto has_output = [&](std::int64_t step) { return step % row_interval == 0 || is_picture(step); };
+  const auto write_outputs = [&](std::int64_t step) {
     const double time = static_cast<double>(step) * dt;
     motion.read(state);
     const double work = motion.external_work(load_time + time, state);
@@ -88,13 +89,13 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
     if (const auto fault = energy_fault(result.energy, static_cast<std::size_t>(options.n_energy_rows)))
       throw std::runtime_error(*fault);
     if (options.on_row) options.on_row(result.energy.back());
-    if (is_picture) {
+    if (is_picture(step)) {
       Frame frame = make_frame(context, state, time, result.energy.back().broken);
       if (group.is_root()) result.frames.push_back(std::move(frame));
     }
   };
 
-  const std::size_t n_breaks_before = body.breaks().size();
+  const ReleasesSince releases(body);
   std::int64_t last_break = 0;
   std::int64_t step = 0;
   if (options.from != nullptr) {
@@ -105,27 +106,28 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
     result.frames = options.from->frames;
     motion.read(state);
   } else {
-    write_outputs(0, false);
+    write_outputs(0);
   }
-  std::vector<std::int32_t> breaking;
   while (step < n_steps && !result.arrested) {
     motion.step(step % 2 == 0 ? splitting.even : splitting.odd, dt,
                 load_time + static_cast<double>(step) * dt);
     ++step;
-    breaking.clear();
+    const std::size_t n_changes = body.changes().size();
     for (const auto t : motion.overloaded()) {
       const mechanics::Symmetric strain = motion.strain(t);
       const double stress = fracture::largest_principal(body.elasticity()(strain));
       if (!criterion.advance(static_cast<std::size_t>(t), stress, dt)) continue;
       body.release(t, strain, load_time, static_cast<double>(step) * dt);
-      breaking.push_back(t);
     }
-    if (!breaking.empty()) {
-      motion.release(breaking);
+    body.tie(group, [&](std::int32_t t) { return motion.strain(t); });
+    if (body.changes().size() > n_changes) {
+      motion.release(body.changes().subspan(n_changes));
       last_break = step;
     }
     auto request = Request::go_on;
-    if (step % look_interval == 0 || step == n_steps) {
+    const bool is_look = step % look_interval == 0 || step == n_steps;
+    // Before energies are made of numbers that may have outgrown their format.
+    if (is_look || has_output(step)) {
       std::optional<std::string> failure = motion.failure();
       if (failure)
         *failure +=
@@ -135,7 +137,7 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
       } catch (const parallel::AgreedError& error) {
         throw NumberRangeExceeded(error.what());
       }
-      if (step < n_steps) {
+      if (is_look && step < n_steps) {
         std::array<std::int64_t, 2> look{last_break,
                                          options.request ? static_cast<std::int64_t>(options.request()) : 0};
         parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, look.data(), 2, MPI_INT64_T, MPI_MAX, group.get()),
@@ -146,11 +148,10 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
             options.arrest_window && static_cast<double>(step - last_break) * dt >= *options.arrest_window;
       }
     }
-    write_outputs(step, step == n_steps || result.arrested);
+    if (has_output(step) || step == n_steps || result.arrested) write_outputs(step);
     if (request == Request::go_on || result.arrested) continue;
-    options.save({load_time, step, last_break, gather_breaks(group, body.breaks().subspan(n_breaks_before)),
-                  motion.save()},
-                 result.energy, result.frames);
+    options.save({load_time, step, last_break, releases.gather(group), motion.save()}, result.energy,
+                 result.frames);
     if (request == Request::park) {
       result.parked = true;
       return result;

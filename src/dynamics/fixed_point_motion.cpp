@@ -82,7 +82,7 @@ public:
         scale_(mechanics::fixed_point_scale<Real>(range_at_start(context, load_time, duration, state))),
         kernels_(kernels::kernels<Real>(instruction_set)),
         force_(subdomain_, context.body->operators(), context.body->elasticity(), context.body->edges(),
-               context.body->broken(), relative_inverse_mass(), scale_, instruction_set),
+               context.body->integrity(), relative_inverse_mass(), scale_, instruction_set),
         watch_(subdomain_, context.body->operators(), context.body->elasticity(), context.strength,
                scale_.displacement, nodes_per_block, instruction_set),
         velocity_(index(subdomain_.n_owned)),
@@ -99,7 +99,8 @@ public:
     std::feclearexcept(FE_INVALID);
     const std::vector<Round> rounds = rounds_of(stages, time_step, time, force_is_current_);
     if (force_is_current_ && !rounds.front().has_kick) clear_forces();
-    if (exchange_) {
+    // Contact is not part of the edges' sweep, so it needs whole rounds.
+    if (exchange_ || context_.body->has_contact()) {
       for (const Round& round : rounds) run_round(round);
       update_ghosts();
     } else {
@@ -116,13 +117,13 @@ public:
   std::span<const std::int32_t> overloaded() override {
     overloaded_.clear();
     const auto& body = *context_.body;
-    // The bound holds up to rounding, hence the last digits' slack.
-    const double threshold = context_.strength * (1 - 1e-12);
     for (const auto t : watch_.suspects(force_.nodes(), movement_)) {
       if (body.is_broken(t)) continue;
       const mechanics::Symmetric sigma = body.elasticity()(strain(t));
-      if (fracture::largest_principal_bound(sigma) <= threshold) continue;
-      if (fracture::largest_principal(sigma) > context_.strength) overloaded_.push_back(t);
+      const double strength = context_.strength[static_cast<std::size_t>(t)];
+      // The bound holds up to rounding, hence the last digits' slack.
+      if (fracture::largest_principal_bound(sigma) <= strength * (1 - 1e-12)) continue;
+      if (fracture::largest_principal(sigma) > strength) overloaded_.push_back(t);
     }
     std::ranges::fill(movement_, 0.0);
     return overloaded_;
@@ -143,9 +144,10 @@ public:
   }
 
   void release(std::span<const std::int32_t> broken) override {
-    if (broken.empty()) return;
     for (const auto t : broken) watch_.retire(t);
     force_.update(broken, force_is_current_);
+    if (force_is_current_) add_contacts(n_contacts_);
+    n_contacts_ = context_.body->integrity().contacts().size();
   }
 
   void read(MotionState& state) const override {
@@ -347,19 +349,42 @@ private:
 
   void run_round(const Round& round) {
     if (round.has_force) {
-      if (!ghosts_are_current_) begin_exchange();
+      const bool exchanges = exchange_ && !ghosts_are_current_;
+      if (exchanges) begin_exchange();
       for (std::int32_t b = 0; b < force_.n_blocks(); ++b)
         if (!force_.reach(b).has_ghosts) force_.add_block(b);
-      if (!ghosts_are_current_) end_exchange();
+      if (exchanges) end_exchange();
       for (std::int32_t b = 0; b < force_.n_blocks(); ++b)
         if (force_.reach(b).has_ghosts) force_.add_block(b);
+      add_contacts(0);
     }
     for (std::int32_t b = 0; b < force_.n_blocks(); ++b) update_nodes(b, round);
     if (round.has_drift) ghosts_are_current_ = false;
   }
 
+  /// What closed cuts from number `first` on hand on, tetrahedron by tetrahedron; corner 0 takes what the
+  /// others leave, so that the sum is exactly 0.
+  void add_contacts(std::size_t first) {
+    const auto& integrity = context_.body->integrity();
+    const auto nodes = force_.nodes();
+    for (std::size_t c = first; c < integrity.contacts().size(); ++c) {
+      const auto number = integrity.contacts()[c];
+      const mechanics::Symmetric sigma = integrity.contact_stress(c, strain(number));
+      if (sigma == mechanics::Symmetric{}) continue;
+      const auto& t = context_.body->operators().tetrahedra[index(number)];
+      for (std::size_t a = 1; a < 4; ++a) {
+        const auto traction = mechanics::apply(sigma, t.gradient[a]);
+        for (std::size_t i = 0; i < 3; ++i) {
+          const auto force = quantized(t.volume * traction[i], scale_.force);
+          nodes[index(t.nodes[a])].force[i] += force;
+          nodes[index(t.nodes[0])].force[i] -= force;
+        }
+      }
+    }
+  }
+
   void update_ghosts() {
-    if (ghosts_are_current_) return;
+    if (ghosts_are_current_ || !exchange_) return;
     begin_exchange();
     end_exchange();
   }
@@ -468,6 +493,7 @@ private:
   std::optional<ExternalWork> work_;
   std::vector<std::int32_t> overloaded_;
   bool force_is_current_ = false;
+  std::size_t n_contacts_ = 0;  // that the nodes' forces know of
   bool ghosts_are_current_ = true;
   bool force_has_overflown_ = false;
   double largest_force_ = 0;

@@ -75,7 +75,7 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
       loads_(&loads),
       criterion_(&criterion),
       patience_(patience),
-      solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.edges(), body.broken(),
+      solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.edges(), body.integrity(),
               held_components(group, body.subdomain(), loads)),
       displacement_(group, body.subdomain()) {
   for (const auto& node : body.subdomain().nodes) {
@@ -132,9 +132,9 @@ void QuasiStaticLoading::combine(double time, parallel::NodeField& displacement)
 }
 
 bool QuasiStaticLoading::update_after_breaks() {
-  const auto broken = body_->broken_tetrahedra();
-  solver_.release(broken.subspan(n_breaks_solved_));
-  n_breaks_solved_ = broken.size();
+  const auto changes = body_->changes();
+  solver_.release(changes.subspan(n_changes_solved_));
+  n_changes_solved_ = changes.size();
   if (!loads_are_held(*group_, *body_, *loads_)) return false;
   parallel::NodeField last(*group_, body_->subdomain());
   last.assign(displacement_);
@@ -184,10 +184,12 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
     if (body_->is_broken(t)) continue;
     const mechanics::Symmetric sigma = body_->stress(t, u);
-    if (best.number >= 0 && fracture::largest_principal_bound(sigma) < best.value * (1 - 1e-12)) continue;
-    const double stress = fracture::largest_principal(sigma);
-    if (best.number < 0 || stress > best.value) {
-      best.value = stress;
+    const double strength = criterion_->strength(static_cast<std::size_t>(t));
+    if (best.number >= 0 && fracture::largest_principal_bound(sigma) < best.value * strength * (1 - 1e-12))
+      continue;
+    const double load = fracture::largest_principal(sigma) / strength;
+    if (best.number < 0 || load > best.value) {
+      best.value = load;
       best.number = body_->subdomain().tetrahedron_number[static_cast<std::size_t>(t)];
     }
   }
@@ -210,16 +212,26 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
     // sigma_1(A + s B) <= sigma_1(A) + s sigma_1(B): most tetrahedra cannot come first, by their bounds
     // alone.
     const double growth = fracture::largest_principal_bound(sigma_rate);
-    const double room = criterion_->strength() - fracture::largest_principal_bound(sigma);
+    const double strength = criterion_->strength(static_cast<std::size_t>(t));
+    const double room = strength - fracture::largest_principal_bound(sigma);
     const double target = std::min(best.value, limit);
     if (growth <= 0 || room > growth * target * (1 + 1e-9)) continue;
-    const double s = crossing(sigma, sigma_rate, criterion_->strength(), target);
+    const double s = crossing(sigma, sigma_rate, strength, target);
     if (s < best.value) {
       best.value = s;
       best.number = body_->subdomain().tetrahedron_number[static_cast<std::size_t>(t)];
     }
   }
   return agree(best, true);
+}
+
+bool QuasiStaticLoading::breaks_soon(const Critical& overloaded) const {
+  int soon = 0;
+  if (overloaded.local >= 0) {
+    const auto t = static_cast<std::size_t>(overloaded.local);
+    soon = criterion_->time_to_failure(t, overloaded.value * criterion_->strength(t)) <= patience_ ? 1 : 0;
+  }
+  return parallel::largest_of_all(*group_, soon) != 0;
 }
 
 QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
@@ -244,10 +256,8 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
     }
     Critical next = most_loaded();
     if (next.number < 0) return QuasiStaticEnd::separated;
-    if (next.value > criterion_->strength() && criterion_->time_to_failure(next.value) <= patience_) {
-      return QuasiStaticEnd::run_away;
-    }
-    if (next.value < criterion_->strength()) {
+    if (next.value > 1 && breaks_soon(next)) return QuasiStaticEnd::run_away;
+    if (next.value < 1) {
       // Load on: kink by kink of the programs until a tetrahedron reaches the limit.
       for (;;) {
         const double kink = loads_->next_kink(time_);
@@ -264,6 +274,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
     }
     if (next.local >= 0)
       body_->release(next.local, body_->strain(next.local, displacement_.local()), time_, 0);
+    body_->tie(*group_, [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
     ++n_breaks_;
     parallel::NodeField before(*group_, body_->subdomain());
     before.assign(displacement_);

@@ -44,13 +44,13 @@ public:
   std::span<const std::int32_t> overloaded() override {
     overloaded_.clear();
     const auto& body = *context_.body;
-    // The bound holds up to rounding, hence the last digits' slack.
-    const double threshold = context_.strength * (1 - 1e-12);
     for (std::int32_t t = 0; t < body.subdomain().n_tetrahedra(); ++t) {
       if (body.is_broken(t)) continue;
       const mechanics::Symmetric sigma = body.elasticity()(strain(t));
-      if (fracture::largest_principal_bound(sigma) <= threshold) continue;
-      if (fracture::largest_principal(sigma) > context_.strength) overloaded_.push_back(t);
+      const double strength = context_.strength[static_cast<std::size_t>(t)];
+      // The bound holds up to rounding, hence the last digits' slack.
+      if (fracture::largest_principal_bound(sigma) <= strength * (1 - 1e-12)) continue;
+      if (fracture::largest_principal(sigma) > strength) overloaded_.push_back(t);
     }
     return overloaded_;
   }

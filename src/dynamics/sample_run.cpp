@@ -5,6 +5,7 @@
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/stable_step.h"
+#include "crackle/fracture/toughness.h"
 #include "crackle/stopwatch.h"
 
 #include <fmt/format.h>
@@ -54,12 +55,13 @@ public:
         subdomain_(subdomain),
         control_(control),
         from_(from),
-        body_(subdomain, parameters.material),
+        body_(subdomain, parameters.material, parameters.fracture.release, parameters.fracture.contact),
         loads_(mechanics::make_boundary_loads(group, parameters, subdomain)),
-        criterion_(parameters.fracture, subdomain.tetrahedra.size()),
+        criterion_(parameters.fracture,
+                   fracture::tetrahedron_strengths(group, parameters, subdomain, body_.operators())),
         splitting_(splitting(parameters.time.integrator)),
         account_(group, body_),
-        context_{&group_, &body_, &loads_, parameters.material.density, parameters.fracture.strength} {
+        context_{&group_, &body_, &loads_, parameters.material.density, criterion_.strengths()} {
     result_.stable_step =
         splitting_.stability_limit / largest_frequency(group, subdomain, body_.operators(), body_.force());
     options_.grid = choose_time_grid(parameters.time, result_.stable_step);
@@ -185,15 +187,14 @@ private:
     const double duration = static_cast<double>(options_.grid.n_steps) * options_.grid.step;
     const auto motion =
         make_fixed_point_motion(context_, parameters_.time.precision, load_time, duration, state);
-    const std::size_t n_breaks_before = body_.breaks().size();
+    const ReleasesSince releases(body_);
     PhaseResult phase =
         run_explicit_phase(context_, *motion, criterion_, splitting_, account_, load_time, options, state);
     result_.timings.dynamic += watch.seconds();
     if (phase.parked) return phase;
     if (phase.arrested && control_.save) {
       ended_.push_back({load_time, phase.time, phase.kinetic, phase.external_work, phase.n_steps,
-                        phase.n_forces, gather_breaks(group_, body_.breaks().subspan(n_breaks_before)),
-                        gather_displacement(state)});
+                        phase.n_forces, releases.gather(group_), gather_displacement(state)});
     }
     result_.counts.steps += phase.n_steps;
     result_.counts.force_evaluations += phase.n_forces;
@@ -211,7 +212,7 @@ private:
     if (ended.load_time != load_time || ended.displacement.numbers.size() != n_nodes)
       throw CheckpointMismatch(mismatch_text);
     say(fmt::format("dynamic phase {} is taken from the checkpoint", result_.counts.dynamic_phases));
-    restore_breaks(ended.breaks, body_);
+    body_.restore(ended.releases.breaks, ended.releases.ties);
     const auto u = state.displacement.local();
     for (std::size_t i = 0; i < u.size(); ++i) {
       const auto row = ended.displacement.find(subdomain_.node_number[i / 3]);

@@ -44,13 +44,15 @@ struct Extremes {
   double longest_edge = 0;
   double shortest_edge =
       -std::numeric_limits<double>::infinity();  // its negative, so that the largest counts
+  double strength = 0;
 
   void all_reduce(const parallel::Communicator& group) {
-    std::array<double*, 7> all{&velocity,      &prescribed_velocity, &state_stress, &load_stress,
-                               &stretch_force, &longest_edge,        &shortest_edge};
-    std::array<double, 7> values{};
+    const std::array<double*, 8> all{&velocity,      &prescribed_velocity, &state_stress,  &load_stress,
+                                     &stretch_force, &longest_edge,        &shortest_edge, &strength};
+    std::array<double, 8> values{};
     std::ranges::transform(all, values.begin(), [](const double* value) { return *value; });
-    parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, values.data(), 7, MPI_DOUBLE, MPI_MAX, group.get()),
+    parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()),
+                                      MPI_DOUBLE, MPI_MAX, group.get()),
                         "MPI_Allreduce");
     for (std::size_t i = 0; i < all.size(); ++i) *all[i] = values[i];
   }
@@ -88,6 +90,7 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
 
   Extremes e;
   e.velocity = largest_component(state.velocity.owned());
+  e.strength = largest_component(context.strength);
   for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
     if (body.is_broken(t)) continue;
     const auto sigma = body.stress(t, state.displacement.local());
@@ -133,9 +136,8 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
   e.all_reduce(*context.group);
 
   const double from_loads = load_concentration * (e.load_stress + impedance * e.prescribed_velocity);
-  double stress =
-      std::max({e.state_stress, std::min(context.strength, from_loads), 2 * impedance * e.velocity});
-  if (!(stress > 0)) stress = context.strength;
+  double stress = std::max({e.state_stress, std::min(e.strength, from_loads), 2 * impedance * e.velocity});
+  if (!(stress > 0)) stress = e.strength;
   const double velocity = stress / impedance;
   const double youngs_modulus = mu * (3 * lambda + 2 * mu) / (lambda + mu);
   return {std::max(largest_strain * e.longest_edge, largest_turn * -e.shortest_edge),

@@ -25,8 +25,8 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
     SampleAnalysis analysis;
     analysis.surface = analysis::make_crack_surface(body, realization, result.breaks, result.onset_time);
     analysis.lines = analysis::crack_lines(body, analysis.surface);
-    analysis.summary =
-        analysis::summarize(body, result, analysis.surface, analysis.lines, parameters.sections.y);
+    analysis.summary = analysis::summarize(body, result, analysis.surface, analysis.lines,
+                                           parameters.material, parameters.sections.y);
     return analysis;
   };
   steps.write = [&parameters, folder, n_ranks](std::uint64_t sample, const geometry::Realization& realization,

@@ -2,6 +2,12 @@
 #include "crackle/fracture/breakable_body.h"
 
 #include "crackle/fracture/principal_stress.h"
+#include "crackle/geometry/dual_facets.h"
+#include "crackle/parallel/collectives.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
 
 namespace crackle::fracture {
 
@@ -32,48 +38,153 @@ int most_loaded_cut(const mechanics::TetrahedronOperator& tetrahedron, const Sym
   return best;
 }
 
-BreakableBody::BreakableBody(const geometry::Subdomain& subdomain, const input::Material& material)
+mechanics::EdgeSet crossed_edges(int cut) {
+  // The group of corner 0 for the cuts 2|2; the single corner for the cuts 1|3.
+  const unsigned group = cut < 4 ? 1U << cut : 1U | (1U << (cut - 3));
+  unsigned crossed = 0;
+  for (std::size_t k = 0; k < 6; ++k) {
+    const auto [a, b] = geometry::dual_facet_nodes[k];
+    if (((group >> a) & 1U) != ((group >> b) & 1U)) crossed |= 1U << k;
+  }
+  return static_cast<mechanics::EdgeSet>(crossed);
+}
+
+BreakableBody::BreakableBody(const geometry::Subdomain& subdomain, const input::Material& material,
+                             input::Release release, input::Contact contact)
     : subdomain_(&subdomain),
+      release_(release),
+      contact_(contact),
       operators_(mechanics::make_operators(subdomain, material.density)),
       edges_(mechanics::make_edges(subdomain)),
       elasticity_(material),
-      force_(std::make_unique<mechanics::ReferenceForce>(operators_, elasticity_)),
+      integrity_(operators_, elasticity_),
+      force_(operators_, integrity_),
       broken_(subdomain.tetrahedra.size(), 0) {}
 
 void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, double load_time,
                             double phase_time) {
   const auto index = static_cast<std::size_t>(tetrahedron);
+  if (broken_[index] != 0) throw std::logic_error("a tetrahedron was broken twice");
   const auto& t = operators_.tetrahedra[index];
   const Symmetric sigma = elasticity_(strain);
-  restore(tetrahedron,
-          {subdomain_->tetrahedron_number[index], load_time, phase_time, largest_principal(sigma),
-           0.5 * t.volume * mechanics::contract(sigma, strain), most_loaded_cut(t, sigma)});
+  const int cut = most_loaded_cut(t, sigma);
+  open(tetrahedron, cut);
+  if (subdomain_->counted[index] == 0) return;
+  records_.push_back(
+      {subdomain_->tetrahedron_number[index], load_time, phase_time, largest_principal(sigma),
+       0.5 * t.volume * mechanics::contract(sigma, strain) - integrity_.energy(tetrahedron, strain), cut});
 }
 
-void BreakableBody::restore(std::int32_t tetrahedron, const Break& record) {
+void BreakableBody::open(std::int32_t tetrahedron, int cut) {
   const auto index = static_cast<std::size_t>(tetrahedron);
-  force_->release(tetrahedron);
+  let_go(tetrahedron, release_ == input::Release::element ? mechanics::all_edges : crossed_edges(cut));
   broken_[index] = 1;
   order_.push_back(tetrahedron);
-  if (subdomain_->counted[index] != 0) records_.push_back(record);
+  if (contact_ == input::Contact::frictionless) {
+    Vector normal = cut_areas(operators_.tetrahedra[index])[static_cast<std::size_t>(cut)];
+    const double area = std::sqrt(mechanics::dot(normal, normal));
+    for (double& component : normal) component /= area;
+    integrity_.add_contact(tetrahedron, normal);
+  }
+}
+
+void BreakableBody::let_go(std::int32_t tetrahedron, mechanics::EdgeSet edges) {
+  integrity_.release(tetrahedron, edges);
+  changes_.push_back(tetrahedron);
+}
+
+void BreakableBody::restore(std::span<const Break> breaks, std::span<const Tie> ties) {
+  for (const auto& record : breaks) {
+    const std::int32_t t = local_number(record.tetrahedron);
+    if (t < 0) continue;
+    open(t, record.cut);
+    if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) records_.push_back(record);
+  }
+  for (const auto& tie : ties) {
+    const std::int32_t t = local_number(tie.tetrahedron);
+    if (t < 0) continue;
+    let_go(t, static_cast<mechanics::EdgeSet>(tie.edges));
+    if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) ties_.push_back(tie);
+  }
+  n_tied_ = order_.size();
+}
+
+std::int32_t BreakableBody::local_number(std::int64_t tetrahedron) const {
+  const auto& numbers = subdomain_->tetrahedron_number;
+  const auto place = std::ranges::lower_bound(numbers, tetrahedron);
+  if (place == numbers.end() || *place != tetrahedron) return -1;
+  return static_cast<std::int32_t>(place - numbers.begin());
+}
+
+std::vector<BreakableBody::LooseEdge> BreakableBody::find_loose_edges() const {
+  std::vector<std::int32_t> edges;
+  for (std::size_t i = n_tied_; i < order_.size(); ++i)
+    for (const auto edge : edges_.of_tetrahedron[static_cast<std::size_t>(order_[i])])
+      if (edge >= 0) edges.push_back(edge);
+  std::ranges::sort(edges);
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  std::vector<LooseEdge> loose;
+  for (const auto edge : edges) {
+    double unbroken = 0, all = 0;
+    std::vector<LooseEdge> here;
+    for (const auto t : edges_.round(edge)) {
+      const auto index = static_cast<std::size_t>(t);
+      const auto& of_tetrahedron = edges_.of_tetrahedron[index];
+      const auto k = std::ranges::find(of_tetrahedron, edge) - of_tetrahedron.begin();
+      const auto [a, b] = geometry::dual_facet_nodes[static_cast<std::size_t>(k)];
+      const Vector area =
+          mechanics::dual_facet_area(operators_.tetrahedra[index], static_cast<int>(a), static_cast<int>(b));
+      const double size = std::sqrt(mechanics::dot(area, area));
+      all += size;
+      if (broken_[index] == 0)
+        unbroken += size;
+      else
+        here.push_back({subdomain_->tetrahedron_number[index], k});
+    }
+    if (unbroken <= tie_share * all) loose.insert(loose.end(), here.begin(), here.end());
+  }
+  return loose;
+}
+
+void BreakableBody::tie(const parallel::Communicator& group,
+                        const std::function<Symmetric(std::int32_t)>& strain) {
+  if (release_ == input::Release::element) return;
+  std::vector<LooseEdge> loose = find_loose_edges();
+  n_tied_ = order_.size();
+  // Of an edge between two ghosts a rank does not see all tetrahedra: the others tell.
+  if (group.size() > 1) loose = parallel::gather_all<LooseEdge>(group, loose);
+  std::ranges::sort(loose);
+  for (auto edge = loose.begin(); edge != loose.end();) {
+    const std::int64_t number = edge->tetrahedron;
+    unsigned edges = 0;
+    for (; edge != loose.end() && edge->tetrahedron == number; ++edge) edges |= 1U << edge->edge;
+    const std::int32_t t = local_number(number);
+    if (t < 0 || (edges & ~static_cast<unsigned>(integrity_.released(t))) == 0) continue;
+    const Symmetric eps = strain(t);
+    const double before = integrity_.energy(t, eps);
+    let_go(t, static_cast<mechanics::EdgeSet>(edges));
+    if (subdomain_->counted[static_cast<std::size_t>(t)] != 0)
+      ties_.push_back({number, before - integrity_.energy(t, eps), edges});
+  }
 }
 
 std::vector<double> BreakableBody::strain_energies(std::span<const double> displacement) const {
   std::vector<double> energies;
   energies.reserve(operators_.tetrahedra.size());
   for (std::size_t i = 0; i < operators_.tetrahedra.size(); ++i) {
-    if (broken_[i] != 0 || subdomain_->counted[i] == 0) continue;
-    const auto& t = operators_.tetrahedra[i];
-    const Symmetric eps = mechanics::strain(t, displacement);
-    energies.push_back(0.5 * t.volume * mechanics::contract(elasticity_(eps), eps));
+    const auto t = static_cast<std::int32_t>(i);
+    if (subdomain_->counted[i] == 0) continue;
+    if (!integrity_.carries(t) && !integrity_.has_contact(t)) continue;
+    energies.push_back(integrity_.energy(t, strain(t, displacement)));
   }
   return energies;
 }
 
 std::vector<double> BreakableBody::released_energies() const {
   std::vector<double> energies;
-  energies.reserve(records_.size());
+  energies.reserve(records_.size() + ties_.size());
   for (const auto& record : records_) energies.push_back(record.released_energy);
+  for (const auto& tie : ties_) energies.push_back(tie.released_energy);
   return energies;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/fracture/connectivity.h"
 
+#include "crackle/geometry/dual_facets.h"
 #include "crackle/parallel/node_field.h"
 
 #include <algorithm>
@@ -33,9 +34,12 @@ std::vector<std::int64_t> piece_labels(const parallel::Communicator& group, cons
   const auto& subdomain = body.subdomain();
   DisjointSets pieces(subdomain.nodes.size());
   for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
-    if (body.is_broken(t)) continue;
     const auto& nodes = subdomain.tetrahedra[static_cast<std::size_t>(t)];
-    for (std::size_t a = 1; a < 4; ++a) pieces.join(nodes[0], nodes[a]);
+    for (std::size_t k = 0; k < 6; ++k) {
+      if (((body.integrity().released(t) >> k) & 1) != 0) continue;
+      const auto [a, b] = geometry::dual_facet_nodes[k];
+      pieces.join(nodes[a], nodes[b]);
+    }
   }
   std::vector<std::int64_t> label = subdomain.node_number;
   parallel::NodeField exchanged(group, subdomain);

@@ -12,6 +12,11 @@ constexpr std::size_t groups_per_chunk = 64;
 /// For places without a tetrahedron: nothing ever happens there.
 constexpr double no_sensitivity = 1e-30;
 
+/// The strength that the elastic constants are divided by.
+double reference(std::span<const double> strength) {
+  return strength.empty() ? 1 : strength.front();
+}
+
 constexpr std::size_t index(std::int32_t i) {
   return static_cast<std::size_t>(i);
 }
@@ -20,16 +25,16 @@ constexpr std::size_t index(std::int32_t i) {
 
 template <class Real>
 StressWatch<Real>::StressWatch(const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
-                               const mechanics::IsotropicElasticity& elasticity, double strength,
-                               double displacement_quantum, std::int32_t nodes_per_block,
-                               mechanics::InstructionSet instruction_set)
+                               const mechanics::IsotropicElasticity& elasticity,
+                               std::span<const double> strength, double displacement_quantum,
+                               std::int32_t nodes_per_block, mechanics::InstructionSet instruction_set)
     : n_tetrahedra_(subdomain.n_tetrahedra()),
       instruction_set_(instruction_set),
-      stiffness_{static_cast<Real>(elasticity.lambda / strength),
-                 static_cast<Real>(2 * elasticity.mu / strength)},
+      stiffness_{static_cast<Real>(elasticity.lambda / reference(strength)),
+                 static_cast<Real>(2 * elasticity.mu / reference(strength))},
       groups_((operators.tetrahedra.size() + 7) / 8, kernels::TetrahedronGroup<Real>{}),
       deadline_(groups_.size(), 0.0) {
-  const double stiffest = (std::abs(elasticity.lambda) + 2 * elasticity.mu) / strength;
+  const double stiffest = (std::abs(elasticity.lambda) + 2 * elasticity.mu) / reference(strength);
   // The sensitivity counts a corner's way in the largest component, hence the root of 3.
   const double per_gradient = std::sqrt(3.0) * stiffest * displacement_quantum;
   for (auto& group : groups_) std::ranges::fill(group.sensitivity, static_cast<Real>(no_sensitivity));
@@ -37,16 +42,18 @@ StressWatch<Real>::StressWatch(const geometry::Subdomain& subdomain, const mecha
     const auto& tetrahedron = operators.tetrahedra[t];
     auto& group = groups_[t / 8];
     const std::size_t lane = t % 8;
+    // Stresses in units of the tetrahedron's own strength.
+    const double relative = reference(strength) / strength[t];
     double sum = 0;
     for (std::size_t a = 0; a < 4; ++a) {
       group.corner[a][lane] = tetrahedron.nodes[a];
       sum += std::sqrt(mechanics::dot(tetrahedron.gradient[a], tetrahedron.gradient[a]));
       for (std::size_t i = 0; i < 3 && a > 0; ++i)
         group.gradient[3 * (a - 1) + i][lane] =
-            static_cast<Real>(tetrahedron.gradient[a][i] * displacement_quantum);
+            static_cast<Real>(tetrahedron.gradient[a][i] * displacement_quantum * relative);
     }
     // Rounded up, since it is a bound.
-    group.sensitivity[lane] = static_cast<Real>(per_gradient * sum * (1 + 0x1p-20));
+    group.sensitivity[lane] = static_cast<Real>(per_gradient * sum * relative * (1 + 0x1p-20));
   }
 
   const auto n_owned_blocks = (subdomain.n_owned + nodes_per_block - 1) / nodes_per_block;

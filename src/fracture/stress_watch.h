@@ -23,13 +23,14 @@ namespace crackle::fracture {
 template <class Real>
 class StressWatch {
 public:
-  /// @param strength [Pa]
+  /// @param strength of each tetrahedron [Pa]
   /// @param displacement_quantum of the node records [m]
   /// @param nodes_per_block blocks of nodes whose movement is reported; owned nodes and ghosts in blocks of
   ///   their own
   StressWatch(const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
-              const mechanics::IsotropicElasticity& elasticity, double strength, double displacement_quantum,
-              std::int32_t nodes_per_block, mechanics::InstructionSet instruction_set);
+              const mechanics::IsotropicElasticity& elasticity, std::span<const double> strength,
+              double displacement_quantum, std::int32_t nodes_per_block,
+              mechanics::InstructionSet instruction_set);
 
   /// The tetrahedra that must be looked at after a step, ascending; among them all above the strength, and
   /// also broken ones.

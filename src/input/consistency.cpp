@@ -144,6 +144,21 @@ void check_sections(const Parameters& parameters, Findings& findings) {
   }
 }
 
+void check_fracture(const Parameters& parameters, Findings& findings) {
+  if (parameters.fracture.contact == Contact::frictionless && parameters.time.start != Start::rest)
+    findings.report(
+        "fracture.contact",
+        "\"frictionless\" is for dynamics only, equilibria are linear; give time.start = \"rest\"");
+  if (findings.faulty("fracture.strength") || findings.faulty("fracture.toughness")) return;
+  const Fracture& fracture = parameters.fracture;
+  if (fracture.strength == 0 && fracture.toughness == 0) {
+    findings.report("fracture.strength",
+                    "the key is missing; give a strength such as \"35 MPa\", or toughness");
+  } else if (fracture.strength != 0 && fracture.toughness != 0) {
+    findings.report("fracture.toughness", "is given besides strength; give one of the two");
+  }
+}
+
 void check_time(const Parameters& parameters, Findings& findings) {
   const Time& time = parameters.time;
   if (!time.step || findings.faulty("time.step") || findings.faulty("time.duration")) return;

@@ -10,12 +10,9 @@ namespace crackle::input {
 void check_specimen(const Parameters& parameters, Findings& findings);
 void check_mesh(const Parameters& parameters, Findings& findings);
 void check_sections(const Parameters& parameters, Findings& findings);
+void check_fracture(const Parameters& parameters, Findings& findings);
 void check_boundaries(const Parameters& parameters, Findings& findings);
 void check_time(const Parameters& parameters, Findings& findings);
-
-/// Keys of the interface that this version reads but does not act on: an error, so that nobody gets results
-/// of something else than was asked for.
-void check_availability(const Parameters& parameters, Findings& findings);
 
 /// Axis of the normal of a face: 0, 1 or 2.
 inline int axis_of(Face face) {

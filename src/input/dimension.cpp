@@ -38,6 +38,12 @@ const Dimension& density_dimension() {
   return dimension;
 }
 
+const Dimension& energy_per_area_dimension() {
+  static const Dimension dimension{
+      "an energy per area", "J/m^2", "3 J/m^2", 0, {{"kJ/m^2", 1e3, 1e4}, {"J/m^2", 1}}};
+  return dimension;
+}
+
 Dimension impulse_dimension(double exponent) {
   const std::string power = exponent == 1 ? std::string() : fmt::format("^{}", format_number(exponent));
   const std::string unit = fmt::format("MPa{} s", power);

@@ -28,6 +28,7 @@ const Dimension& length_dimension();
 const Dimension& time_dimension();
 const Dimension& stress_dimension();
 const Dimension& density_dimension();
+const Dimension& energy_per_area_dimension();
 
 /// stress^exponent time, the dimension of the Tuler-Butcher impulse K_f.
 Dimension impulse_dimension(double exponent);

@@ -114,9 +114,9 @@ void check_consistency(const Parameters& parameters, Findings& findings) {
   check_specimen(parameters, findings);
   check_mesh(parameters, findings);
   check_sections(parameters, findings);
+  check_fracture(parameters, findings);
   check_boundaries(parameters, findings);
   check_time(parameters, findings);
-  check_availability(parameters, findings);
 }
 
 std::string read_text_file(const std::filesystem::path& file) {

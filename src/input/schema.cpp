@@ -219,8 +219,13 @@ Table fracture_table() {
   return {"fracture",
           Occurrence::once,
           "the Tuler-Butcher criterion",
-          {quantity_key("strength", in(&Parameters::fracture, &Fracture::strength), stress_dimension(),
-                        positive_stress, required(), "sigma_0: largest principal stress without damage"),
+          {optional_quantity_key("strength", in(&Parameters::fracture, &Fracture::strength),
+                                 stress_dimension(), positive_stress, optional("from toughness"),
+                                 "sigma_0: largest principal stress without damage"),
+           optional_quantity_key("toughness", in(&Parameters::fracture, &Fracture::toughness),
+                                 energy_per_area_dimension(), {0, 1e9, true}, optional("from strength"),
+                                 "energy per crack area; instead of strength, which then follows from it and "
+                                 "the local spacing"),
            number_key("exponent", in(&Parameters::fracture, &Fracture::exponent), {0, 20, true},
                       by_default("2"), "beta"),
            impulse_key(),
@@ -231,7 +236,12 @@ Table fracture_table() {
            choice_key<Release>("release", in(&Parameters::fracture, &Fracture::release),
                                {{"element", Release::element}, {"facet", Release::facet}},
                                by_default("\"element\""),
-                               "what a break opens: all dual facets of the tetrahedron, or one group")}};
+                               "what a break opens: all dual facets of the tetrahedron, or one group"),
+           choice_key<Contact>("contact", in(&Parameters::fracture, &Fracture::contact),
+                               {{"none", Contact::none}, {"frictionless", Contact::frictionless}},
+                               by_default("\"none\""),
+                               "whether opened facets carry compression when they close again; "
+                               "\"frictionless\" needs start = \"rest\"")}};
 }
 
 Table time_table() {
@@ -302,6 +312,17 @@ Key quantity_key(std::string name, Access<double> access, const Dimension& dimen
           [=](Parameters& parameters, std::size_t i) {
             return format_quantity(access(parameters, i), dimension);
           }};
+}
+
+Key optional_quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
+                          Presence presence, std::string help) {
+  Key key = quantity_key(std::move(name), access, dimension, range, std::move(presence), std::move(help));
+  key.show = [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+    const double value = access(parameters, i);
+    if (value == 0) return {};
+    return format_quantity(value, dimension);
+  };
+  return key;
 }
 
 Key automatic_time_key(std::string name, Access<std::optional<double>> access, const std::string& example,

@@ -69,6 +69,9 @@ Table boundary_table();
 
 Key quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
                  Presence presence, std::string help);
+/// A positive quantity that may be left out; then its value stays 0 and is not shown.
+Key optional_quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
+                          Presence presence, std::string help);
 /// A time or the word "auto", which leaves the value empty.
 Key automatic_time_key(std::string name, Access<std::optional<double>> access, const std::string& example,
                        std::string help);

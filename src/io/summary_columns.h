@@ -21,6 +21,9 @@ void for_each_result(Visit&& visit) {
   visit("crack_area", &Row::crack_area, "m^2");
   visit("crack_speed_max", &Row::crack_speed_max, "m/s");
   visit("energy_error", &Row::energy_error, "1");
+  visit("crack_speed_ratio", &Row::crack_speed_ratio, "1");
+  visit("traced_area", &Row::traced_area, "m^2");
+  visit("effective_toughness", &Row::effective_toughness, "J/m^2");
 }
 
 /// Calls visit(name, member, units) for every result with notches x sections values for each sample:

@@ -58,7 +58,8 @@ struct alignas(8 * sizeof(Real)) GeneralEdges {
 /// Eight tetrahedra as the breaking check sees them.
 template <class Real>
 struct alignas(8 * sizeof(Real)) TetrahedronGroup {
-  /// b^1, b^2, b^3, times the displacement's quantum.
+  /// b^1, b^2, b^3, times the displacement's quantum, times the reference strength over the tetrahedron's
+  /// own.
   Real gradient[9][8];
   /// Bound of the change of the largest principal stress over the strength when no corner moves further than
   /// one quantum in any component.
@@ -66,7 +67,7 @@ struct alignas(8 * sizeof(Real)) TetrahedronGroup {
   std::int32_t corner[4][8];
 };
 
-/// Elastic constants over the strength.
+/// Elastic constants over a reference strength.
 template <class Real>
 struct RelativeStiffness {
   Real lambda;

@@ -139,7 +139,7 @@ double CoarseSpace::rigid(std::size_t n, std::size_t i, std::size_t motion) cons
 }
 
 void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasticity& elasticity,
-                            std::span<const std::uint8_t> broken) {
+                            const Integrity& integrity) {
   // A tetrahedron's coarse entries are below its stiffness bound times the motions, which are below 1.
   const auto stiffness_bound = [&](const TetrahedronOperator& t) {
     double steepest = 0;
@@ -154,7 +154,8 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
   using Block = std::array<std::int64_t, n_motions * n_motions>;
   std::map<std::pair<std::int32_t, std::int32_t>, Block> blocks;
   for (std::size_t number = 0; number < operators.tetrahedra.size(); ++number) {
-    if (broken[number] != 0 || subdomain_->counted[number] == 0) continue;
+    const auto tetrahedron = static_cast<std::int32_t>(number);
+    if (!integrity.carries(tetrahedron) || subdomain_->counted[number] == 0) continue;
     const auto& t = operators.tetrahedra[number];
     // Strains of the four corners' rigid motions; energy products between them.
     std::array<std::array<Symmetric, n_motions>, 4> strains{};
@@ -189,7 +190,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
         if (cells[q] > cells[p]) continue;
         Block& block = blocks[{cells[p], cells[q]}];
         for (std::size_t m = 0; m < n_motions; ++m) {
-          const Symmetric sigma = elasticity(of_cell[p][m]);
+          const Symmetric sigma = integrity.stress(tetrahedron, of_cell[p][m]);
           for (std::size_t n = 0; n < n_motions; ++n)
             block[n_motions * m + n] += std::llrint(scale * (t.volume * contract(sigma, of_cell[q][n])));
         }

@@ -3,6 +3,7 @@
 
 #include "crackle/geometry/subdomain.h"
 #include "crackle/mechanics/elasticity.h"
+#include "crackle/mechanics/integrity.h"
 #include "crackle/mechanics/operators.h"
 #include "crackle/parallel/communicator.h"
 
@@ -27,10 +28,9 @@ public:
               std::span<const std::uint8_t> held);
   ~CoarseSpace();
 
-  /// The coarse matrix of the unbroken tetrahedra, and its factors. Collective.
-  /// @param broken 1 for each local tetrahedron that carries nothing
+  /// The coarse matrix of what the tetrahedra carry, and its factors. Collective.
   void factorize(const PdsOperators& operators, const IsotropicElasticity& elasticity,
-                 std::span<const std::uint8_t> broken);
+                 const Integrity& integrity);
 
   /// correction += R^T A^-1 R residual, with R the rigid motions of the cells. Collective.
   /// @param residual, correction 3 n_owned

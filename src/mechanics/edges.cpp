@@ -77,20 +77,30 @@ Edges make_edges(const geometry::Subdomain& subdomain) {
 }
 
 EdgeCoupling edge_coupling(const PdsOperators& operators, const IsotropicElasticity& elasticity,
-                           const Edges& edges, std::span<const std::uint8_t> broken, std::int32_t edge) {
+                           const Edges& edges, const Integrity& integrity, std::int32_t edge) {
   EdgeCoupling k;
   const auto [first, second] = edges.nodes[index(edge)];
   const double lambda = elasticity.lambda, mu = elasticity.mu;
   bool is_whole = edges.is_inner[index(edge)] != 0;
   for (const auto number : edges.round(edge)) {
-    if (broken[index(number)] != 0) {
-      is_whole = false;
-      continue;
-    }
     const auto& t = operators.tetrahedra[index(number)];
     const auto corner = [&](std::int32_t node) {
       return static_cast<std::size_t>(std::ranges::find(t.nodes, node) - t.nodes.begin());
     };
+    if (!integrity.is_intact(number)) {
+      is_whole = false;
+      if (!integrity.carries(number)) continue;
+      const Matrix m = integrity.partial(number).coupling(corner(first), corner(second));
+      const double half = 0.5 * t.volume;
+      for (std::size_t i = 0; i < 3; ++i) k.s[i] += t.volume * m[i][i];
+      k.s[3] += half * (m[1][2] + m[2][1]);
+      k.s[4] += half * (m[0][2] + m[2][0]);
+      k.s[5] += half * (m[0][1] + m[1][0]);
+      k.w[0] += half * (m[2][1] - m[1][2]);
+      k.w[1] += half * (m[0][2] - m[2][0]);
+      k.w[2] += half * (m[1][0] - m[0][1]);
+      continue;
+    }
     const Vector& a = t.gradient[corner(first)];
     const Vector& b = t.gradient[corner(second)];
     const double shear = t.volume * mu * dot(a, b);

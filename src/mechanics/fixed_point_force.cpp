@@ -51,14 +51,13 @@ std::vector<std::vector<std::int32_t>> owned_edges(const Edges& edges, std::span
 template <class Real>
 FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, const PdsOperators& operators,
                                        const IsotropicElasticity& elasticity, const Edges& edges,
-                                       std::span<const std::uint8_t> broken,
-                                       std::span<const double> inverse_mass, const FixedPointScale& scale,
-                                       InstructionSet instruction_set)
+                                       const Integrity& integrity, std::span<const double> inverse_mass,
+                                       const FixedPointScale& scale, InstructionSet instruction_set)
     : subdomain_(&subdomain),
       operators_(&operators),
       elasticity_(&elasticity),
       edges_(&edges),
-      broken_(broken),
+      integrity_(&integrity),
       scale_(scale),
       kernels_(&kernels::kernels<Real>(instruction_set)),
       nodes_(subdomain.nodes.size(), NodeRecord<Real>{}),
@@ -70,7 +69,7 @@ FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, con
     nodes_[i].inverse_mass = static_cast<Real>(inverse_mass[i]);
   std::vector<std::uint8_t> plain(edges.size());
   for (std::size_t e = 0; e < edges.size(); ++e) {
-    const auto is_intact = [&](std::int32_t t) { return broken_[index(t)] == 0; };
+    const auto is_intact = [&](std::int32_t t) { return integrity.is_intact(t); };
     plain[e] =
         edges.is_inner[e] != 0 && std::ranges::all_of(edges.round(static_cast<std::int32_t>(e)), is_intact);
   }
@@ -81,7 +80,7 @@ FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, con
       block_of_edge_[e] = edges.nodes[e][0] / nodes_per_block;
       append_general(edge);
     }
-    set_coefficients(edge, scaled(edge_coupling(operators, elasticity, edges, broken_, edge)));
+    set_coefficients(edge, scaled(edge_coupling(operators, elasticity, edges, integrity, edge)));
   }
   find_reach();
 }
@@ -236,7 +235,7 @@ void FixedPointForce<Real>::update(std::span<const std::int32_t> tetrahedra, boo
       set_coefficients(edge, {});
       append_general(edge);
     }
-    set_coefficients(edge, scaled(edge_coupling(*operators_, *elasticity_, *edges_, broken_, edge)));
+    set_coefficients(edge, scaled(edge_coupling(*operators_, *elasticity_, *edges_, *integrity_, edge)));
   }
   hand_on(1);
 }

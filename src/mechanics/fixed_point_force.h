@@ -37,11 +37,11 @@ public:
 
   /// The references must outlive the object.
   /// @param inverse_mass of each owned node, relative
-  /// @param broken 1 for each local tetrahedron that carries nothing; may change, see update()
+  /// @param integrity may change, see update()
   FixedPointForce(const geometry::Subdomain& subdomain, const PdsOperators& operators,
-                  const IsotropicElasticity& elasticity, const Edges& edges,
-                  std::span<const std::uint8_t> broken, std::span<const double> inverse_mass,
-                  const FixedPointScale& scale, InstructionSet instruction_set);
+                  const IsotropicElasticity& elasticity, const Edges& edges, const Integrity& integrity,
+                  std::span<const double> inverse_mass, const FixedPointScale& scale,
+                  InstructionSet instruction_set);
 
   const FixedPointScale& scale() const { return scale_; }
   std::span<kernels::NodeRecord<Real>> nodes() { return nodes_; }
@@ -57,8 +57,8 @@ public:
   /// Adds what the edges of a block hand on to the nodes' forces.
   void add_block(std::int32_t block);
 
-  /// Coefficients anew for the edges of tetrahedra that were just broken; the cost does not depend on the
-  /// size of the body.
+  /// Coefficients anew for the edges of tetrahedra that carry less from now on; the cost does not depend on
+  /// the size of the body.
   /// @param force_is_current the nodes hold the force of the present displacement: it is corrected
   void update(std::span<const std::int32_t> tetrahedra, bool force_is_current);
 
@@ -109,7 +109,7 @@ private:
   const PdsOperators* operators_;
   const IsotropicElasticity* elasticity_;
   const Edges* edges_;
-  std::span<const std::uint8_t> broken_;
+  const Integrity* integrity_;
   FixedPointScale scale_;
   const kernels::Kernels<Real>* kernels_;
   std::vector<kernels::NodeRecord<Real>> nodes_;

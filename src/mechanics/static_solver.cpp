@@ -41,7 +41,13 @@ Symmetric inverse_on_free(const Symmetric& k, const std::uint8_t* held) {
   const double c3 = m[4] * m[5] - m[0] * m[3], c4 = m[5] * m[3] - m[1] * m[4], c5 = m[4] * m[3] - m[2] * m[5];
   const double determinant = m[0] * c0 + m[5] * c5 + m[4] * c4;
   Symmetric inverse{};
-  if (!(determinant > 1e-12 * m[0] * m[1] * m[2])) return inverse;
+  if (!(determinant > 1e-12 * m[0] * m[1] * m[2])) {
+    // A node that hangs by one or two bars: any positive block will do.
+    const double trace = k[0] + k[1] + k[2];
+    for (std::size_t i = 0; i < 3; ++i)
+      if (held[i] == 0 && trace > 0) inverse[i] = 1 / trace;
+    return inverse;
+  }
   inverse = {c0 / determinant, c1 / determinant, c2 / determinant,
              c3 / determinant, c4 / determinant, c5 / determinant};
   for (std::size_t i = 0; i < 3; ++i)
@@ -56,15 +62,15 @@ class StaticSolver::Problem {
 public:
   Problem(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
           const PdsOperators& operators, const IsotropicElasticity& elasticity, const Edges& edges,
-          std::span<const std::uint8_t> broken, HeldComponents held)
+          const Integrity& integrity, HeldComponents held)
       : group_(&group),
         subdomain_(&subdomain),
         operators_(&operators),
         elasticity_(&elasticity),
-        broken_(broken),
+        integrity_(&integrity),
         held_(std::move(held)),
         round_node_(node_tetrahedra(subdomain)),
-        product_(group, subdomain, operators, elasticity, edges, broken),
+        product_(group, subdomain, operators, elasticity, edges, integrity),
         coarse_(group, subdomain, held_),
         inverse_block_(static_cast<std::size_t>(subdomain.n_owned)),
         residual_(group, subdomain),
@@ -149,7 +155,7 @@ private:
 
   void refresh_coarse() {
     if (coarse_is_current_) return;
-    coarse_.factorize(*operators_, *elasticity_, broken_);
+    coarse_.factorize(*operators_, *elasticity_, *integrity_);
     coarse_is_current_ = true;
     fresh_iterations_ = 0;
   }
@@ -162,14 +168,22 @@ private:
     return iterations;
   }
 
-  /// Sum over the node's unbroken tetrahedra, in ascending order, of its diagonal block.
+  /// Sum over what the node's tetrahedra carry, in ascending order, of its diagonal block.
   void update_block(std::int32_t node) {
     Symmetric k{};
     for (const auto number : round_node_[node]) {
-      if (broken_[static_cast<std::size_t>(number)] != 0) continue;
+      if (!integrity_->carries(number)) continue;
       const auto& t = operators_->tetrahedra[static_cast<std::size_t>(number)];
-      const auto& g =
-          t.gradient[static_cast<std::size_t>(std::ranges::find(t.nodes, node) - t.nodes.begin())];
+      const auto corner = static_cast<std::size_t>(std::ranges::find(t.nodes, node) - t.nodes.begin());
+      if (!integrity_->is_intact(number)) {
+        const Matrix m = integrity_->partial(number).coupling(corner, corner);
+        for (std::size_t i = 0; i < 3; ++i) k[i] += t.volume * m[i][i];
+        k[3] += t.volume * m[1][2];
+        k[4] += t.volume * m[0][2];
+        k[5] += t.volume * m[0][1];
+        continue;
+      }
+      const auto& g = t.gradient[corner];
       const double shear = t.volume * elasticity_->mu * dot(g, g);
       const double mean = t.volume * (elasticity_->lambda + elasticity_->mu);
       k[0] += mean * (g[0] * g[0]) + shear;
@@ -236,7 +250,7 @@ private:
   const geometry::Subdomain* subdomain_;
   const PdsOperators* operators_;
   const IsotropicElasticity* elasticity_;
-  std::span<const std::uint8_t> broken_;
+  const Integrity* integrity_;
   HeldComponents held_;
   NodeTetrahedra round_node_;
   StiffnessProduct product_;
@@ -253,8 +267,8 @@ private:
 
 StaticSolver::StaticSolver(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                            const PdsOperators& operators, const IsotropicElasticity& elasticity,
-                           const Edges& edges, std::span<const std::uint8_t> broken, HeldComponents held)
-    : problem_(std::make_unique<Problem>(group, subdomain, operators, elasticity, edges, broken,
+                           const Edges& edges, const Integrity& integrity, HeldComponents held)
+    : problem_(std::make_unique<Problem>(group, subdomain, operators, elasticity, edges, integrity,
                                          std::move(held))) {}
 
 StaticSolver::~StaticSolver() = default;

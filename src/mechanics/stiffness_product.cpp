@@ -20,11 +20,10 @@ constexpr int aimed_exponent = 49;
 constexpr int poor_exponent = 40;
 
 double stiffest_entry(const parallel::Communicator& group, const PdsOperators& operators,
-                      const IsotropicElasticity& elasticity, const Edges& edges,
-                      std::span<const std::uint8_t> broken) {
+                      const IsotropicElasticity& elasticity, const Edges& edges, const Integrity& integrity) {
   double stiffest = 0;
   for (std::size_t e = 0; e < edges.size(); ++e) {
-    const auto k = edge_coupling(operators, elasticity, edges, broken, static_cast<std::int32_t>(e));
+    const auto k = edge_coupling(operators, elasticity, edges, integrity, static_cast<std::int32_t>(e));
     for (const double s : k.s) stiffest = std::max(stiffest, std::abs(s));
   }
   stiffest = parallel::largest_of_all(group, stiffest);
@@ -35,12 +34,13 @@ double stiffest_entry(const parallel::Communicator& group, const PdsOperators& o
 
 StiffnessProduct::StiffnessProduct(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                                    const PdsOperators& operators, const IsotropicElasticity& elasticity,
-                                   const Edges& edges, std::span<const std::uint8_t> broken)
+                                   const Edges& edges, const Integrity& integrity)
     : group_(&group),
-      unit_(std::ldexp(1.0, std::ilogb(stiffest_entry(group, operators, elasticity, edges, broken)) + 3)) {
+      unit_(std::ldexp(1.0, std::ilogb(stiffest_entry(group, operators, elasticity, edges, integrity)) + 3)) {
   const std::vector<double> no_mass(static_cast<std::size_t>(subdomain.n_owned), 1.0);
-  force_ = std::make_unique<FixedPointForce<double>>(subdomain, operators, elasticity, edges, broken, no_mass,
-                                                     FixedPointScale{1, 1, unit_}, best_instruction_set());
+  force_ =
+      std::make_unique<FixedPointForce<double>>(subdomain, operators, elasticity, edges, integrity, no_mass,
+                                                FixedPointScale{1, 1, unit_}, best_instruction_set());
 }
 
 void StiffnessProduct::apply(const parallel::NodeField& displacement, std::span<double> force) {

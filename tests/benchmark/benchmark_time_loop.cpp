@@ -9,6 +9,7 @@
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/fracture/principal_stress.h"
+#include "crackle/fracture/toughness.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/partition.h"
@@ -65,6 +66,7 @@ struct Sample {
   geometry::Subdomain subdomain;
   fracture::BreakableBody body;
   mechanics::BoundaryLoads loads;
+  std::vector<double> strength;
 
   explicit Sample(const input::Parameters& input)
       : parameters(input),
@@ -73,11 +75,10 @@ struct Sample {
         realization(geometry::make_realization(geometry, base, input.mesh, input.ensemble.seed, 0)),
         subdomain(geometry::split(realization, geometry::partition(realization, 1)).front()),
         body(subdomain, input.material),
-        loads(mechanics::make_boundary_loads(self, input, subdomain)) {}
+        loads(mechanics::make_boundary_loads(self, input, subdomain)),
+        strength(fracture::tetrahedron_strengths(self, input, subdomain, body.operators())) {}
 
-  dynamics::MotionContext context() {
-    return {&self, &body, &loads, parameters.material.density, parameters.fracture.strength};
-  }
+  dynamics::MotionContext context() { return {&self, &body, &loads, parameters.material.density, strength}; }
 };
 
 double triad(std::vector<double>& a, const std::vector<double>& b, const std::vector<double>& c,
@@ -143,7 +144,7 @@ class FastForce {
 public:
   explicit FastForce(Sample& sample)
       : force_(sample.subdomain, sample.body.operators(), sample.body.elasticity(), sample.body.edges(),
-               sample.body.broken(),
+               sample.body.integrity(),
                std::vector<double>(static_cast<std::size_t>(sample.subdomain.n_owned), 1.0),
                mechanics::fixed_point_scale<Real>({.stretch = 1e-3, .velocity = 1000, .force = 1e4}),
                mechanics::best_instruction_set()) {

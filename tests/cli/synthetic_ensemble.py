@@ -61,7 +61,7 @@ def write_ensemble(folder: Path, n_samples: int, failed: tuple[int, ...] = (), p
 def _empty_row(status: int, error: str) -> dict:
     shape = (len(TIPS), SECTIONS.size)
     return {"status": status, "error": error, "onset_force": np.nan, "onset_time": np.nan, "outcome": 0,
-            "pattern": 0, "overlap": np.nan, "bifurcations": 0, "kinks": 0, "crack_area": np.nan, "crack_speed_max": np.nan, "energy_error": np.nan,
+            "pattern": 0, "overlap": np.nan, "bifurcations": 0, "kinks": 0, "crack_area": np.nan, "crack_speed_max": np.nan, "crack_speed_ratio": np.nan, "effective_toughness": np.nan, "energy_error": np.nan,
             "z": np.full(shape, np.nan), "z_spread": np.full(shape, np.nan),
             "branches": np.zeros(shape, int), "facets": [], "lines": []}
 
@@ -99,7 +99,8 @@ def _make_sample(number: int) -> dict:
         centre = random.uniform((0, 7e-3, 63e-3), (THICKNESS, 17e-3, 77e-3))
         facets.append((centre + random.uniform(-2e-4, 2e-4, (4, 3)), random.uniform(0, 3e-5), -1))
     row.update(outcome=3 if pattern == 3 else 2, pattern=pattern, overlap={1: 0.1, 2: 0.8, 3: 0.4}[pattern], kinks=number % 3, onset_force=random.normal(381, 12), crack_area=2e-7 * len(facets),
-               crack_speed_max=random.normal(520, 40), energy_error=10 ** random.uniform(-6, -4),
+               crack_speed_max=random.normal(520, 40), crack_speed_ratio=0.5, effective_toughness=220.0,
+               energy_error=10 ** random.uniform(-6, -4),
                facets=facets)
     row["onset_time"] = (row["onset_force"] - 135) / 5 + 27
     return row
@@ -177,7 +178,7 @@ def _write_ensemble_file(file: Path, rows: list[dict], text: str) -> None:
         samples = root.create_group("samples")
         samples.create_dataset("error", data=[row["error"] for row in rows], dtype=h5py.string_dtype())
         for name in ("status", "onset_force", "onset_time", "outcome", "pattern", "overlap", "bifurcations",
-                     "kinks", "crack_area", "crack_speed_max", "energy_error"):
+                     "kinks", "crack_area", "crack_speed_max", "crack_speed_ratio", "effective_toughness", "energy_error"):
             samples[name] = np.array([row[name] for row in rows])
         z = np.array([row["z"] for row in rows])
         root["crack_path/section"] = SECTIONS

@@ -244,9 +244,10 @@ CASES = [
          "boundary[2]", "prescribes the motion in z of points that boundary[0] prescribes too"),
     Case("step over the duration", lambda t: t.set("time", "step", '"1 ms"'), "time.step", "over the duration"),
     Case("too many steps", lambda t: t.set("time", "step", '"1 fs"'), "time.step", "steps"),
-    # Not built yet.
-    Case("facet release", lambda t: t.set("fracture", "release", '"facet"'), "fracture.release",
-         "not available in this version"),
+    Case("toughness besides strength", lambda t: t.set("fracture", "toughness", '"3 J/m^2"'), "fracture.toughness",
+         "is given besides strength"),
+    Case("contact in equilibria", lambda t: t.set("fracture", "contact", '"frictionless"'), "fracture.contact",
+         "is for dynamics only"),
     # Syntax.
     Case("value without quotes", lambda t: t.set("mesh", "spacing", "3 mm"), "syntax error", "in quotes"),
     Case("no value", lambda t: t.set("mesh", "spacing", ""), "syntax error", "missing value"),

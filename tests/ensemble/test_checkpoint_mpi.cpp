@@ -136,6 +136,17 @@ TEST_F(Checkpoints, ContinueToTheSameBits) {
   }
 }
 
+TEST_F(Checkpoints, KeepWhatFacetsAndTiesReleased) {
+  auto parameters = torn_bar();
+  parameters.fracture.release = input::Release::facet;
+  compare("facets", parameters, true);
+  parameters.fracture.contact = input::Contact::frictionless;
+  compare("facets with contact", parameters, true);
+  parameters = pulled_bar();
+  parameters.fracture.release = input::Release::facet;
+  compare("facets, quasi-static", parameters, true);
+}
+
 TEST_F(Checkpoints, KeepArrestedPhases) {
   compare("quasi-static", pulled_bar(), false);
   compare("quasi-static", pulled_bar(), true);

@@ -86,6 +86,20 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankFromQuasiStaticLoadingOn) {
   compare(parameters, 20);
 }
 
+/// Facets and the tie rule, whose edges may lie between two ghosts, and a strength that differs from one
+/// tetrahedron to the next.
+TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithFacetsAndToughness) {
+  auto parameters = torn_bar();
+  parameters.time.precision = GetParam();
+  parameters.fracture.release = input::Release::facet;
+  parameters.fracture.strength = 0;
+  parameters.fracture.toughness = 70;
+  compare(parameters, 50);
+  parameters.time.start = input::Start::quasi_static;
+  parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10});
+  compare(parameters, 20);
+}
+
 INSTANTIATE_TEST_SUITE_P(Precisions, SampleOnManyRanks,
                          ::testing::Values(input::Precision::mixed, input::Precision::double_),
                          [](const auto& info) {

@@ -19,6 +19,7 @@ TEST(SampleSummary, SummarisesASampleWithTwoCracks) {
   result.onset_force = 380.9;
   result.onset_time = 76.18;
   result.energy_error = 1e-4;
+  result.energy = {{0, 0, 0, 0, 40, 0, 0}};
   result.timings = {1, 2, 3, 4, 5e6};
   result.breaks = mesh.break_between([](const Point& p) { return p[2] > 15.5  ? 2
                                                                  : p[2] > 8.5 ? 1
@@ -32,7 +33,7 @@ TEST(SampleSummary, SummarisesASampleWithTwoCracks) {
       make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.onset_time);
   const std::vector<double> sections{6.5, 13.5};
   const SampleSummary row =
-      summarize(mesh.body(), result, surface, crack_lines(mesh.body(), surface), sections);
+      summarize(mesh.body(), result, surface, crack_lines(mesh.body(), surface), {1, 0.3, 1e-6}, sections);
 
   EXPECT_EQ(row.status, SampleStatus::done);
   EXPECT_EQ(row.error, "");
@@ -47,6 +48,9 @@ TEST(SampleSummary, SummarisesASampleWithTwoCracks) {
   EXPECT_EQ(row.crack_area, surface.area());
   EXPECT_NEAR(row.crack_speed_max, 200, 1e-6);
   EXPECT_EQ(row.energy_error, 1e-4);
+  // Rayleigh speed for a shear speed of 620.2 m/s and nu = 0.3.
+  EXPECT_NEAR(row.crack_speed_ratio, 200 / (0.9274 * std::sqrt(1e6 / 2.6)), 1e-4);
+  EXPECT_NEAR(row.effective_toughness, 40 / row.traced_area, 1e-12);
   EXPECT_EQ(row.wall_time, 10);
   std::printf("z = %.12g, %.12g, %.12g, %.12g\n", row.z[0], row.z[1], row.z[2], row.z[3]);
   EXPECT_THAT(row.z, testing::ElementsAre(testing::DoubleNear(8.5, 1e-12), testing::IsNan(),
@@ -65,6 +69,9 @@ SampleSummary some_row() {
   row.crack_area = 6;
   row.crack_speed_max = 7;
   row.energy_error = 8;
+  row.crack_speed_ratio = 0.3;
+  row.traced_area = 10;
+  row.effective_toughness = 11;
   row.z = {1, 2, 3, 4};
   row.z_spread = {5, 6, 7, 8};
   row.branches = {4, 3, 2, 1};

@@ -48,8 +48,8 @@ protected:
                              InstructionSet set = best_instruction_set()) const {
     const std::vector<double> no_mass(static_cast<std::size_t>(subdomain.n_owned), 1.0);
     const auto scale = fixed_point_scale<Real>({.stretch = 1e-4, .velocity = 1, .force = 4000});
-    return FixedPointForce<Real>(subdomain, body.operators(), body.elasticity(), body.edges(), body.broken(),
-                                 no_mass, scale, set);
+    return FixedPointForce<Real>(subdomain, body.operators(), body.elasticity(), body.edges(),
+                                 body.integrity(), no_mass, scale, set);
   }
 
   template <class Real>

@@ -182,8 +182,8 @@ TEST(InputEcho, AndTableOfKeysNameTheSameKeys) {
     if (open != std::string::npos) key.erase(open, key.find(']') - open + 1);
     shown.insert(key);
   }
-  for (const char* unused :
-       {"ensemble.stop.half_width", "ensemble.stop.confidence", "ensemble.stop.min_samples", "mesh.points"}) {
+  for (const char* unused : {"ensemble.stop.half_width", "ensemble.stop.confidence",
+                             "ensemble.stop.min_samples", "mesh.points", "fracture.toughness"}) {
     shown.insert(unused);
   }
   const auto declared = table_keys();

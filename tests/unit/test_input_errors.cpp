@@ -52,6 +52,28 @@ TEST(InputErrors, ValuesThatDependOnAWrongOneAreNotJudged) {
   EXPECT_THAT(errors_with("[fracture]", "exponent", R"("two")"), ElementsAre(HasSubstr("fracture.exponent")));
 }
 
+TEST(InputErrors, ExactlyOneOfStrengthAndToughnessIsGiven) {
+  EXPECT_THAT(errors_with("[fracture]", "toughness", R"("3 J/m^2")"),
+              ElementsAre(HasSubstr("fracture.toughness: is given besides strength")));
+  auto tables = minimal_tables();
+  for (auto& table : tables)
+    std::erase_if(table.keys, [](const auto& entry) { return entry.first == "strength"; });
+  EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(HasSubstr("fracture.strength: the key is missing")));
+  set_key(tables, "[fracture]", "toughness", R"("3 N/m")");
+  EXPECT_THAT(errors_of(to_text(tables)), IsEmpty());
+  set_key(tables, "[fracture]", "toughness", R"("3 MPa")");
+  EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(HasSubstr("give an energy per area")));
+}
+
+TEST(InputErrors, ContactIsForDynamicsOnly) {
+  EXPECT_THAT(errors_with("[fracture]", "contact", R"("frictionless")"),
+              ElementsAre(HasSubstr("fracture.contact: \"frictionless\" is for dynamics only")));
+  auto tables = minimal_tables();
+  set_key(tables, "[fracture]", "contact", R"("frictionless")");
+  set_key(tables, "[time]", "start", R"("rest")");
+  EXPECT_THAT(errors_of(to_text(tables)), IsEmpty());
+}
+
 TEST(InputErrors, MissingFilesAndFoldersAreNamed) {
   const auto message = [](const std::filesystem::path& file) -> std::string {
     try {

@@ -64,7 +64,8 @@ protected:
     result.timings = {1, 2, 3, 4, 5e6};
     surface = analysis::make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.onset_time);
     lines = analysis::crack_lines(mesh.body(), surface);
-    summary = analysis::summarize(mesh.body(), result, surface, lines, parameters.sections.y);
+    summary =
+        analysis::summarize(mesh.body(), result, surface, lines, parameters.material, parameters.sections.y);
   }
   void write(const fs::path& file, std::uint64_t sample = 3) const {
     write_sample(file, {parameters, sample, mesh.realization(), result, surface, lines, summary});

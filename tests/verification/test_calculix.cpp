@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The static solution on the same mesh by another program: CalculiX with its linear tetrahedron C3D4, to
-// which the stiffness of PDS-FEM is identical.
+// The static and a transient solution on the same mesh by another program: CalculiX with its linear
+// tetrahedron C3D4, to which the stiffness of PDS-FEM is identical.
+#include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/quasi_static.h"
+#include "crackle/dynamics/stable_step.h"
 #include "crackle/geometry/mother_points.h"
 #include "support/box_mesh.h"
 #include "support/temporary_folder.h"
@@ -41,10 +43,12 @@ input::Parameters notched_plate() {
   return parameters;
 }
 
-/// Writes the problem in CalculiX's input format. Millimetres, newtons, megapascals: its output has few
-/// digits, which small numbers in metres would not change but which people read more easily so.
+/// Writes the problem in CalculiX's input format. Millimetres, newtons, megapascals, tonnes: its output has
+/// few digits, which small numbers in metres would not change but which people read more easily so.
+/// @param step the lines after *STEP that say what is solved
 void write_input(const std::filesystem::path& file, const input::Parameters& parameters,
-                 const geometry::Realization& mesh, const std::vector<double>& nodal_force) {
+                 const geometry::Realization& mesh, const std::vector<double>& nodal_force,
+                 const std::string& step, const std::string& output) {
   std::ofstream out(file);
   out << "*NODE, NSET=ALL\n";
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
@@ -56,17 +60,18 @@ void write_input(const std::filesystem::path& file, const input::Parameters& par
     const auto& nodes = mesh.tetrahedra[t];
     out << fmt::format("{}, {}, {}, {}, {}\n", t + 1, nodes[0] + 1, nodes[1] + 1, nodes[2] + 1, nodes[3] + 1);
   }
-  out << fmt::format("*MATERIAL, NAME=EPOXY\n*ELASTIC\n{:.17g}, {:.17g}\n",
-                     1e-6 * parameters.material.youngs_modulus, parameters.material.poisson_ratio);
+  out << fmt::format("*MATERIAL, NAME=EPOXY\n*ELASTIC\n{:.17g}, {:.17g}\n*DENSITY\n{:.10g}\n",
+                     1e-6 * parameters.material.youngs_modulus, parameters.material.poisson_ratio,
+                     1e-12 * parameters.material.density);
   out << "*SOLID SECTION, ELSET=BODY, MATERIAL=EPOXY\n*BOUNDARY\n";
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
     if (mesh.nodes[n][2] == 0) out << fmt::format("{}, 1, 3\n", n + 1);
   }
-  out << "*STEP\n*STATIC\n*CLOAD\n";
+  out << step << (step.find("GROWING") == std::string::npos ? "*CLOAD\n" : "*CLOAD, AMPLITUDE=GROWING\n");
   for (std::size_t i = 0; i < nodal_force.size(); ++i) {
     if (nodal_force[i] != 0) out << fmt::format("{}, {}, {:.17g}\n", i / 3 + 1, i % 3 + 1, nodal_force[i]);
   }
-  out << "*NODE PRINT, NSET=ALL\nU\n*END STEP\n";
+  out << output << "*END STEP\n";
 }
 
 /// Displacements from the .dat file: lines "node ux uy uz".
@@ -87,6 +92,11 @@ std::vector<double> read_displacements(const std::filesystem::path& file, std::s
   return u;
 }
 
+bool run_calculix(const std::filesystem::path& folder) {
+  const std::string command = "cd '" + folder.string() + "' && OMP_NUM_THREADS=1 ccx plate > ccx.log 2>&1";
+  return std::system(command.c_str()) == 0;
+}
+
 TEST(CalculiX, GivesTheSameStaticDisplacements) {
   const auto parameters = notched_plate();
   const geometry::Body plate(parameters.specimen);
@@ -102,10 +112,9 @@ TEST(CalculiX, GivesTheSameStaticDisplacements) {
   loads.add_forces(0, force);
 
   const test::TemporaryFolder folder;
-  write_input(folder.path() / "plate.inp", parameters, mesh, force);
-  const std::string command =
-      "cd '" + folder.path().string() + "' && OMP_NUM_THREADS=1 ccx plate > ccx.log 2>&1";
-  ASSERT_EQ(std::system(command.c_str()), 0) << "CalculiX (Debian's calculix-ccx) is needed for this test";
+  write_input(folder.path() / "plate.inp", parameters, mesh, force, "*STEP\n*STATIC\n",
+              "*NODE PRINT, NSET=ALL\nU\n");
+  ASSERT_TRUE(run_calculix(folder.path())) << "CalculiX (Debian's calculix-ccx) is needed for this test";
   const auto reference = read_displacements(folder.path() / "plate.dat", mesh.nodes.size());
 
   double worst = 0, largest = 0;
@@ -119,6 +128,79 @@ TEST(CalculiX, GivesTheSameStaticDisplacements) {
       "%zu nodes, %zu tetrahedra: largest difference to CalculiX %.2e of the largest displacement %.4g mm\n",
       mesh.nodes.size(), mesh.tetrahedra.size(), worst / largest, 1e3 * largest);
   EXPECT_LT(worst, 1e-6 * largest);
+}
+
+/// Blocks "displacements ... time t", each with lines "node ux uy uz": z displacement of the highest node.
+std::vector<std::pair<double, double>> read_history(const std::filesystem::path& file) {
+  std::vector<std::pair<double, double>> history;
+  std::ifstream in(file);
+  std::string line;
+  double time = 0;
+  while (std::getline(in, line)) {
+    if (const auto at = line.find("time"); at != std::string::npos) {
+      time = std::stod(line.substr(at + 4));
+      continue;
+    }
+    std::istringstream fields(line);
+    std::size_t node = 0;
+    double x = 0, y = 0, z = 0;
+    if (fields >> node >> x >> y >> z) history.emplace_back(time, 1e-3 * z);
+  }
+  return history;
+}
+
+TEST(CalculiX, GivesTheSameDisplacementHistory) {
+  // A load that grows for 30 us and stays; CalculiX integrates implicitly, with a consistent mass matrix.
+  auto parameters = notched_plate();
+  parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, 100});
+  parameters.boundaries.back().history = {{0, 0}, {30e-6, 1}};
+  parameters.mesh.notch_spacing = 0.001;
+  const geometry::Body plate(parameters.specimen);
+  const auto base = geometry::make_mother_points(plate, parameters.mesh, 1);
+  const auto mesh = geometry::make_realization(plate, base, parameters.mesh, 1, 0);
+  const auto subdomain = test::whole(mesh);
+  const parallel::Communicator self(MPI_COMM_SELF);
+  fracture::BreakableBody body(subdomain, parameters.material);
+  const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
+  std::vector<double> force(3 * mesh.nodes.size(), 0.0);
+  loads.add_forces(30e-6, force);
+  std::size_t watched = 0;
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+    if (mesh.nodes[n] == geometry::Point{0, 0, parameters.specimen.size[2]}) watched = n;
+
+  constexpr double duration = 60e-6, increment = 0.5e-6;
+  const test::TemporaryFolder folder;
+  write_input(folder.path() / "plate.inp", parameters, mesh, force,
+              fmt::format("*NSET, NSET=WATCHED\n{}\n*AMPLITUDE, NAME=GROWING\n0, 0, 30e-6, 1, 1, 1\n"
+                          "*STEP, INC=100000\n*DYNAMIC, DIRECT, ALPHA=0\n{}, {}\n",
+                          watched + 1, increment, duration),
+              "*NODE PRINT, NSET=WATCHED\nU\n");
+  ASSERT_TRUE(run_calculix(folder.path())) << "CalculiX (Debian's calculix-ccx) is needed for this test";
+  const auto reference = read_history(folder.path() / "plate.dat");
+  ASSERT_EQ(reference.size(), static_cast<std::size_t>(std::lround(duration / increment)));
+
+  fracture::TulerButcher criterion({.strength = 1e15, .exponent = 2, .impulse = 1e4},
+                                   subdomain.tetrahedra.size());
+  const MotionContext context{&self, &body, &loads, parameters.material.density, criterion.strengths()};
+  MotionState state{parallel::NodeField(self, subdomain), parallel::NodeField(self, subdomain)};
+  const auto motion = make_fixed_point_motion(context, input::Precision::double_, 0, duration, state);
+  const auto& map = splitting(input::Integrator::verlet);
+  const double stable =
+      map.stability_limit / largest_frequency(self, subdomain, body.operators(), body.force());
+  const auto n_inner = static_cast<int>(std::ceil(increment / (0.5 * stable)));
+  double worst = 0, largest = 0;
+  for (std::size_t i = 0; i < reference.size(); ++i) {
+    for (int k = 0; k < n_inner; ++k)
+      motion->step(map.even, increment / n_inner, increment * (static_cast<double>(i) + double(k) / n_inner));
+    motion->read(state);
+    worst = std::max(worst, std::abs(state.displacement.local()[3 * watched + 2] - reference[i].second));
+    largest = std::max(largest, std::abs(reference[i].second));
+  }
+  std::printf(
+      "%zu nodes, growing load, %.0f us: corner's displacement within %.2e of its largest value %.4g mm by "
+      "CalculiX (accepted: 1e-2)\n",
+      mesh.nodes.size(), 1e6 * duration, worst / largest, 1e3 * largest);
+  EXPECT_LT(worst, 1e-2 * largest);
 }
 
 }  // namespace

@@ -89,7 +89,7 @@ public:
     }
     PhaseOptions options;
     options.grid = {dt, n_steps};
-    const MotionContext context{&self_, &body_, &no_loads, test::epoxy().density, unbreakable().strength};
+    const MotionContext context{&self_, &body_, &no_loads, test::epoxy().density, criterion.strengths()};
     const auto motion = make_reference_motion(context, 0, state);
     auto result =
         run_explicit_phase(context, *motion, criterion, splitting(integrator), account, 0, options, state);

@@ -53,7 +53,8 @@ protected:
   }
 
   MotionContext context(double strength) {
-    return {&self_, &body_, &loads_, test::epoxy().density, strength};
+    strength_.assign(subdomain_.tetrahedra.size(), strength);
+    return {&self_, &body_, &loads_, test::epoxy().density, strength_};
   }
 
   void run(MovingBody& motion, int n_steps) const {
@@ -73,6 +74,7 @@ protected:
   geometry::Subdomain subdomain_;
   fracture::BreakableBody body_;
   mechanics::BoundaryLoads loads_;
+  std::vector<double> strength_;
   double dt_ = 0;
 };
 

@@ -21,7 +21,8 @@ from .statistics import look_schedule, make_statistics  # noqa: E402
 DEFAULT_CONFIDENCE = 0.95  # of the intervals while there is no ensemble.h5
 DEFAULT_MIN_SAMPLES = 30  # of [ensemble.stop]
 ENSEMBLE_KIND, SAMPLE_KIND = "crackle ensemble", "crackle sample"
-NUMBERS = ("onset_force", "onset_time", "overlap", "crack_area", "crack_speed_max", "energy_error")
+NUMBERS = ("onset_force", "onset_time", "overlap", "crack_area", "crack_speed_max", "crack_speed_ratio",
+           "effective_toughness", "energy_error")
 POSITIONS = ("z", "z_spread", "branches")
 COUNTS = ("outcome", "pattern", "bifurcations", "kinks")
 

@@ -72,6 +72,8 @@ class Samples:
     kinks: np.ndarray
     crack_area: np.ndarray  # [m^2]
     crack_speed_max: np.ndarray  # [m/s]
+    crack_speed_ratio: np.ndarray  # over the Rayleigh speed
+    effective_toughness: np.ndarray  # released energy over the traced crack area [J/m^2]
     energy_error: np.ndarray
     z: np.ndarray  # samples x notches x sections [m]
     z_spread: np.ndarray  # its standard deviation through the thickness

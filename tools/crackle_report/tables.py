@@ -39,6 +39,8 @@ SAMPLE_COLUMNS = (
     Column("kinks", "", lambda s, i: int(s.kinks[i]), "d"),
     Column("crack area", "mm²", lambda s, i: float(s.crack_area[i]) * 1e6, ".1f"),
     Column("largest crack speed", "m/s", lambda s, i: float(s.crack_speed_max[i]), ".0f"),
+    Column("over Rayleigh's", "", lambda s, i: float(s.crack_speed_ratio[i]), ".2f"),
+    Column("released energy per crack area", "J/m²", lambda s, i: float(s.effective_toughness[i]), ".3g"),
     Column("energy error", "of the work", lambda s, i: float(s.energy_error[i]), ".1e"),
 )
 

@@ -31,6 +31,9 @@ struct SampleSummary {
   double crack_area = 0;               ///< all opened dual facets [m^2]
   double crack_speed_max = 0;          ///< [m/s]
   double energy_error = 0;             ///< relative
+  double crack_speed_ratio = 0;        ///< crack_speed_max over the Rayleigh speed
+  double traced_area = 0;              ///< length of the crack lines times the thickness [m^2]
+  double effective_toughness = 0;      ///< released energy over traced_area [J/m^2]; NaN without lines
   std::vector<double> z;               ///< n_notches x n_sections [m], NaN where no crack arrived
   std::vector<double> z_spread;        ///< through the thickness, see SectionCrossing; likewise
   std::vector<std::int32_t> branches;  ///< n_notches x n_sections
@@ -43,7 +46,7 @@ SampleSummary empty_summary(int n_notches, int n_sections, SampleStatus status, 
 /// @param lines crack_lines of the same surface
 SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult& result,
                         const CrackSurface& surface, const std::vector<CrackLine>& lines,
-                        std::span<const double> sections);
+                        const input::Material& material, std::span<const double> sections);
 
 /// A row as bytes, for messages between ranks of one machine type.
 std::vector<std::byte> to_bytes(const SampleSummary& summary);

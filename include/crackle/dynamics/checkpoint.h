@@ -28,6 +28,12 @@ struct MotionCheckpoint {
   std::int64_t n_forces = 0;
 };
 
+/// What came to carry less in a dynamic phase.
+struct Releases {
+  std::vector<fracture::Break> breaks;
+  std::vector<fracture::Tie> ties;
+};
+
 /// A dynamic phase that has arrested.
 struct EndedPhase {
   double load_time = 0;  ///< at its start [s]
@@ -36,7 +42,7 @@ struct EndedPhase {
   double external_work = 0;
   std::int64_t n_steps = 0;
   std::int64_t n_forces = 0;
-  std::vector<fracture::Break> breaks;
+  Releases releases;
   parallel::NumberedRows displacement;  ///< of each node at its end, by bits
 };
 
@@ -45,7 +51,7 @@ struct RunningPhase {
   double load_time = 0;
   std::int64_t step = 0;
   std::int64_t last_break = 0;  ///< step
-  std::vector<fracture::Break> breaks;
+  Releases releases;
   MotionCheckpoint motion;
 };
 
@@ -70,9 +76,18 @@ Checkpoint share_checkpoint(const parallel::Communicator& group, std::span<const
 std::vector<fracture::Break> gather_breaks(const parallel::Communicator& group,
                                            std::span<const fracture::Break> local);
 
-/// Opens the broken tetrahedra that this rank holds. @return their local numbers
-std::vector<std::int32_t> restore_breaks(std::span<const fracture::Break> breaks,
-                                         fracture::BreakableBody& body);
+/// Marks a moment in a body's breaking, to gather what is released from then on.
+class ReleasesSince {
+public:
+  explicit ReleasesSince(const fracture::BreakableBody& body)
+      : body_(&body), n_breaks_(body.breaks().size()), n_ties_(body.ties().size()) {}
+  /// Those of all ranks on the root. Collective.
+  Releases gather(const parallel::Communicator& group) const;
+
+private:
+  const fracture::BreakableBody* body_;
+  std::size_t n_breaks_, n_ties_;
+};
 
 /// Impulses of all tetrahedra on the root. Collective.
 parallel::NumberedRows gather_impulse(const parallel::Communicator& group,

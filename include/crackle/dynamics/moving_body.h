@@ -43,8 +43,8 @@ public:
   /// Strain of a local tetrahedron now. Local.
   virtual mechanics::Symmetric strain(std::int32_t tetrahedron) const = 0;
 
-  /// Takes over that the body's tetrahedra `broken` were released. Local.
-  virtual void release(std::span<const std::int32_t> broken) = 0;
+  /// Takes over that broken tetrahedra of the body carry less from now on. Local.
+  virtual void release(std::span<const std::int32_t> tetrahedra) = 0;
 
   /// Copies the state: displacements with ghosts, velocities of owned nodes. Local.
   virtual void read(MotionState& state) const = 0;
@@ -72,8 +72,8 @@ struct MotionContext {
   const parallel::Communicator* group;
   fracture::BreakableBody* body;
   const mechanics::BoundaryLoads* loads;
-  double density;   ///< [kg/m^3]
-  double strength;  ///< [Pa]
+  double density;                    ///< [kg/m^3]
+  std::span<const double> strength;  ///< of each local tetrahedron [Pa]
 };
 
 /// The definition: every operation in double precision, one after the other, with the plain loop over

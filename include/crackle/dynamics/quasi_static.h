@@ -67,7 +67,10 @@ private:
   void superpose(std::span<double> sum, ForceFactor&& of_force, MotionFactor&& of_motion) const;
   void combine(double time, parallel::NodeField& displacement) const;
   bool update_after_breaks();
+  /// The largest stress over its tetrahedron's strength.
   Critical most_loaded() const;
+  /// Whether a tetrahedron that is over its strength would break before a dynamic phase counts as arrested.
+  bool breaks_soon(const Critical& overloaded) const;
   Critical first_to_break(double until) const;
   Critical agree(Critical local, bool smallest) const;
 
@@ -79,7 +82,7 @@ private:
   mechanics::StaticSolver solver_;
   std::vector<parallel::NodeField> unit_;  // for each force pattern, then for each motion that is not fixed
   parallel::NodeField displacement_;       // equilibrium at time_
-  std::size_t n_breaks_solved_ = 0;        // of the body's local breaks, those that the solver knows
+  std::size_t n_changes_solved_ = 0;       // of the body's local changes, those that the solver knows
   double extent_ = 0;                      // of the body, whose box starts at the origin [m]
   double time_ = 0;
   bool is_loaded_ = false;  // whether the account knows the loads at time 0

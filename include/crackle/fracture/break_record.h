@@ -20,4 +20,11 @@ struct Break {
   std::int32_t cut;          ///< the most loaded of the seven cuts: its dual facets are the crack
 };
 
+/// Edges that a tetrahedron broken by facets let go of besides those of its cut.
+struct Tie {
+  std::int64_t tetrahedron;  ///< number in the realization
+  double released_energy;    ///< strain energy taken out of the body [J]
+  std::uint32_t edges;       ///< mechanics::EdgeSet
+};
+
 }  // namespace crackle::fracture

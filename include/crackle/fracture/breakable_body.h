@@ -4,11 +4,14 @@
 #include "crackle/fracture/break_record.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/mechanics/edges.h"
+#include "crackle/mechanics/integrity.h"
 #include "crackle/mechanics/internal_force.h"
 #include "crackle/mechanics/operators.h"
+#include "crackle/parallel/communicator.h"
 
+#include <array>
 #include <cstdint>
-#include <memory>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -20,14 +23,28 @@ std::array<mechanics::Vector, n_cuts> cut_areas(const mechanics::TetrahedronOper
 /// The cut with the largest normal traction n . sigma . n; ties go to the lower number.
 int most_loaded_cut(const mechanics::TetrahedronOperator& tetrahedron, const mechanics::Symmetric& sigma);
 
+/// The edges that a cut crosses.
+mechanics::EdgeSet crossed_edges(int cut);
+
+/// With release by facets, a broken tetrahedron also lets go of an edge when the dual facets of the unbroken
+/// tetrahedra round that edge are at most this share of all. With 0 it waits until all round the edge are
+/// broken.
+inline constexpr double tie_share = 0.0;
+
 /// A body that can break: its constant operators, its internal force and its broken set, on one subdomain.
+///
+/// Release by elements: a broken tetrahedron carries nothing. Release by facets: it lets go of the edges that
+/// its most loaded cut crosses (mechanics::EdgeStiffness), and of further ones by the tie rule, without which
+/// neighbouring tetrahedra with different cuts would bridge the crack for ever.
 ///
 /// Ranks that hold the same tetrahedron see the same stress bits, so they break it together without a
 /// message.
 class BreakableBody {
 public:
   /// @param subdomain must outlive the object
-  BreakableBody(const geometry::Subdomain& subdomain, const input::Material& material);
+  BreakableBody(const geometry::Subdomain& subdomain, const input::Material& material,
+                input::Release release = input::Release::element,
+                input::Contact contact = input::Contact::none);
   BreakableBody(const BreakableBody&) = delete;
   BreakableBody& operator=(const BreakableBody&) = delete;
 
@@ -35,45 +52,75 @@ public:
   const mechanics::PdsOperators& operators() const { return operators_; }
   const mechanics::IsotropicElasticity& elasticity() const { return elasticity_; }
   const mechanics::Edges& edges() const { return edges_; }
-  const mechanics::InternalForce& force() const { return *force_; }
+  const mechanics::InternalForce& force() const { return force_; }
+  const mechanics::Integrity& integrity() const { return integrity_; }
+  /// Whether broken tetrahedra resist being closed again.
+  bool has_contact() const { return contact_ != input::Contact::none; }
 
   bool is_broken(std::int32_t tetrahedron) const {
     return broken_[static_cast<std::size_t>(tetrahedron)] != 0;
   }
-  /// 1 for each local tetrahedron that is broken.
-  std::span<const std::uint8_t> broken() const { return broken_; }
   /// Local tetrahedra in order of breaking.
   std::span<const std::int32_t> broken_tetrahedra() const { return order_; }
+  /// Local tetrahedra that came to carry less, in the order of the changes; some more than once.
+  std::span<const std::int32_t> changes() const { return changes_; }
   /// Records of the breaks that this rank counts, in order of breaking.
   std::span<const Break> breaks() const { return records_; }
+  /// What the tie rule released of tetrahedra that this rank counts.
+  std::span<const Tie> ties() const { return ties_; }
 
   mechanics::Symmetric strain(std::int32_t tetrahedron, std::span<const double> displacement) const {
     return mechanics::strain(operators_.tetrahedra[static_cast<std::size_t>(tetrahedron)], displacement);
   }
+  /// Stress of the unbroken material at the strain of a tetrahedron.
   mechanics::Symmetric stress(std::int32_t tetrahedron, std::span<const double> displacement) const {
     return elasticity_(strain(tetrahedron, displacement));
   }
 
-  /// Opens all six dual facets; the record's energy and cut follow from the strain it had.
+  /// Breaks a tetrahedron; the record's energy and cut follow from the strain it had. Local; every rank that
+  /// holds it does the same.
   void release(std::int32_t tetrahedron, const mechanics::Symmetric& strain, double load_time,
                double phase_time);
 
-  /// Opens a tetrahedron that broke earlier, as its record tells.
-  void restore(std::int32_t tetrahedron, const Break& record);
+  /// Opens tetrahedra as records of an earlier run tell: all that this rank holds, counted or not.
+  void restore(std::span<const Break> breaks, std::span<const Tie> ties);
 
-  /// Strain energies of the unbroken tetrahedra that this rank counts [J], one for each.
+  /// Applies the tie rule after breaks since the last call; nothing with release by elements. Collective.
+  /// @param strain of a local tetrahedron now
+  void tie(const parallel::Communicator& group,
+           const std::function<mechanics::Symmetric(std::int32_t)>& strain);
+
+  /// Strain energies of the tetrahedra that this rank counts [J], one for each.
   std::vector<double> strain_energies(std::span<const double> displacement) const;
-  /// Energies taken out by the breaks that this rank counts [J].
+  /// Energies taken out by the breaks and ties that this rank counts [J].
   std::vector<double> released_energies() const;
 
 private:
+  /// Edge k of the tetrahedron with this number in the realization.
+  struct LooseEdge {
+    std::int64_t tetrahedron;
+    std::int64_t edge;
+    auto operator<=>(const LooseEdge&) const = default;
+  };
+  std::vector<LooseEdge> find_loose_edges() const;
+  /// Local number of a tetrahedron of the realization, or -1.
+  std::int32_t local_number(std::int64_t tetrahedron) const;
+  void open(std::int32_t tetrahedron, int cut);
+  void let_go(std::int32_t tetrahedron, mechanics::EdgeSet edges);
+
   const geometry::Subdomain* subdomain_;
+  input::Release release_;
+  input::Contact contact_;
   mechanics::PdsOperators operators_;
   mechanics::Edges edges_;
   mechanics::IsotropicElasticity elasticity_;
-  std::unique_ptr<mechanics::InternalForce> force_;
+  mechanics::Integrity integrity_;
+  mechanics::ReferenceForce force_;
   std::vector<std::uint8_t> broken_;
   std::vector<std::int32_t> order_;
+  std::vector<std::int32_t> changes_;
+  std::size_t n_tied_ = 0;  // of order_, those whose edges were looked at
+  std::vector<Tie> ties_;
   std::vector<Break> records_;
 };
 

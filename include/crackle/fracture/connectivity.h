@@ -9,8 +9,8 @@
 
 namespace crackle::fracture {
 
-/// For every local node the smallest node number of the piece that unbroken tetrahedra join it to. Two nodes
-/// are in one piece exactly when their labels are equal. Collective; equal for any number of ranks.
+/// For every local node the smallest node number of the piece that edges which still carry join it to. Two
+/// nodes are in one piece exactly when their labels are equal. Collective; equal for any number of ranks.
 std::vector<std::int64_t> piece_labels(const parallel::Communicator& group, const BreakableBody& body);
 
 }  // namespace crackle::fracture

@@ -62,13 +62,16 @@ struct Material {
 
 enum class Memory { cumulative, step };
 enum class Release { element, facet };
+enum class Contact { none, frictionless };  ///< of opened facets that close again
 
 struct Fracture {
-  double strength = 0;  ///< sigma_0 [Pa]
+  double strength = 0;  ///< sigma_0 [Pa]; 0 when it follows from the toughness
   double exponent = 2;  ///< beta
   double impulse = 0;   ///< K_f [Pa^beta s]
   Memory memory = Memory::cumulative;
   Release release = Release::element;
+  Contact contact = Contact::none;
+  double toughness = 0;  ///< energy per crack area that the strength follows from [J/m^2]; 0 when it is given
 };
 
 /// What a boundary condition prescribes.

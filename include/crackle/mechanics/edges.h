@@ -3,6 +3,7 @@
 
 #include "crackle/geometry/subdomain.h"
 #include "crackle/mechanics/elasticity.h"
+#include "crackle/mechanics/integrity.h"
 #include "crackle/mechanics/operators.h"
 
 #include <array>
@@ -41,10 +42,9 @@ struct EdgeCoupling {
   Vector w{};     ///< [N/m]
 };
 
-/// Sum over the intact tetrahedra round an edge, in ascending order: the same bits on every rank.
+/// Sum over what the tetrahedra round an edge carry, in ascending order: the same bits on every rank.
 /// `w` is exactly 0 where the edge is inner and all tetrahedra round it are intact.
-/// @param broken 1 for each local tetrahedron that carries nothing
 EdgeCoupling edge_coupling(const PdsOperators& operators, const IsotropicElasticity& elasticity,
-                           const Edges& edges, std::span<const std::uint8_t> broken, std::int32_t edge);
+                           const Edges& edges, const Integrity& integrity, std::int32_t edge);
 
 }  // namespace crackle::mechanics

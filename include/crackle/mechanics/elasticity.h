@@ -4,6 +4,8 @@
 #include "crackle/input/parameters.h"
 #include "crackle/mechanics/tensor.h"
 
+#include <cmath>
+
 namespace crackle::mechanics {
 
 /// Isotropic linear elasticity: sigma = lambda tr(eps) I + 2 mu eps.
@@ -26,5 +28,21 @@ struct IsotropicElasticity {
             2 * mu * eps[5]};
   }
 };
+
+/// Speed of Rayleigh's surface wave [m/s].
+inline double rayleigh_speed(const input::Material& material) {
+  const double nu = material.poisson_ratio;
+  const double ratio = (1 - 2 * nu) / (2 * (1 - nu));  // of the squares of the shear and the pressure speed
+  const auto excess = [&](double c) {
+    return (2 - c * c) * (2 - c * c) - 4 * std::sqrt(1 - c * c) * std::sqrt(1 - ratio * c * c);
+  };
+  double lower = 0.3, upper = 1;  // in shear speeds; for every Poisson ratio from -1 to 0.5
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (lower + upper);
+    (excess(middle) < 0 ? lower : upper) = middle;
+  }
+  const double shear_modulus = material.youngs_modulus / (2 * (1 + nu));
+  return lower * std::sqrt(shear_modulus / material.density);
+}
 
 }  // namespace crackle::mechanics

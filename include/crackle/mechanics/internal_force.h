@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/mechanics/elasticity.h"
+#include "crackle/mechanics/integrity.h"
 #include "crackle/mechanics/operators.h"
 
 #include <cstdint>
@@ -19,27 +19,23 @@ class InternalForce {
 public:
   virtual ~InternalForce() = default;
 
-  /// force_a = sum over unbroken tetrahedra of V sigma b^a.
+  /// force_a = sum over tetrahedra of V sigma b^a, with the stress that they still carry.
   /// @param displacement 3 n_local values [m]
   /// @param force 3 n_local values, valid for owned nodes [N]
   virtual void evaluate(std::span<const double> displacement, std::span<double> force) const = 0;
-
-  /// Opens all six dual facets of a tetrahedron: it carries nothing from now on.
-  virtual void release(std::int32_t tetrahedron) = 0;
 };
 
 /// The definition: a plain loop over tetrahedra in ascending order, in double precision.
 class ReferenceForce final : public InternalForce {
 public:
-  /// @param operators must outlive the object
-  ReferenceForce(const PdsOperators& operators, const IsotropicElasticity& elasticity);
+  /// The references must outlive the object; what the tetrahedra carry may change.
+  ReferenceForce(const PdsOperators& operators, const Integrity& integrity)
+      : operators_(&operators), integrity_(&integrity) {}
   void evaluate(std::span<const double> displacement, std::span<double> force) const override;
-  void release(std::int32_t tetrahedron) override;
 
 private:
   const PdsOperators* operators_;
-  IsotropicElasticity elasticity_;
-  std::vector<std::int32_t> intact_;  // tetrahedra that still carry, ascending
+  const Integrity* integrity_;
 };
 
 }  // namespace crackle::mechanics

@@ -33,15 +33,15 @@ using HeldComponents = std::vector<std::uint8_t>;  ///< 3 n_local, 1 where presc
 class StaticSolver {
 public:
   /// Collective. The references must outlive the object.
-  /// @param broken 1 for each local tetrahedron that carries nothing; may change, see release()
+  /// @param integrity may change, see release()
   StaticSolver(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                const PdsOperators& operators, const IsotropicElasticity& elasticity, const Edges& edges,
-               std::span<const std::uint8_t> broken, HeldComponents held);
+               const Integrity& integrity, HeldComponents held);
   ~StaticSolver();
   StaticSolver(const StaticSolver&) = delete;
   StaticSolver& operator=(const StaticSolver&) = delete;
 
-  /// Takes over that tetrahedra were broken. Local; every rank names the local tetrahedra it holds.
+  /// Takes over that tetrahedra carry less. Local; every rank names the local tetrahedra it holds.
   void release(std::span<const std::int32_t> tetrahedra);
 
   /// Solves for the free displacements; held components of `displacement` are given and kept.

@@ -32,4 +32,21 @@ std::vector<Value> gather_all(const Communicator& group, std::span<const Value> 
   return all;
 }
 
+/// The values of all ranks in the order of the ranks, on the root; empty elsewhere. Collective.
+/// @pre below 2 GiB in all
+template <class Value>
+std::vector<Value> gather_on_root(const Communicator& group, std::span<const Value> mine) {
+  static_assert(std::is_trivially_copyable_v<Value>);
+  const int n_bytes = static_cast<int>(mine.size_bytes());
+  std::vector<int> counts(static_cast<std::size_t>(group.size())), offsets(counts.size());
+  check_mpi(MPI_Gather(&n_bytes, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, group.get()), "MPI_Gather");
+  std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
+  std::vector<Value> all;
+  if (group.is_root()) all.resize(static_cast<std::size_t>(offsets.back() + counts.back()) / sizeof(Value));
+  check_mpi(MPI_Gatherv(mine.data(), n_bytes, MPI_BYTE, all.data(), counts.data(), offsets.data(), MPI_BYTE,
+                        0, group.get()),
+            "MPI_Gatherv");
+  return all;
+}
+
 }  // namespace crackle::parallel

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/subdomain.h"
+#include "crackle/input/parameters.h"
+#include "crackle/mechanics/operators.h"
+#include "crackle/parallel/communicator.h"
+
+#include <vector>
+
+namespace crackle::fracture {
+
+/// A strength criterion has no toughness of its own: a crack that breaks tetrahedra of spacing h takes the
+/// energy c (1 + nu) (1 - 2 nu) sigma_0^2 h / E out of the body for each unit of its area, that of the
+/// equibiaxial plane-strain state at its front. This is c, measured; see the README.
+inline constexpr double toughness_factor = 0.86;
+
+/// Energy per crack area for a strength at a spacing [J/m^2].
+double toughness_of(const input::Material& material, double strength, double spacing);
+
+/// Strength that gives an energy per crack area at a spacing [Pa].
+double strength_of(const input::Material& material, double toughness, double spacing);
+
+/// Local spacing at each local tetrahedron: the mean over its corners of the edge of the regular tetrahedron
+/// that has the mean volume of the tetrahedra round the corner [m]. Collective; equal bits for any number of
+/// ranks.
+std::vector<double> local_spacings(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+                                   const mechanics::PdsOperators& operators);
+
+/// Strength of each local tetrahedron [Pa]: the input's, or what gives the input's toughness at the local
+/// spacing. Collective; equal bits for any number of ranks.
+std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
+                                          const input::Parameters& parameters,
+                                          const geometry::Subdomain& subdomain,
+                                          const mechanics::PdsOperators& operators);
+
+}  // namespace crackle::fracture

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/fracture/toughness.h"
+
+#include "crackle/parallel/node_field.h"
+
+#include <cmath>
+
+namespace crackle::fracture {
+
+namespace {
+
+double energy_factor(const input::Material& material) {
+  const double nu = material.poisson_ratio;
+  return toughness_factor * (1 + nu) * (1 - 2 * nu) / material.youngs_modulus;
+}
+
+}  // namespace
+
+double toughness_of(const input::Material& material, double strength, double spacing) {
+  return energy_factor(material) * strength * strength * spacing;
+}
+
+double strength_of(const input::Material& material, double toughness, double spacing) {
+  return std::sqrt(toughness / (energy_factor(material) * spacing));
+}
+
+std::vector<double> local_spacings(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+                                   const mechanics::PdsOperators& operators) {
+  parallel::NodeField at_node(group, subdomain);
+  const auto round_node = mechanics::node_tetrahedra(subdomain);
+  for (std::int32_t node = 0; node < subdomain.n_owned; ++node) {
+    double volume = 0;
+    for (const auto t : round_node[node]) volume += operators.tetrahedra[static_cast<std::size_t>(t)].volume;
+    volume /= static_cast<double>(round_node[node].size());
+    at_node.local()[3 * static_cast<std::size_t>(node)] = std::cbrt(6 * std::sqrt(2.0) * volume);
+  }
+  at_node.update_ghosts();
+  std::vector<double> spacings;
+  spacings.reserve(operators.tetrahedra.size());
+  for (const auto& t : operators.tetrahedra) {
+    double sum = 0;
+    for (const auto node : t.nodes) sum += at_node.local()[3 * static_cast<std::size_t>(node)];
+    spacings.push_back(sum / 4);
+  }
+  return spacings;
+}
+
+std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
+                                          const input::Parameters& parameters,
+                                          const geometry::Subdomain& subdomain,
+                                          const mechanics::PdsOperators& operators) {
+  const input::Fracture& fracture = parameters.fracture;
+  if (fracture.toughness == 0) return std::vector<double>(operators.tetrahedra.size(), fracture.strength);
+  auto strengths = local_spacings(group, subdomain, operators);
+  for (double& value : strengths) value = strength_of(parameters.material, fracture.toughness, value);
+  return strengths;
+}
+
+}  // namespace crackle::fracture

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/mechanics/integrity.h"
+
+#include "crackle/geometry/dual_facets.h"
+
+namespace crackle::mechanics {
+
+namespace {
+
+constexpr bool contains(EdgeSet set, std::size_t edge) {
+  return ((set >> edge) & 1) != 0;
+}
+
+/// Corner positions from corner 0: the inverse of the matrix of gradients.
+std::array<Vector, 4> corners(const TetrahedronOperator& t) {
+  const auto& g = t.gradient;
+  const double determinant = dot(g[1], cross(g[2], g[3]));
+  std::array<Vector, 4> x{};
+  for (std::size_t a = 1; a < 4; ++a) {
+    const Vector column = cross(g[a % 3 + 1], g[(a + 1) % 3 + 1]);
+    for (std::size_t i = 0; i < 3; ++i) x[a][i] = column[i] / determinant;
+  }
+  return x;
+}
+
+/// The strain in which only edge (a, b) is stretched, by d . eps . d = 1.
+Symmetric unit_stretch(const Vector& a, const Vector& b) {
+  return {-a[0] * b[0],
+          -a[1] * b[1],
+          -a[2] * b[2],
+          -0.5 * (a[1] * b[2] + a[2] * b[1]),
+          -0.5 * (a[0] * b[2] + a[2] * b[0]),
+          -0.5 * (a[0] * b[1] + a[1] * b[0])};
+}
+
+}  // namespace
+
+EdgeStiffness edge_stiffness(const TetrahedronOperator& t, const IsotropicElasticity& elasticity,
+                             EdgeSet released) {
+  EdgeStiffness result{};
+  const auto x = corners(t);
+  std::array<Symmetric, 6> stretch{};
+  for (std::size_t k = 0; k < 6; ++k) {
+    const auto [i, j] = geometry::dual_facet_nodes[k];
+    for (std::size_t c = 0; c < 3; ++c) result.edge[k][c] = x[j][c] - x[i][c];
+    stretch[k] = unit_stretch(t.gradient[i], t.gradient[j]);
+  }
+  auto& k = result.k;
+  for (std::size_t p = 0; p < 6; ++p) {
+    const Symmetric sigma = elasticity(stretch[p]);
+    for (std::size_t q = 0; q <= p; ++q) k[p][q] = k[q][p] = contract(sigma, stretch[q]);
+  }
+  // One released edge after the other takes the value that makes its force vanish.
+  for (std::size_t r = 0; r < 6; ++r) {
+    if (!contains(released, r)) continue;
+    const auto row = k[r];
+    for (std::size_t p = 0; p < 6; ++p)
+      for (std::size_t q = 0; q <= p; ++q) k[p][q] = k[q][p] = k[p][q] - row[p] * row[q] / row[r];
+    for (std::size_t p = 0; p < 6; ++p) k[r][p] = k[p][r] = 0;
+  }
+  return result;
+}
+
+Symmetric EdgeStiffness::stress(const Symmetric& strain) const {
+  std::array<double, 6> e{};
+  for (std::size_t p = 0; p < 6; ++p) e[p] = dot(edge[p], apply(strain, edge[p]));
+  Symmetric sigma{};
+  for (std::size_t p = 0; p < 6; ++p) {
+    double q = 0;
+    for (std::size_t r = 0; r < 6; ++r) q += k[p][r] * e[r];
+    const Vector& d = edge[p];
+    sigma[0] += q * d[0] * d[0];
+    sigma[1] += q * d[1] * d[1];
+    sigma[2] += q * d[2] * d[2];
+    sigma[3] += q * d[1] * d[2];
+    sigma[4] += q * d[0] * d[2];
+    sigma[5] += q * d[0] * d[1];
+  }
+  return sigma;
+}
+
+Matrix EdgeStiffness::coupling(std::size_t a, std::size_t b) const {
+  // The gradient of a corner along an edge is 1 at the edge's end and -1 at its start.
+  const auto sign = [](std::size_t p, std::size_t corner) {
+    const auto [i, j] = geometry::dual_facet_nodes[p];
+    return corner == j ? 1.0 : corner == i ? -1.0 : 0.0;
+  };
+  Matrix block{};
+  for (std::size_t p = 0; p < 6; ++p) {
+    for (std::size_t q = 0; q < 6; ++q) {
+      const double factor = sign(p, a) * sign(q, b) * k[p][q];
+      if (factor == 0) continue;
+      for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j) block[i][j] += factor * edge[p][i] * edge[q][j];
+    }
+  }
+  return block;
+}
+
+Integrity::Integrity(const PdsOperators& operators, const IsotropicElasticity& elasticity)
+    : operators_(&operators),
+      elasticity_(elasticity),
+      released_(operators.tetrahedra.size(), no_edge),
+      place_(operators.tetrahedra.size(), -1) {}
+
+Symmetric Integrity::stress(std::int32_t tetrahedron, const Symmetric& strain) const {
+  if (is_intact(tetrahedron)) return elasticity_(strain);
+  Symmetric sigma{};
+  if (carries(tetrahedron)) sigma = partial(tetrahedron).stress(strain);
+  if (has_contact(tetrahedron)) {
+    const auto contact = contact_stress(static_cast<std::size_t>(contact_place_[index(tetrahedron)]), strain);
+    for (std::size_t i = 0; i < sigma.size(); ++i) sigma[i] += contact[i];
+  }
+  return sigma;
+}
+
+void Integrity::add_contact(std::int32_t tetrahedron, const Vector& normal) {
+  if (contact_place_.empty()) contact_place_.assign(released_.size(), -1);
+  contact_place_[index(tetrahedron)] = static_cast<std::int32_t>(contacts_.size());
+  contacts_.push_back(tetrahedron);
+  contact_normal_.push_back(normal);
+}
+
+Symmetric Integrity::contact_stress(std::size_t i, const Symmetric& strain) const {
+  const Vector& n = contact_normal_[i];
+  const double closing = dot(n, apply(strain, n));
+  if (closing >= 0) return {};
+  const double lambda = elasticity_.lambda, mu = elasticity_.mu;
+  const double pressure = mu * (3 * lambda + 2 * mu) / (lambda + mu) * closing;
+  return {pressure * n[0] * n[0], pressure * n[1] * n[1], pressure * n[2] * n[2],
+          pressure * n[1] * n[2], pressure * n[0] * n[2], pressure * n[0] * n[1]};
+}
+
+double Integrity::energy(std::int32_t tetrahedron, const Symmetric& strain) const {
+  return 0.5 * operators_->tetrahedra[index(tetrahedron)].volume *
+         contract(stress(tetrahedron, strain), strain);
+}
+
+void Integrity::release(std::int32_t tetrahedron, EdgeSet edges) {
+  const auto i = index(tetrahedron);
+  released_[i] = static_cast<EdgeSet>(released_[i] | edges);
+  if (released_[i] == no_edge || released_[i] == all_edges) return;
+  if (place_[i] < 0) {
+    place_[i] = static_cast<std::int32_t>(partial_.size());
+    partial_.emplace_back();
+  }
+  partial_[static_cast<std::size_t>(place_[i])] =
+      edge_stiffness(operators_->tetrahedra[i], elasticity_, released_[i]);
+}
+
+}  // namespace crackle::mechanics

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Quasi-static loading where it is hard: hundreds of stable breaks, loose tetrahedra, parts that hang by an
+// edge.
+#include "crackle/dynamics/quasi_static.h"
+#include "crackle/dynamics/sample_run.h"
+#include "support/box_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace crackle::dynamics {
+namespace {
+
+using input::BoundaryKind;
+using input::Face;
+
+input::Parameters epoxy_parameters() {
+  input::Parameters parameters;
+  parameters.material = test::epoxy();
+  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
+  parameters.time.duration = 4e-5;
+  return parameters;
+}
+
+class StableBreaks : public ::testing::TestWithParam<input::Release> {};
+
+TEST_P(StableBreaks, ByTheHundredCloseTheEnergyAccount) {
+  // A wedge opens a strip; no patience for dynamics, so every break is followed by an equilibrium.
+  auto parameters = epoxy_parameters();
+  parameters.fracture.release = GetParam();
+  parameters.time.arrest = 1e-30;
+  const double width = 0.012, length = 0.02;
+  parameters.specimen.size = {0.002, width, length};
+  auto wedge = test::boundary(Face::y_max, BoundaryKind::displacement, {false, true, false}, {0, 1e-5, 0});
+  wedge.region[2] = {0, 0.0021};
+  wedge.history = {{0, 0}, {1000, 1000}};
+  auto grip = test::boundary(Face::y_min, BoundaryKind::fix, {true, true, true});
+  grip.region[2] = {0, 0.0021};
+  parameters.boundaries = {wedge, grip};
+  const auto mesh = test::make_box({.size = parameters.specimen.size,
+                                    .cells = {4, 9, 24},
+                                    .disturbance = 0.15,
+                                    .removed = [&](const geometry::Point& p) {
+                                      return p[2] < 0.4 * length && std::abs(p[1] - 0.006) < 0.0005;
+                                    }});
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const auto result = run_sample(self, parameters, test::whole(mesh));
+  std::printf(
+      "%s: %zu breaks in %lld dynamic phases, %.1f iterations in each of %lld solves, energy error %.1e\n",
+      to_string(result.outcome).c_str(), result.breaks.size(),
+      static_cast<long long>(result.counts.dynamic_phases),
+      static_cast<double>(result.counts.solver_iterations) / static_cast<double>(result.counts.static_solves),
+      static_cast<long long>(result.counts.static_solves), result.energy_error);
+  EXPECT_EQ(result.counts.dynamic_phases, 0);
+  EXPECT_GE(result.breaks.size(), 150U);
+  EXPECT_LT(result.energy_error, 1e-6);
+}
+
+INSTANTIATE_TEST_SUITE_P(Releases, StableBreaks,
+                         ::testing::Values(input::Release::element, input::Release::facet),
+                         [](const auto& info) {
+                           return info.param == input::Release::element ? "Element" : "Facet";
+                         });
+
+/// A pulled bar of which some tetrahedra are broken beforehand.
+class DamagedBar : public ::testing::Test {
+protected:
+  DamagedBar()
+      : mesh_(test::make_box({.size = {0.004, 0.004, 0.012}, .cells = {4, 4, 12}, .disturbance = 0.1})),
+        subdomain_(test::whole(mesh_)),
+        body_(subdomain_, test::epoxy()) {
+    parameters_ = epoxy_parameters();
+    parameters_.specimen.size = {0.004, 0.004, 0.012};
+    parameters_.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
+    parameters_.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, 10}));
+    loads_ = mechanics::make_boundary_loads(self_, parameters_, subdomain_);
+  }
+
+  /// Breaks all neighbours of a tetrahedron that share at least `n` of its corners.
+  void isolate(std::int32_t tetrahedron, int n) {
+    const auto& own = subdomain_.tetrahedra[static_cast<std::size_t>(tetrahedron)];
+    for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); ++t) {
+      const auto& nodes = subdomain_.tetrahedra[static_cast<std::size_t>(t)];
+      const auto shared =
+          std::ranges::count_if(nodes, [&](std::int32_t a) { return std::ranges::count(own, a) > 0; });
+      if (t != tetrahedron && shared >= n) body_.release(t, {}, 0, 0);
+    }
+  }
+
+  std::int32_t tetrahedron_at(const geometry::Point& place) const {
+    std::int32_t nearest = 0;
+    double least = INFINITY;
+    for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); ++t) {
+      double square = 0;
+      for (std::size_t i = 0; i < 3; ++i) {
+        double centre = 0;
+        for (const auto node : subdomain_.tetrahedra[static_cast<std::size_t>(t)])
+          centre += subdomain_.nodes[static_cast<std::size_t>(node)][i] / 4;
+        square += (centre - place[i]) * (centre - place[i]);
+      }
+      if (square < least) {
+        least = square;
+        nearest = t;
+      }
+    }
+    return nearest;
+  }
+
+  double elongation() {
+    fracture::TulerButcher criterion(parameters_.fracture, subdomain_.tetrahedra.size());
+    const QuasiStaticLoading loading(self_, body_, loads_, criterion, 1e-5);
+    iterations_ = loading.n_iterations();
+    return measure_loads(self_, body_, loads_, loading.displacement(), 0).position.back();
+  }
+
+  parallel::Communicator self_{MPI_COMM_SELF};
+  input::Parameters parameters_;
+  geometry::Realization mesh_;
+  geometry::Subdomain subdomain_;
+  fracture::BreakableBody body_;
+  mechanics::BoundaryLoads loads_;
+  std::int64_t iterations_ = 0;
+};
+
+TEST_F(DamagedBar, HasAnEquilibriumWithLooseTetrahedraInside) {
+  const double intact = elongation();
+  const auto before = iterations_;
+  isolate(tetrahedron_at({0.002, 0.002, 0.006}), 1);
+  const double damaged = elongation();
+  std::printf("elongation %.6g -> %.6g mm, %lld -> %lld iterations\n", 1e3 * intact, 1e3 * damaged,
+              static_cast<long long>(before), static_cast<long long>(iterations_));
+  EXPECT_GT(damaged, intact);
+  EXPECT_LT(damaged, 1.5 * intact);
+}
+
+TEST_F(DamagedBar, HasAnEquilibriumWithTetrahedraThatHangByAnEdgeOrACorner) {
+  const double intact = elongation();
+  isolate(tetrahedron_at({0.002, 0.002, 0.003}), 3);  // neighbours by edges and corners stay
+  isolate(tetrahedron_at({0.002, 0.002, 0.009}), 2);  // neighbours by corners stay
+  const double damaged = elongation();
+  std::printf("elongation %.6g -> %.6g mm\n", 1e3 * intact, 1e3 * damaged);
+  EXPECT_GT(damaged, intact);
+  EXPECT_LT(damaged, 1.5 * intact);
+}
+
+}  // namespace
+}  // namespace crackle::dynamics

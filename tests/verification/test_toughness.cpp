@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The load that a cracked strip bears, with a toughness and with a strength, at three spacings.
+#include "crackle/dynamics/sample_run.h"
+#include "crackle/fracture/toughness.h"
+#include "crackle/mechanics/elasticity.h"
+#include "support/box_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace crackle::dynamics {
+namespace {
+
+using input::BoundaryKind;
+using input::Face;
+
+/// A strip between rigid grips, cracked along half of its middle, as in
+/// jobs/verification/griffith-strip.toml.
+input::Parameters strip() {
+  input::Parameters parameters;
+  parameters.material = {32e9, 0.2, 2450};
+  parameters.fracture = {.strength = 0, .exponent = 2, .impulse = 1e4};
+  parameters.time.duration = 3e-5;
+  parameters.time.integrator = input::Integrator::verlet;
+  parameters.specimen.size = {0.001, 0.024, 0.008};
+  for (const Face face : {Face::x_min, Face::x_max})
+    parameters.boundaries.push_back(test::boundary(face, BoundaryKind::fix, {true, false, false}));
+  parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
+  parameters.boundaries.push_back(
+      test::boundary(Face::z_max, BoundaryKind::displacement, {true, true, true}, {}, {0, 0, 1e-6}));
+  return parameters;
+}
+
+geometry::Realization strip_mesh(const input::Parameters& parameters, int cells) {
+  const double spacing = parameters.specimen.size[2] / cells;
+  return test::make_box({.size = parameters.specimen.size,
+                         .cells = {std::max(1, cells / 8), 3 * cells, cells},
+                         .disturbance = 0.2,
+                         .removed = [=](const geometry::Point& p) {
+                           return p[1] < 0.010 && p[2] > 0.004 && p[2] < 0.004 + spacing;
+                         }});
+}
+
+double run_away_travel(const input::Parameters& parameters, int cells) {
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const auto mesh = strip_mesh(parameters, cells);
+  const auto result = run_sample(self, parameters, test::whole(mesh));
+  return 1e-6 * result.onset_time;
+}
+
+TEST(Toughness, MakesTheLoadAtRunAwayIndependentOfTheSpacing) {
+  auto parameters = strip();
+  parameters.fracture.toughness = 30;
+  const double height = parameters.specimen.size[2];
+  const mechanics::IsotropicElasticity elasticity(parameters.material);
+  const double griffith = std::sqrt(2 * 30 * height / (elasticity.lambda + 2 * elasticity.mu));
+  std::vector<double> tough, strong;
+  for (const int cells : {8, 12, 16}) {
+    tough.push_back(run_away_travel(parameters, cells) / griffith);
+    auto with_strength = parameters;
+    with_strength.fracture.toughness = 0;
+    with_strength.fracture.strength = fracture::strength_of(parameters.material, 30, height / 12);
+    strong.push_back(run_away_travel(with_strength, cells) / griffith);
+    std::printf("spacing %.2f mm: load at run-away over Griffith's %.3f with toughness, %.3f with strength\n",
+                1e3 * height / cells, tough.back(), strong.back());
+  }
+  const auto spread = [](const std::vector<double>& values) {
+    return std::ranges::max(values) / std::ranges::min(values);
+  };
+  std::printf("largest over smallest: %.3f with toughness, %.3f with strength (root of the spacings: %.3f)\n",
+              spread(tough), spread(strong), std::sqrt(2.0));
+  EXPECT_LT(spread(tough), 1.15);
+  EXPECT_GT(spread(strong), 1.25);
+  for (const double load : tough) EXPECT_NEAR(load, 1.2, 0.3);
+}
+
+TEST(Toughness, SpacingIsThatOfTheMesh) {
+  // A cube of six tetrahedra, each V = h^3 / 6.
+  const auto mesh = test::make_box({.size = {0.006, 0.006, 0.006}, .cells = {6, 6, 6}});
+  const auto subdomain = test::whole(mesh);
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const auto operators = mechanics::make_operators(subdomain, 1);
+  for (const double spacing : fracture::local_spacings(self, subdomain, operators))
+    EXPECT_NEAR(spacing, 1e-3 * std::cbrt(std::sqrt(2.0)), 1e-12);
+  const input::Material glass{32e9, 0.2, 2450};
+  EXPECT_NEAR(fracture::toughness_of(glass, fracture::strength_of(glass, 3, 1e-3), 1e-3), 3, 1e-12);
+}
+
+TEST(Rayleigh, SpeedOfTheGlassPlateIsThatOfTheLiterature) {
+  EXPECT_NEAR(mechanics::rayleigh_speed({32e9, 0.2, 2450}), 2125, 5);
+}
+
+}  // namespace
+}  // namespace crackle::dynamics

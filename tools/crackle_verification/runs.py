@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Inputs derived from another one, runs of the program, and what they gave."""
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+JOBS = ROOT / "jobs" / "verification"
+
+
+class RunError(Exception):
+    """A run of the program failed; the message says why."""
+
+
+def with_keys(text: str, keys: dict[str, str]) -> str:
+    """The input text with other values: {"mesh.spacing": '"1 mm"'}; a missing key is added to its table.
+
+    Of several [[tables]] of one name the first one changes. A value None removes the key.
+    """
+    for key, value in keys.items():
+        table, name = key.rsplit(".", 1)
+        match = re.search(rf"(?m)^\[\[?{re.escape(table)}\]\]?.*$", text)
+        if match is None:
+            raise ValueError(f"the input has no table {table}")
+        start = match.end()
+        following = re.search(r"(?m)^\[", text[start:])
+        end = start + following.start() if following else len(text)
+        body = re.sub(rf"(?m)^{re.escape(name)} *=.*\n", "", text[start:end])
+        if value is not None:
+            body = f"\n{name} = {value}" + body
+        text = text[:start] + body + text[end:]
+    return text
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What one sample's file holds."""
+
+    summary: dict[str, float]
+    energy: dict[str, np.ndarray]
+    facet_corners: np.ndarray  # n x 4 x 3 [m]
+    facet_time: np.ndarray  # [s]
+    facet_area: np.ndarray  # [m^2]
+    parameters: dict  # the input
+
+
+def run(text: str, folder: Path, program: Path) -> list[Sample]:
+    """All samples of an input, computed in `folder`; finished ones are not computed again."""
+    folder.mkdir(parents=True, exist_ok=True)
+    source = folder / "input.toml"
+    unchanged = source.is_file() and source.read_text() == text
+    results = folder / "out"
+    if not (unchanged and (results / "ensemble.h5").is_file() and (folder / "done").is_file()):
+        source.write_text(text)
+        (folder / "done").unlink(missing_ok=True)
+        subprocess.run(["rm", "-rf", str(results)], check=True)
+        environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+        with open(folder / "log.txt", "w") as log:
+            status = subprocess.run([str(program), "run", str(source), "-o", str(results)], stdout=log,
+                                    stderr=subprocess.STDOUT, env=environment).returncode
+        if status != 0:
+            raise RunError(f"'{program} run {source}' ended with status {status}; see {folder / 'log.txt'}")
+        (folder / "done").touch()
+    return [read(file) for file in sorted((results / "samples").glob("*.h5"))]
+
+
+def read(file: Path) -> Sample:
+    with h5py.File(file) as root:
+        summary = {name: values[()] for name, values in root["summary"].items()}
+        energy = {name: values[...] for name, values in root["energy"].items()}
+        surface = root["crack_surface"]
+        return Sample(summary, energy, surface["corners"][...], surface["time"][...], surface["area"][...],
+                      tomllib.loads(root.attrs["input"]))
