@@ -37,16 +37,21 @@ struct alignas(4 * sizeof(Real)) Velocity {
 
 /// Twice four edges; each four start at one owner node. Padding is an edge from its owner to itself.
 struct EdgeEnds {
-  std::int32_t owner[2];
-  std::int32_t target[8];
+  std::int32_t owner;         ///< of the first four
+  std::int16_t second_owner;  ///< of the last four; this and the targets are counted from the first owner
+  std::int16_t target[8];
 };
-/// K_ab = S, in quanta of force per quantum of displacement: xx, yy, zz, yz, xz, xy of each edge.
+/// K_ab = S + [w]x, in quanta of force per quantum of displacement: S as xx, yy, zz, yz, xz, xy of each edge.
 template <class Real>
-struct alignas(8 * sizeof(Real)) EdgeStiffness {
+struct alignas(8 * sizeof(Real)) EdgeSymmetric {
   Real s[6][8];
 };
+template <class Real>
+struct alignas(8 * sizeof(Real)) EdgeSkew {
+  Real w[3][8];
+};
 
-/// Eight edges between any nodes, with K_ab = S + [w]x.
+/// Eight edges between any nodes.
 template <class Real>
 struct alignas(8 * sizeof(Real)) GeneralEdges {
   Real s[6][8];
@@ -79,9 +84,11 @@ struct Kernels {
   /// f_a += S (u_b - u_a), f_b -= the same.
   /// @return largest contribution or half difference of displacement, where the format has no flag of the
   ///   processor for an overflow; else 0
-  Real (*add_edges)(const EdgeEnds* ends, const EdgeStiffness<Real>* stiffness, std::size_t n,
-                    NodeRecord<Real>* nodes);
+  Real (*add_symmetric_edges)(const EdgeEnds* ends, const EdgeSymmetric<Real>* symmetric, std::size_t n,
+                              NodeRecord<Real>* nodes);
   /// f_a += S d + w x d, f_b += -S d + w x d, with d = u_b - u_a.
+  Real (*add_skew_edges)(const EdgeEnds* ends, const EdgeSymmetric<Real>* symmetric,
+                         const EdgeSkew<Real>* skew, std::size_t n, NodeRecord<Real>* nodes);
   Real (*add_general_edges)(const GeneralEdges<Real>* edges, std::size_t n, NodeRecord<Real>* nodes);
   /// v += factor / m * f, and f = 0 unless kept.
   /// @return largest |f|

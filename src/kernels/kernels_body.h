@@ -8,7 +8,8 @@
 namespace {
 
 using crackle::kernels::EdgeEnds;
-using crackle::kernels::EdgeStiffness;
+using crackle::kernels::EdgeSkew;
+using crackle::kernels::EdgeSymmetric;
 using crackle::kernels::GeneralEdges;
 using crackle::kernels::Kernels;
 using crackle::kernels::NodeRecord;
@@ -86,39 +87,80 @@ struct Watch {
   }
 };
 
-template <class Real>
-Real add_edges(const EdgeEnds* ends, const EdgeStiffness<Real>* stiffness, std::size_t n,
-               NodeRecord<Real>* nodes) {
+/// S d and w x d of N edges.
+template <class Real, int N>
+struct Products {
+  using R = typename Lanes<Real, N>::Real;
+  R sx, sy, sz, wx, wy, wz;
+
+  void set_symmetric(const Real s[6][8], int first, R x, R y, R z) {
+    R k[6];
+    for (int i = 0; i < 6; ++i) k[i] = load<R>(s[i] + first);
+    sx = k[0] * x + k[5] * y + k[4] * z;
+    sy = k[5] * x + k[1] * y + k[3] * z;
+    sz = k[4] * x + k[3] * y + k[2] * z;
+  }
+  void set_skew(const Real w[3][8], int first, R x, R y, R z) {
+    R k[3];
+    for (int i = 0; i < 3; ++i) k[i] = load<R>(w[i] + first);
+    wx = k[1] * z - k[2] * y;
+    wy = k[2] * x - k[0] * z;
+    wz = k[0] * y - k[1] * x;
+  }
+};
+
+template <class Real, bool has_skew>
+inline Real add_owned_edges(const EdgeEnds* ends, const EdgeSymmetric<Real>* symmetric,
+                            const EdgeSkew<Real>* skew, std::size_t n, NodeRecord<Real>* all_nodes) {
   constexpr int N = width<Real>();
   using R = typename Lanes<Real, N>::Real;
   using I = typename Lanes<Real, N>::Integer;
   using Row = Rows<Real, N>;
   Watch<Real, R> watch;
   for (std::size_t i = 0; i < n; ++i) {
+    NodeRecord<Real>* nodes = all_nodes + ends[i].owner;
     for (int half = 0; half < 8 / N; ++half) {
-      const std::int32_t* b = ends[i].target + 4 * half;
-      const std::int32_t a0 = ends[i].owner[half];
-      const std::int32_t a1 = ends[i].owner[1];
+      const std::int16_t* b = ends[i].target + 4 * half;
+      const std::int32_t a0 = half == 0 ? 0 : ends[i].second_owner;
+      const std::int32_t a1 = ends[i].second_owner;
       const I from = Row::displacement(nodes, a0, a1);
       R difference[4];
       for (int k = 0; k < 4; ++k)
         difference[k] = to_real(Row::displacement(nodes, b[k], b[(4 + k) % N]) - from);
       R x, y, z;
       to_columns(difference, x, y, z);
-      R s[6];
-      for (int k = 0; k < 6; ++k) s[k] = load<R>(stiffness[i].s[k] + 4 * half);
-      const R rx = s[0] * x + s[5] * y + s[4] * z;
-      const R ry = s[5] * x + s[1] * y + s[3] * z;
-      const R rz = s[4] * x + s[3] * y + s[2] * z;
-      watch.see(rx, ry, rz);
+      Products<Real, N> p;
+      p.set_symmetric(symmetric[i].s, 4 * half, x, y, z);
       watch.see((Real)0.5 * x, (Real)0.5 * y, (Real)0.5 * z);
       I row[4];
-      to_rows(rounded(rx), rounded(ry), rounded(rz), row);
-      for (int k = 0; k < 4; ++k) Row::add_force(nodes, b[k], b[(4 + k) % N], -row[k]);
+      if constexpr (has_skew) {
+        p.set_skew(skew[i].w, 4 * half, x, y, z);
+        watch.see(absolute(p.sx) + absolute(p.wx), absolute(p.sy) + absolute(p.wy),
+                  absolute(p.sz) + absolute(p.wz));
+        to_rows(rounded(p.wx - p.sx), rounded(p.wy - p.sy), rounded(p.wz - p.sz), row);
+        for (int k = 0; k < 4; ++k) Row::add_force(nodes, b[k], b[(4 + k) % N], row[k]);
+        to_rows(rounded(p.sx + p.wx), rounded(p.sy + p.wy), rounded(p.sz + p.wz), row);
+      } else {
+        watch.see(p.sx, p.sy, p.sz);
+        to_rows(rounded(p.sx), rounded(p.sy), rounded(p.sz), row);
+        for (int k = 0; k < 4; ++k) Row::add_force(nodes, b[k], b[(4 + k) % N], -row[k]);
+      }
       Row::add_force(nodes, a0, a1, (row[0] + row[1]) + (row[2] + row[3]));
     }
   }
   return watch.value();
+}
+
+template <class Real>
+Real add_symmetric_edges(const EdgeEnds* ends, const EdgeSymmetric<Real>* symmetric, std::size_t n,
+                         NodeRecord<Real>* nodes) {
+  return add_owned_edges<Real, false>(ends, symmetric, nullptr, n, nodes);
+}
+
+template <class Real>
+Real add_skew_edges(const EdgeEnds* ends, const EdgeSymmetric<Real>* symmetric, const EdgeSkew<Real>* skew,
+                    std::size_t n, NodeRecord<Real>* nodes) {
+  return add_owned_edges<Real, true>(ends, symmetric, skew, n, nodes);
 }
 
 template <class Real>
@@ -138,21 +180,16 @@ Real add_general_edges(const GeneralEdges<Real>* edges, std::size_t n, NodeRecor
                                 Row::displacement(nodes, a[k], a[(4 + k) % N]));
       R x, y, z;
       to_columns(difference, x, y, z);
-      R s[6], w[3];
-      for (int k = 0; k < 6; ++k) s[k] = load<R>(edges[i].s[k] + 4 * half);
-      for (int k = 0; k < 3; ++k) w[k] = load<R>(edges[i].w[k] + 4 * half);
-      const R sx = s[0] * x + s[5] * y + s[4] * z;
-      const R sy = s[5] * x + s[1] * y + s[3] * z;
-      const R sz = s[4] * x + s[3] * y + s[2] * z;
-      const R wx = w[1] * z - w[2] * y;
-      const R wy = w[2] * x - w[0] * z;
-      const R wz = w[0] * y - w[1] * x;
-      watch.see(absolute(sx) + absolute(wx), absolute(sy) + absolute(wy), absolute(sz) + absolute(wz));
+      Products<Real, N> p;
+      p.set_symmetric(edges[i].s, 4 * half, x, y, z);
+      p.set_skew(edges[i].w, 4 * half, x, y, z);
+      watch.see(absolute(p.sx) + absolute(p.wx), absolute(p.sy) + absolute(p.wy),
+                absolute(p.sz) + absolute(p.wz));
       watch.see((Real)0.5 * x, (Real)0.5 * y, (Real)0.5 * z);
       I row[4];
-      to_rows(rounded(sx + wx), rounded(sy + wy), rounded(sz + wz), row);
+      to_rows(rounded(p.sx + p.wx), rounded(p.sy + p.wy), rounded(p.sz + p.wz), row);
       for (int k = 0; k < 4; ++k) Row::add_force(nodes, a[k], a[(4 + k) % N], row[k]);
-      to_rows(rounded(wx - sx), rounded(wy - sy), rounded(wz - sz), row);
+      to_rows(rounded(p.wx - p.sx), rounded(p.wy - p.sy), rounded(p.wz - p.sz), row);
       for (int k = 0; k < 4; ++k) Row::add_force(nodes, b[k], b[(4 + k) % N], row[k]);
     }
   }
@@ -261,7 +298,12 @@ std::size_t check(const TetrahedronGroup<Real>* groups, std::size_t n, const Nod
 
 template <class Real>
 constexpr Kernels<Real> all_kernels() {
-  return {add_edges<Real>, add_general_edges<Real>, kick<Real>, drift<Real>, check<Real>};
+  return {add_symmetric_edges<Real>,
+          add_skew_edges<Real>,
+          add_general_edges<Real>,
+          kick<Real>,
+          drift<Real>,
+          check<Real>};
 }
 
 }  // namespace

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace crackle::mechanics {
 
 using kernels::EdgeEnds;
-using kernels::EdgeStiffness;
+using kernels::EdgeSkew;
+using kernels::EdgeSymmetric;
 using kernels::GeneralEdges;
 using kernels::NodeRecord;
 
@@ -19,17 +21,17 @@ constexpr std::size_t index(std::int32_t i) {
 
 /// Gives each edge to one of its nodes so that nearly all nodes own a multiple of four: a node keeps as many
 /// of the edges to later nodes as that allows and leaves the rest to them.
-/// @param plain 1 for the edges to distribute
 /// @return the edges of each owned node
-std::vector<std::vector<std::int32_t>> owned_edges(const Edges& edges, std::span<const std::uint8_t> plain,
-                                                   std::int32_t n_owned) {
+template <class IsChosen>
+std::vector<std::vector<std::int32_t>> owned_edges(const Edges& edges, std::int32_t n_owned,
+                                                   const IsChosen& is_chosen) {
   std::vector<std::vector<std::int32_t>> of_node(index(n_owned));
   for (std::size_t begin = 0; begin < edges.size();) {
     const std::int32_t node = edges.nodes[begin][0];
     std::vector<std::int32_t> candidates;
     std::size_t end = begin;
     for (; end < edges.size() && edges.nodes[end][0] == node; ++end)
-      if (plain[end] != 0) candidates.push_back(static_cast<std::int32_t>(end));
+      if (is_chosen(static_cast<std::int32_t>(end))) candidates.push_back(static_cast<std::int32_t>(end));
     begin = end;
     auto& mine = of_node[index(node)];
     // Ghosts own nothing: their edges are kept.
@@ -52,7 +54,8 @@ template <class Real>
 FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, const PdsOperators& operators,
                                        const IsotropicElasticity& elasticity, const Edges& edges,
                                        const Integrity& integrity, std::span<const double> inverse_mass,
-                                       const FixedPointScale& scale, InstructionSet instruction_set)
+                                       const FixedPointScale& scale, InstructionSet instruction_set,
+                                       std::int32_t pair_reach)
     : subdomain_(&subdomain),
       operators_(&operators),
       elasticity_(&elasticity),
@@ -63,20 +66,36 @@ FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, con
       nodes_(subdomain.nodes.size(), NodeRecord<Real>{}),
       blocks_((index(subdomain.n_owned) + nodes_per_block - 1) / nodes_per_block),
       block_of_edge_(edges.size(), 0),
-      plain_place_(edges.size(), -1),
+      pair_place_(edges.size(), -1),
       general_place_(edges.size(), -1) {
   for (std::size_t i = 0; i < inverse_mass.size(); ++i)
     nodes_[i].inverse_mass = static_cast<Real>(inverse_mass[i]);
-  std::vector<std::uint8_t> plain(edges.size());
-  for (std::size_t e = 0; e < edges.size(); ++e) {
+  const auto is_whole = [&](std::int32_t edge) {
     const auto is_intact = [&](std::int32_t t) { return integrity.is_intact(t); };
-    plain[e] =
-        edges.is_inner[e] != 0 && std::ranges::all_of(edges.round(static_cast<std::int32_t>(e)), is_intact);
+    return edges.is_inner[index(edge)] != 0 && std::ranges::all_of(edges.round(edge), is_intact);
+  };
+  const auto fits_pair = [&](std::int32_t edge) {
+    const auto [a, b] = edges.nodes[index(edge)];
+    return std::abs(a - b) <= pair_reach;
+  };
+  const auto whole = owned_edges(edges, subdomain.n_owned,
+                                 [&](std::int32_t edge) { return fits_pair(edge) && is_whole(edge); });
+  const auto other = owned_edges(edges, subdomain.n_owned,
+                                 [&](std::int32_t edge) { return fits_pair(edge) && !is_whole(edge); });
+  for (std::int32_t b = 0; b < n_blocks(); ++b) {
+    Block& block = blocks_[index(b)];
+    block.first_pair = ends_.size();
+    lay_out_pairs(b, whole);
+    block.first_skew_pair = ends_.size();
+    block.first_skew = skew_.size();
+    lay_out_pairs(b, other);
+    block.last_pair = ends_.size();
+    skew_.resize(skew_.size() + block.last_pair - block.first_skew_pair, EdgeSkew<Real>{});
   }
-  lay_out_plain(owned_edges(edges, plain, subdomain.n_owned));
+  symmetric_.resize(ends_.size(), EdgeSymmetric<Real>{});
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const auto edge = static_cast<std::int32_t>(e);
-    if (plain[e] == 0) {
+    if (pair_place_[e] < 0) {
       block_of_edge_[e] = edges.nodes[e][0] / nodes_per_block;
       append_general(edge);
     }
@@ -86,42 +105,28 @@ FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, con
 }
 
 template <class Real>
-void FixedPointForce<Real>::lay_out_plain(const std::vector<std::vector<std::int32_t>>& owned_edges) {
+void FixedPointForce<Real>::lay_out_pairs(std::int32_t block,
+                                          std::span<const std::vector<std::int32_t>> owned_edges) {
   std::size_t lane = 0;  // of the open pair; 0 when there is none
-  const auto pad = [&](std::int32_t owner, std::size_t until) {
-    for (; lane < until; ++lane) ends_.back().target[lane] = owner;
+  const auto put = [&](std::int32_t node) {
+    ends_.back().target[lane++] = static_cast<std::int16_t>(node - ends_.back().owner);
   };
-  for (std::int32_t b = 0; b < n_blocks(); ++b) {
-    Block& block = blocks_[index(b)];
-    block.first_pair = ends_.size();
-    std::int32_t owner = b * nodes_per_block;
-    for (const std::int32_t last = std::min(owner + nodes_per_block, subdomain_->n_owned); owner < last;
-         ++owner) {
-      const auto& edges = owned_edges[index(owner)];
-      for (std::size_t i = 0; i < edges.size(); ++i) {
-        if (i % 4 == 0) {
-          if (lane == 0) {
-            ends_.emplace_back();
-            stiffness_.emplace_back();
-          }
-          ends_.back().owner[lane / 4] = owner;
-        }
-        const auto [a, other] = edges_->nodes[index(edges[i])];
-        ends_.back().target[lane] = a == owner ? other : a;
-        plain_place_[index(edges[i])] = static_cast<std::int32_t>(8 * (ends_.size() - 1) + lane);
-        block_of_edge_[index(edges[i])] = b;
-        ++lane;
-        if (i + 1 == edges.size()) pad(owner, lane <= 4 ? 4 : 8);
-        lane %= 8;
-      }
+  std::int32_t owner = block * nodes_per_block;
+  for (const std::int32_t last = std::min(owner + nodes_per_block, subdomain_->n_owned); owner < last;
+       ++owner) {
+    const auto& edges = owned_edges[index(owner)];
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      if (lane == 0) ends_.push_back({owner, 0, {}});
+      if (lane == 4) ends_.back().second_owner = static_cast<std::int16_t>(owner - ends_.back().owner);
+      const auto [a, other] = edges_->nodes[index(edges[i])];
+      pair_place_[index(edges[i])] = static_cast<std::int32_t>(8 * (ends_.size() - 1) + lane);
+      block_of_edge_[index(edges[i])] = block;
+      put(a == owner ? other : a);
+      while (i + 1 == edges.size() && lane % 4 != 0) put(owner);
+      lane %= 8;
     }
-    if (lane != 0) {
-      ends_.back().owner[1] = ends_.back().owner[0];
-      pad(ends_.back().owner[0], 8);
-      lane = 0;
-    }
-    block.last_pair = ends_.size();
   }
+  while (lane != 0 && lane < 8) put(ends_.back().owner);
 }
 
 template <class Real>
@@ -149,15 +154,29 @@ auto FixedPointForce<Real>::scaled(const EdgeCoupling& coupling) const -> Coeffi
 }
 
 template <class Real>
-auto FixedPointForce<Real>::coefficients(std::int32_t edge) const -> Coefficients {
+auto FixedPointForce<Real>::pair_place(std::int32_t edge) -> PairPlace {
+  const Block& block = blocks_[index(block_of_edge_[index(edge)])];
+  const auto pair = index(pair_place_[index(edge)] / 8);
+  const auto lane = index(pair_place_[index(edge)] % 8);
+  const EdgeEnds& ends = ends_[pair];
+  const std::int32_t owner = ends.owner + (lane < 4 ? 0 : ends.second_owner);
+  const bool has_skew = pair >= block.first_skew_pair;
+  return {&symmetric_[pair], has_skew ? &skew_[block.first_skew + pair - block.first_skew_pair] : nullptr,
+          lane, owner == edges_->nodes[index(edge)][0] ? Real(1) : Real(-1)};
+}
+
+template <class Real>
+auto FixedPointForce<Real>::coefficients(std::int32_t edge) -> Coefficients {
   Coefficients values{};
   if (const auto place = general_place_[index(edge)]; place >= 0) {
     const auto& group = blocks_[index(block_of_edge_[index(edge)])].general[index(place / 8)];
     for (std::size_t i = 0; i < 6; ++i) values[i] = group.s[i][place % 8];
     for (std::size_t i = 0; i < 3; ++i) values[6 + i] = group.w[i][place % 8];
   } else {
-    const auto plain = plain_place_[index(edge)];
-    for (std::size_t i = 0; i < 6; ++i) values[i] = stiffness_[index(plain / 8)].s[i][plain % 8];
+    const PairPlace at = pair_place(edge);
+    for (std::size_t i = 0; i < 6; ++i) values[i] = at.symmetric->s[i][at.lane];
+    for (std::size_t i = 0; i < 3 && at.skew != nullptr; ++i)
+      values[6 + i] = at.direction * at.skew->w[i][at.lane];
   }
   return values;
 }
@@ -169,8 +188,10 @@ void FixedPointForce<Real>::set_coefficients(std::int32_t edge, const Coefficien
     for (std::size_t i = 0; i < 6; ++i) group.s[i][place % 8] = values[i];
     for (std::size_t i = 0; i < 3; ++i) group.w[i][place % 8] = values[6 + i];
   } else {
-    const auto plain = plain_place_[index(edge)];
-    for (std::size_t i = 0; i < 6; ++i) stiffness_[index(plain / 8)].s[i][plain % 8] = values[i];
+    const PairPlace at = pair_place(edge);
+    for (std::size_t i = 0; i < 6; ++i) at.symmetric->s[i][at.lane] = values[i];
+    for (std::size_t i = 0; i < 3 && at.skew != nullptr; ++i)
+      at.skew->w[i][at.lane] = at.direction * values[6 + i];
   }
 }
 
@@ -199,9 +220,29 @@ void FixedPointForce<Real>::find_reach() {
 template <class Real>
 void FixedPointForce<Real>::add_block(std::int32_t number) {
   const Block& block = blocks_[index(number)];
-  see(kernels_->add_edges(ends_.data() + block.first_pair, stiffness_.data() + block.first_pair,
-                          block.last_pair - block.first_pair, nodes_.data()));
+  see(kernels_->add_symmetric_edges(ends_.data() + block.first_pair, symmetric_.data() + block.first_pair,
+                                    block.first_skew_pair - block.first_pair, nodes_.data()));
+  see(kernels_->add_skew_edges(ends_.data() + block.first_skew_pair,
+                               symmetric_.data() + block.first_skew_pair, skew_.data() + block.first_skew,
+                               block.last_pair - block.first_skew_pair, nodes_.data()));
   see(kernels_->add_general_edges(block.general.data(), block.general.size(), nodes_.data()));
+}
+
+template <class Real>
+void FixedPointForce<Real>::evaluate() {
+  const auto clear = [&](std::int32_t first, std::int32_t last) {
+    for (auto& node : std::span(nodes_).subspan(index(first), index(last - first)))
+      std::ranges::fill(node.force, Integer(0));
+  };
+  const auto n_local = static_cast<std::int32_t>(nodes_.size());
+  clear(subdomain_->n_owned, n_local);
+  // A block is cleared just before it is touched first, while its nodes are needed anyway.
+  std::int32_t n_clear = 0;
+  for (std::int32_t b = 0; b < n_blocks(); ++b) {
+    for (; n_clear <= reach(b).last_owned; ++n_clear)
+      clear(n_clear * nodes_per_block, std::min((n_clear + 1) * nodes_per_block, subdomain_->n_owned));
+    add_block(b);
+  }
 }
 
 template <class Real>
@@ -231,7 +272,7 @@ void FixedPointForce<Real>::update(std::span<const std::int32_t> tetrahedra, boo
   };
   hand_on(-1);
   for (const auto edge : changed) {
-    if (general_place_[index(edge)] < 0) {
+    if (general_place_[index(edge)] < 0 && pair_place(edge).skew == nullptr) {
       set_coefficients(edge, {});
       append_general(edge);
     }
@@ -242,8 +283,8 @@ void FixedPointForce<Real>::update(std::span<const std::int32_t> tetrahedra, boo
 
 template <class Real>
 std::int64_t FixedPointForce<Real>::bytes_per_sweep() const {
-  std::size_t bytes = ends_.size() * (sizeof(EdgeEnds) + sizeof(EdgeStiffness<Real>)) +
-                      2 * nodes_.size() * sizeof(NodeRecord<Real>);
+  std::size_t bytes = ends_.size() * (sizeof(EdgeEnds) + sizeof(EdgeSymmetric<Real>)) +
+                      skew_.size() * sizeof(EdgeSkew<Real>) + 2 * nodes_.size() * sizeof(NodeRecord<Real>);
   for (const Block& block : blocks_) bytes += block.general.size() * sizeof(GeneralEdges<Real>);
   return static_cast<std::int64_t>(bytes);
 }
@@ -251,7 +292,7 @@ std::int64_t FixedPointForce<Real>::bytes_per_sweep() const {
 template <class Real>
 double FixedPointForce<Real>::padding() const {
   const auto n_edges =
-      static_cast<double>(std::ranges::count_if(plain_place_, [](auto place) { return place >= 0; }));
+      static_cast<double>(std::ranges::count_if(pair_place_, [](auto place) { return place >= 0; }));
   return n_edges > 0 ? 8 * static_cast<double>(ends_.size()) / n_edges - 1 : 0;
 }
 
@@ -265,16 +306,19 @@ double FixedPointForce<Real>::largest_stretch() const {
       largest = std::max(largest, d < 0 ? static_cast<Integer>(~d) : d);
     }
   };
-  for (const EdgeEnds& pair : ends_)
-    for (std::size_t lane = 0; lane < 8; ++lane) look(pair.owner[lane / 4], pair.target[lane]);
-  for (const Block& block : blocks_) {
-    for (const auto& group : block.general) {
-      for (std::size_t lane = 0; lane < 8; ++lane) {
-        const bool carries = group.s[0][lane] != 0 || group.s[1][lane] != 0 || group.s[2][lane] != 0;
-        if (carries) look(group.first[lane], group.second[lane]);
-      }
-    }
+  const auto carries = [](const auto& s, std::size_t lane) {
+    return s[0][lane] != 0 || s[1][lane] != 0 || s[2][lane] != 0;
+  };
+  for (std::size_t pair = 0; pair < ends_.size(); ++pair) {
+    const EdgeEnds& ends = ends_[pair];
+    for (std::size_t lane = 0; lane < 8; ++lane)
+      if (carries(symmetric_[pair].s, lane))
+        look(ends.owner + (lane < 4 ? 0 : ends.second_owner), ends.owner + ends.target[lane]);
   }
+  for (const Block& block : blocks_)
+    for (const auto& group : block.general)
+      for (std::size_t lane = 0; lane < 8; ++lane)
+        if (carries(group.s, lane)) look(group.first[lane], group.second[lane]);
   return static_cast<double>(largest);
 }
 

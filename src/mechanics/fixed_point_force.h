@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -16,9 +17,9 @@
 namespace crackle::mechanics {
 
 /// The internal force of a subdomain edge by edge, in fixed point: six numbers for an inner edge, nine for
-/// one at the surface or at a broken tetrahedron. What an edge hands on depends on its own coefficients and
-/// the difference of two integers only, and the sums are integers: the force has the same bits for every
-/// numbering, partition and instruction set.
+/// one at the surface or at a tetrahedron that was released. What an edge hands on depends on its own
+/// coefficients and the difference of two integers only, and the sums are integers: the force has the same
+/// bits for every numbering, partition and instruction set.
 ///
 /// The edges are laid out in blocks of nodes, each edge in the block of its owner, so that a sweep can work
 /// on a part of the body that fits the cache.
@@ -27,6 +28,8 @@ class FixedPointForce {
 public:
   using Integer = kernels::Integer<Real>;
   static constexpr std::int32_t nodes_per_block = 64;
+  /// Largest difference of node numbers that a pair of edges can hold.
+  static constexpr std::int32_t largest_reach = std::numeric_limits<std::int16_t>::max() - nodes_per_block;
 
   /// Which blocks of nodes the edges of a block of edges touch. Ghosts are in blocks of their own, behind
   /// those of the owned nodes.
@@ -38,10 +41,11 @@ public:
   /// The references must outlive the object.
   /// @param inverse_mass of each owned node, relative
   /// @param integrity may change, see update()
+  /// @param pair_reach edges between numbers further apart take the general form, which is slower
   FixedPointForce(const geometry::Subdomain& subdomain, const PdsOperators& operators,
                   const IsotropicElasticity& elasticity, const Edges& edges, const Integrity& integrity,
                   std::span<const double> inverse_mass, const FixedPointScale& scale,
-                  InstructionSet instruction_set);
+                  InstructionSet instruction_set, std::int32_t pair_reach = largest_reach);
 
   const FixedPointScale& scale() const { return scale_; }
   std::span<kernels::NodeRecord<Real>> nodes() { return nodes_; }
@@ -56,6 +60,8 @@ public:
 
   /// Adds what the edges of a block hand on to the nodes' forces.
   void add_block(std::int32_t block);
+  /// The nodes' forces from their displacements, in one sweep.
+  void evaluate();
 
   /// Coefficients anew for the edges of tetrahedra that carry less from now on; the cost does not depend on
   /// the size of the body.
@@ -66,7 +72,7 @@ public:
   /// and out once.
   std::int64_t bytes_per_sweep() const;
 
-  /// Places without an edge over the edges that the six-number form holds.
+  /// Places without an edge over the edges that have a place in groups of four from one owner.
   double padding() const;
 
   /// Largest difference of displacement along an edge that carries, in quanta, as long as none has wrapped
@@ -84,8 +90,11 @@ public:
   }
 
 private:
+  /// Pairs of four edges: first those with six numbers, then those with nine; then what became general or
+  /// reaches too far for a pair.
   struct Block {
-    std::size_t first_pair = 0, last_pair = 0;
+    std::size_t first_pair = 0, first_skew_pair = 0, last_pair = 0;
+    std::size_t first_skew = 0;  // in skew_
     std::vector<kernels::GeneralEdges<Real>> general;
     std::int32_t n_general = 0;
     Reach reach{};
@@ -95,12 +104,21 @@ private:
 
   using Coefficients = std::array<Real, 9>;  // S, then w
 
-  void lay_out_plain(const std::vector<std::vector<std::int32_t>>& owned_edges);
+  void lay_out_pairs(std::int32_t block, std::span<const std::vector<std::int32_t>> owned_edges);
   void find_reach();
   void append_general(std::int32_t edge);
   Coefficients scaled(const EdgeCoupling& coupling) const;
-  Coefficients coefficients(std::int32_t edge) const;
+  Coefficients coefficients(std::int32_t edge);
   void set_coefficients(std::int32_t edge, const Coefficients& values);
+  /// The nine numbers' places of edge `edge` in its pair, w only if it has a place there; and -1 where the
+  /// pair has the edge the other way round.
+  struct PairPlace {
+    kernels::EdgeSymmetric<Real>* symmetric;
+    kernels::EdgeSkew<Real>* skew;  // or nullptr
+    std::size_t lane;
+    Real direction;
+  };
+  PairPlace pair_place(std::int32_t edge);
   void see(Real contribution) {
     if (!(contribution <= largest_contribution_)) largest_contribution_ = contribution;
   }
@@ -114,10 +132,11 @@ private:
   const kernels::Kernels<Real>* kernels_;
   std::vector<kernels::NodeRecord<Real>> nodes_;
   std::vector<kernels::EdgeEnds> ends_;
-  std::vector<kernels::EdgeStiffness<Real>> stiffness_;
+  std::vector<kernels::EdgeSymmetric<Real>> symmetric_;
+  std::vector<kernels::EdgeSkew<Real>> skew_;
   std::vector<Block> blocks_;
   std::vector<std::int32_t> block_of_edge_;
-  std::vector<std::int32_t> plain_place_;    // 8 x pair + lane in stiffness_, or -1
+  std::vector<std::int32_t> pair_place_;     // 8 x pair + lane, or -1
   std::vector<std::int32_t> general_place_;  // 8 x number + lane in the block's general edges, or -1
   Real largest_contribution_ = 0;
 };

@@ -152,10 +152,7 @@ public:
     for (auto& node : force_.nodes())
       for (auto& u : node.displacement) u = (seed = seed * 1103515245 + 12345) >> 16;
   }
-  void operator()() {
-    for (auto& node : force_.nodes()) std::ranges::fill(node.force, 0);
-    for (std::int32_t b = 0; b < force_.n_blocks(); ++b) force_.add_block(b);
-  }
+  void operator()() { force_.evaluate(); }
   const mechanics::FixedPointForce<Real>& force() const { return force_; }
 
 private:

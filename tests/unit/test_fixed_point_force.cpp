@@ -45,11 +45,12 @@ protected:
 
   template <class Real>
   FixedPointForce<Real> make(const geometry::Subdomain& subdomain, const fracture::BreakableBody& body,
-                             InstructionSet set = best_instruction_set()) const {
+                             InstructionSet set = best_instruction_set(),
+                             std::int32_t pair_reach = FixedPointForce<Real>::largest_reach) const {
     const std::vector<double> no_mass(static_cast<std::size_t>(subdomain.n_owned), 1.0);
     const auto scale = fixed_point_scale<Real>({.stretch = 1e-4, .velocity = 1, .force = 4000});
     return FixedPointForce<Real>(subdomain, body.operators(), body.elasticity(), body.edges(),
-                                 body.integrity(), no_mass, scale, set);
+                                 body.integrity(), no_mass, scale, set, pair_reach);
   }
 
   template <class Real>
@@ -62,8 +63,7 @@ protected:
 
   template <class Real>
   static std::vector<double> evaluate(FixedPointForce<Real>& force) {
-    for (auto& node : force.nodes()) std::ranges::fill(node.force, 0);
-    for (std::int32_t b = 0; b < force.n_blocks(); ++b) force.add_block(b);
+    force.evaluate();
     std::vector<double> f;
     for (const auto& node : force.nodes())
       for (std::size_t i = 0; i < 3; ++i)
@@ -203,10 +203,28 @@ TEST_F(FixedPointForceTest, UpdateAfterBreaksEqualsARebuild) {
   check(double{});
 }
 
+TEST_F(FixedPointForceTest, EdgesThatReachTooFarForAPairGetTheSameBits) {
+  break_every(50);
+  const auto u = random_displacement(0);
+  const auto check = [&]<class Real>(Real) {
+    auto force = make<Real>(subdomain_, body_);
+    set_displacement(force, u);
+    const auto f = evaluate(force);
+    for (const std::int32_t reach : {0, 5, 40}) {
+      auto other = make<Real>(subdomain_, body_, best_instruction_set(), reach);
+      set_displacement(other, u);
+      EXPECT_EQ(f, evaluate(other)) << name<Real> << ", reach " << reach;
+      EXPECT_GT(other.bytes_per_sweep(), force.bytes_per_sweep());
+    }
+  };
+  check(float{});
+  check(double{});
+}
+
 TEST_F(FixedPointForceTest, OwnersHaveGroupsOfFourWithLittlePadding) {
   const auto force = make<float>(subdomain_, body_);
   const double padding = force.padding();
-  std::printf("padding: %.2f %% of the plain edges\n", 100 * padding);
+  std::printf("padding: %.2f %% of the edges in pairs\n", 100 * padding);
   // The small block has few inner edges for each node.
   EXPECT_LT(padding, 0.15);
 }
