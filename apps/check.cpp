@@ -2,6 +2,7 @@
 // crackle check: validates an input file and says what running it will take.
 #include "commands.h"
 #include "crackle/dynamics/stable_step.h"
+#include "crackle/ensemble/cost_model.h"
 #include "crackle/ensemble/estimate.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/mother_points.h"
@@ -27,6 +28,7 @@ namespace {
 struct CheckOptions {
   std::string file;
   bool keys = false;
+  std::int64_t ranks = 0;  ///< to plan for; 0: no plan
 };
 
 std::string aligned(const std::vector<std::pair<std::string, std::string>>& rows) {
@@ -37,7 +39,42 @@ std::string aligned(const std::vector<std::pair<std::string, std::string>>& rows
   return text;
 }
 
-std::string estimate_text(const input::Parameters& parameters) {
+std::string duration_text(double seconds) {
+  if (seconds < 120) return fmt::format("{:.3g} s", seconds);
+  return seconds < 7200 ? fmt::format("{:.3g} min", seconds / 60) : fmt::format("{:.3g} h", seconds / 3600);
+}
+
+/// How many ranks should share a sample, by the cost model.
+std::string plan_text(const geometry::Realization& realization, const input::Parameters& parameters,
+                      const ensemble::Estimate& estimate, std::int64_t n_ranks) {
+  const auto plans = ensemble::make_plans(realization, parameters, estimate.force_evaluations,
+                                          ensemble::machine_for(parameters.time.precision), n_ranks,
+                                          parameters.ensemble.samples);
+  const double forces_per_step =
+      static_cast<double>(estimate.force_evaluations) / static_cast<double>(estimate.steps);
+  std::string text = fmt::format(
+      "\nPlans for {} rank{} and {} samples (src/ensemble/README.md has the model):\n"
+      "{:>16} {:>8} {:>16} {:>12} {:>13} {:>8} {:>9} {:>9} {:>10}\n",
+      n_ranks, n_ranks == 1 ? "" : "s", parameters.ensemble.samples, "ranks per sample", "groups",
+      "tetrahedra/rank", "ghosts/rank", "time per step", "exchange", "sample", "ensemble", "efficiency");
+  for (const auto& plan : plans) {
+    const double step = forces_per_step * plan.force.total();
+    text += fmt::format("{:>16} {:>8} {:>16} {:>12} {:>10.3f} ms {:>6.1f} % {:>9} {:>9} {:>8.0f} %{}\n",
+                        plan.share.ranks, plan.groups, plan.share.tetrahedra, plan.share.ghosts, 1e3 * step,
+                        100 * (plan.force.exchange + plan.force.looks) / plan.force.total(),
+                        duration_text(plan.sample_seconds), duration_text(plan.wall_seconds),
+                        100 * plan.efficiency, plan.waits_for_master ? "  groups wait for meshes" : "");
+  }
+  const auto& best = ensemble::recommended(plans);
+  text += fmt::format("recommended: ensemble.ranks_per_sample = {}\n", best.share.ranks);
+  if (best.waits_for_master)
+    text +=
+        "One master makes meshes too slowly for so many groups: run ranges of the samples as a job array "
+        "(jobs/array.sbatch).\n";
+  return text;
+}
+
+std::string estimate_text(const input::Parameters& parameters, std::int64_t plan_ranks) {
   const geometry::Body body(parameters.specimen);
   const std::uint64_t seed = parameters.ensemble.seed;
   const auto base = geometry::make_mother_points(body, parameters.mesh, seed);
@@ -49,7 +86,7 @@ std::string estimate_text(const input::Parameters& parameters) {
   const int n_samples = parameters.ensemble.samples;
   const int n_ranks = parameters.ensemble.ranks_per_sample;
   const auto n_faces = static_cast<std::int64_t>(realization.boundary.size());
-  return aligned({
+  std::string text = aligned({
       {"nodes", fmt::format("{}", n_nodes)},
       {"tetrahedra", fmt::format("{} (worst quality {:.3f})", n_tetrahedra, realization.report.min_quality)},
       {"boundary triangles", fmt::format("{}", n_faces)},
@@ -64,9 +101,11 @@ std::string estimate_text(const input::Parameters& parameters) {
                                  estimate.core_hours, n_samples, n_samples == 1 ? "" : "s",
                                  ensemble::updates_per_core_second(parameters.time.precision) / 1e6)},
   });
+  if (plan_ranks > 0) text += plan_text(realization, parameters, estimate, plan_ranks);
+  return text;
 }
 
-int check(const parallel::Communicator& world, const std::string& file) {
+int check(const parallel::Communicator& world, const std::string& file, std::int64_t plan_ranks) {
   const input::Parameters parameters = read_input(world, file);
   parallel::agree(world, [&] {
     if (!world.is_root()) return;
@@ -76,7 +115,7 @@ int check(const parallel::Communicator& world, const std::string& file) {
                input::echo(parameters));
     std::fflush(stdout);
     try {
-      fmt::print("{}", estimate_text(parameters));
+      fmt::print("{}", estimate_text(parameters, plan_ranks));
     } catch (const std::runtime_error& error) {
       throw std::runtime_error(fmt::format("{}: {}", file, error.what()));
     }
@@ -92,12 +131,16 @@ void add_check_command(CLI::App& app, Action& run) {
       "check", "Validate an input file; print the resolved values and what running them will take");
   command->add_option("input", options->file, "input file (TOML)");
   command->add_flag("--keys", options->keys, "print the table of all input keys (Markdown) instead");
+  command
+      ->add_option("--ranks", options->ranks,
+                   "plan for this many ranks: how many should share a sample, and how long it takes")
+      ->check(CLI::Range(1, 10'000'000));
   command->callback([options, &run] {
     if (options->keys != options->file.empty()) {
       throw CLI::ValidationError("check takes either an input file or --keys");
     }
     run = [options](const parallel::Communicator& world) {
-      if (!options->keys) return check(world, options->file);
+      if (!options->keys) return check(world, options->file, options->ranks);
       if (world.is_root()) fmt::print("{}", input::key_table());
       return static_cast<int>(success);
     };

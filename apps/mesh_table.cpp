@@ -37,7 +37,7 @@ void add_partition(TextTable& table, const geometry::Realization& realization, i
   table.row("partition",
             fmt::format("{} ranks: edge cut {} faces, imbalance {:.2f} %, {:.2f} % of the tetrahedra "
                         "computed twice or more, at most {} ghost nodes; {:.2f} s",
-                        n_ranks, parts.edge_cut, 100 * (parts.imbalance - 1),
+                        n_ranks, geometry::edge_cut(realization, parts), 100 * (parts.imbalance - 1),
                         100 * (static_cast<double>(n_computed) / n_tetrahedra - 1), n_ghosts, seconds));
 }
 

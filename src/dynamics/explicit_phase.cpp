@@ -17,8 +17,33 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// Steps between two looks at whether the phase has arrested or failed: each look is a message between ranks.
+/// Steps between two looks at whether the phase has arrested or failed: each look costs messages between
+/// ranks.
 constexpr std::int64_t look_interval = 32;
+
+/// Keeps what fails on this rank until the next look, so that no rank waits for another that has left the
+/// step.
+class StepFailure {
+public:
+  /// Work without messages; nothing after a failure.
+  template <class Work>
+  void guard(const Work& work) {
+    if (!error_) guard_messages(work);
+  }
+  /// Work in which ranks wait for each other: done after a failure too, for their sake.
+  template <class Work>
+  void guard_messages(const Work& work) {
+    try {
+      work();
+    } catch (...) {
+      if (!error_) error_ = parallel::current_error();
+    }
+  }
+  const std::optional<std::string>& error() const { return error_; }
+
+private:
+  std::optional<std::string> error_;
+};
 
 double kinetic_energy(const MotionContext& context, const MotionState& state) {
   const auto v = state.velocity.owned();
@@ -108,26 +133,32 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
   } else {
     write_outputs(0);
   }
+  StepFailure step_failure;
   while (step < n_steps && !result.arrested) {
-    motion.step(step % 2 == 0 ? splitting.even : splitting.odd, dt,
-                load_time + static_cast<double>(step) * dt);
+    step_failure.guard_messages([&] {
+      motion.step(step % 2 == 0 ? splitting.even : splitting.odd, dt,
+                  load_time + static_cast<double>(step) * dt);
+    });
     ++step;
     const std::size_t n_changes = body.changes().size();
-    for (const auto t : motion.overloaded()) {
-      const mechanics::Symmetric strain = motion.strain(t);
-      const double stress = fracture::largest_principal(body.elasticity()(strain));
-      if (!criterion.advance(static_cast<std::size_t>(t), stress, dt)) continue;
-      body.release(t, strain, load_time, static_cast<double>(step) * dt);
-    }
-    body.tie(group, [&](std::int32_t t) { return motion.strain(t); });
+    step_failure.guard([&] {
+      for (const auto t : motion.overloaded()) {
+        const mechanics::Symmetric strain = motion.strain(t);
+        const double stress = fracture::largest_principal(body.elasticity()(strain));
+        if (!criterion.advance(static_cast<std::size_t>(t), stress, dt)) continue;
+        body.release(t, strain, load_time, static_cast<double>(step) * dt);
+      }
+    });
+    step_failure.guard_messages([&] { body.tie(group, [&](std::int32_t t) { return motion.strain(t); }); });
     if (body.changes().size() > n_changes) {
-      motion.release(body.changes().subspan(n_changes));
+      step_failure.guard([&] { motion.release(body.changes().subspan(n_changes)); });
       last_break = step;
     }
     auto request = Request::go_on;
     const bool is_look = step % look_interval == 0 || step == n_steps;
     // Before energies are made of numbers that may have outgrown their format.
     if (is_look || has_output(step)) {
+      parallel::agree_on_error(group, step_failure.error());
       std::optional<std::string> failure = motion.failure();
       if (failure)
         *failure +=

@@ -181,6 +181,10 @@ public:
   }
 
   std::int64_t n_forces() const override { return n_forces_; }
+  Traffic traffic() const override {
+    if (!exchange_) return {};
+    return {exchange_->n_exchanges(), exchange_->bytes_per_exchange()};
+  }
 
   MotionCheckpoint save() const override {
     MotionCheckpoint checkpoint;

@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <stdexcept>
+#include <utility>
 
 namespace crackle::geometry {
 
@@ -24,8 +26,7 @@ void check_metis(int code) {
   throw std::runtime_error(fmt::format("METIS_PartMeshDual: {} ({})", reason, code));
 }
 
-/// @param edge_cut set to the number of tetrahedron faces between two parts
-std::vector<std::int32_t> metis_parts(const Realization& realization, int n_parts, std::int64_t& edge_cut) {
+std::vector<std::int32_t> metis_parts(const Realization& realization, int n_parts, int seed) {
   const auto& tetrahedra = realization.tetrahedra;
   auto n_elements = static_cast<idx_t>(tetrahedra.size());
   auto n_nodes = static_cast<idx_t>(realization.nodes.size());
@@ -40,7 +41,7 @@ std::vector<std::int32_t> metis_parts(const Realization& realization, int n_part
   check_metis(METIS_SetDefaultOptions(options.data()));
   options[METIS_OPTION_PTYPE] = METIS_PTYPE_KWAY;
   options[METIS_OPTION_OBJTYPE] = METIS_OBJTYPE_CUT;
-  options[METIS_OPTION_SEED] = 1;
+  options[METIS_OPTION_SEED] = seed;
   options[METIS_OPTION_UFACTOR] = 10;  // at most 1 % imbalance: the slowest rank sets the pace
   options[METIS_OPTION_NUMBERING] = 0;
   idx_t n_common = 3;
@@ -51,7 +52,6 @@ std::vector<std::int32_t> metis_parts(const Realization& realization, int n_part
   check_metis(METIS_PartMeshDual(&n_elements, &n_nodes, element_begin.data(), element_nodes.data(), nullptr,
                                  nullptr, &n_common, &n_wanted, nullptr, options.data(), &cut,
                                  element_part.data(), node_part.data()));
-  edge_cut = cut;
   return {element_part.begin(), element_part.end()};
 }
 
@@ -89,28 +89,52 @@ std::vector<std::int32_t> node_parts(const Realization& realization, const Parti
 
 }  // namespace
 
-Partition partition(const Realization& realization, int n_parts) {
+Partition partition(const Realization& realization, int n_parts, int seed) {
   if (n_parts < 1) throw std::invalid_argument(fmt::format("partition into {} parts", n_parts));
   const std::size_t n_tetrahedra = realization.tetrahedra.size();
+  std::vector<std::int32_t> parts(n_tetrahedra, 0);
+  if (static_cast<std::size_t>(n_parts) >= n_tetrahedra) {
+    std::iota(parts.begin(), parts.end(), 0);
+  } else if (n_parts > 1) {
+    parts = metis_parts(realization, n_parts, seed);
+    renumber(parts, n_parts);
+  }
+  return partition_of(realization, std::move(parts), n_parts);
+}
+
+Partition partition_of(const Realization& realization, std::vector<std::int32_t> tetrahedron_part,
+                       int n_parts) {
   Partition result;
   result.n_parts = n_parts;
-  result.tetrahedron_part.assign(n_tetrahedra, 0);
-  result.node_part.assign(realization.nodes.size(), 0);
-  if (n_parts == 1 || n_tetrahedra == 0) return result;
-
-  if (static_cast<std::size_t>(n_parts) < n_tetrahedra) {
-    result.tetrahedron_part = metis_parts(realization, n_parts, result.edge_cut);
-    renumber(result.tetrahedron_part, n_parts);
-  } else {
-    for (std::size_t i = 0; i < n_tetrahedra; ++i) result.tetrahedron_part[i] = static_cast<std::int32_t>(i);
-    result.edge_cut = static_cast<std::int64_t>((4 * n_tetrahedra - realization.boundary.size()) / 2);
-  }
+  result.tetrahedron_part = std::move(tetrahedron_part);
   result.node_part = node_parts(realization, result);
+  if (n_parts == 1 || result.tetrahedron_part.empty()) return result;
   std::vector<std::int64_t> size(static_cast<std::size_t>(n_parts), 0);
   for (const std::int32_t part : result.tetrahedron_part) ++size[index(part)];
   result.imbalance = static_cast<double>(*std::max_element(size.begin(), size.end())) * n_parts /
-                     static_cast<double>(n_tetrahedra);
+                     static_cast<double>(result.tetrahedron_part.size());
   return result;
+}
+
+std::int64_t edge_cut(const Realization& realization, const Partition& partition) {
+  const auto& parts = partition.tetrahedron_part;
+  using Face = std::array<std::int32_t, 3>;
+  std::vector<std::pair<Face, std::int32_t>> faces;
+  faces.reserve(4 * parts.size());
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    for (std::size_t opposite = 0; opposite < 4; ++opposite) {
+      Face face{};
+      for (std::size_t k = 0, n = 0; k < 4; ++k)
+        if (k != opposite) face[n++] = realization.tetrahedra[i][k];
+      std::ranges::sort(face);
+      faces.emplace_back(face, parts[i]);
+    }
+  }
+  std::ranges::sort(faces);
+  std::int64_t n_cut = 0;
+  for (std::size_t i = 1; i < faces.size(); ++i)
+    if (faces[i].first == faces[i - 1].first && faces[i].second != faces[i - 1].second) ++n_cut;
+  return n_cut;
 }
 
 }  // namespace crackle::geometry

@@ -269,6 +269,10 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     hdf5::write_scalar<double>(timing.get(), "setup", result.timings.setup, "s");
     hdf5::write_scalar<double>(timing.get(), "quasi_static", result.timings.quasi_static, "s");
     hdf5::write_scalar<double>(timing.get(), "dynamic", result.timings.dynamic, "s");
+    hdf5::write_scalar<std::int64_t>(timing.get(), "ghost_exchanges", result.timings.traffic.n_exchanges,
+                                     "1");
+    hdf5::write_scalar<std::int64_t>(timing.get(), "ghost_bytes_per_exchange",
+                                     result.timings.traffic.bytes_per_exchange, "byte");
     hdf5::write_scalar<double>(timing.get(), "element_updates_per_second",
                                result.timings.element_updates_per_second, "1/s");
     write_provenance(id, content.n_ranks);

@@ -60,6 +60,7 @@ struct PhaseResult {
 /// @param motion of the context's body, at the phase's start
 /// @param load_time time of the load programs at the phase's start [s]
 /// @throws NumberRangeExceeded when the motion's state can no longer be trusted
+/// @throws parallel::AgreedError at most 32 steps after anything in a step failed on any rank
 PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
                                fracture::TulerButcher& criterion, const Splitting& splitting,
                                const EnergyAccount& account, double load_time, const PhaseOptions& options,

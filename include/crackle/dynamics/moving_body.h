@@ -3,6 +3,7 @@
 
 #include "crackle/dynamics/checkpoint.h"
 #include "crackle/dynamics/integrator.h"
+#include "crackle/dynamics/sample_result.h"
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/fracture/tuler_butcher.h"
 #include "crackle/mechanics/boundary_loads.h"
@@ -33,7 +34,8 @@ class MovingBody {
 public:
   virtual ~MovingBody() = default;
 
-  /// The stages of one step of the splitting. Collective.
+  /// The stages of one step of the splitting. Collective; what it throws on one rank, it throws when its
+  /// messages are complete.
   /// @param time of the load programs at the beginning of the step [s]
   virtual void step(std::span<const Stage> stages, double time_step, double time) = 0;
 
@@ -65,6 +67,9 @@ public:
   virtual void restore(const MotionCheckpoint& checkpoint) = 0;
 
   virtual std::int64_t n_forces() const = 0;  ///< evaluations of the internal force so far
+
+  /// Exchanges of ghost displacements so far.
+  virtual Traffic traffic() const { return {}; }
 };
 
 /// What the dynamic phases of one sample share.

@@ -47,13 +47,20 @@ struct SampleCounts {
   std::int64_t range_restarts = 0;  ///< 1: the mixed numbers did not suffice, all was done again in double
 };
 
-/// Wall-clock times; differ between runs.
+/// What the ranks of a group send each other in dynamic phases.
+struct Traffic {
+  std::int64_t n_exchanges = 0;         ///< of ghost displacements
+  std::int64_t bytes_per_exchange = 0;  ///< that this rank receives
+};
+
+/// Wall-clock times and messages; differ between runs and numbers of ranks.
 struct SampleTimings {
   double mesh = 0;
   double setup = 0;
   double quasi_static = 0;
   double dynamic = 0;
   double element_updates_per_second = 0;  ///< tetrahedra x force evaluations / dynamic time, of the group
+  Traffic traffic{};
 };
 
 /// What the mechanics of one sample yields. Complete on the group's root; elsewhere breaks, frames are empty.

@@ -13,16 +13,24 @@ struct Partition {
   int n_parts = 1;
   std::vector<std::int32_t> tetrahedron_part;
   std::vector<std::int32_t> node_part;  ///< a part that owns a tetrahedron round the node
-  std::int64_t edge_cut = 0;            ///< tetrahedron faces between two parts
   double imbalance = 1;                 ///< largest number of tetrahedra of a part over the mean
 };
 
-/// METIS k-way partition of the dual graph (fixed seed and options). Results never depend on it; speed does.
+/// METIS k-way partition of the dual graph (fixed options). Results never depend on it; speed does. All
+/// tetrahedra weigh the same.
 ///
-/// Parts are numbered in the order of their smallest tetrahedron. A node goes to the part with the fewest
-/// nodes so far of those that own a tetrahedron round it. With more parts than tetrahedra the last parts are
-/// empty.
+/// Parts are numbered in the order of their smallest tetrahedron. With more parts than tetrahedra the last
+/// parts are empty.
+/// @param seed of METIS's random choices
 /// @throws std::runtime_error with METIS's error code; std::invalid_argument for n_parts < 1
-Partition partition(const Realization& realization, int n_parts);
+Partition partition(const Realization& realization, int n_parts, int seed = 1);
+
+/// The partition with these parts of the tetrahedra; any may be empty or in pieces. A node goes to the part
+/// with the fewest nodes so far of those that own a tetrahedron round it.
+Partition partition_of(const Realization& realization, std::vector<std::int32_t> tetrahedron_part,
+                       int n_parts);
+
+/// Tetrahedron faces between two parts.
+std::int64_t edge_cut(const Realization& realization, const Partition& partition);
 
 }  // namespace crackle::geometry

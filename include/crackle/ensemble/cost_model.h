@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/realization.h"
+#include "crackle/input/parameters.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace crackle::ensemble {
+
+/// The largest share that a rank has when a number of ranks share one sample; the slowest sets the pace.
+struct Share {
+  int ranks = 1;
+  std::int64_t tetrahedra = 0;  ///< computed by one rank, halo included
+  std::int64_t ghosts = 0;      ///< nodes that one rank receives
+  int neighbours = 0;           ///< ranks that it receives them from
+};
+
+/// Shares of a realization by the partition that a run would use.
+Share largest_share(const geometry::Realization& realization, int ranks);
+
+/// What the model reckons with; the defaults are cautious figures for a cluster of today. `tools/benchmark`
+/// and `tools/ranks-per-sample` measure the first three and the model's error.
+struct Machine {
+  double updates_per_second = 250e6;         ///< of one core that has a sample for itself
+  double shared_updates_per_second = 230e6;  ///< of one core in a group: no blocking over stages
+  double mesh_updates_per_second = 0.85e6;   ///< tetrahedra of realizations that the master makes
+  double latency = 3e-6;                     ///< of one message [s]
+  double bandwidth = 5e9;                    ///< of one rank [byte/s]
+};
+
+/// The rates that hold for a precision.
+Machine machine_for(input::Precision precision);
+
+/// Time of one force evaluation of a group, with its part of the step [s].
+struct ForceTime {
+  double computation = 0;
+  double exchange = 0;  ///< of ghosts, as if nothing were hidden behind the computation
+  double looks = 0;     ///< of sums over all ranks
+  double total() const { return computation + exchange + looks; }
+};
+ForceTime force_time(const Share& share, const Machine& machine, input::Precision precision,
+                     double forces_per_step);
+
+/// How an ensemble runs with a number of ranks per sample.
+struct GroupPlan {
+  Share share;
+  ForceTime force;
+  std::int64_t groups = 0;
+  double sample_seconds = 0;      ///< one dynamic phase, and the static part that goes with it
+  double wall_seconds = 0;        ///< of the ensemble
+  double efficiency = 0;          ///< work of one core for all samples over ranks times wall time
+  bool waits_for_master = false;  ///< the master makes realizations more slowly than the groups use them up
+};
+
+/// Plans for 1, 2, 4, ... ranks per sample, as many as there are ranks besides the master and at most 64.
+/// @param force_evaluations of one sample
+std::vector<GroupPlan> make_plans(const geometry::Realization& realization,
+                                  const input::Parameters& parameters, std::int64_t force_evaluations,
+                                  const Machine& machine, std::int64_t ranks, std::int64_t samples);
+
+/// The plan that ends first; with fewer ranks per sample where the difference is below 2 %.
+const GroupPlan& recommended(std::span<const GroupPlan> plans);
+
+}  // namespace crackle::ensemble

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/ensemble/cost_model.h"
+
+#include "crackle/dynamics/integrator.h"
+#include "crackle/ensemble/estimate.h"
+#include "crackle/geometry/partition.h"
+#include "crackle/geometry/subdomain.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <set>
+
+namespace crackle::ensemble {
+
+namespace {
+
+/// Steps between two looks of a dynamic phase, each with three sums over the group.
+constexpr double steps_per_look = 32;
+constexpr double sums_per_look = 3;
+/// Time of the static solves over that of the dynamic phase: measured 0.1 at the paper's size.
+constexpr double static_share = 0.1;
+constexpr int most_ranks_per_sample = 64;
+/// Rate of a core in a group over that of a core that has a sample for itself.
+constexpr double shared_share = 0.9;
+
+}  // namespace
+
+Share largest_share(const geometry::Realization& realization, int ranks) {
+  Share share{ranks, static_cast<std::int64_t>(realization.tetrahedra.size()), 0, 0};
+  if (ranks == 1) return share;
+  share.tetrahedra = 0;
+  const auto partition = geometry::partition(realization, ranks);
+  for (const auto& part : geometry::split(realization, partition)) {
+    share.tetrahedra = std::max<std::int64_t>(share.tetrahedra, part.n_tetrahedra());
+    share.ghosts = std::max<std::int64_t>(share.ghosts, part.n_local() - part.n_owned);
+    std::set<std::int32_t> owners;
+    for (auto i = static_cast<std::size_t>(part.n_owned); i < part.nodes.size(); ++i)
+      owners.insert(partition.node_part[static_cast<std::size_t>(part.node_number[i])]);
+    share.neighbours = std::max(share.neighbours, static_cast<int>(owners.size()));
+  }
+  return share;
+}
+
+Machine machine_for(input::Precision precision) {
+  Machine machine;
+  machine.updates_per_second = updates_per_core_second(precision);
+  machine.shared_updates_per_second = shared_share * machine.updates_per_second;
+  return machine;
+}
+
+ForceTime force_time(const Share& share, const Machine& machine, input::Precision precision,
+                     double forces_per_step) {
+  ForceTime time;
+  const auto n = static_cast<double>(share.tetrahedra);
+  if (share.ranks == 1) {
+    time.computation = n / machine.updates_per_second;
+    return time;
+  }
+  const double bytes_per_ghost = precision == input::Precision::mixed ? 12 : 24;
+  time.computation = n / machine.shared_updates_per_second;
+  time.exchange = share.neighbours * machine.latency +
+                  static_cast<double>(share.ghosts) * bytes_per_ghost / machine.bandwidth;
+  time.looks = sums_per_look * std::log2(share.ranks) * machine.latency / steps_per_look / forces_per_step;
+  return time;
+}
+
+std::vector<GroupPlan> make_plans(const geometry::Realization& realization,
+                                  const input::Parameters& parameters, std::int64_t force_evaluations,
+                                  const Machine& machine, std::int64_t ranks, std::int64_t samples) {
+  const auto precision = parameters.time.precision;
+  const double forces_per_step = dynamics::splitting(parameters.time.integrator).forces_per_step;
+  const double mesh_seconds =
+      static_cast<double>(realization.tetrahedra.size()) / machine.mesh_updates_per_second;
+  const auto sample_seconds = [&](const ForceTime& force) {
+    return (1 + static_share) * static_cast<double>(force_evaluations) * force.total();
+  };
+  std::vector<GroupPlan> plans;
+  double alone = 0;
+  for (int q = 1; q <= most_ranks_per_sample && q <= std::max<std::int64_t>(1, ranks - 1); q *= 2) {
+    GroupPlan plan;
+    plan.share = largest_share(realization, q);
+    plan.force = force_time(plan.share, machine, precision, forces_per_step);
+    plan.groups = std::max<std::int64_t>(1, (ranks - 1) / q);
+    plan.sample_seconds = sample_seconds(plan.force);
+    if (q == 1) alone = plan.sample_seconds;
+    const auto rounds = (samples + plan.groups - 1) / plan.groups;
+    const double computing = static_cast<double>(rounds) * plan.sample_seconds + mesh_seconds;
+    const double meshing = static_cast<double>(samples) * mesh_seconds + plan.sample_seconds;
+    plan.waits_for_master = meshing > computing;
+    plan.wall_seconds = std::max(computing, meshing);
+    plan.efficiency = static_cast<double>(samples) * alone / (static_cast<double>(ranks) * plan.wall_seconds);
+    plans.push_back(plan);
+  }
+  return plans;
+}
+
+const GroupPlan& recommended(std::span<const GroupPlan> plans) {
+  const auto fastest = std::ranges::min_element(plans, {}, &GroupPlan::wall_seconds);
+  const double enough = 1.02 * fastest->wall_seconds;
+  return *std::ranges::find_if(plans, [&](const GroupPlan& plan) { return plan.wall_seconds <= enough; });
+}
+
+}  // namespace crackle::ensemble

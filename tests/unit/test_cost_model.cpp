@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/ensemble/cost_model.h"
+#include "support/box_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+namespace crackle::ensemble {
+namespace {
+
+const geometry::Realization& bar() {
+  static const auto mesh =
+      test::make_box({.size = {0.005, 0.005, 0.05}, .cells = {10, 10, 100}, .disturbance = 0.2});
+  return mesh;
+}
+
+std::vector<GroupPlan> plans(std::int64_t ranks, std::int64_t samples, const Machine& machine) {
+  input::Parameters parameters;
+  parameters.time.integrator = input::Integrator::bilateral4;
+  return make_plans(bar(), parameters, 80000, machine, ranks, samples);
+}
+
+TEST(CostModel, SharesAreThoseOfThePartition) {
+  EXPECT_EQ(largest_share(bar(), 1).tetrahedra, 60000);
+  EXPECT_EQ(largest_share(bar(), 1).ghosts, 0);
+  const Share two = largest_share(bar(), 2);
+  std::printf("2 ranks: %ld tetrahedra, %ld ghosts, %d neighbours\n", static_cast<long>(two.tetrahedra),
+              static_cast<long>(two.ghosts), two.neighbours);
+  // Half of them and one layer of the halo; one cross-section of 11 x 11 nodes and what METIS adds.
+  EXPECT_GE(two.tetrahedra, 30000);
+  EXPECT_LE(two.tetrahedra, 32500);
+  EXPECT_GE(two.ghosts, 121 / 2);
+  EXPECT_LE(two.ghosts, 2 * 121);
+  EXPECT_EQ(two.neighbours, 1);
+  EXPECT_LE(largest_share(bar(), 8).neighbours, 3);
+}
+
+TEST(CostModel, ForceTimeFollowsItsFormula) {
+  Machine machine;
+  machine.shared_updates_per_second = 1e8;
+  machine.latency = 2e-6;
+  machine.bandwidth = 1e9;
+  const ForceTime time = force_time({.ranks = 4, .tetrahedra = 50000, .ghosts = 1000, .neighbours = 2},
+                                    machine, input::Precision::mixed, 4);
+  EXPECT_DOUBLE_EQ(time.computation, 5e-4);
+  EXPECT_DOUBLE_EQ(time.exchange, 2 * 2e-6 + 12e3 / 1e9);
+  EXPECT_DOUBLE_EQ(time.looks, 3 * 2 * 2e-6 / 32 / 4);
+}
+
+TEST(CostModel, FewRanksForManySamplesManyRanksForFew) {
+  const Machine machine;
+  EXPECT_EQ(recommended(plans(17, 200, machine)).share.ranks, 1);
+  EXPECT_EQ(recommended(plans(17, 1, machine)).share.ranks, 16);
+  // Four samples on 16 workers: groups of four.
+  EXPECT_EQ(recommended(plans(17, 4, machine)).share.ranks, 4);
+  EXPECT_EQ(plans(17, 4, machine).size(), 5U);
+  EXPECT_EQ(plans(1, 4, machine).size(), 1U);
+}
+
+TEST(CostModel, KnowsWhenTheMasterIsTooSlow) {
+  const Machine machine;
+  EXPECT_FALSE(plans(50, 1000, machine).front().waits_for_master);
+  const auto many = plans(100'000, 100'000, machine);
+  EXPECT_TRUE(many.front().waits_for_master);
+  EXPECT_GE(many.front().wall_seconds, 100'000 * 60000.0 / machine.mesh_updates_per_second);
+}
+
+TEST(CostModel, SlowNetworksMakeGroupsSmaller) {
+  Machine slow;
+  slow.latency = 1e-3;
+  EXPECT_LT(recommended(plans(17, 1, slow)).share.ranks, 16);
+}
+
+}  // namespace
+}  // namespace crackle::ensemble
