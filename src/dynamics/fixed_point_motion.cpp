@@ -4,6 +4,7 @@
 #include "crackle/fracture/principal_stress.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/ghost_exchange.h"
+#include "crackle/stopwatch.h"
 #include "external_work.h"
 #include "state_range.h"
 
@@ -183,7 +184,7 @@ public:
   std::int64_t n_forces() const override { return n_forces_; }
   Traffic traffic() const override {
     if (!exchange_) return {};
-    return {exchange_->n_exchanges(), exchange_->bytes_per_exchange()};
+    return {exchange_->n_exchanges(), exchange_->bytes_per_exchange(), exchange_seconds_};
   }
 
   MotionCheckpoint save() const override {
@@ -394,15 +395,19 @@ private:
   }
 
   void begin_exchange() {
+    const Stopwatch watch;
     const auto nodes = force_.nodes();
     const auto sent = exchange_->sent_nodes();
     for (std::size_t i = 0; i < sent.size(); ++i)
       std::copy_n(nodes[index(sent[i])].displacement, 3, exchange_->sent()[i].begin());
     exchange_->begin();
+    exchange_seconds_ += watch.seconds();
   }
 
   void end_exchange() {
+    const Stopwatch watch;
     exchange_->end();
+    exchange_seconds_ += watch.seconds();
     const auto ghosts = force_.nodes().subspan(index(subdomain_.n_owned));
     const auto received = exchange_->received();
     for (std::size_t begin = 0; begin < ghosts.size(); begin += nodes_per_block) {
@@ -503,6 +508,7 @@ private:
   double largest_force_ = 0;
   std::int64_t n_steps_ = 0;
   std::int64_t n_forces_ = 0;
+  double exchange_seconds_ = 0;
 };
 
 }  // namespace

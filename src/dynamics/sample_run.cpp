@@ -191,8 +191,10 @@ private:
     PhaseResult phase =
         run_explicit_phase(context_, *motion, criterion_, splitting_, account_, load_time, options, state);
     result_.timings.dynamic += watch.seconds();
-    result_.timings.traffic.n_exchanges += motion->traffic().n_exchanges;
-    result_.timings.traffic.bytes_per_exchange = motion->traffic().bytes_per_exchange;
+    const Traffic traffic = motion->traffic();
+    result_.timings.traffic.n_exchanges += traffic.n_exchanges;
+    result_.timings.traffic.seconds += traffic.seconds;
+    result_.timings.traffic.bytes_per_exchange = traffic.bytes_per_exchange;
     if (phase.parked) return phase;
     if (phase.arrested && control_.save) {
       ended_.push_back({load_time, phase.time, phase.kinetic, phase.external_work, phase.n_steps,

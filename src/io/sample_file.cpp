@@ -269,6 +269,7 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     hdf5::write_scalar<double>(timing.get(), "setup", result.timings.setup, "s");
     hdf5::write_scalar<double>(timing.get(), "quasi_static", result.timings.quasi_static, "s");
     hdf5::write_scalar<double>(timing.get(), "dynamic", result.timings.dynamic, "s");
+    hdf5::write_scalar<double>(timing.get(), "ghost_seconds", result.timings.traffic.seconds, "s");
     hdf5::write_scalar<std::int64_t>(timing.get(), "ghost_exchanges", result.timings.traffic.n_exchanges,
                                      "1");
     hdf5::write_scalar<std::int64_t>(timing.get(), "ghost_bytes_per_exchange",

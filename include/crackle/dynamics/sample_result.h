@@ -51,6 +51,7 @@ struct SampleCounts {
 struct Traffic {
   std::int64_t n_exchanges = 0;         ///< of ghost displacements
   std::int64_t bytes_per_exchange = 0;  ///< that this rank receives
+  double seconds = 0;                   ///< spent beginning and ending them [s]
 };
 
 /// Wall-clock times and messages; differ between runs and numbers of ranks.
