@@ -82,7 +82,8 @@ std::optional<std::string> difference(const std::string& text, const fs::path& f
   if (text == parameters.text) return std::nullopt;
   try {
     const fs::path points = points_copy(file.parent_path());
-    const input::Parameters there = input::parse(text, file, fs::exists(points) ? points : fs::path());
+    const input::Parameters there =
+        input::parse(text, file, {.path = fs::exists(points) ? points : fs::path(), .digest = {}});
     if (const auto found = differences(input::sample_settings(there), input::sample_settings(parameters));
         !found.empty())
       return found;

@@ -285,5 +285,5 @@ FILES = [
         "spacing = {a = 1, a = 2}", 'spacing = "\\q"', "spacing = 1__0", "spacing = 0x", "spacing = +-1",
         "spacing = 1.e3", "spacing = .5", "spacing = 1979-13-01", "spacing = tru", "a b = 1", '"a = 1')),
     ("syntax: open array", b"spacing = [1, 2", ":2: "),
-    ("too long", b"# comment\n" * 200000, ":1: longer than 1048576 bytes"),
+    ("too long", b"# comment\n" * 200000, ":1: longer than 131072 bytes"),
 ]
