@@ -23,11 +23,12 @@ namespace fs = std::filesystem;
 namespace {
 
 // Measured as the largest resident set, on bodies of 24,000 to 300,000 tetrahedra (tests/cli/test_memory.py).
-constexpr double program = 50e6;   // with its libraries, for each rank
-constexpr double computed = 640;   // each tetrahedron that a rank computes: operators, solver, motion
-constexpr double kept = 30;        // each tetrahedron of a realization
-constexpr double made = 270;       // each tetrahedron of a realization being made
-constexpr double frame_node = 60;  // each node of a frame: in the result, and in the file
+constexpr double program = 50e6;      // with its libraries, for each rank
+constexpr double computed = 640;      // each tetrahedron that a rank computes: operators, solver, motion
+constexpr double kept = 30;           // each tetrahedron of a realization
+constexpr double made = 270;          // each tetrahedron of a realization being made
+constexpr double frame_kept = 24;     // each node of a frame
+constexpr double frame_written = 66;  // the same while the file is written, when no more is computed
 constexpr double tetrahedra_per_node = 5.5;  // of a Delaunay tessellation, its surface included
 constexpr double queue_limit = 2e9;          // of realizations made ahead
 
@@ -103,11 +104,11 @@ GroupLayout one_group(int n_ranks) {
 MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, double n_tetrahedra,
                            const GroupLayout& layout) {
   const double part = computed * n_tetrahedra / layout.ranks_per_group;
-  const double result = kept * n_tetrahedra + frame_node * parameters.output.frames * n_nodes;
+  const double frames = parameters.output.frames * n_nodes;
   const double ahead = std::min(queue_limit, (layout.n_groups + 1) * kept * n_tetrahedra);
   MemoryDemand demand{};
   demand.member = program + part;
-  demand.root = demand.member + result;
+  demand.root = program + kept * n_tetrahedra + std::max(part + frame_kept * frames, frame_written * frames);
   demand.master = program + made * n_tetrahedra + ahead;
   if (layout.shared()) demand.master = std::max(demand.master, demand.root + ahead);
   return demand;

@@ -18,7 +18,7 @@ FACTOR = 1.25  # within which the estimate holds
 def setting(name, spacing=None, **values):
     """An input of jobs/ with another spacing, and a duration of a few steps."""
     text = (ROOT / "jobs" / name).read_text()
-    values = {"duration": '"0.2 us"', "step": '"auto"', **values}
+    values = {"duration": '"3 us"', "step": '"auto"', **values}
     if spacing:
         values["spacing"], values["notch_spacing"] = (f'"{length}"' for length in spacing)
     text = text.replace("[ensemble]", f"[ensemble]\nranks_per_sample = {values.pop('ranks_per_sample', 1)}")
@@ -63,8 +63,8 @@ class Memory(unittest.TestCase):
         for name, n_ranks, text in (
                 ("demo", 1, setting("demo.toml")),
                 ("between, many frames", 1, setting("demo.toml", ("1.6 mm", "0.5 mm"), frames=60, growth=0.05)),
-                ("paper", 1, setting("paper.toml")),
-                ("paper", 2, setting("paper.toml", ranks_per_sample=2))):
+                ("between", 2, setting("demo.toml", ("1.6 mm", "0.5 mm"), growth=0.05, ranks_per_sample=2)),
+                ("paper", 1, setting("paper.toml"))):
             with self.subTest(name, ranks=n_ranks):
                 (self.folder / "plate.toml").write_text(text)
                 check = self.call("check", "plate.toml")
