@@ -39,6 +39,7 @@ SamplePlan plan_sample(const input::Parameters& parameters, const SingleSampleOp
         " is a checkpoint of this sample; go on from it with --resume, or remove it to start anew");
   }
   SamplePlan plan;
+  plan.range = {sample, sample};
   plan.to_do = {sample};
   return plan;
 }

@@ -84,7 +84,12 @@ class SurvivalCase(unittest.TestCase):
     @classmethod
     def call(cls, *arguments, **options):
         process = cls.start(*arguments, **options)
-        out, err = process.communicate(timeout=TIMEOUT)
+        try:
+            out, err = process.communicate(timeout=TIMEOUT)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+            raise
         return subprocess.CompletedProcess(arguments, process.returncode, out, err)
 
     def setUp(self):
@@ -105,7 +110,7 @@ class SurvivalCase(unittest.TestCase):
         self.assertIsNone(process.poll(), "ended before it was disturbed")
 
     def kill(self, process):
-        process.kill()
+        process.kill()  # a frozen one too
         process.communicate()
 
     def assert_refused(self, result, *parts):
