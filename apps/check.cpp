@@ -4,6 +4,7 @@
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/ensemble/cost_model.h"
 #include "crackle/ensemble/estimate.h"
+#include "crackle/ensemble/memory.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
@@ -74,15 +75,29 @@ std::string plan_text(const geometry::Realization& realization, const input::Par
   return text;
 }
 
+ensemble::GroupLayout layout_of_sample(const input::Parameters& parameters) {
+  return ensemble::one_group(parameters.ensemble.ranks_per_sample);
+}
+
+/// Of all ranks that share a sample [byte].
+double sample_memory(const input::Parameters& parameters, const ensemble::MemoryDemand& demand) {
+  return demand.master + (parameters.ensemble.ranks_per_sample - 1) * demand.member;
+}
+
 std::string estimate_text(const input::Parameters& parameters, std::int64_t plan_ranks) {
   const geometry::Body body(parameters.specimen);
+  const auto expected = ensemble::expected_memory_demand(parameters, body, layout_of_sample(parameters));
+  ensemble::check_available(sample_memory(parameters, expected), "a sample", ensemble::available_memory());
   const std::uint64_t seed = parameters.ensemble.seed;
   const auto base = geometry::make_mother_points(body, parameters.mesh, seed);
   const auto realization = geometry::make_realization(body, base, parameters.mesh, seed, 0);
   const double stable_step = dynamics::stable_step(parameters, realization);
   const auto n_nodes = static_cast<std::int64_t>(realization.nodes.size());
   const auto n_tetrahedra = static_cast<std::int64_t>(realization.tetrahedra.size());
-  const auto estimate = ensemble::make_estimate(parameters, n_nodes, n_tetrahedra, stable_step);
+  const auto estimate = ensemble::make_estimate(parameters, n_tetrahedra, stable_step);
+  const double memory = sample_memory(
+      parameters, ensemble::memory_demand(parameters, static_cast<double>(n_nodes),
+                                          static_cast<double>(n_tetrahedra), layout_of_sample(parameters)));
   const int n_samples = parameters.ensemble.samples;
   const int n_ranks = parameters.ensemble.ranks_per_sample;
   const auto n_faces = static_cast<std::int64_t>(realization.boundary.size());
@@ -94,8 +109,8 @@ std::string estimate_text(const input::Parameters& parameters, std::int64_t plan
       {"time step", fmt::format("{:.4g} ns", estimate.step * 1e9)},
       {"steps", fmt::format("{} per sample", estimate.steps)},
       {"force evaluations", fmt::format("{} per sample", estimate.force_evaluations)},
-      {"memory", fmt::format("{:.0f} MB per sample, on {} rank{}", estimate.sample_memory / 1e6, n_ranks,
-                             n_ranks == 1 ? "" : "s")},
+      {"memory", fmt::format("{:.0f} MB per sample, on {} rank{}; {:.3g} GB are available here", memory / 1e6,
+                             n_ranks, n_ranks == 1 ? "" : "s", ensemble::available_memory().bytes / 1e9)},
       {"core-hours", fmt::format("{:.3g} for {} sample{} of one dynamic phase each, at {:.0f} million "
                                  "tetrahedron updates per second and core",
                                  estimate.core_hours, n_samples, n_samples == 1 ? "" : "s",

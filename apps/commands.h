@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/input/parameters.h"
+#include "crackle/input/reader.h"
 #include "crackle/parallel/communicator.h"
 
 #include <cstdint>
@@ -31,9 +31,15 @@ void add_stats_command(CLI::App& app, Action& run);
 /// Declares the option --sample, the number of a sample.
 CLI::Option* add_sample_option(CLI::App& command, std::uint64_t& sample);
 
-/// Reads the input file, as input::read: either every rank has its parameters or all throw the same
-/// input::InputError. Collective over `world`.
+/// What `read` gives on the root, on every rank; only the root needs the files. Collective over `world`.
+/// @param name of the input in messages
+/// @throws the same parallel::AgreedError on every rank
+input::Parameters share_input(const parallel::Communicator& world, const std::filesystem::path& name,
+                              const std::function<input::Parameters()>& read);
+
+/// Reads the input file on the root, as input::read: either every rank has its parameters or all throw the
+/// same input::InputError. Collective over `world`.
 input::Parameters read_input(const parallel::Communicator& world, const std::filesystem::path& file,
-                             const std::filesystem::path& points = {});
+                             const input::PointsFile& points = {});
 
 }  // namespace crackle::apps

@@ -13,6 +13,7 @@
 
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <string>
 #include <string_view>
@@ -34,8 +35,11 @@ public:
 
 private:
   bool start() {
-    // A .petscrc that happens to lie about must not change results; signals are the program's own affair; and
-    // errors come back as return codes, which the callers turn into one message.
+    // A .petscrc that happens to lie about and options in the environment must not change results; signals
+    // are the program's own affair; and errors come back as return codes, which the callers turn into one
+    // message.
+    ::unsetenv("PETSC_OPTIONS");
+    ::unsetenv("PETSC_OPTIONS_YAML");
     return PetscInitialize(&n_arguments_, &arguments_, nullptr, nullptr) == 0 &&
            PetscPopSignalHandler() == 0 && PetscPushErrorHandler(PetscReturnErrorHandler, nullptr) == 0;
   }
@@ -114,8 +118,9 @@ int run_command(const apps::Action& run, const parallel::Communicator& world) {
 
 int main(int argc, char** argv) {
   // From the first moment on: what starts the ranks passes signals on as soon as they are there.
-  const bool is_run = argc > 1 && std::string_view(argv[1]) == "run";
-  if (is_run) ensemble::watch_stop_signals();
+  const std::string_view command = argc > 1 ? argv[1] : "";
+  const bool can_park = command == "run" || command == "sample";
+  if (can_park) ensemble::watch_stop_signals();
   CLI::App app{"crackle: Monte-Carlo ensembles of dynamic brittle fracture by PDS-FEM", "crackle"};
   apps::Action run;
   const Runtime runtime;
@@ -123,7 +128,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "crackle: MPI or PETSc could not be started\n");
     return apps::input_error;
   }
-  if (is_run) ensemble::watch_stop_signals();  // MPI has set its own
+  if (can_park) ensemble::watch_stop_signals();  // MPI has set its own
   const parallel::Communicator world(MPI_COMM_WORLD);
   int status = apps::success;
   add_commands(app, run);

@@ -116,7 +116,7 @@ void add_displacements(TextTable& table, const std::vector<SurveyRow>& rows) {
 }
 
 void add_times(TextTable& table, const input::Parameters& parameters, const std::vector<SurveyRow>& rows,
-               std::size_t n_nodes, double stable_step) {
+               double stable_step) {
   const std::vector<double> seconds = column(rows, [](const SurveyRow& row) { return row.seconds; });
   table.row("time per mesh", spread_text(seconds, 1, 3) + " s of one core, all checks included");
   table.row("  plain Delaunay",
@@ -126,8 +126,7 @@ void add_times(TextTable& table, const input::Parameters& parameters, const std:
             spread_text(column(rows, [](const SurveyRow& row) { return row.seconds / row.delaunay_seconds; }),
                         1, 2));
   try {
-    const auto estimate = ensemble::make_estimate(parameters, static_cast<std::int64_t>(n_nodes),
-                                                  rows.front().n_tetrahedra, stable_step);
+    const auto estimate = ensemble::make_estimate(parameters, rows.front().n_tetrahedra, stable_step);
     const double sample_seconds = 3600 * estimate.core_hours / parameters.ensemble.samples;
     table.row(
         "time per sample",
@@ -176,7 +175,7 @@ std::string survey_text(const input::Parameters& parameters, const geometry::Mot
                                   *std::max_element(rounds.begin(), rounds.end())));
   add_displacements(table, rows);
   add_orientation(table, base_orientation, rows);
-  add_times(table, parameters, rows, base.size(), stable_step);
+  add_times(table, parameters, rows, stable_step);
   return table.text();
 }
 

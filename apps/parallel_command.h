@@ -4,6 +4,8 @@
 #include "commands.h"
 
 #include <functional>
+#include <limits>
+#include <optional>
 
 /// What the commands that run on many ranks share.
 namespace crackle::apps {
@@ -11,6 +13,19 @@ namespace crackle::apps {
 /// Columns of the terminal that shows an output stream (STDOUT_FILENO or STDERR_FILENO), 0 when it goes
 /// somewhere else. Looks through the pseudo-terminal that mpirun puts between itself and its processes.
 int terminal_width(int stream);
+
+/// When a command parks what is under way, and how often it keeps checkpoints.
+struct ParkingOptions {
+  std::optional<double> time_limit;                                      ///< [s]
+  double checkpoint_interval = std::numeric_limits<double>::infinity();  ///< [s]
+};
+
+/// Declares --time-limit and --checkpoint-interval.
+void add_parking_options(CLI::App& command, ParkingOptions& options);
+
+/// What signals do; for the end of a command's help.
+inline constexpr const char* signals_help =
+    "SIGTERM, SIGINT, SIGUSR1: park what is under way and stop; a second signal ends the program at once.";
 
 /// Runs `work`. An AgreedError passes; any other failure, of which the other ranks do not know, ends the
 /// whole program with the status stopped_resumable, because they would wait for ever.

@@ -1,18 +1,33 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "commands.h"
-#include "crackle/input/reader.h"
 #include "crackle/parallel/agreement.h"
 
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace crackle::apps {
 
+input::Parameters share_input(const parallel::Communicator& world, const std::filesystem::path& name,
+                              const std::function<input::Parameters()>& read) {
+  input::Parameters parameters;
+  parallel::agree_on_root(world, [&] { parameters = read(); });
+  const bool is_root = world.is_root();
+  const bool has_points = is_root && parameters.mesh.points;
+  const std::string text = parallel::share_text(world, parameters.text);
+  const std::string points =
+      parallel::share_text(world, has_points ? parameters.mesh.points->string() : std::string());
+  const std::string digest = parallel::share_text(world, parameters.mesh.points_digest);
+  return parallel::agree(world, [&] {
+    return is_root ? std::move(parameters) : input::parse(text, name, {.path = points, .digest = digest});
+  });
+}
+
 input::Parameters read_input(const parallel::Communicator& world, const std::filesystem::path& file,
-                             const std::filesystem::path& points) {
+                             const input::PointsFile& points) {
   try {
-    return parallel::agree(world, [&] { return input::read(file, points); });
+    return share_input(world, file, [&] { return input::read(file, points); });
   } catch (const parallel::AgreedError& error) {
     std::vector<std::string> messages;
     std::istringstream lines(error.what());

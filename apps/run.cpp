@@ -10,8 +10,6 @@
 #include <cctype>
 #include <cstdio>
 #include <iostream>
-#include <limits>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,11 +24,8 @@ struct Arguments {
   bool resume = false;
   bool retry_failed = false;
   std::string samples;
-  std::optional<double> time_limit;
-  double checkpoint_interval = std::numeric_limits<double>::infinity();
+  ParkingOptions parking;
 };
-
-const std::map<std::string, double> time_units{{"s", 1}, {"min", 60}, {"h", 3600}, {"d", 86400}};
 
 /// "12" or "0-49"; an empty text is no range.
 std::optional<ensemble::SampleRange> sample_range(const std::string& text) {
@@ -57,8 +52,8 @@ int run_command(const parallel::Communicator& world, const input::Parameters& pa
                .range = sample_range(arguments.samples)},
       .log = &std::cout,
       .terminal_width = terminal_width(STDOUT_FILENO),
-      .stop = ensemble::make_stop_request(arguments.time_limit),
-      .checkpoint_interval = arguments.checkpoint_interval,
+      .stop = ensemble::make_stop_request(arguments.parking.time_limit),
+      .checkpoint_interval = arguments.parking.checkpoint_interval,
   };
   const ensemble::RunOutcome outcome = ensemble::run_ensemble(
       world, parameters, options,
@@ -95,22 +90,11 @@ void add_run_command(CLI::App& app, Action& run) {
           return std::string(error.what());
         }
       });
-  command
-      ->add_option("--time-limit", arguments->time_limit,
-                   "park what is under way and stop before this time is over, such as 8h; in a SLURM job "
-                   "the job's end is a limit too")
-      ->transform(CLI::AsNumberWithUnit(time_units))
-      ->check(CLI::PositiveNumber);
-  command
-      ->add_option("--checkpoint-interval", arguments->checkpoint_interval,
-                   "keep a checkpoint of each sample that often, such as 30min; default: only when it is "
-                   "parked")
-      ->transform(CLI::AsNumberWithUnit(time_units))
-      ->check(CLI::PositiveNumber);
-  command->footer(
-      "Exit status: 0 all samples done; 1 usage or input error, nothing was written; 2 finished, but some "
-      "samples failed; 3 stopped early, continue with --resume.\n"
-      "SIGTERM, SIGINT, SIGUSR1: park what is under way and stop; a second signal ends the program at once.");
+  add_parking_options(*command, arguments->parking);
+  command->footer(std::string("Exit status: 0 all samples done; 1 usage or input error, nothing was written; "
+                              "2 finished, but some "
+                              "samples failed; 3 stopped early, continue with --resume.\n") +
+                  signals_help);
   command->callback([arguments, &run] {
     run = [arguments](const parallel::Communicator& world) {
       const input::Parameters parameters = read_input(world, arguments->input);

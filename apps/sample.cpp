@@ -21,13 +21,24 @@ struct Arguments {
   std::filesystem::path input;
   std::filesystem::path folder;
   std::uint64_t sample = 0;
+  bool resume = false;
+  bool retry_failed = false;
+  ParkingOptions parking;
 };
 
 int sample_command(const parallel::Communicator& world, const input::Parameters& parameters,
                    const Arguments& arguments) {
   const auto say = [](const std::string& line) { std::cout << line << std::endl; };
+  const ensemble::SingleSampleOptions options{
+      .folder = arguments.folder,
+      .sample = arguments.sample,
+      .resume = arguments.resume || arguments.retry_failed,
+      .retry_failed = arguments.retry_failed,
+      .stop = ensemble::make_stop_request(arguments.parking.time_limit),
+      .checkpoint_interval = arguments.parking.checkpoint_interval,
+  };
   const auto report = ensemble::run_single_sample(
-      world, parameters, arguments.folder, arguments.sample,
+      world, parameters, options,
       [&parameters](const parallel::Communicator& group, std::uint64_t, const geometry::Subdomain& subdomain,
                     const dynamics::SampleControl& control) {
         return dynamics::run_sample(group, parameters, subdomain, control);
@@ -37,6 +48,7 @@ int sample_command(const parallel::Communicator& world, const input::Parameters&
     say(describe(report));
     if (report.stored) say(io::sample_path(arguments.folder, arguments.sample).string());
   }
+  if (report.parked) return stopped_resumable;
   return report.summary.status == analysis::SampleStatus::done ? success : some_samples_failed;
 }
 
@@ -48,7 +60,15 @@ void add_sample_command(CLI::App& app, Action& run) {
   command->add_option("input", arguments->input, "input file (TOML)")->required();
   add_sample_option(*command, arguments->sample)->required();
   command->add_option("-o,--output", arguments->folder, "folder for the results")->required();
-  command->footer("Exit status: 0 done; 1 usage or input error, nothing was written; 2 the sample failed.");
+  command->add_flag("--resume", arguments->resume,
+                    "keep the sample if it is done, and go on from its checkpoint if it was parked");
+  command->add_flag("--retry-failed", arguments->retry_failed,
+                    "as --resume; a sample that failed is computed again");
+  add_parking_options(*command, arguments->parking);
+  command->footer(
+      std::string("Exit status: 0 done; 1 usage or input error, nothing was written; 2 the sample "
+                  "failed; 3 parked, continue with --resume.\n") +
+      signals_help);
   command->callback([arguments, &run] {
     run = [arguments](const parallel::Communicator& world) {
       const input::Parameters parameters = read_input(world, arguments->input);

@@ -30,12 +30,13 @@ input::Parameters input_of(const parallel::Communicator& world, const fs::path& 
   const fs::path copy = folder / "input.toml";
   const fs::path results = folder / "ensemble.h5";
   // The folder holds the points too, since the input names them relative to where it was.
-  const fs::path points =
-      fs::exists(ensemble::points_copy(folder)) ? ensemble::points_copy(folder) : fs::path();
+  const input::PointsFile points{
+      .path = fs::exists(ensemble::points_copy(folder)) ? ensemble::points_copy(folder) : fs::path(),
+      .digest = {}};
   int has_copy = fs::exists(copy) ? 1 : 0;
   parallel::check_mpi(MPI_Bcast(&has_copy, 1, MPI_INT, 0, world.get()), "MPI_Bcast");
   if (has_copy != 0) return read_input(world, copy, points);
-  return parallel::agree(world, [&] {
+  return share_input(world, results, [&] {
     if (!fs::exists(results)) {
       throw std::runtime_error(
           fmt::format("'{}' is not the folder of an ensemble: it holds neither input.toml nor ensemble.h5",

@@ -4,6 +4,7 @@
 #include "crackle/analysis/statistics.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/hand_out.h"
+#include "crackle/ensemble/memory.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/run_log.h"
 #include "crackle/ensemble/sample_plan.h"
@@ -48,7 +49,6 @@ void prepare_run(const input::Parameters& parameters, const geometry::Body& body
   const auto say = [&](const std::string& text) {
     if (log != nullptr) log->line(text);
   };
-  ledger.plan = make_plan(options.folder, parameters, options.plan, summary_reader(parameters));
   say(describe(layout));
   const auto& plan = ledger.plan;
   ledger.base = plan.to_do.empty()
@@ -230,29 +230,28 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
       world, [&] { return make_group_layout(world.size(), parameters.ensemble.ranks_per_sample); });
   const auto body = parallel::agree(world, [&] { return geometry::Body(parameters.specimen); });
   Ledger ledger;
+  parallel::agree_on_root(world, [&] {
+    ledger.plan = make_plan(options.folder, parameters, options.plan, summary_reader(parameters));
+  });
+  check_memory(world, parameters, body, layout, !ledger.plan.to_do.empty());
   parallel::agree_on_root(world,
                           [&] { prepare_run(parameters, body, options, layout, ledger, log_or_null); });
 
-  bool is_stopping = false;
+  StopLatch stop(options.stop, [log_or_null](const std::string& line) {
+    if (log_or_null != nullptr) log_or_null->line(line);
+  });
   SampleSteps steps = make_sample_steps(parameters, body, ledger.base, options.folder, layout.ranks_per_group,
                                         sample_function);
   steps.checkpoint_interval = options.checkpoint_interval;
-  steps.stop = [&] {
-    if (is_stopping || !options.stop) return is_stopping;
-    if (const auto reason = options.stop()) {
-      is_stopping = true;
-      if (log_or_null != nullptr) log_or_null->line(fmt::format("{}: stopping", *reason));
-    }
-    return is_stopping;
-  };
+  steps.stop = [&stop] { return stop(); };
   HandOutEvents events = make_events(ledger, log_or_null);
   events.parked = [&, tell = events.parked](const SampleReport& report) {
-    is_stopping = true;
+    stop.set();
     tell(report);
   };
   hand_out(world, layout, ledger.plan.to_do, steps, events,
            QueueLimits{.n_realizations = static_cast<std::size_t>(layout.n_groups) + 1});
-  is_stopping = share_stop(world, is_stopping);
+  const bool is_stopping = share_stop(world, stop.is_set());
 
   RunOutcome outcome;
   Results results;

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -82,7 +83,8 @@ std::optional<std::string> difference(const std::string& text, const fs::path& f
   if (text == parameters.text) return std::nullopt;
   try {
     const fs::path points = points_copy(file.parent_path());
-    const input::Parameters there = input::parse(text, file, fs::exists(points) ? points : fs::path());
+    const input::Parameters there =
+        input::parse(text, file, {.path = fs::exists(points) ? points : fs::path(), .digest = {}});
     if (const auto found = differences(input::sample_settings(there), input::sample_settings(parameters));
         !found.empty())
       return found;
@@ -169,6 +171,7 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
   SamplePlan plan;
   const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
   const SampleRange range = options.range.value_or(SampleRange{0, n_samples - 1});
+  plan.range = range;
   for (std::uint64_t sample = range.first; sample <= range.last; ++sample) {
     const fs::path file = io::sample_path(folder, sample);
     if (fs::exists(fs::symlink_status(file))) {
@@ -200,6 +203,29 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
   return plan;
 }
 
+namespace {
+
+/// Of the samples in the range; all where that is the whole ensemble, because then no other run is at work.
+void remove_partial_files(const fs::path& folder, const input::Parameters& parameters, SampleRange range) {
+  const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
+  const bool is_whole = range.first == 0 && range.last + 1 == n_samples;
+  std::error_code ignored;
+  const auto is_partial = [](const fs::path& file) { return file.extension() == ".partial"; };
+  for (const auto& entry : fs::directory_iterator(sample_folder(folder), ignored)) {
+    std::uint64_t sample = 0;
+    const std::string name = entry.path().filename().string();
+    const bool has_number = std::from_chars(name.data(), name.data() + name.size(), sample).ec == std::errc{};
+    const bool is_mine = is_whole || (has_number && range.first <= sample && sample <= range.last);
+    if (is_mine && is_partial(entry.path())) fs::remove(entry.path(), ignored);
+  }
+  if (!is_whole) return;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    if (is_partial(entry.path())) fs::remove(entry.path(), ignored);
+  }
+}
+
+}  // namespace
+
 void make_sample_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(sample_folder(folder), error);
@@ -220,6 +246,7 @@ std::vector<std::string> prepare_folder(const fs::path& folder, const input::Par
   }
   std::error_code ignored;
   for (const auto& kept : plan.kept) fs::remove(io::checkpoint_path(folder, kept.sample), ignored);
+  remove_partial_files(folder, parameters, plan.range);
   const auto keep_copy = [](const fs::path& copy, const std::string& text) {
     if (!fs::exists(copy) || read_text(copy) != text) io::write_text_file(copy, text);
   };

@@ -1,48 +1,100 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/single_sample.h"
 
+#include "crackle/ensemble/folder_lock.h"
+#include "crackle/ensemble/memory.h"
 #include "crackle/ensemble/sample_plan.h"
+#include "crackle/io/checkpoint_file.h"
+#include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/sleeping_wait.h"
 
 #include <fmt/format.h>
 
+#include <array>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
 namespace crackle::ensemble {
 
+namespace {
+
+/// What there is to do for the sample; reads only.
+SamplePlan plan_sample(const input::Parameters& parameters, const SingleSampleOptions& options) {
+  const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
+  const std::uint64_t sample = options.sample;
+  if (sample >= n_samples) {
+    throw std::runtime_error(fmt::format("there is no sample {}: ensemble.samples = {} has samples 0 to {}",
+                                         sample, n_samples, n_samples - 1));
+  }
+  const PlanOptions as_range{
+      .resume = true, .retry_failed = options.retry_failed, .range = SampleRange{sample, sample}};
+  if (options.resume) return make_plan(options.folder, parameters, as_range, summary_reader(parameters));
+  check_folder(options.folder, parameters, as_range);
+  const auto checkpoint = io::checkpoint_path(options.folder, sample);
+  if (std::filesystem::exists(std::filesystem::symlink_status(checkpoint))) {
+    throw std::runtime_error(
+        checkpoint.string() +
+        " is a checkpoint of this sample; go on from it with --resume, or remove it to start anew");
+  }
+  SamplePlan plan;
+  plan.range = {sample, sample};
+  plan.to_do = {sample};
+  return plan;
+}
+
+}  // namespace
+
 SampleReport run_single_sample(const parallel::Communicator& ranks, const input::Parameters& parameters,
-                               const std::filesystem::path& folder, std::uint64_t sample,
-                               const SampleFunction& sample_function, const dynamics::SampleLog& log) {
+                               const SingleSampleOptions& options, const SampleFunction& sample_function,
+                               const dynamics::SampleLog& log) {
   const geometry::Body body = parallel::agree(ranks, [&] { return geometry::Body(parameters.specimen); });
   geometry::MotherPoints base;
-  SampleSteps steps = make_sample_steps(parameters, body, base, folder, ranks.size(), sample_function);
+  const auto say = [&](const std::string& line) {
+    if (log && ranks.is_root()) log(line);
+  };
+  StopLatch stop(options.stop, say);
+  SampleSteps steps =
+      make_sample_steps(parameters, body, base, options.folder, ranks.size(), sample_function);
   steps.log = log;
+  steps.stop = [&stop] { return stop(); };
+  steps.checkpoint_interval = options.checkpoint_interval;
   PreparedSample prepared;
+  SamplePlan plan;
+  std::optional<FolderLock> lock;
+  parallel::agree_on_root(ranks, [&] { plan = plan_sample(parameters, options); });
+  check_memory(ranks, parameters, body, one_group(ranks.size()), !plan.to_do.empty());
   parallel::agree_on_root(ranks, [&] {
-    if (sample >= static_cast<std::uint64_t>(parameters.ensemble.samples)) {
-      throw std::runtime_error(fmt::format("there is no sample {}: ensemble.samples = {} has samples 0 to {}",
-                                           sample, parameters.ensemble.samples,
-                                           parameters.ensemble.samples - 1));
-    }
-    check_same_input(folder, parameters);
-    base = geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed);
-    make_sample_folder(folder);
-    prepared = prepare(steps.make, sample);
+    if (!plan.to_do.empty())
+      base = geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed);
+    lock.emplace(options.folder, SampleRange{options.sample, options.sample});
+    for (const auto& line : lock->taken_over()) say(line);
+    for (const auto& line : prepare_folder(options.folder, parameters, plan)) say(line);
+    if (!plan.to_do.empty()) prepared = prepare(steps.make, options.sample);
   });
 
   SampleGroup group(ranks);
   SampleReport report;
   if (group.is_root()) {
-    report = prepared.failed() ? report_failure(steps, sample, prepared.error, prepared.seconds)
-                               : lead_sample(group, steps, std::move(prepared));
+    if (!plan.kept.empty()) {
+      say(fmt::format("sample {} has ended before; it is kept", options.sample));
+      report.sample = options.sample;
+      report.summary = plan.kept.front().summary;
+      report.stored = true;
+    } else {
+      report = prepared.failed() ? report_failure(steps, options.sample, prepared.error, prepared.seconds)
+                                 : lead_sample(group, steps, std::move(prepared));
+    }
     send_end(group);
   } else {
     follow_samples(group, steps);
   }
   parallel::barrier_asleep(ranks);
-  parallel::check_mpi(MPI_Bcast(&report.summary.status, 1, MPI_INT32_T, 0, ranks.get()), "MPI_Bcast");
+  std::array<std::int32_t, 2> outcome{static_cast<std::int32_t>(report.summary.status), report.parked};
+  parallel::check_mpi(MPI_Bcast(outcome.data(), 2, MPI_INT32_T, 0, ranks.get()), "MPI_Bcast");
+  report.summary.status = static_cast<analysis::SampleStatus>(outcome[0]);
+  report.parked = outcome[1] != 0;
   return report;
 }
 

@@ -10,6 +10,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <ctime>
+#include <utility>
 
 namespace crackle::ensemble {
 
@@ -67,6 +68,18 @@ StopRequest make_stop_request(std::optional<double> limit) {
       return fmt::format("the time limit of {:.0f} s", *time);
     return std::nullopt;
   };
+}
+
+StopLatch::StopLatch(StopRequest request, std::function<void(const std::string& line)> tell)
+    : request_(std::move(request)), tell_(std::move(tell)) {}
+
+bool StopLatch::operator()() {
+  if (is_set_ || !request_) return is_set_;
+  if (const auto reason = request_()) {
+    is_set_ = true;
+    if (tell_) tell_(fmt::format("{}: stopping", *reason));
+  }
+  return is_set_;
 }
 
 }  // namespace crackle::ensemble

@@ -49,6 +49,11 @@ void check_notch_in_body(const Notch& notch, const std::string& key, const Vecto
                                 extent_name(depth_axis), show(depth_extent)));
   }
   if (findings.faulty(key + ".at") || findings.faulty(key + ".height")) return;
+  if (notch.height >= extent * (1 - 2 * touching)) {
+    findings.report(key + ".height", fmt::format("{} leaves nothing of the body; give less than its {} of {}",
+                                                 show(notch.height), extent_name(axis), show(extent)));
+    return;
+  }
   if (notch.at - notch.height / 2 <= extent * touching ||
       notch.at + notch.height / 2 >= extent * (1 - touching)) {
     findings.report(

@@ -40,8 +40,14 @@ std::vector<std::string> Findings::messages(const std::filesystem::path& file) c
   std::vector<Finding> sorted = findings_;
   std::stable_sort(sorted.begin(), sorted.end(),
                    [](const Finding& a, const Finding& b) { return a.line < b.line; });
+  constexpr std::size_t max_messages = 100;
   std::vector<std::string> result;
   for (const Finding& finding : sorted) {
+    if (result.size() == max_messages) {
+      result.push_back(
+          fmt::format("{}:{}: {} more errors", file.string(), finding.line, sorted.size() - max_messages));
+      break;
+    }
     const std::string key = finding.key.empty() ? "" : finding.key + ": ";
     result.push_back(fmt::format("{}:{}: {}{}", file.string(), finding.line, key, finding.message));
   }

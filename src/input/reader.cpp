@@ -142,8 +142,7 @@ std::string read_text_file(const std::filesystem::path& file) {
 InputError::InputError(std::vector<std::string> messages)
     : std::runtime_error(joined(messages)), messages_(std::move(messages)) {}
 
-Parameters parse(const std::string& text, const std::filesystem::path& name,
-                 const std::filesystem::path& points) {
+Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points) {
   Findings findings;
   Parameters parameters;
   try {
@@ -151,7 +150,8 @@ Parameters parse(const std::string& text, const std::filesystem::path& name,
     if (root.members.empty()) {
       throw SyntaxError(1, "there are no keys in the file; give an input file in TOML");
     }
-    const UnitSystem units;
+    // Reading the data base takes longer than reading the input.
+    static const UnitSystem units;
     Context context{units, findings, name.parent_path(), points};
     locate(root, "", findings);
     report_unknown_keys(root, findings);
@@ -167,7 +167,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name,
   return parameters;
 }
 
-Parameters read(const std::filesystem::path& file, const std::filesystem::path& points) {
+Parameters read(const std::filesystem::path& file, const PointsFile& points) {
   return parse(read_text_file(file), file, points);
 }
 

@@ -67,8 +67,12 @@ Key points_key() {
           [](const Source& source, Parameters& parameters, std::size_t) {
             const auto name = read_text(source, "the name of a file with points");
             if (!name) return;
-            const std::filesystem::path& given = source.context.points;
-            const std::filesystem::path file = given.empty() ? source.context.folder / *name : given;
+            const PointsFile& given = source.context.points;
+            const std::filesystem::path file =
+                given.path.empty() ? source.context.folder / *name : given.path;
+            parameters.mesh.points = file;
+            parameters.mesh.points_digest = given.digest;
+            if (!given.digest.empty()) return;
             std::error_code error;
             if (!std::filesystem::is_regular_file(file, error)) {
               source.report(
@@ -83,7 +87,6 @@ Key points_key() {
                                         shortened(file.string(), 200)));
               return;
             }
-            parameters.mesh.points = file;
             parameters.mesh.points_digest = *digest;
           },
           [](Parameters& parameters, std::size_t) -> std::optional<std::string> {

@@ -6,8 +6,8 @@
 
 namespace crackle::input {
 
-/// Far more than any input needs; keeps a wrong file name from filling the memory.
-inline constexpr std::size_t max_text_size = std::size_t{1} << 20;
+/// More than any input needs. toml11's time grows with the square of the size: a second for this one.
+inline constexpr std::size_t max_text_size = std::size_t{1} << 17;
 
 /// What the TOML parser must not be given: bytes that are no text, invalid UTF-8, no content at all, or
 /// nesting so deep that its recursion would exhaust the stack.

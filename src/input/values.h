@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/input/reader.h"
 #include "dimension.h"
 #include "document.h"
 #include "findings.h"
@@ -20,7 +21,7 @@ struct Context {
   const UnitSystem& units;
   Findings& findings;
   std::filesystem::path folder;  ///< that relative file names start from
-  std::filesystem::path points;  ///< in place of the file of mesh.points; empty: that file itself
+  const PointsFile& points;
 };
 
 /// A value under the name that messages give it.

@@ -96,6 +96,23 @@ class Readme(unittest.TestCase):
             self.assertEqual((report.returncode, report.stderr), (0, ""))
             self.assertIn("2 of 2", (folder / "report.html").read_text(encoding="utf-8"))
 
+    def test_the_table_of_faults_has_commands_that_exist(self):
+        rows = re.findall(r"(?m)^\| .* \| `([^`]*)` \|$", TEXT.split("## What an ensemble survives")[1].split("\n## ")[0])
+        self.assertGreater(len(rows), 10)
+        listed = subprocess.run(["ctest", "--test-dir", Path(PROGRAM).parents[1], "-N"], capture_output=True, text=True,
+                                check=True).stdout
+        for command in rows:
+            program, *arguments = command.split()
+            if program == "ctest":
+                self.assertRegex(listed, rf"Test +#\d+: .*{arguments[1]}", command)
+            else:
+                self.assertTrue(os.access(ROOT / program, os.X_OK), command)
+
+    def test_the_number_of_wrong_inputs(self):
+        result = subprocess.run([sys.executable, "-B", ROOT / "tests/cli/test_wrong_inputs.py", "--program", PROGRAM,
+                                 "--demo", ROOT / "jobs/demo.toml", "--count"], capture_output=True, text=True, check=True)
+        self.assertIn(f"| {result.stdout.strip()} | all refused | `ctest -R cli.wrong_inputs` |", TEXT)
+
     def test_files_linked_to_are_there(self):
         links = re.findall(r"\]\(([^)#]+)\)", TEXT)
         self.assertIn("jobs/README.md", links)

@@ -5,8 +5,6 @@ the queue and ends with the results of an undisturbed run; so does one of whose 
 machine has no SLURM.
 """
 import argparse
-import importlib.machinery
-import importlib.util
 import os
 import pathlib
 import shutil
@@ -17,34 +15,26 @@ import time
 import unittest
 
 import slurm_cluster
+from survival_fixture import ROOT, TRIALS, slow_plate
 
 OPTIONS = None
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 N_SAMPLES = 6
-
-
-def load_kill_trials():
-    loader = importlib.machinery.SourceFileLoader("kill_trials", str(ROOT / "tools" / "kill-trials"))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("kill_trials", loader))
-    loader.exec_module(module)
-    return module
+SAMPLE_SECONDS = 3  # in all three times what the job's first seconds, before SLURM's warning, suffice for
 
 
 class Slurm(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.trials = load_kill_trials()
         cls.parent = pathlib.Path(tempfile.mkdtemp(prefix="crackle-slurm-"))
         shutil.copytree(ROOT / "jobs", cls.parent / "jobs", ignore=shutil.ignore_patterns("images"))
         cls.cluster = slurm_cluster.Cluster(cls.parent)
         cls.cluster.__enter__()
         cls.addClassCleanup(cls.cluster.__exit__)
-        # Some twenty seconds of one worker.
-        (cls.parent / "plate.toml").write_text(cls.trials.PLATE.replace('step = "20 ns"', 'step = "1.5 ns"'))
+        (cls.parent / "plate.toml").write_text(slow_plate(TRIALS.PLATE, OPTIONS.program, SAMPLE_SECONDS))
         cls.reference = cls.parent / "undisturbed"
         start = time.monotonic()
         result = subprocess.run([shutil.which("mpirun.openmpi") or "mpirun", "-n", "3", OPTIONS.program, "run",
-                                 cls.parent / "plate.toml", "-o", cls.reference], env=cls.trials.environment(),
+                                 cls.parent / "plate.toml", "-o", cls.reference], env=TRIALS.environment(),
                                 capture_output=True, text=True, check=False)
         assert result.returncode == 0, result.stdout + result.stderr
         print(f"undisturbed: {time.monotonic() - start:.0f} s on 3 ranks")
@@ -58,13 +48,13 @@ class Slurm(unittest.TestCase):
         return self.cluster.submit(
             self.parent, "--nodes=1", "--ntasks-per-node=2", "--mem-per-cpu=0", "--time=1", *options,
             f"jobs/{script}", "plate.toml", folder, CRACKLE=OPTIONS.program, CRACKLE_MPI="mpirun",
-            **{key: value for key, value in self.trials.environment().items() if key.startswith("OMPI")})
+            **{key: value for key, value in TRIALS.environment().items() if key.startswith("OMPI")})
 
     def logs(self):
         return "\n".join(file.read_text(errors="replace") for file in sorted(self.parent.glob("crackle-*.log")))
 
     def assert_equal_results(self, folder):
-        faults = self.trials.differences(self.reference, self.parent / folder)
+        faults = TRIALS.differences(self.reference, self.parent / folder)
         self.assertEqual([fault for fault in faults if "lock-" not in fault], [], self.logs())
 
     def test_parks_and_goes_back_into_the_queue(self):
@@ -101,7 +91,7 @@ class Slurm(unittest.TestCase):
         print(f"array.sbatch: {states}, started again {restarts} times")
         self.assertEqual(states, 3 * ["COMPLETED"], self.logs())
         self.assertFalse((self.parent / "array" / "ensemble.h5").exists())
-        result = subprocess.run([OPTIONS.program, "stats", self.parent / "array"], env=self.trials.environment(),
+        result = subprocess.run([OPTIONS.program, "stats", self.parent / "array"], env=TRIALS.environment(),
                                 capture_output=True, text=True, check=False)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn(f"{N_SAMPLES} samples: {N_SAMPLES} done", result.stdout)

@@ -199,7 +199,7 @@ class Stats(unittest.TestCase):
     def test_files_of_another_schema_are_refused(self):
         with opened(self.sample) as root:
             root.attrs["schema_version"] = 99
-        self.assert_refused("schema version 99; this program reads version 1")
+        self.assert_refused("schema version 99; this program reads version 2")
 
     def test_files_of_another_kind_are_refused(self):
         shutil.copy(self.folder / "ensemble.h5", self.sample)

@@ -3,7 +3,6 @@
 """crackle run under adversity: signals, time limits, a second run, changed inputs, damaged files, full and vanished
 disks.
 """
-import argparse
 import os
 import pathlib
 import random
@@ -11,65 +10,17 @@ import shutil
 import signal
 import socket
 import subprocess
-import sys
-import tempfile
 import time
-import unittest
 
-from test_slurm import load_kill_trials
+import h5py
 
-OPTIONS = None
-TRIALS = load_kill_trials()
-SMALL = TRIALS.PLATE.replace("samples = 6", "samples = 3").replace('step = "20 ns"', 'step = "auto"')
-SLOW = SMALL.replace('step = "auto"', 'step = "2 ns"')  # some seconds for each sample
+import survival_fixture
+from survival_fixture import SMALL, TRIALS, SurvivalCase
+
 PARK_SECONDS = 10  # within which a run of this size has parked
 
 
-class Survival(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.parent = tempfile.TemporaryDirectory(prefix="crackle-survival-")
-        cls.addClassCleanup(cls.parent.cleanup)
-        cls.root = pathlib.Path(cls.parent.name)
-        cls.small, cls.slow = cls.root / "small.toml", cls.root / "slow.toml"
-        cls.small.write_text(SMALL)
-        cls.slow.write_text(SLOW)
-        cls.whole, cls.whole_slow = cls.root / "whole", cls.root / "whole-slow"
-        for setting, folder in ((cls.small, cls.whole), (cls.slow, cls.whole_slow)):
-            result = cls.call("run", setting, "-o", folder)
-            assert result.returncode == 0, result.stdout + result.stderr
-
-    @classmethod
-    def start(cls, *arguments, **options):
-        return subprocess.Popen([OPTIONS.program, *map(str, arguments)], env=TRIALS.environment(), text=True,
-                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options)
-
-    @classmethod
-    def call(cls, *arguments, **options):
-        process = cls.start(*arguments, **options)
-        out, err = process.communicate(timeout=120)
-        return subprocess.CompletedProcess(arguments, process.returncode, out, err)
-
-    def setUp(self):
-        self.out = self.root / "out"
-        shutil.rmtree(self.out, ignore_errors=True)
-
-    def wait_for(self, condition):
-        end = time.monotonic() + 60
-        while not condition():
-            self.assertLess(time.monotonic(), end)
-            time.sleep(0.02)
-
-    def assert_refused(self, result, *parts):
-        self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
-        self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
-        for part in parts:
-            self.assertIn(part, result.stderr)
-
-    def assert_complete(self, reference, result):
-        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
-        self.assertEqual(TRIALS.differences(reference, self.out), [])
-
+class Survival(SurvivalCase):
     # Signals and time.
 
     def test_signals_park_and_a_second_one_ends_at_once(self):
@@ -77,8 +28,7 @@ class Survival(unittest.TestCase):
             with self.subTest(number):
                 shutil.rmtree(self.out, ignore_errors=True)
                 process = self.start("run", self.slow, "-o", self.out)
-                self.wait_for(lambda: (self.out / "samples" / "0000.h5").exists())
-                time.sleep(0.3)
+                self.wait_for(lambda: (self.out / "samples" / "0000.h5").exists(), process)
                 start = time.monotonic()
                 process.send_signal(number)
                 out, err = process.communicate(timeout=PARK_SECONDS)
@@ -86,59 +36,58 @@ class Survival(unittest.TestCase):
                 self.assertEqual(process.returncode, 3, out + err)
                 self.assertIn(f"{number.name}: stopping\n", out)
                 self.assertFalse(list(self.out.glob("lock-*")))
-                self.assert_complete(self.whole_slow, self.call("run", self.slow, "-o", self.out, "--resume"))
-        process = self.start("run", self.slow, "-o", self.out.with_name("twice"))
-        self.wait_for(lambda: (self.out.with_name("twice") / "input.toml").exists())
-        for _ in range(2):
-            process.send_signal(signal.SIGTERM)
-            time.sleep(0.01)
+                self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
+        shutil.rmtree(self.out)
+        process = self.start("run", self.slow, "-o", self.out)
+        self.wait_for(lambda: (self.out / "samples" / "0000.h5").exists(), process)
+        process.send_signal(signal.SIGTERM)
+        process.send_signal(signal.SIGINT)
         process.communicate(timeout=2)
         self.assertEqual(process.returncode, 3)
+        self.assertTrue(list(self.out.glob("lock-*")), "it took the time to end in order")
 
     def test_time_limits_park(self):
-        result = self.call("run", self.slow, "-o", self.out, "--time-limit", "2s")
+        result = self.call("run", self.slow, "-o", self.out, "--time-limit", "3s")
         self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
-        self.assertIn("the time limit of 2 s: stopping", result.stdout)
-        environment = dict(TRIALS.environment(), SLURM_JOB_END_TIME=str(int(time.time()) + 2))
-        process = subprocess.run([OPTIONS.program, "run", self.slow, "-o", self.out, "--resume"], env=environment,
-                                 capture_output=True, text=True, check=False, timeout=60)
-        self.assertEqual(process.returncode, 3, process.stdout + process.stderr)
-        self.assert_complete(self.whole_slow, self.call("run", self.slow, "-o", self.out, "--resume"))
+        self.assertIn("the time limit of 3 s: stopping", result.stdout)
+        result = self.call("run", self.slow, "-o", self.out, "--resume",
+                           extra_environment={"SLURM_JOB_END_TIME": str(int(time.time()) + 2)})
+        self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
+        self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
 
     # What a folder holds.
 
     def test_a_second_run_is_refused(self):
         process = self.start("run", self.slow, "-o", self.out)
-        self.wait_for(lambda: (self.out / "input.toml").exists())
+        self.wait_for(lambda: (self.out / "input.toml").exists(), process)
+        self.freeze(process)
         self.assert_refused(self.call("run", self.slow, "-o", self.out, "--resume"), "another run is at work",
                             f"process {process.pid} on ", "lock-0-2")
         self.assert_refused(self.call("run", self.slow, "-o", self.out, "--resume", "--samples", "1-2"),
                             "another run is at work on some of these samples")
-        process.kill()
-        process.communicate()
+        self.kill(process)
         result = self.call("run", self.slow, "-o", self.out, "--resume")
         self.assertIn("is taken over: process", result.stdout)
-        self.assert_complete(self.whole_slow, result)
+        self.assert_complete(self.slow, result)
 
     def test_locks_of_other_hosts_and_of_the_same_job(self):
-        shutil.copytree(self.whole, self.out)
+        shutil.copytree(self.whole(self.small), self.out)
         lock = self.out / "lock-0-2"
         lock.write_text("host elsewhere\nprocess 12\nstart 34\njob 56\n")
         self.assert_refused(self.call("run", self.small, "-o", self.out, "--resume"),
                             "process 12 on elsewhere, SLURM job 56")
         os.utime(lock, (time.time() - 3600, time.time() - 3600))
-        self.assert_complete(self.whole, self.call("run", self.small, "-o", self.out, "--resume"))
+        self.assert_complete(self.small, self.call("run", self.small, "-o", self.out, "--resume"))
         lock.write_text("host elsewhere\nprocess 12\nstart 34\njob 56\n")
-        result = subprocess.run([OPTIONS.program, "run", self.small, "-o", self.out, "--resume"], check=False,
-                                env=dict(TRIALS.environment(), SLURM_JOB_ID="56"), capture_output=True, text=True)
+        result = self.call("run", self.small, "-o", self.out, "--resume", extra_environment={"SLURM_JOB_ID": "56"})
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("was an earlier start of this job", result.stdout)
         # Of this host, but of a process number that another process has now.
         lock.write_text(f"host {socket.gethostname()}\nprocess {os.getpid()}\nstart 1\njob -\n")
-        self.assert_complete(self.whole, self.call("run", self.small, "-o", self.out, "--resume"))
+        self.assert_complete(self.small, self.call("run", self.small, "-o", self.out, "--resume"))
 
     def test_other_inputs_are_refused_with_the_differences(self):
-        shutil.copytree(self.whole, self.out)
+        shutil.copytree(self.whole(self.small), self.out)
         self.assert_refused(self.call("run", self.small, "-o", self.out), "holds an ensemble already", "--resume")
         other = self.root / "other.toml"
         other.write_text(SMALL.replace("0.38", "0.37").replace("seed = 1", "seed = 2"))
@@ -150,7 +99,7 @@ class Survival(unittest.TestCase):
     def test_more_samples_extend_the_ensemble(self):
         more = self.root / "more.toml"
         more.write_text("# more\n" + SMALL.replace("samples = 3", "samples = 5"))
-        shutil.copytree(self.whole, self.out)
+        shutil.copytree(self.whole(self.small), self.out)
         result = self.call("run", more, "-o", self.out, "--resume")
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         self.assertIn("2 of 5 samples to do", result.stdout)
@@ -160,26 +109,61 @@ class Survival(unittest.TestCase):
         different = TRIALS.differences(at_once, self.out)
         self.assertEqual(different, [f"samples/{i:04}.h5" for i in range(3)])
 
-    def test_damaged_files_are_set_aside_and_computed_again(self):
-        generator = random.Random(7)
-        shutil.copytree(self.whole, self.out)
-        files = sorted((self.out / "samples").iterdir())
-        data = [bytearray(file.read_bytes()) for file in files]
-        data[0][generator.randrange(len(data[0]))] ^= 1 << generator.randrange(8)
-        files[0].write_bytes(data[0])
-        files[1].write_bytes(data[1][:generator.randrange(len(data[1]))])
-        shutil.copy(self.whole / "samples" / "0000.h5", files[2])
-        (self.out / "samples" / "0001.checkpoint").write_bytes(b"rubbish")
+    def assert_computed_again(self, *names):
+        """Continues; the files must be named, set aside and computed again."""
         result = self.call("run", self.small, "-o", self.out, "--resume")
-        self.assertIn("0000.h5.invalid-1 and computed again", result.stdout)
-        self.assertIn("0001.h5.invalid-1 and computed again", result.stdout)
-        self.assertIn("holds sample 0 instead of 2", result.stdout)
-        self.assertIn("0001.checkpoint.invalid-1", result.stdout)
-        aside = sorted((self.out / "samples").glob("*.invalid-1"))
-        self.assertEqual(len(aside), 4)
+        for name in names:
+            self.assertIn(f"{name}.invalid-1 and computed again", result.stdout)
+        aside = sorted((self.out / "samples").glob("*.invalid-*"))
+        self.assertEqual([file.name for file in aside], [f"{name}.invalid-1" for name in sorted(names)])
         for file in aside:
             file.unlink()
-        self.assert_complete(self.whole, result)
+        self.assert_complete(self.small, result)
+        return result.stdout
+
+    def test_damaged_files_are_set_aside_and_computed_again(self):
+        generator = random.Random(7)
+        shutil.copytree(self.whole(self.small), self.out)
+        files = sorted((self.out / "samples").iterdir())
+        faults = {
+            "a bit flipped": lambda data, at: data[:at] + bytes([data[at] ^ 1 << generator.randrange(8)]) + data[at + 1:],
+            "cut": lambda data, at: data[:at],
+            "512 bytes zeroed": lambda data, at: data[:at] + bytes(512) + data[at + 512:],
+            "a byte too many": lambda data, at: data[:at] + b"x" + data[at:],
+        }
+        n_faults = 0
+        n_rounds = 8
+        for number in range(n_rounds):
+            for i, file in enumerate(files):
+                # Each file is hit in its own order, and every part of it once.
+                data = file.read_bytes()
+                region = (number * 3 + i) % n_rounds
+                at = (region * len(data) + generator.randrange(len(data))) // n_rounds
+                damaged = list(faults.values())[(number + i) % len(faults)](data, at)
+                n_faults += damaged != data
+                file.write_bytes(damaged if damaged != data else data[:-1])
+            self.assert_computed_again(*(file.name for file in files))
+        print(f"{n_faults} damaged files found and computed again")
+        shutil.copy(self.whole(self.small) / "samples" / "0000.h5", files[2])
+        (self.out / "samples" / "0001.h5").unlink()
+        (self.out / "samples" / "0001.checkpoint").write_bytes(b"rubbish")
+        self.assertIn("holds sample 0 instead of 2", self.assert_computed_again("0001.checkpoint", "0002.h5"))
+
+    def test_files_of_an_older_schema_are_computed_again(self):
+        shutil.copytree(self.whole(self.small), self.out)
+        file = self.out / "samples" / "0001.h5"
+        with open(file, "r+b") as stream:
+            stream.truncate(file.stat().st_size - 32)  # the check sum
+        with h5py.File(file, "r+") as root:
+            version = int(root.attrs["schema_version"])
+            root.attrs["schema_version"] = version - 1
+        data = file.read_bytes()
+        value = 0xCBF29CE484222325
+        for byte in data:
+            value = (value ^ byte) * 0x100000001B3 % 2**64
+        file.write_bytes(data + b"\ncrackle FNV-1a %016x" % value)
+        self.assertIn(f"schema version {version - 1}; this program reads version {version}",
+                      self.assert_computed_again("0001.h5"))
 
     # Disks.
 
@@ -196,7 +180,7 @@ class Survival(unittest.TestCase):
             subprocess.run(["mount", "-o", "remount,size=20m", mount], check=True)
             result = self.call("run", self.small, "-o", mount / "out", "--resume")
             self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
-            self.assertEqual(TRIALS.differences(self.whole, mount / "out"), [])
+            self.assertEqual(TRIALS.differences(self.whole(self.small), mount / "out"), [])
             subprocess.run(["mount", "-o", "remount,ro", mount], check=True)
             self.assert_refused(self.call("run", self.small, "-o", mount / "new"), "Read-only file system")
             self.assert_refused(self.call("run", self.small, "-o", mount / "out", "--resume"), "Read-only file system")
@@ -211,28 +195,58 @@ class Survival(unittest.TestCase):
 
     def test_a_folder_that_vanishes(self):
         process = self.start("run", self.slow, "-o", self.out)
-        self.wait_for(lambda: (self.out / "samples" / "0000.h5").exists())
+        self.wait_for(lambda: (self.out / "samples" / "0000.h5").exists(), process)
+        self.freeze(process)
         shutil.rmtree(self.out)
-        out, err = process.communicate(timeout=120)
+        process.send_signal(signal.SIGCONT)
+        out, err = process.communicate(timeout=survival_fixture.TIMEOUT)
         # The folder is made again for the next file; what was in it is pending.
         self.assertEqual(process.returncode, 2, out + err)
-        self.assert_complete(self.whole_slow, self.call("run", self.slow, "-o", self.out, "--resume"))
+        self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
 
     # Failures and ranges.
+
+    def test_retry_failed_when_the_cause_is_gone(self):
+        # A limit of memory that the frames do not keep to, and that is lifted afterwards.
+        setting = self.root / "frames.toml"
+        text = SMALL.replace("samples = 3", "samples = 2").replace('step = "auto"', 'step = "3 ns"')
+        setting.write_text(text.replace("frames = 4", "frames = 1"))
+        process = self.start("run", setting, "-o", self.root / "few")
+        peak = 0
+        while process.poll() is None:
+            status = pathlib.Path(f"/proc/{process.pid}/status").read_text()
+            peak = max([peak] + [int(line.split()[1]) for line in status.splitlines() if line.startswith("VmPeak")])
+            time.sleep(0.002)
+        process.communicate()
+        setting.write_text(text.replace("frames = 4", "frames = 20000"))
+        self.whole(setting)
+        limit = 1024 * peak
+        result = self.call("run", setting, "-o", self.out, memory_limit=limit)
+        self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+        self.assertRegex(result.stdout, r"sample 0 failed after .*: computation: std::bad_alloc")
+        result = self.call("run", setting, "-o", self.out, "--resume")
+        self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+        self.assertIn("2 failed", result.stdout)
+        self.assert_complete(setting, self.call("run", setting, "-o", self.out, "--retry-failed"))
+
+    def test_options_in_the_environment_change_nothing(self):
+        result = self.call("run", self.small, "-o", self.out, extra_environment={
+            "PETSC_OPTIONS": "-ksp_rtol 0.1 -ksp_max_it 2 -pc_type none -log_view -options_left",
+            "PETSC_OPTIONS_YAML": "ksp_rtol: 0.1"})
+        self.assertNotIn("Performance", result.stdout)
+        self.assertEqual(result.stderr, "")
+        self.assert_complete(self.small, result)
 
     def test_ranges_are_merged_by_stats(self):
         for part in ("0-0", "1-2"):
             result = self.call("run", self.small, "-o", self.out, "--resume", "--samples", part)
             self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
             self.assertFalse((self.out / "ensemble.h5").exists())
-        self.assert_complete(self.whole, self.call("stats", self.out))
+        self.assert_complete(self.small, self.call("stats", self.out))
         for part in ("3", "2-1", "1-", "-1", "x"):
             result = self.call("run", self.small, "-o", self.out, "--resume", f"--samples={part}")
             self.assertEqual(result.returncode, 1, part)
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--program", required=True, type=os.path.abspath)
-    OPTIONS, rest = parser.parse_known_args()
-    unittest.main(argv=[sys.argv[0], *rest], verbosity=2)
+    survival_fixture.main(__doc__)

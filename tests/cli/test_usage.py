@@ -15,14 +15,14 @@ OPTIONS = None
 COMMANDS = ["check", "mesh", "sample", "run", "stats"]
 
 
-def invoke(*arguments, ranks=0, cwd=None, stdout=subprocess.PIPE):
-    """Runs the program; with `ranks` under mpirun."""
+def invoke(*arguments, ranks=0, cwd=None, stdout=subprocess.PIPE, stdin=None):
+    """Runs the program; with `ranks` under mpirun, which gives standard input to rank 0."""
     command = [os.path.abspath(OPTIONS.program), *arguments]
     if ranks:
         command = [*shlex.split(OPTIONS.mpirun), "-n", str(ranks), *command]
     environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
     return subprocess.run(command, cwd=cwd, env=environment, timeout=300, check=False, stdout=stdout,
-                          stderr=subprocess.PIPE, text=True)
+                          input=stdin, stderr=subprocess.PIPE, text=True)
 
 
 class Usage(unittest.TestCase):
@@ -118,6 +118,14 @@ class Usage(unittest.TestCase):
         self.assertEqual(result.returncode, 1)
         self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
         self.assertRegex(result.stderr, r"long_step\.toml: time\.step: .* above the stable step.* [\d.]+ ns")
+
+    def test_the_root_alone_reads_the_input(self):
+        demo = pathlib.Path(OPTIONS.demo).read_text()
+        result = invoke("check", "/dev/stdin", ranks=2, stdin=demo)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        result = invoke("check", "/dev/stdin", ranks=2, stdin=demo + "frmes = 3\n")
+        self.assertEqual(result.returncode, 1)
+        self.assertEqual(result.stderr.count("output.frmes"), 1, result.stderr)
 
     def test_full_output_device_is_an_error(self):
         if not os.path.exists("/dev/full"):

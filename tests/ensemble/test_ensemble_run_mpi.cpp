@@ -283,7 +283,7 @@ TEST_F(EnsembleRun, SingleSampleIsTheOneOfTheEnsemble) {
   const auto parameters = plate(2, 1);
   run("out", parameters, false);
   std::vector<std::string> lines;
-  const auto report = run_single_sample(world_, parameters, root_ / "one", 1, strip,
+  const auto report = run_single_sample(world_, parameters, {.folder = root_ / "one", .sample = 1}, strip,
                                         [&](const std::string& line) { lines.push_back(line); });
   EXPECT_EQ(report.summary.status, SampleStatus::done);
   if (world_.is_root()) {
@@ -299,7 +299,7 @@ TEST_F(EnsembleRun, SingleSampleIsTheOneOfTheEnsemble) {
 TEST_F(EnsembleRun, SingleSampleThatFailsOrDoesNotExist) {
   const auto parameters = plate(2, 1);
   const auto report =
-      run_single_sample(world_, parameters, root_ / "one", 1,
+      run_single_sample(world_, parameters, {.folder = root_ / "one", .sample = 1},
                         [](const auto& group, auto sample, const auto& subdomain, const auto&) {
                           const auto result = break_strip(group, sample, subdomain);
                           if (group.rank() == group.size() - 1) throw std::runtime_error("injected");
@@ -312,8 +312,13 @@ TEST_F(EnsembleRun, SingleSampleThatFailsOrDoesNotExist) {
     EXPECT_EQ(io::read_summary(io::sample_path(root_ / "one", 1), parameters, 1).status,
               SampleStatus::failed);
   }
+  SingleSampleOptions again{.folder = root_ / "one", .sample = 1, .resume = true};
+  EXPECT_EQ(run_single_sample(world_, parameters, again, strip, {}).summary.status,
+            SampleStatus::failed);
+  again.retry_failed = true;
+  EXPECT_EQ(run_single_sample(world_, parameters, again, strip, {}).summary.status, SampleStatus::done);
   try {
-    run_single_sample(world_, parameters, root_ / "two", 2, strip, {});
+    run_single_sample(world_, parameters, {.folder = root_ / "two", .sample = 2}, strip, {});
     FAIL() << "no exception";
   } catch (const parallel::AgreedError& error) {
     EXPECT_THAT(error.what(), HasSubstr("ensemble.samples = 2 has samples 0 to 1"));

@@ -1,12 +1,25 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The input reader under libFuzzer: any bytes either give parameters whose echo can be made, or an InputError with
-// messages. tools/fuzz-input builds and runs it.
+// The input reader under libFuzzer: any bytes either give parameters whose echo can be made, or an InputError
+// with messages of one printable line each. tools/fuzz-input builds and runs it.
 #include "crackle/input/reader.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <string>
+
+namespace {
+
+/// Begins with the file's name, and fits a terminal.
+bool is_sound(const std::string& message) {
+  if (message.rfind("fuzz.toml:", 0) != 0 || message.size() > 700) return false;
+  for (const char c : message) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) return false;
+  }
+  return true;
+}
+
+}  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace crackle::input;
@@ -15,6 +28,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (echo(parameters).empty() || sample_identity(parameters).empty()) std::abort();
   } catch (const InputError& error) {
     if (error.messages().empty()) std::abort();
+    for (const std::string& message : error.messages()) {
+      if (!is_sound(message)) std::abort();
+    }
   }
   return 0;
 }

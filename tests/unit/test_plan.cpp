@@ -127,6 +127,27 @@ TEST_F(Plan, InvalidFilesAreNamedComputedAgainAndKeptAside) {
   EXPECT_EQ(text_of(io::sample_path(folder_, 2).string() + ".invalid-2"), "damaged");
 }
 
+TEST_F(Plan, HalfWrittenFilesOfItsOwnSamplesAreRemoved) {
+  const auto left_behind = [&](const std::string& name) {
+    const fs::path file = folder_ / (name + ".partial");
+    write(file, "half");
+    return file;
+  };
+  const std::vector<fs::path> files{left_behind("samples/0001.h5"), left_behind("samples/0002.checkpoint"),
+                                    left_behind("samples/0003.h5"), left_behind("input.toml.77")};
+  const auto are_there = [&] {
+    std::vector<bool> result;
+    for (const auto& file : files) result.push_back(fs::exists(file));
+    return result;
+  };
+  auto part = options(true);
+  part.range = SampleRange{1, 2};
+  prepare_folder(folder_, parameters_, make_plan(folder_, parameters_, part, reader()));
+  EXPECT_THAT(are_there(), ElementsAre(false, false, true, true)) << "another run may be writing those";
+  prepare_folder(folder_, parameters_, plan(true));
+  EXPECT_THAT(are_there(), ElementsAre(false, false, false, false));
+}
+
 TEST_F(Plan, FolderWithAnEnsembleIsRefusedWithoutResume) {
   for (const char* name : {"input.toml", "ensemble.h5", "samples/0003.h5"}) {
     fs::remove_all(folder_);

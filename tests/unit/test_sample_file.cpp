@@ -7,6 +7,7 @@
 #include "support/temporary_folder.h"
 
 #include "io/checked_file.h"
+#include "io/summary_columns.h"
 
 #include <gmock/gmock.h>
 #include <sys/resource.h>
@@ -193,6 +194,19 @@ TEST_F(SampleFile, ForeignFilesAreRefusedWithTheReason) {
   write(file);
   parameters.sections.y.pop_back();
   EXPECT_THAT(refusal(file), testing::HasSubstr("made from another input"));
+}
+
+TEST(Schema, IsRaisedWithTheColumns) {
+  std::string names;
+  for_each_result([&](const char* name, auto, const char*) { names += std::string(name) + " "; });
+  for_each_position_result([&](const char* name, auto, const char*) { names += std::string(name) + " "; });
+  EXPECT_EQ(
+      names,
+      "onset_force onset_time outcome pattern overlap bifurcations kinks breaks crack_area "
+      "crack_speed_max energy_error crack_speed_ratio traced_area effective_toughness z z_spread branches ")
+      << "with other columns raise both versions";
+  EXPECT_EQ(sample_schema_version, 2);
+  EXPECT_EQ(ensemble_schema_version, 2);
 }
 
 TEST_F(SampleFile, TruncatedAndDamagedFilesAreRefused) {

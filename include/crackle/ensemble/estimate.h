@@ -19,13 +19,11 @@ struct Estimate {
   double step = 0;                     ///< that will be used [s]
   std::int64_t steps = 0;              ///< of one sample
   std::int64_t force_evaluations = 0;  ///< of one sample
-  double sample_memory = 0;            ///< of one sample, over all ranks that share it [byte]
   double core_hours = 0;               ///< of all samples
 };
 
 /// @param stable_step of the realization and the integrator [s]
 /// @throws std::runtime_error naming time.step and the stable step when the input's step is over it
-Estimate make_estimate(const input::Parameters& parameters, std::int64_t n_nodes, std::int64_t n_tetrahedra,
-                       double stable_step);
+Estimate make_estimate(const input::Parameters& parameters, std::int64_t n_tetrahedra, double stable_step);
 
 }  // namespace crackle::ensemble

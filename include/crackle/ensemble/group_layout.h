@@ -6,15 +6,15 @@
 namespace crackle::ensemble {
 
 /// What the ranks of the program do: rank 0 is the master, then come groups of `ranks_per_group` consecutive
-/// ranks that share one sample each; ranks that do not fill a group stay idle until the collective end. With
-/// one rank, master and worker share it.
+/// ranks that share one sample each; ranks that do not fill a group stay idle until the collective end. When
+/// all ranks are one group, its root is the master too.
 struct GroupLayout {
   int n_ranks = 1;
   int ranks_per_group = 1;
   int n_groups = 1;
   int n_left_over = 0;
 
-  bool shared() const { return n_ranks == 1; }
+  bool shared() const { return n_ranks == ranks_per_group; }
   /// Group of a rank; -1 for the master and for left-over ranks.
   int group_of(int rank) const;
   /// The lowest rank of a group, which talks to the master.

@@ -28,6 +28,7 @@ struct InvalidFile {
 
 /// Which samples a run computes.
 struct SamplePlan {
+  SampleRange range;                  ///< of the samples that this run may compute
   std::vector<std::uint64_t> to_do;   ///< ascending
   std::vector<KeptSample> kept;       ///< ascending
   std::vector<std::uint64_t> parked;  ///< of to_do, those with a checkpoint to go on from
@@ -66,8 +67,9 @@ void make_sample_folder(const std::filesystem::path& folder);
 std::filesystem::path points_copy(const std::filesystem::path& folder);
 
 /// Makes the folders, sets invalid files aside under a name that is free (0003.h5.invalid-1), removes
-/// checkpoints of samples that have ended, and keeps the input text in folder/input.toml and the file of
-/// mesh.points in points_copy.
+/// checkpoints of samples that have ended and what a killed run has left half-written, and keeps the input
+/// text in folder/input.toml and the file of mesh.points in points_copy.
+/// @pre the samples of the plan are locked
 /// @return one line for each file set aside, with the reason and the new name
 /// @throws std::runtime_error naming what cannot be written
 std::vector<std::string> prepare_folder(const std::filesystem::path& folder,

@@ -29,4 +29,20 @@ double parking_reserve(double seconds);
 /// The request by a signal, or by the end of the time coming near.
 StopRequest make_stop_request(std::optional<double> limit);
 
+/// Whether this rank stops: asks until there is a reason, tells it once, and says yes from then on.
+class StopLatch {
+public:
+  /// @param request, tell may be empty
+  StopLatch(StopRequest request, std::function<void(const std::string& line)> tell);
+  bool operator()();
+  /// Stops for a reason that is known elsewhere.
+  void set() { is_set_ = true; }
+  bool is_set() const { return is_set_; }
+
+private:
+  StopRequest request_;
+  std::function<void(const std::string& line)> tell_;
+  bool is_set_ = false;
+};
+
 }  // namespace crackle::ensemble

@@ -21,16 +21,20 @@ private:
   std::vector<std::string> messages_;
 };
 
+/// The file of mother points, where another one stands for the file that mesh.points names.
+struct PointsFile {
+  std::filesystem::path path;  ///< empty: the file that mesh.points names
+  std::string digest;          ///< of its content, when that is known already; then it is not looked at
+};
+
 /// Reads and validates an input file: syntax, units, dimensions, ranges, unknown and missing keys, and
 /// contradictions between keys (a notch outside the body, overlapping notches, a section outside the width).
 /// Relative file names in the input are relative to the input file.
-/// @param points stands for the file that mesh.points names, where that is given; empty: that file itself
 /// @throws InputError with every error of the file
-Parameters read(const std::filesystem::path& file, const std::filesystem::path& points = {});
+Parameters read(const std::filesystem::path& file, const PointsFile& points = {});
 
 /// As read(), for a text already in memory; `name` stands for the file in messages.
-Parameters parse(const std::string& text, const std::filesystem::path& name,
-                 const std::filesystem::path& points = {});
+Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points = {});
 
 /// The resolved input, one "key = value unit" line for each key, defaults included.
 std::string echo(const Parameters& parameters);

@@ -22,7 +22,8 @@
 /// points, input_identity |
 /// | /samples/status, error | N | analysis::SampleStatus; the reason of a failed sample |
 /// | /samples/onset_force, onset_time, outcome, pattern, overlap, bifurcations, kinks, breaks, crack_area,
-/// crack_speed_max, energy_error | N | the fields of analysis::SampleSummary |
+/// crack_speed_max, energy_error, crack_speed_ratio, traced_area, effective_toughness | N | the fields of
+/// analysis::SampleSummary |
 /// | /crack_path/section | S | y of the sections |
 /// | /crack_path/z, z_spread, branches | N x notches x S | see analysis::SectionCrossing |
 /// | /statistics/z_mean, z_std, z_half_width, reached | notches x S | see analysis::Statistics |
@@ -34,7 +35,8 @@
 /// | /timing/wall_time, attributes of /provenance | N | what differs between two runs |
 namespace crackle::io {
 
-inline constexpr std::int64_t ensemble_schema_version = 1;
+/// Raised with every change of what the file holds.
+inline constexpr std::int64_t ensemble_schema_version = 2;
 
 /// Rows first..first+rows.size() of the ensemble, written by one rank.
 struct EnsembleBlock {

@@ -43,7 +43,8 @@
 /// A failed sample has the attributes, /summary, /timing and /provenance only.
 namespace crackle::io {
 
-inline constexpr std::int64_t sample_schema_version = 1;
+/// Raised with every change of what the file holds.
+inline constexpr std::int64_t sample_schema_version = 2;
 
 /// Everything that goes into out/samples/NNNN.h5.
 struct SampleFileContent {

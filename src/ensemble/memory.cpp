@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/ensemble/memory.h"
+
+#include "crackle/geometry/mother_points.h"
+#include "crackle/parallel/agreement.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <fstream>
+#include <limits>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+
+namespace crackle::ensemble {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Measured as the largest resident set, on bodies of 24,000 to 300,000 tetrahedra (tests/cli/test_memory.py).
+constexpr double program = 50e6;      // with its libraries, for each rank
+constexpr double computed = 640;      // each tetrahedron that a rank computes: operators, solver, motion
+constexpr double kept = 30;           // each tetrahedron of a realization
+constexpr double made = 270;          // each tetrahedron of a realization being made
+constexpr double frame_kept = 24;     // each node of a frame
+constexpr double frame_written = 66;  // the same while the file is written, when no more is computed
+constexpr double tetrahedra_per_node = 5.5;  // of a Delaunay tessellation, its surface included
+constexpr double queue_limit = 2e9;          // of realizations made ahead
+
+/// First number behind `key` in a file of lines "key number ..."; nothing when there is none.
+std::optional<double> number_after(const fs::path& file, const std::string& key) {
+  std::ifstream stream(file);
+  for (std::string line; std::getline(stream, line);) {
+    std::istringstream words(line);
+    std::string word;
+    double number = 0;
+    if (words >> word && word == key && words >> number) return number;
+  }
+  return std::nullopt;
+}
+
+/// The only number in a file; nothing for "max" and the like.
+std::optional<double> number_in(const fs::path& file) {
+  std::ifstream stream(file);
+  double number = 0;
+  if (stream >> number) return number;
+  return std::nullopt;
+}
+
+/// Names of the files of a version of control groups.
+struct GroupFiles {
+  const char* mount;
+  const char* limit;
+  const char* usage;
+  const char* cached;  // key in memory.stat
+};
+constexpr GroupFiles version_2{"sys/fs/cgroup", "memory.max", "memory.current", "inactive_file"};
+constexpr GroupFiles version_1{"sys/fs/cgroup/memory", "memory.limit_in_bytes", "memory.usage_in_bytes",
+                               "total_inactive_file"};
+
+/// What the group and those above it leave. A container may see its own group as the mount's root.
+void look_at_groups(const fs::path& root, const GroupFiles& files, const std::string& group,
+                    AvailableMemory& least) {
+  const fs::path mount = root / files.mount;
+  for (fs::path path = fs::path(group).relative_path();; path = path.parent_path()) {
+    const fs::path folder = mount / path;
+    const auto limit = number_in(folder / files.limit);
+    const auto usage = number_in(folder / files.usage);
+    if (limit && usage) {
+      const double cached = number_after(folder / "memory.stat", files.cached).value_or(0);
+      const double left = std::max(0.0, *limit - std::max(0.0, *usage - cached));
+      if (left < least.bytes) least = {left, "control group /" + path.string()};
+    }
+    if (path.empty()) return;
+  }
+}
+
+/// Resident memory of this process [byte].
+double resident() {
+  std::ifstream stream("/proc/self/statm");
+  double total = 0;
+  double pages = 0;
+  return stream >> total >> pages ? pages * static_cast<double>(sysconf(_SC_PAGESIZE)) : 0;
+}
+
+double of_rank(const MemoryDemand& demand, const GroupLayout& layout, int rank) {
+  if (rank == 0) return demand.master;
+  const int group = layout.group_of(rank);
+  if (group < 0) return program;
+  return rank == layout.root_of(group) ? demand.root : demand.member;
+}
+
+}  // namespace
+
+GroupLayout one_group(int n_ranks) {
+  return {.n_ranks = n_ranks, .ranks_per_group = n_ranks, .n_groups = 1, .n_left_over = 0};
+}
+
+MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, double n_tetrahedra,
+                           const GroupLayout& layout) {
+  const double part = computed * n_tetrahedra / layout.ranks_per_group;
+  const double frames = parameters.output.frames * n_nodes;
+  const double ahead = std::min(queue_limit, (layout.n_groups + 1) * kept * n_tetrahedra);
+  MemoryDemand demand{};
+  demand.member = program + part;
+  demand.root = program + kept * n_tetrahedra + std::max(part + frame_kept * frames, frame_written * frames);
+  demand.master = program + made * n_tetrahedra + ahead;
+  if (layout.shared()) demand.master = std::max(demand.master, demand.root + ahead);
+  return demand;
+}
+
+MemoryDemand expected_memory_demand(const input::Parameters& parameters, const geometry::Body& body,
+                                    const GroupLayout& layout) {
+  const double n_nodes =
+      parameters.mesh.points
+          ? static_cast<double>(geometry::read_points(*parameters.mesh.points, body).size())
+          : geometry::estimate_n_points(body, parameters.mesh);
+  return memory_demand(parameters, n_nodes, tetrahedra_per_node * n_nodes, layout);
+}
+
+AvailableMemory available_memory(const fs::path& root) {
+  AvailableMemory least{std::numeric_limits<double>::infinity(), "nothing"};
+  if (const auto kilobytes = number_after(root / "proc/meminfo", "MemAvailable:"))
+    least = {1024 * *kilobytes, "memory of the node"};
+  std::ifstream groups(root / "proc/self/cgroup");
+  for (std::string line; std::getline(groups, line);) {
+    // "0::/path" in version 2, "4:memory:/path" in version 1
+    const auto first = line.find(':');
+    const auto second = line.find(':', first + 1);
+    if (first == std::string::npos || second == std::string::npos) continue;
+    const std::string controllers = line.substr(first + 1, second - first - 1);
+    const std::string path = line.substr(second + 1);
+    if (controllers.empty()) look_at_groups(root, version_2, path, least);
+    if (("," + controllers + ",").find(",memory,") != std::string::npos)
+      look_at_groups(root, version_1, path, least);
+  }
+  return least;
+}
+
+void check_available(double needed, const std::string& whose, const AvailableMemory& available) {
+  if (needed <= available.bytes) return;
+  throw std::runtime_error(fmt::format(
+      "memory: {} need{} about {:.3g} GB, and {:.3g} GB are available ({}); take coarser spacings, "
+      "more nodes, or more ranks_per_sample",
+      whose, whose.find("ranks") == std::string::npos ? "s" : "", needed / 1e9, available.bytes / 1e9,
+      available.limit));
+}
+
+void check_memory(const parallel::Communicator& world, const input::Parameters& parameters,
+                  const geometry::Body& body, const GroupLayout& layout, bool has_work) {
+  std::array<double, 3> shared{};
+  parallel::agree_on_root(world, [&] {
+    if (!has_work) return;
+    const MemoryDemand demand = expected_memory_demand(parameters, body, layout);
+    shared = {demand.master, demand.root, demand.member};
+  });
+  parallel::check_mpi(MPI_Bcast(shared.data(), 3, MPI_DOUBLE, 0, world.get()), "MPI_Bcast");
+  const MemoryDemand demand{shared[0], shared[1], shared[2]};
+  MPI_Comm on_node = MPI_COMM_NULL;
+  parallel::check_mpi(
+      MPI_Comm_split_type(world.get(), MPI_COMM_TYPE_SHARED, world.rank(), MPI_INFO_NULL, &on_node),
+      "MPI_Comm_split_type");
+  const parallel::Communicator node(on_node);
+  MPI_Comm_free(&on_node);
+  double needed = std::max(0.0, of_rank(demand, layout, world.rank()) - resident());
+  parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &needed, 1, MPI_DOUBLE, MPI_SUM, node.get()),
+                      "MPI_Allreduce");
+  parallel::agree(world, [&] {
+    if (!node.is_root()) return;
+    std::array<char, 256> name{};
+    ::gethostname(name.data(), name.size() - 1);
+    check_available(needed,
+                    node.size() == 1 ? fmt::format("one rank on {}", name.data())
+                                     : fmt::format("{} ranks on {}", node.size(), name.data()),
+                    available_memory());
+  });
+}
+
+}  // namespace crackle::ensemble

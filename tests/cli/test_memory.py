@@ -1,0 +1,96 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The memory that crackle check foretells against what a sample takes, and bodies for which there is not enough."""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+import survival_fixture
+from survival_fixture import ROOT, TRIALS
+
+FACTOR = 1.25  # within which the estimate holds
+
+
+def setting(name, spacing=None, **values):
+    """An input of jobs/ with another spacing, and a duration of a few steps."""
+    text = (ROOT / "jobs" / name).read_text()
+    values = {"duration": '"3 us"', "step": '"auto"', **values}
+    if spacing:
+        values["spacing"], values["notch_spacing"] = (f'"{length}"' for length in spacing)
+    text = text.replace("[ensemble]", f"[ensemble]\nranks_per_sample = {values.pop('ranks_per_sample', 1)}")
+    for key, value in values.items():
+        text, n = re.subn(rf"(?m)^{key} = .*$", f"{key} = {value}", text)
+        assert n == 1, key
+    return text
+
+
+def peaks(command):
+    """Largest resident set of each rank of a command [byte], without the launcher's."""
+    process = subprocess.Popen(command, env=TRIALS.environment(), stdout=subprocess.DEVNULL)
+    found = {}
+    while process.poll() is None:
+        for entry in pathlib.Path("/proc").iterdir():
+            try:
+                if entry.name.isdigit() and os.readlink(entry / "exe") == survival_fixture.PROGRAM:
+                    parent = int((entry / "stat").read_text().rpartition(")")[2].split()[1])
+                    if process.pid in (int(entry.name), parent):
+                        found[entry.name] = 1024 * int(re.search(r"VmHWM:\s*(\d+)", (entry / "status").read_text())[1])
+            except (OSError, TypeError, IndexError):
+                continue  # has ended meanwhile
+        try:
+            process.wait(0.05)
+        except subprocess.TimeoutExpired:
+            pass
+    assert process.returncode == 0, command
+    return list(found.values())
+
+
+class Memory(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="crackle-memory-"))
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def call(self, *arguments):
+        return subprocess.run([survival_fixture.PROGRAM, *map(str, arguments)], cwd=self.folder, text=True,
+                              env=TRIALS.environment(), capture_output=True, check=False, timeout=300)
+
+    def test_the_estimate_holds(self):
+        mpirun = shutil.which("mpirun.openmpi") or "mpirun"
+        for name, n_ranks, text in (
+                ("demo", 1, setting("demo.toml")),
+                ("between, many frames", 1, setting("demo.toml", ("1.6 mm", "0.5 mm"), frames=60, growth=0.05)),
+                ("between", 2, setting("demo.toml", ("1.6 mm", "0.5 mm"), growth=0.05, ranks_per_sample=2)),
+                ("paper", 1, setting("paper.toml"))):
+            with self.subTest(name, ranks=n_ranks):
+                (self.folder / "plate.toml").write_text(text)
+                check = self.call("check", "plate.toml")
+                estimate = 1e6 * float(re.search(r"memory +=  *(\d+) MB per sample", check.stdout)[1])
+                found = peaks([mpirun, "-n", str(n_ranks), survival_fixture.PROGRAM, "sample",
+                               self.folder / "plate.toml", "--sample", "0", "-o", self.folder / f"{name}-{n_ranks}"])
+                self.assertEqual(len(found), n_ranks)
+                error = estimate / sum(found) - 1
+                print(f"{name} on {n_ranks}: estimated {estimate / 1e6:.0f} MB, taken {sum(found) / 1e6:.0f} MB, "
+                      f"error {100 * error:+.0f} %", flush=True)
+                self.assertLess(estimate, FACTOR * sum(found))
+                self.assertGreater(estimate, sum(found) / FACTOR)
+
+    def test_what_cannot_fit_is_refused_before_anything_is_made(self):
+        # All frames of a fine mesh, terabytes.
+        for text in (setting("demo.toml", ("0.5 mm", "0.3 mm"), frames=100000),
+                     setting("paper.toml", ("0.12 mm", "0.1 mm"), frames=100000)):
+            (self.folder / "plate.toml").write_text(text)
+            for command in (("check",), ("sample", "--sample", "0", "-o", "out"), ("run", "-o", "out")):
+                result = self.call(command[0], "plate.toml", *command[1:])
+                self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
+                self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
+                self.assertRegex(result.stderr, r"memory: .* needs about [\d.e+]+ GB, and [\d.]+ GB are available \(")
+                self.assertFalse((self.folder / "out").exists())
+            print(result.stderr.strip(), flush=True)
+
+
+if __name__ == "__main__":
+    survival_fixture.main(__doc__)

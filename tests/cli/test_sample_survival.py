@@ -1,0 +1,125 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""crackle sample is parked, killed and continued on other numbers of ranks, with the bits of an undisturbed one."""
+import re
+import shutil
+import signal
+import subprocess
+
+import survival_fixture
+from survival_fixture import SMALL, TRIALS, SurvivalCase
+
+
+class SampleSurvival(SurvivalCase):
+    SLOW_SECONDS = 4
+
+    def sample(self, *arguments):
+        return ("sample", self.slow, "--sample", 1, "-o", self.out, "--checkpoint-interval", "0.05s", *arguments)
+
+    def start_until_checkpoint(self, *arguments):
+        """A run that has written a checkpoint of its own."""
+        before = self.written(self.checkpoint)
+        process = self.start(*self.sample(*arguments))
+        self.wait_for(lambda: self.written(self.checkpoint) != before, process)
+        return process
+
+    def written(self, file):
+        return file.stat().st_mtime_ns if file.exists() else None
+
+    def assert_parked(self, result):
+        self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
+        self.assertIn("sample 1 parked after", result.stdout)
+        self.assertTrue(self.checkpoint.exists())
+        self.assertEqual(list(self.out.glob("lock-*")), [])
+
+    def step_gone_on_from(self, result):
+        return int(re.search(r"goes on at step (\d+)", result.stdout)[1])
+
+    def assert_equal_sample(self, result):
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertFalse(self.checkpoint.exists())
+        same = subprocess.run(["h5diff", *(f"--exclude-path={path}" for path in TRIALS.EXCLUDED), self.reference,
+                               self.out / "samples" / "0001.h5"], capture_output=True, text=True, check=False)
+        self.assertEqual(same.returncode, 0, same.stdout)
+
+    def setUp(self):
+        super().setUp()
+        self.checkpoint = self.out / "samples" / "0001.checkpoint"
+        self.reference = self.root / "undisturbed" / "samples" / "0001.h5"
+        if not self.reference.exists():
+            result = self.call("sample", self.slow, "--sample", 1, "-o", self.root / "undisturbed")
+            self.assertEqual(result.returncode, 0, result.stderr)
+
+    def test_signals_and_time_limits_park_and_other_ranks_continue(self):
+        for number in (signal.SIGUSR1, signal.SIGTERM, signal.SIGINT):
+            process = self.start_until_checkpoint(*(["--resume"] if self.checkpoint.exists() else []))
+            process.send_signal(number)
+            out, err = process.communicate(timeout=survival_fixture.TIMEOUT)
+            self.assertIn(f"{number.name}: stopping\n", out)
+            self.assert_parked(subprocess.CompletedProcess((), process.returncode, out, err))
+        steps = []
+        for n_ranks in (2, 3):  # some steps only: where ranks share cores they wait for each other
+            result = self.call(*self.sample("--resume", "--time-limit", "2s"), n_ranks=n_ranks)
+            self.assertIn("the time limit of 2 s: stopping", result.stdout)
+            self.assert_parked(result)
+            steps.append(self.step_gone_on_from(result))
+        result = self.call(*self.sample("--resume"))
+        steps.append(self.step_gone_on_from(result))
+        print(f"gone on from steps {steps}")
+        self.assertEqual(steps, sorted(set(steps)), "each piece goes on where the one before was parked")
+        self.assert_equal_sample(result)
+
+    def test_a_kill_costs_what_came_after_the_checkpoint(self):
+        process = self.start_until_checkpoint()
+        self.freeze(process)
+        self.assert_refused(self.call(*self.sample("--resume")), "another run is at work", "lock-1-1")
+        self.kill(process)
+        self.assert_refused(self.call(*self.sample()), "is a checkpoint of this sample", "--resume")
+        other = self.root / "other.toml"
+        other.write_text(self.slow.read_text().replace("0.38", "0.37").replace("seed = 1", "seed = 2"))
+        self.assert_refused(self.call("sample", other, "--sample", 1, "-o", self.out, "--resume"),
+                            "ensemble.seed is 2, not 1", "material.poisson_ratio is 0.37, not 0.38")
+        result = self.call(*self.sample("--resume"))
+        self.assertIn("is taken over: process", result.stdout)
+        self.step_gone_on_from(result)
+        self.assert_equal_sample(result)
+
+    def test_whole_files_are_kept_and_damaged_ones_computed_again(self):
+        arguments = ("sample", self.small, "--sample", 1, "-o", self.out)
+        self.assertEqual(self.call(*arguments).returncode, 0)
+        file = self.out / "samples" / "0001.h5"
+        written = self.written(file)
+        result = self.call(*arguments, "--resume")
+        self.assertIn("sample 1 has ended before; it is kept", result.stdout)
+        self.assertEqual((result.returncode, self.written(file)), (0, written))
+        data = file.read_bytes()
+        file.write_bytes(data[:1000] + b"x" + data[1001:])
+        result = self.call(*arguments, "--resume")
+        self.assertRegex(result.stdout, "0001.h5.invalid-1 and computed again: .*damaged file")
+        self.assertEqual(result.returncode, 0)
+        self.assertEqual(self.call(*arguments).returncode, 0, "without --resume it is computed anew")
+        self.assertGreater(self.written(file), written)
+
+    def test_numbers_out_of_bounds_are_found_soon(self):
+        # Loads that tear everything apart at once: the sample fails long before its end, with the reason.
+        wild = self.root / "wild.toml"
+        wild.write_text(SMALL.replace('rate = ["0 N/s", "0 N/s", "5 N/s"]', 'rate = ["0 N/s", "0 N/s", "1e17 N/s"]')
+                        .replace("[time]", '[time]\nstart = "rest"'))
+        result = self.call("sample", wild, "--sample", 0, "-o", self.out)
+        self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+        reason = re.search(r"sample 0 failed after .*", result.stdout)[0]
+        print(reason)
+        step = float(re.search(r"used ([\d.]+) ns", result.stdout)[1]) * 1e-3
+        self.assertLess(float(re.search(r"\(([\d.]+) us after the start of the phase\)", reason)[1]), 32 * step)
+
+    def test_a_folder_that_vanishes(self):
+        process = self.start_until_checkpoint()
+        self.freeze(process)
+        shutil.rmtree(self.out)
+        process.send_signal(signal.SIGCONT)
+        out, err = process.communicate(timeout=survival_fixture.TIMEOUT)
+        self.assert_equal_sample(subprocess.CompletedProcess((), process.returncode, out, err))
+
+
+if __name__ == "__main__":
+    survival_fixture.main(__doc__)

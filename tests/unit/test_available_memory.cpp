@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a node and its control groups leave, from made-up trees of /proc and /sys.
+#include "crackle/ensemble/memory.h"
+#include "support/temporary_folder.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <fstream>
+
+namespace crackle::ensemble {
+namespace {
+
+using ::testing::HasSubstr;
+
+class Node : public testing::Test {
+protected:
+  void write(const std::string& name, const std::string& text) const {
+    const auto file = folder_.path() / name;
+    std::filesystem::create_directories(file.parent_path());
+    std::ofstream(file) << text;
+  }
+  AvailableMemory look() const {
+    AvailableMemory found = available_memory(folder_.path());
+    std::printf("%.4g MB, %s\n", found.bytes / 1e6, found.limit.c_str());
+    return found;
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(Node, WithoutGroupsWhatTheKernelSays) {
+  EXPECT_TRUE(std::isinf(look().bytes));
+  EXPECT_NO_THROW(check_available(1e15, "a sample", look()));
+  write("proc/meminfo", "MemTotal: 9000000 kB\nMemFree: 1 kB\nMemAvailable:    5000000 kB\n");
+  EXPECT_EQ(look().bytes, 5e6 * 1024);
+}
+
+TEST_F(Node, VersionTwoCountsEveryGroupAboveAndNoCachedFiles) {
+  write("proc/meminfo", "MemAvailable: 5000000 kB\n");
+  write("proc/self/cgroup", "0::/slurm/job_7/step_0\n");
+  write("sys/fs/cgroup/slurm/job_7/step_0/memory.max", "max\n");
+  write("sys/fs/cgroup/slurm/job_7/step_0/memory.current", "1000\n");
+  EXPECT_EQ(look().limit, "memory of the node");
+  write("sys/fs/cgroup/slurm/job_7/memory.max", "3000000000\n");
+  write("sys/fs/cgroup/slurm/job_7/memory.current", "1000000000\n");
+  write("sys/fs/cgroup/slurm/job_7/memory.stat", "anon 5\ninactive_file 200000000\n");
+  EXPECT_EQ(look().bytes, 2.2e9);
+  EXPECT_EQ(look().limit, "control group /slurm/job_7");
+}
+
+TEST_F(Node, VersionOneAndContainersThatSeeTheirOwnGroupAsTheRoot) {
+  write("proc/meminfo", "MemAvailable: 5000000 kB\n");
+  write("proc/self/cgroup", "5:cpu,cpuacct:/x\n4:memory:/docker/abc\n0::/\n");
+  write("sys/fs/cgroup/memory/memory.limit_in_bytes", "9223372036854771712\n");
+  write("sys/fs/cgroup/memory/memory.usage_in_bytes", "1000000000\n");
+  EXPECT_EQ(look().bytes, 5e6 * 1024);
+  write("sys/fs/cgroup/memory/memory.limit_in_bytes", "800000000\n");
+  EXPECT_EQ(look().bytes, 0) << "more taken than allowed";
+  write("sys/fs/cgroup/memory/memory.stat", "inactive_file 1\ntotal_inactive_file 900000000\n");
+  EXPECT_EQ(look().bytes, 7e8);
+}
+
+TEST_F(Node, RefusalsHaveBothNumbers) {
+  write("proc/meminfo", "MemAvailable: 1000000 kB\n");
+  try {
+    check_available(2.5e9, "3 ranks on here", look());
+    FAIL() << "not refused";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(),
+                HasSubstr("memory: 3 ranks on here need about 2.5 GB, and 1.02 GB are available"));
+  }
+}
+
+TEST(MemoryDemand, FollowsTheLayout) {
+  input::Parameters parameters;
+  const auto of = [&](int n_ranks, int per_sample) {
+    return memory_demand(parameters, 5e6, 27e6, make_group_layout(n_ranks, per_sample));
+  };
+  EXPECT_GT(of(1, 1).master, of(2, 1).root) << "one rank makes meshes too";
+  EXPECT_LT(of(5, 4).member, 0.3 * of(2, 1).member);
+  EXPECT_GT(of(5, 4).root, of(5, 4).member);
+  EXPECT_LT(of(1000, 1).master, of(2, 1).master + 2e9) << "what is made ahead is bounded";
+  const auto few = of(2, 1).root;
+  parameters.output.frames = 100;
+  EXPECT_GT(of(2, 1).root, few + 80 * 5e6 * 24) << "displacement and velocity of each frame";
+  const auto alone = memory_demand(parameters, 5e6, 27e6, one_group(4));
+  EXPECT_GT(alone.master, alone.member);
+}
+
+}  // namespace
+}  // namespace crackle::ensemble
