@@ -3,9 +3,7 @@
 
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/stable_step.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/geometry/realization.h"
-#include "support/box_mesh.h"
+#include "support/job.h"
 
 #include <gtest/gtest.h>
 
@@ -16,17 +14,20 @@
 
 namespace crackle::test {
 
-/// Sample `number` of a body without notches, on the program's own mesh.
-inline geometry::Realization irregular_box(const geometry::Point& size, double spacing, int number = 0) {
-  input::Specimen specimen;
-  specimen.size = size;
-  input::Mesh mesh;
-  mesh.spacing = mesh.notch_spacing = spacing;
-  mesh.growth = 0.03;
-  mesh.perturbation = 0.2;
-  mesh.min_quality = 0.2;
-  const geometry::Body body(specimen);
-  return geometry::make_realization(body, geometry::make_mother_points(body, mesh, 1), mesh, 1, number);
+/// A sample of a body without notches, on the program's own mesh.
+inline geometry::Realization irregular_box(const geometry::Point& size, double spacing,
+                                           std::uint64_t sample = 0) {
+  input::Parameters parameters;
+  parameters.ensemble.seed = 1;
+  parameters.specimen.size = size;
+  parameters.mesh = {.spacing = spacing,
+                     .notch_spacing = spacing,
+                     .growth = 0.03,
+                     .perturbation = 0.2,
+                     .min_quality = 0.2,
+                     .points = {},
+                     .points_digest = {}};
+  return realization(parameters, sample);
 }
 
 /// A body that does not break, in motion in fixed-point numbers of 64 bits on one rank.
