@@ -8,6 +8,7 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
+import h5py
 import numpy as np
 
 from .runs import JOBS, ROOT, RunError, Sample, read, run, with_keys
@@ -187,6 +188,11 @@ def griffith_strip(folder: Path, program: Path) -> list[Figure]:
     return figures
 
 
+def _wedge(y: float) -> float:
+    """Share of the opening that the grips of the slow growth have at y [mm]."""
+    return min(1, 1 - 0.7 * (y - 16) / 20)
+
+
 def slow_growth(folder: Path, program: Path) -> list[Figure]:
     """The strip opened like a wedge, less and less ahead of the crack: it grows with the load, in equilibria."""
     text = (JOBS / "griffith-strip.toml").read_text()
@@ -195,7 +201,7 @@ def slow_growth(folder: Path, program: Path) -> list[Figure]:
     parts = [(0.0, 16.0)] + [(16 + 1.25 * i, 16 + 1.25 * (i + 1)) for i in range(16)]  # [mm]
     loads = "".join(f'[[boundary]]\non = "{face}"\nfix = ["x", "y"]\n' for face in ("z-min", "z-max"))
     for low, high in parts:
-        travel = 5e-4 * min(1, 1 - 0.7 * ((low + high) / 2 - 16) / 20)
+        travel = 5e-4 * _wedge((low + high) / 2)
         region = f'{{ y = ["{low + (1e-3 if low else 0)} mm", "{high} mm"] }}'
         for face, sign in (("z-min", "-"), ("z-max", "")):
             loads += (f'[[boundary]]\non = "{face}"\nregion = {region}\n'
@@ -203,12 +209,31 @@ def slow_growth(folder: Path, program: Path) -> list[Figure]:
     keys = {"specimen.size": '["2 mm", "36 mm", "12 mm"]', "mesh.spacing": '"1 mm"', "ensemble.samples": "3",
             "time.arrest": '"1 fs"', "sections.y": '["22 mm", "26 mm", "30 mm"]', "output.frames": "0"}
     samples = run(with_keys(head + loads + tail, keys), folder / "slow-growth", program)
-    case = "Strip with toughness, opened like a wedge, all breaks quasi-static; over toughness times traced area"
     broken, lost = ([float(sample.energy[part][-1]) / float(sample.summary["traced_area"]) / TOUGHNESS
                      for sample in samples] for part in ("released", "dissipated"))
-    return [Figure(case, "energy of broken tetrahedra", _mean(broken, ".2f"), "0.73"),
-            Figure(case, "energy lost when the body finds its next equilibrium", _mean(lost, ".2f"), "0.27"),
-            Figure(case, "both", _mean([a + b for a, b in zip(broken, lost)], ".2f"), "1")]
+    jumps = [jump for file in sorted((folder / "slow-growth" / "out" / "samples").glob("*.h5")) for jump in _jumps(file)]
+    case = "Strip with toughness, opened like a wedge, all breaks quasi-static"
+    return [Figure(case, "energy of broken tetrahedra over toughness times traced area", _mean(broken, ".2f"), "0.73"),
+            Figure(case, "energy lost on the way to the next equilibrium, likewise", _mean(lost, ".2f"), "0.27"),
+            Figure(case, "both", _mean([a + b for a, b in zip(broken, lost)], ".2f"), "1"),
+            Figure(case, "energy release rate over toughness when the front jumps", _mean([j[0] for j in jumps], ".2f"),
+                   "1"),
+            Figure(case, "the same when it stops", _mean([j[1] for j in jumps], ".2f"), "below 1")]
+
+
+def _jumps(file: Path) -> list[tuple[float, float]]:
+    """Energy release rates over the toughness at the crack's front before and after it went on by over 1 mm at one load."""
+    with h5py.File(file) as root:
+        load_time = root["breaks/load_time"][:]
+        nodes = root["mesh/tetrahedra"][:][root["breaks/tetrahedron"][:]]
+        y = root["mesh/nodes"][:][nodes].mean(axis=1)[:, 1] / MILLIMETRE
+    jumps, front = [], 20.0  # the notch's tip
+    for time in np.unique(load_time):
+        reached = max(front, float(np.sort(y[load_time <= time])[-5:].mean()))
+        if reached > front + 1:
+            jumps.append(tuple((time * 1e-6 * _wedge(place) / _griffith_travel()) ** 2 for place in (front, reached)))
+        front = reached
+    return jumps
 
 
 def test_programs(build: Path) -> list[Figure]:
