@@ -219,32 +219,33 @@ Table material_table() {
 }
 
 Table fracture_table() {
-  return {"fracture",
-          Occurrence::once,
-          "the Tuler-Butcher criterion",
-          {optional_quantity_key("strength", in(&Parameters::fracture, &Fracture::strength),
-                                 stress_dimension(), positive_stress, optional("from toughness"),
-                                 "sigma_0: largest principal stress without damage"),
-           optional_quantity_key("toughness", in(&Parameters::fracture, &Fracture::toughness),
-                                 energy_per_area_dimension(), {0, 1e9, true}, optional("from strength"),
-                                 "energy per crack area; instead of strength, which then follows from it and "
-                                 "the local spacing"),
-           number_key("exponent", in(&Parameters::fracture, &Fracture::exponent), {0, 20, true},
-                      by_default("2"), "beta"),
-           impulse_key(),
-           choice_key<Memory>("memory", in(&Parameters::fracture, &Fracture::memory),
-                              {{"cumulative", Memory::cumulative}, {"step", Memory::step}},
-                              by_default("\"cumulative\""),
-                              "damage adds up for ever, or over one time step only"),
-           choice_key<Release>("release", in(&Parameters::fracture, &Fracture::release),
-                               {{"element", Release::element}, {"facet", Release::facet}},
-                               by_default("\"element\""),
-                               "what a break opens: all dual facets of the tetrahedron, or one group"),
-           choice_key<Contact>("contact", in(&Parameters::fracture, &Fracture::contact),
-                               {{"none", Contact::none}, {"frictionless", Contact::frictionless}},
-                               by_default("\"none\""),
-                               "whether opened facets carry compression when they close again; "
-                               "\"frictionless\" needs start = \"rest\"")}};
+  return {
+      "fracture",
+      Occurrence::once,
+      "the Tuler-Butcher criterion",
+      {optional_quantity_key("strength", in(&Parameters::fracture, &Fracture::strength), stress_dimension(),
+                             positive_stress, optional("from toughness"),
+                             "sigma_0: largest principal stress without damage"),
+       optional_quantity_key("toughness", in(&Parameters::fracture, &Fracture::toughness),
+                             energy_per_area_dimension(), {0, 1e9, true}, optional("from strength"),
+                             "energy per crack area that a slow crack takes; instead of strength, which then "
+                             "follows from it and the local spacing"),
+       number_key("exponent", in(&Parameters::fracture, &Fracture::exponent), {0, 20, true}, by_default("2"),
+                  "beta"),
+       impulse_key(),
+       choice_key<Memory>("memory", in(&Parameters::fracture, &Fracture::memory),
+                          {{"cumulative", Memory::cumulative}, {"step", Memory::step}},
+                          by_default("\"cumulative\""),
+                          "damage adds up for ever, or over one time step only"),
+       choice_key<Release>("release", in(&Parameters::fracture, &Fracture::release),
+                           {{"element", Release::element}, {"facet", Release::facet}},
+                           by_default("\"element\""),
+                           "what a break opens: all dual facets of the tetrahedron, or one group"),
+       choice_key<Contact>("contact", in(&Parameters::fracture, &Fracture::contact),
+                           {{"none", Contact::none}, {"frictionless", Contact::frictionless}},
+                           by_default("\"none\""),
+                           "whether opened facets carry compression when they close again; "
+                           "\"frictionless\" needs start = \"rest\"")}};
 }
 
 Table time_table() {

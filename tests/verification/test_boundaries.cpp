@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The boundary list at work in dynamics: motions of a part of a face, loads with a history, free flight.
-#include "crackle/dynamics/moving_body.h"
-#include "crackle/dynamics/stable_step.h"
 #include "crackle/parallel/exact_sum.h"
-#include "support/box_mesh.h"
+#include "support/elastic_motion.h"
 
 #include <gtest/gtest.h>
 
@@ -17,77 +15,53 @@ using input::BoundaryKind;
 using input::Face;
 using mechanics::Vector;
 
+constexpr geometry::Point size{0.003, 0.004, 0.008};
+
+input::Parameters epoxy_with(std::vector<input::Boundary> boundaries) {
+  input::Parameters parameters;
+  parameters.specimen.size = size;
+  parameters.material = test::epoxy();
+  parameters.boundaries = std::move(boundaries);
+  return parameters;
+}
+
 /// A small epoxy block with a boundary list.
-class Block {
+class Block : public test::ElasticMotion {
 public:
   explicit Block(std::vector<input::Boundary> boundaries)
-      : mesh_(test::make_box({.size = size, .cells = {3, 4, 8}, .disturbance = 0.2})),
-        subdomain_(test::whole(mesh_)),
-        body_(subdomain_, test::epoxy()),
-        strength_(subdomain_.tetrahedra.size(), 35e6),
-        state_{parallel::NodeField(self_, subdomain_), parallel::NodeField(self_, subdomain_)} {
-    input::Parameters parameters;
-    parameters.specimen.size = size;
-    parameters.boundaries = std::move(boundaries);
-    loads_ = mechanics::make_boundary_loads(self_, parameters, subdomain_);
-    step_ = 0.5 * splitting(input::Integrator::bilateral4).stability_limit /
-            largest_frequency(self_, subdomain_, body_.operators(), body_.force());
-  }
+      : ElasticMotion(test::make_box({.size = size, .cells = {3, 4, 8}, .disturbance = 0.2}),
+                      epoxy_with(std::move(boundaries))) {}
 
+  double step() const { return 0.5 * stable_step(); }
   void move(std::int64_t n_steps) {
-    const MotionContext context{&self_, &body_, &loads_, test::epoxy().density, strength_};
-    const auto motion = make_fixed_point_motion(context, input::Precision::double_, 0,
-                                                static_cast<double>(n_steps) * step_, state_);
-    const auto& map = splitting(input::Integrator::bilateral4);
-    for (std::int64_t i = 0; i < n_steps; ++i)
-      motion->step(i % 2 == 0 ? map.even : map.odd, step_, static_cast<double>(i) * step_);
-    motion->read(state_);
-    EXPECT_FALSE(motion->failure());
+    start(static_cast<double>(n_steps) * step());
+    advance(n_steps, step());
   }
 
   Vector momentum() const {
-    return sum_over_nodes([&](std::size_t n) { return scaled(mass(n), velocity(n)); });
+    return sum_over_nodes([&](std::size_t n) { return times_mass(n, velocity_of(n)); });
   }
   /// About the origin, with the undeformed positions: that is what linear elasticity keeps exactly.
   Vector angular_momentum() const {
     return sum_over_nodes(
-        [&](std::size_t n) { return scaled(mass(n), mechanics::cross(subdomain_.nodes[n], velocity(n))); });
+        [&](std::size_t n) { return times_mass(n, mechanics::cross(subdomain().nodes[n], velocity_of(n))); });
   }
-
-  double mass(std::size_t n) const { return body_.operators().node_mass[n]; }
-  Vector velocity(std::size_t n) const {
-    return {state_.velocity.owned()[3 * n], state_.velocity.owned()[3 * n + 1],
-            state_.velocity.owned()[3 * n + 2]};
-  }
-  const geometry::Subdomain& subdomain() const { return subdomain_; }
-  MotionState& state() { return state_; }
-  double step() const { return step_; }
-
-  static constexpr geometry::Point size{0.003, 0.004, 0.008};
 
 private:
-  static Vector scaled(double factor, Vector v) {
-    for (double& c : v) c *= factor;
+  Vector velocity_of(std::size_t n) const { return {velocity(n, 0), velocity(n, 1), velocity(n, 2)}; }
+  Vector times_mass(std::size_t n, Vector v) const {
+    for (double& c : v) c *= mass(n);
     return v;
   }
   Vector sum_over_nodes(auto&& term) const {
     std::array<std::vector<double>, 3> terms;
-    for (std::size_t n = 0; n < subdomain_.nodes.size(); ++n) {
+    for (std::size_t n = 0; n < n_nodes(); ++n) {
       const Vector value = term(n);
       for (std::size_t i = 0; i < 3; ++i) terms[i].push_back(value[i]);
     }
-    return {parallel::exact_sum(self_, terms[0]), parallel::exact_sum(self_, terms[1]),
-            parallel::exact_sum(self_, terms[2])};
+    return {parallel::exact_sum(self(), terms[0]), parallel::exact_sum(self(), terms[1]),
+            parallel::exact_sum(self(), terms[2])};
   }
-
-  parallel::Communicator self_{MPI_COMM_SELF};
-  geometry::Realization mesh_;
-  geometry::Subdomain subdomain_;
-  fracture::BreakableBody body_;
-  std::vector<double> strength_;
-  mechanics::BoundaryLoads loads_;
-  MotionState state_;
-  double step_ = 0;
 };
 
 TEST(FreeFlight, KeepsMomentumAndAngularMomentum) {
@@ -117,7 +91,7 @@ TEST(Traction, WithAHistoryGivesItsImpulse) {
   Block block({pulse});
   const auto n_steps = 2 * static_cast<std::int64_t>(std::ceil(3e-6 / block.step()));
   block.move(n_steps);
-  const double area = Block::size[0] * Block::size[1];
+  const double area = size[0] * size[1];
   const Vector expected{0, 1e5 * area * 3e-6, 2e5 * area * 3e-6};
   const Vector found = block.momentum();
   std::printf("momentum %.6e, %.6e N s; impulse of the pulse %.6e, %.6e N s\n", found[1], found[2],
@@ -141,7 +115,7 @@ TEST(Velocity, OnAPartOfAFaceMovesThatPartOnly) {
     if (p[2] == 0) {
       EXPECT_EQ(u, 0);
     }
-    if (p[2] != Block::size[2]) continue;
+    if (p[2] != size[2]) continue;
     if (p[1] <= 0.0021) {
       ++n_pushed;
       EXPECT_NEAR(u, 0.5 * time, 1e-9 * time);

@@ -64,8 +64,10 @@ TEST(Toughness, MakesTheLoadAtRunAwayIndependentOfTheSpacing) {
     with_strength.fracture.toughness = 0;
     with_strength.fracture.strength = fracture::strength_of(parameters.material, 30, height / 12);
     strong.push_back(run_away_travel(with_strength, cells) / griffith);
-    std::printf("spacing %.2f mm: load at run-away over Griffith's %.3f with toughness, %.3f with strength\n",
-                1e3 * height / cells, tough.back(), strong.back());
+    std::printf(
+        "spacing %.2f mm: load at run-away over Griffith's %.3f with toughness (reference 1), %.3f with "
+        "strength\n",
+        1e3 * height / cells, tough.back(), strong.back());
   }
   const auto spread = [](const std::vector<double>& values) {
     return std::ranges::max(values) / std::ranges::min(values);
@@ -74,7 +76,7 @@ TEST(Toughness, MakesTheLoadAtRunAwayIndependentOfTheSpacing) {
               spread(tough), spread(strong), std::sqrt(2.0));
   EXPECT_LT(spread(tough), 1.15);
   EXPECT_GT(spread(strong), 1.25);
-  for (const double load : tough) EXPECT_NEAR(load, 1.2, 0.3);
+  for (const double load : tough) EXPECT_NEAR(load, 1, 0.1);
 }
 
 TEST(Toughness, SpacingIsThatOfTheMesh) {

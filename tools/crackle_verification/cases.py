@@ -8,6 +8,7 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
+import h5py
 import numpy as np
 
 from .runs import JOBS, ROOT, RunError, Sample, read, run, with_keys
@@ -28,26 +29,94 @@ def _mean(values: list[float], form: str) -> str:
     return f"{np.mean(values):{form}} ± {np.std(values, ddof=1):{form}}" if len(values) > 1 else f"{values[0]:{form}}"
 
 
+def _range(values: list[float | None], form: str, unit: str = "") -> str:
+    """Median and range of those that are there, and how many when some are not."""
+    there = [value for value in values if value is not None]
+    if not there:
+        return "none"
+    text = f"{np.median(there):{form}}{unit} ({min(there):{form}} to {max(there):{form}})"
+    return text if len(there) == len(values) else f"{text}, {len(there)} of {len(values)}"
+
+
+@dataclass(frozen=True)
+class GlassPlate:
+    """What a crack did in the glass plate; times in microseconds, None for what did not happen."""
+
+    start: float | None  # the crack has grown by 1 mm
+    branching: float | None
+    place: float | None  # y of the branching [mm]
+    arrival: float | None  # 1 mm before the far edge
+    speed: float  # largest, over Rayleigh's
+    energy: float  # released energy per traced area [J/m^2]
+    sample: Sample
+
+
+def _glass_plates(text: str, folder: Path, program: Path) -> list[GlassPlate]:
+    plates = []
+    for sample in run(text, folder, program):
+        y, z = sample.facet_corners[:, :, 1].mean(axis=1), sample.facet_corners[:, :, 2].mean(axis=1)
+
+        def passing(place: float) -> float | None:
+            times = sample.facet_time[y > place * MILLIMETRE]
+            return float(times.min() / MICROSECOND) if times.size else None
+
+        branching = _branching(y, z, sample.facet_time)
+        plates.append(GlassPlate(passing(51), branching[0] / MICROSECOND if branching else None,
+                                 branching[1] / MILLIMETRE if branching else None, passing(99),
+                                 float(sample.summary["crack_speed_ratio"]),
+                                 float(sample.summary["effective_toughness"]), sample))
+    return plates
+
+
 def glass_plate(folder: Path, program: Path) -> list[Figure]:
-    case = "Glass plate, Borden et al. 2012"
-    sample, = run((JOBS / "glass-plate.toml").read_text(), folder / "glass-plate", program)
-    y, z = sample.facet_corners[:, :, 1].mean(axis=1), sample.facet_corners[:, :, 2].mean(axis=1)
-    time = sample.facet_time
-    is_advance = y > 51 * MILLIMETRE
-    branching = _branching(y, z, time)
-    arrival = time[y > 99 * MILLIMETRE]
+    plates = _glass_plates((JOBS / "glass-plate.toml").read_text(), folder / "glass-plate", program)
+    case = f"Glass plate, Borden et al. 2012; median (range) of {len(plates)} samples"
+    short = [int(plate.sample.summary["bifurcations"]) for plate in plates]
     return [
-        Figure(case, "start of the crack", f"{time[is_advance].min() / MICROSECOND:.0f} µs", "about 10 µs"),
-        Figure(case, "branchings, short arms included", f"{int(sample.summary['bifurcations'])}", "1"),
-        Figure(case, "branching for good", "none" if branching is None else
-               f"{branching[0] / MICROSECOND:.0f} µs, at y = {branching[1] / MILLIMETRE:.0f} mm", "about 33 µs"),
-        Figure(case, "arrival at the far edge",
-               f"{arrival.min() / MICROSECOND:.0f} µs" if arrival.size else "not within 90 µs", "about 75 µs"),
-        Figure(case, "largest speed over Rayleigh's (2125 m/s)", f"{sample.summary['crack_speed_ratio']:.2f}",
-               "below 0.6"),
-        Figure(case, "released energy per traced area", f"{sample.summary['effective_toughness']:.2f} J/m²",
-               "3 J/m²"),
+        Figure(case, "the crack has grown by 1 mm", _range([p.start for p in plates], ".0f", " µs"), "about 10 µs"),
+        Figure(case, "branching for good", _range([p.branching for p in plates], ".0f", " µs"), "about 33 µs"),
+        Figure(case, "branchings, short arms included", _range(short, ".0f"), "1"),
+        Figure(case, "arrival at the far edge", _range([p.arrival for p in plates], ".0f", " µs"), "about 75 µs"),
+        Figure(case, "largest speed over Rayleigh's (2125 m/s)", _range([p.speed for p in plates], ".2f"), "below 0.6"),
+        Figure(case, "energy of broken tetrahedra per traced area", _range([p.energy for p in plates], ".2f", " J/m²"),
+               "2.2 J/m², 0.86/1.18 of 3"),
     ]
+
+
+COARSE = {"mesh.spacing": '"0.5 mm"', "specimen.size": '["1 mm", "100 mm", "40 mm"]', "ensemble.samples": "6"}
+# The first boundary of the input comes after two more.
+PLANE_STRAIN = {"boundary.on": '"x-min"\nfix = ["x"]\n[[boundary]]\non = "x-max"\nfix = ["x"]\n[[boundary]]\non = "z-min"'}
+GLASS_PLATE_VARIANTS = (
+    ("the input", {}),
+    ("0.5 mm, two cells through the thickness", COARSE),
+    ("0.25 mm, three cells", {"mesh.spacing": '"0.25 mm"', "specimen.size": '["0.75 mm", "100 mm", "40 mm"]',
+                              "ensemble.samples": "4"}),
+    ("0.5 mm, four cells", COARSE | {"specimen.size": '["2 mm", "100 mm", "40 mm"]'}),
+    ("0.5 mm, `facet`", COARSE | {"fracture.release": '"facet"'}),
+    ("0.5 mm, K_f = 1e-6 MPa² s", COARSE | {"fracture.impulse": '"1e-6 MPa^2 s"'}),
+    ("0.5 mm, K_f = 1e-5 MPa² s", COARSE | {"fracture.impulse": '"1e-5 MPa^2 s"'}),
+    ("0.5 mm, β = 1, K_f = 1e-9 MPa s", COARSE | {"fracture.exponent": "1", "fracture.impulse": '"1e-9 MPa s"'}),
+    ("0.5 mm, plane strain", COARSE | PLANE_STRAIN),
+    ("0.5 mm, notch of 0.25 mm", COARSE | {"specimen.notch.height": '"0.25 mm"', "mesh.notch_spacing": '"0.125 mm"',
+                                           "mesh.growth": "0.3"}),
+    ("0.5 mm, disturbance 0.35", COARSE | {"mesh.perturbation": "0.35", "mesh.min_quality": "0.1"}),
+)
+
+
+def glass_plate_variants(folder: Path, program: Path) -> str:
+    """A table of what changes the branching."""
+    text = (JOBS / "glass-plate.toml").read_text()
+    lines = ["| glass plate with | samples | grown by 1 mm [µs] | branching for good [µs] | at y [mm] | arrival [µs] | "
+             "speed over Rayleigh's | energy [J/m²] |", "|---" * 8 + "|"]
+    for number, (title, keys) in enumerate(GLASS_PLATE_VARIANTS):
+        name = f"glass-plate-{number}" if keys else "glass-plate"
+        plates = _glass_plates(with_keys(text, keys), folder / name, program)
+        columns = [[p.start for p in plates], [p.branching for p in plates], [p.place for p in plates],
+                   [p.arrival for p in plates]]
+        cells = [title, str(len(plates)), *(_range(values, ".0f") for values in columns),
+                 _range([p.speed for p in plates], ".2f"), _range([p.energy for p in plates], ".2f")]
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
 
 
 def _branching(y: np.ndarray, z: np.ndarray, time: np.ndarray) -> tuple[float, float] | None:
@@ -93,32 +162,94 @@ def notched_strip(folder: Path, program: Path) -> list[Figure]:
     return figures
 
 
+TOUGHNESS, STRIP_HEIGHT = 30, 12e-3  # of griffith-strip.toml [J/m^2, m]
+
+
+def _griffith_travel() -> float:
+    """At which the strip holds the toughness for each area ahead of the crack [m]."""
+    modulus, nu = 32e9, 0.2
+    uniaxial = modulus * (1 - nu) / ((1 + nu) * (1 - 2 * nu))
+    return math.sqrt(2 * TOUGHNESS * STRIP_HEIGHT / uniaxial)
+
+
 def griffith_strip(folder: Path, program: Path) -> list[Figure]:
     text = (JOBS / "griffith-strip.toml").read_text()
-    toughness, height, modulus, nu, rate = 30, 12e-3, 32e9, 0.2, 1e-6
-    uniaxial = modulus * (1 - nu) / ((1 + nu) * (1 - 2 * nu))
-    travel = math.sqrt(2 * toughness * height / uniaxial)
+    rate = 1e-6
+    case = "Strip with toughness, loaded slowly"
     figures = []
     for spacing in (1.0, 0.75, 0.5):
         keys = {"mesh.spacing": f'"{spacing} mm"', "ensemble.samples": "4"}
         samples = run(with_keys(text, keys), folder / f"griffith-strip-{spacing}", program)
-        loads = [float(sample.summary["onset_time"]) * rate / travel for sample in samples]
-        energy = [float(sample.summary["effective_toughness"]) / toughness for sample in samples]
-        case = "Strip with toughness, loaded slowly"
+        loads = [float(sample.summary["onset_time"]) * rate / _griffith_travel() for sample in samples]
+        energy = [float(sample.summary["effective_toughness"]) / TOUGHNESS for sample in samples]
         figures.append(Figure(case, f"load at run-away over Griffith's, spacing {spacing} mm", _mean(loads, ".2f"), "1"))
-        figures.append(Figure(case, f"released energy per traced area over the toughness, spacing {spacing} mm",
-                              _mean(energy, ".2f"), "1"))
+        figures.append(Figure(case, f"energy of broken tetrahedra per traced area over the toughness, {spacing} mm",
+                              _mean(energy, ".2f"), "0.73 = 0.86/1.18"))
     return figures
+
+
+def _wedge(y: float) -> float:
+    """Share of the opening that the grips of the slow growth have at y [mm]."""
+    return min(1, 1 - 0.7 * (y - 16) / 20)
+
+
+def slow_growth(folder: Path, program: Path) -> list[Figure]:
+    """The strip opened like a wedge, less and less ahead of the crack: it grows with the load, in equilibria."""
+    text = (JOBS / "griffith-strip.toml").read_text()
+    head, _ = text.split('[[boundary]]\non = "z-min"')
+    tail = "[time]" + text.split("[time]")[1]
+    parts = [(0.0, 16.0)] + [(16 + 1.25 * i, 16 + 1.25 * (i + 1)) for i in range(16)]  # [mm]
+    loads = "".join(f'[[boundary]]\non = "{face}"\nfix = ["x", "y"]\n' for face in ("z-min", "z-max"))
+    for low, high in parts:
+        travel = 5e-4 * _wedge((low + high) / 2)
+        region = f'{{ y = ["{low + (1e-3 if low else 0)} mm", "{high} mm"] }}'
+        for face, sign in (("z-min", "-"), ("z-max", "")):
+            loads += (f'[[boundary]]\non = "{face}"\nregion = {region}\n'
+                      f'displacement = ["free", "free", "{sign}{travel:.7g} mm"]\nhistory = [["0 s", 0], ["11 s", 11]]\n')
+    keys = {"specimen.size": '["2 mm", "36 mm", "12 mm"]', "mesh.spacing": '"1 mm"', "ensemble.samples": "3",
+            "time.arrest": '"1 fs"', "sections.y": '["22 mm", "26 mm", "30 mm"]', "output.frames": "0"}
+    samples = run(with_keys(head + loads + tail, keys), folder / "slow-growth", program)
+    broken, lost = ([float(sample.energy[part][-1]) / float(sample.summary["traced_area"]) / TOUGHNESS
+                     for sample in samples] for part in ("released", "dissipated"))
+    jumps = [jump for file in sorted((folder / "slow-growth" / "out" / "samples").glob("*.h5")) for jump in _jumps(file)]
+    case = "Strip with toughness, opened like a wedge, all breaks quasi-static"
+    return [Figure(case, "energy of broken tetrahedra over toughness times traced area", _mean(broken, ".2f"), "0.73 = 0.86/1.18"),
+            Figure(case, "energy lost on the way to the next equilibrium, likewise", _mean(lost, ".2f"), "the rest"),
+            Figure(case, "both", _mean([a + b for a, b in zip(broken, lost)], ".2f"), "1"),
+            Figure(case, "energy release rate over toughness when the front jumps", _mean([j[0] for j in jumps], ".2f"),
+                   "1"),
+            Figure(case, "the same when it stops", _mean([j[1] for j in jumps], ".2f"), "below 1")]
+
+
+def _jumps(file: Path) -> list[tuple[float, float]]:
+    """Energy release rates over the toughness at the crack's front before and after it went on by over 1 mm at one load."""
+    with h5py.File(file) as root:
+        load_time = root["breaks/load_time"][:]
+        nodes = root["mesh/tetrahedra"][:][root["breaks/tetrahedron"][:]]
+        y = root["mesh/nodes"][:][nodes].mean(axis=1)[:, 1] / MILLIMETRE
+    jumps, front = [], 20.0  # the notch's tip
+    for time in np.unique(load_time):
+        reached = max(front, float(np.sort(y[load_time <= time])[-5:].mean()))
+        if reached > front + 1:
+            jumps.append(tuple((time * 1e-6 * _wedge(place) / _griffith_travel()) ** 2 for place in (front, reached)))
+        front = reached
+    return jumps
 
 
 def test_programs(build: Path) -> list[Figure]:
     """Figures that the test programs print."""
     waves = _output(build / "bin" / "test_waves")
+    lamb = _output(build / "bin" / "test_lamb")
     calculix = _output(build / "bin" / "test_calculix")
     figures = []
     for name in ("P", "S"):
-        orders = re.findall(rf"{name} wave, .* order ([\d.]+)", waves)
-        figures.append(Figure(f"Plane {name} wave", "order of convergence in space", ", ".join(orders), "2"))
+        order = re.search(rf"{name} wave: from ([\d.]+ to [\d.]+ mm) order ([\d.]+)", waves)
+        figures.append(Figure(f"Plane {name} wave of 24 mm", f"order of convergence in space, {order.group(1)}",
+                              order.group(2), "2"))
+    for spacing, mean, worst in re.findall(r"spacing ([\d.]+) mm: .* ([\d.]+) %, largest ([\d.]+) %", lamb):
+        figures.append(Figure("Lamb's problem, closed form of Pekeris and Mooney",
+                              f"difference of the surface's motion, spacing {spacing} mm, rms and largest",
+                              f"{mean} %, {worst} %", "0"))
     match = re.search(r"displacement within ([\d.e+-]+) of", calculix)
     figures.append(Figure("Growing load on a notched plate, CalculiX on the same mesh",
                           "largest difference of the corner's displacement",
@@ -135,24 +266,30 @@ def _output(program: Path) -> str:
     return done.stdout
 
 
-def draw_crack(sample: Path, picture: Path) -> None:
-    """The crack of a plate in its plane, coloured by the time at which it opened."""
+def draw_cracks(samples: list[Path], picture: Path) -> None:
+    """The cracks of plates in their plane, coloured by the time at which they opened."""
     import matplotlib
 
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    found = read(sample)
-    size = found.parameters["specimen"]["size"]
-    figure, axes = pyplot.subplots(figsize=(9, 3.9), dpi=110)
-    centre = found.facet_corners.mean(axis=1) / MILLIMETRE
-    points = axes.scatter(centre[:, 1], centre[:, 2], c=found.facet_time / MICROSECOND, s=1.5, cmap="viridis")
-    axes.set(xlim=(0, float(size[1].split()[0])), ylim=(0, float(size[2].split()[0])), xlabel="y [mm]", ylabel="z [mm]",
-             aspect="equal")
-    notch = found.parameters["specimen"]["notch"][0]
-    axes.plot([0, float(notch["depth"].split()[0])], [float(notch["at"].split()[0])] * 2, color="black", linewidth=1)
-    figure.colorbar(points, label="opened after [µs]", shrink=0.85)
-    figure.savefig(picture, bbox_inches="tight", metadata={"Software": None})
+    figure, grid = pyplot.subplots((len(samples) + 1) // 2, 2, figsize=(9, 2 * ((len(samples) + 1) // 2)), dpi=90,
+                                   sharex=True, sharey=True, squeeze=False, layout="constrained")
+    for axes, file in zip(grid.flat, samples):
+        found = read(file)
+        size = found.parameters["specimen"]["size"]
+        centre = found.facet_corners.mean(axis=1) / MILLIMETRE
+        points = axes.scatter(centre[:, 1], centre[:, 2], c=found.facet_time / MICROSECOND, s=0.6, cmap="viridis",
+                              vmin=0, vmax=80)
+        axes.set(xlim=(0, float(size[1].split()[0])), ylim=(0, float(size[2].split()[0])), aspect="equal")
+        notch = found.parameters["specimen"]["notch"][0]
+        axes.plot([0, float(notch["depth"].split()[0])], [float(notch["at"].split()[0])] * 2, color="black", linewidth=1)
+    for axes in grid[-1]:
+        axes.set_xlabel("y [mm]")
+    for axes in grid[:, 0]:
+        axes.set_ylabel("z [mm]")
+    figure.colorbar(points, ax=grid, label="opened after [µs]", shrink=0.7)
+    figure.savefig(picture, metadata={"Software": None})
     pyplot.close(figure)
 
 
@@ -166,4 +303,5 @@ def table(figures: list[Figure]) -> str:
     return "\n".join(lines) + "\n"
 
 
-__all__ = ["Figure", "Sample", "draw_crack", "glass_plate", "griffith_strip", "notched_strip", "table", "test_programs"]
+__all__ = ["Figure", "Sample", "draw_cracks", "glass_plate", "glass_plate_variants", "griffith_strip", "notched_strip",
+           "slow_growth", "table", "test_programs"]

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/dynamics/moving_body.h"
+#include "crackle/dynamics/stable_step.h"
+#include "support/job.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace crackle::test {
+
+/// A sample of a body without notches, on the program's own mesh.
+inline geometry::Realization irregular_box(const geometry::Point& size, double spacing,
+                                           std::uint64_t sample = 0) {
+  input::Parameters parameters;
+  parameters.ensemble.seed = 1;
+  parameters.specimen.size = size;
+  parameters.mesh = {.spacing = spacing,
+                     .notch_spacing = spacing,
+                     .growth = 0.03,
+                     .perturbation = 0.2,
+                     .min_quality = 0.2,
+                     .points = {},
+                     .points_digest = {}};
+  return realization(parameters, sample);
+}
+
+/// A body that does not break, in motion in fixed-point numbers of 64 bits on one rank.
+class ElasticMotion {
+public:
+  /// @param parameters their material and boundary list count
+  ElasticMotion(const geometry::Realization& mesh, const input::Parameters& parameters,
+                input::Integrator integrator = input::Integrator::bilateral4)
+      : density_(parameters.material.density),
+        subdomain_(whole(mesh)),
+        body_(subdomain_, parameters.material),
+        loads_(mechanics::make_boundary_loads(self_, parameters, subdomain_)),
+        strength_(subdomain_.tetrahedra.size(), 1e15),
+        state_{parallel::NodeField(self_, subdomain_), parallel::NodeField(self_, subdomain_)},
+        map_(dynamics::splitting(integrator)),
+        stable_step_(map_.stability_limit /
+                     dynamics::largest_frequency(self_, subdomain_, body_.operators(), body_.force())) {}
+
+  /// Begins at the present state(); at most `duration` follows [s].
+  void start(double duration) {
+    const dynamics::MotionContext context{&self_, &body_, &loads_, density_, strength_};
+    motion_ = dynamics::make_fixed_point_motion(context, input::Precision::double_, 0, duration, state_);
+  }
+  void advance(std::int64_t n_steps, double step) {
+    for (std::int64_t i = 0; i < n_steps; ++i, ++n_steps_done_)
+      motion_->step(n_steps_done_ % 2 == 0 ? map_.even : map_.odd, step,
+                    static_cast<double>(n_steps_done_) * step);
+    motion_->read(state_);
+    ASSERT_FALSE(motion_->failure());
+  }
+
+  const parallel::Communicator& self() const { return self_; }
+  const geometry::Subdomain& subdomain() const { return subdomain_; }
+  const fracture::BreakableBody& body() const { return body_; }
+  const mechanics::BoundaryLoads& loads() const { return loads_; }
+  std::size_t n_nodes() const { return subdomain_.nodes.size(); }
+  double mass(std::size_t node) const { return body_.operators().node_mass[node]; }
+  double displacement(std::size_t node, std::size_t axis) const {
+    return state_.displacement.owned()[3 * node + axis];
+  }
+  double velocity(std::size_t node, std::size_t axis) const {
+    return state_.velocity.owned()[3 * node + axis];
+  }
+  dynamics::MotionState& state() { return state_; }
+  double stable_step() const { return stable_step_; }
+
+private:
+  double density_;
+  parallel::Communicator self_{MPI_COMM_SELF};
+  geometry::Subdomain subdomain_;
+  fracture::BreakableBody body_;
+  mechanics::BoundaryLoads loads_;
+  std::vector<double> strength_;
+  dynamics::MotionState state_;
+  const dynamics::Splitting& map_;
+  double stable_step_;
+  std::unique_ptr<dynamics::MovingBody> motion_;
+  std::int64_t n_steps_done_ = 0;
+};
+
+}  // namespace crackle::test

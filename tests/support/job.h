@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/body.h"
+#include "crackle/geometry/mother_points.h"
+#include "crackle/geometry/realization.h"
+#include "crackle/geometry/subdomain.h"
+#include "crackle/input/reader.h"
+#include "support/box_mesh.h"
+
+#include <filesystem>
+#include <string>
+
+namespace crackle::test {
+
+/// An input file of the folder jobs.
+inline input::Parameters job(const std::string& file) {
+  return input::read(std::filesystem::path(CRACKLE_SOURCE_DIR) / "jobs" / file);
+}
+
+/// The mesh that the program makes for a sample.
+inline geometry::Realization realization(const input::Parameters& parameters, std::uint64_t sample = 0) {
+  const geometry::Body body(parameters.specimen);
+  const auto base = geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed);
+  return geometry::make_realization(body, base, parameters.mesh, parameters.ensemble.seed, sample);
+}
+
+}  // namespace crackle::test

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The energy account of a whole sample of the demo: external work = kinetic + strain + released + dissipated
+// at every output.
+#include "crackle/dynamics/energy_account.h"
+#include "crackle/dynamics/sample_run.h"
+#include "support/job.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <tuple>
+
+namespace crackle::dynamics {
+namespace {
+
+double imbalance(const EnergyRow& row) {
+  return row.external - row.kinetic - row.strain - row.released - row.dissipated;
+}
+
+class WholeSample : public ::testing::TestWithParam<std::tuple<input::Release, input::Precision>> {};
+
+TEST_P(WholeSample, ClosesTheEnergyAccount) {
+  auto parameters = test::job("demo.toml");
+  ASSERT_EQ(parameters.time.integrator, input::Integrator::bilateral4);
+  std::tie(parameters.fracture.release, parameters.time.precision) = GetParam();
+  parameters.output.frames = 0;
+  const auto mesh = test::realization(parameters);
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const auto result = run_sample(self, parameters, test::whole(mesh));
+
+  double work = 0, between = 0;
+  for (const auto& row : result.energy) work = std::max(work, std::abs(row.external));
+  int n_quiet = 0;
+  for (std::size_t i = 0, first = 0; i < result.energy.size(); ++i) {
+    if (result.energy[i].broken != result.energy[first].broken) first = i;
+    if (first == i) continue;
+    ++n_quiet;
+    between =
+        std::max(between, std::abs(imbalance(result.energy[i]) - imbalance(result.energy[first])) / work);
+  }
+  std::printf(
+      "release %s, precision %s: %zu breaks, largest relative error of the energy %.1e over %zu outputs "
+      "(required 1e-4), change between breaks %.1e over %d of them (required 1e-6), range restarts %lld\n",
+      parameters.fracture.release == input::Release::element ? "element" : "facet",
+      parameters.time.precision == input::Precision::mixed ? "mixed" : "double", result.breaks.size(),
+      result.energy_error, result.energy.size(), between, n_quiet,
+      static_cast<long long>(result.counts.range_restarts));
+  EXPECT_GT(result.breaks.size(), 500U);
+  EXPECT_EQ(result.counts.range_restarts, 0);
+  // Far below what is required, so that a small fault of one part shows.
+  EXPECT_LT(result.energy_error, 5e-6);
+  EXPECT_GT(n_quiet, 5);
+  EXPECT_LT(between, 1e-6);
+}
+
+INSTANTIATE_TEST_SUITE_P(Demo, WholeSample,
+                         ::testing::Combine(::testing::Values(input::Release::element, input::Release::facet),
+                                            ::testing::Values(input::Precision::mixed,
+                                                              input::Precision::double_)));
+
+}  // namespace
+}  // namespace crackle::dynamics
