@@ -72,8 +72,10 @@ std::vector<GroupPlan> make_plans(const geometry::Realization& realization,
   const double forces_per_step = dynamics::splitting(parameters.time.integrator).forces_per_step;
   const double mesh_seconds =
       static_cast<double>(realization.tetrahedra.size()) / machine.mesh_updates_per_second;
+  const double root_seconds =
+      static_cast<double>(realization.tetrahedra.size()) / machine.root_updates_per_second;
   const auto sample_seconds = [&](const ForceTime& force) {
-    return (1 + static_share) * static_cast<double>(force_evaluations) * force.total();
+    return (1 + static_share) * static_cast<double>(force_evaluations) * force.total() + root_seconds;
   };
   std::vector<GroupPlan> plans;
   double alone = 0;

@@ -27,6 +27,7 @@ struct Machine {
   double updates_per_second = 250e6;         ///< of one core that has a sample for itself
   double shared_updates_per_second = 230e6;  ///< of one core in a group: no blocking over stages
   double mesh_updates_per_second = 0.85e6;   ///< tetrahedra of realizations that the master makes
+  double root_updates_per_second = 0.5e6;    ///< tetrahedra that a root partitions, analyses and writes
   double latency = 3e-6;                     ///< of one message [s]
   double bandwidth = 5e9;                    ///< of one rank [byte/s]
 };
@@ -49,7 +50,7 @@ struct GroupPlan {
   Share share;
   ForceTime force;
   std::int64_t groups = 0;
-  double sample_seconds = 0;      ///< one dynamic phase, and the static part that goes with it
+  double sample_seconds = 0;      ///< one dynamic phase, what is static, and the root's own work
   double wall_seconds = 0;        ///< of the ensemble
   double efficiency = 0;          ///< work of one core for all samples over ranks times wall time
   bool waits_for_master = false;  ///< the master makes realizations more slowly than the groups use them up
