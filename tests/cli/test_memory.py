@@ -90,6 +90,11 @@ class Memory(unittest.TestCase):
                 self.assertRegex(result.stderr, r"memory: .* needs about [\d.e+]+ GB, and [\d.]+ GB are available \(")
                 self.assertFalse((self.folder / "out").exists())
             print(result.stderr.strip(), flush=True)
+        many = subprocess.run([shutil.which("mpirun.openmpi") or "mpirun", "-n", "3", survival_fixture.PROGRAM, "run",
+                               "plate.toml", "-o", "out"], cwd=self.folder, env=TRIALS.environment(), text=True,
+                              capture_output=True, check=False, timeout=300)
+        self.assertEqual(many.returncode, 1)
+        self.assertEqual(many.stderr.count("crackle: memory: 3 ranks on "), 1, many.stderr)
 
 
 if __name__ == "__main__":
