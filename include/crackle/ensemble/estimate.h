@@ -10,7 +10,7 @@ namespace crackle::ensemble {
 /// Tetrahedron updates per second of one core that the estimate reckons with: the force of one tetrahedron
 /// with its share of the time step and the breaking check. `tools/benchmark` measures them.
 constexpr double updates_per_core_second(input::Precision precision) {
-  return precision == input::Precision::mixed ? 250e6 : 120e6;
+  return precision == input::Precision::mixed ? 320e6 : 200e6;
 }
 
 /// What an ensemble will take. One dynamic phase for each sample is reckoned with; phases that arrest and the
