@@ -381,8 +381,11 @@ private:
         const auto traction = mechanics::apply(sigma, t.gradient[a]);
         for (std::size_t i = 0; i < 3; ++i) {
           const auto force = quantized(t.volume * traction[i], scale_.force);
-          nodes[index(t.nodes[a])].force[i] += force;
-          nodes[index(t.nodes[0])].force[i] -= force;
+          // A force out of range is noticed when the nodes are moved.
+          auto& one = nodes[index(t.nodes[a])].force[i];
+          auto& other = nodes[index(t.nodes[0])].force[i];
+          one = kernels::sum(one, force);
+          other = kernels::difference(other, force);
         }
       }
     }
@@ -470,7 +473,8 @@ private:
     const double change = round.kick * force / mass / scale_.velocity + entry.remainder;
     const auto rounded = static_cast<Integer>(std::llrint(change));
     entry.remainder = change - static_cast<double>(rounded);
-    velocity_[index(entry.node)].value[entry.component] += rounded;
+    auto& velocity = velocity_[index(entry.node)].value[entry.component];
+    velocity = kernels::sum(velocity, rounded);
   }
 
   /// @return the way that the drive added, in quanta

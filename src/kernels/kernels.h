@@ -15,6 +15,13 @@ namespace crackle::kernels {
 template <class Real>
 using Integer = std::conditional_t<sizeof(Real) == 4, std::int32_t, std::int64_t>;
 
+/// a + b of numbers that wrap around.
+template <class Number>
+Number sum(Number a, Number b) {
+  using Unsigned = std::make_unsigned_t<Number>;
+  return static_cast<Number>(static_cast<Unsigned>(a) + static_cast<Unsigned>(b));
+}
+
 /// a - b of numbers that wrap around.
 template <class Number>
 Number difference(Number a, Number b) {
