@@ -313,8 +313,7 @@ TEST_F(EnsembleRun, SingleSampleThatFailsOrDoesNotExist) {
               SampleStatus::failed);
   }
   SingleSampleOptions again{.folder = root_ / "one", .sample = 1, .resume = true};
-  EXPECT_EQ(run_single_sample(world_, parameters, again, strip, {}).summary.status,
-            SampleStatus::failed);
+  EXPECT_EQ(run_single_sample(world_, parameters, again, strip, {}).summary.status, SampleStatus::failed);
   again.retry_failed = true;
   EXPECT_EQ(run_single_sample(world_, parameters, again, strip, {}).summary.status, SampleStatus::done);
   try {
