@@ -68,8 +68,8 @@ class FixedPointMotion final : public MovingBody {
   using Force = mechanics::FixedPointForce<Real>;
   static constexpr std::int32_t nodes_per_block = Force::nodes_per_block;
   static constexpr std::int64_t steps_between_unwrapping = 16;
-  /// Rounds that follow each other in one pass over the body.
-  static constexpr std::size_t rounds_per_pass = 2;
+  /// Of rounds that follow each other in one pass over the body.
+  static constexpr std::size_t forces_per_pass = 2;
   /// State and force may use the integers' range up to here; the step to the end is the overflow's alarm.
   static constexpr double limit = sizeof(Real) == 4 ? 0x1p30 : 0x1p50;
 
@@ -92,6 +92,9 @@ public:
         movement_(index(force_.n_blocks()) + n_ghost_blocks()),
         work_(start_work(load_time, state)) {
     if (context.group->size() > 1) exchange_.emplace(*context.group, subdomain_);
+    if (exchange_)
+      for (const auto node : exchange_->sent_nodes())
+        sent_blocks_ = std::max(sent_blocks_, force_.block_of(node) + 1);
     for (const auto t : context.body->broken_tetrahedra()) watch_.retire(t);
     list_special_nodes();
   }
@@ -101,13 +104,16 @@ public:
     const std::vector<Round> rounds = rounds_of(stages, time_step, time, force_is_current_);
     if (force_is_current_ && !rounds.front().has_kick) clear_forces();
     // Contact is not part of the edges' sweep, so it needs whole rounds.
-    if (exchange_ || context_.body->has_contact()) {
+    if (context_.body->has_contact()) {
       for (const Round& round : rounds) run_round(round);
-      update_ghosts();
     } else {
-      for (std::size_t first = 0; first < rounds.size(); first += rounds_per_pass)
-        run_wavefront(std::span(rounds).subspan(first, std::min(rounds_per_pass, rounds.size() - first)));
+      for (std::size_t first = 0, last = 0; first < rounds.size(); first = last) {
+        for (std::size_t n = 0; last < rounds.size() && n + rounds[last].has_force <= forces_per_pass; ++last)
+          n += rounds[last].has_force;
+        run_wavefront(std::span(rounds).subspan(first, last - first));
+      }
     }
+    end_exchange();
     force_is_current_ = rounds.back().keeps_force;
     n_forces_ += std::ranges::count_if(rounds, &Round::has_force);
     if (std::fetestexcept(FE_INVALID) != 0 || force_.has_overflown()) force_has_overflown_ = true;
@@ -230,7 +236,6 @@ public:
       }
     }
     force_is_current_ = checkpoint.has_force;
-    ghosts_are_current_ = true;
     work_->restore(checkpoint);
     for (Special& special : special_)
       for (auto& entry : special.loaded)
@@ -328,25 +333,41 @@ private:
     for (auto& node : force_.nodes()) std::ranges::fill(node.force, Integer(0));
   }
 
-  /// All rounds of a step in one pass over the body, each following the one before as closely as the edges
-  /// between blocks allow: so the coefficients come from memory once for all of them.
+  /// Rounds that follow each other through the body in one pass, each as closely as the edges between blocks
+  /// allow: so the coefficients come from memory once for all of them. What others need is sent as soon as a
+  /// round has moved it, and waited for only where the next round cannot do without.
+  /// @param rounds none but the first may lack a force
   void run_wavefront(std::span<const Round> rounds) {
     const std::int32_t n = force_.n_blocks();
     std::vector<std::int32_t> next_force(rounds.size(), 0), next_update(rounds.size(), 0);
     for (std::size_t r = 0; r < rounds.size(); ++r)
       if (!rounds[r].has_force) next_force[r] = n;
+    const auto is_ready = [&](std::size_t r) {
+      const auto& reach = force_.reach(next_force[r]);
+      if (r == 0) return true;
+      if (reach.last_owned >= next_update[r - 1]) return false;
+      // A block next to ghosts has nodes that are ghosts elsewhere, so the round before is through with the
+      // ghosts' former values.
+      return !reach.has_ghosts || next_update[r - 1] >= sent_blocks_;
+    };
+    const auto update = [&](std::size_t r) {
+      update_nodes(next_update[r]++, rounds[r]);
+      if (rounds[r].has_drift && next_update[r] == sent_blocks_) begin_exchange();
+    };
     while (next_update.back() < n) {
       for (std::size_t r = 0; r < rounds.size(); ++r) {
-        const std::int32_t n_ready = r == 0 ? n : next_update[r - 1];
+        const std::int32_t n_movable = r == 0 ? n : next_update[r - 1];
         if (!rounds[r].has_force) {
-          if (next_update[r] < n_ready) update_nodes(next_update[r]++, rounds[r]);
+          if (next_update[r] < n_movable) update(r);
           continue;
         }
-        if (next_force[r] < n && (r == 0 || force_.reach(next_force[r]).last_owned < n_ready))
+        if (next_force[r] < n && is_ready(r)) {
+          if (force_.reach(next_force[r]).has_ghosts) end_exchange();
           force_.add_block(next_force[r]++);
-        while (next_update[r] < n_ready &&
+        }
+        while (next_update[r] < n_movable &&
                (next_force[r] == n || force_.last_toucher(next_update[r]) < next_force[r])) {
-          update_nodes(next_update[r]++, rounds[r]);
+          update(r);
         }
       }
     }
@@ -354,17 +375,14 @@ private:
 
   void run_round(const Round& round) {
     if (round.has_force) {
-      const bool exchanges = exchange_ && !ghosts_are_current_;
-      if (exchanges) begin_exchange();
-      for (std::int32_t b = 0; b < force_.n_blocks(); ++b)
-        if (!force_.reach(b).has_ghosts) force_.add_block(b);
-      if (exchanges) end_exchange();
-      for (std::int32_t b = 0; b < force_.n_blocks(); ++b)
-        if (force_.reach(b).has_ghosts) force_.add_block(b);
+      for (std::int32_t b = 0; b < force_.n_blocks(); ++b) {
+        if (force_.reach(b).has_ghosts) end_exchange();
+        force_.add_block(b);
+      }
       add_contacts(0);
     }
     for (std::int32_t b = 0; b < force_.n_blocks(); ++b) update_nodes(b, round);
-    if (round.has_drift) ghosts_are_current_ = false;
+    if (round.has_drift) begin_exchange();
   }
 
   /// What closed cuts from number `first` on hand on, tetrahedron by tetrahedron; corner 0 takes what the
@@ -391,25 +409,24 @@ private:
     }
   }
 
-  void update_ghosts() {
-    if (ghosts_are_current_ || !exchange_) return;
-    begin_exchange();
-    end_exchange();
-  }
-
   void begin_exchange() {
+    if (!exchange_) return;
+    end_exchange();
     const Stopwatch watch;
     const auto nodes = force_.nodes();
     const auto sent = exchange_->sent_nodes();
     for (std::size_t i = 0; i < sent.size(); ++i)
       std::copy_n(nodes[index(sent[i])].displacement, 3, exchange_->sent()[i].begin());
     exchange_->begin();
+    exchange_is_under_way_ = true;
     exchange_seconds_ += watch.seconds();
   }
 
   void end_exchange() {
+    if (!exchange_is_under_way_) return;
     const Stopwatch watch;
     exchange_->end();
+    exchange_is_under_way_ = false;
     exchange_seconds_ += watch.seconds();
     const auto ghosts = force_.nodes().subspan(index(subdomain_.n_owned));
     const auto received = exchange_->received();
@@ -425,15 +442,14 @@ private:
       }
       movement_[index(force_.n_blocks()) + begin / nodes_per_block] += furthest;
     }
-    ghosts_are_current_ = true;
   }
 
   void update_nodes(std::int32_t block, const Round& round) {
-    const auto first = index(block * nodes_per_block);
+    const auto first = index(force_.first_node(block));
     const std::size_t n = std::min(velocity_.size() - first, index(nodes_per_block));
     kernels::NodeRecord<Real>* const nodes = force_.nodes().data() + first;
     kernels::Velocity<Real>* const velocity = velocity_.data() + first;
-    Special& special = special_[index(block)];
+    Special& special = special_[first / nodes_per_block];
     if (round.has_kick) {
       for (auto& entry : special.driven) prepare_driven(entry, round);
       const auto factor = static_cast<Real>(-round.kick * scale_.force / (scale_.velocity * reference_mass_));
@@ -447,7 +463,7 @@ private:
       const auto factor = static_cast<Real>(round.drift * scale_.velocity / scale_.displacement);
       double furthest = static_cast<double>(kernels_.drift(nodes, velocity, n, factor)) + 1;
       for (const auto& entry : special.driven) furthest = std::max(furthest, drive(entry, round));
-      movement_[index(block)] += furthest;
+      movement_[first / nodes_per_block] += furthest;
     }
   }
 
@@ -506,8 +522,9 @@ private:
   std::optional<ExternalWork> work_;
   std::vector<std::int32_t> overloaded_;
   bool force_is_current_ = false;
-  std::size_t n_contacts_ = 0;  // that the nodes' forces know of
-  bool ghosts_are_current_ = true;
+  std::size_t n_contacts_ = 0;    // that the nodes' forces know of
+  std::int32_t sent_blocks_ = 1;  // behind the last block of nodes that are ghosts elsewhere
+  bool exchange_is_under_way_ = false;
   bool force_has_overflown_ = false;
   double largest_force_ = 0;
   std::int64_t n_steps_ = 0;

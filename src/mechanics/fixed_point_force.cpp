@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
+#include <numeric>
 
 namespace crackle::mechanics {
 
@@ -65,11 +67,13 @@ FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, con
       kernels_(&kernels::kernels<Real>(instruction_set)),
       nodes_(subdomain.nodes.size(), NodeRecord<Real>{}),
       blocks_((index(subdomain.n_owned) + nodes_per_block - 1) / nodes_per_block),
+      block_number_(blocks_.size()),
       block_of_edge_(edges.size(), 0),
       pair_place_(edges.size(), -1),
       general_place_(edges.size(), -1) {
   for (std::size_t i = 0; i < inverse_mass.size(); ++i)
     nodes_[i].inverse_mass = static_cast<Real>(inverse_mass[i]);
+  number_blocks();
   const auto is_whole = [&](std::int32_t edge) {
     const auto is_intact = [&](std::int32_t t) { return integrity.is_intact(t); };
     return edges.is_inner[index(edge)] != 0 && std::ranges::all_of(edges.round(edge), is_intact);
@@ -96,12 +100,45 @@ FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, con
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const auto edge = static_cast<std::int32_t>(e);
     if (pair_place_[e] < 0) {
-      block_of_edge_[e] = edges.nodes[e][0] / nodes_per_block;
+      block_of_edge_[e] = block_of(edges.nodes[e][0]);
       append_general(edge);
     }
     set_coefficients(edge, scaled(edge_coupling(operators, elasticity, edges, integrity, edge)));
   }
   find_reach();
+}
+
+template <class Real>
+void FixedPointForce<Real>::number_blocks() {
+  std::vector<std::vector<std::int32_t>> neighbours(blocks_.size());
+  std::vector<std::int32_t> distance(blocks_.size(), std::numeric_limits<std::int32_t>::max());
+  std::vector<std::int32_t> reached;
+  for (const auto [first, second] : edges_->nodes) {
+    const std::int32_t block = first / nodes_per_block;
+    if (second < subdomain_->n_owned) {
+      const std::int32_t other = second / nodes_per_block;
+      if (block == other) continue;
+      neighbours[index(block)].push_back(other);
+      neighbours[index(other)].push_back(block);
+    } else if (std::exchange(distance[index(block)], 0) != 0) {
+      reached.push_back(block);
+    }
+  }
+  for (std::size_t i = 0; i < reached.size(); ++i) {
+    const std::int32_t next = distance[index(reached[i])] + 1;
+    for (const auto neighbour : neighbours[index(reached[i])]) {
+      if (distance[index(neighbour)] <= next) continue;
+      distance[index(neighbour)] = next;
+      reached.push_back(neighbour);
+    }
+  }
+  std::vector<std::int32_t> order(blocks_.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, std::greater{}, [&](std::int32_t block) { return distance[index(block)]; });
+  for (std::int32_t b = 0; b < n_blocks(); ++b) {
+    blocks_[index(b)].first_node = order[index(b)] * nodes_per_block;
+    block_number_[index(order[index(b)])] = b;
+  }
 }
 
 template <class Real>
@@ -111,7 +148,7 @@ void FixedPointForce<Real>::lay_out_pairs(std::int32_t block,
   const auto put = [&](std::int32_t node) {
     ends_.back().target[lane++] = static_cast<std::int16_t>(node - ends_.back().owner);
   };
-  std::int32_t owner = block * nodes_per_block;
+  std::int32_t owner = first_node(block);
   for (const std::int32_t last = std::min(owner + nodes_per_block, subdomain_->n_owned); owner < last;
        ++owner) {
     const auto& edges = owned_edges[index(owner)];
@@ -209,7 +246,7 @@ void FixedPointForce<Real>::find_reach() {
         reach.has_ghosts = true;
         continue;
       }
-      const std::int32_t touched = node / nodes_per_block;
+      const std::int32_t touched = block_of(node);
       reach.last_owned = std::max(reach.last_owned, touched);
       auto& last = blocks_[index(touched)].last_toucher;
       last = std::max(last, toucher);
@@ -240,7 +277,7 @@ void FixedPointForce<Real>::evaluate() {
   std::int32_t n_clear = 0;
   for (std::int32_t b = 0; b < n_blocks(); ++b) {
     for (; n_clear <= reach(b).last_owned; ++n_clear)
-      clear(n_clear * nodes_per_block, std::min((n_clear + 1) * nodes_per_block, subdomain_->n_owned));
+      clear(first_node(n_clear), std::min(first_node(n_clear) + nodes_per_block, subdomain_->n_owned));
     add_block(b);
   }
 }

@@ -22,7 +22,8 @@ namespace crackle::mechanics {
 /// bits for every numbering, partition and instruction set.
 ///
 /// The edges are laid out in blocks of nodes, each edge in the block of its owner, so that a sweep can work
-/// on a part of the body that fits the cache.
+/// on a part of the body that fits the cache. Blocks are numbered in the order of a sweep: those next to
+/// ghosts come last, so that a sweep reaches them when the ghosts' values have arrived.
 template <class Real>
 class FixedPointForce {
 public:
@@ -53,6 +54,12 @@ public:
 
   std::int32_t n_blocks() const { return static_cast<std::int32_t>(blocks_.size()); }  ///< of owned nodes
   const Reach& reach(std::int32_t block) const { return blocks_[static_cast<std::size_t>(block)].reach; }
+  std::int32_t first_node(std::int32_t block) const {
+    return blocks_[static_cast<std::size_t>(block)].first_node;
+  }
+  std::int32_t block_of(std::int32_t owned_node) const {
+    return block_number_[static_cast<std::size_t>(owned_node / nodes_per_block)];
+  }
   /// The last block whose edges touch a node of this block.
   std::int32_t last_toucher(std::int32_t block) const {
     return blocks_[static_cast<std::size_t>(block)].last_toucher;
@@ -93,6 +100,7 @@ private:
   /// Pairs of four edges: first those with six numbers, then those with nine; then what became general or
   /// reaches too far for a pair.
   struct Block {
+    std::int32_t first_node = 0;
     std::size_t first_pair = 0, first_skew_pair = 0, last_pair = 0;
     std::size_t first_skew = 0;  // in skew_
     std::vector<kernels::GeneralEdges<Real>> general;
@@ -104,6 +112,7 @@ private:
 
   using Coefficients = std::array<Real, 9>;  // S, then w
 
+  void number_blocks();
   void lay_out_pairs(std::int32_t block, std::span<const std::vector<std::int32_t>> owned_edges);
   void find_reach();
   void append_general(std::int32_t edge);
@@ -135,6 +144,7 @@ private:
   std::vector<kernels::EdgeSymmetric<Real>> symmetric_;
   std::vector<kernels::EdgeSkew<Real>> skew_;
   std::vector<Block> blocks_;
+  std::vector<std::int32_t> block_number_;  // of each nodes_per_block owned nodes
   std::vector<std::int32_t> block_of_edge_;
   std::vector<std::int32_t> pair_place_;     // 8 x pair + lane, or -1
   std::vector<std::int32_t> general_place_;  // 8 x number + lane in the block's general edges, or -1

@@ -1,0 +1,1 @@
+"""The paper's experiment: its studies, their runs and what they gave."""

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs of the studies, in pieces that go on where the last one stopped."""
+from __future__ import annotations
+
+import os
+import subprocess
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from .studies import Run
+
+STOPPED_EARLY = 3
+
+
+class RunError(Exception):
+    """A run of the program failed; the message says why."""
+
+
+def is_finished(folder: Path) -> bool:
+    """Whether the ensemble in `folder` has no pending sample."""
+    file = folder / "ensemble.h5"
+    if not file.is_file():
+        return False
+    with h5py.File(file) as ensemble:
+        return bool(np.all(ensemble["samples/status"][...] != 0))
+
+
+def compute(run: Run, paper: str, output: Path, program: Path, ranks: int, deadline: float | None) -> bool:
+    """Goes on with a run until it is finished or the deadline [s, time.monotonic()] is near.
+
+    @return whether it is finished
+    """
+    folder = output / run.name
+    results = folder / "out"
+    text = run.input_text(paper)
+    folder.mkdir(parents=True, exist_ok=True)
+    source = folder / "input.toml"
+    if source.is_file() and source.read_text() != text:
+        raise RunError(f"{source} is of another input of the paper's; remove {folder} to compute it again")
+    source.write_text(text)
+    if is_finished(results):
+        return True
+    command = ["mpirun", "-n", str(ranks), str(program), "run", str(source), "-o", str(results)]
+    if results.is_dir():
+        command.append("--resume")
+    if deadline is not None:
+        left = deadline - time.monotonic()
+        if left < 30:
+            return False
+        command += ["--time-limit", f"{left:.0f}s"]
+    environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMP_NUM_THREADS="1",
+                       OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_mpi_yield_when_idle="1",
+                       OMPI_MCA_hwloc_base_binding_policy="none")
+    with open(folder / "log.txt", "a") as log:
+        status = subprocess.run(command, stdout=log, stderr=subprocess.STDOUT, env=environment).returncode
+    if status not in (0, STOPPED_EARLY):
+        raise RunError(f"'{' '.join(command)}' ended with status {status}; see {folder / 'log.txt'}")
+    return status == 0
