@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// crackle stats: the statistics of an ensemble, anew from its sample files.
+// crackle stats: the statistics of an ensemble, anew from its sample files or, without those, from its
+// results.
 #include "commands.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/ensemble/base_points.h"
@@ -17,6 +18,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace crackle::apps {
 
@@ -57,18 +59,41 @@ io::EnsembleBlock read_block(const parallel::Communicator& world, const fs::path
   return {first, io::read_summaries(folder, parameters, first, end - first)};
 }
 
+void print(const std::vector<analysis::SampleSummary>& samples, const analysis::Statistics& statistics,
+           const input::Parameters& parameters) {
+  fmt::print("{}", analysis::to_text(statistics, samples, parameters.sections.y));
+  std::fflush(stdout);
+}
+
+/// Whether all that is left of an ensemble is its ensemble.h5. Collective.
+bool has_only_results(const parallel::Communicator& world, const fs::path& folder) {
+  int answer = !fs::exists(folder / "samples") && fs::exists(folder / "ensemble.h5") ? 1 : 0;
+  parallel::check_mpi(MPI_Bcast(&answer, 1, MPI_INT, 0, world.get()), "MPI_Bcast");
+  return answer != 0;
+}
+
+/// The statistics of the samples that ensemble.h5 holds; the file stays as it is. Collective.
+int show_stored(const parallel::Communicator& world, const fs::path& folder,
+                const input::Parameters& parameters) {
+  parallel::agree_on_root(world, [&] {
+    auto samples = io::read_ensemble(folder / "ensemble.h5").samples;
+    const analysis::Statistics statistics = analysis::make_statistics(samples, parameters);
+    analysis::leave_out_surplus(statistics, 0, samples);
+    print(samples, statistics, parameters);
+  });
+  return success;
+}
+
 int update_statistics(const parallel::Communicator& world, const fs::path& folder) {
   const input::Parameters parameters = input_of(world, folder);
+  if (has_only_results(world, folder)) return show_stored(world, folder, parameters);
   io::EnsembleBlock block = parallel::agree(world, [&] { return read_block(world, folder, parameters); });
   auto samples = analysis::all_gather(world, block.rows);
   const analysis::Statistics statistics =
       parallel::agree(world, [&] { return analysis::make_statistics(samples, parameters); });
   analysis::leave_out_surplus(statistics, 0, samples);
   analysis::leave_out_surplus(statistics, block.first, block.rows);
-  if (world.is_root()) {
-    fmt::print("{}", analysis::to_text(statistics, samples, parameters.sections.y));
-    std::fflush(stdout);
-  }
+  if (world.is_root()) print(samples, statistics, parameters);
   geometry::MotherPoints base;
   parallel::agree_on_root(world, [&] { base = ensemble::base_points(folder, parameters); });
   io::write_ensemble(world, folder / "ensemble.h5", parameters, block, statistics, base);
@@ -79,10 +104,11 @@ int update_statistics(const parallel::Communicator& world, const fs::path& folde
 
 void add_stats_command(CLI::App& app, Action& run) {
   auto folder = std::make_shared<std::string>();
-  CLI::App* command =
-      app.add_subcommand("stats",
-                         "Recompute the statistics of a finished or unfinished ensemble from its sample "
-                         "files, print them and bring ensemble.h5 up to date");
+  CLI::App* command = app.add_subcommand(
+      "stats",
+      "Recompute the statistics of a finished or unfinished ensemble from its sample "
+      "files, print them and bring ensemble.h5 up to date; without sample files, print those "
+      "of the samples that ensemble.h5 holds");
   command->add_option("folder", *folder, "output folder of crackle run")->required();
   command->callback([folder, &run] {
     run = [folder](const parallel::Communicator& world) { return update_statistics(world, *folder); };

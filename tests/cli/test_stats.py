@@ -196,6 +196,21 @@ class Stats(unittest.TestCase):
         (self.folder / "input.toml").unlink()
         self.assertIn("3 samples: 3 done", self.stats())
 
+    def test_results_without_sample_files_are_shown_and_stay_as_they_are(self):
+        whole = self.stats()
+        shutil.rmtree(self.folder / "samples")
+        results = self.folder / "ensemble.h5"
+        before = results.read_bytes()
+        for ranks in (0, 3):
+            result = invoke("stats", self.folder, ranks=ranks)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertEqual(result.stdout, whole)
+            self.assertEqual(results.read_bytes(), before)
+        results.write_bytes(before[:-1])
+        result = invoke("stats", self.folder)
+        self.assertEqual(result.returncode, 1)
+        self.assertEqual(len(re.findall("crackle: ", result.stderr)), 1, result.stderr)
+
     def test_files_of_another_schema_are_refused(self):
         with opened(self.sample) as root:
             root.attrs["schema_version"] = 99
