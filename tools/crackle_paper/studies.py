@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The runs of each study, as changes of jobs/paper.toml.
 
-Every run is an ensemble with the paper's seed, so that sample i of two runs with the same mesh section is the same
-body, and two settings can be compared sample by sample.
+Every run has the paper's seed, so that sample i of two runs with the same body and mesh section is the same body, and
+two settings can be compared sample by sample.
 """
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass, field
 
@@ -23,6 +24,7 @@ class Run:
     keys: dict[str, str] = field(default_factory=dict)
     depth: float | None = None  # of both notches [mm]; else the input's
     distance: float | None = None  # of their mid-planes along the plate [mm]; else the input's
+    rate: float | None = None  # of the load [N/s]; else the input's
 
     def input_text(self, paper: str) -> str:
         text = with_keys(paper, {"ensemble.samples": str(self.samples), **self.keys})
@@ -31,13 +33,45 @@ class Run:
         if self.distance is not None:
             places = iter((70 - self.distance / 2, 70 + self.distance / 2))
             text = re.sub(r"(?m)^at = .*$", lambda _: f'at = "{next(places):g} mm"', text)
+        if self.rate is not None:
+            text = re.sub(r"(?m)^rate = .*$", f'rate = ["0 N/s", "0 N/s", "{self.rate:g} N/s"]', text)
         return text
 
 
-DEPTHS = (3.5, 4.0, 4.5, 5.0, 6.0)  # [mm]
-DISTANCE = 10.0  # [mm]
+TARGET_LOAD = 380.9  # [N]: the paper's t0 = 76.179191 s at 5 N/s
+DISTANCE = 5.0  # of the notches [mm], as in jobs/paper.toml
+DEPTHS_AT_DISTANCE = {5.0: (4.0, 5.0, 5.2, 5.4, 5.8), 7.0: (5.2,), 10.0: (2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0),
+                      15.0: (5.2,), 20.0: (5.2,)}  # [mm]
+PERTURBATIONS = (0.05, 0.1, 0.2, 0.3)
+RATES = (1e5, 1e6, 1e7)  # [N/s]
+
+CAMPAIGN = Run("campaign", "5 ns, `bilateral4`", 200)
+FAST_CAMPAIGN = Run("fast", "`auto` (47 ns), `verlet`", 200, FAST)
+
+
+def _rate(rate: float) -> Run:
+    # Long enough for half as much again as the load of slow loading, and for the cracks to run through after it.
+    duration = 1.5 * TARGET_LOAD / rate * 1e6 + 150
+    keys = {**FAST, "time.start": '"rest"', "time.duration": f'"{duration:.0f} us"'}
+    exponent = round(math.log10(rate))
+    return Run(f"rate-1e{exponent}", f"10^{exponent} N/s", 40, keys, rate=rate)
+
 
 STUDIES: dict[str, list[Run]] = {
-    "depth": [Run(f"depth-{depth:g}", f"depth {depth:g} mm", 12, FAST, depth=depth, distance=DISTANCE)
-              for depth in DEPTHS],
+    "notches": [Run(f"depth-{depth:g}-distance-{distance:g}", f"{depth:g} mm, {distance:g} mm", 12, FAST, depth, distance)
+                for distance, depths in DEPTHS_AT_DISTANCE.items() for depth in depths],
+    "campaign": [CAMPAIGN],
+    "convergence": [
+        FAST_CAMPAIGN,
+        Run("step-2.5ns", "2.5 ns, `bilateral4`", 12, {"time.step": '"2.5 ns"', "output.frames": "2"}),
+        Run("bilateral4-auto", "`auto` (37 ns), `bilateral4`", 24, {"time.step": '"auto"', "output.frames": "2"}),
+        Run("verlet-5ns", "5 ns, `verlet`", 24, {"time.integrator": '"verlet"', "output.frames": "2"}),
+        Run("memory-step", "5 ns, `memory = \"step\"`", 24, {"fracture.memory": '"step"', "output.frames": "2"}),
+        Run("facet", "`release = \"facet\"`", 40, {**FAST, "fracture.release": '"facet"'}),
+        Run("spacing-0.4", "0.4 mm at the notch tips", 40, {**FAST, "mesh.notch_spacing": '"0.4 mm"'}),
+        Run("spacing-0.24", "0.24 mm at the notch tips", 24, {**FAST, "mesh.notch_spacing": '"0.24 mm"'}),
+    ],
+    "disturbance": [Run(f"perturbation-{p:g}", f"perturbation {p:g}", 60, {**FAST, "mesh.perturbation": f"{p:g}"})
+                    for p in PERTURBATIONS if p != 0.2],
+    "rate": [_rate(rate) for rate in RATES],
 }

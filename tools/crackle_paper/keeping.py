@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Puts what the studies gave into a folder of the project: a table of all samples and a picture for each, and the
+tables of its README.md.
+"""
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Callable
+
+from matplotlib.figure import Figure
+
+from crackle_report import style
+
+from . import figures, rows, tables
+from .rows import Rows
+from .running import RunError
+from .studies import CAMPAIGN, DISTANCE, FAST_CAMPAIGN, STUDIES
+
+
+def keep(studies: list[str], output: Path, folder: Path) -> None:
+    """Reads the runs in `output`, finished or not, and brings `folder` up to date."""
+    style.apply()
+    folder.mkdir(parents=True, exist_ok=True)
+    for study in studies:
+        found = {run.name: rows.read(run, output / run.name / "out") for run in STUDIES[study]
+                 if (output / run.name / "out" / "ensemble.h5").is_file()}
+        found = {name: one for name, one in found.items() if len(one) > 0}
+        if not found:
+            print(f"{study}: nothing computed yet")
+            continue
+        rows.write_csv(list(found.values()), folder / f"{study}.csv")
+    kept = {study: {one.name: one for one in rows.read_csv(folder / f"{study}.csv")} for study in STUDIES
+            if (folder / f"{study}.csv").is_file()}
+    for study in studies:
+        if study in kept:
+            SHOW[study](kept, folder)
+
+
+def _notches(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
+    mine = list(kept["notches"].values())
+    _put(folder, "notches", tables.notches(mine))
+    chosen = [one for one in mine if one.label.endswith(f", {DISTANCE:g} mm")]
+    _, depth = tables.median_curve(chosen)
+    print(f"notches: {tables.TARGET_LOAD} N at a depth of {depth:.3f} mm, distance {DISTANCE:g} mm")
+    _save(figures.onset_against_depth(mine), folder / "onset-against-depth.png")
+
+
+def _campaign(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
+    campaign = kept["campaign"][CAMPAIGN.name]
+    _put(folder, "symmetry", tables.symmetry(campaign))
+
+
+def _convergence(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
+    others = dict(kept["convergence"])
+    reference = kept.get("campaign", {}).get(CAMPAIGN.name) or others.pop(FAST_CAMPAIGN.name)
+    _put(folder, "convergence", tables.comparison(reference, list(others.values())))
+
+
+def _against_fast(study: str, title: str) -> Callable[[dict[str, dict[str, Rows]], Path], None]:
+    def show(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
+        mine = list(kept[study].values())
+        fast = kept["convergence"].get(FAST_CAMPAIGN.name)
+        if fast is not None:
+            place = {"disturbance": 2, "rate": 0}[study]
+            label = {"disturbance": "perturbation 0.2", "rate": "5 N/s"}[study]
+            mine.insert(place, Rows(fast.name, label, fast.sample, fast.values, fast.z, fast.seconds))
+        _put(folder, study, tables.shares(mine, title))
+        _save(figures.shares_and_paths(mine), folder / f"{study}.png")
+    return show
+
+
+SHOW = {"notches": _notches, "campaign": _campaign, "convergence": _convergence,
+        "disturbance": _against_fast("disturbance", "disturbance"), "rate": _against_fast("rate", "rate")}
+
+
+def _save(figure: Figure, file: Path) -> None:
+    figure.savefig(file, metadata={"Software": None})
+
+
+def _put(folder: Path, place: str, table: str) -> None:
+    """Into README.md between the marks of this place."""
+    print(table, end="")
+    file = folder / "README.md"
+    if not file.is_file():
+        return
+    begin, end = f"<!-- {place}:begin -->\n", f"<!-- {place}:end -->"
+    text, n = re.subn(f"{begin}.*?{end}", lambda _: begin + table + end, file.read_text(), flags=re.DOTALL)
+    if n != 1:
+        raise RunError(f"{file} has no place for the table '{place}'")
+    file.write_text(text)

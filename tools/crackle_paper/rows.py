@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The samples of a study as rows of one table, which is small enough to be kept beside the project's inputs."""
+from __future__ import annotations
+
+import csv
+import math
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from .studies import Run
+
+PATTERNS = ("none", "one crack", "two cracks", "other")
+SECTIONS = ("7", "9", "12.25", "15.5", "17.5")  # y [mm]
+FIELDS = ("onset_force", "onset_time", "pattern", "overlap", "bifurcations", "kinks", "breaks", "crack_area",
+          "crack_speed_ratio", "energy_error")
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The done samples of one run; SI units."""
+
+    name: str
+    label: str
+    sample: np.ndarray
+    values: dict[str, np.ndarray]  # FIELDS
+    z: np.ndarray  # samples x notches x sections [m]; NaN where a crack did not arrive
+    seconds: np.ndarray  # that each sample took on its core
+
+    def __len__(self) -> int:
+        return len(self.sample)
+
+    def share(self, pattern: int) -> int:
+        return int(np.count_nonzero(self.values["pattern"] == pattern))
+
+    def first(self, samples: int) -> "Rows":
+        """Those of the samples below a number."""
+        chosen = self.sample < samples
+        return Rows(self.name, self.label, self.sample[chosen], {k: v[chosen] for k, v in self.values.items()},
+                    self.z[chosen], self.seconds[chosen])
+
+
+def read(run: Run, results: Path) -> Rows:
+    """From an ensemble's folder; samples that are pending or have failed are left out."""
+    with h5py.File(results / "ensemble.h5") as root:
+        done = np.flatnonzero(root["samples/status"][...] == 1)
+        values = {name: root[f"samples/{name}"][...][done].astype(float) for name in FIELDS}
+        seconds = root["timing/wall_time"][...][done]
+        return Rows(run.name, run.label, done, values, root["crack_path/z"][...][done], seconds)
+
+
+def write_csv(rows: list[Rows], file: Path) -> None:
+    with open(file, "w", newline="") as stream:
+        out = csv.writer(stream, lineterminator="\n")
+        out.writerow(["run", "label", "sample", *FIELDS, *(f"z_{notch}_{y}mm" for notch in range(2) for y in SECTIONS),
+                      "seconds"])
+        for r in rows:
+            for i in range(len(r)):
+                out.writerow([r.name, r.label, r.sample[i], *(f"{r.values[name][i]:.7g}" for name in FIELDS),
+                              *(f"{z:.6g}" for z in r.z[i].ravel()), f"{r.seconds[i]:.1f}"])
+
+
+def read_csv(file: Path) -> list[Rows]:
+    with open(file, newline="") as stream:
+        lines = list(csv.DictReader(stream))
+    result = []
+    for name in dict.fromkeys(line["run"] for line in lines):
+        mine = [line for line in lines if line["run"] == name]
+        z = [[float(line[f"z_{notch}_{y}mm"]) for notch in range(2) for y in SECTIONS] for line in mine]
+        result.append(Rows(name, mine[0]["label"], np.array([int(line["sample"]) for line in mine]),
+                           {field: np.array([float(line[field]) for line in mine]) for field in FIELDS},
+                           np.array(z).reshape(len(mine), 2, len(SECTIONS)),
+                           np.array([float(line["seconds"]) for line in mine])))
+    return result

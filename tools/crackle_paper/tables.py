@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The studies' tables, in Markdown."""
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from crackle_report.statistics import wilson_interval
+
+from .comparing import (binomial_test, distance_between_bodies, fisher_test, leading_notch, leading_path,
+                        path_distance, permutation_test)
+from .rows import Rows
+from .studies import TARGET_LOAD
+
+MIDDLE = 2  # of the sections
+
+
+def markdown(titles: list[str], lines: list[list[str]]) -> str:
+    return "".join(f"| {' | '.join(line)} |\n" for line in [titles, ["---"] * len(titles), *lines])
+
+
+def patterns(rows: Rows) -> str:
+    return " / ".join(str(rows.share(p)) for p in (1, 2, 3, 0))
+
+
+def spread(values: np.ndarray, form: str) -> str:
+    """Mean and standard deviation."""
+    values = values[np.isfinite(values)]
+    deviation = values.std(ddof=1) if len(values) > 1 else math.nan
+    return f"{values.mean():{form}} ± {deviation:{form}}" if len(values) else "–"
+
+
+def notches(all_rows: list[Rows]) -> str:
+    lines = []
+    for rows in all_rows:
+        load = rows.values["onset_force"]
+        depth, distance = rows.label.split(", ")
+        lines.append([distance, depth, str(len(rows)), f"{np.median(load):.0f} ({load.min():.0f} to {load.max():.0f})",
+                      patterns(rows), spread(rows.values["overlap"], ".2f"), spread(rows.values["crack_speed_ratio"], ".2f")])
+    return markdown(["distance", "depth", "samples", "onset [N], median (range)", "one / two cracks / other / none",
+                     "overlap", "speed over Rayleigh's"], lines)
+
+
+def median_curve(all_rows: list[Rows]) -> tuple[np.ndarray, float]:
+    """A parabola through all onset loads of rows with one distance over depth [mm], by least absolute deviations as
+    medians have them; and the depth at which it is at the target load.
+    """
+    depth = np.concatenate([np.full(len(rows), float(rows.label.split(" ")[0])) for rows in all_rows])
+    load = np.concatenate([rows.values["onset_force"] for rows in all_rows])
+    weight = np.ones(len(load))
+    for _ in range(200):  # iteratively reweighted least squares
+        curve = np.polyfit(depth, load, 2, w=np.sqrt(weight))
+        weight = 1 / np.maximum(np.abs(load - np.polyval(curve, depth)), 1e-3)
+    roots = np.roots(np.polysub(curve, [TARGET_LOAD]))
+    inside = roots[np.isreal(roots) & (roots > depth.min()) & (roots < depth.max())].real
+    return curve, float(inside[0]) if len(inside) else math.nan
+
+
+def comparison(reference: Rows, others: list[Rows], same_bodies: bool = True) -> str:
+    """Settings against the reference: on the same bodies sample by sample, and as ensembles."""
+    lines = []
+    for rows in [reference, *others]:
+        lead, path = leading_notch(rows), leading_path(rows)
+        line = [rows.label, str(len(rows)), spread(rows.values["onset_force"], ".1f"), patterns(rows)]
+        if same_bodies:
+            line.append(_same_bodies(reference, rows) if rows is not reference
+                        else f"others: {1e3 * distance_between_bodies(rows):.2f} mm")
+        line.append(spread(1e3 * (path[:, MIDDLE]), ".2f"))
+        if rows is reference:
+            line += ["", ""]
+        else:
+            line.append(f"{permutation_test(leading_path(reference)[:, MIDDLE], path[:, MIDDLE]):.2f}")
+            line.append(f"{fisher_test(reference.share(1), len(reference), rows.share(1), len(rows)):.2f}")
+        line += [spread(rows.values["crack_area"] * 1e6, ".0f"), spread(rows.values["crack_speed_ratio"], ".2f"),
+                 f"{rows.values['energy_error'].max():.0e}", f"{rows.seconds.mean():.0f} s"]
+        lines.append(line)
+    titles = ["setting", "samples", "onset [N]", "one / two cracks / other / none"]
+    titles += ["same bodies: onset equal, notch that leads equal, distance of paths"] if same_bodies else []
+    titles += ["z of the leading path at mid-width [mm]", "p of equal means", "p of equal shares", "crack area [mm²]",
+               "speed over Rayleigh's", "largest energy error", "core time per sample"]
+    return markdown(titles, lines)
+
+
+def _same_bodies(reference: Rows, rows: Rows) -> str:
+    _, first, second = np.intersect1d(reference.sample, rows.sample, return_indices=True)
+    onset = np.abs(reference.values["onset_force"][first] - rows.values["onset_force"][second]) < 0.01
+    lead = leading_notch(reference)[first] == leading_notch(rows)[second]
+    distance = path_distance(leading_path(reference)[first], leading_path(rows)[second])[lead]
+    n = len(first)
+    return f"{onset.sum()} of {n}, {lead.sum()} of {n}, {1e3 * np.nanmedian(distance):.2f} mm"
+
+
+def shares(all_rows: list[Rows], title: str) -> str:
+    """Shares with Wilson's 95 % intervals, and spread of the paths."""
+    lines = []
+    for rows in all_rows:
+        cells = [rows.label, str(len(rows)), spread(rows.values["onset_force"], ".1f")]
+        for pattern in (1, 2, 3):
+            low, high = wilson_interval(rows.share(pattern), len(rows), 0.95)
+            cells.append(f"{100 * rows.share(pattern) / len(rows):.0f} % ({100 * low:.0f} to {100 * high:.0f})")
+        cells += [spread(rows.values["overlap"], ".2f"), spread(1e3 * leading_path(rows)[:, MIDDLE], ".2f"),
+                  f"{1e3 * distance_between_bodies(rows):.2f}", str(int((rows.values["bifurcations"] > 0).sum()))]
+        lines.append(cells)
+    return markdown([title, "samples", "onset [N]", "one crack", "two cracks", "other", "overlap",
+                     "z of the leading path at mid-width [mm]", "distance of two samples' paths, median [mm]",
+                     "with branching"], lines)
+
+
+def symmetry(rows: Rows) -> str:
+    lead, one = leading_notch(rows), rows.values["pattern"] == 1
+    lines = []
+    for label, chosen in (("one crack", one), ("all", np.ones(len(rows), bool))):
+        first, second = int((lead[chosen] == 0).sum()), int((lead[chosen] == 1).sum())
+        lines.append([label, str(first), str(second), f"{binomial_test(first, first + second):.2f}"])
+    return markdown(["samples", "lower notch leads", "upper notch leads", "p of a fair coin"], lines)
