@@ -4,17 +4,16 @@ tables of its README.md.
 """
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Callable
 
 from matplotlib.figure import Figure
 
 from crackle_report import style
+from crackle_report.writing import put_between_marks
 
 from . import figures, rows, tables
 from .rows import Rows
-from .running import RunError
 from .studies import CAMPAIGN, DISTANCE, FAST_CAMPAIGN, STUDIES
 
 
@@ -79,13 +78,7 @@ def _save(figure: Figure, file: Path) -> None:
 
 
 def _put(folder: Path, place: str, table: str) -> None:
-    """Into README.md between the marks of this place."""
+    """Into README.md between the marks of this place, if the folder has one; and to the standard output."""
     print(table, end="")
-    file = folder / "README.md"
-    if not file.is_file():
-        return
-    begin, end = f"<!-- {place}:begin -->\n", f"<!-- {place}:end -->"
-    text, n = re.subn(f"{begin}.*?{end}", lambda _: begin + table + end, file.read_text(), flags=re.DOTALL)
-    if n != 1:
-        raise RunError(f"{file} has no place for the table '{place}'")
-    file.write_text(text)
+    if (folder / "README.md").is_file():
+        put_between_marks(folder / "README.md", place, table)

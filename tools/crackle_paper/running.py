@@ -10,13 +10,11 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from crackle_verification.runs import RunError
+
 from .studies import Run
 
 STOPPED_EARLY = 3
-
-
-class RunError(Exception):
-    """A run of the program failed; the message says why."""
 
 
 def is_finished(folder: Path) -> bool:
