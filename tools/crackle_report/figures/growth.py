@@ -15,7 +15,7 @@ from .. import style
 from ..choosing import samples_in_detail
 from ..drawing import draw_facets, draw_plate, time_bar, time_colours
 from ..options import Options
-from ..photoelasticity import Fringes, Grid, element_stress, make_series
+from ..photoelasticity import Fringes, Grid, frame_stresses, make_series
 from ..results import CrackSurface, Ensemble, Frames
 from .picture import Animation, Picture, Section
 
@@ -104,13 +104,7 @@ class _View:
 
     def _look_through(self) -> list[Fringes]:
         frames = self._frames
-        stresses = []
-        for displacement, broken in zip(frames.displacement, frames.broken):
-            stress = element_stress(frames.nodes, frames.tetrahedra, displacement, frames.youngs_modulus,
-                                    frames.poisson_ratio)
-            stress[broken] = 0
-            stresses.append(stress)
-        return make_series(frames.nodes, frames.tetrahedra, stresses, self._grid, self._options.optics)
+        return make_series(frames.nodes, frames.tetrahedra, frame_stresses(frames), self._grid, self._options.optics)
 
     def rows(self, chosen: list[int]) -> Figure:
         """Fringes above, cracks below, a column for each time."""
