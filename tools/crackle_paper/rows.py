@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import math
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -44,12 +43,25 @@ class Rows:
 
 
 def read(run: Run, results: Path) -> Rows:
-    """From an ensemble's folder; samples that are pending or have failed are left out."""
+    """From an ensemble's folder; samples that are pending or have failed are left out.
+
+    Under a load that grows from rest there is no onset of a dynamic phase: the load then counts at which one in a
+    hundred of all breaks has happened.
+    """
     with h5py.File(results / "ensemble.h5") as root:
         done = np.flatnonzero(root["samples/status"][...] == 1)
         values = {name: root[f"samples/{name}"][...][done].astype(float) for name in FIELDS}
         seconds = root["timing/wall_time"][...][done]
+        if run.rate is not None:
+            values["onset_time"] = np.array([_time_of_first_breaks(results / "samples" / f"{i:04d}.h5") for i in done])
+            values["onset_force"] = run.rate * values["onset_time"]
         return Rows(run.name, run.label, done, values, root["crack_path/z"][...][done], seconds)
+
+
+def _time_of_first_breaks(sample: Path) -> float:
+    with h5py.File(sample) as root:
+        times = np.sort(root["breaks/phase_time"][...])
+    return times[len(times) // 100] if len(times) else math.nan
 
 
 def write_csv(rows: list[Rows], file: Path) -> None:
