@@ -1,0 +1,167 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tests of tools/paper-study: its inputs, its statistics, and a run that is stopped and goes on."""
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.dont_write_bytecode = True
+sys.path[:0] = [str(ROOT / "tools")]
+
+from crackle_paper import comparing, fringes, rows, tables  # noqa: E402
+from crackle_paper.running import compute  # noqa: E402
+from crackle_paper.studies import STUDIES, TARGET_LOAD, Run  # noqa: E402
+from crackle_verification.runs import RunError  # noqa: E402
+
+PAPER = (ROOT / "jobs" / "paper.toml").read_text()
+Y = [7e-3, 9e-3, 12.25e-3, 15.5e-3, 17.5e-3]
+
+
+def make_rows(z, label="5 mm, 5 mm", onset=None, pattern=None):
+    n = len(z)
+    values = {name: np.zeros(n) for name in rows.FIELDS}
+    values["onset_force"] = np.zeros(n) if onset is None else np.asarray(onset, float)
+    values["pattern"] = np.full(n, 1.0) if pattern is None else np.asarray(pattern, float)
+    return rows.Rows("run", label, np.arange(n), values, np.asarray(z, float), np.ones(n))
+
+
+class Inputs(unittest.TestCase):
+    def test_every_run_changes_what_it_says_and_nothing_else(self):
+        before = tomllib.loads(PAPER)
+        for run in (run for study in STUDIES.values() for run in study):
+            after = tomllib.loads(run.input_text(PAPER))
+            self.assertEqual(after["ensemble"]["samples"], run.samples, run.name)
+            self.assertEqual(after["ensemble"]["seed"], before["ensemble"]["seed"])
+            for key, value in run.keys.items():
+                table, name = key.split(".")
+                self.assertEqual(after[table][name], tomllib.loads(f"x = {value}")["x"], run.name)
+                after[table].pop(name)
+                before_table = dict(before[table])
+                before_table.pop(name, None)
+                before[table] = before_table
+            notches = after["specimen"]["notch"]
+            if run.depth is not None:
+                self.assertEqual([notch["depth"] for notch in notches], 2 * [f"{run.depth:g} mm"])
+                places = [float(notch["at"].split()[0]) for notch in notches]
+                self.assertAlmostEqual(places[1] - places[0], run.distance)
+                self.assertAlmostEqual(sum(places), 140)
+            else:
+                self.assertEqual(after["specimen"], before["specimen"], run.name)
+            if run.rate is not None:
+                self.assertEqual(after["boundary"][1]["rate"][2], f"{run.rate:g} N/s")
+            else:
+                self.assertEqual(after["boundary"], before["boundary"])
+            before = tomllib.loads(PAPER)
+
+    def test_names_of_runs_differ(self):
+        names = [run.name for study in STUDIES.values() for run in study]
+        self.assertEqual(len(names), len(set(names)))
+
+    def test_the_program_accepts_one_of_each_kind(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for study in STUDIES.values():
+                file = Path(folder) / "input.toml"
+                file.write_text(study[-1].input_text(PAPER))
+                result = subprocess.run([OPTIONS.program, "check", str(file)], capture_output=True, text=True)
+                self.assertEqual(result.returncode, 0, result.stderr)
+
+
+class Statistics(unittest.TestCase):
+    def test_exact_tests_give_the_textbooks_values(self):
+        # Fisher's lady tasting tea: 3 of 4 right.
+        self.assertAlmostEqual(comparing.fisher_test(3, 4, 1, 4), 34 / 70)
+        self.assertAlmostEqual(comparing.fisher_test(5, 10, 5, 10), 1)
+        self.assertAlmostEqual(comparing.binomial_test(3, 12), 2 * (1 + 12 + 66 + 220) / 4096)
+        self.assertEqual(comparing.binomial_test(6, 12), 1)
+
+    def test_permutation_test_is_near_the_exact_one(self):
+        # All 70 ways to share out 0..7: only the two extreme ones differ as much.
+        found = comparing.permutation_test(np.arange(4.0), np.arange(4.0, 8.0))
+        self.assertAlmostEqual(found, 2 / 70, delta=0.006)
+        self.assertGreater(comparing.permutation_test(np.array([1.0, 2, 3, np.nan]), np.array([1.0, 2, 3])), 0.9)
+
+    def test_a_plate_turned_by_180_degrees_has_the_same_leading_path(self):
+        path = np.array([0.0670, 0.0672, 0.0675, 0.0681, 0.0690])
+        gone = np.full(5, np.nan)
+        one = make_rows([[path, gone], [gone, comparing.LENGTH - path[::-1]]])
+        self.assertEqual(comparing.leading_notch(one).tolist(), [0, 1])
+        np.testing.assert_allclose(comparing.leading_path(one), [path, path])
+        self.assertAlmostEqual(comparing.distance_between_bodies(one), 0)
+        self.assertAlmostEqual(float(comparing.path_distance(path, path + 1e-3)), 1e-3)
+
+    def test_the_depth_of_the_target_load_is_found(self):
+        depths = (4.0, 5.0, 6.0)
+        runs = [make_rows(np.zeros((9, 2, 5)), f"{depth} mm, 5 mm",
+                          TARGET_LOAD - 50 * (depth - 5.3) + np.array([-9, -4, -2, -1, 0, 1, 2, 3, 40])) for depth in depths]
+        _, depth = tables.median_curve(runs)
+        self.assertAlmostEqual(depth, 5.3, delta=0.01)
+
+    def test_rows_come_back_from_their_file(self):
+        z = np.random.default_rng(1).random((3, 2, 5))
+        z[1, 1] = np.nan
+        before = make_rows(z, "a label, with a comma", [1.5, 2.5, np.nan])
+        with tempfile.TemporaryDirectory() as folder:
+            rows.write_csv([before], Path(folder) / "rows.csv")
+            (after,) = rows.read_csv(Path(folder) / "rows.csv")
+        self.assertEqual(after.label, before.label)
+        np.testing.assert_allclose(after.z, before.z, rtol=1e-5)
+        np.testing.assert_array_equal(after.values["onset_force"], before.values["onset_force"])
+        self.assertEqual(len(after.first(2)), 2)
+
+
+class Fringes(unittest.TestCase):
+    def test_roughness_is_that_of_noise_and_not_of_a_slope(self):
+        y, z = np.meshgrid(np.linspace(0, 1, 200), np.linspace(0, 1, 300))
+        slope = 3 + y + 2 * z
+        inside = (slice(20, -20), slice(20, -20))
+        self.assertLess(fringes.roughness(slope[inside]), 5e-3)
+        noise = np.random.default_rng(1).normal(0, 0.5, slope.shape)
+        # What a mean over n pixels takes away from noise is 1 - 1/n of its variance.
+        self.assertAlmostEqual(fringes.roughness(5 + noise) * 5, 0.5 * np.sqrt(1 - 1 / 121), delta=0.01)
+        with_gap = 5 + noise
+        with_gap[50:60] = np.nan
+        self.assertAlmostEqual(fringes.roughness(with_gap) * 5, 0.5, delta=0.01)
+
+    def test_likeness_is_not_changed_by_the_load(self):
+        order = np.random.default_rng(1).random((20, 20))
+        order[3] = np.nan
+        self.assertAlmostEqual(fringes.likeness(order, 1.2 * order), 1)
+        self.assertAlmostEqual(fringes.likeness(order, 1 - order), -1)
+
+
+class Running(unittest.TestCase):
+    def test_a_run_that_was_stopped_goes_on(self):
+        demo = (ROOT / "jobs" / "demo.toml").read_text()
+        run = Run("small", "small", 3, {"mesh.notch_spacing": '"1.2 mm"', "time.duration": '"20 us"'})
+        with tempfile.TemporaryDirectory() as folder:
+            output = Path(folder)
+            self.assertFalse(compute(run, demo, output, OPTIONS.program, 1, time.monotonic() + 1), "no time to start")
+            subprocess.run([OPTIONS.program, "run", output / "small" / "input.toml", "-o", output / "small" / "out",
+                            "--samples", "0-0"], capture_output=True, check=False)
+            self.assertTrue(compute(run, demo, output, OPTIONS.program, 2, None))
+            log = (output / "small" / "log.txt").read_text()
+            self.assertIn("2 of 3 samples to do", log)
+            self.assertTrue(compute(run, demo, output, OPTIONS.program, 2, None))
+            self.assertEqual((output / "small" / "log.txt").read_text(), log, "a finished run is not started again")
+            found = rows.read(run, output / "small" / "out")
+            self.assertEqual(found.sample.tolist(), [0, 1, 2])
+            self.assertTrue(np.all(found.values["onset_force"] > 0))
+            with self.assertRaises(RunError):
+                compute(run, demo.replace("35 MPa", "36 MPa"), output, OPTIONS.program, 2, None)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--program", required=True)
+    OPTIONS, remaining = parser.parse_known_args()
+    unittest.main(argv=[sys.argv[0], *remaining])
