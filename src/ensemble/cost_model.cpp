@@ -22,7 +22,7 @@ constexpr double sums_per_look = 3;
 constexpr double static_share = 0.1;
 constexpr int most_ranks_per_sample = 64;
 /// Rate of a core in a group over that of a core that has a sample for itself.
-constexpr double shared_share = 0.9;
+constexpr double shared_share = 0.95;
 
 }  // namespace
 

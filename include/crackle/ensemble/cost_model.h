@@ -22,10 +22,10 @@ struct Share {
 Share largest_share(const geometry::Realization& realization, int ranks);
 
 /// What the model reckons with; the defaults are cautious figures for a cluster of today. `tools/benchmark`
-/// and `tools/ranks-per-sample` measure the first three and the model's error.
+/// and `tools/rank-comparison` measure the first three and the model's error.
 struct Machine {
   double updates_per_second = 320e6;         ///< of one core that has a sample for itself
-  double shared_updates_per_second = 288e6;  ///< of one core in a group: no blocking over stages
+  double shared_updates_per_second = 304e6;  ///< of one core in a group: waits for the others
   double mesh_updates_per_second = 0.85e6;   ///< tetrahedra of realizations that the master makes
   double root_updates_per_second = 0.5e6;    ///< tetrahedra that a root partitions, analyses and writes
   double latency = 3e-6;                     ///< of one message [s]
