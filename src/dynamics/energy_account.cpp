@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace crackle::dynamics {
 
@@ -73,7 +74,18 @@ EnergyRow EnergyAccount::row(double time, double kinetic, double phase_work,
   return row;
 }
 
-std::optional<std::string> energy_fault(std::span<const EnergyRow> rows, std::size_t n_rows) {
+double energy_at_strength(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                          std::span<const double> strength) {
+  const double modulus = body.elasticity().lambda + 2 * body.elasticity().mu;
+  std::vector<double> energies;
+  for (std::size_t t = 0; t < strength.size(); ++t)
+    if (body.subdomain().counted[t] != 0)
+      energies.push_back(body.operators().tetrahedra[t].volume * strength[t] * strength[t] / (2 * modulus));
+  return parallel::exact_sum(group, energies);
+}
+
+std::optional<std::string> energy_fault(std::span<const EnergyRow> rows, std::size_t n_rows,
+                                        double negligible) {
   constexpr double blow_up = 10;
   if (rows.empty()) return {};
   const EnergyRow& last = rows.back();
@@ -83,7 +95,7 @@ std::optional<std::string> energy_fault(std::span<const EnergyRow> rows, std::si
   if (rows.size() < 2 || 10 * rows.size() < n_rows) return {};
   double supplied = rows.front().kinetic + rows.front().strain + rows.front().released;
   for (const auto& row : rows) supplied = std::max(supplied, std::abs(row.external));
-  if (held <= blow_up * supplied) return {};
+  if (held <= std::max(blow_up * supplied, negligible)) return {};
   return fmt::format(
       "the body has {:.3g} J {:.4g} us after the start of the phase, but was given no more than "
       "{:.3g} J: the motion is unstable",

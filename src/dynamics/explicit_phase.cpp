@@ -20,6 +20,8 @@ namespace {
 /// Steps between two looks at whether the phase has arrested or failed: each look costs messages between
 /// ranks.
 constexpr std::int64_t look_interval = 32;
+/// Of the energy at the strength: far above what rounding gives to a body that is hardly loaded.
+constexpr double negligible_share = 1e-12;
 
 /// Keeps what fails on this rank until the next look, so that no rank waits for another that has left the
 /// step.
@@ -103,6 +105,8 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
   const std::int64_t row_interval = std::max<std::int64_t>(1, n_steps / options.n_energy_rows);
   const auto pictures = frame_steps(options.n_frames, n_steps);
 
+  const double negligible = negligible_share * energy_at_strength(group, body, context.strength);
+
   const auto is_picture = [&](std::int64_t step) { return std::ranges::binary_search(pictures, step); };
   const auto has_output = [&](std::int64_t step) { return step % row_interval == 0 || is_picture(step); };
   const auto write_outputs = [&](std::int64_t step) {
@@ -111,7 +115,8 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
     const double work = motion.external_work(load_time + time, state);
     result.energy.push_back(account.row(time, kinetic_energy(context, state), work, state.displacement));
     // Every rank has the same rows.
-    if (const auto fault = energy_fault(result.energy, static_cast<std::size_t>(options.n_energy_rows)))
+    if (const auto fault =
+            energy_fault(result.energy, static_cast<std::size_t>(options.n_energy_rows), negligible))
       throw std::runtime_error(*fault);
     if (options.on_row) options.on_row(result.energy.back());
     if (is_picture(step)) {

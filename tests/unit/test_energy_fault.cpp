@@ -34,5 +34,13 @@ TEST(EnergyFault, MoreThanTheLoadsGave) {
   EXPECT_THAT(*energy_fault(rows, 200), testing::HasSubstr("has 11 J 2 us after the start of the phase"));
 }
 
+TEST(EnergyFault, RoundingOfABodyThatIsHardlyLoaded) {
+  std::vector<EnergyRow> rows(40, row(1e-6, 1e-18, 0));
+  EXPECT_TRUE(energy_fault(rows, 200));
+  EXPECT_FALSE(energy_fault(rows, 200, 1e-12));
+  rows.push_back(row(1e-6, 1e-11, 0));
+  EXPECT_TRUE(energy_fault(rows, 200, 1e-12));
+}
+
 }  // namespace
 }  // namespace crackle::dynamics

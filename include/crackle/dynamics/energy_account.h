@@ -60,9 +60,17 @@ private:
 /// external work; 0 without rows.
 double energy_error(std::span<const EnergyRow> rows);
 
+/// Strain energy of a body that is stretched to its strength everywhere, in one direction without lateral
+/// contraction [J]: what its energies are to be compared with. Equal on every rank. Collective.
+/// @param strength of each tetrahedron [Pa]
+double energy_at_strength(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                          std::span<const double> strength);
+
 /// Why the motion cannot be trusted by its energies at the last of the rows: they are no numbers, or, once a
 /// tenth of the phase is over, the body has ten times the energy that it can have.
 /// @param n_rows of the whole phase
-std::optional<std::string> energy_fault(std::span<const EnergyRow> rows, std::size_t n_rows);
+/// @param negligible what rounding may make of nothing [J]
+std::optional<std::string> energy_fault(std::span<const EnergyRow> rows, std::size_t n_rows,
+                                        double negligible = 0);
 
 }  // namespace crackle::dynamics
