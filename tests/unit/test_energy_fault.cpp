@@ -35,7 +35,8 @@ TEST(EnergyFault, MoreThanTheLoadsGave) {
 }
 
 TEST(EnergyFault, RoundingOfABodyThatIsHardlyLoaded) {
-  std::vector<EnergyRow> rows(40, row(1e-6, 1e-18, 0));
+  std::vector<EnergyRow> rows{row(0, 0, 0)};
+  while (rows.size() < 40) rows.push_back(row(1e-6, 1e-18, 0));
   EXPECT_TRUE(energy_fault(rows, 200));
   EXPECT_FALSE(energy_fault(rows, 200, 1e-12));
   rows.push_back(row(1e-6, 1e-11, 0));
