@@ -24,7 +24,6 @@ from crackle_paper.studies import STUDIES, TARGET_LOAD, Run  # noqa: E402
 from crackle_verification.runs import RunError  # noqa: E402
 
 PAPER = (ROOT / "jobs" / "paper.toml").read_text()
-Y = [7e-3, 9e-3, 12.25e-3, 15.5e-3, 17.5e-3]
 
 
 def make_rows(z, label="5 mm, 5 mm", onset=None, pattern=None):

@@ -4,6 +4,7 @@ tables of its README.md.
 """
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Callable
 
@@ -56,21 +57,21 @@ def _convergence(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
     _put(folder, "convergence", tables.comparison(reference, list(others.values())))
 
 
-def _against_fast(study: str, title: str) -> Callable[[dict[str, dict[str, Rows]], Path], None]:
+def _against_fast(study: str, title: str, label: str, place: int) -> Callable[[dict[str, dict[str, Rows]], Path], None]:
+    """Shares of a study's runs; the fast campaign is among them under this label, at this place."""
     def show(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
         mine = list(kept[study].values())
         fast = kept["convergence"].get(FAST_CAMPAIGN.name)
         if fast is not None:
-            place = {"disturbance": 2, "rate": 0}[study]
-            label = {"disturbance": "perturbation 0.2", "rate": "5 N/s"}[study]
-            mine.insert(place, Rows(fast.name, label, fast.sample, fast.values, fast.z, fast.seconds))
+            mine.insert(place, replace(fast, label=label))
         _put(folder, study, tables.shares(mine, title))
         _save(figures.shares_and_paths(mine), folder / f"{study}.png")
     return show
 
 
 SHOW = {"notches": _notches, "campaign": _campaign, "convergence": _convergence,
-        "disturbance": _against_fast("disturbance", "disturbance"), "rate": _against_fast("rate", "rate")}
+        "disturbance": _against_fast("disturbance", "disturbance", "perturbation 0.2", 2),
+        "rate": _against_fast("rate", "rate", "5 N/s", 0)}
 
 
 def _save(figure: Figure, file: Path) -> None:

@@ -57,15 +57,14 @@ def median_curve(all_rows: list[Rows]) -> tuple[np.ndarray, float]:
     return curve, float(inside[0]) if len(inside) else math.nan
 
 
-def comparison(reference: Rows, others: list[Rows], same_bodies: bool = True) -> str:
+def comparison(reference: Rows, others: list[Rows]) -> str:
     """Settings against the reference: on the same bodies sample by sample, and as ensembles."""
     lines = []
     for rows in [reference, *others]:
-        lead, path = leading_notch(rows), leading_path(rows)
+        path = leading_path(rows)
         line = [rows.label, str(len(rows)), spread(rows.values["onset_force"], ".1f"), patterns(rows)]
-        if same_bodies:
-            line.append(_same_bodies(reference, rows) if rows is not reference
-                        else f"others: {1e3 * distance_between_bodies(rows):.2f} mm")
+        line.append(_same_bodies(reference, rows) if rows is not reference
+                    else f"others: {1e3 * distance_between_bodies(rows):.2f} mm")
         line.append(spread(1e3 * (path[:, MIDDLE]), ".2f"))
         if rows is reference:
             line += ["", ""]
@@ -75,8 +74,8 @@ def comparison(reference: Rows, others: list[Rows], same_bodies: bool = True) ->
         line += [spread(rows.values["crack_area"] * 1e6, ".0f"), spread(rows.values["crack_speed_ratio"], ".2f"),
                  f"{rows.values['energy_error'].max():.0e}", f"{rows.seconds.mean():.0f} s"]
         lines.append(line)
-    titles = ["setting", "samples", "onset [N]", "one / two cracks / other / none"]
-    titles += ["same bodies: onset equal, notch that leads equal, distance of paths"] if same_bodies else []
+    titles = ["setting", "samples", "onset [N]", "one / two cracks / other / none",
+              "same bodies: onset equal, notch that leads equal, distance of paths"]
     titles += ["z of the leading path at mid-width [mm]", "p of equal means", "p of equal shares", "crack area [mm²]",
                "speed over Rayleigh's", "largest energy error", "core time per sample"]
     return markdown(titles, lines)
