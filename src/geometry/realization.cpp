@@ -2,6 +2,7 @@
 #include "crackle/geometry/realization.h"
 
 #include "crackle/geometry/quality.h"
+#include "crackle/geometry/symmetry.h"
 #include "displacement.h"
 #include "redraw.h"
 
@@ -9,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <stdexcept>
 #include <utility>
 
@@ -59,6 +61,22 @@ void sort_cells(std::vector<Tetrahedron>& cells, std::size_t n_nodes) {
   cells.swap(sorted);
 }
 
+/// The symmetry of the body by which a sample is set into it.
+std::uint8_t chosen_symmetry(const Body& body, const input::Mesh& mesh, std::uint64_t seed,
+                             std::uint64_t sample) {
+  if (mesh.turn == input::Turn::none || mesh.perturbation == 0) return 0;
+  const std::vector<std::uint8_t> all = symmetries(body);
+  return all[static_cast<std::size_t>(parallel::RandomStream(seed, sample, "turn").bits() % all.size())];
+}
+
+/// Maps a tessellation by a symmetry of the body.
+void reflect(const Body& body, std::uint8_t axes, std::vector<Point>& nodes, TessellationContent& content) {
+  for (Point& p : nodes) p = reflected(body, axes, p);
+  if (std::popcount(axes) % 2 == 0) return;
+  for (Tetrahedron& cell : content.tetrahedra) std::swap(cell[2], cell[3]);
+  for (Triangle& triangle : content.boundary) std::swap(triangle[1], triangle[2]);
+}
+
 /// The plane piece in which all three corners lie exactly.
 SurfaceId surface_of(const Body& body, const std::vector<Point>& nodes, const Triangle& t) {
   const auto& surfaces = body.surfaces();
@@ -98,6 +116,9 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
 
   realization.nodes.assign(tessellation.points().begin(), tessellation.points().end());
   TessellationContent content = tessellation.content();
+  const std::uint8_t axes = chosen_symmetry(body, mesh, seed, sample);
+  reflect(body, axes, realization.nodes, content);
+  realization.report.reflected_axes = axes;
   realization.tetrahedra = std::move(content.tetrahedra);
   for (Tetrahedron& cell : realization.tetrahedra) cell = canonical(cell);
   sort_cells(realization.tetrahedra, realization.nodes.size());

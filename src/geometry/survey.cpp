@@ -2,6 +2,7 @@
 #include "crackle/geometry/survey.h"
 
 #include "crackle/geometry/plain_delaunay.h"
+#include "crackle/geometry/symmetry.h"
 #include "crackle/stopwatch.h"
 
 #include <bit>
@@ -14,8 +15,8 @@ namespace {
 constexpr double fine_factor = 2;  ///< largest spacing of the fine zone over the notch spacing
 constexpr double depth = 2;        ///< least distance of the fine zone from the surface, in spacings
 
-std::array<DisplacementSums, 3> displacement_sums(const MotherPoints& base, const Realization& realization,
-                                                  double perturbation) {
+std::array<DisplacementSums, 3> displacement_sums(const Body& body, const MotherPoints& base,
+                                                  const Realization& realization, double perturbation) {
   std::array<DisplacementSums, 3> sums;
   if (!(perturbation > 0)) return sums;
   for (std::size_t k = 0; k < base.size(); ++k) {
@@ -23,15 +24,16 @@ std::array<DisplacementSums, 3> displacement_sums(const MotherPoints& base, cons
     if (movable == 0) continue;
     DisplacementSums& own = sums[static_cast<std::size_t>(std::popcount(movable)) - 1];
     const double amplitude = perturbation * base.spacing[k];
+    const Point node = reflected(body, realization.report.reflected_axes, realization.nodes[k]);
     for (std::size_t i = 0; i < 3; ++i) {
       if (!((movable >> i) & 1u)) continue;
-      const double shift = (realization.nodes[k][i] - base.position[k][i]) / amplitude;
+      const double shift = (node[i] - base.position[k][i]) / amplitude;
       ++own.n[i];
       own.sum[i] += shift;
       for (std::size_t j = 0; j < 3; ++j) {
         if (!((movable >> j) & 1u)) continue;
         ++own.n_products[i][j];
-        own.products[i][j] += shift * (realization.nodes[k][j] - base.position[k][j]) / amplitude;
+        own.products[i][j] += shift * (node[j] - base.position[k][j]) / amplitude;
       }
     }
   }
@@ -79,7 +81,7 @@ SurveyRow Survey::measure(std::uint64_t sample, const std::function<void(const R
   row.report = realization.report;
   row.mesh = mesh_statistics(realization);
   row.orientation = orientation_moments(realization, [&](const Point& p) { return zone_.contains(p); });
-  row.displacement = displacement_sums(base_, realization, mesh_.perturbation);
+  row.displacement = displacement_sums(body_, base_, realization, mesh_.perturbation);
   row.delaunay_seconds = plain_delaunay(realization.nodes).seconds;
   return row;
 }

@@ -202,6 +202,10 @@ Table mesh_table() {
                       "amplitude of the disturbance, in local spacings"),
            number_key("min_quality", in(&Parameters::mesh, &Mesh::min_quality), {0, 0.5}, by_default("0.2"),
                       "mean-ratio quality that every tetrahedron keeps"),
+           choice_key<Turn>("turn", in(&Parameters::mesh, &Mesh::turn),
+                            {{"random", Turn::random}, {"none", Turn::none}}, by_default("\"random\""),
+                            "where reflections or half-turns map the body on itself, each realization takes "
+                            "one of them, so that equal notches have equal chances"),
            points_key()}};
 }
 

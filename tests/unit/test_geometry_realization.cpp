@@ -2,6 +2,7 @@
 #include "crackle/geometry/realization.h"
 
 #include "crackle/geometry/quality.h"
+#include "crackle/geometry/symmetry.h"
 #include "crackle/parallel/random.h"
 #include "support/geometry_bodies.h"
 
@@ -147,8 +148,9 @@ TEST_F(PlateRealization, NodesKeepToTheirSurfacesAndTheirBall) {
     double farthest = 0;
     for (std::size_t i = 0; i < base().size(); ++i) {
       double squared = 0;
+      const Point node = reflected(plate, made.report.reflected_axes, made.nodes[i]);
       for (unsigned axis = 0; axis < 3; ++axis) {
-        const double shift = made.nodes[i][axis] - base().position[i][axis];
+        const double shift = node[axis] - base().position[i][axis];
         const bool held = !((base().movable[i] >> axis) & 1u);
         EXPECT_TRUE(!held || shift == 0);
         squared += shift * shift;
@@ -178,6 +180,63 @@ TEST_F(PlateRealization, IsNumberedCanonically) {
   }
   EXPECT_TRUE(std::is_sorted(made.boundary.begin(), made.boundary.end(),
                              [](const auto& a, const auto& b) { return a.nodes < b.nodes; }));
+}
+
+// The same tessellation in another place of the body, so that what the base has at one notch is as often at
+// the other.
+TEST_F(PlateRealization, IsSetIntoTheBodyInEachWayThatFits) {
+  input::Mesh as_it_lies = testing::plate_mesh();
+  as_it_lies.turn = input::Turn::none;
+  std::map<std::uint8_t, int> count;
+  for (std::uint64_t sample = 0; sample < 12; ++sample) {
+    const Realization made = make(2012, sample);
+    const Realization base_frame = make_realization(plate, base(), as_it_lies, 2012, sample);
+    ++count[made.report.reflected_axes];
+    EXPECT_EQ(base_frame.report.reflected_axes, 0);
+    ASSERT_EQ(made.nodes.size(), base_frame.nodes.size());
+    for (std::size_t i = 0; i < made.nodes.size(); ++i)
+      ASSERT_EQ(made.nodes[i], reflected(plate, made.report.reflected_axes, base_frame.nodes[i]));
+    const auto corners = [](const Realization& realization) {
+      std::vector<Tetrahedron> list = realization.tetrahedra;
+      for (Tetrahedron& t : list) std::sort(t.begin(), t.end());
+      return list;
+    };
+    EXPECT_EQ(corners(made), corners(base_frame));
+    EXPECT_NO_THROW(verify(made, plate, 0.2));
+  }
+  for (const std::uint8_t axes : {0, 1, 6, 7}) EXPECT_GE(count[axes], 1) << int{axes};
+  EXPECT_EQ(count.size(), 4u);
+  EXPECT_EQ(make(2012, 1, 0).report.reflected_axes, 0) << "nothing is disturbed without a perturbation";
+}
+
+TEST(Symmetry, IsThatOfTheNotches) {
+  using testing::notch;
+  using List = std::vector<std::uint8_t>;
+  EXPECT_EQ(symmetries(testing::body({1, 2, 3})), (List{0, 1, 2, 3, 4, 5, 6, 7}));
+  EXPECT_EQ(symmetries(testing::short_plate()), (List{0, 1, 6, 7}));
+  EXPECT_EQ(symmetries(testing::four_notches()), (List{0, 1}));
+  const auto plate_with = [](std::vector<input::Notch> notches) {
+    return testing::body({5, 24.5, 140}, std::move(notches));
+  };
+  const input::Notch lower = notch(input::Face::y_min, 67.3, 5.5, 0.6);
+  EXPECT_EQ(symmetries(plate_with({lower, notch(input::Face::y_max, 72.7, 5.5, 0.6)})), (List{0, 1, 6, 7}));
+  EXPECT_EQ(symmetries(plate_with({lower, notch(input::Face::y_max, 72.7, 5.4, 0.6)})), (List{0, 1}));
+  EXPECT_EQ(symmetries(plate_with({lower, notch(input::Face::y_max, 67.3, 5.5, 0.6)})), (List{0, 1, 2, 3}));
+  EXPECT_EQ(symmetries(plate_with({lower, notch(input::Face::y_min, 72.7, 5.5, 0.6)})), (List{0, 1, 4, 5}));
+  EXPECT_EQ(symmetries(plate_with({notch(input::Face::y_min, 70, 5.5, 0.6)})), (List{0, 1, 4, 5}));
+}
+
+// Walls whose coordinates are no round numbers of the machine: what lies on one stays on its image exactly.
+TEST(Symmetry, MapsPlanesExactly) {
+  const Body plate = testing::body({5, 24.5, 140}, {testing::notch(input::Face::y_min, 67.3, 5.3, 0.7),
+                                                    testing::notch(input::Face::y_max, 72.7, 5.3, 0.7)});
+  for (const std::uint8_t axes : symmetries(plate))
+    for (const Point& corner : plate.corners()) {
+      const Point q = reflected(plate, axes, corner);
+      EXPECT_TRUE(plate.contains(q));
+      EXPECT_EQ(plate.movable_axes(q), plate.movable_axes(corner));
+      EXPECT_EQ(reflected(plate, axes, q), corner);
+    }
 }
 
 /// Positive where e lies inside the sphere through the corners of a positive tetrahedron, relative to its
@@ -248,12 +307,12 @@ TEST_F(PlateRealization, DisplacementsAreUnbiased) {
     for (std::size_t k = 0; k < base().size(); ++k) {
       if (base().movable[k] != 7) continue;
       ++n;
+      const Point node = reflected(plate, made.report.reflected_axes, made.nodes[k]);
       for (std::size_t i = 0; i < 3; ++i) {
-        const double shift_i = (made.nodes[k][i] - base().position[k][i]) / (0.2 * base().spacing[k]);
+        const double shift_i = (node[i] - base().position[k][i]) / (0.2 * base().spacing[k]);
         mean[i] += shift_i;
         for (std::size_t j = 0; j < 3; ++j)
-          covariance[i][j] +=
-              shift_i * (made.nodes[k][j] - base().position[k][j]) / (0.2 * base().spacing[k]);
+          covariance[i][j] += shift_i * (node[j] - base().position[k][j]) / (0.2 * base().spacing[k]);
       }
     }
   }

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The runs of each study, as changes of jobs/paper.toml.
 
-Every run has the paper's seed, so that sample i of two runs with the same body and mesh section is the same body, and
-two settings can be compared sample by sample.
+Every run but those of the study `bases` has the paper's seed, so that sample i of two runs with the same body and mesh
+section is the same body, and two settings can be compared sample by sample.
 """
 from __future__ import annotations
 
@@ -14,6 +14,10 @@ from crackle_verification.runs import with_keys
 
 FAST = {"time.integrator": '"verlet"', "time.step": '"auto"', "output.frames": "2"}
 """A time integration that gives the same statistics, see the study `convergence`, at a quarter of the cost."""
+
+
+UNTURNED = {**FAST, "mesh.turn": '"none"'}
+"""The same, with every sample's mesh as the base distribution lies."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +48,7 @@ DEPTHS_AT_DISTANCE = {5.0: (4.0, 5.0, 5.2, 5.4, 5.6, 5.8), 7.0: (5.2,), 10.0: (2
                       15.0: (5.2,), 20.0: (5.2,)}  # [mm]
 PERTURBATIONS = (0.05, 0.1, 0.2, 0.3)
 RATES = (1e5, 1e6, 1e7)  # [N/s]
+SEEDS = range(1, 13)
 
 CAMPAIGN = Run("campaign", "5 ns, `bilateral4`", 200)
 FAST_CAMPAIGN = Run("fast", "`auto` (47 ns), `verlet`", 200, FAST)
@@ -58,7 +63,7 @@ def _rate(rate: float) -> Run:
 
 
 STUDIES: dict[str, list[Run]] = {
-    "notches": [Run(f"depth-{depth:g}-distance-{distance:g}", f"{depth:g} mm, {distance:g} mm", 42 if depth == 5.6 else 12, FAST, depth, distance)
+    "notches": [Run(f"depth-{depth:g}-distance-{distance:g}", f"{depth:g} mm, {distance:g} mm", 42 if depth == 5.6 else 12, UNTURNED, depth, distance)
                 for distance, depths in DEPTHS_AT_DISTANCE.items() for depth in depths],
     "campaign": [CAMPAIGN],
     "convergence": [
@@ -74,4 +79,6 @@ STUDIES: dict[str, list[Run]] = {
     "disturbance": [Run(f"perturbation-{p:g}", f"perturbation {p:g}", 60, {**FAST, "mesh.perturbation": f"{p:g}"})
                     for p in PERTURBATIONS if p != 0.2],
     "rate": [_rate(rate) for rate in RATES],
+    "bases": [Run("base-2012", "2012", 200, UNTURNED),
+              *(Run(f"base-{seed}", f"{seed}", 10, {**UNTURNED, "ensemble.seed": str(seed)}) for seed in SEEDS)],
 }

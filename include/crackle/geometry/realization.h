@@ -23,6 +23,7 @@ struct RealizationReport {
   std::int64_t redrawn_points = 0;  ///< points drawn at least once more
   double min_quality = 0;           ///< mean-ratio quality of the worst tetrahedron
   int attempt = 0;                  ///< that succeeded; those before it used other random numbers
+  std::uint8_t reflected_axes = 0;  ///< the symmetry of the body by which it is set into it, see `reflected`
 };
 
 /// One conforming tessellation of the body. Its nodes keep the numbers of the base mother points. Tetrahedra
@@ -43,6 +44,11 @@ struct Realization {
 /// edge; a redrawn point likewise, the next draw of its own stream that gives good tetrahedra being taken.
 /// Only where a spot resists many draws does the radius shrink, in the end to the base position. With
 /// perturbation 0 the nodes are the base points. Takes less than twice the time of the tessellation alone.
+///
+/// One base distribution is not the same at equivalent places of the body, such as two equal notches, and a
+/// small disturbance leaves it so. With `mesh.turn` random and a perturbation the finished realization is
+/// therefore set into the body by one of the body's symmetries, each with the same probability, from the
+/// stream (seed, sample, "turn").
 /// @param base points whose own tessellation conforms, as make_mother_points gives them
 /// @param sample selects the random stream (seed, sample, "disturbance")
 /// @param attempt others than 0 take a stream of their own, for a sample that could not be made

@@ -44,12 +44,19 @@ struct Specimen {
   std::vector<Notch> notches;
 };
 
+/// How realizations are set into a body that fits onto itself in several ways.
+enum class Turn {
+  random,  ///< each in one of these ways
+  none,    ///< all as the base distribution lies
+};
+
 struct Mesh {
-  double spacing = 0;                           ///< far from the notches [m]
-  double notch_spacing = 0;                     ///< at the notch tips [m]
-  double growth = 0;                            ///< increase of spacing per unit distance from a notch tip
-  double perturbation = 0;                      ///< amplitude of the disturbance in local spacings
-  double min_quality = 0;                       ///< mean-ratio quality that every tetrahedron keeps
+  double spacing = 0;        ///< far from the notches [m]
+  double notch_spacing = 0;  ///< at the notch tips [m]
+  double growth = 0;         ///< increase of spacing per unit distance from a notch tip
+  double perturbation = 0;   ///< amplitude of the disturbance in local spacings
+  double min_quality = 0;    ///< mean-ratio quality that every tetrahedron keeps
+  Turn turn = Turn::random;
   std::optional<std::filesystem::path> points;  ///< base mother points from a file instead
   std::string points_digest;  ///< of that file's content, which is part of the input; empty without a file
 };
