@@ -56,6 +56,25 @@ def permutation_test(one: np.ndarray, other: np.ndarray, rounds: int = 10_000) -
     return (extreme + 1) / (rounds + 1)
 
 
+def same_share_test(hits: list[int], totals: list[int], rounds: int = 10_000) -> float:
+    """p of one share in all groups, by Pearson's chi-square and dealing out the hits anew."""
+    n = np.asarray(totals)
+    group = np.repeat(np.arange(len(n)), n)
+    hit = np.concatenate([np.arange(total) < k for k, total in zip(hits, totals)]).astype(float)
+    expected = hit.mean() * n
+
+    def deviation() -> float:
+        return float((((np.bincount(group, hit, len(n)) - expected) ** 2) / n).sum())
+
+    generator = np.random.Generator(np.random.Philox(2012))
+    found = deviation()
+    extreme = 0
+    for _ in range(rounds):
+        generator.shuffle(hit)
+        extreme += deviation() >= found * (1 - 1e-12)
+    return (extreme + 1) / (rounds + 1)
+
+
 def fisher_test(hits: int, n: int, other_hits: int, other_n: int) -> float:
     """Two-sided p of equal shares (Fisher's exact test)."""
     def weight(k: int) -> int:

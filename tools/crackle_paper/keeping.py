@@ -46,6 +46,10 @@ def _notches(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
     _save(figures.onset_against_depth(mine), folder / "onset-against-depth.png")
 
 
+def _bases(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
+    _put(folder, "bases", tables.bases(list(kept["bases"].values())))
+
+
 def _campaign(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
     campaign = kept["campaign"][CAMPAIGN.name]
     _put(folder, "symmetry", tables.symmetry(campaign))
@@ -69,7 +73,7 @@ def _against_fast(study: str, title: str, label: str, place: int) -> Callable[[d
     return show
 
 
-SHOW = {"notches": _notches, "campaign": _campaign, "convergence": _convergence,
+SHOW = {"notches": _notches, "bases": _bases, "campaign": _campaign, "convergence": _convergence,
         "disturbance": _against_fast("disturbance", "disturbance", "perturbation 0.2", 2),
         "rate": _against_fast("rate", "rate", "5 N/s", 0)}
 

@@ -65,6 +65,8 @@ def _rate(rate: float) -> Run:
 STUDIES: dict[str, list[Run]] = {
     "notches": [Run(f"depth-{depth:g}-distance-{distance:g}", f"{depth:g} mm, {distance:g} mm", 42 if depth == 5.6 else 12, UNTURNED, depth, distance)
                 for distance, depths in DEPTHS_AT_DISTANCE.items() for depth in depths],
+    "bases": [Run("base-2012", "2012", 200, UNTURNED),
+              *(Run(f"base-{seed}", f"{seed}", 10, {**UNTURNED, "ensemble.seed": str(seed)}) for seed in SEEDS)],
     "campaign": [CAMPAIGN],
     "convergence": [
         FAST_CAMPAIGN,
@@ -79,6 +81,4 @@ STUDIES: dict[str, list[Run]] = {
     "disturbance": [Run(f"perturbation-{p:g}", f"perturbation {p:g}", 60, {**FAST, "mesh.perturbation": f"{p:g}"})
                     for p in PERTURBATIONS if p != 0.2],
     "rate": [_rate(rate) for rate in RATES],
-    "bases": [Run("base-2012", "2012", 200, UNTURNED),
-              *(Run(f"base-{seed}", f"{seed}", 10, {**UNTURNED, "ensemble.seed": str(seed)}) for seed in SEEDS)],
 }

@@ -9,7 +9,7 @@ import numpy as np
 from crackle_report.statistics import wilson_interval
 
 from .comparing import (binomial_test, distance_between_bodies, fisher_test, leading_notch, leading_path,
-                        path_distance, permutation_test)
+                        path_distance, permutation_test, same_share_test)
 from .rows import Rows
 from .studies import TARGET_LOAD
 
@@ -104,6 +104,23 @@ def shares(all_rows: list[Rows], title: str) -> str:
     return markdown([title, "samples", "onset [N]", "one crack", "two cracks", "other", "overlap",
                      "z of the leading path at mid-width [mm]", "distance of two samples' paths, median [mm]",
                      "with branching"], lines)
+
+
+def bases(all_rows: list[Rows]) -> str:
+    """What depends on the base distribution of mother points."""
+    lines, hits, totals = [], [], []
+    for rows in all_rows:
+        lead = leading_notch(rows)
+        hits.append(int((lead == 0).sum()))
+        totals.append(int((lead >= 0).sum()))
+        lines.append([rows.label, str(len(rows)), f"{np.median(rows.values['onset_force']):.0f}", patterns(rows),
+                      str(hits[-1]), str(totals[-1] - hits[-1])])
+    shares = np.array(hits) / np.array(totals)
+    lines.append(["all", str(sum(len(rows) for rows in all_rows)), "", "",
+                  f"{100 * shares.mean():.0f} ± {100 * shares.std(ddof=1):.0f} % of a base's samples",
+                  f"p of the same share with all bases: {same_share_test(hits, totals):.4f}"])
+    return markdown(["`seed`", "samples", "onset [N], median", "one / two cracks / other / none", "lower notch leads",
+                     "upper notch leads"], lines)
 
 
 def symmetry(rows: Rows) -> str:
