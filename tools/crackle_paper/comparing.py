@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 
+from crackle_report.confidence import running_mean
+
 from .rows import Rows
 
 LENGTH = 0.140  # of the plate [m]
@@ -32,6 +34,16 @@ def path_distance(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     both = np.isfinite(square)
     n = both.sum(axis=-1)
     return np.sqrt(np.where(both, square, 0).sum(axis=-1) / np.where(n > 0, n, np.nan))
+
+
+def settled(paths: np.ndarray, tolerance: float) -> int:
+    """From how many samples on the mean path stays within the tolerance [m] of the mean of all, at every section.
+
+    @param paths samples x sections [m]; NaN where a path did not arrive
+    """
+    running = np.stack([running_mean(column) for column in paths.T], axis=1)
+    far = ~(np.abs(running - running[-1]) <= tolerance).all(axis=1)
+    return int(np.flatnonzero(far)[-1]) + 2 if far.any() else 1
 
 
 def distance_between_bodies(rows: Rows) -> float:

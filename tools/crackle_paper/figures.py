@@ -9,6 +9,7 @@ from crackle_report import style
 from crackle_report.statistics import wilson_interval
 
 from .comparing import leading_path
+from .fringes import FringeSeries
 from .rows import Rows
 from .studies import TARGET_LOAD
 from .tables import median_curve
@@ -68,4 +69,34 @@ def shares_and_paths(all_rows: list[Rows]) -> Figure:
         axes.set_xlabel("y from the leading notch's side [mm]")
         if number == 0:
             axes.set_ylabel("z of the leading crack [mm]")
+    return figure
+
+
+def overlap(rows: Rows) -> Figure:
+    """How far the two cracks of each sample are anti-symmetric, by the pattern that they count as."""
+    figure = Figure(figsize=(style.PAGE_WIDTH / 2, 2.6), layout="constrained")
+    axes = figure.subplots()
+    edges = np.arange(0, 1.0001, 0.04)
+    kinds = [pattern for pattern in (1, 2, 3) if rows.share(pattern)]
+    axes.hist([rows.values["overlap"][rows.values["pattern"] == pattern] for pattern in kinds], edges, stacked=True,
+              color=[style.PATTERN_COLOURS[pattern] for pattern in kinds], label=[style.pattern_name(p) for p in kinds])
+    axes.set_xlabel("overlap of the one path with the other turned by 180 degrees")
+    axes.set_ylabel("samples")
+    axes.legend()
+    return figure
+
+
+def fringes(series: list[FringeSeries]) -> Figure:
+    """Roughness of each sample's fringe order, and its likeness to the reference sample's, over time."""
+    figure = Figure(figsize=(style.PAGE_WIDTH, 2.8), layout="constrained")
+    for axes, name, label in zip(figure.subplots(1, 2), ("roughness", "likeness"),
+                                 ("roughness of the fringe order", "correlation with another sample's picture")):
+        curves = np.array([getattr(one, name) for one in series])
+        time = 1e6 * series[0].time
+        axes.plot(time, curves.T, color=style.notch_colour(0), linewidth=0.5, alpha=0.35)
+        axes.plot(time, np.median(curves, axis=0), color="black", linewidth=1.5, label=f"median of {len(series)} samples")
+        axes.set_xlabel("time since onset [µs]")
+        axes.set_ylabel(label)
+        axes.set_ylim(bottom=min(0, curves.min()))
+        axes.legend()
     return figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Iterable
+from typing import Collection, Iterable
 
 import numpy as np
 
@@ -24,7 +24,7 @@ class FringeSeries:
     sample: int
     time: np.ndarray  # since onset [s]
     roughness: np.ndarray  # of the fringe order, see roughness()
-    likeness: np.ndarray  # to the first sample's picture at the same time, see likeness()
+    likeness: np.ndarray  # to the reference sample's picture at the same time, see likeness()
 
 
 def smoothed(image: np.ndarray, size: int = SMOOTHING) -> np.ndarray:
@@ -51,27 +51,35 @@ def likeness(one: np.ndarray, other: np.ndarray) -> float:
     return float(np.corrcoef(one[both], other[both])[0, 1])
 
 
-def look_through(ensemble: Ensemble, samples: Iterable[int]) -> list[FringeSeries]:
-    """The fringe orders of the samples' frames, looked at; samples without frames are left out."""
-    result: list[FringeSeries] = []
-    first: list[np.ndarray] = []
-    for number in samples:
+def look_through(ensemble: Ensemble, reference: int, samples: Iterable[int], turned: Collection[int]) -> list[FringeSeries]:
+    """The fringe orders of the samples' frames, looked at; samples without frames are left out.
+
+    @param reference the sample that the others' likeness is to
+    @param turned the samples whose picture is turned by 180 degrees first, so that in all the same notch leads
+    """
+    def orders(number: int) -> tuple[np.ndarray, list[np.ndarray]]:
         frames = ensemble.load_frames(number)
-        if frames is None or frames.time.size < 2:
-            continue
+        if frames is None:
+            return np.empty(0), []
         pictures = make_series(frames.nodes, frames.tetrahedra, frame_stresses(frames), Grid.over(*WINDOW, PIXEL))
-        orders = [picture.order for picture in pictures]
-        first = first or orders
-        n = min(len(first), len(orders))
-        result.append(FringeSeries(number, frames.time[:n], np.array([roughness(order) for order in orders[:n]]),
-                                   np.array([likeness(orders[i], first[i]) for i in range(n)])))
+        step = -1 if number in turned else 1
+        return frames.time, [picture.order[::step, ::step] for picture in pictures]
+
+    result: list[FringeSeries] = []
+    _, others = orders(reference)
+    for number in samples:
+        time, mine = orders(number)
+        n = min(len(others), len(mine))
+        if n > 1:
+            result.append(FringeSeries(number, time[:n], np.array([roughness(order) for order in mine[:n]]),
+                                       np.array([likeness(mine[i], others[i]) for i in range(n)])))
     return result
 
 
 def write_csv(series: list[FringeSeries], file: Path) -> None:
     with open(file, "w", newline="") as stream:
         out = csv.writer(stream, lineterminator="\n")
-        out.writerow(["sample", "time", "roughness", "likeness_to_first"])
+        out.writerow(["sample", "time", "roughness", "likeness"])
         for one in series:
             for row in zip(one.time, one.roughness, one.likeness):
                 out.writerow([one.sample, *(f"{value:.6g}" for value in row)])
@@ -82,7 +90,7 @@ def read_csv(file: Path) -> list[FringeSeries]:
         lines = list(csv.DictReader(stream))
     result = []
     for sample in dict.fromkeys(line["sample"] for line in lines):
-        columns = np.array([[float(line[name]) for name in ("time", "roughness", "likeness_to_first")]
+        columns = np.array([[float(line[name]) for name in ("time", "roughness", "likeness")]
                             for line in lines if line["sample"] == sample]).T
         result.append(FringeSeries(int(sample), *columns))
     return result

@@ -13,13 +13,16 @@ from matplotlib.figure import Figure
 from crackle_report import style
 from crackle_report.writing import put_between_marks
 
-from . import figures, rows, tables
+from . import campaign, figures, fringes, rows, tables
 from .rows import Rows
 from .studies import CAMPAIGN, DISTANCE, FAST_CAMPAIGN, STUDIES
 
 
-def keep(studies: list[str], output: Path, folder: Path) -> None:
-    """Reads the runs in `output`, finished or not, and brings `folder` up to date."""
+def keep(studies: list[str], output: Path, folder: Path, front_page: Path | None) -> None:
+    """Reads the runs in `output`, finished or not, and brings `folder` up to date.
+
+    @param front_page where the comparison with the paper goes, a README.md with marks for it; None: nowhere else
+    """
     style.apply()
     folder.mkdir(parents=True, exist_ok=True)
     for study in studies:
@@ -30,11 +33,29 @@ def keep(studies: list[str], output: Path, folder: Path) -> None:
             print(f"{study}: nothing computed yet")
             continue
         rows.write_csv(list(found.values()), folder / f"{study}.csv")
+        if study == "campaign":
+            _keep_campaign(found[CAMPAIGN.name], output / CAMPAIGN.name / "out", folder)
     kept = {study: {one.name: one for one in rows.read_csv(folder / f"{study}.csv")} for study in STUDIES
             if (folder / f"{study}.csv").is_file()}
     for study in studies:
         if study in kept:
             SHOW[study](kept, folder)
+    if "campaign" in studies and "campaign" in kept:
+        table = tables.against_paper(kept["campaign"][CAMPAIGN.name], _fringes(folder))
+        print(table, end="")
+        if front_page is not None:
+            put_between_marks(front_page, "paper", table)
+
+
+def _keep_campaign(found: Rows, results: Path, folder: Path) -> None:
+    campaign.keep_ensemble(results, folder)
+    campaign.keep_pictures(results, folder)
+    campaign.keep_fringes(results, found, folder / "fringes.csv")
+
+
+def _fringes(folder: Path) -> list[fringes.FringeSeries]:
+    file = folder / "fringes.csv"
+    return fringes.read_csv(file) if file.is_file() else []
 
 
 def _notches(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
@@ -51,8 +72,11 @@ def _bases(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
 
 
 def _campaign(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
-    campaign = kept["campaign"][CAMPAIGN.name]
-    _put(folder, "symmetry", tables.symmetry(campaign))
+    mine = kept["campaign"][CAMPAIGN.name]
+    _put(folder, "symmetry", tables.symmetry(mine))
+    _save(figures.overlap(mine), folder / "overlap.png")
+    if series := _fringes(folder):
+        _save(figures.fringes(series), folder / "fringes.png")
 
 
 def _convergence(kept: dict[str, dict[str, Rows]], folder: Path) -> None:

@@ -44,8 +44,8 @@ class Run:
 
 TARGET_LOAD = 380.9  # [N]: the paper's t0 = 76.179191 s at 5 N/s
 DISTANCE = 5.0  # of the notches [mm], as in jobs/paper.toml
-DEPTHS_AT_DISTANCE = {5.0: (4.0, 5.0, 5.2, 5.4, 5.6, 5.8), 7.0: (5.2,), 10.0: (2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0),
-                      15.0: (5.2,), 20.0: (5.2,)}  # [mm]
+DEPTHS_AT_DISTANCE = {3.0: (5.6,), 4.0: (5.6,), 5.0: (4.0, 5.0, 5.2, 5.4, 5.6, 5.8), 7.0: (5.2,),
+                      10.0: (2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0), 15.0: (5.2,), 20.0: (5.2,)}  # [mm]
 PERTURBATIONS = (0.05, 0.1, 0.2, 0.3)
 RATES = (1e5, 1e6, 1e7)  # [N/s]
 SEEDS = range(1, 13)
@@ -63,7 +63,8 @@ def _rate(rate: float) -> Run:
 
 
 STUDIES: dict[str, list[Run]] = {
-    "notches": [Run(f"depth-{depth:g}-distance-{distance:g}", f"{depth:g} mm, {distance:g} mm", 42 if depth == 5.6 else 12, UNTURNED, depth, distance)
+    "notches": [Run(f"depth-{depth:g}-distance-{distance:g}", f"{depth:g} mm, {distance:g} mm",
+                    42 if (depth, distance) == (5.6, 5) else 12, UNTURNED, depth, distance)
                 for distance, depths in DEPTHS_AT_DISTANCE.items() for depth in depths],
     "bases": [Run("base-2012", "2012", 200, UNTURNED),
               *(Run(f"base-{seed}", f"{seed}", 10, {**UNTURNED, "ensemble.seed": str(seed)}) for seed in SEEDS)],

@@ -6,10 +6,13 @@ import math
 
 import numpy as np
 
+from crackle_report.confidence import running_half_width
+from crackle_report.photoelasticity import STRESS_OPTIC, WAVELENGTH
 from crackle_report.statistics import wilson_interval
 
 from .comparing import (binomial_test, distance_between_bodies, fisher_test, leading_notch, leading_path,
-                        path_distance, permutation_test, same_share_test)
+                        path_distance, permutation_test, same_share_test, settled)
+from .fringes import FringeSeries
 from .rows import Rows
 from .studies import TARGET_LOAD
 
@@ -29,6 +32,17 @@ def spread(values: np.ndarray, form: str) -> str:
     values = values[np.isfinite(values)]
     deviation = values.std(ddof=1) if len(values) > 1 else math.nan
     return f"{values.mean():{form}} ± {deviation:{form}}" if len(values) else "–"
+
+
+def share(count: int, n: int) -> str:
+    """In percent, with Wilson's 95 % interval."""
+    low, high = wilson_interval(count, n, 0.95)
+    return f"{100 * count / n:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
+
+
+def quartiles(values: np.ndarray, digits: int) -> str:
+    low, middle, high = np.quantile(values, [0.25, 0.5, 0.75])
+    return f"median {middle:.{digits}f} (half of the samples {low:.{digits}f} to {high:.{digits}f})"
 
 
 def notches(all_rows: list[Rows]) -> str:
@@ -95,9 +109,7 @@ def shares(all_rows: list[Rows], title: str) -> str:
     lines = []
     for rows in all_rows:
         cells = [rows.label, str(len(rows)), spread(rows.values["onset_force"], ".1f")]
-        for pattern in (1, 2, 3):
-            low, high = wilson_interval(rows.share(pattern), len(rows), 0.95)
-            cells.append(f"{100 * rows.share(pattern) / len(rows):.0f} % ({100 * low:.0f} to {100 * high:.0f})")
+        cells += [share(rows.share(pattern), len(rows)) for pattern in (1, 2, 3)]
         cells += [spread(rows.values["overlap"], ".2f"), spread(1e3 * leading_path(rows)[:, MIDDLE], ".2f"),
                   f"{1e3 * distance_between_bodies(rows):.2f}", str(int((rows.values["bifurcations"] > 0).sum()))]
         lines.append(cells)
@@ -130,3 +142,49 @@ def symmetry(rows: Rows) -> str:
         first, second = int((lead[chosen] == 0).sum()), int((lead[chosen] == 1).sum())
         lines.append([label, str(first), str(second), f"{binomial_test(first, first + second):.2f}"])
     return markdown(["samples", "lower notch leads", "upper notch leads", "p of a fair coin"], lines)
+
+
+SETTLED = 0.05e-3  # [m]
+
+
+def against_paper(rows: Rows, fringes: list[FringeSeries]) -> str:
+    """The paper's findings beside those of the campaign."""
+    n, values, lead = len(rows), rows.values, leading_notch(rows)
+    one = values["pattern"] == 1
+    first, second = int((lead[one] == 0).sum()), int((lead[one] == 1).sum())
+    path = leading_path(rows)
+    half_width = running_half_width(path[:, MIDDLE], 0.95)
+    lines = [
+        ["onset t₀", "76.179191 s at 5 N/s, the same for both samples shown",
+         f"{quartiles(values['onset_time'], 1)} s; the notches' depth was chosen for this"],
+        ["groups", "one main crack from either notch; two, more or less anti-symmetric; shares not given",
+         f"one {share(rows.share(1), n)}; two {share(rows.share(2), n)}; other {rows.share(3)} of {n}. The groups are not "
+         f"apart: the paths' overlap, {spread(values['overlap'], '.2f')}, has one hump"],
+        ["notch that the single crack starts from", "either",
+         f"lower {first}, upper {second}; p = {binomial_test(first, first + second):.2f} for equal chances"],
+        ["bends and kinks", "seen", f"kinks in {int((values['kinks'] > 0).sum())} of {n}"],
+        ["bifurcation", "in 4 of the 8 samples shown", f"in {int((values['bifurcations'] > 0).sum())} of {n}"],
+        ["largest crack speed over Rayleigh's", "not given", spread(values["crack_speed_ratio"], ".2f")],
+    ]
+    if fringes:
+        start = np.array([one.roughness[0] for one in fringes])
+        end = np.array([one.roughness[-1] for one in fringes])
+        alike = np.array([one.likeness[[0, -1]] for one in fringes])
+        lines += [
+            ["fringes before the cracks run", "like the experiment's",
+             f"alike from sample to sample: correlation {spread(alike[:, 0], '.3f')} ({len(fringes)} samples; no experiment here)"],
+            ["fringes afterwards", "blurred",
+             f"roughness {np.mean(end / start):.1f} times that at t₀ after {1e6 * fringes[0].time[-1]:.0f} µs; correlation "
+             f"{spread(alike[:, 1], '.2f')}"]]
+    lines += [
+        ["samples", "200, by the convergence of the mean crack path",
+         f"{n}; the mean of the leading crack stays within {1e3 * SETTLED:.2f} mm of that of all at every section from "
+         f"{settled(path, SETTLED)} samples on; half width of its 95 % interval at mid-width {1e3 * half_width[-1]:.3f} mm"],
+        ["time", "not given", f"{rows.seconds.sum() / 3600:.1f} core-hours, {rows.seconds.mean():.0f} s per sample on one core"],
+        ["depth and distance of the notches", "not given", "5.5 mm, 5 mm between their mid-planes (calibrated)"],
+        ["β, K_f, τ_f", "2, 1e-8 without unit, the time step",
+         "2, 1e-8 MPa² s, all the time over the strength (`memory = \"cumulative\"`)"],
+        ["stress-optic coefficient, wavelength", "not given",
+         f"{STRESS_OPTIC:.2g} 1/Pa (typical of epoxy), {1e9 * WAVELENGTH:.0f} nm"],
+    ]
+    return markdown(["", "paper", "`crackle`"], lines)

@@ -9,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 from .. import style
 from ..confidence import running_half_width, student_quantile
 from ..options import Options
-from ..results import Ensemble
+from ..results import DONE, Ensemble
 from ..statistics import position_confidence
 from .picture import Picture, Section
 
@@ -76,6 +76,8 @@ def _round_up(number: float) -> int:
 def _draw(ensemble: Ensemble) -> Figure:
     n_rows, n_columns = ensemble.n_notches, ensemble.sections.size
     n_samples = len(ensemble.samples)
+    done = np.flatnonzero(ensemble.samples.status == DONE)
+    last = done[-1] + 1 if done.size else 0
     number = np.arange(1, n_samples + 1)
     mean = ensemble.statistics.running_mean / style.MILLIMETRE
     confidence = position_confidence(ensemble.confidence, ensemble.n_looks)
@@ -90,9 +92,9 @@ def _draw(ensemble: Ensemble) -> Figure:
         for column in range(n_columns):
             axes = grid[notch, column]
             colour = style.notch_colour(notch)
-            line, half = mean[:, notch, column], band[:, notch, column]
-            axes.plot(number, line, color=colour, linewidth=1.2, marker="." if n_samples < 30 else None)
-            axes.fill_between(number, line - half, line + half, where=np.isfinite(half), color=colour,
+            line, half = mean[:last, notch, column], band[:last, notch, column]
+            axes.plot(number[:last], line, color=colour, linewidth=1.2, marker="." if n_samples < 30 else None)
+            axes.fill_between(number[:last], line - half, line + half, where=np.isfinite(half), color=colour,
                               alpha=0.25, linewidth=0)
             axes.set_title(f"notch {notch}, y = {ensemble.sections[column] / style.MILLIMETRE:g} mm",
                            fontsize=7)
