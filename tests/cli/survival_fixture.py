@@ -15,6 +15,10 @@ import time
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+
+from crackle_launch import environment, mpirun  # noqa: E402
+
 TIMEOUT = 240  # seconds that a run or a state may take on a busy machine
 
 
@@ -33,7 +37,7 @@ SMALL = TRIALS.PLATE.replace("samples = 6", "samples = 3").replace('step = "20 n
 def processor_seconds(*command):
     """Time that a command computes for, whatever else the machine does meanwhile."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run(command, env=TRIALS.environment(), check=True, stdout=subprocess.DEVNULL, timeout=TIMEOUT)
+    subprocess.run(command, env=environment(), check=True, stdout=subprocess.DEVNULL, timeout=TIMEOUT)
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before.ru_utime
 
 
@@ -75,10 +79,10 @@ class SurvivalCase(unittest.TestCase):
 
     @classmethod
     def start(cls, *arguments, n_ranks=1, extra_environment=None, memory_limit=None):
-        launcher = [] if n_ranks == 1 else [shutil.which("mpirun.openmpi") or "mpirun", "-n", str(n_ranks)]
+        launcher = [] if n_ranks == 1 else mpirun(n_ranks)
         limits = (lambda: resource.setrlimit(resource.RLIMIT_AS, (memory_limit, -1))) if memory_limit else None
         return subprocess.Popen([*launcher, PROGRAM, *map(str, arguments)], text=True, stdout=subprocess.PIPE,
-                                env=dict(TRIALS.environment(), **(extra_environment or {})), stderr=subprocess.PIPE,
+                                env=environment(**(extra_environment or {})), stderr=subprocess.PIPE,
                                 preexec_fn=limits)
 
     @classmethod

@@ -10,7 +10,7 @@ import tempfile
 import unittest
 
 import survival_fixture
-from survival_fixture import ROOT, TRIALS
+from survival_fixture import ROOT, environment, mpirun
 
 FACTOR = 1.25  # within which the estimate holds
 
@@ -30,7 +30,7 @@ def setting(name, spacing=None, **values):
 
 def peaks(command):
     """Largest resident set of each rank of a command [byte], without the launcher's."""
-    process = subprocess.Popen(command, env=TRIALS.environment(), stdout=subprocess.DEVNULL)
+    process = subprocess.Popen(command, env=environment(), stdout=subprocess.DEVNULL)
     found = {}
     while process.poll() is None:
         for entry in pathlib.Path("/proc").iterdir():
@@ -56,10 +56,9 @@ class Memory(unittest.TestCase):
 
     def call(self, *arguments):
         return subprocess.run([survival_fixture.PROGRAM, *map(str, arguments)], cwd=self.folder, text=True,
-                              env=TRIALS.environment(), capture_output=True, check=False, timeout=300)
+                              env=environment(), capture_output=True, check=False, timeout=300)
 
     def test_the_estimate_holds(self):
-        mpirun = shutil.which("mpirun.openmpi") or "mpirun"
         for name, n_ranks, text in (
                 ("demo", 1, setting("demo.toml")),
                 ("between, many frames", 1, setting("demo.toml", ("1.6 mm", "0.5 mm"), frames=60, growth=0.05)),
@@ -69,7 +68,7 @@ class Memory(unittest.TestCase):
                 (self.folder / "plate.toml").write_text(text)
                 check = self.call("check", "plate.toml")
                 estimate = 1e6 * float(re.search(r"memory +=  *(\d+) MB per sample", check.stdout)[1])
-                found = peaks([mpirun, "-n", str(n_ranks), survival_fixture.PROGRAM, "sample",
+                found = peaks([*mpirun(n_ranks), survival_fixture.PROGRAM, "sample",
                                self.folder / "plate.toml", "--sample", "0", "-o", self.folder / f"{name}-{n_ranks}"])
                 self.assertEqual(len(found), n_ranks)
                 error = estimate / sum(found) - 1
@@ -90,8 +89,8 @@ class Memory(unittest.TestCase):
                 self.assertRegex(result.stderr, r"memory: .* needs about [\d.e+]+ GB, and [\d.]+ GB are available \(")
                 self.assertFalse((self.folder / "out").exists())
             print(result.stderr.strip(), flush=True)
-        many = subprocess.run([shutil.which("mpirun.openmpi") or "mpirun", "-n", "3", survival_fixture.PROGRAM, "run",
-                               "plate.toml", "-o", "out"], cwd=self.folder, env=TRIALS.environment(), text=True,
+        many = subprocess.run([*mpirun(3), survival_fixture.PROGRAM, "run",
+                               "plate.toml", "-o", "out"], cwd=self.folder, env=environment(), text=True,
                               capture_output=True, check=False, timeout=300)
         self.assertEqual(many.returncode, 1)
         self.assertEqual(many.stderr.count("crackle: memory: 3 ranks on "), 1, many.stderr)

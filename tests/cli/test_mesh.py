@@ -13,14 +13,17 @@ import unittest
 
 import h5py
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
+
+from crackle_launch import environment  # noqa: E402
+
 PROGRAM = ""
 DEMO = pathlib.Path(__file__).resolve().parents[2] / "jobs" / "demo.toml"
 TIMES = ("mesh_s", "delaunay_s")
 
 
 def invoke(*arguments):
-    environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
-    return subprocess.run([PROGRAM, "mesh", *map(str, arguments)], env=environment, timeout=300, check=False,
+    return subprocess.run([PROGRAM, "mesh", *map(str, arguments)], env=environment(), timeout=300, check=False,
                           capture_output=True, text=True)
 
 

@@ -122,7 +122,6 @@ class Statistics(unittest.TestCase):
         self.assertEqual(after.label, before.label)
         np.testing.assert_allclose(after.z, before.z, rtol=1e-5)
         np.testing.assert_array_equal(after.values["onset_force"], before.values["onset_force"])
-        self.assertEqual(len(after.first(2)), 2)
 
 
 class Fringes(unittest.TestCase):

@@ -13,6 +13,10 @@ import unittest
 import h5py
 import numpy as np
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
+
+from crackle_launch import environment  # noqa: E402
+
 OPTIONS = None
 SIZE = (3, 8, 16)
 INPUT = """
@@ -49,8 +53,7 @@ CORNERS = [f"{x} {y} {z}" for x in (0, 3) for y in (0, 8) for z in (0, 16)]
 
 
 def invoke(*arguments):
-    environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
-    return subprocess.run([os.path.abspath(OPTIONS.program), *map(str, arguments)], env=environment, timeout=300,
+    return subprocess.run([os.path.abspath(OPTIONS.program), *map(str, arguments)], env=environment(), timeout=300,
                           check=False, capture_output=True, text=True)
 
 

@@ -15,8 +15,9 @@ from pathlib import Path
 import h5py
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests" / "cli"))
+sys.path[:0] = [str(ROOT / "tests" / "cli"), str(ROOT / "tools")]
 
+from crackle_launch import environment  # noqa: E402
 from synthetic_ensemble import write_ensemble  # noqa: E402
 
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -24,8 +25,7 @@ PROGRAM = ""
 
 
 def run_program(*arguments: str) -> subprocess.CompletedProcess:
-    environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
-    return subprocess.run([PROGRAM, *arguments], env=environment, capture_output=True, text=True, check=False)
+    return subprocess.run([PROGRAM, *arguments], env=environment(), capture_output=True, text=True, check=False)
 
 
 class Readme(unittest.TestCase):

@@ -15,7 +15,7 @@ import time
 import unittest
 
 import slurm_cluster
-from survival_fixture import ROOT, TRIALS, slow_plate
+from survival_fixture import ROOT, TRIALS, environment, mpirun, slow_plate
 
 OPTIONS = None
 N_SAMPLES = 6
@@ -38,8 +38,8 @@ class Slurm(unittest.TestCase):
         (cls.parent / "plate.toml").write_text(slow_plate(TRIALS.PLATE, OPTIONS.program, sample_seconds))
         cls.reference = cls.parent / f"undisturbed-{sample_seconds:g}"
         start = time.monotonic()
-        result = subprocess.run([shutil.which("mpirun.openmpi") or "mpirun", "-n", "3", OPTIONS.program, "run",
-                                 cls.parent / "plate.toml", "-o", cls.reference], env=TRIALS.environment(),
+        result = subprocess.run([*mpirun(3), OPTIONS.program, "run",
+                                 cls.parent / "plate.toml", "-o", cls.reference], env=environment(),
                                 capture_output=True, text=True, check=False)
         assert result.returncode == 0, result.stdout + result.stderr
         print(f"undisturbed: {time.monotonic() - start:.0f} s on 3 ranks")
@@ -53,7 +53,7 @@ class Slurm(unittest.TestCase):
         return self.cluster.submit(
             self.parent, "--nodes=1", "--ntasks-per-node=2", "--mem-per-cpu=0", "--time=1", *options,
             f"jobs/{script}", "plate.toml", folder, CRACKLE=OPTIONS.program, CRACKLE_MPI="mpirun",
-            **{key: value for key, value in TRIALS.environment().items() if key.startswith("OMPI")})
+            **{key: value for key, value in environment().items() if key.startswith("OMPI")})
 
     def logs(self):
         return "\n".join(file.read_text(errors="replace") for file in sorted(self.parent.glob("crackle-*.log")))
@@ -101,7 +101,7 @@ class Slurm(unittest.TestCase):
         print(f"array.sbatch: {states}, started again {restarts} times")
         self.assertEqual(states, 3 * ["COMPLETED"], self.logs())
         self.assertFalse((self.parent / "array" / "ensemble.h5").exists())
-        result = subprocess.run([OPTIONS.program, "stats", self.parent / "array"], env=TRIALS.environment(),
+        result = subprocess.run([OPTIONS.program, "stats", self.parent / "array"], env=environment(),
                                 capture_output=True, text=True, check=False)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn(f"{N_SAMPLES} samples: {N_SAMPLES} done", result.stdout)

@@ -16,6 +16,10 @@ import unittest
 import h5py
 import numpy as np
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
+
+from crackle_launch import environment  # noqa: E402
+
 OPTIONS = None
 INPUT = """
 [ensemble]
@@ -67,8 +71,7 @@ def invoke(*arguments, ranks=0):
     command = [os.path.abspath(OPTIONS.program), *map(str, arguments)]
     if ranks:
         command = [*shlex.split(OPTIONS.mpirun), "-n", str(ranks), *command]
-    environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
-    return subprocess.run(command, env=environment, timeout=300, check=False, capture_output=True, text=True)
+    return subprocess.run(command, env=environment(), timeout=300, check=False, capture_output=True, text=True)
 
 
 def content(file):

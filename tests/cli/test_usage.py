@@ -11,6 +11,10 @@ import sys
 import tempfile
 import unittest
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
+
+from crackle_launch import environment  # noqa: E402
+
 OPTIONS = None
 COMMANDS = ["check", "mesh", "sample", "run", "stats"]
 
@@ -20,8 +24,7 @@ def invoke(*arguments, ranks=0, cwd=None, stdout=subprocess.PIPE, stdin=None):
     command = [os.path.abspath(OPTIONS.program), *arguments]
     if ranks:
         command = [*shlex.split(OPTIONS.mpirun), "-n", str(ranks), *command]
-    environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
-    return subprocess.run(command, cwd=cwd, env=environment, timeout=300, check=False, stdout=stdout,
+    return subprocess.run(command, cwd=cwd, env=environment(), timeout=300, check=False, stdout=stdout,
                           input=stdin, stderr=subprocess.PIPE, text=True)
 
 

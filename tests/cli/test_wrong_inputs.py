@@ -13,8 +13,11 @@ import subprocess
 import sys
 import tempfile
 
-from input_text import InputText
-from wrong_inputs import CASES, FILES
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
+
+from crackle_launch import environment  # noqa: E402
+from input_text import InputText  # noqa: E402
+from wrong_inputs import CASES, FILES  # noqa: E402
 
 TIMEOUT = 60  # seconds; a run that waits for ever is a failure
 
@@ -22,8 +25,7 @@ TIMEOUT = 60  # seconds; a run that waits for ever is a failure
 def invoke(program, command, name, folder):
     """Runs the command on the file `name` in `folder`."""
     arguments = [program, command, name] + (["-o", "out"] if command == "run" else [])
-    environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
-    return subprocess.run(arguments, cwd=folder, env=environment, timeout=TIMEOUT, check=False,
+    return subprocess.run(arguments, cwd=folder, env=environment(), timeout=TIMEOUT, check=False,
                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace")
 
 

@@ -35,12 +35,6 @@ class Rows:
     def share(self, pattern: int) -> int:
         return int(np.count_nonzero(self.values["pattern"] == pattern))
 
-    def first(self, samples: int) -> "Rows":
-        """Those of the samples below a number."""
-        chosen = self.sample < samples
-        return Rows(self.name, self.label, self.sample[chosen], {k: v[chosen] for k, v in self.values.items()},
-                    self.z[chosen], self.seconds[chosen])
-
 
 def read(run: Run, results: Path) -> Rows:
     """From an ensemble's folder; samples that are pending or have failed are left out.

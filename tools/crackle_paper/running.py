@@ -2,7 +2,6 @@
 """Runs of the studies, in pieces that go on where the last one stopped."""
 from __future__ import annotations
 
-import os
 import subprocess
 import time
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from crackle_launch import environment, mpirun
 from crackle_verification.runs import RunError
 
 from .studies import Run
@@ -41,7 +41,7 @@ def compute(run: Run, paper: str, output: Path, program: Path, ranks: int, deadl
     source.write_text(text)
     if is_finished(results):
         return True
-    command = ["mpirun", "-n", str(ranks), str(program), "run", str(source), "-o", str(results)]
+    command = [*mpirun(ranks), str(program), "run", str(source), "-o", str(results)]
     if results.is_dir():
         command.append("--resume")
     if deadline is not None:
@@ -49,11 +49,8 @@ def compute(run: Run, paper: str, output: Path, program: Path, ranks: int, deadl
         if left < 30:
             return False
         command += ["--time-limit", f"{left:.0f}s"]
-    environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMP_NUM_THREADS="1",
-                       OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_mpi_yield_when_idle="1",
-                       OMPI_MCA_hwloc_base_binding_policy="none")
     with open(folder / "log.txt", "a") as log:
-        status = subprocess.run(command, stdout=log, stderr=subprocess.STDOUT, env=environment).returncode
+        status = subprocess.run(command, stdout=log, stderr=subprocess.STDOUT, env=environment()).returncode
     if status not in (0, STOPPED_EARLY):
         raise RunError(f"'{' '.join(command)}' ended with status {status}; see {folder / 'log.txt'}")
     return status == 0

@@ -47,16 +47,16 @@ DISTANCE = 5.0  # of the notches [mm], as in jobs/paper.toml
 DEPTHS_AT_DISTANCE = {3.0: (5.6,), 4.0: (5.6,), 5.0: (4.0, 5.0, 5.2, 5.4, 5.6, 5.8), 7.0: (5.2,),
                       10.0: (2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0), 15.0: (5.2,), 20.0: (5.2,)}  # [mm]
 PERTURBATIONS = (0.05, 0.1, 0.2, 0.3)
-RATES = (1e5, 1e6, 1e7)  # [N/s]
+RATES = {1e5: 1.2, 1e6: 1.5, 1e7: 1.5}  # [N/s]: load that is reached, over that of slow loading
 SEEDS = range(1, 13)
 
 CAMPAIGN = Run("campaign", "5 ns, `bilateral4`", 200)
 FAST_CAMPAIGN = Run("fast", "`auto` (47 ns), `verlet`", 200, FAST)
 
 
-def _rate(rate: float) -> Run:
-    # Long enough for half as much again as the load of slow loading, and for the cracks to run through after it.
-    duration = 1.5 * TARGET_LOAD / rate * 1e6 + 150
+def _rate(rate: float, overload: float) -> Run:
+    # Long enough for the load to come to the notches and for the cracks to run through after it.
+    duration = overload * TARGET_LOAD / rate * 1e6 + 150
     keys = {**FAST, "time.start": '"rest"', "time.duration": f'"{duration:.0f} us"'}
     exponent = round(math.log10(rate))
     return Run(f"rate-1e{exponent}", f"10^{exponent} N/s", 40, keys, rate=rate)
@@ -75,11 +75,12 @@ STUDIES: dict[str, list[Run]] = {
         Run("bilateral4-auto", "`auto` (37 ns), `bilateral4`", 24, {"time.step": '"auto"', "output.frames": "2"}),
         Run("verlet-5ns", "5 ns, `verlet`", 24, {"time.integrator": '"verlet"', "output.frames": "2"}),
         Run("memory-step", "5 ns, `memory = \"step\"`", 24, {"fracture.memory": '"step"', "output.frames": "2"}),
+        Run("double", "`precision = \"double\"`", 40, {**FAST, "time.precision": '"double"'}),
         Run("facet", "`release = \"facet\"`", 40, {**FAST, "fracture.release": '"facet"'}),
         Run("spacing-0.4", "0.4 mm at the notch tips", 40, {**FAST, "mesh.notch_spacing": '"0.4 mm"'}),
         Run("spacing-0.24", "0.24 mm at the notch tips", 24, {**FAST, "mesh.notch_spacing": '"0.24 mm"'}),
     ],
     "disturbance": [Run(f"perturbation-{p:g}", f"perturbation {p:g}", 60, {**FAST, "mesh.perturbation": f"{p:g}"})
                     for p in PERTURBATIONS if p != 0.2],
-    "rate": [_rate(rate) for rate in RATES],
+    "rate": [_rate(rate, overload) for rate, overload in RATES.items()],
 }

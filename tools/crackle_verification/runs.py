@@ -2,7 +2,6 @@
 """Inputs derived from another one, runs of the program, and what they gave."""
 from __future__ import annotations
 
-import os
 import re
 import subprocess
 import tomllib
@@ -11,6 +10,8 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+
+from crackle_launch import environment
 
 ROOT = Path(__file__).resolve().parents[2]
 JOBS = ROOT / "jobs" / "verification"
@@ -62,10 +63,9 @@ def run(text: str, folder: Path, program: Path) -> list[Sample]:
         source.write_text(text)
         (folder / "done").unlink(missing_ok=True)
         subprocess.run(["rm", "-rf", str(results)], check=True)
-        environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
         with open(folder / "log.txt", "w") as log:
             status = subprocess.run([str(program), "run", str(source), "-o", str(results)], stdout=log,
-                                    stderr=subprocess.STDOUT, env=environment).returncode
+                                    stderr=subprocess.STDOUT, env=environment()).returncode
         if status != 0:
             raise RunError(f"'{program} run {source}' ended with status {status}; see {folder / 'log.txt'}")
         (folder / "done").touch()
