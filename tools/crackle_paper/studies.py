@@ -78,6 +78,7 @@ STUDIES: dict[str, list[Run]] = {
         Run("double", "`precision = \"double\"`", 40, {**FAST, "time.precision": '"double"'}),
         Run("facet", "`release = \"facet\"`", 40, {**FAST, "fracture.release": '"facet"'}),
         Run("spacing-0.4", "0.4 mm at the notch tips", 40, {**FAST, "mesh.notch_spacing": '"0.4 mm"'}),
+        Run("growth-0.1", "0.1 mm coarser per mm from the tips", 40, {**FAST, "mesh.growth": "0.1"}),
         Run("spacing-0.24", "0.24 mm at the notch tips", 24, {**FAST, "mesh.notch_spacing": '"0.24 mm"'}),
     ],
     "disturbance": [Run(f"perturbation-{p:g}", f"perturbation {p:g}", 60, {**FAST, "mesh.perturbation": f"{p:g}"})
