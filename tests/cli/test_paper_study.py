@@ -19,8 +19,10 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools")]
 
 from crackle_paper import comparing, fringes, rows, tables  # noqa: E402
+from crackle_paper.keeping import keep  # noqa: E402
 from crackle_paper.running import compute  # noqa: E402
 from crackle_paper.studies import STUDIES, TARGET_LOAD, Run  # noqa: E402
+from crackle_report.photoelasticity import Grid  # noqa: E402
 from crackle_verification.runs import RunError  # noqa: E402
 
 PAPER = (ROOT / "jobs" / "paper.toml").read_text()
@@ -90,11 +92,34 @@ class Statistics(unittest.TestCase):
         self.assertLess(comparing.same_share_test([10, 0, 5], [10, 10, 10]), 1e-3)
         self.assertGreater(comparing.same_share_test([5, 5, 5], [10, 10, 10]), 0.99)
 
-    def test_permutation_test_is_near_the_exact_one(self):
-        # All 70 ways to share out 0..7: only the two extreme ones differ as much.
-        found = comparing.permutation_test(np.arange(4.0), np.arange(4.0, 8.0))
-        self.assertAlmostEqual(found, 2 / 70, delta=0.006)
-        self.assertGreater(comparing.permutation_test(np.array([1.0, 2, 3, np.nan]), np.array([1.0, 2, 3])), 0.9)
+    def test_differences_have_students_intervals(self):
+        one, other = np.array([1.0, 2, 3, np.nan]), np.array([2.0, 2.5, 4.5, 7])
+        mean, half_width = comparing.difference(one, other, paired=True)
+        self.assertAlmostEqual(mean, 1)
+        self.assertAlmostEqual(half_width, 4.302653 * 0.5 / np.sqrt(3), delta=1e-5)  # t of 2 degrees of freedom
+        mean, half_width = comparing.difference(one, other, paired=False)
+        self.assertAlmostEqual(mean, 2)
+        # Welch: variances 1/3 and 5.1667/4, 4.30 degrees of freedom, rounded down.
+        self.assertAlmostEqual(half_width, 2.776445 * np.sqrt(1 / 3 + np.var(other, ddof=1) / 4), delta=1e-4)
+        self.assertTrue(np.isnan(comparing.difference(one[:1], other[:1], paired=True)[0]))
+
+    def test_the_number_of_samples_needed_is_the_last_to_leave_the_tolerance(self):
+        half_width = np.array([[np.nan, 9], [3, 3], [1, 2], [0.5, 1], [1.2, 1], [1, 1]])
+        self.assertEqual(comparing.needed(half_width, 1), 6)
+        self.assertEqual(comparing.needed(half_width, 2), 3)
+        self.assertIsNone(comparing.needed(half_width, 0.5))
+
+    def test_groups_by_reach(self):
+        found = make_rows(np.zeros((4, 2, 5)))
+        found.values["reach_0"][:] = [0.9, 0.3, 0.9, 0.5]
+        found.values["reach_1"][:] = [0.3, 0.9, 0.45, 0.1]
+        self.assertEqual(comparing.groups(found, 0.4), (2, 1, 1))
+        self.assertEqual(comparing.groups(found, 0.5), (3, 0, 1))
+
+    def test_a_turned_mesh_is_turned_back(self):
+        found = make_rows(np.zeros((4, 2, 5)))
+        found.values["turned"][:] = [0, 1, 1, 1]
+        self.assertEqual(comparing.in_base_frame(found, np.array([0, 0, 1, -1])).tolist(), [0, 1, 0, -1])
 
     def test_a_plate_turned_by_180_degrees_has_the_same_leading_path(self):
         path = np.array([0.0670, 0.0672, 0.0675, 0.0681, 0.0690])
@@ -129,13 +154,21 @@ class Fringes(unittest.TestCase):
         y, z = np.meshgrid(np.linspace(0, 1, 200), np.linspace(0, 1, 300))
         slope = 3 + y + 2 * z
         inside = (slice(20, -20), slice(20, -20))
-        self.assertLess(fringes.roughness(slope[inside]), 5e-3)
+        self.assertLess(fringes.roughness(slope[inside], slope.mean()), 5e-3)
         noise = np.random.default_rng(1).normal(0, 0.5, slope.shape)
         # What a mean over n pixels takes away from noise is 1 - 1/n of its variance.
-        self.assertAlmostEqual(fringes.roughness(5 + noise) * 5, 0.5 * np.sqrt(1 - 1 / 121), delta=0.01)
+        self.assertAlmostEqual(fringes.roughness(5 + noise, 1), 0.5 * np.sqrt(1 - 1 / 121), delta=0.01)
         with_gap = 5 + noise
         with_gap[50:60] = np.nan
-        self.assertAlmostEqual(fringes.roughness(with_gap) * 5, 0.5, delta=0.01)
+        self.assertAlmostEqual(fringes.roughness(with_gap, 2), 0.25, delta=0.01)
+
+    def test_a_crack_and_its_margin_are_marked(self):
+        grid = Grid.over((0, 2e-3), (0, 3e-3), fringes.PIXEL)
+        marked = fringes.near(np.array([1.05e-3, 9.0]), np.array([2.05e-3, 0.0]), grid, 3)
+        self.assertEqual(marked.shape, (30, 20))
+        rows_of, columns = np.nonzero(marked)
+        self.assertEqual((rows_of.min(), rows_of.max(), columns.min(), columns.max()), (17, 23, 7, 13))
+        self.assertEqual(marked.sum(), 49)
 
     def test_likeness_is_not_changed_by_the_load(self):
         order = np.random.default_rng(1).random((20, 20))
@@ -147,7 +180,7 @@ class Fringes(unittest.TestCase):
 class Running(unittest.TestCase):
     def test_a_run_that_was_stopped_goes_on(self):
         demo = (ROOT / "jobs" / "demo.toml").read_text()
-        run = Run("small", "small", 3, {"mesh.notch_spacing": '"1.2 mm"', "time.duration": '"20 us"'})
+        run = Run("small", "small", 3, {"mesh.notch_spacing": '"1.2 mm"', "time.duration": '"90 us"'})
         with tempfile.TemporaryDirectory() as folder:
             output = Path(folder)
             self.assertFalse(compute(run, demo, output, OPTIONS.program, 1, time.monotonic() + 1), "no time to start")
@@ -158,7 +191,17 @@ class Running(unittest.TestCase):
             self.assertIn("2 of 3 samples to do", log)
             self.assertTrue(compute(run, demo, output, OPTIONS.program, 2, None))
             self.assertEqual((output / "small" / "log.txt").read_text(), log, "a finished run is not started again")
+            (output / "campaign").symlink_to("small")
+            (output / "fast").symlink_to("small")
+            (output / "perturbation-0.1").symlink_to("small")
+            (output / "rate-1e6").symlink_to("small")
+            keep(["campaign", "convergence", "disturbance", "rate"], output, output / "kept", None)
+            kept = {file.name for file in (output / "kept").iterdir()}
+            self.assertLessEqual({"ensemble.h5", "campaign.csv", "convergence.csv", "fringes.csv", "fringes.png",
+                                  "second-crack.png", "disturbance.png", "rate.png", "crossings.png", "growth-1.png"}, kept)
             found = rows.read(run, output / "small" / "out")
+            self.assertTrue(np.all(np.maximum(found.values["reach_0"], found.values["reach_1"]) > 0.2))
+            self.assertEqual(rows.read_csv(output / "kept" / "campaign.csv")[0].sample.tolist(), [0, 1, 2])
             self.assertEqual(found.sample.tolist(), [0, 1, 2])
             self.assertTrue(np.all(found.values["onset_force"] > 0))
             with self.assertRaises(RunError):

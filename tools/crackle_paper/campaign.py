@@ -23,10 +23,11 @@ WIDTH, COLOURS = 1280, 256  # of the pictures kept
 
 
 def keep_pictures(results: Path, folder: Path) -> None:
-    """The report's pictures, and the growth of its two typical samples, lighter."""
+    """The report's pictures (few samples have no typical ones), and the growth of two typical samples, lighter."""
     subprocess.run([sys.executable, REPORT, results, "--no-animation"], check=True, stdout=subprocess.DEVNULL)
     growth = sorted((results / "report").glob("growth-*.png"), key=lambda file: file.stat().st_mtime)[-2:]
-    names = {results / "report" / f"{name}.png": f"{name}.png" for name in PICTURES}
+    found = {name: results / "report" / f"{name}.png" for name in PICTURES}
+    names = {file: f"{name}.png" for name, file in found.items() if file.is_file()}
     names |= {file: f"growth-{number}.png" for number, file in enumerate(sorted(growth), 1)}
     for source, name in names.items():
         image = Image.open(source).convert("RGB")
@@ -43,18 +44,10 @@ def keep_ensemble(results: Path, folder: Path) -> None:
     Path(part.name).replace(folder / "ensemble.h5")
 
 
-def keep_fringes(results: Path, rows: Rows, file: Path) -> list[fringes.FringeSeries]:
-    """Looks at the pictures of the first samples; those that the file has already are not looked at again."""
-    known = fringes.read_csv(file) if file.is_file() else []
-    lead = dict(zip(rows.sample.tolist(), leading_notch(rows).tolist()))
-    with_leader = [sample for sample in rows.sample.tolist() if lead[sample] >= 0]
-    reference, *others = with_leader[:N_FRINGES + 1]
-    done = {one.sample for one in known}
-    turned = {sample for sample, notch in lead.items() if notch != lead[reference]}
-    ensemble = read_ensemble(results)
-    missing = [sample for sample in others if sample not in done]
-    if missing:
-        known += fringes.look_through(ensemble, reference, missing, turned)
-        known.sort(key=lambda one: one.sample)
-        fringes.write_csv(known, file)
-    return known
+def keep_fringes(results: Path, rows: Rows, file: Path) -> None:
+    """Looks at the pictures of the first samples, unless that was done since the ensemble last changed."""
+    if file.is_file() and file.stat().st_mtime > (results / "ensemble.h5").stat().st_mtime:
+        return
+    turned = set(rows.sample[leading_notch(rows) == 1].tolist())
+    series = fringes.look_through(read_ensemble(results), rows.sample[:N_FRINGES].tolist(), turned)
+    fringes.write_csv(series, file)

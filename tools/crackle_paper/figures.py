@@ -8,11 +8,11 @@ from matplotlib.figure import Figure
 from crackle_report import style
 from crackle_report.statistics import wilson_interval
 
-from .comparing import leading_path
+from .comparing import leading_path, reach
 from .fringes import FringeSeries
 from .rows import Rows
 from .studies import TARGET_LOAD
-from .tables import median_curve
+from .tables import counts, median_curve
 
 
 def onset_against_depth(all_rows: list[Rows]) -> Figure:
@@ -42,16 +42,16 @@ def onset_against_depth(all_rows: list[Rows]) -> Figure:
     return figure
 
 
-def shares_and_paths(all_rows: list[Rows]) -> Figure:
-    """Shares of the patterns with Wilson's intervals, and the leading cracks' paths, setting by setting."""
+def shares_and_paths(all_rows: list[Rows], early: bool) -> Figure:
+    """Shares as in tables.shares, with Wilson's intervals, and the leading cracks' paths, setting by setting."""
     figure = Figure(figsize=(style.PAGE_WIDTH, 4.6), layout="constrained")
     grid = figure.add_gridspec(2, len(all_rows), height_ratios=[1, 1.3])
     axes = figure.add_subplot(grid[0, :])
     width = 0.25
     for number, rows in enumerate(all_rows):
-        for bar, pattern in enumerate((1, 2, 3)):
-            low, high = wilson_interval(rows.share(pattern), len(rows), 0.95)
-            share = rows.share(pattern) / len(rows)
+        for bar, (pattern, count) in enumerate(zip((1, 2, 3), counts(rows, early))):
+            low, high = wilson_interval(count, len(rows), 0.95)
+            share = count / len(rows)
             axes.bar(number + (bar - 1) * width, 100 * share, width * 0.9, color=style.PATTERN_COLOURS[pattern],
                      label=style.pattern_name(pattern) if number == 0 else None)
             axes.errorbar(number + (bar - 1) * width, 100 * share, color="black", linewidth=0.9, capsize=2,
@@ -72,25 +72,26 @@ def shares_and_paths(all_rows: list[Rows]) -> Figure:
     return figure
 
 
-def overlap(rows: Rows) -> Figure:
-    """How far the two cracks of each sample are anti-symmetric, by the pattern that they count as."""
+def second_crack(rows: Rows) -> Figure:
+    """How far the second crack of each sample runs, by the pattern that the sample counts as."""
     figure = Figure(figsize=(style.PAGE_WIDTH / 2, 2.6), layout="constrained")
     axes = figure.subplots()
     edges = np.arange(0, 1.0001, 0.04)
-    kinds = [pattern for pattern in (1, 2, 3) if rows.share(pattern)]
-    axes.hist([rows.values["overlap"][rows.values["pattern"] == pattern] for pattern in kinds], edges, stacked=True,
+    second = reach(rows)[1]
+    kinds = [pattern for pattern in range(4) if rows.share(pattern)]
+    axes.hist([second[rows.values["pattern"] == pattern] for pattern in kinds], edges, stacked=True,
               color=[style.PATTERN_COLOURS[pattern] for pattern in kinds], label=[style.pattern_name(p) for p in kinds])
-    axes.set_xlabel("overlap of the one path with the other turned by 180 degrees")
+    axes.set_xlabel("share of its ligament that the second crack crosses")
     axes.set_ylabel("samples")
     axes.legend()
     return figure
 
 
 def fringes(series: list[FringeSeries]) -> Figure:
-    """Roughness of each sample's fringe order, and its likeness to the reference sample's, over time."""
+    """Roughness of each sample's fringe order, and its likeness to the others' mean, over time."""
     figure = Figure(figsize=(style.PAGE_WIDTH, 2.8), layout="constrained")
     for axes, name, label in zip(figure.subplots(1, 2), ("roughness", "likeness"),
-                                 ("roughness of the fringe order", "correlation with another sample's picture")):
+                                 ("roughness of the fringe order away from cracks", "correlation with the others' mean")):
         curves = np.array([getattr(one, name) for one in series])
         time = 1e6 * series[0].time
         axes.plot(time, curves.T, color=style.notch_colour(0), linewidth=0.5, alpha=0.35)

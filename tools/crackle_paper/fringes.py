@@ -10,7 +10,7 @@ from typing import Collection, Iterable
 import numpy as np
 
 from crackle_report.photoelasticity import Grid, frame_stresses, make_series
-from crackle_report.results import Ensemble
+from crackle_report.results import Ensemble, Frames
 
 WINDOW = ((0.0, 0.0245), (0.055, 0.085))  # y and z of the pictures [m]
 PIXEL = 0.1e-3  # [m]
@@ -23,8 +23,8 @@ class FringeSeries:
 
     sample: int
     time: np.ndarray  # since onset [s]
-    roughness: np.ndarray  # of the fringe order, see roughness()
-    likeness: np.ndarray  # to the reference sample's picture at the same time, see likeness()
+    roughness: np.ndarray  # of the fringe order, over the mean order at onset
+    likeness: np.ndarray  # to the mean of the other samples' pictures at the same time
 
 
 def smoothed(image: np.ndarray, size: int = SMOOTHING) -> np.ndarray:
@@ -40,9 +40,9 @@ def smoothed(image: np.ndarray, size: int = SMOOTHING) -> np.ndarray:
     return np.where(present, sums(np.where(present, image, 0)) / np.maximum(count, 1), np.nan)
 
 
-def roughness(order: np.ndarray) -> float:
-    """Root mean square of what smoothing takes from the fringe order, over the mean order."""
-    return float(np.sqrt(np.nanmean((order - smoothed(order)) ** 2)) / np.nanmean(order))
+def roughness(order: np.ndarray, scale: float) -> float:
+    """Root mean square of what smoothing takes from the fringe order, over a scale."""
+    return float(np.sqrt(np.nanmean((order - smoothed(order)) ** 2)) / scale)
 
 
 def likeness(one: np.ndarray, other: np.ndarray) -> float:
@@ -51,28 +51,48 @@ def likeness(one: np.ndarray, other: np.ndarray) -> float:
     return float(np.corrcoef(one[both], other[both])[0, 1])
 
 
-def look_through(ensemble: Ensemble, reference: int, samples: Iterable[int], turned: Collection[int]) -> list[FringeSeries]:
-    """The fringe orders of the samples' frames, looked at; samples without frames are left out.
+def near(y: np.ndarray, z: np.ndarray, grid: Grid, margin: int) -> np.ndarray:
+    """The pixels no farther than a margin [pixels] along y and z from those of some points [m]."""
+    marked = np.zeros(grid.shape)
+    row, column = (np.round((at - pixels[0]) / PIXEL).astype(int) for at, pixels in ((z, grid.z), (y, grid.y)))
+    inside = (row >= 0) & (row < grid.shape[0]) & (column >= 0) & (column < grid.shape[1])
+    marked[row[inside], column[inside]] = 1
+    return smoothed(marked, 2 * margin + 1) > 0.5 / (2 * margin + 1) ** 2
 
-    @param reference the sample that the others' likeness is to
+
+def orders(frames: Frames) -> list[np.ndarray]:
+    """The fringe order at each frame; NaN at cracks and as near to them as smoothing reaches."""
+    grid = Grid.over(*WINDOW, PIXEL)
+    pictures = make_series(frames.nodes, frames.tetrahedra, frame_stresses(frames), grid)
+    centre = frames.nodes[frames.tetrahedra].mean(axis=1)
+    return [np.where(near(centre[broken, 1], centre[broken, 2], grid, SMOOTHING), np.nan, picture.order)
+            for picture, broken in zip(pictures, frames.broken)]
+
+
+def look_through(ensemble: Ensemble, samples: Iterable[int], turned: Collection[int]) -> list[FringeSeries]:
+    """The fringe orders of the samples' frames, looked at; samples without all frames are left out.
+
     @param turned the samples whose picture is turned by 180 degrees first, so that in all the same notch leads
     """
-    def orders(number: int) -> tuple[np.ndarray, list[np.ndarray]]:
-        frames = ensemble.load_frames(number)
-        if frames is None:
-            return np.empty(0), []
-        pictures = make_series(frames.nodes, frames.tetrahedra, frame_stresses(frames), Grid.over(*WINDOW, PIXEL))
-        step = -1 if number in turned else 1
-        return frames.time, [picture.order[::step, ::step] for picture in pictures]
-
-    result: list[FringeSeries] = []
-    _, others = orders(reference)
+    numbers, times, all_orders = [], [], []
     for number in samples:
-        time, mine = orders(number)
-        n = min(len(others), len(mine))
-        if n > 1:
-            result.append(FringeSeries(number, time[:n], np.array([roughness(order) for order in mine[:n]]),
-                                       np.array([likeness(mine[i], others[i]) for i in range(n)])))
+        frames = ensemble.load_frames(number)
+        if frames is None or (times and len(frames.time) != len(times[0])):
+            continue
+        step = -1 if number in turned else 1
+        numbers.append(number)
+        times.append(frames.time)
+        all_orders.append(np.array([order[::step, ::step] for order in orders(frames)], np.float32))
+    pictures = np.array(all_orders)  # samples x frames x rows x columns
+    present = np.isfinite(pictures)
+    count, total = present.sum(axis=0), np.where(present, pictures, 0).sum(axis=0)
+    result = []
+    for i, number in enumerate(numbers):
+        n_others = count - present[i]
+        others = np.where(n_others > 0, (total - np.where(present[i], pictures[i], 0)) / np.maximum(n_others, 1), np.nan)
+        scale = float(np.nanmean(pictures[i][0]))
+        result.append(FringeSeries(number, times[i], np.array([roughness(order, scale) for order in pictures[i]]),
+                                   np.array([likeness(*pair) for pair in zip(pictures[i], others)])))
     return result
 
 

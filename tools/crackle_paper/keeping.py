@@ -8,12 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Callable
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from crackle_report import style
 from crackle_report.writing import put_between_marks
 
 from . import campaign, figures, fringes, rows, tables
+from .against_paper import against_paper
 from .rows import Rows
 from .studies import CAMPAIGN, DISTANCE, FAST_CAMPAIGN, STUDIES
 
@@ -21,7 +23,7 @@ from .studies import CAMPAIGN, DISTANCE, FAST_CAMPAIGN, STUDIES
 def keep(studies: list[str], output: Path, folder: Path, front_page: Path | None) -> None:
     """Reads the runs in `output`, finished or not, and brings `folder` up to date.
 
-    @param front_page where the comparison with the paper goes, a README.md with marks for it; None: nowhere else
+    @param front_page folder of another README.md, which the comparison with the paper goes into
     """
     style.apply()
     folder.mkdir(parents=True, exist_ok=True)
@@ -41,10 +43,7 @@ def keep(studies: list[str], output: Path, folder: Path, front_page: Path | None
         if study in kept:
             SHOW[study](kept, folder)
     if "campaign" in studies and "campaign" in kept:
-        table = tables.against_paper(kept["campaign"][CAMPAIGN.name], _fringes(folder))
-        print(table, end="")
-        if front_page is not None:
-            put_between_marks(front_page, "paper", table)
+        _put(front_page or folder, "paper", against_paper(kept["campaign"][CAMPAIGN.name], _fringes(folder)))
 
 
 def _keep_campaign(found: Rows, results: Path, folder: Path) -> None:
@@ -60,46 +59,57 @@ def _fringes(folder: Path) -> list[fringes.FringeSeries]:
 
 def _notches(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
     mine = list(kept["notches"].values())
-    _put(folder, "notches", tables.notches(mine))
     chosen = [one for one in mine if one.label.endswith(f", {DISTANCE:g} mm")]
-    _, depth = tables.median_curve(chosen)
-    print(f"notches: {tables.TARGET_LOAD} N at a depth of {depth:.3f} mm, distance {DISTANCE:g} mm")
+    curve, depth = tables.median_curve(chosen)
+    low, high = tables.depth_interval(chosen)
+    _put(folder, "notches", tables.notches(mine) + (
+        f"\nAt {DISTANCE:g} mm the curve through the medians meets {tables.TARGET_LOAD} N at a depth of {depth:.2f} mm (95 %: "
+        f"{low:.2f} to {high:.2f} mm), where it falls by {-np.polyval(np.polyder(curve), depth):.0f} N/mm.\n"))
     _save(figures.onset_against_depth(mine), folder / "onset-against-depth.png")
 
 
 def _bases(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
-    _put(folder, "bases", tables.bases(list(kept["bases"].values())))
+    mine = list(kept["bases"].values())
+    _put(folder, "bases", tables.bases(mine))
+    if fast := kept.get("convergence", {}).get(FAST_CAMPAIGN.name):
+        _put(folder, "turning", tables.turning(mine[0], fast))
 
 
 def _campaign(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
     mine = kept["campaign"][CAMPAIGN.name]
     _put(folder, "symmetry", tables.symmetry(mine))
-    _save(figures.overlap(mine), folder / "overlap.png")
+    _put(folder, "limits", tables.group_limits(mine))
+    _save(figures.second_crack(mine), folder / "second-crack.png")
     if series := _fringes(folder):
         _save(figures.fringes(series), folder / "fringes.png")
 
 
 def _convergence(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
-    others = dict(kept["convergence"])
-    reference = kept.get("campaign", {}).get(CAMPAIGN.name) or others.pop(FAST_CAMPAIGN.name)
-    _put(folder, "convergence", tables.comparison(reference, list(others.values())))
+    mine = dict(kept["convergence"])
+    runs = [(run, mine[run.name]) for run in STUDIES["convergence"] if run.name in mine]
+    references = dict(kept.get("campaign", {}))
+    if CAMPAIGN.name in references:
+        runs.insert(0, (CAMPAIGN, references[CAMPAIGN.name]))
+    if FAST_CAMPAIGN.name in mine:
+        references[FAST_CAMPAIGN.name] = mine[FAST_CAMPAIGN.name]
+    _put(folder, "convergence", tables.comparison(references, runs))
 
 
-def _against_fast(study: str, title: str, label: str, place: int) -> Callable[[dict[str, dict[str, Rows]], Path], None]:
+def _against_fast(study: str, title: str, label: str, place: int, early: bool) -> Callable[[dict[str, dict[str, Rows]], Path], None]:
     """Shares of a study's runs; the fast campaign is among them under this label, at this place."""
     def show(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
         mine = list(kept[study].values())
-        fast = kept["convergence"].get(FAST_CAMPAIGN.name)
+        fast = kept.get("convergence", {}).get(FAST_CAMPAIGN.name)
         if fast is not None:
             mine.insert(place, replace(fast, label=label))
-        _put(folder, study, tables.shares(mine, title))
-        _save(figures.shares_and_paths(mine), folder / f"{study}.png")
+        _put(folder, study, tables.shares(mine, title, early))
+        _save(figures.shares_and_paths(mine, early), folder / f"{study}.png")
     return show
 
 
 SHOW = {"notches": _notches, "bases": _bases, "campaign": _campaign, "convergence": _convergence,
-        "disturbance": _against_fast("disturbance", "disturbance", "perturbation 0.2", 2),
-        "rate": _against_fast("rate", "rate", "5 N/s", 0)}
+        "disturbance": _against_fast("disturbance", "disturbance", "perturbation 0.2", 2, early=False),
+        "rate": _against_fast("rate", "rate", "5 N/s", 0, early=True)}
 
 
 def _save(figure: Figure, file: Path) -> None:
@@ -107,7 +117,8 @@ def _save(figure: Figure, file: Path) -> None:
 
 
 def _put(folder: Path, place: str, table: str) -> None:
-    """Into README.md between the marks of this place, if the folder has one; and to the standard output."""
+    """Into the folder's README.md between the marks of this place, if it has them; and to the standard output."""
     print(table, end="")
-    if (folder / "README.md").is_file():
-        put_between_marks(folder / "README.md", place, table)
+    file = folder / "README.md"
+    if file.is_file() and f"<!-- {place}:begin -->" in file.read_text():
+        put_between_marks(file, place, table)

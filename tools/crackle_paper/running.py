@@ -14,6 +14,7 @@ from crackle_verification.runs import RunError
 
 from .studies import Run
 
+SOME_FAILED = 2
 STOPPED_EARLY = 3
 
 
@@ -51,6 +52,8 @@ def compute(run: Run, paper: str, output: Path, program: Path, ranks: int, deadl
         command += ["--time-limit", f"{left:.0f}s"]
     with open(folder / "log.txt", "a") as log:
         status = subprocess.run(command, stdout=log, stderr=subprocess.STDOUT, env=environment()).returncode
-    if status not in (0, STOPPED_EARLY):
+    if status == SOME_FAILED:
+        print(f"{run.name}: some samples failed, see {folder / 'log.txt'}", flush=True)
+    elif status not in (0, STOPPED_EARLY):
         raise RunError(f"'{' '.join(command)}' ended with status {status}; see {folder / 'log.txt'}")
-    return status == 0
+    return status != STOPPED_EARLY

@@ -29,6 +29,12 @@ class Run:
     depth: float | None = None  # of both notches [mm]; else the input's
     distance: float | None = None  # of their mid-planes along the plate [mm]; else the input's
     rate: float | None = None  # of the load [N/s]; else the input's
+    reference: str = "fast"  # the run that differs in nothing but this run's point
+
+    @property
+    def same_bodies(self) -> bool:
+        """Whether sample i is the same body as in the paper's input."""
+        return self.depth is None and self.distance is None and not any(key.startswith("mesh.") for key in self.keys)
 
     def input_text(self, paper: str) -> str:
         text = with_keys(paper, {"ensemble.samples": str(self.samples), **self.keys})
@@ -50,8 +56,19 @@ PERTURBATIONS = (0.05, 0.1, 0.2, 0.3)
 RATES = {1e5: 1.2, 1e6: 1.5, 1e7: 1.5}  # [N/s]: load that is reached, over that of slow loading
 SEEDS = range(1, 13)
 
-CAMPAIGN = Run("campaign", "5 ns, `bilateral4`", 200)
-FAST_CAMPAIGN = Run("fast", "`auto` (47 ns), `verlet`", 200, FAST)
+CAMPAIGN = Run("campaign", "5 ns, `bilateral4`", 200, reference="campaign")
+FAST_CAMPAIGN = Run("fast", "`auto` (47 ns), `verlet`", 200, FAST, reference="campaign")
+
+
+def _spacing(spacing: float, scaled: bool) -> Run:
+    """Another spacing at the notch tips [mm], with the paper's strength or with the one that keeps the toughness."""
+    keys = {**FAST, "mesh.notch_spacing": f'"{spacing:g} mm"'}
+    name, label = f"spacing-{spacing:g}", f"{spacing:g} mm at the notch tips"
+    if scaled:
+        strength = 35 * math.sqrt(0.3 / spacing)  # toughness ~ strength^2 spacing
+        keys["fracture.strength"] = f'"{strength:.2f} MPa"'
+        name, label = f"{name}-scaled", f"{label}, σ₀ = {strength:.1f} MPa"
+    return Run(name, label, 40 if spacing > 0.3 else 24, keys)
 
 
 def _rate(rate: float, overload: float) -> Run:
@@ -71,15 +88,17 @@ STUDIES: dict[str, list[Run]] = {
     "campaign": [CAMPAIGN],
     "convergence": [
         FAST_CAMPAIGN,
-        Run("step-2.5ns", "2.5 ns, `bilateral4`", 12, {"time.step": '"2.5 ns"', "output.frames": "2"}),
-        Run("bilateral4-auto", "`auto` (37 ns), `bilateral4`", 24, {"time.step": '"auto"', "output.frames": "2"}),
-        Run("verlet-5ns", "5 ns, `verlet`", 24, {"time.integrator": '"verlet"', "output.frames": "2"}),
-        Run("memory-step", "5 ns, `memory = \"step\"`", 24, {"fracture.memory": '"step"', "output.frames": "2"}),
+        Run("step-2.5ns", "2.5 ns, `bilateral4`", 12, {"time.step": '"2.5 ns"', "output.frames": "2"}, reference="campaign"),
+        Run("bilateral4-auto", "`auto` (37 ns), `bilateral4`", 24, {"time.step": '"auto"', "output.frames": "2"},
+            reference="campaign"),
+        Run("verlet-5ns", "5 ns, `verlet`", 24, {"time.integrator": '"verlet"', "output.frames": "2"}, reference="campaign"),
+        Run("memory-step", "5 ns, `memory = \"step\"`", 24, {"fracture.memory": '"step"', "output.frames": "2"},
+            reference="campaign"),
         Run("double", "`precision = \"double\"`", 40, {**FAST, "time.precision": '"double"'}),
         Run("facet", "`release = \"facet\"`", 40, {**FAST, "fracture.release": '"facet"'}),
-        Run("spacing-0.4", "0.4 mm at the notch tips", 40, {**FAST, "mesh.notch_spacing": '"0.4 mm"'}),
+        Run("duration", "200 µs", 40, {**FAST, "time.duration": '"200 us"'}),
+        *(_spacing(spacing, strength) for spacing in (0.4, 0.24) for strength in (False, True)),
         Run("growth-0.1", "0.1 mm coarser per mm from the tips", 40, {**FAST, "mesh.growth": "0.1"}),
-        Run("spacing-0.24", "0.24 mm at the notch tips", 24, {**FAST, "mesh.notch_spacing": '"0.24 mm"'}),
     ],
     "disturbance": [Run(f"perturbation-{p:g}", f"perturbation {p:g}", 60, {**FAST, "mesh.perturbation": f"{p:g}"})
                     for p in PERTURBATIONS if p != 0.2],

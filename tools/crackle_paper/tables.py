@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
-from crackle_report.confidence import running_half_width
-from crackle_report.photoelasticity import STRESS_OPTIC, WAVELENGTH
 from crackle_report.statistics import wilson_interval
 
-from .comparing import (binomial_test, distance_between_bodies, fisher_test, leading_notch, leading_path,
-                        path_distance, permutation_test, same_share_test, settled)
-from .fringes import FringeSeries
+from .comparing import (binomial_test, difference, distance_between_bodies, fisher_test, groups, in_base_frame,
+                        leading_notch, leading_path, path_distance, reach, same_share_test)
 from .rows import Rows
-from .studies import TARGET_LOAD
+from .studies import TARGET_LOAD, Run
 
 MIDDLE = 2  # of the sections
+DEVELOPED = 0.4  # share of the ligament, as in the program's patterns
 
 
 def markdown(titles: list[str], lines: list[list[str]]) -> str:
@@ -36,13 +35,10 @@ def spread(values: np.ndarray, form: str) -> str:
 
 def share(count: int, n: int) -> str:
     """In percent, with Wilson's 95 % interval."""
+    if n == 0:
+        return "–"
     low, high = wilson_interval(count, n, 0.95)
     return f"{100 * count / n:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
-
-
-def quartiles(values: np.ndarray, digits: int) -> str:
-    low, middle, high = np.quantile(values, [0.25, 0.5, 0.75])
-    return f"median {middle:.{digits}f} (half of the samples {low:.{digits}f} to {high:.{digits}f})"
 
 
 def notches(all_rows: list[Rows]) -> str:
@@ -71,51 +67,97 @@ def median_curve(all_rows: list[Rows]) -> tuple[np.ndarray, float]:
     return curve, float(inside[0]) if len(inside) else math.nan
 
 
-def comparison(reference: Rows, others: list[Rows]) -> str:
-    """Settings against the reference: on the same bodies sample by sample, and as ensembles."""
+def depth_interval(all_rows: list[Rows], rounds: int = 200) -> tuple[float, float]:
+    """95 % interval of the depth at the target load [mm], by drawing each run's samples anew."""
+    generator = np.random.Generator(np.random.Philox(2012))
+    depths = []
+    for _ in range(rounds):
+        drawn = []
+        for rows in all_rows:
+            chosen = generator.integers(0, len(rows), len(rows))
+            drawn.append(replace(rows, sample=rows.sample[chosen], values={"onset_force": rows.values["onset_force"][chosen]}))
+        depths.append(median_curve(drawn)[1])
+    return float(np.nanquantile(depths, 0.025)), float(np.nanquantile(depths, 0.975))
+
+
+def comparison(references: dict[str, Rows], runs: list[tuple[Run, Rows]]) -> str:
+    """Each setting against the run that it is to be compared with: sample by sample where the bodies are the same."""
     lines = []
-    for rows in [reference, *others]:
-        path = leading_path(rows)
-        line = [rows.label, str(len(rows)), spread(rows.values["onset_force"], ".1f"), patterns(rows)]
-        line.append(_same_bodies(reference, rows) if rows is not reference
-                    else f"others: {1e3 * distance_between_bodies(rows):.2f} mm")
-        line.append(spread(1e3 * (path[:, MIDDLE]), ".2f"))
-        if rows is reference:
-            line += ["", ""]
+    for run, rows in runs:
+        reference = references.get(run.reference)
+        path, seconds = leading_path(rows), float(np.median(rows.seconds))
+        line = [rows.label, str(len(rows)), f"{np.median(rows.values['onset_force']):.0f}", patterns(rows)]
+        if reference is None or reference is rows:
+            line += [""] * 5
         else:
-            line.append(f"{permutation_test(leading_path(reference)[:, MIDDLE], path[:, MIDDLE]):.2f}")
-            line.append(f"{fisher_test(reference.share(1), len(reference), rows.share(1), len(rows)):.2f}")
-        line += [spread(rows.values["crack_area"] * 1e6, ".0f"), spread(rows.values["crack_speed_ratio"], ".2f"),
-                 f"{rows.values['energy_error'].max():.0e}", f"{rows.seconds.mean():.0f} s"]
+            line += [reference.label, *_against(reference, rows, run.same_bodies)]
+        line += [spread(1e3 * path[:, MIDDLE], ".2f"), spread(rows.values["crack_area"] * 1e6, ".0f"),
+                 spread(rows.values["crack_speed_ratio"], ".2f"), str(int((rows.values["bifurcations"] > 0).sum())),
+                 f"{np.nanmax(rows.values['energy_error']):.0e}",
+                 f"{np.median(rows.values['forces']):.0f}, {seconds:.0f} s"]
         lines.append(line)
-    titles = ["setting", "samples", "onset [N]", "one / two cracks / other / none",
-              "same bodies: onset equal, notch that leads equal, distance of paths"]
-    titles += ["z of the leading path at mid-width [mm]", "p of equal means", "p of equal shares", "crack area [mm²]",
-               "speed over Rayleigh's", "largest energy error", "core time per sample"]
+    titles = ["setting", "samples", "onset [N], median", "one / two cracks / other / none", "against", "onset [N]",
+              "z of the leading path at mid-width [mm]", "one crack", "same bodies"]
+    titles += ["z of the leading path at mid-width, mean [mm]", "crack area [mm²]", "speed over Rayleigh's", "with branching",
+               "largest energy error", "force evaluations, median time"]
     return markdown(titles, lines)
 
 
-def _same_bodies(reference: Rows, rows: Rows) -> str:
-    _, first, second = np.intersect1d(reference.sample, rows.sample, return_indices=True)
-    onset = np.abs(reference.values["onset_force"][first] - rows.values["onset_force"][second]) < 0.01
+def _against(reference: Rows, rows: Rows, same_bodies: bool) -> list[str]:
+    """Differences to the reference with their 95 % intervals, of pairs where the bodies are the same."""
+    if same_bodies:
+        _, first, second = np.intersect1d(reference.sample, rows.sample, return_indices=True)
+    else:
+        first, second = np.arange(len(reference)), np.arange(len(rows))
+    onsets = [one.values["onset_force"][chosen] for one, chosen in ((reference, first), (rows, second))]
+    paths = [leading_path(one)[chosen] for one, chosen in ((reference, first), (rows, second))]
+    single = [one.values["pattern"][chosen] == 1 for one, chosen in ((reference, first), (rows, second))]
+    cells = [plus_minus(difference(*onsets, same_bodies), 1),
+             plus_minus(difference(1e3 * paths[0][:, MIDDLE], 1e3 * paths[1][:, MIDDLE], same_bodies), 2)]
+    counts = f"{single[1].sum()} of {len(second)} against {single[0].sum()} of {len(first)}"
+    if not same_bodies:
+        p = fisher_test(int(single[1].sum()), len(second), int(single[0].sum()), len(first))
+        return [*cells, f"{counts}, p = {p:.2f}", ""]
+    more, fewer = int((single[1] & ~single[0]).sum()), int((single[0] & ~single[1]).sum())
     lead = leading_notch(reference)[first] == leading_notch(rows)[second]
-    distance = path_distance(leading_path(reference)[first], leading_path(rows)[second])[lead]
-    n = len(first)
-    return f"{onset.sum()} of {n}, {lead.sum()} of {n}, {1e3 * np.nanmedian(distance):.2f} mm"
+    equal = np.abs(onsets[0] - onsets[1]) < 0.01
+    return [*cells, f"{counts}, p = {binomial_test(more, more + fewer):.2f}",
+            f"onset equal in {equal.sum()}, notch that leads in {lead.sum()}, pattern in {len(first) - more - fewer} of "
+            f"{len(first)}; paths {1e3 * np.nanmedian(path_distance(*paths)[lead]):.2f} mm apart, those of different bodies "
+            f"{1e3 * distance_between_bodies(reference):.2f} mm"]
 
 
-def shares(all_rows: list[Rows], title: str) -> str:
-    """Shares with Wilson's 95 % intervals, and spread of the paths."""
+def plus_minus(estimate: tuple[float, float], digits: int) -> str:
+    return f"{estimate[0]:+.{digits}f} ± {estimate[1]:.{digits}f}"
+
+
+def counts(rows: Rows, early: bool) -> tuple[int, int, int]:
+    """Samples with one crack, with two and with neither; if early by how far the cracks are rows.EARLY after the start."""
+    return groups(rows, DEVELOPED, early=True) if early else (rows.share(1), rows.share(2), rows.share(3))
+
+
+def shares(all_rows: list[Rows], title: str, early: bool) -> str:
+    """Counts as shares with Wilson's 95 % intervals, and spread of the paths."""
     lines = []
     for rows in all_rows:
         cells = [rows.label, str(len(rows)), spread(rows.values["onset_force"], ".1f")]
-        cells += [share(rows.share(pattern), len(rows)) for pattern in (1, 2, 3)]
-        cells += [spread(rows.values["overlap"], ".2f"), spread(1e3 * leading_path(rows)[:, MIDDLE], ".2f"),
-                  f"{1e3 * distance_between_bodies(rows):.2f}", str(int((rows.values["bifurcations"] > 0).sum()))]
+        cells += [share(count, len(rows)) for count in counts(rows, early)]
+        cells += [spread(reach(rows, early)[1], ".2f"), spread(1e3 * leading_path(rows)[:, MIDDLE], ".2f"),
+                  f"{1e3 * distance_between_bodies(rows):.2f}", spread(rows.values["crack_speed_ratio"], ".2f"),
+                  str(int((rows.values["bifurcations"] > 0).sum()))]
         lines.append(cells)
-    return markdown([title, "samples", "onset [N]", "one crack", "two cracks", "other", "overlap",
-                     "z of the leading path at mid-width [mm]", "distance of two samples' paths, median [mm]",
-                     "with branching"], lines)
+    return markdown([title, "samples", "onset [N]", "one crack", "two cracks", "other",
+                     "share of its ligament that the second crack crosses", "z of the leading path at mid-width [mm]",
+                     "distance of two samples' paths, median [mm]", "speed over Rayleigh's", "with branching"], lines)
+
+
+def group_limits(rows: Rows) -> str:
+    """What becomes of the groups with other limits."""
+    lines = []
+    for limit in (0.3, 0.35, 0.4, 0.45, 0.5):
+        one, two, other = groups(rows, limit)
+        lines.append([f"{limit:g}", *(share(count, len(rows)) for count in (one, two)), str(other)])
+    return markdown(["share of the ligament from which a second crack counts", "one crack", "two cracks", "other"], lines)
 
 
 def bases(all_rows: list[Rows]) -> str:
@@ -127,64 +169,48 @@ def bases(all_rows: list[Rows]) -> str:
         totals.append(int((lead >= 0).sum()))
         lines.append([rows.label, str(len(rows)), f"{np.median(rows.values['onset_force']):.0f}", patterns(rows),
                       str(hits[-1]), str(totals[-1] - hits[-1])])
-    shares = np.array(hits) / np.array(totals)
-    lines.append(["all", str(sum(len(rows) for rows in all_rows)), "", "",
-                  f"{100 * shares.mean():.0f} ± {100 * shares.std(ddof=1):.0f} % of a base's samples",
-                  f"p of the same share with all bases: {same_share_test(hits, totals):.4f}"])
-    return markdown(["`seed`", "samples", "onset [N], median", "one / two cracks / other / none", "lower notch leads",
-                     "upper notch leads"], lines)
+    table = markdown(["`seed`", "samples", "onset [N], median", "one / two cracks / other / none", "lower notch leads",
+                      "upper notch leads"], lines)
+    n, k = np.array(totals[1:]), np.array(hits[1:])
+    mean, half = k.sum() / n.sum(), difference(np.zeros(len(n)), k / n, paired=True)[1]
+    between = math.sqrt(max(0.0, (k / n).var(ddof=1) - mean * (1 - mean) * (1 / n).mean()))
+    medians = np.array([np.mean(rows.values["onset_force"]) for rows in all_rows[1:]])
+    within = np.mean([rows.values["onset_force"].var(ddof=1) / len(rows) for rows in all_rows[1:]])
+    return table + (
+        f"\nThe same share with all bases: p {_small(same_share_test(hits, totals))}, without the first "
+        f"{_small(same_share_test(hits[1:], totals[1:]))}. Without the first the lower notch leads in {100 * mean:.0f} % of the "
+        f"samples, ± {100 * half:.0f} % at 95 % confidence of the mean over bases; beyond the chance of ten samples this share "
+        f"scatters by {100 * between:.0f} % from base to base, and the mean onset by "
+        f"{math.sqrt(max(0.0, medians.var(ddof=1) - within)):.1f} N.\n")
+
+
+def _small(p: float) -> str:
+    return "< 0.001" if p < 0.001 else f"= {p:.3f}"
+
+
+def turning(unturned: Rows, rows: Rows) -> str:
+    """The same samples with their meshes as the base lies and set into the body at random."""
+    lines = []
+    for label, chosen in (("as it lies, or reflected through the thickness", rows.values["turned"] == 0),
+                          ("turned by 180 degrees", rows.values["turned"] == 1)):
+        _, first, second = np.intersect1d(unturned.sample, rows.sample[chosen], return_indices=True)
+        second = np.flatnonzero(chosen)[second]
+        onsets = [one.values["onset_force"][i] for one, i in ((unturned, first), (rows, second))]
+        equal = np.abs(onsets[0] - onsets[1]) < 0.1
+        lead = leading_notch(unturned)[first] == in_base_frame(rows, leading_notch(rows))[second]
+        lines.append([label, str(len(first)), str(int(equal.sum())), plus_minus(difference(*onsets, paired=True), 1),
+                      str(int(lead.sum()))])
+    return markdown(["mesh", "samples", "onset equal to 0.1 N", "difference of the onset [N]",
+                     "same notch of the base leads"], lines)
 
 
 def symmetry(rows: Rows) -> str:
+    """Which notch leads: by its place in the body, where the supports could make a difference, and by its place in the base."""
     lead, one = leading_notch(rows), rows.values["pattern"] == 1
     lines = []
     for label, chosen in (("one crack", one), ("all", np.ones(len(rows), bool))):
-        first, second = int((lead[chosen] == 0).sum()), int((lead[chosen] == 1).sum())
-        lines.append([label, str(first), str(second), f"{binomial_test(first, first + second):.2f}"])
-    return markdown(["samples", "lower notch leads", "upper notch leads", "p of a fair coin"], lines)
-
-
-SETTLED = 0.05e-3  # [m]
-
-
-def against_paper(rows: Rows, fringes: list[FringeSeries]) -> str:
-    """The paper's findings beside those of the campaign."""
-    n, values, lead = len(rows), rows.values, leading_notch(rows)
-    one = values["pattern"] == 1
-    first, second = int((lead[one] == 0).sum()), int((lead[one] == 1).sum())
-    path = leading_path(rows)
-    half_width = running_half_width(path[:, MIDDLE], 0.95)
-    lines = [
-        ["onset t₀", "76.179191 s at 5 N/s, the same for both samples shown",
-         f"{quartiles(values['onset_time'], 1)} s; the notches' depth was chosen for this"],
-        ["groups", "one main crack from either notch; two, more or less anti-symmetric; shares not given",
-         f"one {share(rows.share(1), n)}; two {share(rows.share(2), n)}; other {rows.share(3)} of {n}. The groups are not "
-         f"apart: the paths' overlap, {spread(values['overlap'], '.2f')}, has one hump"],
-        ["notch that the single crack starts from", "either",
-         f"lower {first}, upper {second}; p = {binomial_test(first, first + second):.2f} for equal chances"],
-        ["bends and kinks", "seen", f"kinks in {int((values['kinks'] > 0).sum())} of {n}"],
-        ["bifurcation", "in 4 of the 8 samples shown", f"in {int((values['bifurcations'] > 0).sum())} of {n}"],
-        ["largest crack speed over Rayleigh's", "not given", spread(values["crack_speed_ratio"], ".2f")],
-    ]
-    if fringes:
-        start = np.array([one.roughness[0] for one in fringes])
-        end = np.array([one.roughness[-1] for one in fringes])
-        alike = np.array([one.likeness[[0, -1]] for one in fringes])
-        lines += [
-            ["fringes before the cracks run", "like the experiment's",
-             f"alike from sample to sample: correlation {spread(alike[:, 0], '.3f')} ({len(fringes)} samples; no experiment here)"],
-            ["fringes afterwards", "blurred",
-             f"roughness {np.mean(end / start):.1f} times that at t₀ after {1e6 * fringes[0].time[-1]:.0f} µs; correlation "
-             f"{spread(alike[:, 1], '.2f')}"]]
-    lines += [
-        ["samples", "200, by the convergence of the mean crack path",
-         f"{n}; the mean of the leading crack stays within {1e3 * SETTLED:.2f} mm of that of all at every section from "
-         f"{settled(path, SETTLED)} samples on; half width of its 95 % interval at mid-width {1e3 * half_width[-1]:.3f} mm"],
-        ["time", "not given", f"{rows.seconds.sum() / 3600:.1f} core-hours, {rows.seconds.mean():.0f} s per sample on one core"],
-        ["depth and distance of the notches", "not given", "5.5 mm, 5 mm between their mid-planes (calibrated)"],
-        ["β, K_f, τ_f", "2, 1e-8 without unit, the time step",
-         "2, 1e-8 MPa² s, all the time over the strength (`memory = \"cumulative\"`)"],
-        ["stress-optic coefficient, wavelength", "not given",
-         f"{STRESS_OPTIC:.2g} 1/Pa (typical of epoxy), {1e9 * WAVELENGTH:.0f} nm"],
-    ]
-    return markdown(["", "paper", "`crackle`"], lines)
+        for place, notch in (("in the body", lead), ("of the base, turned back", in_base_frame(rows, lead))):
+            first, second = int((notch[chosen] == 0).sum()), int((notch[chosen] == 1).sum())
+            lines.append([label, place, str(first), str(second), share(first, first + second),
+                          f"{binomial_test(first, first + second):.2f}"])
+    return markdown(["samples", "notch", "lower leads", "upper leads", "share of the lower one", "p of equal chances"], lines)
