@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import subprocess
+import sys
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -69,7 +70,19 @@ def run(text: str, folder: Path, program: Path) -> list[Sample]:
         if status != 0:
             raise RunError(f"'{program} run {source}' ended with status {status}; see {folder / 'log.txt'}")
         (folder / "done").touch()
+    else:
+        _tell_other_commit(results / "ensemble.h5", program)
     return [read(file) for file in sorted((results / "samples").glob("*.h5"))]
+
+
+def _tell_other_commit(ensemble: Path, program: Path) -> None:
+    """Says so when results that are there come from another commit of the program; most commits change no figure."""
+    version = subprocess.run([str(program), "--version"], capture_output=True, text=True, env=environment()).stdout
+    with h5py.File(ensemble) as root:
+        commit = root.attrs["git_commit"]
+    commit = commit.decode() if isinstance(commit, bytes) else str(commit)
+    if commit not in version:
+        print(f"{ensemble.parent} is kept from commit {commit[:7]}; remove it to compute it anew", file=sys.stderr)
 
 
 def read(file: Path) -> Sample:
