@@ -85,14 +85,9 @@ def _campaign(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
 
 
 def _convergence(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
-    mine = dict(kept["convergence"])
-    runs = [(run, mine[run.name]) for run in STUDIES["convergence"] if run.name in mine]
-    references = dict(kept.get("campaign", {}))
-    if CAMPAIGN.name in references:
-        runs.insert(0, (CAMPAIGN, references[CAMPAIGN.name]))
-    if FAST_CAMPAIGN.name in mine:
-        references[FAST_CAMPAIGN.name] = mine[FAST_CAMPAIGN.name]
-    _put(folder, "convergence", tables.comparison(references, runs))
+    mine = kept.get("campaign", {}) | kept["convergence"]
+    runs = [(run, mine[run.name]) for run in (CAMPAIGN, *STUDIES["convergence"]) if run.name in mine]
+    _put(folder, "convergence", tables.comparison(mine, runs))
 
 
 def _against_fast(study: str, title: str, label: str, place: int, early: bool) -> Callable[[dict[str, dict[str, Rows]], Path], None]:

@@ -76,7 +76,7 @@ def _rate(rate: float, overload: float) -> Run:
     duration = overload * TARGET_LOAD / rate * 1e6 + 150
     keys = {**FAST, "time.start": '"rest"', "time.duration": f'"{duration:.0f} us"'}
     exponent = round(math.log10(rate))
-    return Run(f"rate-1e{exponent}", f"10^{exponent} N/s", 40, keys, rate=rate)
+    return Run(f"rate-1e{exponent}", f"10^{exponent} N/s", 24 if rate < 1e6 else 40, keys, rate=rate)
 
 
 STUDIES: dict[str, list[Run]] = {
@@ -92,15 +92,15 @@ STUDIES: dict[str, list[Run]] = {
         Run("bilateral4-auto", "`auto` (37 ns), `bilateral4`", 24, {"time.step": '"auto"', "output.frames": "2"},
             reference="campaign"),
         Run("verlet-5ns", "5 ns, `verlet`", 24, {"time.integrator": '"verlet"', "output.frames": "2"}, reference="campaign"),
-        Run("memory-step", "5 ns, `memory = \"step\"`", 24, {"fracture.memory": '"step"', "output.frames": "2"},
-            reference="campaign"),
+        Run("memory-step", "5 ns, `verlet`, `memory = \"step\"`", 24,
+            {"time.integrator": '"verlet"', "fracture.memory": '"step"', "output.frames": "2"}, reference="verlet-5ns"),
         Run("double", "`precision = \"double\"`", 40, {**FAST, "time.precision": '"double"'}),
         Run("facet", "`release = \"facet\"`", 40, {**FAST, "fracture.release": '"facet"'}),
         Run("duration", "200 µs", 40, {**FAST, "time.duration": '"200 us"'}),
         *(_spacing(spacing, strength) for spacing in (0.4, 0.24) for strength in (False, True)),
         Run("growth-0.1", "0.1 mm coarser per mm from the tips", 40, {**FAST, "mesh.growth": "0.1"}),
     ],
-    "disturbance": [Run(f"perturbation-{p:g}", f"perturbation {p:g}", 60, {**FAST, "mesh.perturbation": f"{p:g}"})
+    "disturbance": [Run(f"perturbation-{p:g}", f"perturbation {p:g}", 40, {**FAST, "mesh.perturbation": f"{p:g}"})
                     for p in PERTURBATIONS if p != 0.2],
     "rate": [_rate(rate, overload) for rate, overload in RATES.items()],
 }
