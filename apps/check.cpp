@@ -49,7 +49,7 @@ std::string duration_text(double seconds) {
 std::string plan_text(const geometry::Realization& realization, const input::Parameters& parameters,
                       const ensemble::Estimate& estimate, std::int64_t n_ranks) {
   const auto plans = ensemble::make_plans(realization, parameters, estimate.force_evaluations,
-                                          ensemble::machine_for(parameters.time.precision), n_ranks,
+                                          ensemble::Machine(parameters.time.precision), n_ranks,
                                           parameters.ensemble.samples);
   const double forces_per_step =
       static_cast<double>(estimate.force_evaluations) / static_cast<double>(estimate.steps);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/memory.h"
 
+#include "crackle/ensemble/realization_queue.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/parallel/agreement.h"
 
@@ -30,7 +31,6 @@ constexpr double made = 270;          // each tetrahedron of a realization being
 constexpr double frame_kept = 24;     // each node of a frame
 constexpr double frame_written = 66;  // the same while the file is written, when no more is computed
 constexpr double tetrahedra_per_node = 5.5;  // of a Delaunay tessellation, its surface included
-constexpr double queue_limit = 2e9;          // of realizations made ahead
 
 /// First number behind `key` in a file of lines "key number ..."; nothing when there is none.
 std::optional<double> number_after(const fs::path& file, const std::string& key) {
@@ -105,7 +105,8 @@ MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, 
                            const GroupLayout& layout) {
   const double part = computed * n_tetrahedra / layout.ranks_per_group;
   const double frames = parameters.output.frames * n_nodes;
-  const double ahead = std::min(queue_limit, (layout.n_groups + 1) * kept * n_tetrahedra);
+  const double ahead =
+      std::min(static_cast<double>(most_bytes_ahead), (layout.n_groups + 1) * kept * n_tetrahedra);
   MemoryDemand demand{};
   demand.member = program + part;
   demand.root = program + kept * n_tetrahedra + std::max(part + frame_kept * frames, frame_written * frames);
