@@ -88,6 +88,12 @@ double resident() {
   return stream >> total >> pages ? pages * static_cast<double>(sysconf(_SC_PAGESIZE)) : 0;
 }
 
+double expected_nodes(const input::Parameters& parameters, const geometry::Body& body) {
+  if (parameters.mesh.points)
+    return static_cast<double>(geometry::read_points(*parameters.mesh.points, body).size());
+  return geometry::estimate_n_points(body, parameters.mesh);
+}
+
 double of_rank(const MemoryDemand& demand, const GroupLayout& layout, int rank) {
   if (rank == 0) return demand.master;
   const int group = layout.group_of(rank);
@@ -117,11 +123,12 @@ MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, 
 
 MemoryDemand expected_memory_demand(const input::Parameters& parameters, const geometry::Body& body,
                                     const GroupLayout& layout) {
-  const double n_nodes =
-      parameters.mesh.points
-          ? static_cast<double>(geometry::read_points(*parameters.mesh.points, body).size())
-          : geometry::estimate_n_points(body, parameters.mesh);
+  const double n_nodes = expected_nodes(parameters, body);
   return memory_demand(parameters, n_nodes, tetrahedra_per_node * n_nodes, layout);
+}
+
+double expected_mesh_memory(const input::Parameters& parameters, const geometry::Body& body) {
+  return program + made * tetrahedra_per_node * expected_nodes(parameters, body);
 }
 
 AvailableMemory available_memory(const fs::path& root) {
@@ -143,13 +150,18 @@ AvailableMemory available_memory(const fs::path& root) {
   return least;
 }
 
+std::optional<std::string> shortage(double needed, const std::string& whose,
+                                    const AvailableMemory& available) {
+  if (needed <= available.bytes) return std::nullopt;
+  return fmt::format("memory: {} need{} about {:.3g} GB, and {:.3g} GB are available ({})", whose,
+                     whose.find("ranks") == std::string::npos ? "s" : "", needed / 1e9, available.bytes / 1e9,
+                     available.limit);
+}
+
 void check_available(double needed, const std::string& whose, const AvailableMemory& available) {
-  if (needed <= available.bytes) return;
-  throw std::runtime_error(fmt::format(
-      "memory: {} need{} about {:.3g} GB, and {:.3g} GB are available ({}); take coarser spacings, "
-      "more nodes, or more ranks_per_sample",
-      whose, whose.find("ranks") == std::string::npos ? "s" : "", needed / 1e9, available.bytes / 1e9,
-      available.limit));
+  if (const auto message = shortage(needed, whose, available)) {
+    throw std::runtime_error(*message + "; take coarser spacings, more nodes, or more ranks_per_sample");
+  }
 }
 
 void check_memory(const parallel::Communicator& world, const input::Parameters& parameters,

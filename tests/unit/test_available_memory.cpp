@@ -73,6 +73,18 @@ TEST_F(Node, RefusalsHaveBothNumbers) {
   }
 }
 
+TEST(MemoryDemand, MakingAMeshTakesNoFramesAndNoOtherRanks) {
+  input::Parameters parameters;
+  parameters.specimen.size = {0.005, 0.0245, 0.14};
+  parameters.mesh.spacing = parameters.mesh.notch_spacing = 0.0005;
+  const geometry::Body body(parameters.specimen);
+  parameters.output.frames = 100000;
+  const double mesh = expected_mesh_memory(parameters, body);
+  EXPECT_LT(mesh, 1e-3 * expected_memory_demand(parameters, body, one_group(1)).root);
+  // 270 bytes for each of 5.5 tetrahedra of each node.
+  EXPECT_NEAR(mesh, 50e6 + 270 * 5.5 * geometry::estimate_n_points(body, parameters.mesh), 1e3);
+}
+
 TEST(MemoryDemand, FollowsTheLayout) {
   input::Parameters parameters;
   const auto of = [&](int n_ranks, int per_sample) {
