@@ -66,6 +66,7 @@ void prepare_run(const input::Parameters& parameters, const geometry::Body& body
   say(fmt::format("{} of {} samples to do in {}", plan.to_do.size(), parameters.ensemble.samples,
                   options.folder.string()));
   if (!plan.parked.empty()) say(fmt::format("{} of them go on from checkpoints", plan.parked.size()));
+  if (!plan.failed.empty()) say(fmt::format("{} of them failed before and begin anew", plan.failed.size()));
 }
 
 HandOutEvents make_events(Ledger& ledger, RunLog* log) {

@@ -179,6 +179,7 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
         auto summary = read(file, sample);
         if (summary.status == analysis::SampleStatus::failed && options.retry_failed) {
           plan.to_do.push_back(sample);
+          plan.failed.push_back(sample);
           continue;
         }
         if (summary.status != analysis::SampleStatus::pending) {
@@ -246,6 +247,12 @@ std::vector<std::string> prepare_folder(const fs::path& folder, const input::Par
   }
   std::error_code ignored;
   for (const auto& kept : plan.kept) fs::remove(io::checkpoint_path(folder, kept.sample), ignored);
+  for (const auto sample : plan.failed) {
+    // The failure goes last, so that a kill in between leaves nothing to go on from. Without it the sample is
+    // pending, and when it is parked --resume goes on with it.
+    fs::remove(io::checkpoint_path(folder, sample));
+    fs::remove(io::sample_path(folder, sample));
+  }
   remove_partial_files(folder, parameters, plan.range);
   const auto keep_copy = [](const fs::path& copy, const std::string& text) {
     if (!fs::exists(copy) || read_text(copy) != text) io::write_text_file(copy, text);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which samples a run computes, and what it refuses to start on.
 #include "crackle/ensemble/sample_plan.h"
+#include "crackle/io/checkpoint_file.h"
 #include "crackle/io/sample_file.h"
 #include "support/temporary_folder.h"
 
