@@ -93,8 +93,8 @@ void add_run_command(CLI::App& app, Action& run) {
   add_parking_options(*command, arguments->parking);
   command->footer(std::string("Exit status: 0 all samples done; 1 usage or input error, nothing was written; "
                               "2 finished, but some "
-                              "samples failed; 3 stopped early, continue with --resume.\n") +
-                  signals_help);
+                              "samples failed; 3 stopped early, continue with --resume; ") +
+                  crash_help + signals_help);
   command->callback([arguments, &run] {
     run = [arguments](const parallel::Communicator& world) {
       const input::Parameters parameters = read_input(world, arguments->input);
