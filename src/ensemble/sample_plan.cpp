@@ -148,6 +148,14 @@ SummaryReader summary_reader(const input::Parameters& parameters) {
   };
 }
 
+SampleRange part_of_samples(std::uint64_t number, std::uint64_t n_parts, std::uint64_t n_samples) {
+  if (n_parts > n_samples) {
+    throw std::runtime_error(fmt::format(
+        "there are no {} parts: ensemble.samples = {}, so there can be as many at most", n_parts, n_samples));
+  }
+  return {n_samples * number / n_parts, n_samples * (number + 1) / n_parts - 1};
+}
+
 void check_folder(const fs::path& folder, const input::Parameters& parameters, const PlanOptions& options) {
   if (fs::exists(folder) && !fs::is_directory(folder)) {
     throw std::runtime_error(folder.string() + " is no folder; the results need one, or a name that is free");

@@ -50,6 +50,11 @@ struct PlanOptions {
   std::optional<SampleRange> range{};  ///< only these samples; empty: all
 };
 
+/// Part `number`, from 0, of `n_parts` ranges that differ by one sample at most and make up the ensemble.
+/// @pre number < n_parts
+/// @throws std::runtime_error when there are more parts than samples
+SampleRange part_of_samples(std::uint64_t number, std::uint64_t n_parts, std::uint64_t n_samples);
+
 /// Refuses a folder that this run must not use. Reads only.
 /// @throws std::runtime_error when the folder is no folder, holds an ensemble and `resume` is not set, or
 /// holds one of another input; or when the range leaves the ensemble
