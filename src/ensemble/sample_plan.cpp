@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/sample_plan.h"
 
+#include "crackle/ensemble/results.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/checkpoint_file.h"
 #include "crackle/io/sample_file.h"
@@ -35,7 +36,7 @@ bool holds_anything(const fs::path& folder) {
 }
 
 bool holds_ensemble(const fs::path& folder) {
-  return fs::exists(input_copy(folder)) || fs::exists(folder / "ensemble.h5") ||
+  return fs::exists(input_copy(folder)) || fs::exists(results_file(folder)) ||
          holds_anything(sample_folder(folder));
 }
 
@@ -215,6 +216,7 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
 namespace {
 
 /// Of the samples in the range; all where that is the whole ensemble, because then no other run is at work.
+/// Those of ensemble.h5 stay, since whoever recomputes the statistics may be writing one (write_results).
 void remove_partial_files(const fs::path& folder, const input::Parameters& parameters, SampleRange range) {
   const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
   const bool is_whole = range.first == 0 && range.last + 1 == n_samples;
@@ -229,7 +231,7 @@ void remove_partial_files(const fs::path& folder, const input::Parameters& param
   }
   if (!is_whole) return;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    if (is_partial(entry.path())) fs::remove(entry.path(), ignored);
+    if (is_partial(entry.path()) && !is_of_results(entry.path())) fs::remove(entry.path(), ignored);
   }
 }
 
