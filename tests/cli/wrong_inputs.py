@@ -198,7 +198,7 @@ CASES = [
     Case("too many nodes", lambda t: t.set("mesh", "notch_spacing", '"1 um"').set("mesh", "spacing", '"1 um"'),
          "mesh.spacing", "at most 2e+07 can be made", "give at least"),
     Case("somewhat too many nodes", lambda t: t.set("mesh", "notch_spacing", '"80 um"').set("mesh", "spacing", '"80 um"'),
-         "mesh.spacing", "80 um gives 3e+07 mother points or more, and at most 2e+07 can be made"),
+         "mesh.spacing", "0.08 mm gives 3e+07 mother points or more, and at most 2e+07 can be made"),
     Case("no file of points", lambda t: t.set("mesh", "points", '"nowhere.txt"'), "mesh.points",
          'there is no file "', "nowhere.txt"),
     Case("points in a folder", lambda t: t.set("mesh", "points", '"."'), "mesh.points", "there is no file"),
