@@ -49,7 +49,7 @@ std::string duration_text(double seconds) {
 std::string plan_text(const geometry::Realization& realization, const input::Parameters& parameters,
                       const ensemble::Estimate& estimate, std::int64_t n_ranks) {
   const auto plans = ensemble::make_plans(realization, parameters, estimate.force_evaluations,
-                                          ensemble::machine_for(parameters.time.precision), n_ranks,
+                                          ensemble::Machine(parameters.time.precision), n_ranks,
                                           parameters.ensemble.samples);
   const double forces_per_step =
       static_cast<double>(estimate.force_evaluations) / static_cast<double>(estimate.steps);
@@ -86,8 +86,11 @@ double sample_memory(const input::Parameters& parameters, const ensemble::Memory
 
 std::string estimate_text(const input::Parameters& parameters, std::int64_t plan_ranks) {
   const geometry::Body body(parameters.specimen);
-  const auto expected = ensemble::expected_memory_demand(parameters, body, layout_of_sample(parameters));
-  ensemble::check_available(sample_memory(parameters, expected), "a sample", ensemble::available_memory());
+  // Only the mesh is made here; where the samples are computed there may be more memory, or more nodes.
+  const auto available = ensemble::available_memory();
+  if (const auto message =
+          ensemble::shortage(ensemble::expected_mesh_memory(parameters, body), "making the mesh", available))
+    throw std::runtime_error(*message + "; take coarser spacings, or check the input where there is more");
   const std::uint64_t seed = parameters.ensemble.seed;
   const auto base = geometry::make_mother_points(body, parameters.mesh, seed);
   const auto realization = geometry::make_realization(body, base, parameters.mesh, seed, 0);
@@ -110,12 +113,19 @@ std::string estimate_text(const input::Parameters& parameters, std::int64_t plan
       {"steps", fmt::format("{} per sample", estimate.steps)},
       {"force evaluations", fmt::format("{} per sample", estimate.force_evaluations)},
       {"memory", fmt::format("{:.0f} MB per sample, on {} rank{}; {:.3g} GB are available here", memory / 1e6,
-                             n_ranks, n_ranks == 1 ? "" : "s", ensemble::available_memory().bytes / 1e9)},
+                             n_ranks, n_ranks == 1 ? "" : "s", available.bytes / 1e9)},
       {"core-hours", fmt::format("{:.3g} for {} sample{} of one dynamic phase each, at {:.0f} million "
                                  "tetrahedron updates per second and core",
                                  estimate.core_hours, n_samples, n_samples == 1 ? "" : "s",
                                  ensemble::updates_per_core_second(parameters.time.precision) / 1e6)},
   });
+  const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
+  if (const auto message = ensemble::shortage(memory, whose, available)) {
+    text += fmt::format(
+        "\nWarning: not to be computed here: {}; elsewhere, or with coarser spacings, more nodes, or more "
+        "ranks_per_sample\n",
+        *message);
+  }
   if (plan_ranks > 0) text += plan_text(realization, parameters, estimate, plan_ranks);
   return text;
 }

@@ -20,7 +20,13 @@ namespace crackle::apps {
 using Action = std::function<int(const parallel::Communicator& world)>;
 
 /// Exit statuses of the program.
-enum ExitStatus : int { success = 0, input_error = 1, some_samples_failed = 2, stopped_resumable = 3 };
+enum ExitStatus : int {
+  success = 0,
+  input_error = 1,
+  some_samples_failed = 2,
+  stopped_resumable = 3,
+  internal_failure = 134  ///< what a shell shows of a program that aborts: counts as a crash
+};
 
 void add_check_command(CLI::App& app, Action& run);
 void add_mesh_command(CLI::App& app, Action& run);

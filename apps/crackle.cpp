@@ -108,7 +108,7 @@ int run_command(const apps::Action& run, const parallel::Communicator& world) {
       // The other ranks may not know of this failure and would wait for ever.
       fmt::print(stderr, "crackle: rank {}: {}\n", world.rank(), error.what());
       std::fflush(nullptr);
-      MPI_Abort(world.get(), apps::input_error);
+      MPI_Abort(world.get(), apps::internal_failure);
     }
   }
   return apps::input_error;

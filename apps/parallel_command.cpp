@@ -60,11 +60,10 @@ int end_together(const parallel::Communicator& world, const std::function<int()>
   } catch (const parallel::AgreedError&) {
     throw;
   } catch (const std::exception& error) {
-    if (world.size() == 1) throw;
     fmt::print(stderr, "crackle: rank {}: {}\n", world.rank(), error.what());
-    std::fflush(stderr);
-    MPI_Abort(world.get(), stopped_resumable);
-    throw;
+    std::fflush(nullptr);
+    if (world.size() > 1) MPI_Abort(world.get(), internal_failure);
+    return internal_failure;
   }
 }
 

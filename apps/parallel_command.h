@@ -27,8 +27,12 @@ void add_parking_options(CLI::App& command, ParkingOptions& options);
 inline constexpr const char* signals_help =
     "SIGTERM, SIGINT, SIGUSR1: park what is under way and stop; a second signal ends the program at once.";
 
-/// Runs `work`. An AgreedError passes; any other failure, of which the other ranks do not know, ends the
-/// whole program with the status stopped_resumable, because they would wait for ever.
+/// For the end of a command's help.
+inline constexpr const char* crash_help =
+    "128 or more: a rank crashed or failed inside; what is whole is kept, continue with --resume.\n";
+
+/// Runs `work`. An AgreedError passes; any other failure, of which the other ranks do not know and would wait
+/// for ever, is told and ends the whole program with the status internal_failure.
 int end_together(const parallel::Communicator& world, const std::function<int()>& work);
 
 }  // namespace crackle::apps

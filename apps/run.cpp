@@ -2,17 +2,21 @@
 // crackle run: the ensemble.
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/ensemble/ensemble_run.h"
+#include "crackle/parallel/agreement.h"
 #include "parallel_command.h"
 
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
 #include <cctype>
+#include <charconv>
+#include <cstdint>
 #include <cstdio>
 #include <iostream>
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 
 namespace crackle::apps {
 
@@ -24,6 +28,7 @@ struct Arguments {
   bool resume = false;
   bool retry_failed = false;
   std::string samples;
+  std::string part;
   ParkingOptions parking;
 };
 
@@ -43,13 +48,50 @@ std::optional<ensemble::SampleRange> sample_range(const std::string& text) {
   throw CLI::ValidationError("--samples: '" + text + "' is no range; give one such as 0-49");
 }
 
+/// A part of the samples, as the command line has it.
+struct Part {
+  std::uint64_t number = 0;  ///< from 0
+  std::uint64_t n_parts = 1;
+};
+
+/// "3/20"; the range depends on the input.
+Part part(const std::string& text) {
+  const auto slash = text.find('/');
+  const auto number = [&](std::size_t from, std::size_t to) -> std::optional<std::uint64_t> {
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(text.data() + from, text.data() + to, value);
+    return error == std::errc{} && end == text.data() + to ? std::optional(value) : std::nullopt;
+  };
+  const auto k = slash == std::string::npos ? std::nullopt : number(0, slash);
+  const auto n = slash == std::string::npos ? std::nullopt : number(slash + 1, text.size());
+  if (!k || !n)
+    throw CLI::ValidationError("'" + text + "' is no part; give one such as 0/20, the first of 20");
+  if (*k >= *n)
+    throw CLI::ValidationError("there is no part " + text +
+                               ": parts are numbered from 0, the last of N is N-1/N");
+  return {*k, *n};
+}
+
+/// The samples that the options choose; empty: all. Collective.
+/// @throws parallel::AgreedError when there are more parts than samples
+std::optional<ensemble::SampleRange> chosen_range(const parallel::Communicator& world,
+                                                  const input::Parameters& parameters,
+                                                  const Arguments& arguments) {
+  if (arguments.part.empty()) return sample_range(arguments.samples);
+  return parallel::agree(world, [&] {
+    const auto [number, n_parts] = part(arguments.part);
+    return ensemble::part_of_samples(number, n_parts,
+                                     static_cast<std::uint64_t>(parameters.ensemble.samples));
+  });
+}
+
 int run_command(const parallel::Communicator& world, const input::Parameters& parameters,
                 const Arguments& arguments) {
   const ensemble::RunOptions options{
       .folder = arguments.folder,
       .plan = {.resume = arguments.resume || arguments.retry_failed,
                .retry_failed = arguments.retry_failed,
-               .range = sample_range(arguments.samples)},
+               .range = chosen_range(world, parameters, arguments)},
       .log = &std::cout,
       .terminal_width = terminal_width(STDOUT_FILENO),
       .stop = ensemble::make_stop_request(arguments.parking.time_limit),
@@ -78,23 +120,34 @@ void add_run_command(CLI::App& app, Action& run) {
                     "continue the ensemble that the folder holds; samples that are done are kept");
   command->add_flag("--retry-failed", arguments->retry_failed,
                     "as --resume; samples that failed are computed again");
+  const auto checked = [](const auto& parse) {
+    return [parse](const std::string& text) {
+      try {
+        parse(text);
+        return std::string();
+      } catch (const CLI::ValidationError& error) {
+        return std::string(error.what());
+      }
+    };
+  };
+  CLI::Option* samples =
+      command
+          ->add_option("--samples", arguments->samples,
+                       "compute only this range, such as 0-49: a part of the ensemble, beside others in the "
+                       "same folder")
+          ->check(checked(sample_range));
   command
-      ->add_option("--samples", arguments->samples,
-                   "compute only this range, such as 0-49: a part of the ensemble, beside others in the same "
-                   "folder")
-      ->check([](const std::string& text) {
-        try {
-          sample_range(text);
-          return std::string();
-        } catch (const CLI::ValidationError& error) {
-          return std::string(error.what());
-        }
-      });
+      ->add_option(
+          "--part", arguments->part,
+          "compute only part K of N about equal ranges of the samples, given as K/N with K from 0 to "
+          "N-1, such as 0/20: as --samples, for job arrays")
+      ->check(checked(part))
+      ->excludes(samples);
   add_parking_options(*command, arguments->parking);
   command->footer(std::string("Exit status: 0 all samples done; 1 usage or input error, nothing was written; "
                               "2 finished, but some "
-                              "samples failed; 3 stopped early, continue with --resume.\n") +
-                  signals_help);
+                              "samples failed; 3 stopped early, continue with --resume; ") +
+                  crash_help + signals_help);
   command->callback([arguments, &run] {
     run = [arguments](const parallel::Communicator& world) {
       const input::Parameters parameters = read_input(world, arguments->input);

@@ -67,8 +67,8 @@ void add_sample_command(CLI::App& app, Action& run) {
   add_parking_options(*command, arguments->parking);
   command->footer(
       std::string("Exit status: 0 done; 1 usage or input error, nothing was written; 2 the sample "
-                  "failed; 3 parked, continue with --resume.\n") +
-      signals_help);
+                  "failed; 3 parked, continue with --resume; ") +
+      crash_help + signals_help);
   command->callback([arguments, &run] {
     run = [arguments](const parallel::Communicator& world) {
       const input::Parameters parameters = read_input(world, arguments->input);

@@ -4,10 +4,10 @@
 #include "commands.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/ensemble/base_points.h"
+#include "crackle/ensemble/results.h"
 #include "crackle/ensemble/sample_plan.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/ensemble_file.h"
-#include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
 
 #include <fmt/format.h>
@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 /// Collective.
 input::Parameters input_of(const parallel::Communicator& world, const fs::path& folder) {
   const fs::path copy = folder / "input.toml";
-  const fs::path results = folder / "ensemble.h5";
+  const fs::path results = ensemble::results_file(folder);
   // The folder holds the points too, since the input names them relative to where it was.
   const input::PointsFile points{
       .path = fs::exists(ensemble::points_copy(folder)) ? ensemble::points_copy(folder) : fs::path(),
@@ -48,17 +48,6 @@ input::Parameters input_of(const parallel::Communicator& world, const fs::path& 
   });
 }
 
-/// This rank's share of the samples.
-io::EnsembleBlock read_block(const parallel::Communicator& world, const fs::path& folder,
-                             const input::Parameters& parameters) {
-  const auto n_samples = static_cast<std::size_t>(parameters.ensemble.samples);
-  const auto rank = static_cast<std::size_t>(world.rank());
-  const auto n_ranks = static_cast<std::size_t>(world.size());
-  const std::size_t first = n_samples * rank / n_ranks;
-  const std::size_t end = n_samples * (rank + 1) / n_ranks;
-  return {first, io::read_summaries(folder, parameters, first, end - first)};
-}
-
 void print(const std::vector<analysis::SampleSummary>& samples, const analysis::Statistics& statistics,
            const input::Parameters& parameters) {
   fmt::print("{}", analysis::to_text(statistics, samples, parameters.sections.y));
@@ -67,7 +56,7 @@ void print(const std::vector<analysis::SampleSummary>& samples, const analysis::
 
 /// Whether all that is left of an ensemble is its ensemble.h5. Collective.
 bool has_only_results(const parallel::Communicator& world, const fs::path& folder) {
-  int answer = !fs::exists(folder / "samples") && fs::exists(folder / "ensemble.h5") ? 1 : 0;
+  int answer = !fs::exists(folder / "samples") && fs::exists(ensemble::results_file(folder)) ? 1 : 0;
   parallel::check_mpi(MPI_Bcast(&answer, 1, MPI_INT, 0, world.get()), "MPI_Bcast");
   return answer != 0;
 }
@@ -76,7 +65,7 @@ bool has_only_results(const parallel::Communicator& world, const fs::path& folde
 int show_stored(const parallel::Communicator& world, const fs::path& folder,
                 const input::Parameters& parameters) {
   parallel::agree_on_root(world, [&] {
-    auto samples = io::read_ensemble(folder / "ensemble.h5").samples;
+    auto samples = io::read_ensemble(ensemble::results_file(folder)).samples;
     const analysis::Statistics statistics = analysis::make_statistics(samples, parameters);
     analysis::leave_out_surplus(statistics, 0, samples);
     print(samples, statistics, parameters);
@@ -87,16 +76,14 @@ int show_stored(const parallel::Communicator& world, const fs::path& folder,
 int update_statistics(const parallel::Communicator& world, const fs::path& folder) {
   const input::Parameters parameters = input_of(world, folder);
   if (has_only_results(world, folder)) return show_stored(world, folder, parameters);
-  io::EnsembleBlock block = parallel::agree(world, [&] { return read_block(world, folder, parameters); });
-  auto samples = analysis::all_gather(world, block.rows);
-  const analysis::Statistics statistics =
-      parallel::agree(world, [&] { return analysis::make_statistics(samples, parameters); });
-  analysis::leave_out_surplus(statistics, 0, samples);
-  analysis::leave_out_surplus(statistics, block.first, block.rows);
-  if (world.is_root()) print(samples, statistics, parameters);
   geometry::MotherPoints base;
-  parallel::agree_on_root(world, [&] { base = ensemble::base_points(folder, parameters); });
-  io::write_ensemble(world, folder / "ensemble.h5", parameters, block, statistics, base);
+  const ensemble::Results results =
+      ensemble::write_results(world, parameters, folder, {}, [&]() -> const geometry::MotherPoints& {
+        base = ensemble::base_points(folder, parameters);
+        return base;
+      });
+  if (world.is_root()) print(results.rows, results.statistics, parameters);
+  if (!results.file_error.empty()) throw parallel::AgreedError(0, results.file_error);
   return success;
 }
 

@@ -24,6 +24,6 @@ def environment(**more: str) -> dict[str, str]:
     return {**os.environ, **needed, **more}
 
 
-def mpirun(n_ranks: int) -> list[str]:
-    """The words before the program's."""
-    return [_settings()["MPIRUN"], "-n", str(n_ranks)]
+def mpirun(n_ranks: int, binding: str | None = None) -> list[str]:
+    """The words before the program's; `binding` is for --bind-to, such as "core", instead of none."""
+    return [_settings()["MPIRUN"], *(["--bind-to", binding] if binding else []), "-n", str(n_ranks)]

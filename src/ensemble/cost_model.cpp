@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/cost_model.h"
 
+#include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/integrator.h"
-#include "crackle/ensemble/estimate.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/geometry/subdomain.h"
 
@@ -15,14 +15,11 @@ namespace crackle::ensemble {
 
 namespace {
 
-/// Steps between two looks of a dynamic phase, each with three sums over the group.
-constexpr double steps_per_look = 32;
+/// Sums over the group in each look of a dynamic phase.
 constexpr double sums_per_look = 3;
 /// Time of the static solves over that of the dynamic phase: measured 0.1 at the paper's size.
 constexpr double static_share = 0.1;
 constexpr int most_ranks_per_sample = 64;
-/// Rate of a core in a group over that of a core that has a sample for itself.
-constexpr double shared_share = 0.95;
 
 }  // namespace
 
@@ -42,13 +39,6 @@ Share largest_share(const geometry::Realization& realization, int ranks) {
   return share;
 }
 
-Machine machine_for(input::Precision precision) {
-  Machine machine;
-  machine.updates_per_second = updates_per_core_second(precision);
-  machine.shared_updates_per_second = shared_share * machine.updates_per_second;
-  return machine;
-}
-
 ForceTime force_time(const Share& share, const Machine& machine, input::Precision precision,
                      double forces_per_step) {
   ForceTime time;
@@ -61,7 +51,8 @@ ForceTime force_time(const Share& share, const Machine& machine, input::Precisio
   time.computation = n / machine.shared_updates_per_second;
   time.exchange = share.neighbours * machine.latency +
                   static_cast<double>(share.ghosts) * bytes_per_ghost / machine.bandwidth;
-  time.looks = sums_per_look * std::log2(share.ranks) * machine.latency / steps_per_look / forces_per_step;
+  time.looks =
+      sums_per_look * std::log2(share.ranks) * machine.latency / dynamics::steps_per_look / forces_per_step;
   return time;
 }
 

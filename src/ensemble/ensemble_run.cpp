@@ -6,9 +6,9 @@
 #include "crackle/ensemble/hand_out.h"
 #include "crackle/ensemble/memory.h"
 #include "crackle/ensemble/progress.h"
+#include "crackle/ensemble/results.h"
 #include "crackle/ensemble/run_log.h"
 #include "crackle/ensemble/sample_plan.h"
-#include "crackle/io/ensemble_file.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
 
@@ -66,6 +66,7 @@ void prepare_run(const input::Parameters& parameters, const geometry::Body& body
   say(fmt::format("{} of {} samples to do in {}", plan.to_do.size(), parameters.ensemble.samples,
                   options.folder.string()));
   if (!plan.parked.empty()) say(fmt::format("{} of them go on from checkpoints", plan.parked.size()));
+  if (!plan.failed.empty()) say(fmt::format("{} of them failed before and begin anew", plan.failed.size()));
 }
 
 HandOutEvents make_events(Ledger& ledger, RunLog* log) {
@@ -92,46 +93,6 @@ HandOutEvents make_events(Ledger& ledger, RunLog* log) {
   return events;
 }
 
-/// This rank's share of the rows, read back from the sample files.
-io::EnsembleBlock read_block(const parallel::Communicator& world, const input::Parameters& parameters,
-                             const std::filesystem::path& folder) {
-  const auto n_samples = static_cast<std::size_t>(parameters.ensemble.samples);
-  const auto rank = static_cast<std::size_t>(world.rank()), n_ranks = static_cast<std::size_t>(world.size());
-  io::EnsembleBlock block;
-  block.first = n_samples * rank / n_ranks;
-  block.rows =
-      io::read_summaries(folder, parameters, block.first, n_samples * (rank + 1) / n_ranks - block.first);
-  return block;
-}
-
-/// Rows of samples that failed without a file, from the master to the rank that writes them. Collective.
-void complete_block(const parallel::Communicator& world,
-                    const std::map<std::uint64_t, SampleSummary>& unstored, io::EnsembleBlock& block) {
-  auto n_unstored = static_cast<std::uint64_t>(unstored.size());
-  parallel::check_mpi(MPI_Bcast(&n_unstored, 1, MPI_UINT64_T, 0, world.get()), "MPI_Bcast");
-  auto next = unstored.begin();
-  for (std::uint64_t i = 0; i < n_unstored; ++i) {
-    std::uint64_t sample = 0;
-    std::string reason;
-    if (world.is_root()) {
-      sample = next->first;
-      reason = (next++)->second.error;
-    }
-    parallel::check_mpi(MPI_Bcast(&sample, 1, MPI_UINT64_T, 0, world.get()), "MPI_Bcast");
-    reason = parallel::share_text(world, std::move(reason));
-    if (sample < block.first || sample >= block.first + block.rows.size()) continue;
-    auto& row = block.rows[sample - block.first];
-    if (row.status != SampleStatus::pending) continue;
-    row.status = SampleStatus::failed;
-    row.error = reason;
-  }
-}
-
-struct Results {
-  std::vector<SampleSummary> rows;
-  analysis::Statistics statistics;
-};
-
 /// Samples that were under way when the ensemble stopped early: which ones depends on the schedule, so they
 /// are no part of it. What cannot be removed is left out by whoever reads the folder.
 void remove_surplus_files(const analysis::Statistics& statistics, const std::filesystem::path& folder) {
@@ -139,21 +100,6 @@ void remove_surplus_files(const analysis::Statistics& statistics, const std::fil
   for (int sample = statistics.n_needed; sample < statistics.n_samples; ++sample) {
     std::filesystem::remove(io::sample_path(folder, static_cast<std::uint64_t>(sample)), ignored);
   }
-}
-
-/// ensemble.h5 and what it says. Collective.
-/// @return all rows and their statistics, on every rank
-Results write_results(const parallel::Communicator& world, const input::Parameters& parameters,
-                      const std::filesystem::path& folder, const Ledger& ledger) {
-  auto block = parallel::agree(world, [&] { return read_block(world, parameters, folder); });
-  complete_block(world, ledger.unstored, block);
-  auto rows = analysis::all_gather(world, block.rows);
-  const auto statistics = parallel::agree(world, [&] { return analysis::make_statistics(rows, parameters); });
-  analysis::leave_out_surplus(statistics, 0, rows);
-  analysis::leave_out_surplus(statistics, block.first, block.rows);
-  io::write_ensemble(world, folder / "ensemble.h5", parameters, block, statistics, ledger.base);
-  if (world.is_root()) remove_surplus_files(statistics, folder);
-  return {std::move(rows), statistics};
 }
 
 void count(SampleStatus status, RunOutcome& outcome) {
@@ -200,7 +146,7 @@ void log_end(RunLog& log, const Results& results, const Progress& progress, cons
   log.line(fmt::format("{} done, {} failed, {} pending after {}", outcome.done, outcome.failed, outcome.left,
                        format_duration(seconds)));
   if (const std::string means = progress.means(); !means.empty()) log.line(means);
-  const std::string file = (folder / "ensemble.h5").string();
+  const std::string file = results_file(folder).string();
   log.line(outcome.file_error.empty() ? file
                                       : fmt::format("{} could not be written: {}", file, outcome.file_error));
 }
@@ -262,7 +208,11 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
     return outcome;
   }
   try {
-    results = write_results(world, parameters, options.folder, ledger);
+    results = write_results(world, parameters, options.folder, ledger.unstored,
+                            [&ledger]() -> const geometry::MotherPoints& { return ledger.base; });
+    outcome.file_error = results.file_error;
+    if (world.is_root() && outcome.file_error.empty())
+      remove_surplus_files(results.statistics, options.folder);
     for (int i = 0; i < results.statistics.n_needed; ++i) {
       count(results.rows[static_cast<std::size_t>(i)].status, outcome);
     }

@@ -20,6 +20,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 namespace crackle::ensemble {
 
@@ -30,7 +31,10 @@ namespace {
 constexpr std::chrono::seconds touch_interval{30};
 /// For a run that was just killed to be gone.
 constexpr double patience = 3;  // [s]
-constexpr std::chrono::milliseconds patience_interval{100};
+/// Pauses between two looks at another's lock: a waiting process should not keep a file system busy.
+constexpr double short_wait = 3;  // [s] with short pauses
+constexpr std::chrono::milliseconds short_pause{100};
+constexpr std::chrono::milliseconds long_pause{1000};
 
 /// Clock ticks since the machine's start at which a process started: tells it from a later one of the same
 /// number. "0" where it cannot be found out, "ended" for one that is no more than an entry.
@@ -101,7 +105,7 @@ std::optional<std::string> staleness(const std::string& text, double seconds_unt
   }
   if (owner && owner->job != "-" && owner->job == self.job)
     return fmt::format("{} was an earlier start of this job", owner->describe());
-  if (seconds_untouched > FolderLock::lifetime)
+  if (seconds_untouched > LockFile::lifetime)
     return fmt::format("{} has not touched it for {:.0f} min", owner ? owner->describe() : "its owner",
                        seconds_untouched / 60);
   return std::nullopt;
@@ -114,6 +118,14 @@ std::optional<SampleRange> range_of(const fs::path& file) {
   if (std::sscanf(name.c_str(), "lock-%lu-%lu%n", &range.first, &range.last, &end) != 2) return std::nullopt;
   if (static_cast<std::size_t>(end) != name.size()) return std::nullopt;
   return range;
+}
+
+/// @throws std::runtime_error: what is taken, by whom, and what to do
+[[noreturn]] void refuse(const std::string& taken, const std::string& text, const fs::path& file) {
+  const auto owner = Owner::parse(text);
+  throw std::runtime_error(fmt::format("{}: {}; wait for its end, or remove {} if it is not running any more",
+                                       taken, owner ? owner->describe() : "its lock says not whose",
+                                       file.string()));
 }
 
 /// Takes a stale lock away. It is renamed first and looked at again, so that of two runs that find it only
@@ -130,28 +142,22 @@ void remove_stale(const fs::path& file, const std::string& text) {
 
 }  // namespace
 
-FolderLock::FolderLock(const fs::path& folder, SampleRange range)
-    : file_(folder / fmt::format("lock-{}-{}", range.first, range.last)) {
+LockFile::LockFile(fs::path file, const std::string& taken, double patience) : file_(std::move(file)) {
+  const fs::path folder = file_.parent_path();
   std::error_code error;
   fs::create_directories(folder, error);
   if (error)
     throw std::runtime_error(
         fmt::format("{}: the folder cannot be made: {}", folder.string(), error.message()));
-  create();
-  try {
-    clear_others(folder, range);
-  } catch (...) {
-    ::unlink(file_.c_str());
-    throw;
-  }
+  create(taken, patience);
   thread_ = std::jthread([this](const std::stop_token& stop) { keep_touching(stop); });
 }
 
-FolderLock::~FolderLock() {
+LockFile::~LockFile() {
   ::unlink(file_.c_str());
 }
 
-void FolderLock::create() {
+void LockFile::create(const std::string& taken, double patience) {
   const Stopwatch clock;
   for (;;) {
     const int id = ::open(file_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -173,49 +179,43 @@ void FolderLock::create() {
     const auto reason_stale = staleness(text, age(file_, probe));
     ::unlink(probe.c_str());
     if (!reason_stale && clock.seconds() < patience) {
-      std::this_thread::sleep_for(patience_interval);
+      std::this_thread::sleep_for(clock.seconds() < short_wait ? short_pause : long_pause);
       continue;
     }
-    if (!reason_stale) {
-      const auto owner = Owner::parse(text);
-      throw std::runtime_error(fmt::format(
-          "another run is at work in {}: {}; wait for its end, or remove {} if it is not running any more",
-          file_.parent_path().string(), owner ? owner->describe() : "its lock says not whose",
-          file_.string()));
-    }
+    if (!reason_stale) refuse(taken, text, file_);
     remove_stale(file_, text);
     taken_over_.push_back(fmt::format("the lock {} is taken over: {}", file_.string(), *reason_stale));
   }
 }
 
-void FolderLock::clear_others(const fs::path& folder, SampleRange range) {
-  std::vector<fs::path> others;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const auto other = range_of(entry.path());
-    if (!other || entry.path().filename() == file_.filename()) continue;
-    if (other->first <= range.last && range.first <= other->last) others.push_back(entry.path());
+void LockFile::clear(const fs::path& other, const std::string& taken) {
+  const std::string text = read_text(other);
+  const auto reason = staleness(text, age(other, file_));
+  if (!reason) {
+    if (fs::exists(other)) refuse(taken, text, other);
+    return;
   }
-  for (const auto& other : others) {
-    const std::string text = read_text(other);
-    const auto reason = staleness(text, age(other, file_));
-    if (!reason) {
-      if (!fs::exists(other)) continue;
-      const auto owner = Owner::parse(text);
-      throw std::runtime_error(fmt::format(
-          "another run is at work on some of these samples in {}: {}; wait for its end, or remove {} if it "
-          "is "
-          "not running any more",
-          folder.string(), owner ? owner->describe() : "its lock says not whose", other.string()));
-    }
-    remove_stale(other, text);
-    taken_over_.push_back(fmt::format("the lock {} is taken over: {}", other.string(), *reason));
-  }
+  remove_stale(other, text);
+  taken_over_.push_back(fmt::format("the lock {} is taken over: {}", other.string(), *reason));
 }
 
-void FolderLock::keep_touching(const std::stop_token& stop) {
+void LockFile::keep_touching(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   while (!ends_.wait_for(lock, stop, touch_interval, [&] { return stop.stop_requested(); }))
     ::utimensat(AT_FDCWD, file_.c_str(), nullptr, 0);
+}
+
+FolderLock::FolderLock(const fs::path& folder, SampleRange range)
+    : lock_(folder / fmt::format("lock-{}-{}", range.first, range.last),
+            fmt::format("another run is at work in {}", folder.string()), patience) {
+  std::vector<fs::path> others;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const auto other = range_of(entry.path());
+    if (!other || entry.path().filename() == lock_.file().filename()) continue;
+    if (other->first <= range.last && range.first <= other->last) others.push_back(entry.path());
+  }
+  for (const auto& other : others)
+    lock_.clear(other, fmt::format("another run is at work on some of these samples in {}", folder.string()));
 }
 
 }  // namespace crackle::ensemble

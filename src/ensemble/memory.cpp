@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/memory.h"
 
+#include "crackle/ensemble/realization_queue.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/parallel/agreement.h"
 
@@ -30,7 +31,6 @@ constexpr double made = 270;          // each tetrahedron of a realization being
 constexpr double frame_kept = 24;     // each node of a frame
 constexpr double frame_written = 66;  // the same while the file is written, when no more is computed
 constexpr double tetrahedra_per_node = 5.5;  // of a Delaunay tessellation, its surface included
-constexpr double queue_limit = 2e9;          // of realizations made ahead
 
 /// First number behind `key` in a file of lines "key number ..."; nothing when there is none.
 std::optional<double> number_after(const fs::path& file, const std::string& key) {
@@ -88,6 +88,12 @@ double resident() {
   return stream >> total >> pages ? pages * static_cast<double>(sysconf(_SC_PAGESIZE)) : 0;
 }
 
+double expected_nodes(const input::Parameters& parameters, const geometry::Body& body) {
+  if (parameters.mesh.points)
+    return static_cast<double>(geometry::read_points(*parameters.mesh.points, body).size());
+  return geometry::estimate_n_points(body, parameters.mesh);
+}
+
 double of_rank(const MemoryDemand& demand, const GroupLayout& layout, int rank) {
   if (rank == 0) return demand.master;
   const int group = layout.group_of(rank);
@@ -105,7 +111,8 @@ MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, 
                            const GroupLayout& layout) {
   const double part = computed * n_tetrahedra / layout.ranks_per_group;
   const double frames = parameters.output.frames * n_nodes;
-  const double ahead = std::min(queue_limit, (layout.n_groups + 1) * kept * n_tetrahedra);
+  const double ahead =
+      std::min(static_cast<double>(most_bytes_ahead), (layout.n_groups + 1) * kept * n_tetrahedra);
   MemoryDemand demand{};
   demand.member = program + part;
   demand.root = program + kept * n_tetrahedra + std::max(part + frame_kept * frames, frame_written * frames);
@@ -116,11 +123,12 @@ MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, 
 
 MemoryDemand expected_memory_demand(const input::Parameters& parameters, const geometry::Body& body,
                                     const GroupLayout& layout) {
-  const double n_nodes =
-      parameters.mesh.points
-          ? static_cast<double>(geometry::read_points(*parameters.mesh.points, body).size())
-          : geometry::estimate_n_points(body, parameters.mesh);
+  const double n_nodes = expected_nodes(parameters, body);
   return memory_demand(parameters, n_nodes, tetrahedra_per_node * n_nodes, layout);
+}
+
+double expected_mesh_memory(const input::Parameters& parameters, const geometry::Body& body) {
+  return program + made * tetrahedra_per_node * expected_nodes(parameters, body);
 }
 
 AvailableMemory available_memory(const fs::path& root) {
@@ -142,13 +150,18 @@ AvailableMemory available_memory(const fs::path& root) {
   return least;
 }
 
+std::optional<std::string> shortage(double needed, const std::string& whose,
+                                    const AvailableMemory& available) {
+  if (needed <= available.bytes) return std::nullopt;
+  return fmt::format("memory: {} need{} about {:.3g} GB, and {:.3g} GB are available ({})", whose,
+                     whose.find("ranks") == std::string::npos ? "s" : "", needed / 1e9, available.bytes / 1e9,
+                     available.limit);
+}
+
 void check_available(double needed, const std::string& whose, const AvailableMemory& available) {
-  if (needed <= available.bytes) return;
-  throw std::runtime_error(fmt::format(
-      "memory: {} need{} about {:.3g} GB, and {:.3g} GB are available ({}); take coarser spacings, "
-      "more nodes, or more ranks_per_sample",
-      whose, whose.find("ranks") == std::string::npos ? "s" : "", needed / 1e9, available.bytes / 1e9,
-      available.limit));
+  if (const auto message = shortage(needed, whose, available)) {
+    throw std::runtime_error(*message + "; take coarser spacings, more nodes, or more ranks_per_sample");
+  }
 }
 
 void check_memory(const parallel::Communicator& world, const input::Parameters& parameters,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/sample_plan.h"
 
+#include "crackle/ensemble/results.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/checkpoint_file.h"
 #include "crackle/io/sample_file.h"
@@ -35,7 +36,7 @@ bool holds_anything(const fs::path& folder) {
 }
 
 bool holds_ensemble(const fs::path& folder) {
-  return fs::exists(input_copy(folder)) || fs::exists(folder / "ensemble.h5") ||
+  return fs::exists(input_copy(folder)) || fs::exists(results_file(folder)) ||
          holds_anything(sample_folder(folder));
 }
 
@@ -148,6 +149,14 @@ SummaryReader summary_reader(const input::Parameters& parameters) {
   };
 }
 
+SampleRange part_of_samples(std::uint64_t number, std::uint64_t n_parts, std::uint64_t n_samples) {
+  if (n_parts > n_samples) {
+    throw std::runtime_error(fmt::format(
+        "there are no {} parts: ensemble.samples = {}, so there can be as many at most", n_parts, n_samples));
+  }
+  return {n_samples * number / n_parts, n_samples * (number + 1) / n_parts - 1};
+}
+
 void check_folder(const fs::path& folder, const input::Parameters& parameters, const PlanOptions& options) {
   if (fs::exists(folder) && !fs::is_directory(folder)) {
     throw std::runtime_error(folder.string() + " is no folder; the results need one, or a name that is free");
@@ -179,6 +188,7 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
         auto summary = read(file, sample);
         if (summary.status == analysis::SampleStatus::failed && options.retry_failed) {
           plan.to_do.push_back(sample);
+          plan.failed.push_back(sample);
           continue;
         }
         if (summary.status != analysis::SampleStatus::pending) {
@@ -206,6 +216,7 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
 namespace {
 
 /// Of the samples in the range; all where that is the whole ensemble, because then no other run is at work.
+/// Those of ensemble.h5 stay, since whoever recomputes the statistics may be writing one (write_results).
 void remove_partial_files(const fs::path& folder, const input::Parameters& parameters, SampleRange range) {
   const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
   const bool is_whole = range.first == 0 && range.last + 1 == n_samples;
@@ -220,7 +231,7 @@ void remove_partial_files(const fs::path& folder, const input::Parameters& param
   }
   if (!is_whole) return;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    if (is_partial(entry.path())) fs::remove(entry.path(), ignored);
+    if (is_partial(entry.path()) && !is_of_results(entry.path())) fs::remove(entry.path(), ignored);
   }
 }
 
@@ -246,6 +257,12 @@ std::vector<std::string> prepare_folder(const fs::path& folder, const input::Par
   }
   std::error_code ignored;
   for (const auto& kept : plan.kept) fs::remove(io::checkpoint_path(folder, kept.sample), ignored);
+  for (const auto sample : plan.failed) {
+    // The failure goes last, so that a kill in between leaves nothing to go on from. Without it the sample is
+    // pending, and when it is parked --resume goes on with it.
+    fs::remove(io::checkpoint_path(folder, sample));
+    fs::remove(io::sample_path(folder, sample));
+  }
   remove_partial_files(folder, parameters, plan.range);
   const auto keep_copy = [](const fs::path& copy, const std::string& text) {
     if (!fs::exists(copy) || read_text(copy) != text) io::write_text_file(copy, text);

@@ -68,6 +68,8 @@ SampleReport report_failure(const SampleSteps& steps, std::uint64_t sample, cons
   try {
     steps.write_failure(sample, report.summary);
     report.stored = true;
+    // What led to the failure is no start for another trial.
+    if (steps.remove_checkpoint) steps.remove_checkpoint(sample);
   } catch (...) {
     report.summary.error += "; this could not be written either: " + parallel::current_error();
   }

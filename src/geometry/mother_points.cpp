@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/mother_points.h"
 
+#include "crackle/input/limits.h"
+
 #include "blue_noise.h"
 #include "displacement.h"
 #include "notch_crossing.h"
@@ -36,8 +38,9 @@ constexpr int final_rounds = 200;
 constexpr double improving_radius = 0.25;  ///< in local spacings
 constexpr double quality_goal = 0.5;       ///< of the base, so that few disturbed tetrahedra are bad
 constexpr int max_additions = 10;          ///< times that points may be added on walls
-constexpr double max_points = 2e7;
-constexpr double max_edge_length = 1e6;  ///< in spacings
+constexpr double max_edge_length = 1e6;    ///< in spacings
+
+using input::max_mother_points;
 
 enum Stream : std::uint64_t { on_edges, on_surfaces, in_interior, improving, choosing };
 
@@ -207,19 +210,19 @@ double least_n_points(const Body& body, const SpacingField& spacing) {
 
 double estimate_n_points(const Body& body, const input::Mesh& mesh) {
   const SpacingField spacing(body, mesh);
-  if (const double least = least_n_points(body, spacing); least > max_points) return least;
+  if (const double least = least_n_points(body, spacing); least > max_mother_points) return least;
   double sum = static_cast<double>(body.corners().size());
   for (const Edge& edge : body.edges()) sum += n_edge_spacings(spacing, edge).back();
   for (std::size_t id = 0; id < body.surfaces().size(); ++id) {
     const auto accepts = [&](const Point& p, double local) {
       return distance_to_outline(body, static_cast<SurfaceId>(id), p) >= outline_margin * local;
     };
-    sum += expected_points(spacing, body.surfaces()[id].extent, accepts, max_points - sum);
+    sum += expected_points(spacing, body.surfaces()[id].extent, accepts, max_mother_points - sum);
   }
   const auto accepts = [&](const Point& p, double local) {
     return body.contains(p) && body.distance_to_surface(p) >= surface_margin * local;
   };
-  return sum + expected_points(spacing, {{0, 0, 0}, body.size()}, accepts, max_points - sum);
+  return sum + expected_points(spacing, {{0, 0, 0}, body.size()}, accepts, max_mother_points - sum);
 }
 
 MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed) {
@@ -229,11 +232,11 @@ MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::
   if (mesh.points) {
     for (const Point& p : read_points(*mesh.points, body)) collection.add(p, -1);
   } else {
-    if (estimate_n_points(body, mesh) > max_points)
+    if (estimate_n_points(body, mesh) > max_mother_points)
       throw std::runtime_error(
           fmt::format("mesh: more than {:.0e} mother points would be needed: {}; use coarser spacings, or "
                       "leave out what is finer",
-                      max_points, spacing.range_text()));
+                      max_mother_points, spacing.range_text()));
     generate(collection, stream);
   }
   const double goal = mesh.points ? mesh.min_quality : std::max(quality_goal, mesh.min_quality);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "consistency.h"
 
+#include "crackle/input/limits.h"
 #include "dimension.h"
 
 #include <fmt/format.h>
@@ -64,6 +65,18 @@ void check_notch_in_body(const Notch& notch, const std::string& key, const Vecto
   }
 }
 
+/// Of the body without its notches, which must not overlap [m^3].
+double material_volume(const Specimen& specimen) {
+  const Vector& size = specimen.size;
+  double volume = size[0] * size[1] * size[2];
+  for (const Notch& notch : specimen.notches) {
+    double slot_volume = 1;
+    for (const auto& [from, to] : slot_of(notch, size)) slot_volume *= to - from;
+    volume -= slot_volume;
+  }
+  return volume;
+}
+
 }  // namespace
 
 std::array<std::pair<double, double>, 3> slot_of(const Notch& notch, const Vector& size) {
@@ -121,15 +134,17 @@ void check_mesh(const Parameters& parameters, Findings& findings) {
                                                 show(mesh.spacing), show(smallest)));
     return;
   }
-  // Numbers of nodes and tetrahedra are 32-bit; about one node stands in each spacing^3.
-  constexpr double max_nodes = 2e8;
-  const double n_nodes = size[0] * size[1] * size[2] / std::pow(mesh.spacing, 3);
-  if (!(n_nodes <= max_nodes) && !mesh.points) {
+  if (findings.faulty("specimen.notch")) return;
+  // At least one mother point stands in each spacing^3; finer spacings near notches are counted when the mesh
+  // is made.
+  const double volume = material_volume(parameters.specimen);
+  const double n_points = volume / std::pow(mesh.spacing, 3);
+  if (!(n_points <= max_mother_points) && !mesh.points) {
     findings.report(
         "mesh.spacing",
-        fmt::format("{} gives some {:.0e} nodes, and at most {:.0e} can be numbered; give at least {}",
-                    show(mesh.spacing), n_nodes, max_nodes,
-                    show(rounded_up(std::cbrt(size[0] * size[1] * size[2] / max_nodes)))));
+        fmt::format("{} gives {:.0e} mother points or more, and at most {:.0e} can be made; give at least {}",
+                    show(mesh.spacing), n_points, max_mother_points,
+                    show(rounded_up(std::cbrt(volume / max_mother_points)))));
   }
 }
 

@@ -2,6 +2,7 @@
 #include "crackle/io/ensemble_file.h"
 
 #include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 #include "hdf5.h"
 #include "memory_file.h"
 #include "partial_file.h"
@@ -16,8 +17,8 @@
 #include <cerrno>
 #include <cstring>
 #include <functional>
-#include <numeric>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <type_traits>
 
@@ -114,15 +115,8 @@ std::vector<std::string> gather_errors(const parallel::Communicator& world, cons
     const std::string& error = block.rows[i].error;
     if (!error.empty()) mine += fmt::format("{} {} {}", block.first + i, error.size(), error);
   }
-  const int size = static_cast<int>(mine.size());
-  std::vector<int> sizes(static_cast<std::size_t>(world.size()));
-  parallel::check_mpi(MPI_Gather(&size, 1, MPI_INT, sizes.data(), 1, MPI_INT, 0, world.get()), "MPI_Gather");
-  std::vector<int> offsets(sizes.size(), 0);
-  std::partial_sum(sizes.begin(), sizes.end() - 1, offsets.begin() + 1);
-  std::string all(static_cast<std::size_t>(offsets.back() + sizes.back()), '\0');
-  parallel::check_mpi(MPI_Gatherv(mine.data(), size, MPI_CHAR, all.data(), sizes.data(), offsets.data(),
-                                  MPI_CHAR, 0, world.get()),
-                      "MPI_Gatherv");
+  const auto gathered = parallel::gather_on_root(world, std::span<const char>(mine));
+  const std::string all(gathered.begin(), gathered.end());
   std::vector<std::string> errors(n_samples);
   for (std::size_t at = 0; world.is_root() && at < all.size();) {
     std::size_t used = 0;
@@ -286,10 +280,15 @@ void write_ensemble(const parallel::Communicator& world, const std::filesystem::
     std::optional<PartialFile> partial;  // the root's: removes the file unless it became whole
     parallel::agree(world, [&] {
       if (!world.is_root()) return;
-      partial.emplace(file);
+      // A run and whoever recomputes the statistics may write the same file.
+      std::array<char, 256> host{};
+      ::gethostname(host.data(), host.size() - 1);
+      partial.emplace(file, fmt::format(".{}-{}", host.data(), ::getpid()));
       partial->write(lay_out(parameters, errors, statistics, base, world.size()));
     });
-    write_blocks(world, PartialFile::partial_name(file), block);
+    const std::string partial_name =
+        parallel::share_text(world, partial ? partial->partial_name().string() : std::string());
+    write_blocks(world, partial_name, block);
     parallel::agree(world, [&] {
       if (partial) partial->commit();
     });

@@ -40,7 +40,7 @@ private:
 }  // namespace
 
 PartialFile::PartialFile(std::filesystem::path file, const std::string& tag)
-    : file_(std::move(file)), partial_(partial_name(std::filesystem::path(file_) += tag)) {}
+    : file_(std::move(file)), partial_(std::filesystem::path(file_) += tag + ".partial") {}
 
 PartialFile::~PartialFile() {
   if (!committed_) ::unlink(partial_.c_str());

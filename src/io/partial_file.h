@@ -8,8 +8,8 @@
 
 namespace crackle::io {
 
-/// A file that gets its name when it is whole: until commit() it is called "<name>.partial", in the same
-/// folder, and it is removed when it is not committed.
+/// A file that gets its name when it is whole: until commit() it is called "<name><tag>.partial", in the
+/// same folder, and it is removed when it is not committed.
 class PartialFile {
 public:
   /// @param tag goes before ".partial", where several processes may write the same file at once
@@ -18,8 +18,8 @@ public:
   PartialFile(const PartialFile&) = delete;
   PartialFile& operator=(const PartialFile&) = delete;
 
-  /// The name that `file` has until it is whole.
-  static std::filesystem::path partial_name(std::filesystem::path file) { return file += ".partial"; }
+  /// The name that the file has until it is whole.
+  const std::filesystem::path& partial_name() const { return partial_; }
 
   /// Makes the folder if needed and writes the partial file anew.
   /// @throws std::runtime_error naming the file and the reason

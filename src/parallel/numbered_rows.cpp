@@ -1,31 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/parallel/numbered_rows.h"
 
+#include "crackle/parallel/collectives.h"
 #include "crackle/parallel/message.h"
 
 #include <algorithm>
 #include <numeric>
 
 namespace crackle::parallel {
-
-namespace {
-
-/// All ranks' values one after the other on the root. Collective.
-std::vector<std::int64_t> gather_values(const Communicator& group, const std::vector<std::int64_t>& local) {
-  const int count = static_cast<int>(local.size());
-  std::vector<int> counts(static_cast<std::size_t>(group.size()));
-  check_mpi(MPI_Gather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, group.get()), "MPI_Gather");
-  std::vector<int> offsets(counts.size());
-  std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
-  std::vector<std::int64_t> all;
-  if (group.is_root()) all.resize(static_cast<std::size_t>(offsets.back() + counts.back()));
-  check_mpi(MPI_Gatherv(local.data(), count, MPI_INT64_T, all.data(), counts.data(), offsets.data(),
-                        MPI_INT64_T, 0, group.get()),
-            "MPI_Gatherv");
-  return all;
-}
-
-}  // namespace
 
 std::span<const std::int64_t> NumberedRows::find(std::int64_t number) const {
   const auto place = std::ranges::lower_bound(numbers, number);
@@ -39,8 +21,8 @@ double NumberedRows::number_at(std::int64_t number) const {
 }
 
 NumberedRows gather_rows(const Communicator& group, const NumberedRows& local) {
-  const auto numbers = gather_values(group, local.numbers);
-  const auto values = gather_values(group, local.values);
+  const auto numbers = gather_on_root(group, std::span<const std::int64_t>(local.numbers));
+  const auto values = gather_on_root(group, std::span<const std::int64_t>(local.values));
   std::vector<std::size_t> order(numbers.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::sort(order, {}, [&](std::size_t i) { return numbers[i]; });

@@ -77,12 +77,27 @@ class Memory(unittest.TestCase):
                 self.assertLess(estimate, FACTOR * sum(found))
                 self.assertGreater(estimate, sum(found) / FACTOR)
 
+    def test_check_says_what_does_not_fit_here(self):
+        # All frames of a mesh that is soon made, terabytes, to be computed elsewhere.
+        for n_ranks, whose in ((1, "a sample needs"), (8, "the 8 ranks of a sample need")):
+            text = setting("demo.toml", ("0.8 mm", "0.5 mm"), frames=100000, ranks_per_sample=n_ranks)
+            (self.folder / "plate.toml").write_text(text)
+            result = self.call("check", "plate.toml")
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            estimate = float(re.search(r"memory +=  *(\d+) MB per sample", result.stdout)[1])
+            warning = re.search(rf"\nWarning: .*memory: {whose} about ([\d.e+]+) GB, and [\d.]+ GB are available \(.*",
+                                result.stdout)
+            print(warning[0].strip(), flush=True)
+            self.assertAlmostEqual(float(warning[1]), estimate / 1e3, delta=0.01 * float(warning[1]))
+        (self.folder / "plate.toml").write_text(setting("demo.toml"))
+        self.assertNotIn("Warning", self.call("check", "plate.toml").stdout)
+
     def test_what_cannot_fit_is_refused_before_anything_is_made(self):
         # All frames of a fine mesh, terabytes.
         for text in (setting("demo.toml", ("0.5 mm", "0.3 mm"), frames=100000),
                      setting("paper.toml", ("0.12 mm", "0.1 mm"), frames=100000)):
             (self.folder / "plate.toml").write_text(text)
-            for command in (("check",), ("sample", "--sample", "0", "-o", "out"), ("run", "-o", "out")):
+            for command in (("sample", "--sample", "0", "-o", "out"), ("run", "-o", "out")):
                 result = self.call(command[0], "plate.toml", *command[1:])
                 self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
                 self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)

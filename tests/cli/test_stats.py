@@ -8,6 +8,7 @@ import pathlib
 import re
 import shlex
 import shutil
+import socket
 import subprocess
 import sys
 import tempfile
@@ -239,6 +240,44 @@ class Stats(unittest.TestCase):
         with opened(self.sample, sealed=False) as root:
             root["energy/strain"][0] *= 2
         self.assert_refused("changed since it was written|damaged file")
+
+    def test_another_writer_is_waited_for_and_newer_rows_stay(self):
+        results, lock = self.folder / "ensemble.h5", self.folder / "lock-ensemble.h5"
+        newer = self.sample.read_bytes()
+        self.sample.unlink()
+        self.stats()
+        older = results.read_bytes()
+        start = pathlib.Path(f"/proc/{os.getpid()}/stat").read_text().rpartition(")")[2].split()[19]
+        lock.write_text(f"host {socket.gethostname()}\nprocess {os.getpid()}\nstart {start}\njob -\n")
+        partial = self.folder / "ensemble.h5.elsewhere-12.partial"
+        partial.write_bytes(b"half of a file, another's")
+        process = subprocess.Popen([os.path.abspath(OPTIONS.program), "stats", self.folder], env=environment(),
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        with self.assertRaises(subprocess.TimeoutExpired):
+            process.wait(5)
+        self.assertEqual(results.read_bytes(), older)
+        self.assertTrue(partial.exists())
+        self.sample.write_bytes(newer)
+        lock.unlink()
+        out, err = process.communicate(timeout=300)
+        self.assertEqual((process.returncode, err), (0, ""))
+        self.assertIn("3 samples: 3 done", out)
+        self.assertEqual(content(results), content(self.finished / "ensemble.h5"))
+        # One that was killed is not waited for, and what it left is removed.
+        partial.write_bytes(b"half of a file")
+        lock.write_text(f"host {socket.gethostname()}\nprocess {os.getpid()}\nstart 1\njob -\n")
+        self.assertIn("3 samples: 3 done", self.stats())
+
+    def test_statistics_are_shown_where_they_cannot_be_written(self):
+        results = self.folder / "ensemble.h5"
+        results.unlink()
+        (results / "in-the-way").mkdir(parents=True)
+        for ranks in (0, 2):
+            result = invoke("stats", self.folder, ranks=ranks)
+            self.assertEqual(result.returncode, 1)
+            self.assertIn("3 samples: 3 done", result.stdout)
+            self.assertEqual(len(re.findall("crackle: cannot write '.*ensemble.h5'", result.stderr)), 1, result.stderr)
+            self.assertEqual(sorted(file.name for file in self.folder.iterdir()), ["ensemble.h5", "input.toml", "samples"])
 
     def test_other_folders_are_an_error(self):
         for folder, reason in ((self.folder / "samples", "neither input.toml nor ensemble.h5"),

@@ -243,6 +243,12 @@ class Survival(SurvivalCase):
             self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
             self.assertFalse((self.out / "ensemble.h5").exists())
         self.assert_complete(self.small, self.call("stats", self.out))
+        shutil.rmtree(self.out)
+        for part, samples in (("0/2", "samples 0 to 0"), ("1/2", "samples 1 to 2")):
+            result = self.call("run", self.small, "-o", self.out, "--resume", "--part", part)
+            self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+            self.assertIn(samples, result.stdout)
+        self.assert_complete(self.small, self.call("stats", self.out))
         for part in ("3", "2-1", "1-", "-1", "x"):
             result = self.call("run", self.small, "-o", self.out, "--resume", f"--samples={part}")
             self.assertEqual(result.returncode, 1, part)

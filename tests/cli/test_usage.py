@@ -66,6 +66,24 @@ class Usage(unittest.TestCase):
         self.assert_usage_error(invoke("check", "--frobnicate", OPTIONS.demo), "--frobnicate")
         self.assert_usage_error(invoke("--frobnicate"), "crackle --help")
 
+    def test_parts_of_the_samples(self):
+        with tempfile.TemporaryDirectory(prefix="crackle-cli-") as folder:
+            def run(*arguments, ranks=0):
+                return invoke("run", os.path.abspath(OPTIONS.demo), "-o", "out", *arguments, cwd=folder, ranks=ranks)
+
+            for part in ("3", "3/", "/3", "-1/3", "0x1/3", "1/3/5", "1 /3", "a/b", "1.0/3", "99999999999999999999/3"):
+                self.assert_usage_error(run(f"--part={part}"), f"'{part}' is no part; give one such as 0/20")
+            for part in ("3/3", "0/0", "7/3"):
+                self.assert_usage_error(run("--part", part), f"there is no part {part}", "numbered from 0")
+            self.assert_usage_error(run("--part", "0/3", "--samples", "0-1"), "--samples", "excludes", "--part")
+            for ranks in (0, 2):
+                result = run("--part", "0/10000", ranks=ranks)
+                self.assertEqual((result.returncode, result.stdout), (1, ""))
+                self.assertEqual(result.stderr.count("crackle: there are no 10000 parts: ensemble.samples = "), 1,
+                                 result.stderr)
+            self.assertEqual(os.listdir(folder), [])
+        self.assertIn("--part", invoke("run", "--help").stdout)
+
     def test_one_message_from_many_ranks(self):
         with tempfile.TemporaryDirectory(prefix="crackle-cli-") as folder:
             text = pathlib.Path(OPTIONS.demo).read_text() + "frmes = 3\n"

@@ -2,6 +2,7 @@
 // Whole ensembles with real meshes and files, and a cheap rule in place of the mechanics.
 #include "crackle/ensemble/ensemble_run.h"
 #include "crackle/ensemble/single_sample.h"
+#include "crackle/io/checkpoint_file.h"
 #include "crackle/io/ensemble_file.h"
 #include "crackle/io/result_comparison.h"
 #include "crackle/io/sample_file.h"
@@ -162,6 +163,39 @@ TEST_F(EnsembleRun, PoisonedSampleFailsAlone) {
   EXPECT_THAT(computed(), IsEmpty()) << "a failed sample has ended";
   EXPECT_EQ(again.done, 3);
   EXPECT_EQ(again.failed, 1);
+}
+
+TEST_F(EnsembleRun, FailedSampleLeavesNoCheckpointAndIsTriedAgainFromItsBeginning) {
+  const auto parameters = plate(3, 1);
+  std::size_t found = 0;  // bytes of checkpoints to go on from, on this rank
+  const auto checkpointed = [&](bool fails) -> SampleFunction {
+    return [&found, fails](const auto& group, auto sample, const auto& subdomain,
+                           const dynamics::SampleControl& control) {
+      found += control.checkpoint.size();
+      const std::vector<std::byte> bytes(100);
+      if (sample == 1 && group.is_root()) control.save(bytes);
+      if (sample == 1 && fails) throw std::runtime_error("no memory");
+      return strip(group, sample, subdomain, control);
+    };
+  };
+  EXPECT_EQ(run("retried", parameters, false, checkpointed(true)).failed, 1);
+  if (world_.is_root()) {
+    EXPECT_FALSE(fs::exists(io::checkpoint_path(root_ / "retried", 1)));
+    // As a kill leaves it between the two, or a program that kept it.
+    io::write_checkpoint(io::checkpoint_path(root_ / "retried", 1), parameters, 1,
+                         std::vector<std::byte>(100));
+  }
+  MPI_Barrier(world_.get());
+  log_.str("");
+  const auto outcome = run_ensemble(
+      world_, parameters,
+      {.folder = root_ / "retried", .plan = {.resume = true, .retry_failed = true}, .log = &log_},
+      checkpointed(false));
+  EXPECT_EQ(outcome.done, 3);
+  EXPECT_EQ(found, 0u);
+  if (!world_.is_root()) return;
+  EXPECT_THAT(log_.str(), HasSubstr("1 of them failed before and begin anew"));
+  EXPECT_FALSE(fs::exists(io::checkpoint_path(root_ / "retried", 1)));
 }
 
 TEST_F(EnsembleRun, ResumeComputesWhatIsMissing) {

@@ -6,6 +6,7 @@
 // points that one may have; tools/realization-campaign sets both.
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
+#include "crackle/input/limits.h"
 #include "crackle/stopwatch.h"
 #include "support/body_family.h"
 
@@ -48,7 +49,7 @@ MeshProblem draw(std::uint64_t number, double max_points) {
     }
     try {
       const double n_points = estimate_n_points(Body(problem.specimen), problem.mesh);
-      if (absurd ? n_points > 2e7 : n_points <= max_points) return problem;
+      if (absurd ? n_points > input::max_mother_points : n_points <= max_points) return problem;
     } catch (const std::runtime_error&) {
       return problem;  // that make_mother_points must refuse likewise
     }
@@ -85,9 +86,11 @@ std::string true_reason(const MeshProblem& problem, const std::string& refusal) 
   if (says("cuts the body in two") || says("overlap or touch") || says("does not lie inside the face"))
     return impossible;
   if (!impossible.empty()) return "";
-  if (says("more than 2e+07 mother points") && testing::rough_number_of_points(problem) > 2e7 / 3)
+  if (says("more than 2e+07 mother points") &&
+      testing::rough_number_of_points(problem) > input::max_mother_points / 3)
     return "too many points";
-  if (says("times as long as the finest spacing") && testing::rough_number_of_points(problem) > 2e7 / 3)
+  if (says("times as long as the finest spacing") &&
+      testing::rough_number_of_points(problem) > input::max_mother_points / 3)
     return "an edge of too many spacings";
   return "";
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which samples a run computes, and what it refuses to start on.
 #include "crackle/ensemble/sample_plan.h"
+#include "crackle/io/checkpoint_file.h"
 #include "crackle/io/sample_file.h"
 #include "support/temporary_folder.h"
 
@@ -146,6 +147,50 @@ TEST_F(Plan, HalfWrittenFilesOfItsOwnSamplesAreRemoved) {
   EXPECT_THAT(are_there(), ElementsAre(false, false, true, true)) << "another run may be writing those";
   prepare_folder(folder_, parameters_, plan(true));
   EXPECT_THAT(are_there(), ElementsAre(false, false, false, false));
+}
+
+TEST_F(Plan, FailedSamplesThatAreTriedAgainBeginAnew) {
+  write(folder_ / "input.toml", parameters_.text);
+  write_sample(1, "failed");
+  write_sample(3, "failed");
+  const fs::path checkpoint = io::checkpoint_path(folder_, 1);
+  write(checkpoint, "on the way to the failure");
+  auto retry = options(true);
+  retry.retry_failed = true;
+  const auto plan = make_plan(folder_, parameters_, retry, reader());
+  EXPECT_THAT(plan.to_do, ElementsAre(0, 1, 2, 3, 4));
+  EXPECT_THAT(plan.failed, ElementsAre(1, 3));
+  EXPECT_THAT(plan.parked, IsEmpty());
+  EXPECT_THAT(plan.invalid, IsEmpty());
+  EXPECT_TRUE(fs::exists(checkpoint)) << "a plan writes nothing";
+  prepare_folder(folder_, parameters_, plan);
+  EXPECT_FALSE(fs::exists(checkpoint));
+  // What is parked from now on is gone on with by --resume.
+  EXPECT_THAT(this->plan(true).to_do, ElementsAre(0, 1, 2, 3, 4));
+}
+
+TEST_F(Plan, HalfWrittenResultsBelongToTheirWriter) {
+  const fs::path partial = folder_ / "ensemble.h5.host-12.partial";
+  write(partial, "half");
+  prepare_folder(folder_, parameters_, plan(true));
+  EXPECT_TRUE(fs::exists(partial));
+}
+
+TEST(PartOfSamples, PartsMakeUpTheEnsemble) {
+  for (const std::uint64_t n_samples : {1, 7, 200}) {
+    for (std::uint64_t n_parts = 1; n_parts <= n_samples; ++n_parts) {
+      std::uint64_t next = 0;
+      for (std::uint64_t number = 0; number < n_parts; ++number) {
+        const auto [first, last] = part_of_samples(number, n_parts, n_samples);
+        EXPECT_EQ(first, next);
+        EXPECT_GE(last + 1 - first, n_samples / n_parts);
+        EXPECT_LE(last + 1 - first, n_samples / n_parts + 1);
+        next = last + 1;
+      }
+      EXPECT_EQ(next, n_samples);
+    }
+  }
+  EXPECT_THAT(message_of([] { part_of_samples(0, 8, 7); }), HasSubstr("no 8 parts: ensemble.samples = 7"));
 }
 
 TEST_F(Plan, FolderWithAnEnsembleIsRefusedWithoutResume) {

@@ -8,6 +8,7 @@
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/fracture/tuler_butcher.h"
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <stdexcept>
@@ -28,13 +29,17 @@ enum class Request : int {
   park   ///< a checkpoint, and no further
 };
 
+/// Steps between two looks of a phase at whether it has arrested, failed or is asked for something: each look
+/// costs messages between the ranks.
+inline constexpr std::int64_t steps_per_look = 32;
+
 struct PhaseOptions {
   TimeGrid grid{};
   std::optional<double> arrest_window;  ///< a phase without a break for this long ends [s]; empty: never
   int n_frames = 0;                     ///< frames over the whole duration, first and last included
   int n_energy_rows = 200;              ///< about this many rows of the energy account
   std::function<void(const EnergyRow& row)> on_row;  ///< called for each of them, on every rank; may be empty
-  std::function<Request()> request;                  ///< this rank's wish, every 32 steps; may be empty
+  std::function<Request()> request;                  ///< this rank's wish, at every look; may be empty
   /// Takes the phase's state: the running phase, and energy rows and frames so far, on the root. Called on
   /// every rank; may be empty when nobody wishes for it.
   std::function<void(RunningPhase phase, const std::vector<EnergyRow>& energy,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/ensemble/estimate.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/input/parameters.h"
 
@@ -21,19 +22,23 @@ struct Share {
 /// Shares of a realization by the partition that a run would use.
 Share largest_share(const geometry::Realization& realization, int ranks);
 
-/// What the model reckons with; the defaults are cautious figures for a cluster of today. `tools/benchmark`
-/// and `tools/rank-comparison` measure the first three and the model's error.
-struct Machine {
-  double updates_per_second = 320e6;         ///< of one core that has a sample for itself
-  double shared_updates_per_second = 304e6;  ///< of one core in a group: waits for the others
-  double mesh_updates_per_second = 0.85e6;   ///< tetrahedra of realizations that the master makes
-  double root_updates_per_second = 0.5e6;    ///< tetrahedra that a root partitions, analyses and writes
-  double latency = 3e-6;                     ///< of one message [s]
-  double bandwidth = 5e9;                    ///< of one rank [byte/s]
-};
+/// Rate of a core in a group over that of a core that has a sample for itself.
+inline constexpr double shared_rate_share = 0.95;
 
-/// The rates that hold for a precision.
-Machine machine_for(input::Precision precision);
+/// What the model reckons with, at a precision; the defaults are cautious figures for a cluster of today.
+/// `tools/benchmark` and `tools/rank-comparison` measure the first three and the model's error.
+struct Machine {
+  explicit Machine(input::Precision precision = input::Precision::mixed)
+      : updates_per_second(updates_per_core_second(precision)),
+        shared_updates_per_second(shared_rate_share * updates_per_second) {}
+
+  double updates_per_second;                ///< of one core that has a sample for itself
+  double shared_updates_per_second;         ///< of one core in a group: waits for the others
+  double mesh_updates_per_second = 0.85e6;  ///< tetrahedra of realizations that the master makes
+  double root_updates_per_second = 0.5e6;   ///< tetrahedra that a root partitions, analyses and writes
+  double latency = 3e-6;                    ///< of one message [s]
+  double bandwidth = 5e9;                   ///< of one rank [byte/s]
+};
 
 /// Time of one force evaluation of a group, with its part of the step [s].
 struct ForceTime {

@@ -7,6 +7,7 @@
 #include "crackle/parallel/communicator.h"
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 /// The memory that a run takes, and whether it is there.
@@ -32,6 +33,9 @@ MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, 
 MemoryDemand expected_memory_demand(const input::Parameters& parameters, const geometry::Body& body,
                                     const GroupLayout& layout);
 
+/// Of a program that makes one realization and does no more with it [byte]; before any mesh is made.
+double expected_mesh_memory(const input::Parameters& parameters, const geometry::Body& body);
+
 /// Memory that processes may still take on this node, and what limits it.
 struct AvailableMemory {
   double bytes;       ///< infinity where nothing can be found out
@@ -43,7 +47,12 @@ struct AvailableMemory {
 /// @param root of the file system with /proc and /sys
 AvailableMemory available_memory(const std::filesystem::path& root = "/");
 
-/// @throws std::runtime_error with both numbers when `needed` bytes more are not available here
+/// A message with both numbers, when `needed` bytes more are not available; nothing when they are.
+/// @param whose "making the mesh", "3 ranks on node7"
+std::optional<std::string> shortage(double needed, const std::string& whose,
+                                    const AvailableMemory& available);
+
+/// @throws std::runtime_error with what shortage says and what to do, when there is one
 void check_available(double needed, const std::string& whose, const AvailableMemory& available);
 
 /// Refuses a run whose ranks together need more than is available on one of their nodes. Collective.

@@ -42,10 +42,13 @@ PreparedSample prepare(const RealizationMaker& make, std::uint64_t sample);
 /// Bytes that a realization's arrays take.
 std::size_t size_in_bytes(const geometry::Realization& realization);
 
+/// Bytes of realizations that are kept ahead of need at most.
+inline constexpr std::size_t most_bytes_ahead = std::size_t{2} << 30;
+
 /// How far ahead of need realizations are made.
 struct QueueLimits {
   std::size_t n_realizations = 2;
-  std::size_t n_bytes = std::size_t{2} << 30;  ///< one realization is kept whatever its size
+  std::size_t n_bytes = most_bytes_ahead;  ///< one realization is kept whatever its size
 };
 
 /// Makes realizations ahead of need, one at a time, in the order of `samples`, in a thread of its own: the

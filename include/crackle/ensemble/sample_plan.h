@@ -32,6 +32,7 @@ struct SamplePlan {
   std::vector<std::uint64_t> to_do;   ///< ascending
   std::vector<KeptSample> kept;       ///< ascending
   std::vector<std::uint64_t> parked;  ///< of to_do, those with a checkpoint to go on from
+  std::vector<std::uint64_t> failed;  ///< of to_do, those that failed before and begin anew
   std::vector<InvalidFile> invalid;   ///< their samples are in to_do
 };
 
@@ -48,6 +49,11 @@ struct PlanOptions {
   bool retry_failed = false;           ///< samples that failed are computed again
   std::optional<SampleRange> range{};  ///< only these samples; empty: all
 };
+
+/// Part `number`, from 0, of `n_parts` ranges that differ by one sample at most and make up the ensemble.
+/// @pre number < n_parts
+/// @throws std::runtime_error when there are more parts than samples
+SampleRange part_of_samples(std::uint64_t number, std::uint64_t n_parts, std::uint64_t n_samples);
 
 /// Refuses a folder that this run must not use. Reads only.
 /// @throws std::runtime_error when the folder is no folder, holds an ensemble and `resume` is not set, or
@@ -67,8 +73,9 @@ void make_sample_folder(const std::filesystem::path& folder);
 std::filesystem::path points_copy(const std::filesystem::path& folder);
 
 /// Makes the folders, sets invalid files aside under a name that is free (0003.h5.invalid-1), removes
-/// checkpoints of samples that have ended and what a killed run has left half-written, and keeps the input
-/// text in folder/input.toml and the file of mesh.points in points_copy.
+/// checkpoints of samples that have ended, the files of failed ones that are computed again, and what a
+/// killed run has left half-written (except of ensemble.h5, see write_results), and keeps the input text in
+/// folder/input.toml and the file of mesh.points in points_copy.
 /// @pre the samples of the plan are locked
 /// @return one line for each file set aside, with the reason and the new name
 /// @throws std::runtime_error naming what cannot be written

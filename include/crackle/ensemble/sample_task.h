@@ -70,7 +70,7 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
                               const geometry::MotherPoints& base, const std::filesystem::path& folder,
                               int n_ranks, SampleFunction compute);
 
-/// Report of a sample that failed, kept in its file where that can be written.
+/// Report of a sample that failed, kept in its file where that can be written; its checkpoint goes then.
 /// @param seconds spent on the sample
 SampleReport report_failure(const SampleSteps& steps, std::uint64_t sample, const std::string& reason,
                             double seconds);

@@ -55,7 +55,7 @@ struct MotherPoints {
 };
 
 /// The number of mother points that make_mother_points would place, to a few percent; cheap. Numbers over
-/// 2e7, which that refuses, are lower bounds.
+/// input::max_mother_points, which that refuses, are lower bounds.
 /// @throws std::runtime_error where an edge is more than a million spacings long
 double estimate_n_points(const Body& body, const input::Mesh& mesh);
 

@@ -3,6 +3,7 @@
 
 #include "crackle/parallel/communicator.h"
 
+#include <cstddef>
 #include <numeric>
 #include <span>
 #include <type_traits>
@@ -16,34 +17,52 @@ inline double largest_of_all(const Communicator& group, double value) {
   return value;
 }
 
+/// One value of a type as MPI sees it, so that counts of values need to fit an int, not counts of bytes.
+class ValueType {
+public:
+  explicit ValueType(std::size_t n_bytes) {
+    check_mpi(MPI_Type_contiguous(static_cast<int>(n_bytes), MPI_BYTE, &type_), "MPI_Type_contiguous");
+    check_mpi(MPI_Type_commit(&type_), "MPI_Type_commit");
+  }
+  ~ValueType() { MPI_Type_free(&type_); }
+  ValueType(const ValueType&) = delete;
+  ValueType& operator=(const ValueType&) = delete;
+  MPI_Datatype get() const { return type_; }
+
+private:
+  MPI_Datatype type_ = MPI_DATATYPE_NULL;
+};
+
 /// The values of all ranks in the order of the ranks, on every rank. Collective.
-/// @pre below 2 GiB in all
+/// @pre fewer than 2^31 values in all
 template <class Value>
 std::vector<Value> gather_all(const Communicator& group, std::span<const Value> mine) {
   static_assert(std::is_trivially_copyable_v<Value>);
-  const int n_bytes = static_cast<int>(mine.size_bytes());
+  const ValueType type(sizeof(Value));
+  const int count = static_cast<int>(mine.size());
   std::vector<int> counts(static_cast<std::size_t>(group.size())), offsets(counts.size());
-  check_mpi(MPI_Allgather(&n_bytes, 1, MPI_INT, counts.data(), 1, MPI_INT, group.get()), "MPI_Allgather");
+  check_mpi(MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, group.get()), "MPI_Allgather");
   std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
-  std::vector<Value> all(static_cast<std::size_t>(offsets.back() + counts.back()) / sizeof(Value));
-  check_mpi(MPI_Allgatherv(mine.data(), n_bytes, MPI_BYTE, all.data(), counts.data(), offsets.data(),
-                           MPI_BYTE, group.get()),
+  std::vector<Value> all(static_cast<std::size_t>(offsets.back() + counts.back()));
+  check_mpi(MPI_Allgatherv(mine.data(), count, type.get(), all.data(), counts.data(), offsets.data(),
+                           type.get(), group.get()),
             "MPI_Allgatherv");
   return all;
 }
 
 /// The values of all ranks in the order of the ranks, on the root; empty elsewhere. Collective.
-/// @pre below 2 GiB in all
+/// @pre fewer than 2^31 values in all
 template <class Value>
 std::vector<Value> gather_on_root(const Communicator& group, std::span<const Value> mine) {
   static_assert(std::is_trivially_copyable_v<Value>);
-  const int n_bytes = static_cast<int>(mine.size_bytes());
+  const ValueType type(sizeof(Value));
+  const int count = static_cast<int>(mine.size());
   std::vector<int> counts(static_cast<std::size_t>(group.size())), offsets(counts.size());
-  check_mpi(MPI_Gather(&n_bytes, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, group.get()), "MPI_Gather");
+  check_mpi(MPI_Gather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, group.get()), "MPI_Gather");
   std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
   std::vector<Value> all;
-  if (group.is_root()) all.resize(static_cast<std::size_t>(offsets.back() + counts.back()) / sizeof(Value));
-  check_mpi(MPI_Gatherv(mine.data(), n_bytes, MPI_BYTE, all.data(), counts.data(), offsets.data(), MPI_BYTE,
+  if (group.is_root()) all.resize(static_cast<std::size_t>(offsets.back() + counts.back()));
+  check_mpi(MPI_Gatherv(mine.data(), count, type.get(), all.data(), counts.data(), offsets.data(), type.get(),
                         0, group.get()),
             "MPI_Gatherv");
   return all;

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/analysis/sample_summary.h"
+#include "crackle/analysis/statistics.h"
+#include "crackle/geometry/mother_points.h"
+#include "crackle/input/parameters.h"
+#include "crackle/parallel/communicator.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+/// The end of an ensemble: what its sample files say, in ensemble.h5.
+namespace crackle::ensemble {
+
+/// folder/ensemble.h5
+std::filesystem::path results_file(const std::filesystem::path& folder);
+
+/// Whether a file of the folder is ensemble.h5, or one that becomes it when it is whole.
+bool is_of_results(const std::filesystem::path& file);
+
+struct Results {
+  std::vector<analysis::SampleSummary>
+      rows;  ///< of all samples, those that are no part of the ensemble pending
+  analysis::Statistics statistics;
+  std::string file_error;  ///< why ensemble.h5 could not be written; empty when it was
+};
+
+/// Reads the rows back from the sample files and writes them with their statistics to ensemble.h5. Meanwhile
+/// a lock, folder/lock-ensemble.h5, keeps others from doing the same, so that older rows never replace newer
+/// ones; another's lock is waited for. Removes what killed writers of ensemble.h5 have left. Collective.
+/// @param unstored on the root: failures that no sample file tells of
+/// @param base on the root: the base mother points
+/// @return the same on every rank
+/// @throws parallel::AgreedError on every rank when the sample files cannot be read
+Results write_results(const parallel::Communicator& world, const input::Parameters& parameters,
+                      const std::filesystem::path& folder,
+                      const std::map<std::uint64_t, analysis::SampleSummary>& unstored,
+                      const std::function<const geometry::MotherPoints&()>& base);
+
+}  // namespace crackle::ensemble

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/ensemble/results.h"
+
+#include "crackle/ensemble/folder_lock.h"
+#include "crackle/io/ensemble_file.h"
+#include "crackle/io/sample_file.h"
+#include "crackle/parallel/agreement.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <system_error>
+#include <utility>
+
+namespace crackle::ensemble {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Longer than a lock lives that nobody touches: a writer on another node may have been killed.
+constexpr double patience = LockFile::lifetime + 60;  // [s]
+
+/// This rank's share of the rows, read back from the sample files.
+io::EnsembleBlock read_block(const parallel::Communicator& world, const input::Parameters& parameters,
+                             const std::filesystem::path& folder) {
+  const auto n_samples = static_cast<std::size_t>(parameters.ensemble.samples);
+  const auto rank = static_cast<std::size_t>(world.rank()), n_ranks = static_cast<std::size_t>(world.size());
+  io::EnsembleBlock block;
+  block.first = n_samples * rank / n_ranks;
+  block.rows =
+      io::read_summaries(folder, parameters, block.first, n_samples * (rank + 1) / n_ranks - block.first);
+  return block;
+}
+
+/// Rows of samples that failed without a file, from the master to the rank that writes them. Collective.
+void complete_block(const parallel::Communicator& world,
+                    const std::map<std::uint64_t, analysis::SampleSummary>& unstored,
+                    io::EnsembleBlock& block) {
+  auto n_unstored = static_cast<std::uint64_t>(unstored.size());
+  parallel::check_mpi(MPI_Bcast(&n_unstored, 1, MPI_UINT64_T, 0, world.get()), "MPI_Bcast");
+  auto next = unstored.begin();
+  for (std::uint64_t i = 0; i < n_unstored; ++i) {
+    std::uint64_t sample = 0;
+    std::string reason;
+    if (world.is_root()) {
+      sample = next->first;
+      reason = (next++)->second.error;
+    }
+    parallel::check_mpi(MPI_Bcast(&sample, 1, MPI_UINT64_T, 0, world.get()), "MPI_Bcast");
+    reason = parallel::share_text(world, std::move(reason));
+    if (sample < block.first || sample >= block.first + block.rows.size()) continue;
+    auto& row = block.rows[sample - block.first];
+    if (row.status != analysis::SampleStatus::pending) continue;
+    row.status = analysis::SampleStatus::failed;
+    row.error = reason;
+  }
+}
+
+/// @pre nobody else writes ensemble.h5
+void remove_partial_results(const fs::path& folder) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const fs::path& file = entry.path();
+    if (is_of_results(file) && file.extension() == ".partial") fs::remove(file, ignored);
+  }
+}
+
+}  // namespace
+
+fs::path results_file(const fs::path& folder) {
+  return folder / "ensemble.h5";
+}
+
+bool is_of_results(const fs::path& file) {
+  const std::string name = results_file({}).string();
+  const std::string other = file.filename().string();
+  return other == name || other.starts_with(name + ".");
+}
+
+Results write_results(const parallel::Communicator& world, const input::Parameters& parameters,
+                      const fs::path& folder,
+                      const std::map<std::uint64_t, analysis::SampleSummary>& unstored,
+                      const std::function<const geometry::MotherPoints&()>& base) {
+  const fs::path file = results_file(folder);
+  Results results;
+  std::optional<LockFile> lock;  // the root's
+  try {
+    parallel::agree_on_root(world, [&] {
+      lock.emplace(folder / "lock-ensemble.h5", "another process is writing it", patience);
+      remove_partial_results(folder);
+    });
+  } catch (const parallel::AgreedError& error) {
+    results.file_error = fmt::format("cannot write '{}': {}", file.string(), error.what());
+  }
+  auto block = parallel::agree(world, [&] { return read_block(world, parameters, folder); });
+  complete_block(world, unstored, block);
+  results.rows = analysis::all_gather(world, block.rows);
+  results.statistics =
+      parallel::agree(world, [&] { return analysis::make_statistics(results.rows, parameters); });
+  analysis::leave_out_surplus(results.statistics, 0, results.rows);
+  analysis::leave_out_surplus(results.statistics, block.first, block.rows);
+  if (!results.file_error.empty()) return results;
+  try {
+    const geometry::MotherPoints none;
+    const geometry::MotherPoints* points = &none;
+    parallel::agree_on_root(world, [&] { points = &base(); });
+    io::write_ensemble(world, file, parameters, block, results.statistics, *points);
+  } catch (const parallel::AgreedError& error) {
+    results.file_error = error.what();
+  }
+  return results;
+}
+
+}  // namespace crackle::ensemble
