@@ -213,25 +213,14 @@ private:
     coarse_.add_correction(x, y);
   }
 
-  /// Calls work(x, y) on the vectors' owned values; turns exceptions into PETSc's error code.
+  /// Calls work(x, y) on the vectors' owned values.
   template <class Work>
   static PetscErrorCode on_values(Vec x, Vec y, const Work& work) {
-    const double* from = nullptr;
-    double* to = nullptr;
-    PetscInt n = 0;
-    PetscCall(VecGetLocalSize(x, &n));
-    PetscCall(VecGetArrayRead(x, &from));
-    PetscCall(VecGetArray(y, &to));
-    const auto size = static_cast<std::size_t>(n);
-    PetscErrorCode code = 0;
-    try {
-      work(std::span<const double>(from, size), std::span<double>(to, size));
-    } catch (...) {
-      code = PETSC_ERR_LIB;
-    }
-    PetscCall(VecRestoreArray(y, &to));
-    PetscCall(VecRestoreArrayRead(x, &from));
-    return code;
+    return parallel::without_exceptions([&] {
+      const parallel::ReadValues from(x);
+      const parallel::WrittenValues to(y);
+      work(*from, *to);
+    });
   }
 
   static PetscErrorCode petsc_multiply(Mat matrix, Vec x, Vec y) {

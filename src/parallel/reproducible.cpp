@@ -41,38 +41,24 @@ std::array<std::int64_t, 2> sum_parts(std::span<const double> a, std::span<const
   return {high, low};
 }
 
-std::span<const double> values(Vec vector) {
-  const double* array = nullptr;
-  PetscInt n = 0;
-  check_petsc(VecGetLocalSize(vector, &n), "VecGetLocalSize");
-  check_petsc(VecGetArrayRead(vector, &array), "VecGetArrayRead");
-  return {array, static_cast<std::size_t>(n)};
-}
-
-void restore(Vec vector, std::span<const double> array) {
-  const double* data = array.data();
-  check_petsc(VecRestoreArrayRead(vector, &data), "VecRestoreArrayRead");
-}
-
 /// Calls work(value of x, value of y to change) for every place.
 template <class Work>
 PetscErrorCode update(Vec x, Vec y, const Work& work) {
-  const auto from = values(x);
-  double* to = nullptr;
-  check_petsc(VecGetArray(y, &to), "VecGetArray");
-  for (std::size_t i = 0; i < from.size(); ++i) work(from[i], to[i]);
-  check_petsc(VecRestoreArray(y, &to), "VecRestoreArray");
-  restore(x, from);
-  return 0;
+  return without_exceptions([&] {
+    const ReadValues x_values(x);
+    const WrittenValues y_values(y);
+    const std::span from = *x_values;
+    const std::span to = *y_values;
+    for (std::size_t i = 0; i < from.size(); ++i) work(from[i], to[i]);
+  });
 }
 
-// What PETSc calls. An exception must not pass through its C code: an MPI failure ends in its error code.
+// What PETSc calls.
 PetscErrorCode dot(Vec x, Vec y, PetscScalar* result) {
-  const auto a = values(x), b = values(y);
-  *result = reproducible_dot(PetscObjectComm(reinterpret_cast<PetscObject>(x)), a, b);
-  restore(y, b);
-  restore(x, a);
-  return 0;
+  return without_exceptions([&] {
+    const ReadValues a(x), b(y);
+    *result = reproducible_dot(PetscObjectComm(reinterpret_cast<PetscObject>(x)), *a, *b);
+  });
 }
 
 PetscErrorCode norm(Vec x, NormType type, PetscReal* result) {

@@ -17,7 +17,8 @@ double reproducible_dot(MPI_Comm communicator, std::span<const double> a, std::s
 
 /// Replaces the operations of a PETSc vector that a Krylov method uses by ones whose result has the same bits
 /// for every partition: dot products and norms by reproducible_dot(), updates by plain loops (BLAS may fuse
-/// operations differently at the ends of an array). Vectors duplicated from it inherit them.
+/// operations differently at the ends of an array). Vectors duplicated from it inherit them. A failure in one
+/// ends in PETSc's error code.
 void make_reproducible(Vec vector);
 
 }  // namespace crackle::parallel

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Numbers that are not finite, on one rank: no sum loses them, no rank waits for another, no solver takes
+// them for an equilibrium.
+#include "crackle/dynamics/stable_step.h"
+#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/static_solver.h"
+#include "crackle/parallel/agreement.h"
+#include "crackle/parallel/exact_sum.h"
+#include "crackle/parallel/reproducible.h"
+#include "support/box_mesh.h"
+
+#include <gtest/gtest.h>
+#include <petsc/private/vecimpl.h>
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace crackle {
+namespace {
+
+using input::BoundaryKind;
+using input::Face;
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+class FaultyNumbers : public testing::Test {
+protected:
+  bool is_last() const { return world_.rank() == world_.size() - 1; }
+
+  /// Twenty numbers on every rank, on the last one `fault` among them.
+  std::vector<double> numbers(double fault, std::size_t place) const {
+    std::vector<double> values(20);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      values[i] = static_cast<double>(i) - 7.5 + 100 * world_.rank();
+    if (is_last()) values[place] = fault;
+    return values;
+  }
+
+  parallel::Communicator world_{MPI_COMM_WORLD};
+  std::vector<double> ones_ = std::vector<double>(20, 1.0);
+  geometry::Realization mesh_ = test::make_box({.size = {0.004, 0.006, 0.02}, .cells = {3, 4, 8}});
+  geometry::Subdomain part_ = geometry::split(
+      mesh_, geometry::partition(mesh_, world_.size()))[static_cast<std::size_t>(world_.rank())];
+};
+
+TEST(WithoutExceptions, ReturnsTheErrorCodeOfPetsc) {
+  EXPECT_EQ(parallel::without_exceptions([] {}), 0);
+  EXPECT_EQ(parallel::without_exceptions([] { throw std::runtime_error("the network is down"); }),
+            PETSC_ERR_LIB);
+  EXPECT_EQ(parallel::without_exceptions([] { throw 1; }), PETSC_ERR_LIB);
+}
+
+/// A vector whose values PETSc cannot give fails within the operations that PETSc calls.
+TEST_F(FaultyNumbers, VectorsThatFailDoNotThrowThroughPetsc) {
+  parallel::check_petsc(PetscPushErrorHandler(PetscReturnErrorHandler, nullptr), "PetscPushErrorHandler");
+  parallel::NodeField x(world_, part_), y(world_, part_);
+  parallel::make_reproducible(x.vector());
+  parallel::make_reproducible(y.vector());
+  double result = 0;
+  EXPECT_EQ(VecDot(x.vector(), y.vector(), &result), 0);
+  EXPECT_EQ(VecAXPY(y.vector(), 2, x.vector()), 0);
+  auto& operations = *y.vector()->ops;
+  const auto original = operations;
+  operations.getarray = [](Vec, PetscScalar**) -> PetscErrorCode { return PETSC_ERR_MEM; };
+  operations.getarrayread = [](Vec, const PetscScalar**) -> PetscErrorCode { return PETSC_ERR_MEM; };
+  EXPECT_EQ(VecDot(x.vector(), y.vector(), &result), PETSC_ERR_LIB);
+  EXPECT_EQ(VecTDot(x.vector(), y.vector(), &result), PETSC_ERR_LIB);
+  EXPECT_EQ(VecNorm(y.vector(), NORM_2, &result), PETSC_ERR_LIB);
+  EXPECT_EQ(VecAXPY(y.vector(), 2, x.vector()), PETSC_ERR_LIB);
+  EXPECT_EQ(VecAYPX(y.vector(), 2, x.vector()), PETSC_ERR_LIB);
+  operations = original;
+  EXPECT_EQ(VecDot(x.vector(), y.vector(), &result), 0);
+  parallel::check_petsc(PetscPopErrorHandler(), "PetscPopErrorHandler");
+}
+
+}  // namespace
+}  // namespace crackle
