@@ -113,7 +113,14 @@ public:
     const double tolerance = relative_tolerance * reference;
     int iterations = 0;
     double residual = find_residual(force, displacement);
-    for (int run = 0; residual > (run == 0 ? 1 : drift_allowance) * tolerance; ++run) {
+    for (int run = 0;; ++run) {
+      // Equal on every rank. An infinite reference would make an equilibrium of any residual.
+      if (!std::isfinite(residual) || !std::isfinite(reference))
+        throw NoEquilibrium(
+            fmt::format("static equilibrium: the residual is {:.1e} and that of the load {:.1e} after {} "
+                        "iterations; both must be finite numbers",
+                        residual, reference, iterations));
+      if (residual <= (run == 0 ? 1 : drift_allowance) * tolerance) break;
       if (run == max_runs)
         throw NoEquilibrium(
             fmt::format("static equilibrium: the residual is still {:.1e} of the load after {} "

@@ -48,6 +48,58 @@ protected:
       mesh_, geometry::partition(mesh_, world_.size()))[static_cast<std::size_t>(world_.rank())];
 };
 
+TEST_F(FaultyNumbers, AreInDotProducts) {
+  for (const std::size_t place : {0U, 7U, 19U}) {
+    EXPECT_TRUE(std::isnan(parallel::reproducible_dot(world_.get(), numbers(nan, place), ones_))) << place;
+    EXPECT_TRUE(std::isnan(parallel::reproducible_dot(world_.get(), numbers(-nan, place), ones_))) << place;
+    EXPECT_EQ(parallel::reproducible_dot(world_.get(), numbers(-infinity, place), ones_), infinity) << place;
+  }
+  auto values = numbers(nan, 3);
+  if (is_last()) values[4] = infinity;
+  EXPECT_TRUE(std::isnan(parallel::reproducible_dot(world_.get(), values, ones_)));
+  double expected = 0;
+  for (int rank = 0; rank < world_.size(); ++rank) expected += 20 * (2 + 100 * rank);
+  const double last = static_cast<double>(3) - 7.5 + 100 * (world_.size() - 1);
+  EXPECT_EQ(parallel::reproducible_dot(world_.get(), numbers(last, 3), ones_), expected);
+}
+
+TEST_F(FaultyNumbers, AreNoEquilibrium) {
+  const auto material = test::epoxy();
+  const mechanics::IsotropicElasticity elasticity(material);
+  const auto operators = mechanics::make_operators(part_, material.density);
+  const mechanics::Integrity intact(operators, elasticity);
+  const auto edges = mechanics::make_edges(part_);
+  mechanics::HeldComponents held(3 * part_.nodes.size(), 0);
+  for (std::size_t n = 0; n < part_.nodes.size(); ++n)
+    if (part_.nodes[n][2] == 0) held[3 * n] = held[3 * n + 1] = held[3 * n + 2] = 1;
+  mechanics::StaticSolver solver(world_, part_, operators, elasticity, edges, intact, held);
+  const auto n_owned = static_cast<std::size_t>(part_.n_owned);
+  std::size_t free = 0;
+  while (free < 3 * n_owned && held[free] != 0) ++free;
+  const std::vector<double> good(3 * n_owned, 1.0);
+
+  for (const double fault : {nan, infinity, 1e200}) {
+    auto force = good;
+    if (is_last() && free < force.size()) force[free] = fault;
+    parallel::NodeField displacement(world_, part_);
+    std::string message;
+    try {
+      solver.solve(force, displacement);
+    } catch (const mechanics::NoEquilibrium& error) {
+      message = error.what();
+    }
+    EXPECT_NE(message, "") << "a force of " << fault;
+    if (world_.is_root()) std::printf("force %g: %s\n", fault, message.c_str());
+  }
+  // A guess that is no number, as a solver leaves that has diverged.
+  parallel::NodeField displacement(world_, part_);
+  if (is_last() && free < 3 * n_owned) displacement.owned()[free] = nan;
+  EXPECT_THROW(solver.solve(good, displacement), mechanics::NoEquilibrium);
+  // The solver is none the worse for it.
+  parallel::NodeField fresh(world_, part_);
+  EXPECT_GT(solver.solve(good, fresh), 0);
+}
+
 TEST(WithoutExceptions, ReturnsTheErrorCodeOfPetsc) {
   EXPECT_EQ(parallel::without_exceptions([] {}), 0);
   EXPECT_EQ(parallel::without_exceptions([] { throw std::runtime_error("the network is down"); }),

@@ -13,6 +13,7 @@ namespace crackle::parallel {
 /// split into two integers on scales that follow from the largest product of all ranks, and integers are
 /// summed. Its error is below 2^-70 n times the largest product. Far cheaper than ExactSum. Collective.
 /// @pre below 2^26 terms in all
+/// @return NaN when a product is NaN, else infinity when one is infinite
 double reproducible_dot(MPI_Comm communicator, std::span<const double> a, std::span<const double> b);
 
 /// Replaces the operations of a PETSc vector that a Krylov method uses by ones whose result has the same bits
