@@ -63,6 +63,34 @@ TEST_F(FaultyNumbers, AreInDotProducts) {
   EXPECT_EQ(parallel::reproducible_dot(world_.get(), numbers(last, 3), ones_), expected);
 }
 
+TEST_F(FaultyNumbers, EndExactSumsOnAllRanks) {
+  for (const double fault : {nan, infinity}) {
+    EXPECT_THROW(parallel::exact_sum(world_, numbers(fault, 5)), parallel::AgreedError);
+    EXPECT_THROW(parallel::exact_dot(world_, numbers(fault, 5), ones_), parallel::AgreedError);
+  }
+  const auto finite = numbers(1, 5);
+  EXPECT_EQ(parallel::exact_dot(world_, finite, ones_), parallel::exact_sum(world_, finite));
+}
+
+TEST_F(FaultyNumbers, InTheMassEndTheSearchForTheStableStep) {
+  auto operators = mechanics::make_operators(part_, test::epoxy().density);
+  const mechanics::Integrity intact(operators, mechanics::IsotropicElasticity(test::epoxy()));
+  const mechanics::ReferenceForce force(operators, intact);
+  if (is_last()) operators.node_mass[0] = nan;
+  EXPECT_THROW(dynamics::largest_frequency(world_, part_, operators, force), parallel::AgreedError);
+}
+
+TEST_F(FaultyNumbers, InTheMeshEndTheLoads) {
+  input::Parameters parameters;
+  parameters.boundaries.push_back(test::boundary(Face::x_min, BoundaryKind::traction, {}, {1, 0, 0}));
+  // Far out, so that the triangle is within every region, and its area is not finite.
+  if (is_last()) {
+    for (const auto& triangle : part_.boundary)
+      for (const auto node : triangle.nodes) part_.nodes[static_cast<std::size_t>(node)][1] *= 1e200;
+  }
+  EXPECT_THROW(mechanics::make_boundary_loads(world_, parameters, part_), parallel::AgreedError);
+}
+
 TEST_F(FaultyNumbers, AreNoEquilibrium) {
   const auto material = test::epoxy();
   const mechanics::IsotropicElasticity elasticity(material);
