@@ -4,75 +4,34 @@
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
+#include "crackle/parallel/packing.h"
 
 #include <climits>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <stdexcept>
-#include <type_traits>
 #include <utility>
 
 namespace crackle::analysis {
 
 namespace {
 
-class Packer {
+/// Takes fields out of a message in the order of for_each_field.
+class FieldReader {
 public:
+  explicit FieldReader(parallel::Unpacker& unpacker) : unpacker_(unpacker) {}
   template <class Value>
-  requires std::is_trivially_copyable_v<Value>
-  void operator()(const Value& value) { append(&value, sizeof value); }
-  void operator()(const std::string& text) { sequence(text.data(), text.size()); }
-  template <class Value>
-  void operator()(const std::vector<Value>& values) {
-    sequence(values.data(), values.size());
+  void operator()(Value& value) {
+    value = unpacker_.get<Value>();
   }
-  std::vector<std::byte> take() { return std::move(bytes_); }
-
-private:
-  template <class Value>
-  void sequence(const Value* values, std::size_t n) {
-    (*this)(n);
-    append(values, n * sizeof(Value));
-  }
-  void append(const void* data, std::size_t size) {
-    const auto* first = static_cast<const std::byte*>(data);
-    bytes_.insert(bytes_.end(), first, first + size);
-  }
-  std::vector<std::byte> bytes_;
-};
-
-class Unpacker {
-public:
-  explicit Unpacker(std::span<const std::byte> bytes) : rest_(bytes) {}
-  template <class Value>
-  requires std::is_trivially_copyable_v<Value>
-  void operator()(Value& value) { take(&value, sizeof value); }
-  void operator()(std::string& text) { sequence(text); }
+  void operator()(std::string& text) { text = unpacker_.get_string(); }
   template <class Value>
   void operator()(std::vector<Value>& values) {
-    sequence(values);
+    values = unpacker_.get_vector<Value>();
   }
-  bool at_end() const { return rest_.empty(); }
 
 private:
-  template <class Sequence>
-  void sequence(Sequence& values) {
-    std::size_t n = 0;
-    (*this)(n);
-    if (n > rest_.size() / sizeof(typename Sequence::value_type)) throw_truncated();
-    values.resize(n);
-    take(values.data(), n * sizeof(typename Sequence::value_type));
-  }
-  void take(void* target, std::size_t size) {
-    if (size > rest_.size()) throw_truncated();
-    if (size > 0) std::memcpy(target, rest_.data(), size);
-    rest_ = rest_.subspan(size);
-  }
-  [[noreturn]] static void throw_truncated() {
-    throw std::runtime_error("message with a sample's row ends too early");
-  }
-  std::span<const std::byte> rest_;
+  parallel::Unpacker& unpacker_;
 };
 
 /// Visits every field, in the order of the message.
@@ -163,42 +122,42 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
 }
 
 std::vector<std::byte> to_bytes(const SampleSummary& summary) {
-  Packer pack;
-  for_each_field(summary, pack);
-  return pack.take();
+  parallel::Packer packer;
+  const auto put = [&packer](const auto& field) { packer.put(field); };
+  for_each_field(summary, put);
+  return packer.bytes();
 }
 
 SampleSummary summary_from_bytes(std::span<const std::byte> bytes) {
   SampleSummary row;
-  Unpacker unpack(bytes);
-  for_each_field(row, unpack);
-  if (!unpack.at_end()) throw std::runtime_error("message with a sample's row is too long");
+  parallel::Unpacker unpacker(bytes);
+  FieldReader get(unpacker);
+  for_each_field(row, get);
+  if (!unpacker.empty()) throw std::runtime_error("message with a sample's row is too long");
   return row;
 }
 
 std::vector<SampleSummary> all_gather(const parallel::Communicator& group,
                                       std::span<const SampleSummary> rows) {
-  Packer pack;
-  pack(rows.size());
-  for (const SampleSummary& row : rows) pack(to_bytes(row));
-  const std::vector<std::byte> mine = pack.take();
+  parallel::Packer packer;
+  packer.put<std::uint64_t>(rows.size());
+  for (const SampleSummary& row : rows) packer.put(to_bytes(row));
+  const std::vector<std::byte>& mine = packer.bytes();
 
   long long total = static_cast<long long>(mine.size());
   parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LONG_LONG, MPI_SUM, group.get()),
                       "MPI_Allreduce");
-  if (total > INT_MAX) throw std::runtime_error("the rows of all samples are too large for one message");
+  // Every rank has the same total.
+  if (total > INT_MAX)
+    throw parallel::AgreedError(0, "the rows of all samples are too large for one message");
   const auto all = parallel::gather_all<std::byte>(group, mine);
 
   std::vector<SampleSummary> gathered;
-  Unpacker unpack(all);
-  while (!unpack.at_end()) {
-    std::size_t n_rows = 0;
-    unpack(n_rows);
-    for (std::size_t i = 0; i < n_rows; ++i) {
-      std::vector<std::byte> row;
-      unpack(row);
-      gathered.push_back(summary_from_bytes(row));
-    }
+  parallel::Unpacker unpacker(all);
+  while (!unpacker.empty()) {
+    const auto n_rows = unpacker.get<std::uint64_t>();
+    for (std::uint64_t i = 0; i < n_rows; ++i)
+      gathered.push_back(summary_from_bytes(unpacker.get_vector<std::byte>()));
   }
   return gathered;
 }

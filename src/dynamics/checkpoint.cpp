@@ -84,6 +84,7 @@ RunningPhase get_running(Unpacker& unpacker) {
 /// All but the frames, which the other ranks do not need.
 std::vector<std::byte> shared_part(const Checkpoint& checkpoint) {
   Packer packer;
+  packer.put(checkpoint.precision);
   packer.put<std::uint64_t>(checkpoint.ended.size());
   for (const auto& phase : checkpoint.ended) put(packer, phase);
   packer.put(checkpoint.running.has_value());
@@ -96,6 +97,7 @@ std::vector<std::byte> shared_part(const Checkpoint& checkpoint) {
 Checkpoint from_shared_part(std::span<const std::byte> bytes) {
   Unpacker unpacker(bytes);
   Checkpoint checkpoint;
+  checkpoint.precision = unpacker.get<input::Precision>();
   const auto n_ended = unpacker.get<std::uint64_t>();
   for (std::uint64_t i = 0; i < n_ended; ++i) checkpoint.ended.push_back(get_ended(unpacker));
   if (unpacker.get<bool>()) checkpoint.running = get_running(unpacker);

@@ -109,7 +109,8 @@ private:
       result_.counts.solver_iterations = loading.n_iterations();
       result_.timings.quasi_static += watch.seconds();
       if (end == QuasiStaticEnd::parked) {
-        if (!ended_.empty()) save({ended_, {}, impulse(), result_.energy, result_.frames});
+        if (!ended_.empty())
+          save({parameters_.time.precision, ended_, {}, impulse(), result_.energy, result_.frames});
         return false;
       }
       if (end != QuasiStaticEnd::run_away) {
@@ -173,7 +174,7 @@ private:
       };
       options.save = [&](RunningPhase phase, const std::vector<EnergyRow>& energy,
                          const std::vector<Frame>& frames) {
-        save({ended_, std::move(phase), impulse(), energy, frames});
+        save({parameters_.time.precision, ended_, std::move(phase), impulse(), energy, frames});
       };
     }
     options.on_row = [&](const EnergyRow& row) {
@@ -297,27 +298,35 @@ private:
   Stopwatch since_save_;
 };
 
-/// Goes on from the checkpoint where there is one that fits, else from the beginning. Collective.
-SampleResult run_from_checkpoint(const parallel::Communicator& group, const input::Parameters& parameters,
-                                 const geometry::Subdomain& subdomain, const SampleControl& control) {
-  bool has_checkpoint = !control.checkpoint.empty();
-  parallel::check_mpi(MPI_Bcast(&has_checkpoint, 1, MPI_CXX_BOOL, 0, group.get()), "MPI_Bcast");
-  if (has_checkpoint) {
-    // Every rank has the same checkpoint, so all of them refuse it or none.
-    std::optional<Checkpoint> from;
+/// The sample in the precision of the input, or in double where mixed numbers do not suffice. Collective.
+/// @param from nullptr: from the start
+/// @throws CheckpointMismatch on every rank when the checkpoint tells of another sample
+SampleResult run_in_fitting_precision(const parallel::Communicator& group,
+                                      const input::Parameters& parameters,
+                                      const geometry::Subdomain& subdomain, const SampleControl& control,
+                                      const Checkpoint* from) {
+  const auto say = [&](const std::string& line) {
+    if (control.log && group.is_root()) control.log(line);
+  };
+  const bool is_mixed = parameters.time.precision == input::Precision::mixed;
+  if (from == nullptr || from->precision == parameters.time.precision) {
     try {
-      try {
-        from = share_checkpoint(group, control.checkpoint);
-      } catch (const std::runtime_error&) {
-        throw CheckpointMismatch("it is not complete");
-      }
-      return SampleRun(group, parameters, subdomain, control, &*from).run();
-    } catch (const CheckpointMismatch& mismatch) {
-      if (control.log && group.is_root())
-        control.log(fmt::format("the checkpoint is not used: {}", mismatch.what()));
+      return SampleRun(group, parameters, subdomain, control, from).run();
+    } catch (const NumberRangeExceeded& error) {
+      if (!is_mixed) throw;
+      say(fmt::format("{}; the sample is computed again in double", error.what()));
     }
+    from = nullptr;
+  } else if (is_mixed) {
+    say("the sample goes on in double: an earlier run has left the range of mixed numbers");
+  } else {
+    throw CheckpointMismatch("it was made in mixed numbers");
   }
-  return SampleRun(group, parameters, subdomain, control, nullptr).run();
+  input::Parameters in_double = parameters;
+  in_double.time.precision = input::Precision::double_;
+  SampleResult result = SampleRun(group, in_double, subdomain, control, from).run();
+  result.counts.range_restarts = 1;
+  return result;
 }
 
 }  // namespace
@@ -338,18 +347,24 @@ std::string to_string(Outcome outcome) {
 
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,
                         const geometry::Subdomain& subdomain, const SampleControl& control) {
-  try {
-    return run_from_checkpoint(group, parameters, subdomain, control);
-  } catch (const NumberRangeExceeded& error) {
-    if (parameters.time.precision != input::Precision::mixed) throw;
-    if (control.log && group.is_root())
-      control.log(fmt::format("{}; the sample is computed again in double", error.what()));
+  bool has_checkpoint = !control.checkpoint.empty();
+  parallel::check_mpi(MPI_Bcast(&has_checkpoint, 1, MPI_CXX_BOOL, 0, group.get()), "MPI_Bcast");
+  if (has_checkpoint) {
+    // Every rank has the same checkpoint, so all of them refuse it or none.
+    std::optional<Checkpoint> from;
+    try {
+      try {
+        from = share_checkpoint(group, control.checkpoint);
+      } catch (const std::runtime_error&) {
+        throw CheckpointMismatch("it is not complete");
+      }
+      return run_in_fitting_precision(group, parameters, subdomain, control, &*from);
+    } catch (const CheckpointMismatch& mismatch) {
+      if (control.log && group.is_root())
+        control.log(fmt::format("the checkpoint is not used: {}", mismatch.what()));
+    }
   }
-  input::Parameters in_double = parameters;
-  in_double.time.precision = input::Precision::double_;
-  SampleResult result = SampleRun(group, in_double, subdomain, control, nullptr).run();
-  result.counts.range_restarts = 1;
-  return result;
+  return run_in_fitting_precision(group, parameters, subdomain, control, nullptr);
 }
 
 }  // namespace crackle::dynamics

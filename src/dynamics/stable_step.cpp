@@ -23,13 +23,6 @@ constexpr int max_lanczos_steps = 60;
 constexpr double lanczos_tolerance = 1e-3;  // of the squared frequency
 constexpr double fraction_of_stable_step = 0.9;
 
-double exact_dot(const parallel::Communicator& group, std::span<const double> a, std::span<const double> b) {
-  parallel::ExactSum sum;
-  for (std::size_t i = 0; i < a.size(); ++i) sum.add(a[i] * b[i]);
-  sum.all_reduce(group);
-  return sum.value();
-}
-
 }  // namespace
 
 double largest_frequency(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
@@ -44,7 +37,7 @@ double largest_frequency(const parallel::Communicator& group, const geometry::Su
     auto node_stream = stream.substream(static_cast<std::uint64_t>(3 * subdomain.node_number[i / 3]) + i % 3);
     current[i] = node_stream.uniform(-1, 1);
   }
-  const double length = std::sqrt(exact_dot(group, current, current));
+  const double length = std::sqrt(parallel::exact_dot(group, current, current));
   for (auto& value : current) value /= length;
 
   parallel::NodeField displacement(group, subdomain);
@@ -56,11 +49,11 @@ double largest_frequency(const parallel::Communicator& group, const geometry::Su
     displacement.update_ghosts();
     force.evaluate(displacement.local(), internal);
     for (std::size_t i = 0; i < n; ++i) next[i] = scale[i] * internal[i];
-    alpha.push_back(exact_dot(group, next, current));
+    alpha.push_back(parallel::exact_dot(group, next, current));
     for (std::size_t i = 0; i < n; ++i) {
       next[i] -= alpha.back() * current[i] + (beta.empty() ? 0 : beta.back()) * previous[i];
     }
-    beta.push_back(std::sqrt(exact_dot(group, next, next)));
+    beta.push_back(std::sqrt(parallel::exact_dot(group, next, next)));
 
     const auto size = static_cast<Eigen::Index>(alpha.size());
     Eigen::VectorXd diagonal = Eigen::Map<Eigen::VectorXd>(alpha.data(), size);

@@ -60,19 +60,18 @@ struct LoadedFace {
 LoadedFace loaded_face(const parallel::Communicator& group, const input::Boundary& condition,
                        const geometry::Subdomain& subdomain) {
   std::map<std::int32_t, double> tributary;
-  parallel::ExactSum total;
+  std::vector<double> counted_areas;
   for (const auto& triangle : subdomain.boundary) {
     if (triangle.surface != static_cast<geometry::SurfaceId>(condition.on)) continue;
     const auto [centroid, area] = measure(subdomain, triangle.nodes);
     if (!inside(condition, centroid)) continue;
-    if (counts(subdomain, triangle.nodes)) total.add(area);
+    if (counts(subdomain, triangle.nodes)) counted_areas.push_back(area);
     for (const auto node : triangle.nodes) {
       if (node < subdomain.n_owned) tributary[node] += area / 3;
     }
   }
-  total.all_reduce(group);
   LoadedFace face;
-  face.total_area = total.value();
+  face.total_area = parallel::exact_sum(group, counted_areas);
   for (const auto& [node, area] : tributary) {
     face.nodes.push_back(node);
     face.area.push_back(area);

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <stdexcept>
 
@@ -20,6 +21,7 @@ constexpr std::int64_t max_nodes_per_cell = 160;
 /// Halvings of the bounding box at most.
 constexpr int max_depth = 20;
 constexpr int n_motions = 6;
+constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Stiffness added to every coarse unknown, over the largest entry: cells whose nodes lie on a line, or have
 /// come loose, leave the matrix singular.
 constexpr double regularization = 1e-10;
@@ -42,8 +44,8 @@ CoarseSpace::~CoarseSpace() = default;
 
 void CoarseSpace::find_cells() {
   std::array<double, 3> low, high;
-  low.fill(std::numeric_limits<double>::infinity());
-  high.fill(-std::numeric_limits<double>::infinity());
+  low.fill(infinity);
+  high.fill(-infinity);
   for (const auto& node : subdomain_->nodes) {
     for (std::size_t i = 0; i < 3; ++i) {
       low[i] = std::min(low[i], node[i]);
@@ -106,8 +108,7 @@ void CoarseSpace::find_cells() {
   for (std::size_t n = 0; n < codes.size(); ++n)
     cell_[n] =
         static_cast<std::int32_t>(std::ranges::upper_bound(first_code, codes[n]) - first_code.begin()) - 1;
-  std::vector<double> extremes(static_cast<std::size_t>(6 * n_cells_),
-                               -std::numeric_limits<double>::infinity());
+  std::vector<double> extremes(static_cast<std::size_t>(6 * n_cells_), -infinity);
   for (std::size_t n = 0; n < static_cast<std::size_t>(subdomain_->n_owned); ++n) {
     double* extreme = &extremes[6 * static_cast<std::size_t>(cell_[n])];
     for (std::size_t i = 0; i < 3; ++i) {
@@ -236,9 +237,11 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
 
 void CoarseSpace::add_correction(std::span<const double> residual, std::span<double> correction) const {
   double largest = 0;
-  for (const double r : residual) largest = std::max(largest, std::abs(r));
+  for (const double r : residual)
+    if (!(std::abs(r) <= largest)) largest = std::isnan(r) ? infinity : std::abs(r);
   largest = parallel::largest_of_all(*group_, largest);
-  if (largest == 0) return;
+  // What is not finite has no integer; the caller's other part of the preconditioner hands it on.
+  if (largest == 0 || !std::isfinite(largest)) return;
   const double scale = std::ldexp(1.0, digits - std::ilogb(largest) - 1);
   std::vector<std::int64_t> sums(static_cast<std::size_t>(n_motions * n_cells_), 0);
   for (std::size_t n = 0; n < residual.size() / 3; ++n) {

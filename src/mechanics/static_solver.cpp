@@ -113,7 +113,14 @@ public:
     const double tolerance = relative_tolerance * reference;
     int iterations = 0;
     double residual = find_residual(force, displacement);
-    for (int run = 0; residual > (run == 0 ? 1 : drift_allowance) * tolerance; ++run) {
+    for (int run = 0;; ++run) {
+      // Equal on every rank. An infinite reference would make an equilibrium of any residual.
+      if (!std::isfinite(residual) || !std::isfinite(reference))
+        throw NoEquilibrium(
+            fmt::format("static equilibrium: the residual is {:.1e} and that of the load {:.1e} after {} "
+                        "iterations; both must be finite numbers",
+                        residual, reference, iterations));
+      if (residual <= (run == 0 ? 1 : drift_allowance) * tolerance) break;
       if (run == max_runs)
         throw NoEquilibrium(
             fmt::format("static equilibrium: the residual is still {:.1e} of the load after {} "
@@ -213,25 +220,14 @@ private:
     coarse_.add_correction(x, y);
   }
 
-  /// Calls work(x, y) on the vectors' owned values; turns exceptions into PETSc's error code.
+  /// Calls work(x, y) on the vectors' owned values.
   template <class Work>
   static PetscErrorCode on_values(Vec x, Vec y, const Work& work) {
-    const double* from = nullptr;
-    double* to = nullptr;
-    PetscInt n = 0;
-    PetscCall(VecGetLocalSize(x, &n));
-    PetscCall(VecGetArrayRead(x, &from));
-    PetscCall(VecGetArray(y, &to));
-    const auto size = static_cast<std::size_t>(n);
-    PetscErrorCode code = 0;
-    try {
-      work(std::span<const double>(from, size), std::span<double>(to, size));
-    } catch (...) {
-      code = PETSC_ERR_LIB;
-    }
-    PetscCall(VecRestoreArray(y, &to));
-    PetscCall(VecRestoreArrayRead(x, &from));
-    return code;
+    return parallel::without_exceptions([&] {
+      const parallel::ReadValues from(x);
+      const parallel::WrittenValues to(y);
+      work(*from, *to);
+    });
   }
 
   static PetscErrorCode petsc_multiply(Mat matrix, Vec x, Vec y) {

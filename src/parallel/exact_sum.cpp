@@ -18,6 +18,19 @@ constexpr int lowest_exponent = -1074;  // of the smallest subnormal double
 // A term adds less than 2^32 to a digit, so this many terms leave an int64 digit far from its limits.
 constexpr std::int64_t max_terms_before_carry = std::int64_t{1} << 30;
 
+/// The sum of what add_terms(sum) adds on each rank. No rank enters the reduction when a term is refused on
+/// another. Collective.
+template <class AddTerms>
+double agreed_sum(const Communicator& group, const AddTerms& add_terms) {
+  ExactSum sum = agree(group, [&] {
+    ExactSum local;
+    add_terms(local);
+    return local;
+  });
+  sum.all_reduce(group);
+  return sum.value();
+}
+
 }  // namespace
 
 void ExactSum::add(double term) {
@@ -88,13 +101,15 @@ void ExactSum::all_reduce(const Communicator& group) {
 }
 
 double exact_sum(const Communicator& group, std::span<const double> terms) {
-  ExactSum sum = agree(group, [&] {
-    ExactSum local;
-    for (const double term : terms) local.add(term);
-    return local;
+  return agreed_sum(group, [&](ExactSum& sum) {
+    for (const double term : terms) sum.add(term);
   });
-  sum.all_reduce(group);
-  return sum.value();
+}
+
+double exact_dot(const Communicator& group, std::span<const double> a, std::span<const double> b) {
+  return agreed_sum(group, [&](ExactSum& sum) {
+    for (std::size_t i = 0; i < a.size(); ++i) sum.add(a[i] * b[i]);
+  });
 }
 
 }  // namespace crackle::parallel

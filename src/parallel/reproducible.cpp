@@ -18,12 +18,13 @@ constexpr int bits_per_part = 36;
 constexpr double shift = 6755399441055744.0;
 constexpr std::int64_t shift_bits = 0x4338000000000000;
 
-double largest_product(std::span<const double> a, std::span<const double> b) {
-  double largest = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const double product = std::abs(a[i] * b[i]);
-    largest = product > largest ? product : largest;
-  }
+/// The bits of the largest magnitude among the products. Bits of magnitudes are ordered as the magnitudes
+/// are, with those of NaN above infinity: so unlike by comparison of doubles, none that is no number is lost,
+/// here or between ranks.
+std::int64_t largest_product(std::span<const double> a, std::span<const double> b) {
+  std::int64_t largest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    largest = std::max(largest, std::bit_cast<std::int64_t>(std::abs(a[i] * b[i])));
   return largest;
 }
 
@@ -41,38 +42,24 @@ std::array<std::int64_t, 2> sum_parts(std::span<const double> a, std::span<const
   return {high, low};
 }
 
-std::span<const double> values(Vec vector) {
-  const double* array = nullptr;
-  PetscInt n = 0;
-  check_petsc(VecGetLocalSize(vector, &n), "VecGetLocalSize");
-  check_petsc(VecGetArrayRead(vector, &array), "VecGetArrayRead");
-  return {array, static_cast<std::size_t>(n)};
-}
-
-void restore(Vec vector, std::span<const double> array) {
-  const double* data = array.data();
-  check_petsc(VecRestoreArrayRead(vector, &data), "VecRestoreArrayRead");
-}
-
 /// Calls work(value of x, value of y to change) for every place.
 template <class Work>
 PetscErrorCode update(Vec x, Vec y, const Work& work) {
-  const auto from = values(x);
-  double* to = nullptr;
-  check_petsc(VecGetArray(y, &to), "VecGetArray");
-  for (std::size_t i = 0; i < from.size(); ++i) work(from[i], to[i]);
-  check_petsc(VecRestoreArray(y, &to), "VecRestoreArray");
-  restore(x, from);
-  return 0;
+  return without_exceptions([&] {
+    const ReadValues x_values(x);
+    const WrittenValues y_values(y);
+    const std::span from = *x_values;
+    const std::span to = *y_values;
+    for (std::size_t i = 0; i < from.size(); ++i) work(from[i], to[i]);
+  });
 }
 
-// What PETSc calls. An exception must not pass through its C code: an MPI failure ends in its error code.
+// What PETSc calls.
 PetscErrorCode dot(Vec x, Vec y, PetscScalar* result) {
-  const auto a = values(x), b = values(y);
-  *result = reproducible_dot(PetscObjectComm(reinterpret_cast<PetscObject>(x)), a, b);
-  restore(y, b);
-  restore(x, a);
-  return 0;
+  return without_exceptions([&] {
+    const ReadValues a(x), b(y);
+    *result = reproducible_dot(PetscObjectComm(reinterpret_cast<PetscObject>(x)), *a, *b);
+  });
 }
 
 PetscErrorCode norm(Vec x, NormType type, PetscReal* result) {
@@ -101,11 +88,13 @@ void set_operation(Vec vector, std::size_t offset, Function function) {
 }  // namespace
 
 double reproducible_dot(MPI_Comm communicator, std::span<const double> a, std::span<const double> b) {
-  double largest = largest_product(a, b);
+  std::int64_t largest_bits = largest_product(a, b);
   int n_ranks = 1;
   check_mpi(MPI_Comm_size(communicator, &n_ranks), "MPI_Comm_size");
   if (n_ranks > 1)
-    check_mpi(MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, communicator), "MPI_Allreduce");
+    check_mpi(MPI_Allreduce(MPI_IN_PLACE, &largest_bits, 1, MPI_INT64_T, MPI_MAX, communicator),
+              "MPI_Allreduce");
+  const auto largest = std::bit_cast<double>(largest_bits);
   if (largest == 0 || !std::isfinite(largest)) return largest;
   const int exponent = std::max(std::ilogb(largest), -900) + 1;
   const double to_high = std::ldexp(1.0, bits_per_part - exponent);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A sample that is parked and continued again and again, on changing numbers of ranks, ends with the same
 // bits as an undisturbed one.
+#include "crackle/dynamics/checkpoint.h"
 #include "crackle/dynamics/sample_run.h"
 #include "support/box_mesh.h"
 
@@ -8,6 +9,7 @@
 
 #include <cstdio>
 #include <cstring>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -18,14 +20,15 @@ namespace {
 using input::BoundaryKind;
 using input::Face;
 
-/// A bar that is torn apart from rest: loads that change with time, and an end that is moved.
+/// A bar that is torn apart from rest: loads that change with time, and an end that is moved. It ends before
+/// what is torn off becomes faster than mixed numbers can tell.
 input::Parameters torn_bar() {
   input::Parameters parameters;
   parameters.specimen.size = {0.002, 0.004, 0.012};
   parameters.material = test::epoxy();
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e5};
   parameters.time.start = input::Start::rest;
-  parameters.time.duration = 1.5e-5;
+  parameters.time.duration = 1.2e-5;
   parameters.time.step = 1e-8;
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::velocity, {true, true, true}));
   parameters.boundaries.back().value = {0, 0, -1};
@@ -46,6 +49,24 @@ input::Parameters pulled_bar() {
   return parameters;
 }
 
+/// Leaves the range of mixed numbers in its last microsecond.
+input::Parameters torn_bar_for_longer() {
+  auto parameters = torn_bar();
+  parameters.time.duration = 1.5e-5;
+  return parameters;
+}
+
+/// As pulled_bar, but once a phase has arrested the load grows within microseconds to ten times what the body
+/// bears: the next phase leaves the range of mixed numbers.
+input::Parameters jerked_bar() {
+  auto parameters = pulled_bar();
+  auto& load = parameters.boundaries.back();
+  load.rate = {};
+  load.value = {0, 0, 1};
+  load.history = {{0, 0}, {19, 190}, {19 + 5e-6, 2000}};
+  return parameters;
+}
+
 class Checkpoints : public testing::Test {
 protected:
   geometry::Subdomain part(const parallel::Communicator& group) const {
@@ -58,7 +79,7 @@ protected:
   SampleResult in_pieces(const input::Parameters& parameters, bool on_fewer) {
     std::vector<std::byte> saved;
     SampleResult result;
-    n_parked_ = n_saved_ = 0;
+    n_parked_ = n_saved_ = n_again_in_double_ = n_on_in_double_ = 0;
     bool is_parked = true;
     for (int piece = 0; is_parked; ++piece) {
       const parallel::Communicator& group = on_fewer && piece % 2 == 1 ? self_ : world_;
@@ -69,6 +90,10 @@ protected:
       control.save = [&](std::span<const std::byte> bytes) {
         saved.assign(bytes.begin(), bytes.end());
         ++n_saved_;
+      };
+      control.log = [&](const std::string& line) {
+        n_again_in_double_ += line.find("is computed again in double") != line.npos ? 1 : 0;
+        n_on_in_double_ += line.find("goes on in double") != line.npos ? 1 : 0;
       };
       if (group.is_root()) control.checkpoint = saved;
       if (group.size() == world_.size() || world_.is_root())
@@ -105,9 +130,11 @@ protected:
     EXPECT_EQ(a.counts.force_evaluations, b.counts.force_evaluations);
     EXPECT_EQ(a.counts.dynamic_phases, b.counts.dynamic_phases);
     EXPECT_EQ(a.counts.quasi_static_breaks, b.counts.quasi_static_breaks);
+    EXPECT_EQ(a.counts.range_restarts, b.counts.range_restarts);
   }
 
-  void compare(const char* name, const input::Parameters& parameters, bool on_fewer) {
+  void compare(const char* name, const input::Parameters& parameters, bool on_fewer,
+               int n_range_restarts = 0) {
     const auto whole = run_sample(world_, parameters, part(world_));
     const auto pieces = in_pieces(parameters, on_fewer);
     if (!world_.is_root()) return;
@@ -118,12 +145,30 @@ protected:
     EXPECT_GT(whole.breaks.size(), 20U) << "the case must break";
     EXPECT_GE(n_saved_, 2);
     expect_same(whole, pieces);
+    EXPECT_EQ(whole.counts.range_restarts, n_range_restarts);
+    if (n_range_restarts == 0) return;
+    std::printf(
+        "  left the range of mixed numbers: %d times from the start in double, %d times on in double\n",
+        n_again_in_double_, n_on_in_double_);
+    EXPECT_GE(n_on_in_double_, 1);
+  }
+
+  /// The bytes saved when the sample is asked to park at its `n`th look. On the root.
+  std::vector<std::byte> parked_at_look(int n, const input::Parameters& parameters) const {
+    std::vector<std::byte> saved;
+    int n_looks = 0;
+    SampleControl control;
+    control.stop = [&] { return ++n_looks >= n; };
+    control.save = [&](std::span<const std::byte> bytes) { saved.assign(bytes.begin(), bytes.end()); };
+    EXPECT_TRUE(run_sample(world_, parameters, part(world_), control).parked);
+    return saved;
   }
 
   parallel::Communicator world_{MPI_COMM_WORLD}, self_{MPI_COMM_SELF};
   geometry::Realization mesh_ =
       test::make_box({.size = torn_bar().specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
   int n_parked_ = 0, n_saved_ = 0;
+  int n_again_in_double_ = 0, n_on_in_double_ = 0;
 };
 
 TEST_F(Checkpoints, ContinueToTheSameBits) {
@@ -151,8 +196,60 @@ TEST_F(Checkpoints, KeepArrestedPhases) {
   compare("quasi-static", pulled_bar(), false);
   compare("quasi-static", pulled_bar(), true);
   auto parameters = pulled_bar();
-  parameters.time.precision = input::Precision::mixed;
-  compare("quasi-static, mixed", parameters, true);
+  parameters.time.precision = input::Precision::double_;
+  compare("quasi-static, double", parameters, true);
+}
+
+TEST_F(Checkpoints, KeepThatMixedNumbersDidNotSuffice) {
+  compare("jerked", jerked_bar(), true, 1);
+  compare("torn for longer", torn_bar_for_longer(), true, 1);
+  if (world_.is_root()) {
+    EXPECT_EQ(n_again_in_double_, 1) << "what was done in double is not done again";
+  }
+}
+
+/// The bar is one that mixed numbers would do for: no alarm tells that a phase has the wrong ones.
+TEST_F(Checkpoints, GoOnInTheirOwnPrecision) {
+  const auto mixed = pulled_bar();
+  auto in_double = mixed;
+  in_double.time.precision = input::Precision::double_;
+  auto expected = run_sample(world_, in_double, part(world_));
+  expected.counts.range_restarts = 1;
+  int n_running = 0, n_between = 0;
+  // One in each of the two phases, and one between them.
+  for (int n = 1; n < 40 && (n_running < 2 || n_between < 1); ++n) {
+    const auto saved = parked_at_look(n, in_double);
+    bool is_saved = !saved.empty();
+    MPI_Bcast(&is_saved, 1, MPI_CXX_BOOL, 0, world_.get());
+    if (!is_saved) continue;
+    const auto checkpoint = share_checkpoint(world_, saved);
+    EXPECT_EQ(checkpoint.precision, input::Precision::double_);
+    int& n_of_kind = checkpoint.running ? n_running : n_between;
+    const int n_ended = static_cast<int>(checkpoint.ended.size());
+    if (n_of_kind > (checkpoint.running ? n_ended : 0)) continue;
+    ++n_of_kind;
+    if (world_.is_root())
+      std::printf("look %d: %d phases have ended, %s\n", n, n_ended,
+                  checkpoint.running ? "one runs" : "none runs");
+    SampleControl control;
+    control.checkpoint = saved;
+    const auto result = run_sample(world_, mixed, part(world_), control);
+    if (world_.is_root()) expect_same(expected, result);
+  }
+  EXPECT_EQ(n_running, 2);
+  EXPECT_EQ(n_between, 1);
+
+  std::string lines;
+  SampleControl control;
+  control.log = [&](const std::string& line) { lines += line + "\n"; };
+  control.checkpoint = parked_at_look(10, mixed);
+  const auto result = run_sample(world_, in_double, part(world_), control);
+  if (world_.is_root()) {
+    EXPECT_NE(lines.find("the checkpoint is not used: it was made in mixed numbers"), std::string::npos)
+        << lines;
+    expected.counts.range_restarts = 0;
+    expect_same(expected, result);
+  }
 }
 
 TEST_F(Checkpoints, OfAnotherSampleOrCutShortAreNotUsed) {

@@ -55,6 +55,7 @@ std::vector<std::byte> to_bytes(const SampleSummary& summary);
 SampleSummary summary_from_bytes(std::span<const std::byte> bytes);
 
 /// The rows of all ranks, in the order of the ranks, on every rank. Collective.
+/// @throws parallel::AgreedError on every rank when they are too large for one message
 std::vector<SampleSummary> all_gather(const parallel::Communicator& group,
                                       std::span<const SampleSummary> rows);
 

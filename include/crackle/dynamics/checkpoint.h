@@ -5,6 +5,7 @@
 #include "crackle/fracture/break_record.h"
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/fracture/tuler_butcher.h"
+#include "crackle/input/parameters.h"
 #include "crackle/parallel/numbered_rows.h"
 
 #include <cstddef>
@@ -58,6 +59,8 @@ struct RunningPhase {
 /// A sample on its way: its dynamic phases. The quasi-static loading between them is computed again, which
 /// gives the same bits.
 struct Checkpoint {
+  /// That the phases were computed in: double for a mixed input whose numbers have not sufficed.
+  input::Precision precision = input::Precision::mixed;
   std::vector<EndedPhase> ended;
   std::optional<RunningPhase> running;
   parallel::NumberedRows impulse;  ///< of each tetrahedron that has one, by bits

@@ -9,8 +9,8 @@
 
 namespace crackle::dynamics {
 
-/// The energy account at one time of the last dynamic phase [J]. external = kinetic + strain + released, each
-/// counted from the unloaded body; what an arrested phase left in motion is in `dissipated`.
+/// The energy account at one time of the last dynamic phase [J]. external = kinetic + strain + released +
+/// dissipated, each counted from the unloaded body; what an arrested phase left in motion is in `dissipated`.
 struct EnergyRow {
   double time;  ///< since the start of the phase [s]
   double kinetic;

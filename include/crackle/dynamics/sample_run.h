@@ -38,6 +38,9 @@ struct SampleControl {
 /// quasi-static breaks. From a checkpoint it goes on, on any number of ranks, to the same bits as without an
 /// interruption: quasi-static loading is computed again, dynamic phases are not. A checkpoint that does not
 /// fit the sample is logged and not used.
+///
+/// A sample that leaves the range of mixed numbers is computed again in double from its start, and from then
+/// on its checkpoints go on in double.
 /// @param subdomain this rank's part of the realization
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,
                         const geometry::Subdomain& subdomain, const SampleControl& control = {});

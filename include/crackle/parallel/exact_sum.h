@@ -38,4 +38,8 @@ private:
 /// @throws AgreedError on every rank when a term is not finite
 double exact_sum(const Communicator& group, std::span<const double> terms);
 
+/// The sum of all ranks' products a[i] b[i], each rounded once, equal on every rank. Collective.
+/// @throws AgreedError on every rank when a product is not finite
+double exact_dot(const Communicator& group, std::span<const double> a, std::span<const double> b);
+
 }  // namespace crackle::parallel

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Numbers that are not finite, on one rank: no sum loses them, no rank waits for another, no solver takes
+// them for an equilibrium.
+#include "crackle/dynamics/stable_step.h"
+#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/static_solver.h"
+#include "crackle/parallel/agreement.h"
+#include "crackle/parallel/exact_sum.h"
+#include "crackle/parallel/reproducible.h"
+#include "support/box_mesh.h"
+
+#include <gtest/gtest.h>
+#include <petsc/private/vecimpl.h>
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace crackle {
+namespace {
+
+using input::BoundaryKind;
+using input::Face;
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+class FaultyNumbers : public testing::Test {
+protected:
+  bool is_last() const { return world_.rank() == world_.size() - 1; }
+
+  /// Twenty numbers on every rank, on the last one `fault` among them.
+  std::vector<double> numbers(double fault, std::size_t place) const {
+    std::vector<double> values(20);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      values[i] = static_cast<double>(i) - 7.5 + 100 * world_.rank();
+    if (is_last()) values[place] = fault;
+    return values;
+  }
+
+  parallel::Communicator world_{MPI_COMM_WORLD};
+  std::vector<double> ones_ = std::vector<double>(20, 1.0);
+  geometry::Realization mesh_ = test::make_box({.size = {0.004, 0.006, 0.02}, .cells = {3, 4, 8}});
+  geometry::Subdomain part_ = geometry::split(
+      mesh_, geometry::partition(mesh_, world_.size()))[static_cast<std::size_t>(world_.rank())];
+};
+
+TEST_F(FaultyNumbers, AreInDotProducts) {
+  for (const std::size_t place : {0U, 7U, 19U}) {
+    EXPECT_TRUE(std::isnan(parallel::reproducible_dot(world_.get(), numbers(nan, place), ones_))) << place;
+    EXPECT_TRUE(std::isnan(parallel::reproducible_dot(world_.get(), numbers(-nan, place), ones_))) << place;
+    EXPECT_EQ(parallel::reproducible_dot(world_.get(), numbers(-infinity, place), ones_), infinity) << place;
+  }
+  auto values = numbers(nan, 3);
+  if (is_last()) values[4] = infinity;
+  EXPECT_TRUE(std::isnan(parallel::reproducible_dot(world_.get(), values, ones_)));
+  double expected = 0;
+  for (int rank = 0; rank < world_.size(); ++rank) expected += 20 * (2 + 100 * rank);
+  const double last = static_cast<double>(3) - 7.5 + 100 * (world_.size() - 1);
+  EXPECT_EQ(parallel::reproducible_dot(world_.get(), numbers(last, 3), ones_), expected);
+}
+
+TEST_F(FaultyNumbers, EndExactSumsOnAllRanks) {
+  for (const double fault : {nan, infinity}) {
+    EXPECT_THROW(parallel::exact_sum(world_, numbers(fault, 5)), parallel::AgreedError);
+    EXPECT_THROW(parallel::exact_dot(world_, numbers(fault, 5), ones_), parallel::AgreedError);
+  }
+  const auto finite = numbers(1, 5);
+  EXPECT_EQ(parallel::exact_dot(world_, finite, ones_), parallel::exact_sum(world_, finite));
+}
+
+TEST_F(FaultyNumbers, InTheMassEndTheSearchForTheStableStep) {
+  auto operators = mechanics::make_operators(part_, test::epoxy().density);
+  const mechanics::Integrity intact(operators, mechanics::IsotropicElasticity(test::epoxy()));
+  const mechanics::ReferenceForce force(operators, intact);
+  if (is_last()) operators.node_mass[0] = nan;
+  EXPECT_THROW(dynamics::largest_frequency(world_, part_, operators, force), parallel::AgreedError);
+}
+
+TEST_F(FaultyNumbers, InTheMeshEndTheLoads) {
+  input::Parameters parameters;
+  parameters.boundaries.push_back(test::boundary(Face::x_min, BoundaryKind::traction, {}, {1, 0, 0}));
+  // Far out, so that the triangle is within every region, and its area is not finite.
+  if (is_last()) {
+    for (const auto& triangle : part_.boundary)
+      for (const auto node : triangle.nodes) part_.nodes[static_cast<std::size_t>(node)][1] *= 1e200;
+  }
+  EXPECT_THROW(mechanics::make_boundary_loads(world_, parameters, part_), parallel::AgreedError);
+}
+
+TEST_F(FaultyNumbers, AreNoEquilibrium) {
+  const auto material = test::epoxy();
+  const mechanics::IsotropicElasticity elasticity(material);
+  const auto operators = mechanics::make_operators(part_, material.density);
+  const mechanics::Integrity intact(operators, elasticity);
+  const auto edges = mechanics::make_edges(part_);
+  mechanics::HeldComponents held(3 * part_.nodes.size(), 0);
+  for (std::size_t n = 0; n < part_.nodes.size(); ++n)
+    if (part_.nodes[n][2] == 0) held[3 * n] = held[3 * n + 1] = held[3 * n + 2] = 1;
+  mechanics::StaticSolver solver(world_, part_, operators, elasticity, edges, intact, held);
+  const auto n_owned = static_cast<std::size_t>(part_.n_owned);
+  std::size_t free = 0;
+  while (free < 3 * n_owned && held[free] != 0) ++free;
+  const std::vector<double> good(3 * n_owned, 1.0);
+
+  for (const double fault : {nan, infinity, 1e200}) {
+    auto force = good;
+    if (is_last() && free < force.size()) force[free] = fault;
+    parallel::NodeField displacement(world_, part_);
+    std::string message;
+    try {
+      solver.solve(force, displacement);
+    } catch (const mechanics::NoEquilibrium& error) {
+      message = error.what();
+    }
+    EXPECT_NE(message, "") << "a force of " << fault;
+    if (world_.is_root()) std::printf("force %g: %s\n", fault, message.c_str());
+  }
+  // A guess that is no number, as a solver leaves that has diverged.
+  parallel::NodeField displacement(world_, part_);
+  if (is_last() && free < 3 * n_owned) displacement.owned()[free] = nan;
+  EXPECT_THROW(solver.solve(good, displacement), mechanics::NoEquilibrium);
+  // The solver is none the worse for it.
+  parallel::NodeField fresh(world_, part_);
+  EXPECT_GT(solver.solve(good, fresh), 0);
+}
+
+TEST(WithoutExceptions, ReturnsTheErrorCodeOfPetsc) {
+  EXPECT_EQ(parallel::without_exceptions([] {}), 0);
+  EXPECT_EQ(parallel::without_exceptions([] { throw std::runtime_error("the network is down"); }),
+            PETSC_ERR_LIB);
+  EXPECT_EQ(parallel::without_exceptions([] { throw 1; }), PETSC_ERR_LIB);
+}
+
+/// A vector whose values PETSc cannot give fails within the operations that PETSc calls.
+TEST_F(FaultyNumbers, VectorsThatFailDoNotThrowThroughPetsc) {
+  parallel::check_petsc(PetscPushErrorHandler(PetscReturnErrorHandler, nullptr), "PetscPushErrorHandler");
+  parallel::NodeField x(world_, part_), y(world_, part_);
+  parallel::make_reproducible(x.vector());
+  parallel::make_reproducible(y.vector());
+  double result = 0;
+  EXPECT_EQ(VecDot(x.vector(), y.vector(), &result), 0);
+  EXPECT_EQ(VecAXPY(y.vector(), 2, x.vector()), 0);
+  auto& operations = *y.vector()->ops;
+  const auto original = operations;
+  operations.getarray = [](Vec, PetscScalar**) -> PetscErrorCode { return PETSC_ERR_MEM; };
+  operations.getarrayread = [](Vec, const PetscScalar**) -> PetscErrorCode { return PETSC_ERR_MEM; };
+  EXPECT_EQ(VecDot(x.vector(), y.vector(), &result), PETSC_ERR_LIB);
+  EXPECT_EQ(VecTDot(x.vector(), y.vector(), &result), PETSC_ERR_LIB);
+  EXPECT_EQ(VecNorm(y.vector(), NORM_2, &result), PETSC_ERR_LIB);
+  EXPECT_EQ(VecAXPY(y.vector(), 2, x.vector()), PETSC_ERR_LIB);
+  EXPECT_EQ(VecAYPX(y.vector(), 2, x.vector()), PETSC_ERR_LIB);
+  operations = original;
+  EXPECT_EQ(VecDot(x.vector(), y.vector(), &result), 0);
+  parallel::check_petsc(PetscPopErrorHandler(), "PetscPopErrorHandler");
+}
+
+}  // namespace
+}  // namespace crackle
