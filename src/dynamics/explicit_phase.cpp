@@ -17,9 +17,6 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// Steps between two looks at whether the phase has arrested or failed: each look costs messages between
-/// ranks.
-constexpr std::int64_t look_interval = 32;
 /// Of the energy at the strength: far above what rounding gives to a body that is hardly loaded.
 constexpr double negligible_share = 1e-12;
 
@@ -160,7 +157,7 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
       last_break = step;
     }
     auto request = Request::go_on;
-    const bool is_look = step % look_interval == 0 || step == n_steps;
+    const bool is_look = step % steps_per_look == 0 || step == n_steps;
     // Before energies are made of numbers that may have outgrown their format.
     if (is_look || has_output(step)) {
       parallel::agree_on_error(group, step_failure.error());
