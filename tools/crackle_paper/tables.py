@@ -212,5 +212,5 @@ def symmetry(rows: Rows) -> str:
         for place, notch in (("in the body", lead), ("of the base, turned back", in_base_frame(rows, lead))):
             first, second = int((notch[chosen] == 0).sum()), int((notch[chosen] == 1).sum())
             lines.append([label, place, str(first), str(second), share(first, first + second),
-                          f"{binomial_test(first, first + second):.2f}"])
+                          f"{binomial_test(first, first + second):.2g}"])
     return markdown(["samples", "notch", "lower leads", "upper leads", "share of the lower one", "p of equal chances"], lines)
