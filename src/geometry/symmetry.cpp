@@ -42,13 +42,13 @@ Point reflected(const Body& body, std::uint8_t axes, const Point& p) {
 }
 
 std::vector<std::uint8_t> symmetries(const Body& body) {
+  const auto is_a_slot = [&](const Box& box) {
+    for (int i = 0; i < body.n_notches(); ++i)
+      if (body.slot(i).lower == box.lower && body.slot(i).upper == box.upper) return true;
+    return false;
+  };
   std::vector<std::uint8_t> result;
   for (std::uint8_t axes = 0; axes < 8; ++axes) {
-    const auto is_a_slot = [&](const Box& box) {
-      for (int i = 0; i < body.n_notches(); ++i)
-        if (body.slot(i).lower == box.lower && body.slot(i).upper == box.upper) return true;
-      return false;
-    };
     bool fits = true;
     for (int i = 0; i < body.n_notches(); ++i) fits = fits && is_a_slot(image(body, axes, body.slot(i)));
     if (fits) result.push_back(axes);

@@ -6,12 +6,12 @@ import numpy as np
 
 from crackle_report.confidence import running_half_width
 from crackle_report.photoelasticity import STRESS_OPTIC, WAVELENGTH
-from crackle_report.statistics import wilson_interval
+from crackle_report.statistics import wilson_half_width
 
-from .comparing import binomial_test, in_base_frame, leading_notch, leading_path, needed, reach
+from .comparing import DEVELOPED, binomial_test, in_base_frame, leading_notch, leading_path, needed, reach
 from .fringes import FringeSeries
 from .rows import Rows
-from .tables import DEVELOPED, markdown, share, spread
+from .tables import markdown, share, spread
 
 TOLERANCE = 0.1e-3  # of the mean path [m]
 
@@ -61,7 +61,7 @@ def against_paper(rows: Rows, fringes: list[FringeSeries]) -> str:
         ["samples", "200, by the convergence of the mean crack path",
          f"{n}; the 95 % interval of the leading crack's mean is ± {1e3 * half_width[-1].max():.3f} mm at the worst section, "
          + (f"within ± {1e3 * TOLERANCE:g} mm at all from {enough} samples on" if enough else f"not within ± {1e3 * TOLERANCE:g} mm")
-         + f"; that of the shares ± {50 * (wilson_interval(rows.share(1), n, 0.95)[1] - wilson_interval(rows.share(1), n, 0.95)[0]):.0f} %"],
+         + f"; that of the shares ± {100 * wilson_half_width(rows.share(1) / n, n, 0.95):.0f} %"],
         ["time", "not given", f"{np.median(values['forces']):.0f} force evaluations and {np.median(rows.seconds):.0f} s per sample "
                               f"(medians), {rows.seconds.sum() / 3600:.1f} hours on one core in all"],
         ["depth and distance of the notches", "not given", "5.5 mm, for the onset; 5 mm between their mid-planes, a choice"],

@@ -11,7 +11,9 @@ from crackle_report.confidence import student_quantile
 from .rows import Rows
 
 LENGTH = 0.140  # of the plate [m]
-THROUGH = 0.6  # share of the ligament that a main crack crosses, as in the program's patterns
+# Shares of the ligament as in the program's patterns (crack_path.h).
+DEVELOPED = 0.4
+THROUGH = 0.6  # that a main crack crosses
 
 
 def leading_notch(rows: Rows) -> np.ndarray:

@@ -12,10 +12,10 @@ import numpy as np
 
 from crackle_report import input_text
 from crackle_report.plate import Plate
+from crackle_report.reading import text_of
 
 from .studies import Run
 
-PATTERNS = ("none", "one crack", "two cracks", "other")
 SECTIONS = ("7", "9", "12.25", "15.5", "17.5")  # y [mm]
 SUMMARY = ("onset_force", "onset_time", "outcome", "pattern", "overlap", "bifurcations", "kinks", "breaks", "crack_area",
            "crack_speed_ratio", "energy_error")  # of ensemble.h5
@@ -57,7 +57,7 @@ def read(run: Run, results: Path) -> Rows:
     takes to the notch, and the load at the loaded end at that time.
     """
     with h5py.File(results / "ensemble.h5") as root:
-        setting = input_text.parse(_text(root.attrs["input"]))
+        setting = input_text.parse(text_of(root.attrs["input"]))
         done = np.flatnonzero(root["samples/status"][...] == 1)
         values = {name: root[f"samples/{name}"][...][done].astype(float) for name in SUMMARY}
         z, seconds = root["crack_path/z"][...][done], root["timing/wall_time"][...][done]
@@ -95,10 +95,6 @@ def _course(sample: Path, plate: Plate) -> dict[str, float]:
         early = advance[when <= result["start"] + EARLY]
         result[f"early_reach_{notch}"] = float(early.max(initial=0)) / ligaments[notch]
     return result
-
-
-def _text(value: bytes | str) -> str:
-    return value.decode("utf-8") if isinstance(value, bytes) else value
 
 
 def write_csv(rows: list[Rows], file: Path) -> None:

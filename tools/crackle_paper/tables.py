@@ -9,13 +9,12 @@ import numpy as np
 
 from crackle_report.statistics import wilson_interval
 
-from .comparing import (binomial_test, difference, distance_between_bodies, fisher_test, groups, in_base_frame,
+from .comparing import (DEVELOPED, binomial_test, difference, distance_between_bodies, fisher_test, groups, in_base_frame,
                         leading_notch, leading_path, path_distance, reach, same_share_test)
 from .rows import Rows
 from .studies import TARGET_LOAD, Run
 
 MIDDLE = 2  # of the sections
-DEVELOPED = 0.4  # share of the ligament, as in the program's patterns
 
 
 def markdown(titles: list[str], lines: list[list[str]]) -> str:

@@ -114,19 +114,20 @@ def _open(file: Path, kind: str) -> h5py.File:
         root = h5py.File(file, "r")
     except OSError as error:
         raise ResultsError(f"'{file}' cannot be read: {error}") from error
-    found = _text(root.attrs.get("kind", ""))
+    found = text_of(root.attrs.get("kind", ""))
     if found != kind:
         root.close()
         raise ResultsError(f"'{file}' is not a {kind} file")
     return root
 
 
-def _text(value: Any) -> Any:
+def text_of(value: Any) -> Any:
+    """An attribute or element as h5py gives it; texts of fixed length come as bytes."""
     return value.decode("utf-8") if isinstance(value, bytes) else value
 
 
 def _identity(root: h5py.File) -> dict[str, Any]:
-    return {name: _text(value) for name, value in root.attrs.items()}
+    return {name: text_of(value) for name, value in root.attrs.items()}
 
 
 def _describe(identity: dict[str, Any]) -> dict[str, str]:
@@ -154,7 +155,7 @@ def _pending_rows(n_samples: int, n_notches: int, n_sections: int) -> Samples:
 
 def _read_rows(root: h5py.File) -> Samples:
     group = root["samples"]
-    return Samples(status=group["status"][...], error=[_text(reason) for reason in group["error"][...]],
+    return Samples(status=group["status"][...], error=[text_of(reason) for reason in group["error"][...]],
                    **{name: group[name][...] for name in NUMBERS + COUNTS},
                    **{name: root["crack_path"][name][...] for name in POSITIONS})
 
@@ -162,7 +163,7 @@ def _read_rows(root: h5py.File) -> Samples:
 def _read_row(file: Path, samples: Samples, i: int) -> None:
     with _open(file, SAMPLE_KIND) as root:
         samples.status[i] = root.attrs["status"]
-        samples.error[i] = _text(root.attrs["error"])
+        samples.error[i] = text_of(root.attrs["error"])
         group = root["summary"]
         for name in NUMBERS + COUNTS:
             getattr(samples, name)[i] = group[name][()]

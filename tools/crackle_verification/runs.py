@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 
 from crackle_launch import environment
+from crackle_report.reading import text_of
 
 ROOT = Path(__file__).resolve().parents[2]
 JOBS = ROOT / "jobs" / "verification"
@@ -79,8 +80,7 @@ def _tell_other_commit(ensemble: Path, program: Path) -> None:
     """Says so when results that are there come from another commit of the program; most commits change no figure."""
     version = subprocess.run([str(program), "--version"], capture_output=True, text=True, env=environment()).stdout
     with h5py.File(ensemble) as root:
-        commit = root.attrs["git_commit"]
-    commit = commit.decode() if isinstance(commit, bytes) else str(commit)
+        commit = text_of(root.attrs["git_commit"])
     if commit not in version:
         print(f"{ensemble.parent} is kept from commit {commit[:7]}; remove it to compute it anew", file=sys.stderr)
 
