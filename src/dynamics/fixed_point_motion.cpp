@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/moving_body.h"
 
+#include "boundary_nodes.h"
 #include "crackle/fracture/principal_stress.h"
 #include "crackle/parallel/collectives.h"
-#include "crackle/parallel/ghost_exchange.h"
-#include "crackle/stopwatch.h"
-#include "external_work.h"
+#include "fixed_point_state.h"
+#include "ghost_displacements.h"
+#include "rounds.h"
 #include "state_range.h"
 
 #include "fracture/stress_watch.h"
@@ -24,42 +25,6 @@ namespace {
 
 constexpr std::size_t index(std::int32_t i) {
   return static_cast<std::size_t>(i);
-}
-
-/// One force evaluation with the kick and the drift that follow it; any part may be missing.
-struct Round {
-  bool has_force = false;
-  bool has_kick = false;
-  bool has_drift = false;
-  bool keeps_force = false;  // for the next step, which begins with a kick from the same displacement
-  double kick = 0;           // duration [s]
-  double kick_time = 0;
-  double drift = 0;       // duration [s]
-  double drift_time = 0;  // at its end
-};
-
-std::vector<Round> rounds_of(std::span<const Stage> stages, double time_step, double time,
-                             bool force_is_current) {
-  std::vector<Round> rounds;
-  double elapsed = 0;  // in steps, by the drifts done
-  for (const Stage& stage : stages) {
-    if (stage.kind == Stage::Kind::kick) {
-      Round& round = rounds.emplace_back();
-      round.has_force = round.has_kick = true;
-      round.kick = stage.fraction * time_step;
-      round.kick_time = time + elapsed * time_step;
-    } else {
-      if (rounds.empty() || rounds.back().has_drift) rounds.emplace_back();
-      Round& round = rounds.back();
-      elapsed += stage.fraction;
-      round.has_drift = true;
-      round.drift = stage.fraction * time_step;
-      round.drift_time = time + elapsed * time_step;
-    }
-  }
-  if (force_is_current && rounds.front().has_kick) rounds.front().has_force = false;
-  rounds.back().keeps_force = !rounds.back().has_drift;
-  return rounds;
 }
 
 template <class Real>
@@ -86,17 +51,15 @@ public:
                context.body->integrity(), relative_inverse_mass(), scale_, instruction_set),
         watch_(subdomain_, context.body->operators(), context.body->elasticity(), context.strength,
                scale_.displacement, nodes_per_block, instruction_set),
-        velocity_(index(subdomain_.n_owned)),
-        whole_(subdomain_.nodes.size()),
-        special_(index(force_.n_blocks())),
+        state_(subdomain_, scale_, force_.nodes(), state),
+        work_(start_work(load_time, state)),
+        boundary_(context, scale_, nodes_per_block, state_, work_),
         movement_(index(force_.n_blocks()) + n_ghost_blocks()),
-        work_(start_work(load_time, state)) {
-    if (context.group->size() > 1) exchange_.emplace(*context.group, subdomain_);
-    if (exchange_)
-      for (const auto node : exchange_->sent_nodes())
-        sent_blocks_ = std::max(sent_blocks_, force_.block_of(node) + 1);
+        ghosts_(*context.group, subdomain_, force_.nodes(),
+                std::span(movement_).subspan(index(force_.n_blocks())), index(nodes_per_block)) {
+    for (const auto node : ghosts_.sent_nodes())
+      sent_blocks_ = std::max(sent_blocks_, force_.block_of(node) + 1);
     for (const auto t : context.body->broken_tetrahedra()) watch_.retire(t);
-    list_special_nodes();
   }
 
   void step(std::span<const Stage> stages, double time_step, double time) override {
@@ -113,12 +76,11 @@ public:
         run_wavefront(std::span(rounds).subspan(first, last - first));
       }
     }
-    end_exchange();
+    ghosts_.end();
     force_is_current_ = rounds.back().keeps_force;
     n_forces_ += std::ranges::count_if(rounds, &Round::has_force);
     if (std::fetestexcept(FE_INVALID) != 0 || force_.has_overflown()) force_has_overflown_ = true;
-    if (++n_steps_ % steps_between_unwrapping == 0)
-      for (std::size_t i = 0; i < 3 * whole_.size(); ++i) whole_[i / 3][i % 3] = whole_displacement(i);
+    if (++n_steps_ % steps_between_unwrapping == 0) state_.unwrap();
   }
 
   std::span<const std::int32_t> overloaded() override {
@@ -126,11 +88,8 @@ public:
     const auto& body = *context_.body;
     for (const auto t : watch_.suspects(force_.nodes(), movement_)) {
       if (body.is_broken(t)) continue;
-      const mechanics::Symmetric sigma = body.elasticity()(strain(t));
-      const double strength = context_.strength[static_cast<std::size_t>(t)];
-      // The bound holds up to rounding, hence the last digits' slack.
-      if (fracture::largest_principal_bound(sigma) <= strength * (1 - 1e-12)) continue;
-      if (fracture::largest_principal(sigma) > strength) overloaded_.push_back(t);
+      if (fracture::exceeds(body.elasticity()(strain(t)), context_.strength[static_cast<std::size_t>(t)]))
+        overloaded_.push_back(t);
     }
     std::ranges::fill(movement_, 0.0);
     return overloaded_;
@@ -157,17 +116,10 @@ public:
     n_contacts_ = context_.body->integrity().contacts().size();
   }
 
-  void read(MotionState& state) const override {
-    const auto u = state.displacement.local();
-    for (std::size_t i = 0; i < u.size(); ++i)
-      u[i] = scale_.displacement * static_cast<double>(whole_displacement(i));
-    const auto v = state.velocity.owned();
-    for (std::size_t i = 0; i < v.size(); ++i)
-      v[i] = scale_.velocity * static_cast<double>(velocity_[i / 3].value[i % 3]);
-  }
+  void read(MotionState& state) const override { state_.read(state); }
 
   double external_work(double time, const MotionState& state) const override {
-    return work_->value(time, state);
+    return work_.value(time, state);
   }
 
   std::optional<std::string> failure() const override {
@@ -180,7 +132,7 @@ public:
     };
     if (force_has_overflown_ || largest_force_ >= limit) return message("force on a node", scale_.force, "N");
     if (force_.largest_stretch() >= limit) return message("stretch of an edge", scale_.displacement, "m");
-    for (const auto& velocity : velocity_)
+    for (const auto& velocity : state_.velocity())
       for (const Integer component : velocity.value)
         if (std::abs(static_cast<double>(component)) >= limit)
           return message("velocity of a node", scale_.velocity, "m/s");
@@ -188,34 +140,14 @@ public:
   }
 
   std::int64_t n_forces() const override { return n_forces_; }
-  Traffic traffic() const override {
-    if (!exchange_) return {};
-    return {exchange_->n_exchanges(), exchange_->bytes_per_exchange(), exchange_seconds_};
-  }
+  Traffic traffic() const override { return ghosts_.traffic(); }
 
   MotionCheckpoint save() const override {
     MotionCheckpoint checkpoint;
     checkpoint.has_force = force_is_current_;
-    parallel::NumberedRows local;
-    local.width = force_is_current_ ? 9 : 6;
-    for (std::size_t n = 0; n < velocity_.size(); ++n) {
-      local.numbers.push_back(subdomain_.node_number[n]);
-      for (std::size_t c = 0; c < 3; ++c) local.values.push_back(whole_displacement(3 * n + c));
-      for (std::size_t c = 0; c < 3; ++c) local.values.push_back(velocity_[n].value[c]);
-      for (std::size_t c = 0; c < 3 && force_is_current_; ++c)
-        local.values.push_back(force_.nodes()[n].force[c]);
-    }
-    checkpoint.nodes = parallel::gather_rows(*context_.group, local);
-    work_->save(checkpoint);
-    std::vector<const std::vector<std::int32_t>*> nodes;
-    std::vector<std::vector<double>> remainders;
-    for (const auto& pattern : context_.loads->forces) {
-      nodes.push_back(&pattern.nodes);
-      remainders.emplace_back(pattern.nodes.size(), 0.0);
-    }
-    for (const Special& special : special_)
-      for (const auto& entry : special.loaded) remainders[entry.condition][entry.place] = entry.remainder;
-    checkpoint.remainder = gather_at_nodes(context_, nodes, remainders);
+    checkpoint.nodes = parallel::gather_rows(*context_.group, state_.rows(force_is_current_));
+    work_.save(checkpoint);
+    boundary_.save(checkpoint);
     checkpoint.n_steps = n_steps_;
     checkpoint.n_forces = n_forces_;
     return checkpoint;
@@ -223,44 +155,15 @@ public:
 
   void restore(const MotionCheckpoint& checkpoint) override {
     clear_forces();
-    const auto nodes = force_.nodes();
-    for (std::size_t n = 0; n < nodes.size(); ++n) {
-      const auto row = checkpoint.nodes.find(subdomain_.node_number[n]);
-      if (row.empty()) throw std::runtime_error("the checkpoint is of another mesh");
-      for (std::size_t c = 0; c < 3; ++c) {
-        whole_[n][c] = row[c];
-        nodes[n].displacement[c] = static_cast<Integer>(row[c]);
-        if (n >= velocity_.size()) continue;
-        velocity_[n].value[c] = static_cast<Integer>(row[3 + c]);
-        if (checkpoint.has_force) nodes[n].force[c] = static_cast<Integer>(row[6 + c]);
-      }
-    }
+    state_.restore(checkpoint.nodes, checkpoint.has_force);
     force_is_current_ = checkpoint.has_force;
-    work_->restore(checkpoint);
-    for (Special& special : special_)
-      for (auto& entry : special.loaded)
-        entry.remainder =
-            checkpoint.remainder.at(entry.condition).number_at(subdomain_.node_number[index(entry.node)]);
+    work_.restore(checkpoint);
+    boundary_.restore(checkpoint);
     n_steps_ = checkpoint.n_steps;
     n_forces_ = checkpoint.n_forces;
   }
 
 private:
-  /// The nodes of a block that loads act on or motions drive.
-  struct Special {
-    struct Entry {
-      std::size_t condition;  // number of the pattern or motion
-      std::size_t place;      // in its list of nodes
-      std::int32_t node;
-      int component;
-      bool is_driven;    // of a loaded component: a motion prescribes it too
-      double remainder;  // of a loaded component: what rounding has kept from the velocity so far, in quanta
-      Integer velocity;  // before the kick, of driven components
-    };
-    std::vector<Entry> loaded;
-    std::vector<Entry> driven;
-  };
-
   static double reference_mass(const MotionContext& context) {
     double largest = 0;
     for (const double mass : context.body->operators().node_mass) largest = std::max(largest, mass);
@@ -284,49 +187,9 @@ private:
     return inverse;
   }
 
-  static Integer quantized(double value, double quantum) {
-    return static_cast<Integer>(std::llrint(value / quantum));
-  }
-
-  std::optional<ExternalWork> start_work(double load_time, MotionState& state) {
-    const auto nodes = force_.nodes();
-    for (std::size_t i = 0; i < 3 * nodes.size(); ++i) {
-      whole_[i / 3][i % 3] = std::llrint(state.displacement.local()[i] / scale_.displacement);
-      nodes[i / 3].displacement[i % 3] = static_cast<Integer>(whole_[i / 3][i % 3]);
-    }
-    for (std::size_t i = 0; i < 3 * velocity_.size(); ++i)
-      velocity_[i / 3].value[i % 3] = quantized(state.velocity.owned()[i], scale_.velocity);
-    read(state);
+  ExternalWork start_work(double load_time, MotionState& state) const {
+    state_.read(state);
     return ExternalWork(context_, load_time, state, driven_before_);
-  }
-
-  /// Component i % 3 of local node i / 3, with the digits that the node record has lost: those of the last
-  /// unwrapping, carried on by the movement since, which is small.
-  std::int64_t whole_displacement(std::size_t i) const {
-    const std::int64_t last = whole_[i / 3][i % 3];
-    return last + kernels::difference(force_.nodes()[i / 3].displacement[i % 3], static_cast<Integer>(last));
-  }
-
-  void list_special_nodes() {
-    for (std::size_t k = 0; k < context_.loads->forces.size(); ++k) {
-      const auto& pattern = context_.loads->forces[k];
-      for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
-        special_[index(pattern.nodes[n] / nodes_per_block)].loaded.push_back(
-            {k, n, pattern.nodes[n], pattern.component, false, 0, 0});
-    }
-    for (std::size_t m = 0; m < context_.loads->motions.size(); ++m) {
-      const auto& motion = context_.loads->motions[m];
-      for (std::size_t n = 0; n < motion.nodes.size(); ++n)
-        special_[index(motion.nodes[n] / nodes_per_block)].driven.push_back(
-            {m, n, motion.nodes[n], motion.component, true, 0, 0});
-    }
-    for (Special& special : special_) {
-      for (auto& loaded : special.loaded) {
-        loaded.is_driven = std::ranges::any_of(special.driven, [&](const auto& driven) {
-          return driven.node == loaded.node && driven.component == loaded.component;
-        });
-      }
-    }
   }
 
   void clear_forces() {
@@ -352,7 +215,7 @@ private:
     };
     const auto update = [&](std::size_t r) {
       update_nodes(next_update[r]++, rounds[r]);
-      if (rounds[r].has_drift && next_update[r] == sent_blocks_) begin_exchange();
+      if (rounds[r].has_drift && next_update[r] == sent_blocks_) ghosts_.begin();
     };
     while (next_update.back() < n) {
       for (std::size_t r = 0; r < rounds.size(); ++r) {
@@ -362,7 +225,7 @@ private:
           continue;
         }
         if (next_force[r] < n && is_ready(r)) {
-          if (force_.reach(next_force[r]).has_ghosts) end_exchange();
+          if (force_.reach(next_force[r]).has_ghosts) ghosts_.end();
           force_.add_block(next_force[r]++);
         }
         while (next_update[r] < n_movable &&
@@ -376,13 +239,13 @@ private:
   void run_round(const Round& round) {
     if (round.has_force) {
       for (std::int32_t b = 0; b < force_.n_blocks(); ++b) {
-        if (force_.reach(b).has_ghosts) end_exchange();
+        if (force_.reach(b).has_ghosts) ghosts_.end();
         force_.add_block(b);
       }
       add_contacts(0);
     }
     for (std::int32_t b = 0; b < force_.n_blocks(); ++b) update_nodes(b, round);
-    if (round.has_drift) begin_exchange();
+    if (round.has_drift) ghosts_.begin();
   }
 
   /// What closed cuts from number `first` on hand on, tetrahedron by tetrahedron; corner 0 takes what the
@@ -398,7 +261,7 @@ private:
       for (std::size_t a = 1; a < 4; ++a) {
         const auto traction = mechanics::apply(sigma, t.gradient[a]);
         for (std::size_t i = 0; i < 3; ++i) {
-          const auto force = quantized(t.volume * traction[i], scale_.force);
+          const auto force = quantized<Real>(t.volume * traction[i], scale_.force);
           // A force out of range is noticed when the nodes are moved.
           auto& one = nodes[index(t.nodes[a])].force[i];
           auto& other = nodes[index(t.nodes[0])].force[i];
@@ -409,101 +272,24 @@ private:
     }
   }
 
-  void begin_exchange() {
-    if (!exchange_) return;
-    end_exchange();
-    const Stopwatch watch;
-    const auto nodes = force_.nodes();
-    const auto sent = exchange_->sent_nodes();
-    for (std::size_t i = 0; i < sent.size(); ++i)
-      std::copy_n(nodes[index(sent[i])].displacement, 3, exchange_->sent()[i].begin());
-    exchange_->begin();
-    exchange_is_under_way_ = true;
-    exchange_seconds_ += watch.seconds();
-  }
-
-  void end_exchange() {
-    if (!exchange_is_under_way_) return;
-    const Stopwatch watch;
-    exchange_->end();
-    exchange_is_under_way_ = false;
-    exchange_seconds_ += watch.seconds();
-    const auto ghosts = force_.nodes().subspan(index(subdomain_.n_owned));
-    const auto received = exchange_->received();
-    for (std::size_t begin = 0; begin < ghosts.size(); begin += nodes_per_block) {
-      double furthest = 0;
-      for (std::size_t i = begin; i < std::min(begin + nodes_per_block, ghosts.size()); ++i) {
-        for (std::size_t c = 0; c < 3; ++c) {
-          furthest = std::max(
-              furthest,
-              std::abs(static_cast<double>(kernels::difference(received[i][c], ghosts[i].displacement[c]))));
-          ghosts[i].displacement[c] = received[i][c];
-        }
-      }
-      movement_[index(force_.n_blocks()) + begin / nodes_per_block] += furthest;
-    }
-  }
-
   void update_nodes(std::int32_t block, const Round& round) {
     const auto first = index(force_.first_node(block));
-    const std::size_t n = std::min(velocity_.size() - first, index(nodes_per_block));
-    kernels::NodeRecord<Real>* const nodes = force_.nodes().data() + first;
-    kernels::Velocity<Real>* const velocity = velocity_.data() + first;
-    Special& special = special_[first / nodes_per_block];
+    const auto number = first / nodes_per_block;
+    const std::size_t n = std::min(state_.velocity().size() - first, index(nodes_per_block));
+    kernels::NodeRecord<Real>* const nodes = state_.nodes().data() + first;
+    kernels::Velocity<Real>* const velocity = state_.velocity().data() + first;
     if (round.has_kick) {
-      for (auto& entry : special.driven) prepare_driven(entry, round);
+      boundary_.before_kick(number, round);
       const auto factor = static_cast<Real>(-round.kick * scale_.force / (scale_.velocity * reference_mass_));
       const Real largest = kernels_.kick(nodes, velocity, n, factor, round.keeps_force);
       if (!(static_cast<double>(largest) <= largest_force_)) largest_force_ = static_cast<double>(largest);
-      for (const auto& entry : special.driven)
-        velocity_[index(entry.node)].value[entry.component] = entry.velocity;
-      for (auto& entry : special.loaded) kick_by_load(entry, round);
+      boundary_.after_kick(number, round);
     }
     if (round.has_drift) {
       const auto factor = static_cast<Real>(round.drift * scale_.velocity / scale_.displacement);
-      double furthest = static_cast<double>(kernels_.drift(nodes, velocity, n, factor)) + 1;
-      for (const auto& entry : special.driven) furthest = std::max(furthest, drive(entry, round));
-      movement_[first / nodes_per_block] += furthest;
+      const double furthest = static_cast<double>(kernels_.drift(nodes, velocity, n, factor)) + 1;
+      movement_[number] += std::max(furthest, boundary_.after_drift(number, round));
     }
-  }
-
-  void prepare_driven(typename Special::Entry& entry, const Round& round) {
-    entry.velocity = velocity_[index(entry.node)].value[entry.component];
-    const double velocity = context_.loads->motions[entry.condition].velocity(round.kick_time);
-    if (velocity == 0) return;
-    const auto force = force_.nodes()[index(entry.node)].force[entry.component];
-    work_->add_reaction(entry.condition, entry.place, round.kick * velocity,
-                        scale_.force * static_cast<double>(force));
-  }
-
-  void kick_by_load(typename Special::Entry& entry, const Round& round) {
-    const auto& pattern = context_.loads->forces[entry.condition];
-    const double u =
-        scale_.displacement * static_cast<double>(whole_displacement(
-                                  3 * index(entry.node) + static_cast<std::size_t>(entry.component)));
-    work_->add_rate(entry.condition, entry.place, round.kick * pattern.amplitude.slope(round.kick_time), u);
-    if (entry.is_driven) return;
-    const double mass = context_.body->operators().node_mass[index(entry.node)];
-    const double force = pattern.amplitude.at(round.kick_time) * pattern.weight[entry.place];
-    // A constant load would be rounded the same way in every kick: the remainder is carried on.
-    const double change = round.kick * force / mass / scale_.velocity + entry.remainder;
-    const auto rounded = static_cast<Integer>(std::llrint(change));
-    entry.remainder = change - static_cast<double>(rounded);
-    auto& velocity = velocity_[index(entry.node)].value[entry.component];
-    velocity = kernels::sum(velocity, rounded);
-  }
-
-  /// @return the way that the drive added, in quanta
-  double drive(const typename Special::Entry& entry, const Round& round) {
-    const auto& motion = context_.loads->motions[entry.condition];
-    auto& place = force_.nodes()[index(entry.node)].displacement[entry.component];
-    const Integer before = place;
-    place = static_cast<Integer>(std::llrint(motion.displacement(round.drift_time) / scale_.displacement));
-    velocity_[index(entry.node)].value[entry.component] =
-        quantized(motion.velocity(round.drift_time), scale_.velocity);
-    // The drift went by factor times velocity from where the step began; together they are below the sum.
-    return std::abs(static_cast<double>(kernels::difference(place, before))) +
-           std::abs(round.drift * motion.velocity(round.drift_time)) / scale_.displacement + 2;
   }
 
   MotionContext context_;
@@ -514,22 +300,19 @@ private:
   const kernels::Kernels<Real>& kernels_;
   Force force_;
   fracture::StressWatch<Real> watch_;
-  std::optional<parallel::GhostExchange<Integer>> exchange_;
-  std::vector<kernels::Velocity<Real>> velocity_;
-  std::vector<std::array<std::int64_t, 3>> whole_;  // displacements at the last unwrapping, of local nodes
-  std::vector<Special> special_;
+  FixedPointState<Real> state_;
+  ExternalWork work_;
+  BoundaryNodes<Real> boundary_;
   std::vector<double> movement_;  // of each block of nodes since the last breaking check, in quanta
-  std::optional<ExternalWork> work_;
+  GhostDisplacements<Real> ghosts_;
   std::vector<std::int32_t> overloaded_;
   bool force_is_current_ = false;
   std::size_t n_contacts_ = 0;    // that the nodes' forces know of
   std::int32_t sent_blocks_ = 1;  // behind the last block of nodes that are ghosts elsewhere
-  bool exchange_is_under_way_ = false;
   bool force_has_overflown_ = false;
   double largest_force_ = 0;
   std::int64_t n_steps_ = 0;
   std::int64_t n_forces_ = 0;
-  double exchange_seconds_ = 0;
 };
 
 }  // namespace

@@ -46,11 +46,8 @@ public:
     const auto& body = *context_.body;
     for (std::int32_t t = 0; t < body.subdomain().n_tetrahedra(); ++t) {
       if (body.is_broken(t)) continue;
-      const mechanics::Symmetric sigma = body.elasticity()(strain(t));
-      const double strength = context_.strength[static_cast<std::size_t>(t)];
-      // The bound holds up to rounding, hence the last digits' slack.
-      if (fracture::largest_principal_bound(sigma) <= strength * (1 - 1e-12)) continue;
-      if (fracture::largest_principal(sigma) > strength) overloaded_.push_back(t);
+      if (fracture::exceeds(body.elasticity()(strain(t)), context_.strength[static_cast<std::size_t>(t)]))
+        overloaded_.push_back(t);
     }
     return overloaded_;
   }

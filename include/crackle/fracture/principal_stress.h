@@ -21,4 +21,10 @@ inline double largest_principal_bound(const mechanics::Symmetric& s) {
   return mean + std::sqrt(4.0 / 3.0 * j2);
 }
 
+/// Whether the largest principal value is above `strength` (not negative); the bound settles most tensors.
+inline bool exceeds(const mechanics::Symmetric& tensor, double strength) {
+  // The bound holds up to rounding, hence the last digits' slack.
+  return largest_principal_bound(tensor) > strength * (1 - 1e-12) && largest_principal(tensor) > strength;
+}
+
 }  // namespace crackle::fracture

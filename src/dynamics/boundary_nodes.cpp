@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "boundary_nodes.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace crackle::dynamics {
+
+namespace {
+
+constexpr std::size_t index(std::int32_t i) {
+  return static_cast<std::size_t>(i);
+}
+
+}  // namespace
+
+template <class Real>
+BoundaryNodes<Real>::BoundaryNodes(const MotionContext& context, const mechanics::FixedPointScale& scale,
+                                   std::int32_t nodes_per_block, FixedPointState<Real>& state,
+                                   ExternalWork& work)
+    : context_(context),
+      scale_(scale),
+      state_(&state),
+      work_(&work),
+      blocks_((state.velocity().size() + index(nodes_per_block) - 1) / index(nodes_per_block)) {
+  for (std::size_t k = 0; k < context_.loads->forces.size(); ++k) {
+    const auto& pattern = context_.loads->forces[k];
+    for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
+      blocks_[index(pattern.nodes[n] / nodes_per_block)].loaded.push_back(
+          {k, n, pattern.nodes[n], pattern.component, false, 0, 0});
+  }
+  for (std::size_t m = 0; m < context_.loads->motions.size(); ++m) {
+    const auto& motion = context_.loads->motions[m];
+    for (std::size_t n = 0; n < motion.nodes.size(); ++n)
+      blocks_[index(motion.nodes[n] / nodes_per_block)].driven.push_back(
+          {m, n, motion.nodes[n], motion.component, true, 0, 0});
+  }
+  for (Block& block : blocks_) {
+    for (Entry& loaded : block.loaded) {
+      loaded.is_driven = std::ranges::any_of(block.driven, [&](const Entry& driven) {
+        return driven.node == loaded.node && driven.component == loaded.component;
+      });
+    }
+  }
+}
+
+template <class Real>
+void BoundaryNodes<Real>::before_kick(std::size_t block, const Round& round) {
+  for (Entry& entry : blocks_[block].driven) keep_velocity(entry, round);
+}
+
+template <class Real>
+void BoundaryNodes<Real>::after_kick(std::size_t block, const Round& round) {
+  for (const Entry& entry : blocks_[block].driven) velocity(entry) = entry.velocity;
+  for (Entry& entry : blocks_[block].loaded) kick_by_load(entry, round);
+}
+
+template <class Real>
+double BoundaryNodes<Real>::after_drift(std::size_t block, const Round& round) {
+  double furthest = 0;
+  for (const Entry& entry : blocks_[block].driven) furthest = std::max(furthest, drive(entry, round));
+  return furthest;
+}
+
+template <class Real>
+void BoundaryNodes<Real>::save(MotionCheckpoint& checkpoint) const {
+  std::vector<const std::vector<std::int32_t>*> nodes;
+  std::vector<std::vector<double>> remainders;
+  for (const auto& pattern : context_.loads->forces) {
+    nodes.push_back(&pattern.nodes);
+    remainders.emplace_back(pattern.nodes.size(), 0.0);
+  }
+  for (const Block& block : blocks_)
+    for (const Entry& entry : block.loaded) remainders[entry.condition][entry.place] = entry.remainder;
+  checkpoint.remainder = gather_at_nodes(context_, nodes, remainders);
+}
+
+template <class Real>
+void BoundaryNodes<Real>::restore(const MotionCheckpoint& checkpoint) {
+  const auto& number = context_.body->subdomain().node_number;
+  for (Block& block : blocks_)
+    for (Entry& entry : block.loaded)
+      entry.remainder = checkpoint.remainder.at(entry.condition).number_at(number[index(entry.node)]);
+}
+
+template <class Real>
+typename BoundaryNodes<Real>::Integer& BoundaryNodes<Real>::velocity(const Entry& entry) {
+  return state_->velocity()[index(entry.node)].value[entry.component];
+}
+
+template <class Real>
+void BoundaryNodes<Real>::keep_velocity(Entry& entry, const Round& round) {
+  entry.velocity = velocity(entry);
+  const double prescribed = context_.loads->motions[entry.condition].velocity(round.kick_time);
+  if (prescribed == 0) return;
+  const auto force = state_->nodes()[index(entry.node)].force[entry.component];
+  work_->add_reaction(entry.condition, entry.place, round.kick * prescribed,
+                      scale_.force * static_cast<double>(force));
+}
+
+template <class Real>
+void BoundaryNodes<Real>::kick_by_load(Entry& entry, const Round& round) {
+  const auto& pattern = context_.loads->forces[entry.condition];
+  const std::int64_t displacement =
+      state_->whole_displacement(3 * index(entry.node) + static_cast<std::size_t>(entry.component));
+  work_->add_rate(entry.condition, entry.place, round.kick * pattern.amplitude.slope(round.kick_time),
+                  scale_.displacement * static_cast<double>(displacement));
+  if (entry.is_driven) return;
+  const double mass = context_.body->operators().node_mass[index(entry.node)];
+  const double force = pattern.amplitude.at(round.kick_time) * pattern.weight[entry.place];
+  // A constant load would be rounded the same way in every kick: the remainder is carried on.
+  const double change = round.kick * force / mass / scale_.velocity + entry.remainder;
+  const auto rounded = static_cast<Integer>(std::llrint(change));
+  entry.remainder = change - static_cast<double>(rounded);
+  velocity(entry) = kernels::sum(velocity(entry), rounded);
+}
+
+template <class Real>
+double BoundaryNodes<Real>::drive(const Entry& entry, const Round& round) {
+  const auto& motion = context_.loads->motions[entry.condition];
+  auto& place = state_->nodes()[index(entry.node)].displacement[entry.component];
+  const Integer before = place;
+  place = static_cast<Integer>(std::llrint(motion.displacement(round.drift_time) / scale_.displacement));
+  velocity(entry) = quantized<Real>(motion.velocity(round.drift_time), scale_.velocity);
+  // The drift went by factor times velocity from where the step began; together they are below the sum.
+  return std::abs(static_cast<double>(kernels::difference(place, before))) +
+         std::abs(round.drift * motion.velocity(round.drift_time)) / scale_.displacement + 2;
+}
+
+template class BoundaryNodes<float>;
+template class BoundaryNodes<double>;
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "external_work.h"
+#include "fixed_point_state.h"
+#include "rounds.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace crackle::dynamics {
+
+/// The nodes that loads act on or motions drive, in fixed point and block by block: what they need besides
+/// the kick and the drift that all nodes of a block get, and the work that goes with it.
+template <class Real>
+class BoundaryNodes {
+public:
+  /// The references must outlive the object.
+  /// @param nodes_per_block of the state's nodes, from the first one on
+  BoundaryNodes(const MotionContext& context, const mechanics::FixedPointScale& scale,
+                std::int32_t nodes_per_block, FixedPointState<Real>& state, ExternalWork& work);
+
+  /// Notes the driven velocities, which the kick must not change.
+  void before_kick(std::size_t block, const Round& round);
+  /// Sets them again, and lets the loads kick.
+  void after_kick(std::size_t block, const Round& round);
+  /// Takes driven nodes to their places.
+  /// @return a bound of the way that any of them has gone with drift and drive together, in quanta
+  double after_drift(std::size_t block, const Round& round);
+
+  /// Adds what rounding has kept so far. Collective.
+  void save(MotionCheckpoint& checkpoint) const;
+  /// Takes it back. Local.
+  void restore(const MotionCheckpoint& checkpoint);
+
+private:
+  using Integer = kernels::Integer<Real>;
+
+  struct Entry {
+    std::size_t condition;  // number of the pattern or motion
+    std::size_t place;      // in its list of nodes
+    std::int32_t node;
+    int component;
+    bool is_driven;    // of a loaded component: a motion prescribes it too
+    double remainder;  // of a loaded component: what rounding has kept from the velocity so far, in quanta
+    Integer velocity;  // before the kick, of driven components
+  };
+  struct Block {
+    std::vector<Entry> loaded;
+    std::vector<Entry> driven;
+  };
+
+  Integer& velocity(const Entry& entry);
+  void keep_velocity(Entry& entry, const Round& round);
+  void kick_by_load(Entry& entry, const Round& round);
+  double drive(const Entry& entry, const Round& round);
+
+  MotionContext context_;
+  mechanics::FixedPointScale scale_;
+  FixedPointState<Real>* state_;
+  ExternalWork* work_;
+  std::vector<Block> blocks_;
+};
+
+extern template class BoundaryNodes<float>;
+extern template class BoundaryNodes<double>;
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fixed_point_state.h"
+
+#include <stdexcept>
+
+namespace crackle::dynamics {
+
+template <class Real>
+FixedPointState<Real>::FixedPointState(const geometry::Subdomain& subdomain,
+                                       const mechanics::FixedPointScale& scale,
+                                       std::span<kernels::NodeRecord<Real>> nodes, const MotionState& start)
+    : subdomain_(&subdomain),
+      scale_(scale),
+      nodes_(nodes),
+      velocity_(static_cast<std::size_t>(subdomain.n_owned)),
+      whole_(nodes.size()) {
+  for (std::size_t i = 0; i < 3 * nodes_.size(); ++i) {
+    whole_[i / 3][i % 3] = std::llrint(start.displacement.local()[i] / scale_.displacement);
+    nodes_[i / 3].displacement[i % 3] = static_cast<Integer>(whole_[i / 3][i % 3]);
+  }
+  for (std::size_t i = 0; i < 3 * velocity_.size(); ++i)
+    velocity_[i / 3].value[i % 3] = quantized<Real>(start.velocity.owned()[i], scale_.velocity);
+}
+
+template <class Real>
+void FixedPointState<Real>::unwrap() {
+  for (std::size_t i = 0; i < 3 * whole_.size(); ++i) whole_[i / 3][i % 3] = whole_displacement(i);
+}
+
+template <class Real>
+void FixedPointState<Real>::read(MotionState& state) const {
+  const auto u = state.displacement.local();
+  for (std::size_t i = 0; i < u.size(); ++i)
+    u[i] = scale_.displacement * static_cast<double>(whole_displacement(i));
+  const auto v = state.velocity.owned();
+  for (std::size_t i = 0; i < v.size(); ++i)
+    v[i] = scale_.velocity * static_cast<double>(velocity_[i / 3].value[i % 3]);
+}
+
+template <class Real>
+parallel::NumberedRows FixedPointState<Real>::rows(bool with_force) const {
+  parallel::NumberedRows rows;
+  rows.width = with_force ? 9 : 6;
+  for (std::size_t n = 0; n < velocity_.size(); ++n) {
+    rows.numbers.push_back(subdomain_->node_number[n]);
+    for (std::size_t c = 0; c < 3; ++c) rows.values.push_back(whole_displacement(3 * n + c));
+    for (std::size_t c = 0; c < 3; ++c) rows.values.push_back(velocity_[n].value[c]);
+    for (std::size_t c = 0; c < 3 && with_force; ++c) rows.values.push_back(nodes_[n].force[c]);
+  }
+  return rows;
+}
+
+template <class Real>
+void FixedPointState<Real>::restore(const parallel::NumberedRows& rows, bool with_force) {
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
+    const auto row = rows.find(subdomain_->node_number[n]);
+    if (row.empty()) throw std::runtime_error("the checkpoint is of another mesh");
+    for (std::size_t c = 0; c < 3; ++c) {
+      whole_[n][c] = row[c];
+      nodes_[n].displacement[c] = static_cast<Integer>(row[c]);
+      if (n >= velocity_.size()) continue;
+      velocity_[n].value[c] = static_cast<Integer>(row[3 + c]);
+      if (with_force) nodes_[n].force[c] = static_cast<Integer>(row[6 + c]);
+    }
+  }
+}
+
+template class FixedPointState<float>;
+template class FixedPointState<double>;
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/dynamics/moving_body.h"
+#include "crackle/mechanics/fixed_point_scale.h"
+
+#include "kernels/kernels.h"
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace crackle::dynamics {
+
+/// A number in quanta, rounded to nearest.
+template <class Real>
+kernels::Integer<Real> quantized(double value, double quantum) {
+  return static_cast<kernels::Integer<Real>>(std::llrint(value / quantum));
+}
+
+/// Displacement and velocity in quanta. The displacements are in the node records that the force works on,
+/// which hold their low digits only; this keeps the others. Nothing here is collective.
+template <class Real>
+class FixedPointState {
+public:
+  using Integer = kernels::Integer<Real>;
+
+  /// Rounds the state to the format.
+  /// @param nodes records of the local nodes, which must outlive the object
+  FixedPointState(const geometry::Subdomain& subdomain, const mechanics::FixedPointScale& scale,
+                  std::span<kernels::NodeRecord<Real>> nodes, const MotionState& start);
+
+  std::span<kernels::NodeRecord<Real>> nodes() const { return nodes_; }  ///< local
+  std::span<kernels::Velocity<Real>> velocity() { return velocity_; }    ///< of owned nodes
+  std::span<const kernels::Velocity<Real>> velocity() const { return velocity_; }
+
+  /// Component i % 3 of local node i / 3, in quanta, with the digits that its record has lost: those of the
+  /// last unwrap(), carried on by the movement since, which is small.
+  std::int64_t whole_displacement(std::size_t i) const {
+    const std::int64_t last = whole_[i / 3][i % 3];
+    return last + kernels::difference(nodes_[i / 3].displacement[i % 3], static_cast<Integer>(last));
+  }
+
+  /// Takes note of the digits that the records are about to lose; due before any displacement has moved on by
+  /// half of the records' range.
+  void unwrap();
+
+  /// Copies the state in SI units: displacements with ghosts, velocities of owned nodes.
+  void read(MotionState& state) const;
+
+  /// Rows of a checkpoint for the owned nodes: displacement and velocity, and the force if it is asked for.
+  parallel::NumberedRows rows(bool with_force) const;
+  /// Takes them back.
+  /// @throws std::runtime_error when a local node is missing
+  void restore(const parallel::NumberedRows& rows, bool with_force);
+
+private:
+  const geometry::Subdomain* subdomain_;
+  mechanics::FixedPointScale scale_;
+  std::span<kernels::NodeRecord<Real>> nodes_;
+  std::vector<kernels::Velocity<Real>> velocity_;
+  std::vector<std::array<std::int64_t, 3>> whole_;  // displacements at the last unwrapping, of local nodes
+};
+
+extern template class FixedPointState<float>;
+extern template class FixedPointState<double>;
+
+}  // namespace crackle::dynamics

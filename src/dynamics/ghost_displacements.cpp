@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ghost_displacements.h"
+
+#include "crackle/stopwatch.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace crackle::dynamics {
+
+template <class Real>
+GhostDisplacements<Real>::GhostDisplacements(const parallel::Communicator& group,
+                                             const geometry::Subdomain& subdomain,
+                                             std::span<kernels::NodeRecord<Real>> nodes,
+                                             std::span<double> movement, std::size_t nodes_per_block)
+    : nodes_(nodes),
+      ghosts_(nodes.subspan(static_cast<std::size_t>(subdomain.n_owned))),
+      movement_(movement),
+      nodes_per_block_(nodes_per_block) {
+  if (group.size() > 1) exchange_.emplace(group, subdomain);
+}
+
+template <class Real>
+std::span<const std::int32_t> GhostDisplacements<Real>::sent_nodes() const {
+  return exchange_ ? exchange_->sent_nodes() : std::span<const std::int32_t>{};
+}
+
+template <class Real>
+void GhostDisplacements<Real>::begin() {
+  if (!exchange_) return;
+  end();
+  const Stopwatch watch;
+  const auto sent = exchange_->sent_nodes();
+  for (std::size_t i = 0; i < sent.size(); ++i)
+    std::copy_n(nodes_[static_cast<std::size_t>(sent[i])].displacement, 3, exchange_->sent()[i].begin());
+  exchange_->begin();
+  is_under_way_ = true;
+  seconds_ += watch.seconds();
+}
+
+template <class Real>
+void GhostDisplacements<Real>::end() {
+  if (!is_under_way_) return;
+  const Stopwatch watch;
+  exchange_->end();
+  is_under_way_ = false;
+  seconds_ += watch.seconds();
+  const auto received = exchange_->received();
+  for (std::size_t begin = 0; begin < ghosts_.size(); begin += nodes_per_block_) {
+    double furthest = 0;
+    for (std::size_t i = begin; i < std::min(begin + nodes_per_block_, ghosts_.size()); ++i) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        auto& place = ghosts_[i].displacement[c];
+        furthest =
+            std::max(furthest, std::abs(static_cast<double>(kernels::difference(received[i][c], place))));
+        place = received[i][c];
+      }
+    }
+    movement_[begin / nodes_per_block_] += furthest;
+  }
+}
+
+template <class Real>
+Traffic GhostDisplacements<Real>::traffic() const {
+  if (!exchange_) return {};
+  return {exchange_->n_exchanges(), exchange_->bytes_per_exchange(), seconds_};
+}
+
+template class GhostDisplacements<float>;
+template class GhostDisplacements<double>;
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/dynamics/sample_result.h"
+#include "crackle/parallel/ghost_exchange.h"
+
+#include "kernels/kernels.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+namespace crackle::dynamics {
+
+/// Displacements of ghosts in node records: sent as soon as their owners have moved, and waited for only
+/// where they are needed. Alone in a group nothing is ever sent.
+template <class Real>
+class GhostDisplacements {
+public:
+  /// Collective. The references must outlive the object.
+  /// @param nodes records of the local nodes
+  /// @param movement of each block of ghosts: what arrives is added by the component that moved furthest, in
+  /// quanta
+  GhostDisplacements(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+                     std::span<kernels::NodeRecord<Real>> nodes, std::span<double> movement,
+                     std::size_t nodes_per_block);
+
+  /// The owned nodes that are ghosts elsewhere, ascending.
+  std::span<const std::int32_t> sent_nodes() const;
+
+  void begin();  ///< Collective. Ends the exchange before.
+  void end();    ///< Collective, if one is under way.
+
+  Traffic traffic() const;
+
+private:
+  std::span<kernels::NodeRecord<Real>> nodes_;
+  std::span<kernels::NodeRecord<Real>> ghosts_;
+  std::span<double> movement_;
+  std::size_t nodes_per_block_;
+  std::optional<parallel::GhostExchange<kernels::Integer<Real>>> exchange_;
+  bool is_under_way_ = false;
+  double seconds_ = 0;
+};
+
+extern template class GhostDisplacements<float>;
+extern template class GhostDisplacements<double>;
+
+}  // namespace crackle::dynamics

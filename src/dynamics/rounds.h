@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/dynamics/integrator.h"
+
+#include <span>
+#include <vector>
+
+namespace crackle::dynamics {
+
+/// One force evaluation with the kick and the drift that follow it; any part may be missing.
+struct Round {
+  bool has_force = false;
+  bool has_kick = false;
+  bool has_drift = false;
+  bool keeps_force = false;  ///< for the next step, which begins with a kick from the same displacement
+  double kick = 0;           ///< duration [s]
+  double kick_time = 0;
+  double drift = 0;       ///< duration [s]
+  double drift_time = 0;  ///< at its end
+};
+
+/// The stages of one step as rounds.
+/// @param time of the load programs at the beginning of the step [s]
+/// @param force_is_current the first kick needs no force of its own
+std::vector<Round> rounds_of(std::span<const Stage> stages, double time_step, double time,
+                             bool force_is_current);
+
+}  // namespace crackle::dynamics
