@@ -109,7 +109,10 @@ public:
     for (std::size_t i = 0; i < held_.size(); ++i)
       operand_.local()[i] = held_[i] != 0 ? displacement.local()[i] : 0;
     const double reference = find_residual(force, operand_);
-    if (reference == 0) return 0;
+    if (reference == 0) {  // so it is in equilibrium, whatever the guess was
+      displacement.assign(operand_);
+      return 0;
+    }
     const double tolerance = relative_tolerance * reference;
     int iterations = 0;
     double residual = find_residual(force, displacement);

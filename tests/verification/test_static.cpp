@@ -76,6 +76,22 @@ TEST(Static, BarInTensionHasTheExactDisplacement) {
   EXPECT_NEAR(row.strain, 0.5 * stress * strain * length * width * thickness, 1e-8 * row.strain);
 }
 
+TEST(Static, WithoutLoadsTheGuessIsForgotten) {
+  const Bar bar;
+  const auto operators = mechanics::make_operators(bar.subdomain, bar.parameters.material.density);
+  const mechanics::IsotropicElasticity elasticity(bar.parameters.material);
+  const mechanics::Integrity intact(operators, elasticity);
+  const auto edges = mechanics::make_edges(bar.subdomain);
+  parallel::NodeField displacement(bar.self, bar.subdomain);
+  mechanics::HeldComponents held(displacement.local().size(), 0);
+  for (std::size_t n = 0; n < bar.subdomain.nodes.size(); ++n)
+    if (bar.subdomain.nodes[n][2] == 0) held[3 * n] = held[3 * n + 1] = held[3 * n + 2] = 1;
+  for (std::size_t i = 0; i < held.size(); ++i) displacement.local()[i] = held[i] != 0 ? 0 : 1e-6;
+  mechanics::StaticSolver solver(bar.self, bar.subdomain, operators, elasticity, edges, intact, held);
+  solver.solve(std::vector<double>(displacement.owned().size(), 0.0), displacement);
+  EXPECT_EQ(std::ranges::count(displacement.local(), 0.0), std::ssize(displacement.local()));
+}
+
 struct OnsetCase {
   double lateral;  ///< constant stress across the bar [Pa]
   double shear;    ///< constant shear stress [Pa]
