@@ -3,11 +3,15 @@
 
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
+#include "crackle/geometry/survey.h"
 #include "crackle/input/parameters.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
+#include <vector>
 
 /// What `crackle mesh` prints.
 namespace crackle::apps {
@@ -33,9 +37,23 @@ std::string mesh_table(const input::Parameters& parameters, std::uint64_t sample
                        const geometry::MotherPoints& base, const geometry::Realization& realization,
                        const MeshTimes& times, int n_ranks);
 
-/// Makes realizations 0 to n_samples - 1, shows the progress on standard error and prints what they have in
-/// common and in what they differ. Writes one line for each to `table` (comma-separated), unless that is
-/// empty.
+/// What a survey has found.
+struct SurveyFigures {
+  std::size_t n_nodes;  ///< of every realization
+  double base_seconds;  ///< that the mother points took [s]
+  geometry::OrientationMoments base_orientation;
+  std::vector<geometry::SurveyRow> rows;  ///< failed ones too
+  double stable_step;                     ///< of the first realization [s]
+};
+
+/// What the realizations have in common and in what they differ.
+std::string survey_table(const input::Parameters& parameters, const SurveyFigures& figures);
+
+/// One line for each realization, comma-separated, with a heading.
+std::string survey_csv(std::span<const geometry::SurveyRow> rows);
+
+/// Makes realizations 0 to n_samples - 1, shows the progress on standard error and prints survey_table().
+/// Writes survey_csv() to `table`, unless that is empty.
 /// @return whether all realizations conform
 /// @throws std::runtime_error when there are no base points or the table cannot be written
 bool survey_meshes(const input::Parameters& parameters, std::uint64_t n_samples,
