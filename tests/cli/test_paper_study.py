@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools")]
 
-from crackle_paper import comparing, fringes, rows, tables  # noqa: E402
+from crackle_paper import comparing, course, fringes, ramp, rows, tables  # noqa: E402
 from crackle_paper.keeping import keep  # noqa: E402
 from crackle_paper.running import compute  # noqa: E402
 from crackle_paper.studies import STUDIES, TARGET_LOAD, Run  # noqa: E402
@@ -80,14 +80,12 @@ class Inputs(unittest.TestCase):
 
 class Statistics(unittest.TestCase):
     def test_exact_tests_give_the_textbooks_values(self):
-        # Fisher's lady tasting tea: 3 of 4 right.
-        self.assertAlmostEqual(comparing.fisher_test(3, 4, 1, 4), 34 / 70)
-        self.assertAlmostEqual(comparing.fisher_test(5, 10, 5, 10), 1)
         self.assertAlmostEqual(comparing.binomial_test(3, 12), 2 * (1 + 12 + 66 + 220) / 4096)
         self.assertEqual(comparing.binomial_test(6, 12), 1)
+        self.assertEqual(comparing.binomial_test(0, 0), 1)
 
     def test_one_share_in_all_groups_is_tested(self):
-        # Two groups of 4 with 3 and 1 hits: Fisher's table again, where the two-sided p is 34/70.
+        # Two groups of 4 with 3 and 1 hits: Fisher's lady tasting tea, where the two-sided p is 34/70.
         self.assertAlmostEqual(comparing.same_share_test([3, 1], [4, 4]), 34 / 70, delta=0.015)
         self.assertLess(comparing.same_share_test([10, 0, 5], [10, 10, 10]), 1e-3)
         self.assertGreater(comparing.same_share_test([5, 5, 5], [10, 10, 10]), 0.99)
@@ -116,6 +114,30 @@ class Statistics(unittest.TestCase):
         self.assertEqual(comparing.groups(found, 0.4), (2, 1, 1))
         self.assertEqual(comparing.groups(found, 0.5), (3, 0, 1))
 
+    def test_a_shift_of_paired_paths_is_found_wherever_it_is(self):
+        chance = np.random.default_rng(1).normal(0, 1, (20, 5))
+        self.assertGreater(comparing.same_path_test(chance), 0.05)
+        self.assertLess(comparing.same_path_test(chance + [0, 0, 0, 1.5, 0]), 0.01)
+        # Of three pairs with one sign, 2 of the 8 choices of signs are as extreme.
+        self.assertAlmostEqual(comparing.same_path_test(np.array([[1.0], [1.1], [1.2]])), 0.25, delta=0.02)
+        self.assertEqual(comparing.same_path_test(np.zeros((4, 5))), 1)
+
+    def test_scatter_of_means_leaves_chance_out(self):
+        generator = np.random.default_rng(1)
+        groups = [generator.normal(mean, 2, 50) for mean in generator.normal(0, 3, 400)]
+        self.assertAlmostEqual(comparing.scatter_of_means(groups), 3, delta=0.3)
+        self.assertLess(comparing.scatter_of_means([generator.normal(0, 2, 5) for _ in range(400)]), 0.4)
+
+    def test_the_notch_whose_crack_came_farther_leads(self):
+        found = make_rows(np.zeros((4, 2, 5)))
+        found.z[1, 1, 2:] = np.nan  # fewer sections, though it came farther and started first
+        found.values["reach_1"][:] = [0, 0.9, 0.6, 0]
+        found.values["reach_0"][:] = [0, 0.5, 0.5, 0]
+        found.values["start_0"][:] = [0, 2, 1, 2]
+        found.values["start_1"][:] = [0, 1, 2, 1]
+        self.assertEqual(comparing.leading_notch(found).tolist(), [-1, 0, 1, 1])
+        np.testing.assert_array_equal(comparing.of_notch(found, "start", np.array([-1, 0, 1, 1])), [np.nan, 2, 2, 1])
+
     def test_a_turned_mesh_is_turned_back(self):
         found = make_rows(np.zeros((4, 2, 5)))
         found.values["turned"][:] = [0, 1, 1, 1]
@@ -127,7 +149,8 @@ class Statistics(unittest.TestCase):
         one = make_rows([[path, gone], [gone, comparing.LENGTH - path[::-1]]])
         self.assertEqual(comparing.leading_notch(one).tolist(), [0, 1])
         np.testing.assert_allclose(comparing.leading_path(one), [path, path])
-        self.assertAlmostEqual(comparing.distance_between_bodies(one), 0)
+        np.testing.assert_allclose(comparing.distances(comparing.leading_path(one)), [0], atol=1e-12)
+        np.testing.assert_allclose(comparing.distances(path[None], np.array([path, path + 1e-3])), [0, 1e-3], atol=1e-12)
         self.assertAlmostEqual(float(comparing.path_distance(path, path + 1e-3)), 1e-3)
 
     def test_the_depth_of_the_target_load_is_found(self):
@@ -136,6 +159,11 @@ class Statistics(unittest.TestCase):
                           TARGET_LOAD - 50 * (depth - 5.3) + np.array([-9, -4, -2, -1, 0, 1, 2, 3, 40])) for depth in depths]
         _, depth = tables.median_curve(runs)
         self.assertAlmostEqual(depth, 5.3, delta=0.01)
+        low, high = tables.depth_interval(runs, 0)
+        self.assertLess(low, 5.3)
+        self.assertGreater(high, 5.3)
+        wider = tables.depth_interval(runs, 10)
+        self.assertGreater(wider[1] - wider[0], 2 * (high - low))
 
     def test_rows_come_back_from_their_file(self):
         z = np.random.default_rng(1).random((3, 2, 5))
@@ -147,6 +175,44 @@ class Statistics(unittest.TestCase):
         self.assertEqual(after.label, before.label)
         np.testing.assert_allclose(after.z, before.z, rtol=1e-5)
         np.testing.assert_array_equal(after.values["onset_force"], before.values["onset_force"])
+
+
+class Course(unittest.TestCase):
+    def test_stations_are_crossed_when_enough_of_the_thickness_is(self):
+        # Squares across the advance-thickness plane: a tenth of the thickness by a fiftieth of the ligament each.
+        def facet(i, k):
+            x, y = np.array([0, 0, 1, 1]) * 0.1 + 0.1 * i, np.array([0, 1, 1, 0]) * 0.02 + 0.02 * k
+            return x, y
+
+        facets = [(*facet(i, k), 10.0 * k + i) for k in range(20) for i in range(4)]
+        facets += [(*facet(i, 30), 1.0) for i in range(2)]  # ahead, but a fifth of the thickness only
+        x, y, time = (np.array(column) for column in zip(*facets))
+        arrival = course.arrivals(x, y, time)
+        # Three of the four squares of each row make three tenths.
+        np.testing.assert_allclose(arrival[:20], 10.0 * np.arange(20) + 2)
+        self.assertTrue(np.all(np.isinf(arrival[20:])))
+        self.assertAlmostEqual(course.reach_at(arrival, np.inf), 0.4)
+        self.assertAlmostEqual(course.reach_at(arrival, 102.0), 0.22)
+        self.assertEqual(course.reach_at(arrival, 1.0), 0)
+        self.assertEqual(course.time_of(arrival, 0.06), 22)
+        self.assertTrue(np.isnan(course.time_of(arrival, 0.8)))
+        self.assertTrue(np.all(np.isinf(course.arrivals(np.empty((0, 4)), np.empty((0, 4)), np.empty(0)))))
+
+    def test_the_campaigns_groups_are_the_programs_patterns(self):
+        (found,) = rows.read_csv(ROOT / "jobs" / "paper" / "campaign.csv")
+        one, two, other = comparing.groups(found, comparing.DEVELOPED)
+        print(f"one / two / other: {one} / {two} / {other}, patterns {[found.share(p) for p in (1, 2, 3)]}")
+        self.assertAlmostEqual(one / len(found), found.share(1) / len(found), delta=0.02)
+        self.assertEqual(other, found.share(3))
+
+    def test_the_load_of_a_held_bar_is_dalemberts(self):
+        transit = 0.14 / ramp.BAR_SPEED
+        # At the held end the load doubles from the first arrival on, until the free end's answer comes.
+        at_end = ramp.section_load(1e6, np.array([0.5, 1.5, 2.5, 3.5, 5]) * transit, 0.0, 0.14)
+        np.testing.assert_allclose(at_end / (1e6 * transit), [0, 1, 3, 4, 4], rtol=1e-9, atol=1e-12)
+        slow = ramp.section_load(5.0, np.array([10.0, np.nan]), 0.07, 0.14)
+        self.assertAlmostEqual(slow[0], 50, delta=1e-3)
+        self.assertTrue(np.isnan(slow[1]))
 
 
 class Fringes(unittest.TestCase):
@@ -193,12 +259,14 @@ class Running(unittest.TestCase):
             self.assertEqual((output / "small" / "log.txt").read_text(), log, "a finished run is not started again")
             (output / "campaign").symlink_to("small")
             (output / "fast").symlink_to("small")
-            (output / "perturbation-0.1").symlink_to("small")
+            for name in ("base-2012", "base-1", "base-2", "perturbation-0.1-base-1", "perturbation-0.1-base-2",
+                         "spacing-0.4-base-1", "spacing-0.4-base-2"):
+                (output / name).symlink_to("small")
             (output / "rate-1e6").symlink_to("small")
-            keep(["campaign", "convergence", "disturbance", "rate"], output, output / "kept", None)
+            keep(["bases", "campaign", "convergence", "spacing", "disturbance", "rate"], output, output / "kept", None)
             kept = {file.name for file in (output / "kept").iterdir()}
             self.assertLessEqual({"ensemble.h5", "campaign.csv", "convergence.csv", "fringes.csv", "fringes.png",
-                                  "second-crack.png", "disturbance.png", "rate.png", "crossings.png", "growth-1.png"}, kept)
+                                  "second-crack.png", "spacing.png", "disturbance.png", "rate.png", "crossings.png", "growth-1.png"}, kept)
             found = rows.read(run, output / "small" / "out")
             self.assertTrue(np.all(np.maximum(found.values["reach_0"], found.values["reach_1"]) > 0.2))
             self.assertEqual(rows.read_csv(output / "kept" / "campaign.csv")[0].sample.tolist(), [0, 1, 2])

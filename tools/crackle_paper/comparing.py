@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy import stats
 
 from crackle_report.confidence import student_quantile
 
@@ -14,12 +15,19 @@ LENGTH = 0.140  # of the plate [m]
 # Shares of the ligament as in the program's patterns (crack_path.h).
 DEVELOPED = 0.4
 THROUGH = 0.6  # that a main crack crosses
+ROUNDS = 10_000  # of tests by drawing
 
 
 def leading_notch(rows: Rows) -> np.ndarray:
-    """The notch whose crack arrived at more sections; -1 where both arrived at as many."""
-    arrived = np.isfinite(rows.z).sum(axis=2)
-    return np.where(arrived[:, 0] == arrived[:, 1], -1, np.argmax(arrived, axis=1))
+    """The notch whose crack arrived at more sections; where both arrived at as many, the one that came farther, then the one
+    that started first. -1 where none of this differs.
+    """
+    lead = np.full(len(rows), -1)
+    start = -np.nan_to_num(np.stack([rows.values[f"start_{notch}"] for notch in range(2)]), nan=np.inf)
+    reached = np.stack([rows.values[f"reach_{notch}"] for notch in range(2)])
+    for first, second in (start, reached, np.isfinite(rows.z).sum(axis=2).T):
+        lead = np.where(first > second, 0, np.where(second > first, 1, lead))
+    return lead
 
 
 def in_base_frame(rows: Rows, notch: np.ndarray) -> np.ndarray:
@@ -27,18 +35,24 @@ def in_base_frame(rows: Rows, notch: np.ndarray) -> np.ndarray:
     return np.where((notch >= 0) & (rows.values["turned"] == 1), 1 - notch, notch)
 
 
-def reach(rows: Rows, early: bool = False) -> tuple[np.ndarray, np.ndarray]:
-    """Share of the ligament that the farther crack of each sample has crossed, and that of the other one."""
-    both = np.stack([rows.values[f"{'early_' if early else ''}reach_{notch}"] for notch in range(2)])
+def reach(rows: Rows) -> tuple[np.ndarray, np.ndarray]:
+    """Share of the ligament that the farther crack of each sample has crossed at the end, and that of the other one."""
+    both = np.stack([rows.values[f"reach_{notch}"] for notch in range(2)])
     return both.max(axis=0), both.min(axis=0)
 
 
-def groups(rows: Rows, limit: float, early: bool = False) -> tuple[int, int, int]:
-    """How many samples have one crack, two cracks, and neither, by reach alone.
+def of_notch(rows: Rows, name: str, notch: np.ndarray) -> np.ndarray:
+    """Of each sample the value `name` of one of its notches; NaN for the notch -1."""
+    both = np.stack([rows.values[f"{name}_{k}"] for k in range(2)])
+    return np.where(notch < 0, np.nan, np.where(notch == 1, both[1], both[0]))
+
+
+def groups(rows: Rows, limit: float) -> tuple[int, int, int]:
+    """How many samples have one crack, two cracks, and neither, by how far their cracks have come.
 
     Two: both have crossed the limit. One: one of them has, and THROUGH at least.
     """
-    first, second = reach(rows, early)
+    first, second = reach(rows)
     two = int((second >= limit).sum())
     one = int(((second < limit) & (first >= THROUGH)).sum())
     return one, two, len(rows) - one - two
@@ -71,11 +85,12 @@ def needed(half_width: np.ndarray, tolerance: float) -> int | None:
     return last if last <= len(half_width) else None
 
 
-def distance_between_bodies(rows: Rows) -> float:
-    """Median distance of the leading paths of two different samples [m]."""
-    paths = leading_path(rows)
+def distances(paths: np.ndarray, others: np.ndarray | None = None) -> np.ndarray:
+    """Distances of all pairs of different paths [m], or of all paths to all others."""
+    if others is not None:
+        return path_distance(paths[:, None], others[None]).ravel()
     first, second = np.triu_indices(len(paths), 1)
-    return float(np.nanmedian(path_distance(paths[first], paths[second]))) if len(paths) > 1 else math.nan
+    return path_distance(paths[first], paths[second])
 
 
 def difference(one: np.ndarray, other: np.ndarray, paired: bool) -> tuple[float, float]:
@@ -93,8 +108,27 @@ def difference(one: np.ndarray, other: np.ndarray, paired: bool) -> tuple[float,
     return float(parts[1].mean() - parts[0].mean()), student_quantile(0.95, max(1, int(freedom))) * math.sqrt(total)
 
 
-def same_share_test(hits: list[int], totals: list[int], rounds: int = 10_000) -> float:
-    """p of one share in all groups, by Pearson's chi-square and dealing out the hits anew; at least 1/(rounds + 1)."""
+def same_path_test(differences: np.ndarray) -> float:
+    """p of a mean difference of 0 at all sections of paired paths, by the greatest |t| and turning signs at random.
+
+    @param differences pairs x sections; pairs that lack a section are left out
+    """
+    found = differences[np.isfinite(differences).all(axis=1)]
+    if len(found) < 2 or not found.any():
+        return 1.0
+
+    def greatest(signed: np.ndarray) -> float:
+        mean, deviation = signed.mean(axis=0), signed.std(axis=0, ddof=1)
+        return float(np.max(np.abs(mean) / np.maximum(deviation, 1e-15)))
+
+    generator = np.random.Generator(np.random.Philox(2012))
+    limit = greatest(found) * (1 - 1e-12)
+    extreme = sum(greatest(found * generator.choice([-1.0, 1.0], (len(found), 1))) >= limit for _ in range(ROUNDS))
+    return (extreme + 1) / (ROUNDS + 1)
+
+
+def same_share_test(hits: list[int], totals: list[int]) -> float:
+    """p of one share in all groups, by Pearson's chi-square and dealing out the hits anew; at least 1 / (ROUNDS + 1)."""
     n = np.asarray(totals)
     group = np.repeat(np.arange(len(n)), n)
     hit = np.concatenate([np.arange(total) < k for k, total in zip(hits, totals)]).astype(float)
@@ -106,25 +140,19 @@ def same_share_test(hits: list[int], totals: list[int], rounds: int = 10_000) ->
     generator = np.random.Generator(np.random.Philox(2012))
     found = deviation()
     extreme = 0
-    for _ in range(rounds):
+    for _ in range(ROUNDS):
         generator.shuffle(hit)
         extreme += deviation() >= found * (1 - 1e-12)
-    return (extreme + 1) / (rounds + 1)
-
-
-def fisher_test(hits: int, n: int, other_hits: int, other_n: int) -> float:
-    """Two-sided p of equal shares (Fisher's exact test)."""
-    def weight(k: int) -> int:
-        return math.comb(n, k) * math.comb(other_n, hits + other_hits - k)
-
-    total = hits + other_hits
-    possible = range(max(0, total - other_n), min(n, total) + 1)
-    return sum(weight(k) for k in possible if weight(k) <= weight(hits)) / sum(weight(k) for k in possible)
+    return (extreme + 1) / (ROUNDS + 1)
 
 
 def binomial_test(hits: int, n: int) -> float:
     """Two-sided p of a fair coin."""
-    if n == 0:
-        return math.nan
-    tail = sum(math.comb(n, k) for k in range(min(hits, n - hits) + 1)) / 2 ** n
-    return min(1.0, 2 * tail)
+    return stats.binomtest(hits, n).pvalue if n > 0 else 1.0
+
+
+def scatter_of_means(values: list[np.ndarray]) -> float:
+    """Standard deviation of the groups' true means: that of their means less what the groups' own scatter makes of it."""
+    means = np.array([one.mean() for one in values])
+    chance = np.mean([one.var(ddof=1) / len(one) for one in values])
+    return math.sqrt(max(0.0, means.var(ddof=1) - chance))

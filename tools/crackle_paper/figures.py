@@ -6,13 +6,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from crackle_report import style
-from crackle_report.statistics import wilson_interval
 
-from .comparing import leading_path, reach
+from .comparing import difference, leading_path, reach
+from .course import FAR
 from .fringes import FringeSeries
-from .rows import Rows
+from .rows import SECTIONS, Rows
 from .studies import TARGET_LOAD
-from .tables import counts, median_curve
+from .tables import median_curve
 
 
 def onset_against_depth(all_rows: list[Rows]) -> Figure:
@@ -42,33 +42,36 @@ def onset_against_depth(all_rows: list[Rows]) -> Figure:
     return figure
 
 
-def shares_and_paths(all_rows: list[Rows], early: bool) -> Figure:
-    """Shares as in tables.shares, with Wilson's intervals, and the leading cracks' paths, setting by setting."""
+def reach_and_paths(settings: list[tuple[str, Rows]], measure: str) -> Figure:
+    """Setting by setting, how far the second crack runs in each sample, with mean and its interval, and the leading paths.
+
+    @param measure "reach": at the end; "other_when_far": when the first crack has crossed most of its ligament
+    """
     figure = Figure(figsize=(style.PAGE_WIDTH, 4.6), layout="constrained")
-    grid = figure.add_gridspec(2, len(all_rows), height_ratios=[1, 1.3])
+    grid = figure.add_gridspec(2, len(settings), height_ratios=[1, 1.3])
     axes = figure.add_subplot(grid[0, :])
-    width = 0.25
-    for number, rows in enumerate(all_rows):
-        for bar, (pattern, count) in enumerate(zip((1, 2, 3), counts(rows, early))):
-            low, high = wilson_interval(count, len(rows), 0.95)
-            share = count / len(rows)
-            axes.bar(number + (bar - 1) * width, 100 * share, width * 0.9, color=style.PATTERN_COLOURS[pattern],
-                     label=style.pattern_name(pattern) if number == 0 else None)
-            axes.errorbar(number + (bar - 1) * width, 100 * share, color="black", linewidth=0.9, capsize=2,
-                          yerr=[[max(0, 100 * (share - low))], [max(0, 100 * (high - share))]])
-    axes.set_xticks(range(len(all_rows)), [f"{rows.label} ({len(rows)})" for rows in all_rows])
-    axes.set_ylabel("share of the samples [%]")
-    axes.set_ylim(0, 105)
-    axes.legend()
+    for number, (label, rows) in enumerate(settings):
+        values = reach(rows)[1] if measure == "reach" else rows.values[measure]
+        values = values[np.isfinite(values)]
+        beside = np.linspace(-0.25, 0.25, len(values)) if len(values) > 1 else np.zeros(len(values))
+        axes.plot(number + beside, values, ".", color=style.notch_colour(1), markersize=4, alpha=0.5)
+        if len(values) > 1:
+            mean, half_width = difference(np.zeros(len(values)), values, paired=True)
+            axes.errorbar(number + 0.35, mean, half_width, fmt="o", color="black", markersize=3, linewidth=0.9, capsize=2)
+    axes.set_xticks(range(len(settings)), [f"{label} ({len(rows)})" for label, rows in settings], fontsize="small")
+    axes.set_ylabel("share of its ligament that\nthe second crack crosses" +
+                    ("" if measure == "reach" else f"\nwhen the first has crossed {FAR:g}"))
+    axes.set_ylim(0, 1)
     first = None
-    for number, rows in enumerate(all_rows):
+    for number, (_, rows) in enumerate(settings):
         axes = figure.add_subplot(grid[1, number], sharey=first, sharex=first)
-        first = first or axes
-        axes.plot([7, 9, 12.25, 15.5, 17.5], 1e3 * leading_path(rows).T, color=style.notch_colour(0), linewidth=0.5,
-                  alpha=0.5)
-        axes.set_xlabel("y from the leading notch's side [mm]")
-        if number == 0:
+        axes.plot([float(y) for y in SECTIONS], 1e3 * leading_path(rows).T, color=style.notch_colour(0), linewidth=0.5, alpha=0.5)
+        if first is None:
             axes.set_ylabel("z of the leading crack [mm]")
+            first = axes
+        else:
+            axes.tick_params(labelleft=False)
+    figure.supxlabel("y from the leading notch's side [mm]", fontsize="medium")
     return figure
 
 

@@ -15,6 +15,10 @@ from crackle_report.results import Ensemble, Frames
 WINDOW = ((0.0, 0.0245), (0.055, 0.085))  # y and z of the pictures [m]
 PIXEL = 0.1e-3  # [m]
 SMOOTHING = 11  # pixels: some three spacings at the notch tips
+TIP_MARGIN = 20  # pixels that are left out round a notch's tip
+
+
+COLUMNS = ("time", "order", "roughness", "likeness")  # of FringeSeries, at each frame
 
 
 @dataclass(frozen=True)
@@ -23,6 +27,7 @@ class FringeSeries:
 
     sample: int
     time: np.ndarray  # since onset [s]
+    order: np.ndarray  # mean fringe order
     roughness: np.ndarray  # of the fringe order, over the mean order at onset
     likeness: np.ndarray  # to the mean of the other samples' pictures at the same time
 
@@ -60,38 +65,46 @@ def near(y: np.ndarray, z: np.ndarray, grid: Grid, margin: int) -> np.ndarray:
     return smoothed(marked, 2 * margin + 1) > 0.5 / (2 * margin + 1) ** 2
 
 
-def orders(frames: Frames) -> list[np.ndarray]:
-    """The fringe order at each frame; NaN at cracks and as near to them as smoothing reaches."""
+def orders(frames: Frames, tips: np.ndarray) -> list[np.ndarray]:
+    """The fringe order at each frame; NaN as near to tips and to all the cracks there will be as smoothing reaches, so that
+    the same pixels are looked at in all frames.
+
+    @param tips of the notches, n x (y, z) [m]
+    """
     grid = Grid.over(*WINDOW, PIXEL)
     pictures = make_series(frames.nodes, frames.tetrahedra, frame_stresses(frames), grid)
-    centre = frames.nodes[frames.tetrahedra].mean(axis=1)
-    return [np.where(near(centre[broken, 1], centre[broken, 2], grid, SMOOTHING), np.nan, picture.order)
-            for picture, broken in zip(pictures, frames.broken)]
+    broken = frames.nodes[frames.tetrahedra[frames.broken[-1]]].mean(axis=1)
+    hidden = near(broken[:, 1], broken[:, 2], grid, SMOOTHING) | near(tips[:, 0], tips[:, 1], grid, TIP_MARGIN)
+    return [np.where(hidden, np.nan, picture.order) for picture in pictures]
 
 
 def look_through(ensemble: Ensemble, samples: Iterable[int], turned: Collection[int]) -> list[FringeSeries]:
-    """The fringe orders of the samples' frames, looked at; samples without all frames are left out.
+    """The fringe orders of the samples' frames, looked at; samples with fewer frames than others are left out.
 
     @param turned the samples whose picture is turned by 180 degrees first, so that in all the same notch leads
     """
     numbers, times, all_orders = [], [], []
+    tips = np.array([ensemble.plate.tip(notch) for notch in range(len(ensemble.plate.notches))])
     for number in samples:
         frames = ensemble.load_frames(number)
-        if frames is None or (times and len(frames.time) != len(times[0])):
+        if frames is None:
             continue
         step = -1 if number in turned else 1
         numbers.append(number)
         times.append(frames.time)
-        all_orders.append(np.array([order[::step, ::step] for order in orders(frames)], np.float32))
-    pictures = np.array(all_orders)  # samples x frames x rows x columns
+        all_orders.append(np.array([order[::step, ::step] for order in orders(frames, tips)], np.float32))
+    n_frames = max(map(len, times), default=0)
+    whole = [i for i, time in enumerate(times) if len(time) == n_frames]
+    numbers, times = [numbers[i] for i in whole], [times[i] for i in whole]
+    pictures = np.array([all_orders[i] for i in whole])  # samples x frames x rows x columns
     present = np.isfinite(pictures)
     count, total = present.sum(axis=0), np.where(present, pictures, 0).sum(axis=0)
     result = []
     for i, number in enumerate(numbers):
         n_others = count - present[i]
         others = np.where(n_others > 0, (total - np.where(present[i], pictures[i], 0)) / np.maximum(n_others, 1), np.nan)
-        scale = float(np.nanmean(pictures[i][0]))
-        result.append(FringeSeries(number, times[i], np.array([roughness(order, scale) for order in pictures[i]]),
+        mean = np.nanmean(pictures[i], axis=(1, 2), dtype=float)
+        result.append(FringeSeries(number, times[i], mean, np.array([roughness(order, mean[0]) for order in pictures[i]]),
                                    np.array([likeness(*pair) for pair in zip(pictures[i], others)])))
     return result
 
@@ -99,9 +112,9 @@ def look_through(ensemble: Ensemble, samples: Iterable[int], turned: Collection[
 def write_csv(series: list[FringeSeries], file: Path) -> None:
     with open(file, "w", newline="") as stream:
         out = csv.writer(stream, lineterminator="\n")
-        out.writerow(["sample", "time", "roughness", "likeness"])
+        out.writerow(["sample", *COLUMNS])
         for one in series:
-            for row in zip(one.time, one.roughness, one.likeness):
+            for row in zip(*(getattr(one, name) for name in COLUMNS)):
                 out.writerow([one.sample, *(f"{value:.6g}" for value in row)])
 
 
@@ -110,7 +123,7 @@ def read_csv(file: Path) -> list[FringeSeries]:
         lines = list(csv.DictReader(stream))
     result = []
     for sample in dict.fromkeys(line["sample"] for line in lines):
-        columns = np.array([[float(line[name]) for name in ("time", "roughness", "likeness")]
+        columns = np.array([[float(line[name]) for name in COLUMNS]
                             for line in lines if line["sample"] == sample]).T
         result.append(FringeSeries(int(sample), *columns))
     return result

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Callable
+from typing import Callable, Iterable
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -17,7 +17,7 @@ from crackle_report.writing import put_between_marks
 from . import campaign, figures, fringes, rows, tables
 from .against_paper import against_paper
 from .rows import Rows
-from .studies import CAMPAIGN, DISTANCE, FAST_CAMPAIGN, STUDIES
+from .studies import CAMPAIGN, DISTANCE, FAST_CAMPAIGN, PERTURBATION, STUDIES
 
 
 def keep(studies: list[str], output: Path, folder: Path, front_page: Path | None) -> None:
@@ -61,7 +61,8 @@ def _notches(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
     mine = list(kept["notches"].values())
     chosen = [one for one in mine if one.label.endswith(f", {DISTANCE:g} mm")]
     curve, depth = tables.median_curve(chosen)
-    low, high = tables.depth_interval(chosen)
+    scatter = tables.base_scatter(list(kept["bases"].values())) if "bases" in kept else 0.0
+    low, high = tables.depth_interval(chosen, scatter)
     _put(folder, "notches", tables.notches(mine) + (
         f"\nAt {DISTANCE:g} mm the curve through the medians meets {tables.TARGET_LOAD} N at a depth of {depth:.2f} mm (95 %: "
         f"{low:.2f} to {high:.2f} mm), where it falls by {-np.polyval(np.polyder(curve), depth):.0f} N/mm.\n"))
@@ -78,6 +79,7 @@ def _bases(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
 def _campaign(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
     mine = kept["campaign"][CAMPAIGN.name]
     _put(folder, "symmetry", tables.symmetry(mine))
+    _put(folder, "base-notches", tables.base_notches(mine))
     _put(folder, "limits", tables.group_limits(mine))
     _save(figures.second_crack(mine), folder / "second-crack.png")
     if series := _fringes(folder):
@@ -90,21 +92,38 @@ def _convergence(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
     _put(folder, "convergence", tables.comparison(mine, runs))
 
 
-def _against_fast(study: str, title: str, label: str, place: int, early: bool) -> Callable[[dict[str, dict[str, Rows]], Path], None]:
-    """Shares of a study's runs; the fast campaign is among them under this label, at this place."""
+def _by_label(several: Iterable[Rows]) -> dict[str, list[Rows]]:
+    result: dict[str, list[Rows]] = {}
+    for rows in several:
+        result.setdefault(rows.label, []).append(rows)
+    return result
+
+
+def _on_bases(study: str, title: str, usual: str, place: int) -> Callable[[dict[str, dict[str, Rows]], Path], None]:
+    """A study of the mesh on several bases; those of the study `bases` but the first are among them, at this place."""
     def show(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
-        mine = list(kept[study].values())
-        fast = kept.get("convergence", {}).get(FAST_CAMPAIGN.name)
-        if fast is not None:
-            mine.insert(place, replace(fast, label=label))
-        _put(folder, study, tables.shares(mine, title, early))
-        _save(figures.shares_and_paths(mine, early), folder / f"{study}.png")
+        settings = list(_by_label(kept[study].values()).items())
+        if "bases" not in kept:
+            return
+        settings.insert(place, (usual, list(kept["bases"].values())[1:]))
+        _put(folder, study, tables.on_bases(title, usual, settings))
+        _save(figures.reach_and_paths([(label, tables.merged(several)) for label, several in settings], "reach"),
+              folder / f"{study}.png")
     return show
 
 
+def _rate(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
+    fast = kept.get("convergence", {}).get(FAST_CAMPAIGN.name)
+    if fast is None:
+        return
+    slow, mine = replace(fast, label="5 N/s"), list(kept["rate"].values())
+    _put(folder, "rate", tables.rates(slow, mine))
+    _save(figures.reach_and_paths([(one.label, one) for one in (slow, *mine)], "other_when_far"), folder / "rate.png")
+
+
 SHOW = {"notches": _notches, "bases": _bases, "campaign": _campaign, "convergence": _convergence,
-        "disturbance": _against_fast("disturbance", "disturbance", "perturbation 0.2", 2, early=False),
-        "rate": _against_fast("rate", "rate", "5 N/s", 0, early=True)}
+        "spacing": _on_bases("spacing", "spacing", "0.3 mm at the tips", 0),
+        "disturbance": _on_bases("disturbance", "perturbation", f"{PERTURBATION:g}", 2), "rate": _rate}
 
 
 def _save(figure: Figure, file: Path) -> None:

@@ -9,12 +9,10 @@ import numpy as np
 
 from crackle_report.statistics import wilson_interval
 
-from .comparing import (DEVELOPED, binomial_test, difference, distance_between_bodies, fisher_test, groups, in_base_frame,
-                        leading_notch, leading_path, path_distance, reach, same_share_test)
-from .rows import Rows
+from .comparing import (binomial_test, difference, distances, groups, in_base_frame, leading_notch, leading_path,
+                        path_distance, reach, same_path_test, same_share_test, scatter_of_means)
+from .rows import SECTIONS, Rows
 from .studies import TARGET_LOAD, Run
-
-MIDDLE = 2  # of the sections
 
 
 def markdown(titles: list[str], lines: list[list[str]]) -> str:
@@ -66,88 +64,143 @@ def median_curve(all_rows: list[Rows]) -> tuple[np.ndarray, float]:
     return curve, float(inside[0]) if len(inside) else math.nan
 
 
-def depth_interval(all_rows: list[Rows], rounds: int = 200) -> tuple[float, float]:
-    """95 % interval of the depth at the target load [mm], by drawing each run's samples anew."""
+def depth_interval(all_rows: list[Rows], base_scatter: float, rounds: int = 200) -> tuple[float, float]:
+    """95 % interval of the depth at the target load [mm], by drawing each run's samples anew.
+
+    @param base_scatter standard deviation of the onset from base to base [N]: each run has a base of its own
+    """
     generator = np.random.Generator(np.random.Philox(2012))
     depths = []
     for _ in range(rounds):
         drawn = []
         for rows in all_rows:
             chosen = generator.integers(0, len(rows), len(rows))
-            drawn.append(replace(rows, sample=rows.sample[chosen], values={"onset_force": rows.values["onset_force"][chosen]}))
+            load = rows.values["onset_force"][chosen] + base_scatter * generator.standard_normal()
+            drawn.append(replace(rows, sample=rows.sample[chosen], values={"onset_force": load}))
         depths.append(median_curve(drawn)[1])
     return float(np.nanquantile(depths, 0.025)), float(np.nanquantile(depths, 0.975))
 
 
 def comparison(references: dict[str, Rows], runs: list[tuple[Run, Rows]]) -> str:
-    """Each setting against the run that it is to be compared with: sample by sample where the bodies are the same."""
+    """Each setting against the run that it is to be compared with, sample by sample: the bodies are the same."""
     lines = []
     for run, rows in runs:
         reference = references.get(run.reference)
-        path, seconds = leading_path(rows), float(np.median(rows.seconds))
         line = [rows.label, str(len(rows)), f"{np.median(rows.values['onset_force']):.0f}", patterns(rows)]
-        if reference is None or reference is rows:
-            line += [""] * 5
-        else:
-            line += [reference.label, *_against(reference, rows, run.same_bodies)]
-        line += [spread(1e3 * path[:, MIDDLE], ".2f"), spread(rows.values["crack_area"] * 1e6, ".0f"),
-                 spread(rows.values["crack_speed_ratio"], ".2f"), str(int((rows.values["bifurcations"] > 0).sum())),
-                 f"{np.nanmax(rows.values['energy_error']):.0e}",
-                 f"{np.median(rows.values['forces']):.0f}, {seconds:.0f} s"]
-        lines.append(line)
+        line += [""] * 6 if reference is None or reference is rows else [reference.label, *_against(reference, rows)]
+        lines.append(line + _run_figures(rows))
     titles = ["setting", "samples", "onset [N], median", "one / two cracks / other / none", "against", "onset [N]",
-              "z of the leading path at mid-width [mm]", "one crack", "same bodies"]
-    titles += ["z of the leading path at mid-width, mean [mm]", "crack area [mm²]", "speed over Rayleigh's", "with branching",
-               "largest energy error", "force evaluations, median time"]
-    return markdown(titles, lines)
+              "share that the second crack crosses", "mean leading path, where it differs most [mm]", "samples with one crack",
+              "same bodies"]
+    return markdown(titles + RUN_TITLES, lines)
 
 
-def _against(reference: Rows, rows: Rows, same_bodies: bool) -> list[str]:
-    """Differences to the reference with their 95 % intervals, of pairs where the bodies are the same."""
-    if same_bodies:
-        _, first, second = np.intersect1d(reference.sample, rows.sample, return_indices=True)
-    else:
-        first, second = np.arange(len(reference)), np.arange(len(rows))
+RUN_TITLES = ["crack area [mm²]", "speed over Rayleigh's", "with branching", "largest energy error",
+              "force evaluations, median time"]
+
+
+def _run_figures(rows: Rows) -> list[str]:
+    return [spread(rows.values["crack_area"] * 1e6, ".0f"), spread(rows.values["crack_speed_ratio"], ".2f"),
+            str(int((rows.values["bifurcations"] > 0).sum())), f"{np.nanmax(rows.values['energy_error']):.0e}",
+            f"{np.median(rows.values['forces']):.0f}, {np.median(rows.seconds):.0f} s"]
+
+
+def _against(reference: Rows, rows: Rows) -> list[str]:
+    """Differences to the reference with their 95 % intervals."""
+    _, first, second = np.intersect1d(reference.sample, rows.sample, return_indices=True)
     onsets = [one.values["onset_force"][chosen] for one, chosen in ((reference, first), (rows, second))]
+    reaches = [reach(one)[1][chosen] for one, chosen in ((reference, first), (rows, second))]
     paths = [leading_path(one)[chosen] for one, chosen in ((reference, first), (rows, second))]
     single = [one.values["pattern"][chosen] == 1 for one, chosen in ((reference, first), (rows, second))]
-    cells = [plus_minus(difference(*onsets, same_bodies), 1),
-             plus_minus(difference(1e3 * paths[0][:, MIDDLE], 1e3 * paths[1][:, MIDDLE], same_bodies), 2)]
-    counts = f"{single[1].sum()} of {len(second)} against {single[0].sum()} of {len(first)}"
-    if not same_bodies:
-        p = fisher_test(int(single[1].sum()), len(second), int(single[0].sum()), len(first))
-        return [*cells, f"{counts}, p = {p:.2f}", ""]
-    more, fewer = int((single[1] & ~single[0]).sum()), int((single[0] & ~single[1]).sum())
     lead = leading_notch(reference)[first] == leading_notch(rows)[second]
     equal = np.abs(onsets[0] - onsets[1]) < 0.01
-    return [*cells, f"{counts}, p = {binomial_test(more, more + fewer):.2f}",
-            f"onset equal in {equal.sum()}, notch that leads in {lead.sum()}, pattern in {len(first) - more - fewer} of "
-            f"{len(first)}; paths {1e3 * np.nanmedian(path_distance(*paths)[lead]):.2f} mm apart, those of different bodies "
-            f"{1e3 * distance_between_bodies(reference):.2f} mm"]
+    return [plus_minus(difference(*onsets, paired=True), 1), plus_minus(difference(*reaches, paired=True), 3),
+            _path_difference(*paths),
+            f"{single[1].sum()} against {single[0].sum()} of {len(first)}, "
+            f"{plus_minus(difference(*(100.0 * one for one in single), paired=True), 0)} %",
+            f"onset equal in {equal.sum()}, notch that leads in {lead.sum()}, pattern in {(single[0] == single[1]).sum()}; paths "
+            f"{1e3 * np.nanmedian(path_distance(*paths)):.2f} mm apart, those of different bodies "
+            f"{1e3 * np.nanmedian(distances(leading_path(reference))):.2f} mm"]
+
+
+def _path_difference(one: np.ndarray, other: np.ndarray) -> str:
+    """Of paired paths: mean difference at the section where it is largest, and p of none at any section."""
+    all_differences = [difference(*pair, paired=True) for pair in zip(1e3 * one.T, 1e3 * other.T)]
+    largest = int(np.nanargmax([abs(mean) for mean, _ in all_differences]))
+    return f"{plus_minus(all_differences[largest], 2)} at {SECTIONS[largest]} mm; p {_small(same_path_test(other - one))}"
 
 
 def plus_minus(estimate: tuple[float, float], digits: int) -> str:
     return f"{estimate[0]:+.{digits}f} ± {estimate[1]:.{digits}f}"
 
 
-def counts(rows: Rows, early: bool) -> tuple[int, int, int]:
-    """Samples with one crack, with two and with neither; if early by how far the cracks are rows.EARLY after the start."""
-    return groups(rows, DEVELOPED, early=True) if early else (rows.share(1), rows.share(2), rows.share(3))
-
-
-def shares(all_rows: list[Rows], title: str, early: bool) -> str:
-    """Counts as shares with Wilson's 95 % intervals, and spread of the paths."""
+def rates(slow: Rows, all_rows: list[Rows]) -> str:
+    """Rates of loading against slow loading of the same bodies."""
+    usual = float(np.nanmedian(slow.values["other_when_far"]))
     lines = []
-    for rows in all_rows:
-        cells = [rows.label, str(len(rows)), spread(rows.values["onset_force"], ".1f")]
-        cells += [share(count, len(rows)) for count in counts(rows, early)]
-        cells += [spread(reach(rows, early)[1], ".2f"), spread(1e3 * leading_path(rows)[:, MIDDLE], ".2f"),
-                  f"{1e3 * distance_between_bodies(rows):.2f}", spread(rows.values["crack_speed_ratio"], ".2f"),
-                  str(int((rows.values["bifurcations"] > 0).sum()))]
-        lines.append(cells)
-    return markdown([title, "samples", "onset [N]", "one crack", "two cracks", "other",
-                     "share of its ligament that the second crack crosses", "z of the leading path at mid-width [mm]",
-                     "distance of two samples' paths, median [mm]", "speed over Rayleigh's", "with branching"], lines)
+    for rows in (slow, *all_rows):
+        _, first, second = np.intersect1d(slow.sample, rows.sample, return_indices=True)
+        other, lead = rows.values["other_when_far"], leading_notch(rows)
+        pair = slow.values["other_when_far"][first], other[second]
+        far = np.isfinite(other)
+        lines.append([
+            rows.label, str(len(rows)), spread(rows.values["onset_force"], ".0f"), spread(other, ".2f"),
+            "" if rows is slow else plus_minus(difference(*pair, paired=True), 3),
+            share(int((other[far] > usual).sum()), int(far.sum())), f"{(lead == 0).sum()} / {(lead == 1).sum()}",
+            "" if rows is slow else f"{(leading_notch(slow)[first] == lead[second]).sum()} of {len(first)}",
+            patterns(rows), spread(reach(rows)[1], ".2f"), *_run_figures(rows)[:4]])
+    return markdown(["rate", "samples", "load at the notches when the first crack starts [N]",
+                     "share that the other crack has crossed when the first one has crossed 0.8", "against 5 N/s",
+                     f"more than the {usual:.2f} of 5 N/s", "lower / upper notch leads", "same notch as at 5 N/s",
+                     "at the end: one / two cracks / other / none", "share that the second crack crosses", *RUN_TITLES[:4]], lines)
+
+
+def on_bases(title: str, usual: str, settings: list[tuple[str, list[Rows]]]) -> str:
+    """Settings of the mesh, each on several bases; the unit of comparison is the base.
+
+    @param usual label of the setting that the others are compared with
+    """
+    reference = dict(settings)[usual]
+    lines = []
+    for label, bases_of in settings:
+        cells = [label, f"{len(bases_of)} × {round(np.mean([len(rows) for rows in bases_of]))}"]
+        for name, values, digits in (("onset", lambda rows: rows.values["onset_force"], 1),
+                                     ("one", lambda rows: 100.0 * (rows.values["pattern"] == 1), 0),
+                                     ("reach", lambda rows: reach(rows)[1], 3)):
+            means, others = (np.array([values(rows).mean() for rows in group]) for group in (bases_of, reference))
+            cell = f"{means.mean():.{max(0, digits - 1)}f}"
+            if label != usual:
+                cell += f" ({plus_minus(difference(others, means, paired=False), digits)})"
+            cells.append(cell)
+            if name == "onset":
+                inside = math.sqrt(np.mean([values(rows).var(ddof=1) for rows in bases_of]))
+                cells.append(f"{inside:.1f}, {scatter_of_means([values(rows) for rows in bases_of]):.1f}")
+        paths = [leading_path(rows) for rows in bases_of]
+        same = np.concatenate([distances(one) for one in paths])
+        different = np.concatenate([distances(one, other) for i, one in enumerate(paths) for other in paths[:i]])
+        cells.append(f"{1e3 * np.nanmedian(same):.2f}, {1e3 * np.nanmedian(different):.2f}")
+        cells.append(_same_lead(bases_of))
+        lines.append(cells + _run_figures(merged(bases_of)))
+    return markdown([title, "bases × samples", "onset [N]", "its scatter within, between bases [N]", "samples with one crack [%]",
+                     "share that the second crack crosses", "paths apart: same, different bases [mm]",
+                     "pairs of one base in which the same notch of the base leads", *RUN_TITLES], lines)
+
+
+def _same_lead(bases_of: list[Rows]) -> str:
+    """How often two samples of one base are led by the same notch of the base; half of the pairs by chance."""
+    same = pairs = 0
+    for rows in bases_of:
+        lead = in_base_frame(rows, leading_notch(rows))
+        first, second = np.triu_indices(len(rows), 1)
+        same, pairs = same + int((lead[first] == lead[second]).sum()), pairs + len(first)
+    return f"{100 * same / pairs:.0f} %" if pairs else "–"
+
+
+def merged(several: list[Rows]) -> Rows:
+    """The samples of several runs in one table."""
+    return replace(several[0], sample=np.concatenate([rows.sample for rows in several]),
+                   values={name: np.concatenate([rows.values[name] for rows in several]) for name in several[0].values},
+                   z=np.concatenate([rows.z for rows in several]), seconds=np.concatenate([rows.seconds for rows in several]))
 
 
 def group_limits(rows: Rows) -> str:
@@ -172,15 +225,18 @@ def bases(all_rows: list[Rows]) -> str:
                       "upper notch leads"], lines)
     n, k = np.array(totals[1:]), np.array(hits[1:])
     mean, half = k.sum() / n.sum(), difference(np.zeros(len(n)), k / n, paired=True)[1]
-    between = math.sqrt(max(0.0, (k / n).var(ddof=1) - mean * (1 - mean) * (1 / n).mean()))
-    medians = np.array([np.mean(rows.values["onset_force"]) for rows in all_rows[1:]])
-    within = np.mean([rows.values["onset_force"].var(ddof=1) / len(rows) for rows in all_rows[1:]])
+    chance = mean * (1 - mean) * (1 / n).mean()
+    between = math.sqrt(max(0.0, ((k / n).var(ddof=1) - chance) / (1 - (1 / n).mean())))
     return table + (
         f"\nThe same share with all bases: p {_small(same_share_test(hits, totals))}, without the first "
         f"{_small(same_share_test(hits[1:], totals[1:]))}. Without the first the lower notch leads in {100 * mean:.0f} % of the "
         f"samples, ± {100 * half:.0f} % at 95 % confidence of the mean over bases; beyond the chance of ten samples this share "
-        f"scatters by {100 * between:.0f} % from base to base, and the mean onset by "
-        f"{math.sqrt(max(0.0, medians.var(ddof=1) - within)):.1f} N.\n")
+        f"scatters by {100 * between:.0f} % from base to base, and the mean onset by {base_scatter(all_rows):.1f} N.\n")
+
+
+def base_scatter(all_rows: list[Rows]) -> float:
+    """Standard deviation of the mean onset [N] over the bases of the study `bases` but the first one."""
+    return scatter_of_means([rows.values["onset_force"] for rows in all_rows[1:]])
 
 
 def _small(p: float) -> str:
@@ -213,3 +269,15 @@ def symmetry(rows: Rows) -> str:
             lines.append([label, place, str(first), str(second), share(first, first + second),
                           f"{binomial_test(first, first + second):.2g}"])
     return markdown(["samples", "notch", "lower leads", "upper leads", "share of the lower one", "p of equal chances"], lines)
+
+
+def base_notches(rows: Rows) -> str:
+    """The samples by the notch of the base, turned back, that leads."""
+    lead, path = in_base_frame(rows, leading_notch(rows)), leading_path(rows)
+    lines = [[name, str(int(mine.sum())), share(int((rows.values["pattern"][mine] == 1).sum()), int(mine.sum())),
+              spread(reach(rows)[1][mine], ".2f"), *(spread(1e3 * column[mine], ".2f") for column in path.T)]
+             for name, mine in (("lower", lead == 0), ("upper", lead == 1))]
+    difference_of = difference(*(path[lead == k][:, -1] * 1e3 for k in (1, 0)), paired=False)
+    return markdown(["notch of the base that leads", "samples", "one crack", "share that the second crack crosses",
+                     *(f"z at {y} mm [mm]" for y in SECTIONS)], lines) + (
+        f"\nLower less upper at {SECTIONS[-1]} mm: {plus_minus(difference_of, 2)} mm.\n")

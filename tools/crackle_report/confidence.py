@@ -5,34 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy import special
 
 
 def student_quantile(confidence: float, degrees_of_freedom: int) -> float:
     """The t for which P(|T| < t) = confidence; inf without degrees of freedom."""
     if degrees_of_freedom < 1:
         return math.inf
-    low, high = 0.0, math.pi / 2
-    for _ in range(60):
-        middle = (low + high) / 2
-        if _student_probability(middle, degrees_of_freedom) < confidence:
-            low = middle
-        else:
-            high = middle
-    return math.sqrt(degrees_of_freedom) * math.tan((low + high) / 2)
-
-
-def _student_probability(angle: float, degrees_of_freedom: int) -> float:
-    """P(|T| < sqrt(n) tan(angle)) for n degrees of freedom: Abramowitz and Stegun 26.7.3 and 26.7.4."""
-    sine, cosine = math.sin(angle), math.cos(angle)
-    odd = degrees_of_freedom % 2 == 1
-    if degrees_of_freedom == 1:
-        return 2 * angle / math.pi
-    term = cosine if odd else 1.0
-    total = term
-    for k in range(3 if odd else 2, degrees_of_freedom - 1, 2):
-        term *= cosine * cosine * (k - 1) / k
-        total += term
-    return 2 / math.pi * (angle + sine * total) if odd else sine * total
+    return float(special.stdtrit(degrees_of_freedom, (1 + confidence) / 2))
 
 
 def running_half_width(values: np.ndarray, confidence: float) -> np.ndarray:
