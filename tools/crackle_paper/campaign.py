@@ -22,13 +22,18 @@ N_FRINGES = 40  # samples whose pictures are looked at
 WIDTH, COLOURS = 1280, 256  # of the pictures kept
 
 
-def keep_pictures(results: Path, folder: Path) -> None:
-    """The report's pictures (few samples have no typical ones), and the growth of two typical samples, lighter."""
+def keep_pictures(results: Path, rows: Rows, folder: Path) -> None:
+    """The report's pictures (few samples have no typical ones), and the growth of two typical samples, lighter.
+
+    The sample with one crack comes before that with two.
+    """
     subprocess.run([sys.executable, REPORT, results, "--no-animation"], check=True, stdout=subprocess.DEVNULL)
     growth = sorted((results / "report").glob("growth-*.png"), key=lambda file: file.stat().st_mtime)[-2:]
     found = {name: results / "report" / f"{name}.png" for name in PICTURES}
     names = {file: f"{name}.png" for name, file in found.items() if file.is_file()}
-    names |= {file: f"growth-{number}.png" for number, file in enumerate(sorted(growth), 1)}
+    pattern = dict(zip(rows.sample, rows.values["pattern"]))
+    growth.sort(key=lambda file: (pattern[int(file.stem.removeprefix("growth-"))], file.name))
+    names |= {file: f"growth-{number}.png" for number, file in enumerate(growth, 1)}
     for source, name in names.items():
         image = Image.open(source).convert("RGB")
         if image.width > WIDTH:

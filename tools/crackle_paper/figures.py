@@ -94,7 +94,7 @@ def fringes(series: list[FringeSeries]) -> Figure:
     """Roughness of each sample's fringe order, and its likeness to the others' mean, over time."""
     figure = Figure(figsize=(style.PAGE_WIDTH, 2.8), layout="constrained")
     for axes, name, label in zip(figure.subplots(1, 2), ("roughness", "likeness"),
-                                 ("roughness of the fringe order away from cracks", "correlation with the others' mean")):
+                                 ("roughness of the fringe order", "correlation with the others' mean")):
         curves = np.array([getattr(one, name) for one in series])
         time = 1e6 * series[0].time
         axes.plot(time, curves.T, color=style.notch_colour(0), linewidth=0.5, alpha=0.35)

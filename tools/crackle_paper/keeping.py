@@ -48,7 +48,7 @@ def keep(studies: list[str], output: Path, folder: Path, front_page: Path | None
 
 def _keep_campaign(found: Rows, results: Path, folder: Path) -> None:
     campaign.keep_ensemble(results, folder)
-    campaign.keep_pictures(results, folder)
+    campaign.keep_pictures(results, found, folder)
     campaign.keep_fringes(results, found, folder / "fringes.csv")
 
 
