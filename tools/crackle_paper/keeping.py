@@ -17,7 +17,7 @@ from crackle_report.writing import put_between_marks
 from . import campaign, figures, fringes, rows, tables
 from .against_paper import against_paper
 from .rows import Rows
-from .studies import CAMPAIGN, DISTANCE, FAST_CAMPAIGN, PERTURBATION, STUDIES
+from .studies import CAMPAIGN, DISTANCE, FAST_CAMPAIGN, PERTURBATION, PERTURBATIONS, STUDIES
 
 
 def keep(studies: list[str], output: Path, folder: Path, front_page: Path | None) -> None:
@@ -123,7 +123,9 @@ def _rate(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
 
 SHOW = {"notches": _notches, "bases": _bases, "campaign": _campaign, "convergence": _convergence,
         "spacing": _on_bases("spacing", "spacing", "0.3 mm at the tips", 0),
-        "disturbance": _on_bases("disturbance", "perturbation", f"{PERTURBATION:g}", 2), "rate": _rate}
+        "disturbance": _on_bases("disturbance", "perturbation", f"{PERTURBATION:g}",
+                                 sum(p < PERTURBATION for p in PERTURBATIONS)),
+        "rate": _rate}
 
 
 def _save(figure: Figure, file: Path) -> None:

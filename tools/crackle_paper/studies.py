@@ -54,8 +54,8 @@ DISTANCE = 5.0  # of the notches [mm], as in jobs/paper.toml
 DEPTHS_AT_DISTANCE = {3.0: (5.6,), 4.0: (5.6,), 5.0: (4.0, 5.0, 5.2, 5.4, 5.6, 5.8), 7.0: (5.2,),
                       10.0: (2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0), 15.0: (5.2,), 20.0: (5.2,)}  # [mm]
 PERTURBATION = 0.2  # in jobs/paper.toml
-PERTURBATIONS = (0.05, 0.1, 0.3)
-RATES = {1e5: 1.2, 1e6: 1.5, 1e7: 1.5}  # [N/s]: duration, in times that the load takes to that of slow loading
+PERTURBATIONS = (0.001, 0.01, 0.05, 0.1, 0.3)
+RATES = {3e5: 1.2, 1e6: 1.5, 3e6: 1.5, 1e7: 1.5}  # [N/s]: duration, in times that the load takes to that of slow loading
 SEEDS = range(1, 13)
 PER_BASE = 10  # samples
 MESH_SEEDS = range(1, 9)  # bases that other meshes are compared on
@@ -86,8 +86,9 @@ def _rate(rate: float, overload: float) -> Run:
     # Long enough for the load to come to the notches and for the cracks to run through after it.
     duration = overload * TARGET_LOAD / rate * 1e6 + 250
     keys = {**FAST, "time.start": '"rest"', "time.duration": f'"{duration:.0f} us"'}
-    exponent = round(math.log10(rate))
-    return Run(f"rate-1e{exponent}", f"10^{exponent} N/s", 24 if rate < 1e6 else 40, keys, rate=rate)
+    exponent = math.floor(math.log10(rate) + 1e-9)
+    factor = round(rate / 10 ** exponent)
+    return Run(f"rate-{factor}e{exponent}", f"{factor}·10^{exponent} N/s", 24 if rate < 1e6 else 40, keys, rate=rate)
 
 
 STUDIES: dict[str, list[Run]] = {
