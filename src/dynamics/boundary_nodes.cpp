@@ -120,7 +120,7 @@ double BoundaryNodes<Real>::drive(const Entry& entry, const Round& round) {
   const auto& motion = context_.loads->motions[entry.condition];
   auto& place = state_->nodes()[index(entry.node)].displacement[entry.component];
   const Integer before = place;
-  place = static_cast<Integer>(std::llrint(motion.displacement(round.drift_time) / scale_.displacement));
+  place = quantized<Real>(motion.displacement(round.drift_time), scale_.displacement);
   velocity(entry) = quantized<Real>(motion.velocity(round.drift_time), scale_.velocity);
   // The drift went by factor times velocity from where the step began; together they are below the sum.
   return std::abs(static_cast<double>(kernels::difference(place, before))) +

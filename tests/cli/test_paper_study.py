@@ -266,7 +266,8 @@ class Running(unittest.TestCase):
             keep(["bases", "campaign", "convergence", "spacing", "disturbance", "rate"], output, output / "kept", None)
             kept = {file.name for file in (output / "kept").iterdir()}
             self.assertLessEqual({"ensemble.h5", "campaign.csv", "convergence.csv", "fringes.csv", "fringes.png",
-                                  "second-crack.png", "spacing.png", "disturbance.png", "rate.png", "crossings.png", "growth-1.png"}, kept)
+                                  "second-crack.png", "spacing.png", "disturbance.png", "rate.png", "crossings.png",
+                                  "growth-1.png"}, kept)
             found = rows.read(run, output / "small" / "out")
             self.assertTrue(np.all(np.maximum(found.values["reach_0"], found.values["reach_1"]) > 0.2))
             self.assertEqual(rows.read_csv(output / "kept" / "campaign.csv")[0].sample.tolist(), [0, 1, 2])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Callable
 
 import numpy as np
 from scipy import stats
@@ -23,11 +24,15 @@ def leading_notch(rows: Rows) -> np.ndarray:
     that started first. -1 where none of this differs.
     """
     lead = np.full(len(rows), -1)
-    start = -np.nan_to_num(np.stack([rows.values[f"start_{notch}"] for notch in range(2)]), nan=np.inf)
-    reached = np.stack([rows.values[f"reach_{notch}"] for notch in range(2)])
-    for first, second in (start, reached, np.isfinite(rows.z).sum(axis=2).T):
+    earlier = -np.nan_to_num(of_both(rows, "start"), nan=np.inf)
+    for first, second in (earlier, of_both(rows, "reach"), np.isfinite(rows.z).sum(axis=2).T):
         lead = np.where(first > second, 0, np.where(second > first, 1, lead))
     return lead
+
+
+def of_both(rows: Rows, name: str) -> np.ndarray:
+    """The values `name` of the two notches, 2 x samples."""
+    return np.stack([rows.values[f"{name}_{notch}"] for notch in range(2)])
 
 
 def in_base_frame(rows: Rows, notch: np.ndarray) -> np.ndarray:
@@ -37,14 +42,14 @@ def in_base_frame(rows: Rows, notch: np.ndarray) -> np.ndarray:
 
 def reach(rows: Rows) -> tuple[np.ndarray, np.ndarray]:
     """Share of the ligament that the farther crack of each sample has crossed at the end, and that of the other one."""
-    both = np.stack([rows.values[f"reach_{notch}"] for notch in range(2)])
+    both = of_both(rows, "reach")
     return both.max(axis=0), both.min(axis=0)
 
 
 def of_notch(rows: Rows, name: str, notch: np.ndarray) -> np.ndarray:
     """Of each sample the value `name` of one of its notches; NaN for the notch -1."""
-    both = np.stack([rows.values[f"{name}_{k}"] for k in range(2)])
-    return np.where(notch < 0, np.nan, np.where(notch == 1, both[1], both[0]))
+    first, second = of_both(rows, name)
+    return np.where(notch < 0, np.nan, np.where(notch == 1, second, first))
 
 
 def groups(rows: Rows, limit: float) -> tuple[int, int, int]:
@@ -93,12 +98,19 @@ def distances(paths: np.ndarray, others: np.ndarray | None = None) -> np.ndarray
     return path_distance(paths[first], paths[second])
 
 
+def mean_interval(values: np.ndarray) -> tuple[float, float]:
+    """Mean and half width of its 95 % interval (Student's); NaN with fewer than two values."""
+    present = values[np.isfinite(values)]
+    n = len(present)
+    if n < 2:
+        return math.nan, math.nan
+    return float(present.mean()), student_quantile(0.95, n - 1) * present.std(ddof=1) / math.sqrt(n)
+
+
 def difference(one: np.ndarray, other: np.ndarray, paired: bool) -> tuple[float, float]:
     """Mean of the other less that of the one, and half width of its 95 % interval (Student's, Welch's if unpaired)."""
     if paired:
-        both = (other - one)[np.isfinite(other - one)]
-        n = len(both)
-        return (float(both.mean()), student_quantile(0.95, n - 1) * both.std(ddof=1) / math.sqrt(n)) if n > 1 else (math.nan,) * 2
+        return mean_interval(other - one)
     parts = [values[np.isfinite(values)] for values in (one, other)]
     if min(map(len, parts)) < 2:
         return math.nan, math.nan
@@ -122,9 +134,7 @@ def same_path_test(differences: np.ndarray) -> float:
         return float(np.max(np.abs(mean) / np.maximum(deviation, 1e-15)))
 
     generator = np.random.Generator(np.random.Philox(2012))
-    limit = greatest(found) * (1 - 1e-12)
-    extreme = sum(greatest(found * generator.choice([-1.0, 1.0], (len(found), 1))) >= limit for _ in range(ROUNDS))
-    return (extreme + 1) / (ROUNDS + 1)
+    return _p_by_drawing(greatest(found), lambda: greatest(found * generator.choice([-1.0, 1.0], (len(found), 1))))
 
 
 def same_share_test(hits: list[int], totals: list[int]) -> float:
@@ -138,11 +148,17 @@ def same_share_test(hits: list[int], totals: list[int]) -> float:
         return float((((np.bincount(group, hit, len(n)) - expected) ** 2) / n).sum())
 
     generator = np.random.Generator(np.random.Philox(2012))
-    found = deviation()
-    extreme = 0
-    for _ in range(ROUNDS):
+
+    def drawn() -> float:
         generator.shuffle(hit)
-        extreme += deviation() >= found * (1 - 1e-12)
+        return deviation()
+
+    return _p_by_drawing(deviation(), drawn)
+
+
+def _p_by_drawing(found: float, draw: Callable[[], float]) -> float:
+    """p of what was found, by how often a draw is as great, up to rounding."""
+    extreme = sum(draw() >= found * (1 - 1e-12) for _ in range(ROUNDS))
     return (extreme + 1) / (ROUNDS + 1)
 
 

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from crackle_report import style
 
-from .comparing import difference, leading_path, reach
+from .comparing import leading_path, mean_interval, reach
 from .course import FAR
 from .fringes import FringeSeries
 from .rows import SECTIONS, Rows
@@ -56,7 +56,7 @@ def reach_and_paths(settings: list[tuple[str, Rows]], measure: str) -> Figure:
         beside = np.linspace(-0.25, 0.25, len(values)) if len(values) > 1 else np.zeros(len(values))
         axes.plot(number + beside, values, ".", color=style.notch_colour(1), markersize=4, alpha=0.5)
         if len(values) > 1:
-            mean, half_width = difference(np.zeros(len(values)), values, paired=True)
+            mean, half_width = mean_interval(values)
             axes.errorbar(number + 0.35, mean, half_width, fmt="o", color="black", markersize=3, linewidth=0.9, capsize=2)
     axes.set_xticks(range(len(settings)), [f"{label} ({len(rows)})" for label, rows in settings], fontsize="small")
     axes.set_ylabel("share of its ligament that\nthe second crack crosses" +

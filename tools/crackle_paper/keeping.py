@@ -94,8 +94,8 @@ def _convergence(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
 
 def _by_label(several: Iterable[Rows]) -> dict[str, list[Rows]]:
     result: dict[str, list[Rows]] = {}
-    for rows in several:
-        result.setdefault(rows.label, []).append(rows)
+    for one in several:
+        result.setdefault(one.label, []).append(one)
     return result
 
 

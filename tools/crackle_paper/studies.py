@@ -32,11 +32,6 @@ class Run:
     rate: float | None = None  # of the load [N/s]; else the input's
     reference: str = "fast"  # the run that differs in nothing but this run's point
 
-    @property
-    def same_bodies(self) -> bool:
-        """Whether sample i is the same body as in the paper's input."""
-        return self.depth is None and self.distance is None and not any(key.startswith("mesh.") for key in self.keys)
-
     def input_text(self, paper: str) -> str:
         text = with_keys(paper, {"ensemble.samples": str(self.samples), **self.keys})
         if self.depth is not None:

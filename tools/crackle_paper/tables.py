@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Callable
 
 import numpy as np
 
 from crackle_report.statistics import wilson_interval
 
 from .comparing import (binomial_test, difference, distances, groups, in_base_frame, leading_notch, leading_path,
-                        path_distance, reach, same_path_test, same_share_test, scatter_of_means)
+                        mean_interval, path_distance, reach, same_path_test, same_share_test, scatter_of_means)
 from .rows import SECTIONS, Rows
 from .studies import TARGET_LOAD, Run
 
@@ -108,19 +109,32 @@ def _run_figures(rows: Rows) -> list[str]:
 def _against(reference: Rows, rows: Rows) -> list[str]:
     """Differences to the reference with their 95 % intervals."""
     _, first, second = np.intersect1d(reference.sample, rows.sample, return_indices=True)
-    onsets = [one.values["onset_force"][chosen] for one, chosen in ((reference, first), (rows, second))]
-    reaches = [reach(one)[1][chosen] for one, chosen in ((reference, first), (rows, second))]
-    paths = [leading_path(one)[chosen] for one, chosen in ((reference, first), (rows, second))]
-    single = [one.values["pattern"][chosen] == 1 for one, chosen in ((reference, first), (rows, second))]
-    lead = leading_notch(reference)[first] == leading_notch(rows)[second]
+
+    def pair(value: Callable[[Rows], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        return value(reference)[first], value(rows)[second]
+
+    onsets, reaches, paths = pair(onset), pair(second_reach), pair(leading_path)
+    single, (lead, other_lead) = pair(has_one_crack), pair(leading_notch)
     equal = np.abs(onsets[0] - onsets[1]) < 0.01
     return [plus_minus(difference(*onsets, paired=True), 1), plus_minus(difference(*reaches, paired=True), 3),
             _path_difference(*paths),
             f"{single[1].sum()} against {single[0].sum()} of {len(first)}, "
             f"{plus_minus(difference(*(100.0 * one for one in single), paired=True), 0)} %",
-            f"onset equal in {equal.sum()}, notch that leads in {lead.sum()}, pattern in {(single[0] == single[1]).sum()}; paths "
+            f"onset equal in {equal.sum()}, notch that leads in {(lead == other_lead).sum()}, pattern in {(single[0] == single[1]).sum()}; paths "
             f"{1e3 * np.nanmedian(path_distance(*paths)):.2f} mm apart, those of different bodies "
             f"{1e3 * np.nanmedian(distances(leading_path(reference))):.2f} mm"]
+
+
+def onset(rows: Rows) -> np.ndarray:
+    return rows.values["onset_force"]
+
+
+def second_reach(rows: Rows) -> np.ndarray:
+    return reach(rows)[1]
+
+
+def has_one_crack(rows: Rows) -> np.ndarray:
+    return rows.values["pattern"] == 1
 
 
 def _path_difference(one: np.ndarray, other: np.ndarray) -> str:
@@ -148,7 +162,7 @@ def rates(slow: Rows, all_rows: list[Rows]) -> str:
             "" if rows is slow else plus_minus(difference(*pair, paired=True), 3),
             share(int((other[far] > usual).sum()), int(far.sum())), f"{(lead == 0).sum()} / {(lead == 1).sum()}",
             "" if rows is slow else f"{(leading_notch(slow)[first] == lead[second]).sum()} of {len(first)}",
-            patterns(rows), spread(reach(rows)[1], ".2f"), *_run_figures(rows)[:4]])
+            patterns(rows), spread(second_reach(rows), ".2f"), *_run_figures(rows)[:4]])
     return markdown(["rate", "samples", "load at the notches when the first crack starts [N]",
                      "share that the other crack has crossed when the first one has crossed 0.8", "against 5 N/s",
                      f"more than the {usual:.2f} of 5 N/s", "lower / upper notch leads", "same notch as at 5 N/s",
@@ -163,27 +177,31 @@ def on_bases(title: str, usual: str, settings: list[tuple[str, list[Rows]]]) -> 
     reference = dict(settings)[usual]
     lines = []
     for label, bases_of in settings:
-        cells = [label, f"{len(bases_of)} × {round(np.mean([len(rows) for rows in bases_of]))}"]
-        for name, values, digits in (("onset", lambda rows: rows.values["onset_force"], 1),
-                                     ("one", lambda rows: 100.0 * (rows.values["pattern"] == 1), 0),
-                                     ("reach", lambda rows: reach(rows)[1], 3)):
-            means, others = (np.array([values(rows).mean() for rows in group]) for group in (bases_of, reference))
-            cell = f"{means.mean():.{max(0, digits - 1)}f}"
-            if label != usual:
-                cell += f" ({plus_minus(difference(others, means, paired=False), digits)})"
-            cells.append(cell)
-            if name == "onset":
-                inside = math.sqrt(np.mean([values(rows).var(ddof=1) for rows in bases_of]))
-                cells.append(f"{inside:.1f}, {scatter_of_means([values(rows) for rows in bases_of]):.1f}")
+        others = None if label == usual else reference
+        inside = math.sqrt(np.mean([onset(rows).var(ddof=1) for rows in bases_of]))
+        between = scatter_of_means([onset(rows) for rows in bases_of])
         paths = [leading_path(rows) for rows in bases_of]
         same = np.concatenate([distances(one) for one in paths])
         different = np.concatenate([distances(one, other) for i, one in enumerate(paths) for other in paths[:i]])
-        cells.append(f"{1e3 * np.nanmedian(same):.2f}, {1e3 * np.nanmedian(different):.2f}")
-        cells.append(_same_lead(bases_of))
-        lines.append(cells + _run_figures(merged(bases_of)))
+        lines.append([label, f"{len(bases_of)} × {round(np.mean([len(rows) for rows in bases_of]))}",
+                      _over_bases(onset, bases_of, others, 1), f"{inside:.1f}, {between:.1f}",
+                      _over_bases(lambda rows: 100.0 * has_one_crack(rows), bases_of, others, 0),
+                      _over_bases(second_reach, bases_of, others, 3),
+                      f"{1e3 * np.nanmedian(same):.2f}, {1e3 * np.nanmedian(different):.2f}", _same_lead(bases_of),
+                      *_run_figures(merged(bases_of))])
     return markdown([title, "bases × samples", "onset [N]", "its scatter within, between bases [N]", "samples with one crack [%]",
                      "share that the second crack crosses", "paths apart: same, different bases [mm]",
                      "pairs of one base in which the same notch of the base leads", *RUN_TITLES], lines)
+
+
+def _over_bases(value: Callable[[Rows], np.ndarray], bases_of: list[Rows], others: list[Rows] | None, digits: int) -> str:
+    """Mean of the bases' means, and its difference to that of other bases."""
+    means = np.array([value(rows).mean() for rows in bases_of])
+    text = f"{means.mean():.{max(0, digits - 1)}f}"
+    if others is None:
+        return text
+    other_means = np.array([value(rows).mean() for rows in others])
+    return f"{text} ({plus_minus(difference(other_means, means, paired=False), digits)})"
 
 
 def _same_lead(bases_of: list[Rows]) -> str:
@@ -214,19 +232,17 @@ def group_limits(rows: Rows) -> str:
 
 def bases(all_rows: list[Rows]) -> str:
     """What depends on the base distribution of mother points."""
-    lines, hits, totals = [], [], []
+    lines, lower_leads = [], []
     for rows in all_rows:
         lead = leading_notch(rows)
-        hits.append(int((lead == 0).sum()))
-        totals.append(int((lead >= 0).sum()))
+        lower_leads.append((lead == 0)[lead >= 0].astype(float))
         lines.append([rows.label, str(len(rows)), f"{np.median(rows.values['onset_force']):.0f}", patterns(rows),
-                      str(hits[-1]), str(totals[-1] - hits[-1])])
+                      str(int((lead == 0).sum())), str(int((lead == 1).sum()))])
     table = markdown(["`seed`", "samples", "onset [N], median", "one / two cracks / other / none", "lower notch leads",
                       "upper notch leads"], lines)
-    n, k = np.array(totals[1:]), np.array(hits[1:])
-    mean, half = k.sum() / n.sum(), difference(np.zeros(len(n)), k / n, paired=True)[1]
-    chance = mean * (1 - mean) * (1 / n).mean()
-    between = math.sqrt(max(0.0, ((k / n).var(ddof=1) - chance) / (1 - (1 / n).mean())))
+    hits, totals = [int(one.sum()) for one in lower_leads], [len(one) for one in lower_leads]
+    mean, half = np.concatenate(lower_leads[1:]).mean(), mean_interval(np.array([one.mean() for one in lower_leads[1:]]))[1]
+    between = scatter_of_means(lower_leads[1:])
     return table + (
         f"\nThe same share with all bases: p {_small(same_share_test(hits, totals))}, without the first "
         f"{_small(same_share_test(hits[1:], totals[1:]))}. Without the first the lower notch leads in {100 * mean:.0f} % of the "
@@ -261,7 +277,7 @@ def turning(unturned: Rows, rows: Rows) -> str:
 
 def symmetry(rows: Rows) -> str:
     """Which notch leads: by its place in the body, where the supports could make a difference, and by its place in the base."""
-    lead, one = leading_notch(rows), rows.values["pattern"] == 1
+    lead, one = leading_notch(rows), has_one_crack(rows)
     lines = []
     for label, chosen in (("one crack", one), ("all", np.ones(len(rows), bool))):
         for place, notch in (("in the body", lead), ("of the base, turned back", in_base_frame(rows, lead))):
@@ -274,8 +290,8 @@ def symmetry(rows: Rows) -> str:
 def base_notches(rows: Rows) -> str:
     """The samples by the notch of the base, turned back, that leads."""
     lead, path = in_base_frame(rows, leading_notch(rows)), leading_path(rows)
-    lines = [[name, str(int(mine.sum())), share(int((rows.values["pattern"][mine] == 1).sum()), int(mine.sum())),
-              spread(reach(rows)[1][mine], ".2f"), *(spread(1e3 * column[mine], ".2f") for column in path.T)]
+    lines = [[name, str(int(mine.sum())), share(int(has_one_crack(rows)[mine].sum()), int(mine.sum())),
+              spread(second_reach(rows)[mine], ".2f"), *(spread(1e3 * column[mine], ".2f") for column in path.T)]
              for name, mine in (("lower", lead == 0), ("upper", lead == 1))]
     difference_of = difference(*(path[lead == k][:, -1] * 1e3 for k in (1, 0)), paired=False)
     return markdown(["notch of the base that leads", "samples", "one crack", "share that the second crack crosses",
