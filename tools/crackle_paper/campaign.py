@@ -11,6 +11,7 @@ from pathlib import Path
 from PIL import Image
 
 from crackle_report.reading import read_ensemble
+from crackle_report.writing import write_light_png
 
 from . import fringes
 from .comparing import leading_notch
@@ -19,7 +20,7 @@ from .rows import Rows
 REPORT = Path(__file__).resolve().parent.parent / "crackle-report"
 PICTURES = ("typical-paths", "crossings", "convergence", "shares")
 N_FRINGES = 40  # samples whose pictures are looked at
-WIDTH, COLOURS = 1280, 256  # of the pictures kept
+WIDTH = 1280  # of the pictures kept [pixels]
 
 
 def keep_pictures(results: Path, rows: Rows, folder: Path) -> None:
@@ -35,10 +36,7 @@ def keep_pictures(results: Path, rows: Rows, folder: Path) -> None:
     growth.sort(key=lambda file: (pattern[int(file.stem.removeprefix("growth-"))], file.name))
     names |= {file: f"growth-{number}.png" for number, file in enumerate(growth, 1)}
     for source, name in names.items():
-        image = Image.open(source).convert("RGB")
-        if image.width > WIDTH:
-            image = image.resize((WIDTH, round(WIDTH * image.height / image.width)), Image.Resampling.LANCZOS)
-        image.quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(folder / name, optimize=True)
+        write_light_png(Image.open(source), folder / name, WIDTH)
 
 
 def keep_ensemble(results: Path, folder: Path) -> None:

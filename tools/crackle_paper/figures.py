@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 from crackle_report import style
@@ -23,10 +24,10 @@ def onset_against_depth(all_rows: list[Rows]) -> Figure:
     figure = Figure(figsize=(style.PAGE_WIDTH, 3.6), layout="constrained")
     axes = figure.subplots()
     for number, (distance, group) in enumerate(by_distance.items()):
-        colour = style.notch_colour(number)
+        colour = colormaps["viridis"](0.92 * number / max(1, len(by_distance) - 1))
         for rows in group:
             depth = float(rows.label.split(" ")[0])
-            axes.plot(np.full(len(rows), depth + 0.03 * (number - 2)), rows.values["onset_force"], ".", color=colour,
+            axes.plot(np.full(len(rows), depth + 0.02 * (number - 2)), rows.values["onset_force"], ".", color=colour,
                       markersize=4, alpha=0.6, label=f"distance {distance}" if rows is group[0] else None)
         if len(group) > 3:
             depths = [float(rows.label.split(" ")[0]) for rows in group]

@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import Callable, Iterable
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from crackle_report import style
-from crackle_report.writing import put_between_marks
+from crackle_report.writing import put_between_marks, write_light_figure
 
 from . import campaign, figures, fringes, rows, tables
 from .against_paper import against_paper
@@ -66,7 +65,7 @@ def _notches(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
     _put(folder, "notches", tables.notches(mine) + (
         f"\nAt {DISTANCE:g} mm the curve through the medians meets {tables.TARGET_LOAD} N at a depth of {depth:.2f} mm (95 %: "
         f"{low:.2f} to {high:.2f} mm), where it falls by {-np.polyval(np.polyder(curve), depth):.0f} N/mm.\n"))
-    _save(figures.onset_against_depth(mine), folder / "onset-against-depth.png")
+    write_light_figure(figures.onset_against_depth(mine), folder / "onset-against-depth.png")
 
 
 def _bases(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
@@ -81,9 +80,9 @@ def _campaign(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
     _put(folder, "symmetry", tables.symmetry(mine))
     _put(folder, "base-notches", tables.base_notches(mine))
     _put(folder, "limits", tables.group_limits(mine))
-    _save(figures.second_crack(mine), folder / "second-crack.png")
+    write_light_figure(figures.second_crack(mine), folder / "second-crack.png")
     if series := _fringes(folder):
-        _save(figures.fringes(series), folder / "fringes.png")
+        write_light_figure(figures.fringes(series), folder / "fringes.png")
 
 
 def _convergence(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
@@ -107,7 +106,7 @@ def _on_bases(study: str, title: str, usual: str, place: int) -> Callable[[dict[
             return
         settings.insert(place, (usual, list(kept["bases"].values())[1:]))
         _put(folder, study, tables.on_bases(title, usual, settings))
-        _save(figures.reach_and_paths([(label, tables.merged(several)) for label, several in settings], "reach"),
+        write_light_figure(figures.reach_and_paths([(label, tables.merged(several)) for label, several in settings], "reach"),
               folder / f"{study}.png")
     return show
 
@@ -118,7 +117,7 @@ def _rate(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
         return
     slow, mine = replace(fast, label="5 N/s"), list(kept["rate"].values())
     _put(folder, "rate", tables.rates(slow, mine))
-    _save(figures.reach_and_paths([(one.label, one) for one in (slow, *mine)], "other_when_far"), folder / "rate.png")
+    write_light_figure(figures.reach_and_paths([(one.label, one) for one in (slow, *mine)], "other_when_far"), folder / "rate.png")
 
 
 SHOW = {"notches": _notches, "bases": _bases, "campaign": _campaign, "convergence": _convergence,
@@ -126,10 +125,6 @@ SHOW = {"notches": _notches, "bases": _bases, "campaign": _campaign, "convergenc
         "disturbance": _on_bases("disturbance", "perturbation", f"{PERTURBATION:g}",
                                  sum(p < PERTURBATION for p in PERTURBATIONS)),
         "rate": _rate}
-
-
-def _save(figure: Figure, file: Path) -> None:
-    figure.savefig(file, metadata={"Software": None})
 
 
 def _put(folder: Path, place: str, table: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Any, Callable, Optional, TypeVar
+from typing import Any, Callable, TypeVar
 
 # A folder on a network file system, or one that a run is writing to, may not be locked for reading.
 os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")

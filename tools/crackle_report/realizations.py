@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import argparse
-import io
 import re
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
 
 from . import input_text, style
 from .figures import realizations
 from .mesh import Mesh, read_mesh
+from .writing import write_light_figure
 
 SAMPLE = 0
 PERTURBATION = 0.2  # of the meshes whose orientations are compared
 N_SAMPLES = 10
-N_COLOURS = 128  # of a picture
 LENGTH, SPACING, MARGIN = 10.0, 0.4, 0.8  # of the box that they fill, and from its surface inwards [mm]
 
 # A cube without notches; what is not about the mesh is of no consequence.
@@ -74,10 +72,7 @@ def main() -> int:
     ]
     for picture in pictures:
         file = arguments.folder / f"{picture.name}.png"
-        content = io.BytesIO()
-        picture.figure.savefig(content, format="png", dpi=130)
-        # Few colours make small files.
-        Image.open(content).convert("RGB").quantize(N_COLOURS, dither=Image.Dither.NONE).save(file, optimize=True)
+        write_light_figure(picture.figure, file, dpi=130)
         print(file)
     return 0
 

@@ -2,9 +2,15 @@
 """Writes files."""
 from __future__ import annotations
 
+import io
 import os
 import re
 from pathlib import Path
+
+from PIL import Image
+from matplotlib.figure import Figure
+
+N_COLOURS = 256  # of a light picture
 
 
 def write_whole(file: Path, content: bytes) -> None:
@@ -12,6 +18,25 @@ def write_whole(file: Path, content: bytes) -> None:
     partial = file.with_name(file.name + ".partial")
     partial.write_bytes(content)
     os.replace(partial, file)
+
+
+def write_light_png(image: Image.Image, file: Path, width: int | None = None) -> None:
+    """Few colours make small files; without dither, so that plain areas stay plain.
+
+    @param width wider pictures are scaled to this [pixels]
+    """
+    image = image.convert("RGB")
+    if width is not None and image.width > width:
+        image = image.resize((width, round(width * image.height / image.width)), Image.Resampling.LANCZOS)
+    content = io.BytesIO()
+    image.quantize(N_COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(content, format="png", optimize=True)
+    write_whole(file, content.getvalue())
+
+
+def write_light_figure(figure: Figure, file: Path, dpi: float | str = "figure") -> None:
+    content = io.BytesIO()
+    figure.savefig(content, format="png", dpi=dpi)
+    write_light_png(Image.open(content), file)
 
 
 def put_between_marks(file: Path, place: str, text: str) -> None:
