@@ -4,17 +4,13 @@
 namespace crackle::analysis {
 
 NotchFrame notch_frame(const geometry::Body& body, int notch) {
-  using input::Face;
-  const input::Notch& slot = body.notch(notch);
-  const bool on_y_face = slot.face == Face::y_min || slot.face == Face::y_max;
-  const bool on_lower_face = slot.face == Face::y_min || slot.face == Face::z_min;
+  const geometry::SlotSection& section = body.sections()[static_cast<std::size_t>(notch)];
   NotchFrame frame{};
-  frame.axis = on_y_face ? 1 : 2;
-  frame.across = on_y_face ? 2 : 1;
-  const double length = body.size()[static_cast<std::size_t>(frame.axis)];
-  frame.tip = on_lower_face ? slot.depth : length - slot.depth;
-  frame.direction = on_lower_face ? 1 : -1;
-  frame.ligament = length - slot.depth;
+  frame.axis = section.depth_axis;
+  frame.across = section.at_axis;
+  frame.tip = section.tip;
+  frame.direction = section.mouth < section.tip ? 1 : -1;
+  frame.ligament = body.size()[static_cast<std::size_t>(frame.axis)] - body.notch(notch).depth;
   return frame;
 }
 

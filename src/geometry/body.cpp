@@ -18,22 +18,10 @@ constexpr std::size_t at(int axis) {
   return static_cast<std::size_t>(axis);
 }
 
-int axis_of(input::Face face) {
-  return static_cast<int>(face) / 2;
-}
-bool is_upper(input::Face face) {
-  return static_cast<int>(face) % 2 == 1;
-}
-
-std::string name_of(input::Face face) {
-  const char* const axes = "xyz";
-  return fmt::format("{}-{}", axes[axis_of(face)], is_upper(face) ? "max" : "min");
-}
-
 SlotSection section_of(const input::Notch& notch, const Point& size) {
   SlotSection section{};
   section.depth_axis = axis_of(notch.face);
-  section.at_axis = section.depth_axis == 1 ? 2 : 1;
+  section.at_axis = position_axis(notch.face);
   section.lower = notch.at - notch.height / 2;
   section.upper = notch.at + notch.height / 2;
   section.mouth = is_upper(notch.face) ? size[at(section.depth_axis)] : 0.0;

@@ -101,13 +101,7 @@ std::array<bool, 3> given_components(const Boundary& condition) {
 Key on_key() {
   return choice_key<Face>(
       "on", [](Parameters& parameters, std::size_t i) -> Face& { return boundary(parameters, i).on; },
-      {{"x-min", Face::x_min},
-       {"x-max", Face::x_max},
-       {"y-min", Face::y_min},
-       {"y-max", Face::y_max},
-       {"z-min", Face::z_min},
-       {"z-max", Face::z_max}},
-      required(), "face of the box that the condition holds on");
+      faces_from(Face::x_min), required(), "face of the box that the condition holds on");
 }
 
 Key region_key(std::size_t axis) {

@@ -30,11 +30,6 @@ std::string notch_key(std::size_t i) {
   return fmt::format("specimen.notch[{}]", i);
 }
 
-/// The axis that the position of a notch is given along.
-int position_axis(Face face) {
-  return axis_of(face) == 1 ? 2 : 1;
-}
-
 const char* extent_name(int axis) {
   return axis == 0 ? "thickness" : axis == 1 ? "width" : "length";
 }

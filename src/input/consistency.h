@@ -14,16 +14,6 @@ void check_fracture(const Parameters& parameters, Findings& findings);
 void check_boundaries(const Parameters& parameters, Findings& findings);
 void check_time(const Parameters& parameters, Findings& findings);
 
-/// Axis of the normal of a face: 0, 1 or 2.
-inline int axis_of(Face face) {
-  return static_cast<int>(face) / 2;
-}
-
-/// Whether it is the face at the upper end of its axis.
-inline bool is_upper(Face face) {
-  return static_cast<int>(face) % 2 == 1;
-}
-
 /// The closed intervals of x, y and z that a notch removes.
 std::array<std::pair<double, double>, 3> slot_of(const Notch& notch, const Vector& size);
 

@@ -169,22 +169,19 @@ Table stop_table() {
 }
 
 Table notch_table() {
-  return {
-      "specimen.notch",
-      Occurrence::many,
-      "a slot through the whole thickness",
-      {choice_key<Face>(
-           "face", notch(&Notch::face),
-           {{"y-min", Face::y_min}, {"y-max", Face::y_max}, {"z-min", Face::z_min}, {"z-max", Face::z_max}},
-           required(), "face that the slot is cut into"),
-       quantity_key("at", notch(&Notch::at), with_example(length_dimension(), "65 mm"), {0, 1e3, true},
-                    required(), "mid-plane of the slot, along the face's other in-plane axis (y or z)"),
-       quantity_key("depth", notch(&Notch::depth), with_example(length_dimension(), "6 mm"), positive_length,
-                    required(), "from the face to the tip"),
-       quantity_key("height", notch(&Notch::height), with_example(length_dimension(), "0.6 mm"),
-                    positive_length, required(), "opening of the slot")},
-      [](const Parameters& parameters) { return parameters.specimen.notches.size(); },
-      [](Parameters& parameters) { parameters.specimen.notches.emplace_back(); }};
+  return {"specimen.notch",
+          Occurrence::many,
+          "a slot through the whole thickness",
+          {choice_key<Face>("face", notch(&Notch::face), faces_from(Face::y_min), required(),
+                            "face that the slot is cut into"),
+           quantity_key("at", notch(&Notch::at), with_example(length_dimension(), "65 mm"), {0, 1e3, true},
+                        required(), "mid-plane of the slot, along the face's other in-plane axis (y or z)"),
+           quantity_key("depth", notch(&Notch::depth), with_example(length_dimension(), "6 mm"),
+                        positive_length, required(), "from the face to the tip"),
+           quantity_key("height", notch(&Notch::height), with_example(length_dimension(), "0.6 mm"),
+                        positive_length, required(), "opening of the slot")},
+          [](const Parameters& parameters) { return parameters.specimen.notches.size(); },
+          [](Parameters& parameters) { parameters.specimen.notches.emplace_back(); }};
 }
 
 Table mesh_table() {

@@ -93,7 +93,7 @@ Key integer_key(std::string name, Access<Integer> access, std::int64_t lower, st
           [=](Parameters& parameters, std::size_t i) { return std::to_string(access(parameters, i)); }};
 }
 
-/// One of the `names`, which stand for the enumerators 0, 1, 2, ...
+/// One of the words of `choices`.
 template <class Enum>
 Key choice_key(std::string name, Access<Enum> access, std::vector<std::pair<std::string, Enum>> choices,
                Presence presence, std::string help) {
@@ -113,6 +113,15 @@ Key choice_key(std::string name, Access<Enum> access, std::vector<std::pair<std:
             }
             return {};
           }};
+}
+
+/// The faces from this one to the last, for choice_key.
+inline std::vector<std::pair<std::string, Face>> faces_from(Face first) {
+  std::vector<std::pair<std::string, Face>> choices;
+  for (auto i = static_cast<std::size_t>(first); i < face_names.size(); ++i) {
+    choices.emplace_back(face_names[i], static_cast<Face>(i));
+  }
+  return choices;
 }
 
 // Ranges. The outer bounds only keep slips such as "5e300 mm" away from the arithmetic.

@@ -92,11 +92,6 @@ std::vector<std::int32_t> held_nodes(const input::Boundary& condition, const geo
   return {nodes.begin(), nodes.end()};
 }
 
-const char* face_name(input::Face face) {
-  static constexpr std::array names{"x-min", "x-max", "y-min", "y-max", "z-min", "z-max"};
-  return names[static_cast<std::size_t>(face)];
-}
-
 }  // namespace
 
 Program::Program(double value, double rate, std::vector<std::pair<double, double>> history)
@@ -198,7 +193,7 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
     ++number;
     const auto refuse_empty = [&](bool empty, const char* what) {
       if (!empty) return;
-      throw parallel::AgreedError(0, "boundary " + std::to_string(number) + " on " + face_name(condition.on) +
+      throw parallel::AgreedError(0, "boundary " + std::to_string(number) + " on " + name_of(condition.on) +
                                          ": its region contains no " + what +
                                          " of the mesh; enlarge the region or refine the mesh");
     };

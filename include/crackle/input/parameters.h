@@ -10,13 +10,12 @@
 #include <utility>
 #include <vector>
 
+#include "crackle/input/face.h"
+
 /// The typed, immutable parameters of an ensemble. All values are in SI units.
 namespace crackle::input {
 
 using Vector = std::array<double, 3>;
-
-/// A face of the specimen's box; x is the thickness, y the width, z the length.
-enum class Face : int { x_min, x_max, y_min, y_max, z_min, z_max };
 
 struct EnsembleStop {
   double half_width;  ///< of the confidence interval of the mean crack position, at every section [m]
