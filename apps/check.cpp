@@ -2,6 +2,7 @@
 // crackle check: validates an input file and says what running it will take.
 #include "commands.h"
 #include "crackle/dynamics/stable_step.h"
+#include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/cost_model.h"
 #include "crackle/ensemble/estimate.h"
 #include "crackle/ensemble/memory.h"
@@ -92,7 +93,7 @@ std::string estimate_text(const input::Parameters& parameters, std::int64_t plan
           ensemble::shortage(ensemble::expected_mesh_memory(parameters, body), "making the mesh", available))
     throw std::runtime_error(*message + "; take coarser spacings, or check the input where there is more");
   const std::uint64_t seed = parameters.ensemble.seed;
-  const auto base = geometry::make_mother_points(body, parameters.mesh, seed);
+  const auto base = ensemble::make_base_points(body, parameters, tell);
   const auto realization = geometry::make_realization(body, base, parameters.mesh, seed, 0);
   const double stable_step = dynamics::stable_step(parameters, realization);
   const auto n_nodes = static_cast<std::int64_t>(realization.nodes.size());

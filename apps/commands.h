@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <string>
 
 namespace CLI {
 class App;
@@ -36,6 +37,9 @@ void add_stats_command(CLI::App& app, Action& run);
 
 /// Declares the option --sample, the number of a sample.
 CLI::Option* add_sample_option(CLI::App& command, std::uint64_t& sample);
+
+/// A line on the standard error, for who waits.
+void tell(const std::string& line);
 
 /// What `read` gives on the root, on every rank; only the root needs the files. Collective over `world`.
 /// @param name of the input in messages

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle mesh: makes one realization and writes it with its quality table, or surveys many.
 #include "commands.h"
+#include "crackle/ensemble/base_points.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/dual_facets.h"
 #include "crackle/geometry/mother_points.h"
@@ -36,8 +37,7 @@ void make_mesh(const input::Parameters& parameters, const Options& options) {
   MeshTimes times{};
   const Stopwatch base_clock;
   const geometry::Body body(parameters.specimen);
-  const geometry::MotherPoints base =
-      geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed);
+  const geometry::MotherPoints base = ensemble::make_base_points(body, parameters, tell);
   times.base = base_clock.seconds();
   const Stopwatch clock;
   const geometry::Realization realization =

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Makes many realizations for their statistics.
 #include "crackle/dynamics/stable_step.h"
+#include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/run_log.h"
 #include "crackle/geometry/survey.h"
@@ -35,8 +36,7 @@ bool survey_meshes(const input::Parameters& parameters, std::uint64_t n_samples,
   if (!table.empty()) check_writable(table);
   const Stopwatch base_clock;
   const geometry::Body body(parameters.specimen);
-  const geometry::MotherPoints base =
-      geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed);
+  const geometry::MotherPoints base = ensemble::make_base_points(body, parameters, tell);
   const double base_seconds = base_clock.seconds();
   const geometry::Survey survey(body, base, parameters.mesh, parameters.ensemble.seed);
 

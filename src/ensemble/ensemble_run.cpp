@@ -51,9 +51,8 @@ void prepare_run(const input::Parameters& parameters, const geometry::Body& body
   };
   say(describe(layout));
   const auto& plan = ledger.plan;
-  ledger.base = plan.to_do.empty()
-                    ? base_points(options.folder, parameters)
-                    : geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed);
+  ledger.base =
+      plan.to_do.empty() ? base_points(options.folder, parameters) : make_base_points(body, parameters, say);
   say(fmt::format("base mesh: {} mother points", ledger.base.size()));
   const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
   ledger.lock.emplace(options.folder, options.plan.range.value_or(SampleRange{0, n_samples - 1}));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/single_sample.h"
 
+#include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/folder_lock.h"
 #include "crackle/ensemble/memory.h"
 #include "crackle/ensemble/sample_plan.h"
@@ -66,8 +67,7 @@ SampleReport run_single_sample(const parallel::Communicator& ranks, const input:
   parallel::agree_on_root(ranks, [&] { plan = plan_sample(parameters, options); });
   check_memory(ranks, parameters, body, one_group(ranks.size()), !plan.to_do.empty());
   parallel::agree_on_root(ranks, [&] {
-    if (!plan.to_do.empty())
-      base = geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed);
+    if (!plan.to_do.empty()) base = make_base_points(body, parameters, say);
     lock.emplace(options.folder, SampleRange{options.sample, options.sample});
     for (const auto& line : lock->taken_over()) say(line);
     for (const auto& line : prepare_folder(options.folder, parameters, plan)) say(line);
