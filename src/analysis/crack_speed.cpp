@@ -17,8 +17,11 @@ struct FrontPosition {
 };
 
 /// The first entry is the front at the start of the dynamic phase.
+/// @param reach what opens farther than this ahead of the front opened on its own: the front grows to it
+/// later
 std::vector<FrontPosition> front_history(const CrackSurface& surface, std::span<const std::size_t> facets,
-                                         const NotchFrame& frame, double spacing, double thickness) {
+                                         const NotchFrame& frame, double spacing, double thickness,
+                                         double reach) {
   const auto n_columns = std::max<std::size_t>(1, static_cast<std::size_t>(thickness / (2 * spacing)));
   std::vector<double> farthest(n_columns, 0.0);
   std::vector<FrontPosition> history{{0, 0}};
@@ -29,6 +32,7 @@ std::vector<FrontPosition> front_history(const CrackSurface& surface, std::span<
     for (const geometry::Point& corner : facet.corner) {
       advance += frame.advance(corner[static_cast<std::size_t>(frame.axis)]) / 4;
     }
+    if (facet.time > 0 && advance > history.back().advance + reach) continue;
     const auto column_of = [&](double x) {
       const double column = std::floor(x / thickness * static_cast<double>(n_columns));
       return static_cast<std::size_t>(std::clamp(column, 0.0, static_cast<double>(n_columns - 1)));
@@ -61,8 +65,9 @@ double max_crack_speed(const geometry::Body& body, const CrackSurface& surface) 
     if (facets.empty()) continue;
     const NotchFrame frame = notch_frame(body, notch);
     const double spacing = mean_spacing(surface, facets);
-    const std::vector<FrontPosition> front = front_history(surface, facets, frame, spacing, body.size()[0]);
     const double window = std::max(speed_window_share * frame.ligament, speed_window_spacings * spacing);
+    const std::vector<FrontPosition> front =
+        front_history(surface, facets, frame, spacing, body.size()[0], window);
     // The time over a window is piecewise linear in its position: its least value is at one of the front's
     // recorded positions, at the window's start or at its end.
     const double first = front.front().advance;

@@ -331,6 +331,19 @@ TEST_F(CrackPath, SpeedOfAnEvenFrontIsExact) {
   EXPECT_NEAR(found, speed, 1e-9 * speed);
 }
 
+TEST_F(CrackPath, SpeedIsNotThatOfBreaksFarAheadThatTheFrontJoinsLater) {
+  const double speed = 250;
+  const CrackSurface cracks = surface([](const Point& p) { return p[2] > plane_0 ? 1 : 0; },
+                                      [&](const Point& p) {
+                                        if (p[0] < 1 && p[1] > 14 && p[1] < 15) return 2 / speed;
+                                        return p[1] > 4 ? std::floor(p[1] - 4) / speed : -1.0;
+                                      });
+  ASSERT_EQ(cracks.cracks.size(), 1);
+  const double found = max_crack_speed(mesh.body(), cracks);
+  std::printf("speed %.12g, expected %g\n", found, speed);
+  EXPECT_NEAR(found, speed, 1e-9 * speed);
+}
+
 TEST_F(CrackPath, SpeedIsTheLargestOfAWindowAndLeavesTheStartOut) {
   // Half of the way before the dynamic phase, then slow, then fast, then slow.
   const auto time = [](const Point& p) {
