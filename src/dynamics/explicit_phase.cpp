@@ -147,7 +147,7 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
       for (const auto t : motion.overloaded()) {
         const mechanics::Symmetric strain = motion.strain(t);
         const double stress = fracture::largest_principal(body.elasticity()(strain));
-        if (!criterion.advance(static_cast<std::size_t>(t), stress, dt)) continue;
+        if (!criterion.advance(static_cast<std::size_t>(t), stress)) continue;
         body.release(t, strain, load_time, static_cast<double>(step) * dt);
       }
     });

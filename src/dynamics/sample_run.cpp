@@ -45,6 +45,13 @@ public:
 
 constexpr const char* mismatch_text = "the quasi-static loading does not lead to its dynamic phases";
 
+PhaseOptions phase_options(const TimeGrid& grid, int n_frames) {
+  PhaseOptions options;
+  options.grid = grid;
+  options.n_frames = n_frames;
+  return options;
+}
+
 /// One sample on its way; the phases in the order in which they happen.
 class SampleRun {
 public:
@@ -57,15 +64,16 @@ public:
         from_(from),
         body_(subdomain, parameters.material, parameters.fracture.release, parameters.fracture.contact),
         loads_(mechanics::make_boundary_loads(group, parameters, subdomain)),
-        criterion_(parameters.fracture,
-                   fracture::tetrahedron_strengths(group, parameters, subdomain, body_.operators())),
         splitting_(splitting(parameters.time.integrator)),
+        stable_step_(splitting_.stability_limit /
+                     largest_frequency(group, subdomain, body_.operators(), body_.force())),
+        options_(phase_options(choose_time_grid(parameters.time, stable_step_), parameters.output.frames)),
+        criterion_(parameters.fracture,
+                   fracture::tetrahedron_strengths(group, parameters, subdomain, body_.operators()),
+                   options_.grid.step),
         account_(group, body_),
         context_{&group_, &body_, &loads_, parameters.material.density, criterion_.strengths()} {
-    result_.stable_step =
-        splitting_.stability_limit / largest_frequency(group, subdomain, body_.operators(), body_.force());
-    options_.grid = choose_time_grid(parameters.time, result_.stable_step);
-    options_.n_frames = parameters.output.frames;
+    result_.stable_step = stable_step_;
     result_.time_step = options_.grid.step;
     result_.onset_time = nan;
     result_.onset_force = nan;
@@ -288,11 +296,12 @@ private:
   const Checkpoint* from_;  // nullptr: from the start
   fracture::BreakableBody body_;
   mechanics::BoundaryLoads loads_;
-  fracture::TulerButcher criterion_;
   const Splitting& splitting_;
+  double stable_step_;
+  PhaseOptions options_;
+  fracture::TulerButcher criterion_;
   EnergyAccount account_;
   MotionContext context_;
-  PhaseOptions options_;
   SampleResult result_;
   std::vector<EndedPhase> ended_;  // breaks and displacements on the root, or from the checkpoint
   Stopwatch since_save_;

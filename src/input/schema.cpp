@@ -237,7 +237,8 @@ Table fracture_table() {
        choice_key<Memory>("memory", in(&Parameters::fracture, &Fracture::memory),
                           {{"cumulative", Memory::cumulative}, {"step", Memory::step}},
                           by_default("\"cumulative\""),
-                          "damage adds up for ever, or over one time step only"),
+                          "damage adds up for ever, or over one time step only: a strength of sigma_0 + "
+                          "(impulse / step)^(1 / exponent)"),
        choice_key<Release>("release", in(&Parameters::fracture, &Fracture::release),
                            {{"element", Release::element}, {"facet", Release::facet}},
                            by_default("\"element\""),

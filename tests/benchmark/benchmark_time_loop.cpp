@@ -167,7 +167,8 @@ public:
                const parallel::NodeField& equilibrium, double load_time)
       : sample_(sample),
         splitting_(dynamics::splitting(integrator)),
-        criterion_(sample.parameters.fracture, sample.subdomain.tetrahedra.size()),
+        criterion_(sample.parameters.fracture, sample.subdomain.tetrahedra.size(),
+                   *sample.parameters.time.step),
         state_{parallel::NodeField(sample.self, sample.subdomain),
                parallel::NodeField(sample.self, sample.subdomain)},
         step_(*sample.parameters.time.step),
@@ -189,7 +190,7 @@ public:
       for (const auto t : motion_->overloaded()) {
         const auto strain = motion_->strain(t);
         const double stress = fracture::largest_principal(sample_.body.elasticity()(strain));
-        if (!criterion_.advance(static_cast<std::size_t>(t), stress, step_)) continue;
+        if (!criterion_.advance(static_cast<std::size_t>(t), stress)) continue;
         sample_.body.release(t, strain, load_time_, n_ * step_);
         breaking.push_back(t);
       }
@@ -232,7 +233,7 @@ void measure(const parallel::Communicator& world, const Options& options) {
   const double stable = dynamics::stable_step(parameters, sample.realization);
   sample.parameters.time.step = dynamics::choose_time_grid(parameters.time, stable).step;
   const auto equilibrium = [&](Sample& of, double& load_time) {
-    const fracture::TulerButcher criterion(of.parameters.fracture, of.subdomain.tetrahedra.size());
+    const fracture::TulerButcher criterion(of.parameters.fracture, of.subdomain.tetrahedra.size(), 5e-9);
     dynamics::QuasiStaticLoading loading(of.self, of.body, of.loads, criterion, 2e-5);
     dynamics::EnergyAccount account(of.self, of.body);
     loading.advance(account);

@@ -89,7 +89,8 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
     fracture::BreakableBody body(part, parameters.material, parameters.fracture.release);
     const auto loads = mechanics::make_boundary_loads(world, parameters, part);
     fracture::TulerButcher criterion(
-        parameters.fracture, fracture::tetrahedron_strengths(world, parameters, part, body.operators()));
+        parameters.fracture, fracture::tetrahedron_strengths(world, parameters, part, body.operators()),
+        5e-9);
     const MotionContext context{&world, &body, &loads, parameters.material.density, criterion.strengths()};
     const EnergyAccount account(world, body);
     MotionState state{parallel::NodeField(world, part), parallel::NodeField(world, part)};

@@ -17,11 +17,15 @@ input::Fracture epoxy_fracture(input::Memory memory = input::Memory::cumulative)
   return {.strength = 35e6, .exponent = 2, .impulse = 1e4, .memory = memory};  // 1e-8 MPa^2 s
 }
 
+TulerButcher one_tetrahedron(double time_step, input::Memory memory = input::Memory::cumulative) {
+  return {epoxy_fracture(memory), 1, time_step};
+}
+
 /// Steps until the tetrahedron breaks under stress(t).
 double breaking_time(TulerButcher criterion, auto&& stress, double dt, int max_steps) {
   for (int step = 1; step <= max_steps; ++step) {
     const double s = stress(step * dt);
-    if (s > criterion.strength(0) && criterion.advance(0, s, dt)) return step * dt;
+    if (s > criterion.strength(0) && criterion.advance(0, s)) return step * dt;
   }
   return INFINITY;
 }
@@ -31,10 +35,10 @@ TEST(TulerButcher, ConstantOverstressFailsAfterItsImpulse) {
     const double expected = 1e4 / (over * over);
     const double dt = expected / 1000;
     const double time = breaking_time(
-        {epoxy_fracture(), 1}, [&](double) { return 35e6 + over; }, dt, 2000);
+        one_tetrahedron(dt), [&](double) { return 35e6 + over; }, dt, 2000);
     std::printf("overstress %.1f MPa: %.4g ns, exact %.4g ns\n", over * 1e-6, time * 1e9, expected * 1e9);
     EXPECT_NEAR(time, expected, 1.01 * dt);
-    EXPECT_DOUBLE_EQ(TulerButcher(epoxy_fracture(), 1).time_to_failure(0, 35e6 + over), expected);
+    EXPECT_DOUBLE_EQ(one_tetrahedron(dt).time_to_failure(0, 35e6 + over), expected);
   }
 }
 
@@ -43,27 +47,32 @@ TEST(TulerButcher, RampFailsAtTheCubeRoot) {
   const double expected = std::cbrt(3 * 1e4 / (rate * rate));
   const double dt = expected / 2000;
   const double time = breaking_time(
-      {epoxy_fracture(), 1}, [&](double t) { return 35e6 + rate * t; }, dt, 4000);
+      one_tetrahedron(dt), [&](double t) { return 35e6 + rate * t; }, dt, 4000);
   std::printf("ramp: %.5g ns, exact %.5g ns\n", time * 1e9, expected * 1e9);
   EXPECT_NEAR(time, expected, 2 * dt);
 }
 
 TEST(TulerButcher, NeverFailsBelowTheThreshold) {
   EXPECT_EQ(breaking_time(
-                {epoxy_fracture(), 1}, [](double) { return 35e6; }, 1.0, 100000),
+                one_tetrahedron(1), [](double) { return 35e6; }, 1.0, 100000),
             INFINITY);
-  EXPECT_EQ(TulerButcher(epoxy_fracture(), 1).time_to_failure(0, 35e6), INFINITY);
+  EXPECT_EQ(one_tetrahedron(1).time_to_failure(0, 35e6), INFINITY);
 }
 
-TEST(TulerButcher, StepMemoryCountsTheLastStepOnly) {
+TEST(TulerButcher, StepMemoryIsAStrengthThatFollowsFromTheStep) {
   const double dt = 5e-9;
-  const double needed = std::sqrt(1e4 / dt);  // 1.41 MPa over the threshold
+  const double needed = std::sqrt(1e4 / dt);
+  const TulerButcher criterion = one_tetrahedron(dt, input::Memory::step);
+  std::printf("strength %.4f MPa\n", 1e-6 * criterion.strength(0));
+  EXPECT_NEAR(criterion.strength(0), 36.41e6, 0.01e6);  // 1.41 MPa over the threshold
   const auto run = [&](double over) {
     return breaking_time(
-        {epoxy_fracture(input::Memory::step), 1}, [&](double) { return 35e6 + over; }, dt, 10000);
+        criterion, [&](double) { return 35e6 + over; }, dt, 10000);
   };
   EXPECT_EQ(run(0.999 * needed), INFINITY);
   EXPECT_EQ(run(1.001 * needed), dt);
+  EXPECT_EQ(criterion.time_to_failure(0, 35e6 + 0.999 * needed), INFINITY);
+  EXPECT_EQ(criterion.time_to_failure(0, 35e6 + 1.001 * needed), dt);
 }
 
 TEST(TulerButcher, CumulativeMemoryKeepsEarlierImpulse) {
@@ -71,7 +80,7 @@ TEST(TulerButcher, CumulativeMemoryKeepsEarlierImpulse) {
   const double half = 0.5 * 1e4 / 1e12;
   const double dt = half / 500;
   const auto stress = [&](double t) { return t <= half || t > 10 * half ? 36e6 : 20e6; };
-  EXPECT_NEAR(breaking_time({epoxy_fracture(), 1}, stress, dt, 20000), 11 * half, 2 * dt);
+  EXPECT_NEAR(breaking_time(one_tetrahedron(dt), stress, dt, 20000), 11 * half, 2 * dt);
 }
 
 TEST(PrincipalStress, MatchesTensorsOfKnownValues) {

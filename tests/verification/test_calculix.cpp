@@ -106,7 +106,7 @@ TEST(CalculiX, GivesTheSameStaticDisplacements) {
   const parallel::Communicator self(MPI_COMM_SELF);
   fracture::BreakableBody body(subdomain, parameters.material);
   const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
-  fracture::TulerButcher criterion(parameters.fracture, subdomain.tetrahedra.size());
+  fracture::TulerButcher criterion(parameters.fracture, subdomain.tetrahedra.size(), 5e-9);
   const QuasiStaticLoading loading(self, body, loads, criterion, 1e-5);
   std::vector<double> force(3 * mesh.nodes.size(), 0.0);
   loads.add_forces(0, force);
@@ -180,7 +180,7 @@ TEST(CalculiX, GivesTheSameDisplacementHistory) {
   ASSERT_EQ(reference.size(), static_cast<std::size_t>(std::lround(duration / increment)));
 
   fracture::TulerButcher criterion({.strength = 1e15, .exponent = 2, .impulse = 1e4},
-                                   subdomain.tetrahedra.size());
+                                   subdomain.tetrahedra.size(), 5e-9);
   const MotionContext context{&self, &body, &loads, parameters.material.density, criterion.strengths()};
   MotionState state{parallel::NodeField(self, subdomain), parallel::NodeField(self, subdomain)};
   const auto motion = make_fixed_point_motion(context, input::Precision::double_, 0, duration, state);

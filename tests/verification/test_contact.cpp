@@ -51,7 +51,7 @@ Pushed push(double strain, Contact contact, input::Release release, bool is_brok
   body.tie(self, [&](std::int32_t) { return mechanics::Symmetric{}; });
 
   fracture::TulerButcher criterion({.strength = 1e15, .exponent = 2, .impulse = 1e4},
-                                   subdomain.tetrahedra.size());
+                                   subdomain.tetrahedra.size(), 5e-9);
   MotionState state{parallel::NodeField(self, subdomain), parallel::NodeField(self, subdomain)};
   const MotionContext context{&self, &body, &loads, parameters.material.density, criterion.strengths()};
   const auto& map = splitting(input::Integrator::bilateral4);

@@ -80,7 +80,7 @@ public:
                                                 double dt, std::int64_t n_steps,
                                                 double initial_velocity = 0) {
     const mechanics::BoundaryLoads no_loads;
-    fracture::TulerButcher criterion(unbreakable(), subdomain_.tetrahedra.size());
+    fracture::TulerButcher criterion(unbreakable(), subdomain_.tetrahedra.size(), 5e-9);
     const EnergyAccount account(self_, body_);
     MotionState state{parallel::NodeField(self_, subdomain_), parallel::NodeField(self_, subdomain_)};
     for (std::size_t i = 0; i < state.displacement.local().size(); ++i) {

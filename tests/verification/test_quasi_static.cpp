@@ -158,7 +158,7 @@ protected:
   }
 
   double elongation() {
-    fracture::TulerButcher criterion(parameters_.fracture, subdomain_.tetrahedra.size());
+    fracture::TulerButcher criterion(parameters_.fracture, subdomain_.tetrahedra.size(), 5e-9);
     const QuasiStaticLoading loading(self_, body_, loads_, criterion, 1e-5);
     iterations_ = loading.n_iterations();
     return measure_loads(self_, body_, loads_, loading.displacement(), 0).position.back();

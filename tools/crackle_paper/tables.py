@@ -162,11 +162,12 @@ def rates(slow: Rows, all_rows: list[Rows]) -> str:
             "" if rows is slow else plus_minus(difference(*pair, paired=True), 3),
             share(int((other[far] > usual).sum()), int(far.sum())), f"{(lead == 0).sum()} / {(lead == 1).sum()}",
             "" if rows is slow else f"{(leading_notch(slow)[first] == lead[second]).sum()} of {len(first)}",
-            patterns(rows), spread(second_reach(rows), ".2f"), *_run_figures(rows)[:4]])
+            patterns(rows), spread(second_reach(rows), ".2f"), spread(rows.values["overlap"], ".2f"), *_run_figures(rows)[:4]])
     return markdown(["rate", "samples", "load at the notches when the first crack starts [N]",
                      "share that the other crack has crossed when the first one has crossed 0.8", "against 5 N/s",
                      f"more than the {usual:.2f} of 5 N/s", "lower / upper notch leads", "same notch as at 5 N/s",
-                     "at the end: one / two cracks / other / none", "share that the second crack crosses", *RUN_TITLES[:4]], lines)
+                     "at the end: one / two cracks / other / none", "share that the second crack crosses",
+                     "overlap of one crack with the other turned", *RUN_TITLES[:4]], lines)
 
 
 def on_bases(title: str, usual: str, settings: list[tuple[str, list[Rows]]]) -> str:
