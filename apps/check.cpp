@@ -6,6 +6,7 @@
 #include "crackle/ensemble/cost_model.h"
 #include "crackle/ensemble/estimate.h"
 #include "crackle/ensemble/memory.h"
+#include "crackle/fracture/tuler_butcher.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
@@ -105,7 +106,7 @@ std::string estimate_text(const input::Parameters& parameters, std::int64_t plan
   const int n_samples = parameters.ensemble.samples;
   const int n_ranks = parameters.ensemble.ranks_per_sample;
   const auto n_faces = static_cast<std::int64_t>(realization.boundary.size());
-  std::string text = aligned({
+  std::vector<std::pair<std::string, std::string>> rows{
       {"nodes", fmt::format("{}", n_nodes)},
       {"tetrahedra", fmt::format("{} (worst quality {:.3f})", n_tetrahedra, realization.report.min_quality)},
       {"boundary triangles", fmt::format("{}", n_faces)},
@@ -119,7 +120,12 @@ std::string estimate_text(const input::Parameters& parameters, std::int64_t plan
                                  "tetrahedron updates per second and core",
                                  estimate.core_hours, n_samples, n_samples == 1 ? "" : "s",
                                  ensemble::updates_per_core_second(parameters.time.precision) / 1e6)},
-  });
+  };
+  if (parameters.fracture.memory == input::Memory::step && parameters.fracture.toughness == 0) {
+    const double strength = fracture::TulerButcher(parameters.fracture, 1, estimate.step).strength(0);
+    rows.emplace_back("strength", fmt::format("{:.4g} MPa, which breaks in one step", strength / 1e6));
+  }
+  std::string text = aligned(rows);
   const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
   if (const auto message = ensemble::shortage(memory, whose, available)) {
     text += fmt::format(

@@ -4,7 +4,9 @@
 #include "crossings.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <vector>
 
 namespace crackle::analysis {
 
@@ -16,36 +18,95 @@ struct FrontPosition {
   double advance;  ///< from the notch's tip [m]
 };
 
-/// The first entry is the front at the start of the dynamic phase.
-/// @param reach what opens farther than this ahead of the front opened on its own: the front grows to it
-/// later
-std::vector<FrontPosition> front_history(const CrackSurface& surface, std::span<const std::size_t> facets,
-                                         const NotchFrame& frame, double spacing, double thickness,
-                                         double reach) {
-  const auto n_columns = std::max<std::size_t>(1, static_cast<std::size_t>(thickness / (2 * spacing)));
-  std::vector<double> farthest(n_columns, 0.0);
-  std::vector<FrontPosition> history{{0, 0}};
+/// A crack front on its way. What opens on its own, farther than `reach` ahead of it, counts from when the
+/// front has come to it.
+class Front {
+public:
+  Front(double thickness, double spacing, double reach)
+      : gap_(spacing),
+        farthest_(std::max<std::size_t>(1, static_cast<std::size_t>(thickness / (2 * spacing))), 0.0),
+        thickness_(thickness),
+        reach_(reach),
+        histories_{{{0, 0}}} {}
+
+  /// @param x extent of the facet through the thickness
+  /// @pre times ascend
+  void open(double time, double advance, const std::array<double, 2>& x) {
+    if (time > 0 && advance > tip() + reach_) {
+      ahead_.push_back({advance, x});
+      return;
+    }
+    take(advance, x);
+    if (join()) {
+      histories_.push_back({{time, mean()}});
+      return;
+    }
+    auto& history = histories_.back();
+    if (mean() <= history.back().advance) return;
+    if (time > history.back().time) history.push_back({time, mean()});
+    history.back().advance = mean();
+  }
+
+  /// Mean positions over the thickness. The first history begins with the front at the start of the dynamic
+  /// phase; another one begins wherever the front jumped over what was open ahead of it.
+  const std::vector<std::vector<FrontPosition>>& histories() const { return histories_; }
+
+private:
+  struct Ahead {
+    double advance;
+    std::array<double, 2> x;
+  };
+
+  double tip() const { return *std::max_element(farthest_.begin(), farthest_.end()); }
+
+  double mean() const {
+    double sum = 0;
+    for (const double value : farthest_) sum += value / static_cast<double>(farthest_.size());
+    return sum;
+  }
+
+  void take(double advance, const std::array<double, 2>& x) {
+    const auto column_of = [&](double place) {
+      const double column = std::floor(place / thickness_ * static_cast<double>(farthest_.size()));
+      return static_cast<std::size_t>(std::clamp(column, 0.0, static_cast<double>(farthest_.size() - 1)));
+    };
+    const std::size_t last = column_of(x[1]);
+    for (std::size_t c = column_of(x[0]); c <= last; ++c) farthest_[c] = std::max(farthest_[c], advance);
+  }
+
+  /// Takes in what was ahead and lies before the front now; whether the front jumps by that.
+  bool join() {
+    const double before = tip();
+    for (;;) {
+      const auto near = std::partition(ahead_.begin(), ahead_.end(),
+                                       [&](const Ahead& facet) { return facet.advance > tip() + gap_; });
+      if (near == ahead_.end()) return tip() > before + gap_;
+      std::for_each(near, ahead_.end(), [&](const Ahead& facet) { take(facet.advance, facet.x); });
+      ahead_.erase(near, ahead_.end());
+    }
+  }
+
+  double gap_;
+  std::vector<double> farthest_;  // of each column through the thickness
+  double thickness_;
+  double reach_;
+  std::vector<std::vector<FrontPosition>> histories_;
+  std::vector<Ahead> ahead_;
+};
+
+Front front_of(const CrackSurface& surface, std::span<const std::size_t> facets, const NotchFrame& frame,
+               double spacing, double thickness, double reach) {
+  Front front(thickness, spacing, reach);
   for (const std::size_t i : facets) {  // in order of breaking, hence of time
     const CrackFacet& facet = surface.facets[i];
-    const Trace box = extent(surface, i, frame.across);
     double advance = 0;
     for (const geometry::Point& corner : facet.corner) {
       advance += frame.advance(corner[static_cast<std::size_t>(frame.axis)]) / 4;
     }
-    if (facet.time > 0 && advance > history.back().advance + reach) continue;
-    const auto column_of = [&](double x) {
-      const double column = std::floor(x / thickness * static_cast<double>(n_columns));
-      return static_cast<std::size_t>(std::clamp(column, 0.0, static_cast<double>(n_columns - 1)));
-    };
-    const std::size_t last = column_of(box.x[1]);
-    for (std::size_t c = column_of(box.x[0]); c <= last; ++c) farthest[c] = std::max(farthest[c], advance);
-    double mean = 0;
-    for (const double value : farthest) mean += value / static_cast<double>(n_columns);
-    if (mean <= history.back().advance) continue;
-    if (facet.time > history.back().time) history.push_back({facet.time, mean});
-    history.back().advance = mean;
+    const Trace box = extent(surface, i, frame.across);
+    front.open(facet.time, advance, {box.x[0], box.x[1]});
   }
-  return history;
+  return front;
 }
 
 /// The time at which a front passes a position between its first and its last.
@@ -54,6 +115,24 @@ double passing_time(const std::vector<FrontPosition>& front, double advance) {
   while (k + 1 < front.size() && front[k].advance < advance) ++k;
   const double share = (advance - front[k - 1].advance) / (front[k].advance - front[k - 1].advance);
   return front[k - 1].time + share * (front[k].time - front[k - 1].time);
+}
+
+/// Largest speed over a window; 0 when the front advances by less.
+double fastest(const std::vector<FrontPosition>& front, double window) {
+  double largest = 0;
+  // The time over a window is piecewise linear in its position: its least value is at one of the front's
+  // recorded positions, at the window's start or at its end.
+  const double first = front.front().advance;
+  const double last = front.back().advance;
+  if (last - first < window) return 0;
+  for (const FrontPosition& position : front) {
+    for (const double start : {position.advance, position.advance - window}) {
+      if (start < first || start + window > last) continue;
+      const double time = passing_time(front, start + window) - passing_time(front, start);
+      largest = std::max(largest, window / time);
+    }
+  }
+  return largest;
 }
 
 }  // namespace
@@ -66,20 +145,8 @@ double max_crack_speed(const geometry::Body& body, const CrackSurface& surface) 
     const NotchFrame frame = notch_frame(body, notch);
     const double spacing = mean_spacing(surface, facets);
     const double window = std::max(speed_window_share * frame.ligament, speed_window_spacings * spacing);
-    const std::vector<FrontPosition> front =
-        front_history(surface, facets, frame, spacing, body.size()[0], window);
-    // The time over a window is piecewise linear in its position: its least value is at one of the front's
-    // recorded positions, at the window's start or at its end.
-    const double first = front.front().advance;
-    const double last = front.back().advance;
-    if (last - first < window) continue;
-    for (const FrontPosition& position : front) {
-      for (const double start : {position.advance, position.advance - window}) {
-        if (start < first || start + window > last) continue;
-        const double time = passing_time(front, start + window) - passing_time(front, start);
-        largest = std::max(largest, window / time);
-      }
-    }
+    const Front front = front_of(surface, facets, frame, spacing, body.size()[0], window);
+    for (const auto& history : front.histories()) largest = std::max(largest, fastest(history, window));
   }
   return largest;
 }

@@ -29,5 +29,16 @@ TEST(BasePoints, WaitIsToldBeforeIt) {
   EXPECT_EQ(heard.substr(0, 15), "placing some 1.") << heard;
 }
 
+TEST(BasePoints, NoWaitIsToldOfWhatIsRefused) {
+  input::Parameters parameters;
+  parameters.specimen.size = {0.1, 0.1, 0.1};
+  parameters.mesh.spacing = parameters.mesh.notch_spacing = 1e-4;
+  std::string heard;
+  EXPECT_THROW(make_base_points(geometry::Body(parameters.specimen), parameters,
+                                [&](const std::string& line) { heard = line; }),
+               std::runtime_error);
+  EXPECT_EQ(heard, "");
+}
+
 }  // namespace
 }  // namespace crackle::ensemble

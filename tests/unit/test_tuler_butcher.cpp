@@ -9,6 +9,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <vector>
 
 namespace crackle::fracture {
 namespace {
@@ -73,6 +74,19 @@ TEST(TulerButcher, StepMemoryIsAStrengthThatFollowsFromTheStep) {
   EXPECT_EQ(run(1.001 * needed), dt);
   EXPECT_EQ(criterion.time_to_failure(0, 35e6 + 0.999 * needed), INFINITY);
   EXPECT_EQ(criterion.time_to_failure(0, 35e6 + 1.001 * needed), dt);
+}
+
+TEST(TulerButcher, StepMemoryAddsToTheStrengthOfEachTetrahedron) {
+  auto parameters = epoxy_fracture(input::Memory::step);
+  parameters.exponent = 1;
+  parameters.impulse = 0.01;
+  const std::vector<double> strengths{30e6, 40e6};
+  const TulerButcher criterion(parameters, strengths, 5e-9);
+  EXPECT_DOUBLE_EQ(criterion.strength(0), 32e6);
+  EXPECT_DOUBLE_EQ(criterion.strength(1), 42e6);
+  parameters.toughness = 3;
+  EXPECT_EQ(TulerButcher(parameters, strengths, 5e-9).strength(1), 40e6)
+      << "what a slow crack takes is given";
 }
 
 TEST(TulerButcher, CumulativeMemoryKeepsEarlierImpulse) {

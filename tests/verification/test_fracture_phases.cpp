@@ -72,7 +72,7 @@ TEST(RunAway, WithStepMemoryIsAtTheStrengthOfOneStep) {
   const auto result = run(parameters, mesh);
   EXPECT_EQ(result.outcome, Outcome::separated);
   EXPECT_EQ(result.counts.dynamic_phases, 1);
-  // 1.41 MPa more than 35 MPa, as the paper's time step asks for; breaks before the run-away shift both.
+  // 1.41 MPa more than 35 MPa, as the paper's time step asks for.
   const double ratio = result.breaks.front().load_time / cumulative.breaks.front().load_time;
   std::printf("first break at %.6f times the load of cumulative memory, expected %.6f\n", ratio,
               1 + std::sqrt(2.0) / 35);

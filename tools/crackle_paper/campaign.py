@@ -20,7 +20,6 @@ from .rows import Rows
 REPORT = Path(__file__).resolve().parent.parent / "crackle-report"
 PICTURES = ("typical-paths", "crossings", "convergence", "shares")
 N_FRINGES = 40  # samples whose pictures are looked at
-WIDTH = 1280  # of the pictures kept [pixels]
 
 
 def keep_pictures(results: Path, rows: Rows, folder: Path) -> None:
@@ -36,7 +35,7 @@ def keep_pictures(results: Path, rows: Rows, folder: Path) -> None:
     growth.sort(key=lambda file: (pattern[int(file.stem.removeprefix("growth-"))], file.name))
     names |= {file: f"growth-{number}.png" for number, file in enumerate(growth, 1)}
     for source, name in names.items():
-        write_light_png(Image.open(source), folder / name, WIDTH)
+        write_light_png(Image.open(source), folder / name)
 
 
 def keep_ensemble(results: Path, folder: Path) -> None:

@@ -72,7 +72,7 @@ def main() -> int:
     ]
     for picture in pictures:
         file = arguments.folder / f"{picture.name}.png"
-        write_light_figure(picture.figure, file, dpi=130)
+        write_light_figure(picture.figure, file)
         print(file)
     return 0
 

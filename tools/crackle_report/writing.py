@@ -10,7 +10,7 @@ from pathlib import Path
 from PIL import Image
 from matplotlib.figure import Figure
 
-N_COLOURS = 256  # of a light picture
+WIDTH, N_COLOURS = 1280, 256  # of a light picture, at the most
 
 
 def write_whole(file: Path, content: bytes) -> None:
@@ -20,22 +20,19 @@ def write_whole(file: Path, content: bytes) -> None:
     os.replace(partial, file)
 
 
-def write_light_png(image: Image.Image, file: Path, width: int | None = None) -> None:
-    """Few colours make small files; without dither, so that plain areas stay plain.
-
-    @param width wider pictures are scaled to this [pixels]
-    """
+def write_light_png(image: Image.Image, file: Path) -> None:
+    """Few pixels and colours make small files; without dither, so that plain areas stay plain."""
     image = image.convert("RGB")
-    if width is not None and image.width > width:
-        image = image.resize((width, round(width * image.height / image.width)), Image.Resampling.LANCZOS)
+    if image.width > WIDTH:
+        image = image.resize((WIDTH, round(WIDTH * image.height / image.width)), Image.Resampling.LANCZOS)
     content = io.BytesIO()
     image.quantize(N_COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(content, format="png", optimize=True)
     write_whole(file, content.getvalue())
 
 
-def write_light_figure(figure: Figure, file: Path, dpi: float | str = "figure") -> None:
+def write_light_figure(figure: Figure, file: Path) -> None:
     content = io.BytesIO()
-    figure.savefig(content, format="png", dpi=dpi)
+    figure.savefig(content, format="png")
     write_light_png(Image.open(content), file)
 
 

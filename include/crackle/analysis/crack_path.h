@@ -91,9 +91,10 @@ std::int32_t count_bifurcations(const geometry::Body& body, const CrackSurface& 
 /// during the dynamic phase.
 ///
 /// The front of a notch's crack is the mean over columns through the thickness (two mean spacings wide) of
-/// the farthest facet opened so far, so that one stray break ahead moves it little, and one by more than a
-/// window ahead not at all; between the times at which it moves it is taken as linear. The speed is the
-/// window's length over the time the front takes for it.
+/// the farthest facet opened so far, so that one stray break ahead moves it little. What opens in the
+/// dynamic phase more than a window ahead counts when the front comes to it, and no speed is taken over a
+/// jump across it; between the times at which it moves it is taken as linear. The speed is the window's
+/// length over the time the front takes for it.
 double max_crack_speed(const geometry::Body& body, const CrackSurface& surface);
 
 }  // namespace crackle::analysis

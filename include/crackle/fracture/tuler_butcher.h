@@ -16,18 +16,18 @@ namespace crackle::fracture {
 /// (sigma_1 - sigma_0)^beta over the time with sigma_1 > sigma_0 reaches K_f.
 ///
 /// With `memory = "step"` (the paper's "tau_f is the time step") only the last step's contribution counts. A
-/// tetrahedron then breaks at once where sigma_1 reaches sigma_0 + (K_f / step)^(1 / beta), and never below,
-/// however slowly it is loaded: this is its strength.
+/// tetrahedron then breaks at once where sigma_1 exceeds sigma_0 + (K_f / step)^(1 / beta), and never below,
+/// however slowly it is loaded: this is its strength. One that follows from a toughness is that limit itself.
 class TulerButcher {
 public:
-  /// @param strength sigma_0 of each tetrahedron [Pa]
+  /// @param strength sigma_0 of each tetrahedron, or what follows from the input's toughness [Pa]
   /// @param time_step that advance() will be called with [s]
   TulerButcher(const input::Fracture& parameters, std::vector<double> strength, double time_step)
       : parameters_(parameters),
         time_step_(time_step),
         strength_(std::move(strength)),
         impulse_(strength_.size(), 0.0) {
-    if (parameters.memory == input::Memory::cumulative) return;
+    if (parameters.memory == input::Memory::cumulative || parameters.toughness > 0) return;
     const double over = std::pow(parameters.impulse / time_step, 1 / parameters.exponent);
     for (double& value : strength_) value += over;
   }
@@ -48,9 +48,10 @@ public:
     return impulse_[tetrahedron] >= parameters_.impulse;
   }
 
-  /// Time to failure under constant stress from now on, without regard to earlier impulse [s].
+  /// Time to failure under constant stress from now on, without regard to earlier impulse [s]; infinity where
+  /// it is over the strength by rounding only.
   double time_to_failure(std::size_t tetrahedron, double stress) const {
-    if (stress <= strength_[tetrahedron]) return std::numeric_limits<double>::infinity();
+    if (stress <= strength_[tetrahedron] * (1 + rounding)) return std::numeric_limits<double>::infinity();
     if (parameters_.memory == input::Memory::step) return time_step_;
     return parameters_.impulse / rate(tetrahedron, stress);
   }
@@ -60,6 +61,8 @@ public:
   void set_impulse(std::size_t tetrahedron, double impulse) { impulse_[tetrahedron] = impulse; }
 
 private:
+  static constexpr double rounding = 1e-5;  // of a stress from displacements in 32 bits, with room
+
   double rate(std::size_t tetrahedron, double stress) const {
     const double over = stress - strength_[tetrahedron];
     return parameters_.exponent == 2 ? over * over : std::pow(over, parameters_.exponent);
