@@ -2,6 +2,8 @@
 """The studies' pictures."""
 from __future__ import annotations
 
+import textwrap
+
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
@@ -59,7 +61,8 @@ def reach_and_paths(settings: list[tuple[str, Rows]], measure: str) -> Figure:
         if len(values) > 1:
             mean, half_width = mean_interval(values)
             axes.errorbar(number + 0.35, mean, half_width, fmt="o", color="black", markersize=3, linewidth=0.9, capsize=2)
-    axes.set_xticks(range(len(settings)), [f"{label} ({len(rows)})" for label, rows in settings], fontsize="small")
+    names = [textwrap.fill(f"{label} ({len(rows)})", 24) for label, rows in settings]
+    axes.set_xticks(range(len(settings)), names, fontsize="small")
     axes.set_ylabel("share of its ligament that\nthe second crack crosses" +
                     ("" if measure == "reach" else f"\nwhen the first has crossed {FAR:g}"))
     axes.set_ylim(0, 1)
