@@ -37,14 +37,16 @@ public:
       return;
     }
     take(advance, x);
-    if (join()) {
-      histories_.push_back({{time, mean()}});
+    const bool jumped = join();
+    const double position = mean();
+    if (jumped) {
+      histories_.push_back({{time, position}});
       return;
     }
     auto& history = histories_.back();
-    if (mean() <= history.back().advance) return;
-    if (time > history.back().time) history.push_back({time, mean()});
-    history.back().advance = mean();
+    if (position <= history.back().advance) return;
+    if (time > history.back().time) history.push_back({time, position});
+    history.back().advance = position;
   }
 
   /// Mean positions over the thickness. The first history begins with the front at the start of the dynamic

@@ -45,13 +45,6 @@ public:
 
 constexpr const char* mismatch_text = "the quasi-static loading does not lead to its dynamic phases";
 
-PhaseOptions phase_options(const TimeGrid& grid, int n_frames) {
-  PhaseOptions options;
-  options.grid = grid;
-  options.n_frames = n_frames;
-  return options;
-}
-
 /// One sample on its way; the phases in the order in which they happen.
 class SampleRun {
 public:
@@ -67,7 +60,8 @@ public:
         splitting_(splitting(parameters.time.integrator)),
         stable_step_(splitting_.stability_limit /
                      largest_frequency(group, subdomain, body_.operators(), body_.force())),
-        options_(phase_options(choose_time_grid(parameters.time, stable_step_), parameters.output.frames)),
+        options_{.grid = choose_time_grid(parameters.time, stable_step_),
+                 .n_frames = parameters.output.frames},
         criterion_(parameters.fracture,
                    fracture::tetrahedron_strengths(group, parameters, subdomain, body_.operators()),
                    options_.grid.step),

@@ -3,7 +3,6 @@
 
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/results.h"
-#include "crackle/input/limits.h"
 #include "crackle/io/ensemble_file.h"
 
 #include <fmt/format.h>
@@ -28,12 +27,10 @@ std::string waiting_notice(double n_mother_points) {
 
 geometry::MotherPoints make_base_points(const geometry::Body& body, const input::Parameters& parameters,
                                         const std::function<void(const std::string&)>& say) {
-  if (say && !parameters.mesh.points) {
-    const double n_points = geometry::estimate_n_points(body, parameters.mesh);
+  return geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed, [&](double n_points) {
     const std::string notice = waiting_notice(n_points);
-    if (!notice.empty() && n_points <= input::max_mother_points) say(notice);
-  }
-  return geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed);
+    if (say && !notice.empty()) say(notice);
+  });
 }
 
 geometry::MotherPoints base_points(const std::filesystem::path& folder, const input::Parameters& parameters) {

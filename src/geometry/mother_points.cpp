@@ -225,18 +225,21 @@ double estimate_n_points(const Body& body, const input::Mesh& mesh) {
   return sum + expected_points(spacing, {{0, 0, 0}, body.size()}, accepts, max_mother_points - sum);
 }
 
-MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed) {
+MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed,
+                                const std::function<void(double n_points)>& expects) {
   const SpacingField spacing(body, mesh);
   const parallel::RandomStream stream(seed, 0, "mother points");
   Collection collection{body, spacing, {}, {}};
   if (mesh.points) {
     for (const Point& p : read_points(*mesh.points, body)) collection.add(p, -1);
   } else {
-    if (estimate_n_points(body, mesh) > max_mother_points)
+    const double n_points = estimate_n_points(body, mesh);
+    if (n_points > max_mother_points)
       throw std::runtime_error(
           fmt::format("mesh: more than {:.0e} mother points would be needed: {}; use coarser spacings, or "
                       "leave out what is finer",
                       max_mother_points, spacing.range_text()));
+    if (expects) expects(n_points);
     generate(collection, stream);
   }
   const double goal = mesh.points ? mesh.min_quality : std::max(quality_goal, mesh.min_quality);

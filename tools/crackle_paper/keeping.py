@@ -106,8 +106,8 @@ def _on_bases(study: str, title: str, usual: str, place: int) -> Callable[[dict[
             return
         settings.insert(place, (usual, list(kept["bases"].values())[1:]))
         _put(folder, study, tables.on_bases(title, usual, settings))
-        write_light_figure(figures.reach_and_paths([(label, tables.merged(several)) for label, several in settings], "reach"),
-              folder / f"{study}.png")
+        merged = [(label, tables.merged(several)) for label, several in settings]
+        write_light_figure(figures.reach_and_paths(merged, "reach"), folder / f"{study}.png")
     return show
 
 
@@ -117,7 +117,8 @@ def _rate(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
         return
     slow, mine = replace(fast, label="5 N/s"), list(kept["rate"].values())
     _put(folder, "rate", tables.rates(slow, mine))
-    write_light_figure(figures.reach_and_paths([(one.label, one) for one in (slow, *mine)], "other_when_far"), folder / "rate.png")
+    labelled = [(one.label, one) for one in (slow, *mine)]
+    write_light_figure(figures.reach_and_paths(labelled, "other_when_far"), folder / "rate.png")
 
 
 SHOW = {"notches": _notches, "bases": _bases, "campaign": _campaign, "convergence": _convergence,

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from crackle_verification.runs import with_keys
 
 FAST = {"time.integrator": '"verlet"', "time.step": '"auto"', "output.frames": "2"}
-"""A time integration at a quarter of the cost; the study `convergence` compares it with the campaign's."""
+"""A time integration at a sixth of the cost; the study `convergence` compares it with the campaign's."""
 
 
 UNTURNED = {**FAST, "mesh.turn": '"none"'}

@@ -35,16 +35,17 @@ inline constexpr std::int64_t steps_per_look = 32;
 
 struct PhaseOptions {
   TimeGrid grid{};
-  std::optional<double> arrest_window;  ///< a phase without a break for this long ends [s]; empty: never
-  int n_frames = 0;                     ///< frames over the whole duration, first and last included
-  int n_energy_rows = 200;              ///< about this many rows of the energy account
-  std::function<void(const EnergyRow& row)> on_row;  ///< called for each of them, on every rank; may be empty
-  std::function<Request()> request;                  ///< this rank's wish, at every look; may be empty
+  std::optional<double> arrest_window = {};  ///< a phase without a break for this long ends [s]; empty: never
+  int n_frames = 0;                          ///< frames over the whole duration, first and last included
+  int n_energy_rows = 200;                   ///< about this many rows of the energy account
+  std::function<void(const EnergyRow& row)> on_row =
+      {};                                 ///< called for each of them, on every rank; may be empty
+  std::function<Request()> request = {};  ///< this rank's wish, at every look; may be empty
   /// Takes the phase's state: the running phase, and energy rows and frames so far, on the root. Called on
   /// every rank; may be empty when nobody wishes for it.
   std::function<void(RunningPhase phase, const std::vector<EnergyRow>& energy,
                      const std::vector<Frame>& frames)>
-      save;
+      save = {};
   const Checkpoint* from = nullptr;  ///< goes on from its running phase
 };
 

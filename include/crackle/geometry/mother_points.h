@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -67,10 +68,12 @@ double estimate_n_points(const Body& body, const input::Mesh& mesh);
 /// Deterministic: depends on the body, the mesh parameters and the seed only. With `mesh.points` the points
 /// come from that file (read_points), and only points at tetrahedra that do not conform or fall below
 /// `min_quality` are moved.
+/// @param expects hears about how many points will be placed, before that begins
 /// @throws std::runtime_error naming the reason where the body cannot be meshed with this spacing and
 /// quality,
 ///   or would take more than 2e7 points
-MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed);
+MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed,
+                                const std::function<void(double n_points)>& expects = {});
 
 /// Reads mother points from a text file: one point "x y z" in millimetres per line, separated by blanks or
 /// commas; text after '#' and empty lines are skipped. A coordinate within 1e-9 of the body's largest size of

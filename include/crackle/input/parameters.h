@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/input/face.h"
+
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -9,8 +11,6 @@
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "crackle/input/face.h"
 
 /// The typed, immutable parameters of an ensemble. All values are in SI units.
 namespace crackle::input {
