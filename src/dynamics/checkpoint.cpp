@@ -65,6 +65,8 @@ void put(Packer& packer, const RunningPhase& phase) {
   packer.put(phase.load_time);
   packer.put(phase.step);
   packer.put(phase.last_break);
+  packer.put(phase.separation.looked_at);
+  packer.put(phase.separation.found.value_or(-1));
   packer.put(phase.releases.breaks);
   packer.put(phase.releases.ties);
   put(packer, phase.motion);
@@ -75,6 +77,8 @@ RunningPhase get_running(Unpacker& unpacker) {
   phase.load_time = unpacker.get<double>();
   phase.step = unpacker.get<std::int64_t>();
   phase.last_break = unpacker.get<std::int64_t>();
+  phase.separation.looked_at = unpacker.get<std::int64_t>();
+  if (const auto found = unpacker.get<std::int64_t>(); found >= 0) phase.separation.found = found;
   phase.releases.breaks = unpacker.get_vector<fracture::Break>();
   phase.releases.ties = unpacker.get_vector<fracture::Tie>();
   phase.motion = get_motion(unpacker);
@@ -85,6 +89,7 @@ RunningPhase get_running(Unpacker& unpacker) {
 std::vector<std::byte> shared_part(const Checkpoint& checkpoint) {
   Packer packer;
   packer.put(checkpoint.precision);
+  packer.put(checkpoint.first_break_reaction);
   packer.put<std::uint64_t>(checkpoint.ended.size());
   for (const auto& phase : checkpoint.ended) put(packer, phase);
   packer.put(checkpoint.running.has_value());
@@ -98,6 +103,7 @@ Checkpoint from_shared_part(std::span<const std::byte> bytes) {
   Unpacker unpacker(bytes);
   Checkpoint checkpoint;
   checkpoint.precision = unpacker.get<input::Precision>();
+  checkpoint.first_break_reaction = unpacker.get<double>();
   const auto n_ended = unpacker.get<std::uint64_t>();
   for (std::uint64_t i = 0; i < n_ended; ++i) checkpoint.ended.push_back(get_ended(unpacker));
   if (unpacker.get<bool>()) checkpoint.running = get_running(unpacker);

@@ -15,16 +15,20 @@ namespace crackle::ensemble {
 namespace {
 
 /// The mechanics on this rank of the group; either all ranks return or all throw AgreedError.
+/// @param partial takes what there is of a sample that fails
 dynamics::SampleResult compute_agreed(SampleGroup& group, const SampleSteps& steps, std::uint64_t sample,
-                                      const geometry::Subdomain& subdomain) {
+                                      const geometry::Subdomain& subdomain,
+                                      std::optional<dynamics::SampleResult>& partial) {
   dynamics::SampleResult result;
   std::optional<std::string> error;
   try {
-    dynamics::SampleControl control{.log = steps.log,
-                                    .stop = steps.stop,
-                                    .save = {},
-                                    .checkpoint = {},
-                                    .checkpoint_interval = steps.checkpoint_interval};
+    dynamics::SampleControl control{
+        .log = steps.log,
+        .stop = steps.stop,
+        .save = {},
+        .checkpoint = {},
+        .checkpoint_interval = steps.checkpoint_interval,
+        .failed = [&](dynamics::SampleResult result) { partial = std::move(result); }};
     if (steps.write_checkpoint) {
       control.save = [&](std::span<const std::byte> bytes) { steps.write_checkpoint(sample, bytes); };
       if (group.is_root()) control.checkpoint = steps.read_checkpoint(sample);
@@ -60,13 +64,13 @@ auto staged(const char* stage, Step&& step) {
 }  // namespace
 
 SampleReport report_failure(const SampleSteps& steps, std::uint64_t sample, const std::string& reason,
-                            double seconds) {
+                            double seconds, const PartialSample* partial) {
   SampleReport report;
   report.sample = sample;
   report.seconds = seconds;
   report.summary = steps.failure_row(reason);
   try {
-    steps.write_failure(sample, report.summary);
+    steps.write_failure(sample, report.summary, partial);
     report.stored = true;
     // What led to the failure is no start for another trial.
     if (steps.remove_checkpoint) steps.remove_checkpoint(sample);
@@ -81,6 +85,7 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
   const std::uint64_t sample = prepared.sample;
   const geometry::Realization& realization = prepared.realization;
   dynamics::SampleResult result;
+  std::optional<dynamics::SampleResult> partial;
   SampleAnalysis analysis;
   if (steps.log) {
     steps.log(fmt::format("sample {}: realization made in {:.2f} s, worst quality {:.3f}, {} points redrawn",
@@ -100,7 +105,7 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
       send_share(group, rank, sample, part);
       part = {};
     }
-    result = staged("computation", [&] { return compute_agreed(group, steps, sample, parts[0]); });
+    result = staged("computation", [&] { return compute_agreed(group, steps, sample, parts[0], partial); });
     if (result.parked) {
       SampleReport report;
       report.sample = sample;
@@ -114,7 +119,13 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
     }
     analysis = staged("analysis", [&] { return steps.analyse(realization, result); });
   } catch (const StepError& failure) {
-    return report_failure(steps, sample, failure.what(), clock.seconds());
+    if (!partial) return report_failure(steps, sample, failure.what(), clock.seconds());
+    try {
+      analysis = steps.analyse(realization, *partial);
+    } catch (...) {  // its mesh, breaks and frames are worth keeping without
+    }
+    const PartialSample kept{realization, *partial, analysis};
+    return report_failure(steps, sample, failure.what(), clock.seconds(), &kept);
   }
 
   SampleReport report;
@@ -136,7 +147,8 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
 void follow_samples(SampleGroup& group, const SampleSteps& steps) {
   while (const auto share = receive_share(group)) {
     try {
-      compute_agreed(group, steps, share->sample, share->subdomain);
+      std::optional<dynamics::SampleResult> partial;
+      compute_agreed(group, steps, share->sample, share->subdomain, partial);
     } catch (const parallel::AgreedError&) {
       // The root has the same error and reports it.
     }

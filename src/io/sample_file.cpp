@@ -5,8 +5,8 @@
 #include "hdf5.h"
 #include "memory_file.h"
 #include "provenance.h"
+#include "result_attributes.h"
 #include "sample_shape.h"
-#include "summary_columns.h"
 
 #include <fmt/format.h>
 
@@ -18,6 +18,7 @@ namespace crackle::io {
 
 namespace {
 
+using analysis::ResultInfo;
 using analysis::SampleSummary;
 using hdf5::Shape;
 using hdf5::Storage;
@@ -212,15 +213,20 @@ hdf5::Handle write_row(hid_t file, const input::Parameters& parameters, std::uin
   write_identity(file, sample_kind, sample_schema_version, parameters);
   hdf5::write_attribute(file, "sample", sample);
   hdf5::write_attribute(file, "status", static_cast<std::int64_t>(summary.status));
+  hdf5::write_attribute(file, "status_categories", std::string(analysis::status_categories));
   hdf5::write_attribute(file, "error", summary.error);
+  hdf5::write_attribute(file, "note", summary.note);
   hdf5::Handle group = hdf5::create_group(file, "summary");
   const hid_t id = group.get();
-  for_each_result([&](const char* name, auto member, const char* units) {
-    hdf5::write_scalar(id, name, summary.*member, units);
+  int n_columns = 1;  // behind the status
+  analysis::for_each_result([&](const ResultInfo& info, auto member) {
+    hdf5::write_scalar(id, info.name, summary.*member, info.units);
+    describe_result(id, info.name, info, n_columns++);
   });
-  for_each_position_result([&](const char* name, auto member, const char* units) {
+  analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
     using Value = typename std::remove_cvref_t<decltype(summary.*member)>::value_type;
-    hdf5::write_dataset<Value>(id, name, position_shape(parameters), summary.*member, units);
+    hdf5::write_dataset<Value>(id, info.name, position_shape(parameters), summary.*member, info.units);
+    describe_result(id, info.name, info, n_columns++);
   });
   return group;
 }

@@ -14,17 +14,17 @@ import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
 from . import input_text  # noqa: E402
-from .results import (DONE, PENDING, CrackLine, CrackSurface, Energy, Ensemble, Frames, Samples,  # noqa: E402
+from .results import (DONE, PENDING, CrackLine, CrackSurface, Energy, Ensemble, Frames, Result, Samples,  # noqa: E402
                       Statistics)
 from .statistics import look_schedule, make_statistics  # noqa: E402
 
 DEFAULT_CONFIDENCE = 0.95  # of the intervals while there is no ensemble.h5
 DEFAULT_MIN_SAMPLES = 30  # of [ensemble.stop]
 ENSEMBLE_KIND, SAMPLE_KIND = "crackle ensemble", "crackle sample"
-NUMBERS = ("onset_force", "onset_time", "overlap", "crack_area", "crack_speed_max", "crack_speed_ratio",
-           "effective_toughness", "energy_error")
 POSITIONS = ("z", "z_spread", "branches")
-COUNTS = ("outcome", "pattern", "bifurcations", "kinks")
+NOT_RESULTS = (*POSITIONS, "status", "error", "note", "time_step", "stable_step")  # that stand beside the results
+CATEGORIES = {"outcome": "0 unbroken, 1 arrested, 2 separated, 3 in one piece",
+              "pattern": "0 none, 1 one crack, 2 two cracks, 3 other"}  # of files that do not say so themselves
 
 
 class ResultsError(Exception):
@@ -60,10 +60,12 @@ def _read(folder: Path) -> Ensemble:
         first = next(iter(sample_files.values()))
         with _open(first, SAMPLE_KIND) as root:
             identity = _identity(root)
+            results = _describe_results(root["summary"])
+            types = {result.name: root["summary"][result.name].dtype for result in results}
         setting = _parse_input(first, identity)
         sections = np.sort(input_text.sections(setting))
         n_samples = n_needed = max(int(setting["ensemble"]["samples"]), max(sample_files) + 1)
-        samples = _pending_rows(n_samples, len(setting["specimen"].get("notch", [])), sections.size)
+        samples = _pending_rows(n_samples, len(setting["specimen"].get("notch", [])), sections.size, results, types)
         statistics = None
         stop = setting["ensemble"].get("stop")
         confidence = float((stop or {}).get("confidence", DEFAULT_CONFIDENCE))
@@ -145,18 +147,35 @@ def _parse_input(file: Path, identity: dict[str, Any]) -> dict[str, Any]:
         raise ResultsError(f"the input text in '{file}' cannot be understood: {error}") from error
 
 
-def _pending_rows(n_samples: int, n_notches: int, n_sections: int) -> Samples:
+def _describe_results(group: h5py.Group) -> tuple[Result, ...]:
+    """The results among the group's datasets, in the order of tables."""
+    results = []
+    for name, dataset in group.items():
+        if name in NOT_RESULTS:
+            continue
+        found = {key: text_of(value) for key, value in dataset.attrs.items()}
+        words = (entry.split(" ", 1) for entry in found.get("categories", CATEGORIES.get(name, "")).split(", ") if entry)
+        results.append((found.get("column", 0), Result(
+            name, found.get("label", name.replace("_", " ")), found.get("shown_units", found.get("units", "")),
+            float(found.get("shown_factor", 1)), found.get("format", ".4g" if dataset.dtype.kind == "f" else "d"),
+            {int(number): word for number, word in words})))
+    return tuple(result for _, result in sorted(results, key=lambda entry: entry[0]))
+
+
+def _pending_rows(n_samples: int, n_notches: int, n_sections: int, results: tuple[Result, ...],
+                  types: dict[str, np.dtype]) -> Samples:
     shape = (n_samples, n_notches, n_sections)
-    return Samples(status=np.zeros(n_samples, int), error=[""] * n_samples,
-                   **{name: np.full(n_samples, np.nan) for name in NUMBERS},
-                   **{name: np.zeros(n_samples, int) for name in COUNTS},
+    return Samples(status=np.zeros(n_samples, int), error=[""] * n_samples, results=results,
+                   numbers={name: np.full(n_samples, np.nan if kind.kind == "f" else 0, kind)
+                            for name, kind in types.items()},
                    z=np.full(shape, np.nan), z_spread=np.full(shape, np.nan), branches=np.zeros(shape, int))
 
 
 def _read_rows(root: h5py.File) -> Samples:
     group = root["samples"]
+    results = _describe_results(group)
     return Samples(status=group["status"][...], error=[text_of(reason) for reason in group["error"][...]],
-                   **{name: group[name][...] for name in NUMBERS + COUNTS},
+                   results=results, numbers={result.name: group[result.name][...] for result in results},
                    **{name: root["crack_path"][name][...] for name in POSITIONS})
 
 
@@ -165,8 +184,8 @@ def _read_row(file: Path, samples: Samples, i: int) -> None:
         samples.status[i] = root.attrs["status"]
         samples.error[i] = text_of(root.attrs["error"])
         group = root["summary"]
-        for name in NUMBERS + COUNTS:
-            getattr(samples, name)[i] = group[name][()]
+        for name, values in samples.numbers.items():
+            values[i] = group[name][()]
         for name in POSITIONS:
             getattr(samples, name)[i] = group[name][...]
 

@@ -48,7 +48,7 @@ def _explain(options: Options) -> str:
     return (f"What a circular polariscope shows ({field} field{', colours reversed' * options.reverse}), by {way}; "
             f"stress-optic coefficient {options.optics.stress_optic:.3g} 1/Pa, wavelength "
             f"{options.optics.wavelength * 1e9:g} nm. Broken tetrahedra carry no stress. Below, the cracks as they "
-            "have opened by then. t₀ is the onset of the last dynamic phase.")
+            "have opened by then. t₀ is the start of the last dynamic phase.")
 
 
 def _chosen_frames(frames: Frames, crack: CrackSurface, times: tuple[float, ...]) -> list[int]:
@@ -131,7 +131,8 @@ class _View:
                     axes.set_title(self._time_text(frame), pad=4)
         time_bar(figure, self._colours, left, 2.0)
         figure.text((left + 2.3) / width, 1 - 0.22 / height, f"sample {self._number}", fontweight="bold", fontsize=9)
-        figure.text((left + 3.3) / width, 1 - 0.22 / height, f"t₀ = {self._onset:.6f} s", fontsize=8)
+        if np.isfinite(self._onset):
+            figure.text((left + 3.3) / width, 1 - 0.22 / height, f"t₀ = {self._onset:.6f} s", fontsize=8)
         return figure
 
     def animation(self) -> Animation:
