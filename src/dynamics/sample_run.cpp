@@ -275,6 +275,7 @@ private:
   void finish() {
     result_.energy_error = energy_error(result_.energy);
     result_.breaks = gather_breaks(group_, body_.breaks());
+    result_.ties = gather_ties(group_, body_.ties());
     if (result_.timings.dynamic > 0) {
       result_.timings.element_updates_per_second = static_cast<double>(subdomain_.n_tetrahedra_global) *
                                                    static_cast<double>(result_.counts.force_evaluations) /

@@ -7,6 +7,7 @@
 #include "support/temporary_folder.h"
 
 #include "io/checked_file.h"
+#include "io/hdf5.h"
 #include "io/summary_columns.h"
 
 #include <gmock/gmock.h>
@@ -142,6 +143,28 @@ TEST_F(SampleFile, HoldsNoTimesOutsideProvenance) {
   std::printf("%zu of %zu bytes differ, within %zu bytes\n", places.size(), first.size(),
               places.back() - places.front() + 1);
   EXPECT_LT(places.back() - places.front(), text_length);
+}
+
+TEST_F(SampleFile, HoldsTheTiesWithReleaseByFacets) {
+  result.ties = {{7, 76.18, 1e-6, 2e-9, 9}, {5, 76.18, 2e-6, 1e-9, 34}};
+  const fs::path elements = folder.path() / "elements.h5";
+  const fs::path facets = folder.path() / "facets.h5";
+  write(elements);
+  parameters.fracture.release = input::Release::facet;
+  write(facets);
+  EXPECT_THAT(
+      differences(elements, facets),
+      testing::ElementsAre("/@input_identity", "/ties", "/ties/edges", "/ties/edges@units", "/ties/load_time",
+                           "/ties/load_time@units", "/ties/phase_time", "/ties/phase_time@units",
+                           "/ties/released_energy", "/ties/released_energy@units", "/ties/tetrahedron"));
+  EXPECT_EQ(analysis::to_bytes(read_summary(facets, parameters, 3)), analysis::to_bytes(summary));
+  const auto file = hdf5::open_for_reading(facets);
+  EXPECT_EQ(hdf5::read_dataset<std::int64_t>(file.get(), "ties/tetrahedron", {2}),
+            (std::vector<std::int64_t>{7, 5}));
+  EXPECT_EQ(hdf5::read_dataset<std::uint8_t>(file.get(), "ties/edges", {2}),
+            (std::vector<std::uint8_t>{9, 34}));
+  EXPECT_EQ(hdf5::read_dataset<double>(file.get(), "ties/phase_time", {2}),
+            (std::vector<double>{1e-6, 2e-6}));
 }
 
 TEST_F(SampleFile, AFailedSampleKeepsItsReason) {

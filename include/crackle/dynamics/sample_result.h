@@ -64,7 +64,8 @@ struct SampleTimings {
   Traffic traffic{};
 };
 
-/// What the mechanics of one sample yields. Complete on the group's root; elsewhere breaks, frames are empty.
+/// What the mechanics of one sample yields. Complete on the group's root; elsewhere breaks, ties and frames
+/// are empty.
 struct SampleResult {
   bool parked = false;  ///< stopped on the way as asked; the rest is without meaning
   Outcome outcome = Outcome::unbroken;
@@ -74,6 +75,7 @@ struct SampleResult {
   double stable_step = 0;   ///< of the intact body and the integrator [s]
   double energy_error = 0;  ///< largest imbalance over the outputs, relative to the work done
   std::vector<fracture::Break> breaks;  ///< in order of time, then of tetrahedron number
+  std::vector<fracture::Tie> ties;      ///< in the same order; empty with release by elements
   std::vector<EnergyRow> energy;
   std::vector<Frame> frames;
   SampleCounts counts;

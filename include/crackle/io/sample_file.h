@@ -29,10 +29,12 @@
 /// | /crack_lines/lines/first, count | l | the points of each line |
 /// | /crack_lines/lines/notch, parent, kinks, bend | l | see analysis::CrackLine |
 /// | /breaks/... | b | the columns of fracture::Break |
+/// | /ties/... | r | the columns of fracture::Tie; with release by facets only |
 /// | /energy/... | e | the columns of dynamics::EnergyRow |
 /// | /frames/time, broken | t | see dynamics::Frame |
 /// | /frames/displacement, velocity | t x n x 3 | single precision |
-/// | attributes youngs_modulus [Pa], poisson_ratio of /frames | | what the stress follows from |
+/// | attributes youngs_modulus [Pa], poisson_ratio of /frames | | what the stress follows from; of broken
+/// tetrahedra also from /breaks/cut, /ties and the input |
 /// | /summary/... | | the sample's row: the fields of analysis::SampleSummary, and the time steps |
 /// | /counts/... | | dynamics::SampleCounts |
 /// | /timing/..., attributes of /provenance | | what differs between two runs |
