@@ -66,13 +66,13 @@ class Stress(unittest.TestCase):
             strain = (1 + poisson) / young * intact
             strain[:, :3] -= poisson / young * trace
             density = (stress * strain * (1, 1, 1, 2, 2, 2)).sum(axis=1) * volume / 2
-            (row,) = np.flatnonzero(energy.time == frames.time[k])[:1]
+            row = np.flatnonzero(energy.time == frames.time[k])[0]
             worst_energy = max(worst_energy, abs(density.sum() - energy.strain[row]) / energy.strain.max())
             share = max(share, density[frames.broken[k]].sum() / energy.strain.max())
         print(f"{name}: {frames.broken[-1].size} tetrahedra broken; largest difference of stress {worst:.1e} of the "
               f"intact one's, of strain energy {worst_energy:.1e}; broken tetrahedra have up to {share:.1e} of it")
         self.assertLess(worst, 1e-9)
-        self.assertLess(worst_energy, 2e-6)  # displacements are stored in single precision
+        self.assertLess(worst_energy, 1e-6)  # displacements are stored in single precision
         return frames, carried, share
 
     def test_release_by_elements_leaves_nothing(self):
@@ -81,19 +81,20 @@ class Stress(unittest.TestCase):
         self.assertEqual(max(values.max(initial=0) for values in carried), 0)
 
     def test_release_by_facets_leaves_what_uncut_edges_carry(self):
+        n_edges = np.array([bin(edges).count("1") for edges in range(ALL_EDGES + 1)])
+        n_released, n_grown, largest_share = set(), 0, 0.0
         for name, text in (("facet", PLATE), ("facet, from rest", STRUCK)):
-            frames, carried, share = self.compare(name, with_release(text, "facet"))
-            n_released = np.array([bin(edges).count("1") for edges in range(ALL_EDGES + 1)])
-            sets = [set(n_released[released]) for released in frames.released]
-            print(f"edges released of broken tetrahedra: {sorted(set.union(*sets))}")
-            self.assertGreaterEqual(set.union(*sets), {3, 4, 5, 6})
-            self.assertGreater(max(values.max(initial=0) for values in carried), 0.1)
-            self.assertGreater(share, 1e-4)
-            # Later frames have more edges released of the same tetrahedra.
-            first = next(k for k, broken in enumerate(frames.broken) if broken.size > 0)
-            n_first = frames.broken[first].size
-            self.assertTrue((frames.released[-1][:n_first] & frames.released[first] == frames.released[first]).all())
-            self.assertTrue((frames.released[-1][:n_first] != frames.released[first]).any())
+            frames, _, share = self.compare(name, with_release(text, "facet"))
+            for released in frames.released:
+                n_released.update(n_edges[released].tolist())
+            largest_share = max(largest_share, share)
+            # Later frames have the same edges released of the same tetrahedra, and more.
+            pairs = [(one, later[:one.size]) for one, later in zip(frames.released, frames.released[1:])]
+            self.assertTrue(all((one & later == one).all() for one, later in pairs))
+            n_grown += sum(np.count_nonzero(one != later) for one, later in pairs)
+        self.assertEqual(n_released, {3, 4, 5, 6})
+        self.assertGreater(n_grown, 0)
+        self.assertGreater(largest_share, 1e-2)
 
     def test_contact_carries_while_closed(self):
         for release in ("element", "facet"):

@@ -7,7 +7,6 @@
 #include "support/temporary_folder.h"
 
 #include "io/checked_file.h"
-#include "io/hdf5.h"
 #include "io/summary_columns.h"
 
 #include <gmock/gmock.h>
@@ -154,17 +153,10 @@ TEST_F(SampleFile, HoldsTheTiesWithReleaseByFacets) {
   write(facets);
   EXPECT_THAT(
       differences(elements, facets),
-      testing::ElementsAre("/@input_identity", "/ties", "/ties/edges", "/ties/edges@units", "/ties/load_time",
+      testing::ElementsAre("/@input_identity", "/ties", "/ties/edges", "/ties/load_time",
                            "/ties/load_time@units", "/ties/phase_time", "/ties/phase_time@units",
                            "/ties/released_energy", "/ties/released_energy@units", "/ties/tetrahedron"));
   EXPECT_EQ(analysis::to_bytes(read_summary(facets, parameters, 3)), analysis::to_bytes(summary));
-  const auto file = hdf5::open_for_reading(facets);
-  EXPECT_EQ(hdf5::read_dataset<std::int64_t>(file.get(), "ties/tetrahedron", {2}),
-            (std::vector<std::int64_t>{7, 5}));
-  EXPECT_EQ(hdf5::read_dataset<std::uint8_t>(file.get(), "ties/edges", {2}),
-            (std::vector<std::uint8_t>{9, 34}));
-  EXPECT_EQ(hdf5::read_dataset<double>(file.get(), "ties/phase_time", {2}),
-            (std::vector<double>{1e-6, 2e-6}));
 }
 
 TEST_F(SampleFile, AFailedSampleKeepsItsReason) {
