@@ -159,9 +159,19 @@ std::vector<fracture::Break> gather_breaks(const parallel::Communicator& group,
   return all;
 }
 
+std::vector<fracture::Tie> gather_ties(const parallel::Communicator& group,
+                                       std::span<const fracture::Tie> local) {
+  auto all = parallel::gather_on_root(group, local);
+  // Breaks at one load, one after the other, can release edges of the same tetrahedron.
+  std::ranges::sort(all, {}, [](const fracture::Tie& t) {
+    return std::tuple(t.load_time, t.phase_time, t.tetrahedron, t.edges);
+  });
+  return all;
+}
+
 Releases ReleasesSince::gather(const parallel::Communicator& group) const {
   return {gather_breaks(group, body_->breaks().subspan(n_breaks_)),
-          parallel::gather_on_root(group, body_->ties().subspan(n_ties_))};
+          gather_ties(group, body_->ties().subspan(n_ties_))};
 }
 
 parallel::NumberedRows gather_impulse(const parallel::Communicator& group,

@@ -185,7 +185,10 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Tuler
       for (const auto t : breaking)
         body.release(t, motion.strain(t), load_time, static_cast<double>(step) * dt);
     });
-    step_failure.guard_messages([&] { body.tie(group, [&](std::int32_t t) { return motion.strain(t); }); });
+    step_failure.guard_messages([&] {
+      body.tie(group, load_time, static_cast<double>(step) * dt,
+               [&](std::int32_t t) { return motion.strain(t); });
+    });
     if (body.changes().size() > n_changes) {
       step_failure.guard([&] { motion.release(body.changes().subspan(n_changes)); });
       last_break = step;

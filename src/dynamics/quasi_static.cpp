@@ -292,7 +292,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
     if (n_breaks_ == 0) load_at_first_break_ = load_;
     if (next.local >= 0)
       body_->release(next.local, body_->strain(next.local, displacement_.local()), time_, 0);
-    body_->tie(*group_, [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
+    body_->tie(*group_, time_, 0, [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
     ++n_breaks_;
     parallel::NodeField before(*group_, body_->subdomain());
     before.assign(displacement_);

@@ -327,10 +327,13 @@ private:
   void finish() {
     result_.energy_error = energy_error(result_.energy);
     result_.breaks = gather_breaks(group_, body_.breaks());
+    result_.ties = gather_ties(group_, body_.ties());
     // What broke when the last phase's duration was over showed only that it was the last one.
-    std::erase_if(result_.breaks, [&](const fracture::Break& one) {
+    const auto is_later = [&](const auto& one) {
       return one.load_time == result_.phase_start && one.phase_time > counted_time_;
-    });
+    };
+    std::erase_if(result_.breaks, is_later);
+    std::erase_if(result_.ties, is_later);
     if (!result_.breaks.empty()) {
       const fracture::Break& first = result_.breaks.front();
       result_.first_break_time = first.load_time + first.phase_time;

@@ -152,6 +152,22 @@ void write_breaks(hid_t file, const std::vector<fracture::Break>& breaks) {
       id, "cut", breaks, [](const Break& b) { return b.cut; }, "");
 }
 
+void write_ties(hid_t file, const std::vector<fracture::Tie>& ties) {
+  using fracture::Tie;
+  const hdf5::Handle group = hdf5::create_group(file, "ties");
+  const hid_t id = group.get();
+  write_column<std::int64_t>(
+      id, "tetrahedron", ties, [](const Tie& t) { return t.tetrahedron; }, "");
+  write_column<double>(
+      id, "load_time", ties, [](const Tie& t) { return t.load_time; }, "s");
+  write_column<double>(
+      id, "phase_time", ties, [](const Tie& t) { return t.phase_time; }, "s");
+  write_column<double>(
+      id, "released_energy", ties, [](const Tie& t) { return t.released_energy; }, "J");
+  write_column<std::uint8_t>(
+      id, "edges", ties, [](const Tie& t) { return t.edges; }, "");
+}
+
 void write_energy(hid_t file, const std::vector<dynamics::EnergyRow>& rows) {
   using dynamics::EnergyRow;
   const hdf5::Handle group = hdf5::create_group(file, "energy");
@@ -268,6 +284,7 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     write_crack_surface(id, content.surface);
     write_crack_lines(id, content.lines);
     write_breaks(id, result.breaks);
+    if (content.parameters.fracture.release == input::Release::facet) write_ties(id, result.ties);
     write_energy(id, result.energy);
     write_frames(id, result.frames, content.realization.nodes.size(), content.parameters.material);
     write_counts(id, result.counts);

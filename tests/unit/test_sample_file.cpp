@@ -145,6 +145,21 @@ TEST_F(SampleFile, HoldsNoTimesOutsideProvenance) {
   EXPECT_LT(places.back() - places.front(), text_length);
 }
 
+TEST_F(SampleFile, HoldsTheTiesWithReleaseByFacets) {
+  result.ties = {{7, 76.18, 1e-6, 2e-9, 9}, {5, 76.18, 2e-6, 1e-9, 34}};
+  const fs::path elements = folder.path() / "elements.h5";
+  const fs::path facets = folder.path() / "facets.h5";
+  write(elements);
+  parameters.fracture.release = input::Release::facet;
+  write(facets);
+  EXPECT_THAT(
+      differences(elements, facets),
+      testing::ElementsAre("/@input_identity", "/ties", "/ties/edges", "/ties/load_time",
+                           "/ties/load_time@units", "/ties/phase_time", "/ties/phase_time@units",
+                           "/ties/released_energy", "/ties/released_energy@units", "/ties/tetrahedron"));
+  EXPECT_EQ(analysis::to_bytes(read_summary(facets, parameters, 3)), analysis::to_bytes(summary));
+}
+
 TEST_F(SampleFile, AFailedSampleKeepsItsReason) {
   const fs::path file = folder.path() / "failed.h5";
   const SampleSummary failed = analysis::empty_summary(2, 3, SampleStatus::failed, "tetrahedron 7: µ < 0");

@@ -17,6 +17,7 @@ from . import input_text  # noqa: E402
 from .results import (DONE, PENDING, CrackLine, CrackSurface, Energy, Ensemble, Frames, Result, Samples,  # noqa: E402
                       Statistics)
 from .statistics import look_schedule, make_statistics  # noqa: E402
+from .stress import ALL_EDGES, CROSSED_EDGES  # noqa: E402
 
 DEFAULT_CONFIDENCE = 0.95  # of the intervals while there is no ensemble.h5
 DEFAULT_MIN_SAMPLES = 30  # of [ensemble.stop]
@@ -215,7 +216,29 @@ def _read_energy(root: h5py.File) -> Energy:
 
 def _read_frames(root: h5py.File) -> Frames:
     group = root["frames"]
-    tetrahedra = root["breaks/tetrahedron"][...]
+    broken, cut = root["breaks/tetrahedron"][...], root["breaks/cut"][...]
+    n_broken = group["broken"][...]
     return Frames(root["mesh/nodes"][...], root["mesh/tetrahedra"][...], group["time"][...],
-                  group["displacement"][...], group["velocity"][...], [tetrahedra[:n] for n in group["broken"][...]],
+                  group["displacement"][...], group["velocity"][...], [broken[:n] for n in n_broken],
+                  [cut[:n] for n in n_broken], [_released_edges(root, n) for n in n_broken],
+                  input_text.has_contact(input_text.parse(text_of(root.attrs["input"]))),
                   float(group.attrs["youngs_modulus"]), float(group.attrs["poisson_ratio"]))
+
+
+def _released_edges(root: h5py.File, n_broken: int) -> np.ndarray:
+    """Of the first n_broken tetrahedra in /breaks when no more were broken."""
+    if "ties" not in root:  # release by elements
+        return np.full(n_broken, ALL_EDGES, np.uint8)
+    breaks, ties = root["breaks"], root["ties"]
+    released = CROSSED_EDGES[breaks["cut"][:n_broken]]
+    if n_broken == 0:
+        return released
+    # Ties are in order of time, and each has the times of the break that caused it.
+    loading, phase = (ties[name][...] for name in ("load_time", "phase_time"))
+    last_loading, last_phase = (breaks[name][n_broken - 1] for name in ("load_time", "phase_time"))
+    n_ties = np.count_nonzero((loading < last_loading) | ((loading == last_loading) & (phase <= last_phase)))
+    broken = breaks["tetrahedron"][:n_broken]
+    order = np.argsort(broken)
+    place = order[np.searchsorted(broken, ties["tetrahedron"][:n_ties], sorter=order)]
+    np.bitwise_or.at(released, place, ties["edges"][:n_ties])
+    return released

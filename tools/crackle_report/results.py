@@ -53,6 +53,9 @@ class Frames:
     displacement: np.ndarray  # frames x n x 3 [m]
     velocity: np.ndarray  # frames x n x 3 [m/s]
     broken: list[np.ndarray]  # for each frame the tetrahedra broken by then
+    cut: list[np.ndarray]  # the most loaded cut of each of them when it broke, index into stress.CUTS
+    released: list[np.ndarray]  # the edges that each of them has let go of by then, as bits in the order of mesh.EDGES
+    has_contact: bool  # whether they resist being closed again
     youngs_modulus: float  # [Pa]
     poisson_ratio: float
 

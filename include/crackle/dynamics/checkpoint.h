@@ -87,6 +87,9 @@ Checkpoint share_checkpoint(const parallel::Communicator& group, std::span<const
 /// The breaks of all ranks on the root, in order of time, then of tetrahedron number. Collective.
 std::vector<fracture::Break> gather_breaks(const parallel::Communicator& group,
                                            std::span<const fracture::Break> local);
+/// As gather_breaks, for what the tie rule released.
+std::vector<fracture::Tie> gather_ties(const parallel::Communicator& group,
+                                       std::span<const fracture::Tie> local);
 
 /// Marks a moment in a body's breaking, to gather what is released from then on.
 class ReleasesSince {

@@ -71,7 +71,8 @@ struct SampleTimings {
   Traffic traffic{};
 };
 
-/// What the mechanics of one sample yields. Complete on the group's root; elsewhere breaks, frames are empty.
+/// What the mechanics of one sample yields. Complete on the group's root; elsewhere breaks, ties and frames
+/// are empty.
 struct SampleResult {
   static constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
@@ -93,6 +94,7 @@ struct SampleResult {
   double equilibrium_residual =
       none;  ///< largest of the static solves, relative to the load; NaN without any
   std::vector<fracture::Break> breaks;  ///< in order of time, then of tetrahedron number
+  std::vector<fracture::Tie> ties;      ///< in the same order; empty with release by elements
   std::vector<EnergyRow> energy;
   std::vector<Frame> frames;
   SampleCounts counts;

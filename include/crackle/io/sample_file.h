@@ -30,18 +30,21 @@
 /// | /crack_lines/lines/first, count | l | the points of each line |
 /// | /crack_lines/lines/notch, parent, kinks, bend | l | see analysis::CrackLine |
 /// | /breaks/... | b | the columns of fracture::Break |
+/// | /ties/... | r | the columns of fracture::Tie; with release by facets only |
 /// | /energy/... | e | the columns of dynamics::EnergyRow |
 /// | /frames/time, broken | t | see dynamics::Frame |
 /// | /frames/displacement, velocity | t x n x 3 | single precision |
-/// | attributes youngs_modulus [Pa], poisson_ratio of /frames | | what the stress follows from |
-/// | /summary/... | | the sample's row: the results of analysis::for_each_result and
-/// for_each_position_result, with the attributes of analysis::ResultInfo; and the time steps | | /counts/...
-/// | | dynamics::SampleCounts | | /timing/..., attributes of /provenance | | what differs between two runs |
+/// | attributes youngs_modulus [Pa], poisson_ratio of /frames | | what the stress follows from; of broken
+/// tetrahedra also from /breaks/cut, /ties and the input |
+/// | /summary/... | | the row: analysis::for_each_result, for_each_position_result; the time steps |
+/// | /counts/... | | dynamics::SampleCounts |
+/// | /timing/..., attributes of /provenance | | what differs between two runs |
 ///
 /// Behind the end of the HDF5 file stands a check sum of all its bytes: a file that was cut short, damaged or
 /// changed afterwards is not used.
 ///
-/// A failed sample has the attributes, /summary, /timing and /provenance only.
+/// A failed sample has the attributes, /summary, /timing and /provenance, and of the rest what there was when it
+/// failed on its way.
 namespace crackle::io {
 
 /// Raised with every change of what the file holds.
