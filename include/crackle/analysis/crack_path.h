@@ -30,6 +30,9 @@ inline constexpr int min_branch_length = 3;
 /// A front's speed is taken over this share of the ligament, but at least over speed_window_spacings.
 inline constexpr double speed_window_share = 0.1;
 inline constexpr double speed_window_spacings = 4;
+/// Of all windows the fastest is the one whose speed is largest when its time is longer by this many standard
+/// errors.
+inline constexpr double speed_standard_errors = 4;
 /// Two paths lie over each other where they are no further apart than this share of the body's width.
 inline constexpr double overlap_distance_share = 0.1;
 /// Two developed cracks are (anti-)symmetric when their paths overlap by at least this share.
@@ -87,14 +90,29 @@ Pattern classify(const geometry::Body& body, const CrackSurface& surface);
 /// piece on that length, counts as k - 1.
 std::int32_t count_bifurcations(const geometry::Body& body, const CrackSurface& surface);
 
-/// Largest speed of the crack fronts along the notch's direction [m/s]; 0 when no front advances by a window
-/// during the dynamic phase.
+/// Largest speed of the crack fronts along the notch's direction over a window [m/s]; 0 when no front advances
+/// by a window during the dynamic phase.
 ///
-/// The front of a notch's crack is the mean over columns through the thickness (two mean spacings wide) of
-/// the farthest facet opened so far, so that one stray break ahead moves it little. What opens in the
-/// dynamic phase more than a window ahead counts when the front comes to it, and no speed is taken over a
-/// jump across it; between the times at which it moves it is taken as linear. The speed is the window's
-/// length over the time the front takes for it.
+/// The front of a notch's crack is seen in columns through the thickness, two mean spacings wide. A column
+/// goes on when a tetrahedron opens ahead of all before; its place is the mean of its facets, and in between
+/// the column's way is linear in time. The front's course is the mean time at which the columns pass a
+/// position. What opens in the dynamic phase more than a window ahead of the front counts when the front
+/// comes to it, and no speed is taken over a jump across it.
+///
+/// The largest of many noisy speeds is too large, the more so the shorter the window. So a window's time is
+/// read off a line or a parabola, fitted by least squares to a stretch that is a window long or longer (a
+/// parabola: two windows); longer ones count while the next polynomial would add no more than two standard
+/// errors. Of all stretches and windows at their ends the one with the largest speed at
+/// speed_standard_errors is taken, and its fitted speed returned. So a front at constant speed is measured
+/// over most of its way, and one that changes its speed over what the scatter of its breaks allows.
+///
+/// Made fronts on meshes of 0.2 to 0.6 mm, 1 to 5 mm thick, with an error of normal distribution in each
+/// break's place (standard deviation in spacings): the measured speed over the true one, bias and standard
+/// deviation.
+///
+/// | front | no error | 0.15 | 0.3 |
+/// |---|---|---|---|
+/// TABLE
 double max_crack_speed(const geometry::Body& body, const CrackSurface& surface);
 
 }  // namespace crackle::analysis
