@@ -204,6 +204,7 @@ std::vector<Opened> opened_by(const CrackSurface& surface, std::span<const std::
 
 /// A front's course over a stretch of its way, as the mean over the columns that passed all of it.
 struct Stretch {
+  double start;              ///< [m]
   double length;             ///< [m]
   double n_columns;          ///< columns that passed it
   Coefficients coefficient;  ///< of their mean course [s]
@@ -226,7 +227,7 @@ std::vector<Stretch> stretches_of(const History& history, double shortest) {
   std::vector<Stretch> stretches;
   for (double length = shortest; length <= last - first; length *= growth) {
     for (double start = first; start + length <= last; start += length / n_steps) {
-      Stretch stretch{length, 0, {}, {}};
+      Stretch stretch{start, length, 0, {}, {}};
       for (const Course& course : history) {
         if (!course.covers(start, start + length)) continue;
         ++stretch.n_columns;
@@ -247,53 +248,101 @@ std::vector<Stretch> stretches_of(const History& history, double shortest) {
   return stretches;
 }
 
+/// The time that a polynomial of this degree takes over a window [s].
+/// @param start of the window, in the stretch from -1 to 1
+/// @param width of the window, of 2 for the stretch
+double time_over(const Stretch& stretch, std::size_t degree, double start, double width) {
+  const Coefficients from = legendre(start);
+  const Coefficients to = legendre(start + width);
+  double time = 0;
+  for (std::size_t k = 1; k <= degree; ++k) time += stretch.coefficient[k] * (to[k] - from[k]);
+  return time;
+}
+
+/// The windows of a front's way and how exactly their times are known.
+class Windows {
+public:
+  /// @param stretches in ascending order of length; those of a window's length come first
+  Windows(const std::vector<Stretch>& stretches, double length, double spacing)
+      : length_(length), spacing_(spacing) {
+    std::vector<double> scatter;
+    for (const Stretch& stretch : stretches) {
+      if (stretch.length > length) break;
+      windows_.push_back(stretch);
+      scatter.push_back(stretch.scatter[1]);
+    }
+    if (scatter.empty()) return;
+    // The lower quartile: where a front changes its speed, that adds to the scatter.
+    const auto quartile = scatter.begin() + static_cast<std::ptrdiff_t>(scatter.size() / 4);
+    std::nth_element(scatter.begin(), quartile, scatter.end());
+    scatter_ = *quartile;
+  }
+
+  bool is_empty() const { return windows_.empty(); }
+
+  /// Whether a polynomial is all that can be told from the stretch's scatter: the next one adds little, and
+  /// each window in the stretch takes the time that it takes by the polynomial.
+  bool agree(const Stretch& stretch, std::size_t degree) const {
+    const double rounding = 1e-9 * std::abs(stretch.coefficient[1]);  // for courses without scatter
+    const double next = std::abs(stretch.coefficient[degree + 1]) * std::sqrt(legendre_square(degree + 1));
+    if (next > 2 * std::sqrt(variance(stretch, scatter_)) + rounding) return false;
+    const double width = 2 * length_ / stretch.length;
+    return std::all_of(windows_.begin(), windows_.end(), [&](const Stretch& window) {
+      const double start = 2 * (window.start - stretch.start) / stretch.length - 1;
+      if (start < -1 || start + width > 1) return true;
+      const double difference = time_over(window, 1, -1, 2) - time_over(stretch, degree, start, width);
+      return std::abs(difference) <= speed_standard_errors * error(window, 1, -1, 2) + rounding;
+    });
+  }
+
+  /// Standard error of time_over [s].
+  double error(const Stretch& stretch, std::size_t degree, double start, double width) const {
+    const double n_free = 1 - static_cast<double>(degree + 1) * spacing_ / stretch.length;
+    const Coefficients from = legendre(start);
+    const Coefficients to = legendre(start + width);
+    double square = 0;
+    for (std::size_t k = 1; k <= degree; ++k) {
+      square += (to[k] - from[k]) * (to[k] - from[k]) / legendre_square(k);
+    }
+    return std::sqrt(square * variance(stretch, std::max(scatter_, stretch.scatter[degree] / n_free)));
+  }
+
+private:
+  /// Of P_k's coefficient times the mean square of P_k, for any k: a column goes on by about a spacing at a
+  /// time, and so many of its times are independent.
+  double variance(const Stretch& stretch, double scatter) const {
+    return scatter * spacing_ / (stretch.length * stretch.n_columns);
+  }
+
+  double length_;
+  double spacing_;
+  double scatter_ = 0;  ///< of a column's time about a line over a window [s^2]
+  std::vector<Stretch> windows_;
+};
+
 /// Largest speed over a window; 0 when the front advances by less.
 double fastest(const History& history, double window, double spacing) {
   const std::vector<Stretch> stretches = stretches_of(history, window);
-  std::vector<double> scatter;
+  const Windows windows(stretches, window, spacing);
+  if (windows.is_empty()) return 0;
+  double least = std::numeric_limits<double>::infinity();
+  double least_upper = least;
   for (const Stretch& stretch : stretches) {
-    if (stretch.length == window) scatter.push_back(stretch.scatter[1]);
-  }
-  if (scatter.empty()) return 0;
-  const auto median = scatter.begin() + static_cast<std::ptrdiff_t>(scatter.size() / 2);
-  std::nth_element(scatter.begin(), median, scatter.end());
-
-  double least_upper = std::numeric_limits<double>::infinity();
-  double pace = least_upper;  // [s/m]
-  for (const Stretch& stretch : stretches) {
-    // A column goes on by about a spacing at a time: so many of its times are independent.
-    const double n_times = stretch.length / spacing;
-    // Variance of P_k's coefficient times the mean square of P_k.
-    const auto variance = [&](double of_time) { return of_time / (n_times * stretch.n_columns); };
     for (std::size_t degree = 1; degree <= largest_degree; ++degree) {
-      if (stretch.length > window) {
-        const double next =
-            std::abs(stretch.coefficient[degree + 1]) * std::sqrt(legendre_square(degree + 1));
-        // The second term is for rounding in courses without any scatter.
-        if (next > 2 * std::sqrt(variance(*median)) + 1e-9 * std::abs(stretch.coefficient[1])) continue;
-      }
       // A curve needs more than a window to stand on, and is steepest at an end.
       if (degree > 1 && stretch.length < 2 * window) break;
-      const double n_free = 1 - static_cast<double>(degree + 1) / n_times;
-      const double of_time = std::max(*median, stretch.scatter[degree] / n_free);
+      if (stretch.length > window && !windows.agree(stretch, degree)) continue;
       const double width = 2 * window / stretch.length;
       for (const double start : {-1.0, 1 - width}) {
-        const Coefficients from = legendre(start);
-        const Coefficients to = legendre(start + width);
-        double time = 0;
-        double square = 0;
-        for (std::size_t k = 1; k <= degree; ++k) {
-          time += stretch.coefficient[k] * (to[k] - from[k]);
-          square += (to[k] - from[k]) * (to[k] - from[k]) / legendre_square(k);
-        }
-        const double upper = time + speed_standard_errors * std::sqrt(square * variance(of_time));
-        if (time <= 0 || upper / window >= least_upper) continue;
-        least_upper = upper / window;
-        pace = time / window;
+        const double time = time_over(stretch, degree, start, width);
+        const double upper = time + speed_standard_errors * windows.error(stretch, degree, start, width);
+        if (time <= 0 || upper >= least_upper) continue;
+        least_upper = upper;
+        least = time;
       }
     }
   }
-  return 1 / pace;
+  return window / least;
 }
 
 }  // namespace

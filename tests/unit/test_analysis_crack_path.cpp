@@ -470,6 +470,21 @@ TEST_F(MadeFronts, WithConstantAcceleration) {
   }
 }
 
+TEST_F(MadeFronts, ThatAreFastInTheMiddle) {
+  // 500 m/s between 6 and 12 mm, 200 m/s before and behind.
+  const auto arrival = [](double place) {
+    return std::min(place, 6.0) / 200 + std::clamp(place - 6, 0.0, 6.0) / 500 +
+           std::max(place - 12, 0.0) / 200;
+  };
+  for (const auto& [spacing, thickness] : {std::pair{0.2, 1.0}, {0.4, 2.0}, {0.4, 5.0}}) {
+    for (const double scatter : {0.0, 0.15}) {
+      measure(
+          arrival, [](double) { return 500; }, spacing, thickness, Rule::centroid, scatter);
+      EXPECT_LT(std::abs(bias), 0.01);
+    }
+  }
+}
+
 TEST_F(MadeFronts, ThatJumpOverWhatOpenedAhead) {
   // What lies between 8 and 12 mm opens when the front is at 2 mm.
   const auto arrival = [](double place) {
