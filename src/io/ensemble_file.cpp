@@ -3,6 +3,7 @@
 
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
+#include "crackle/whole_number.h"
 #include "hdf5.h"
 #include "memory_file.h"
 #include "partial_file.h"
@@ -20,6 +21,7 @@
 #include <optional>
 #include <span>
 #include <stdexcept>
+#include <string_view>
 #include <type_traits>
 
 namespace crackle::io {
@@ -119,11 +121,14 @@ std::vector<std::string> gather_errors(const parallel::Communicator& world, cons
   const std::string all(gathered.begin(), gathered.end());
   std::vector<std::string> errors(n_samples);
   for (std::size_t at = 0; world.is_root() && at < all.size();) {
-    std::size_t used = 0;
-    const std::size_t sample = std::stoull(all.substr(at), &used);
-    at += used + 1;
-    const std::size_t length = std::stoull(all.substr(at), &used);
-    at += used + 1;
+    const auto next_number = [&] {
+      const std::size_t end = std::min(all.find(' ', at), all.size());
+      const auto number = whole_number<std::size_t>(std::string_view(all).substr(at, end - at));
+      at = end + 1;
+      return number.value();
+    };
+    const std::size_t sample = next_number();
+    const std::size_t length = next_number();
     errors[sample] = all.substr(at, length);
     at += length;
   }
