@@ -180,7 +180,7 @@ std::string LockOwner::describe() const {
   if (job == "-") return text;
   text += ", SLURM job " + job;
   if (step != "-") text += " step " + step;
-  if (restart > 0) text += fmt::format(", requeued {} times", restart);
+  if (restart > 0) text += fmt::format(", restart {}", restart);
   return text;
 }
 

@@ -108,7 +108,7 @@ TEST(FolderLock, OwnersAreReadAsTheyWereWritten) {
   const LockOwner self = in_job(LockOwner::self(), "56", 3, "2");
   EXPECT_THAT(LockOwner::parse(self.text()), Optional(self));
   EXPECT_FALSE(self.boot.empty() || self.pid_namespace.empty() || self.start == "0");
-  EXPECT_THAT(self.describe(), HasSubstr(", SLURM job 56 step 2, requeued 3 times"));
+  EXPECT_THAT(self.describe(), HasSubstr(", SLURM job 56 step 2, restart 3"));
   for (const char* text : {"", "host", "host a\n", "host a\nprocess 12\nstart 34\n",
                            "host a\nprocess -12\nstart 34\njob -\n", "host a\nprocess 1x\nstart 34\njob -\n"})
     EXPECT_EQ(LockOwner::parse(text), std::nullopt) << text;
