@@ -77,7 +77,7 @@ std::optional<ensemble::SampleRange> chosen_range(const parallel::Communicator& 
 }
 
 int run_command(const parallel::Communicator& world, const input::Parameters& parameters,
-                const Arguments& arguments) {
+                const Arguments& arguments, const CommandLine& typed) {
   const ensemble::RunOptions options{
       .folder = arguments.folder,
       .plan = {.resume = arguments.resume || arguments.retry_failed,
@@ -87,6 +87,9 @@ int run_command(const parallel::Communicator& world, const input::Parameters& pa
       .terminal_width = terminal_width(STDOUT_FILENO),
       .stop = ensemble::make_stop_request(arguments.parking.time_limit),
       .checkpoint_interval = arguments.parking.checkpoint_interval,
+      .next = {.resume = continuation(typed, "--resume"),
+               .retry_failed = continuation(typed, "--retry-failed"),
+               .report = "tools/crackle-report " + shell_line({{arguments.folder.string()}})},
   };
   const ensemble::RunOutcome outcome = ensemble::run_ensemble(
       world, parameters, options,
@@ -101,7 +104,7 @@ int run_command(const parallel::Communicator& world, const input::Parameters& pa
 
 }  // namespace
 
-void add_run_command(CLI::App& app, Action& run) {
+void add_run_command(CLI::App& app, const CommandLine& typed, Action& run) {
   auto arguments = std::make_shared<Arguments>();
   auto* command = app.add_subcommand(
       "run", "Run the ensemble: rank 0 is the master, the other ranks form groups of ranks_per_sample");
@@ -139,10 +142,10 @@ void add_run_command(CLI::App& app, Action& run) {
                               "2 finished, but some "
                               "samples failed; 3 stopped early, continue with --resume; ") +
                   crash_help + signals_help);
-  command->callback([arguments, &run] {
-    run = [arguments](const parallel::Communicator& world) {
+  command->callback([arguments, typed, &run] {
+    run = [arguments, typed](const parallel::Communicator& world) {
       const input::Parameters parameters = read_input(world, arguments->input);
-      return end_together(world, [&] { return run_command(world, parameters, *arguments); });
+      return end_together(world, [&] { return run_command(world, parameters, *arguments, typed); });
     };
   });
 }

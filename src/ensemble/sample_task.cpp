@@ -21,6 +21,7 @@ dynamics::SampleResult compute_agreed(SampleGroup& group, const SampleSteps& ste
   std::optional<std::string> error;
   try {
     dynamics::SampleControl control{.log = steps.log,
+                                    .progress = steps.progress,
                                     .stop = steps.stop,
                                     .save = {},
                                     .checkpoint = {},

@@ -166,7 +166,7 @@ class Stats(unittest.TestCase):
         text = self.stats()
         mean = re.search(r"\n +0 +4\.000 +\d+ +(\S+) ", text)[1]
         median = re.search(r"\nonset force \[N\] +\S+ +\S+ +(\S+) ", text)[1]
-        self.assertIn(f"\nmean z(4 mm) = {mean} mm, median onset {median} N\n", self.log)
+        self.assertIn(f"\nmean z of notch 0 at y = 4 mm: {mean} mm, median onset {median} N\n", self.log)
 
     def test_an_ensemble_that_stopped_early_stays_as_it_is(self):
         setting = pathlib.Path(self.parent.name) / "stop.toml"

@@ -108,10 +108,10 @@ TEST(Progress, LineSaysAll) {
   progress.started(1, 120);
   const std::string line = progress.line(120);
   std::printf("%s\n", line.c_str());
-  EXPECT_EQ(
-      line,
-      "1 done, 0 failed, 1 running, 198 left, 3 h 19 min to go; mean z(12.25 mm) = 68.310 mm, median onset "
-      "402.340 N");
+  EXPECT_EQ(line,
+            "1 done, 0 failed, 1 running, 198 left, 3 h 19 min to go; mean z of notch 0 at y = 12.25 mm: "
+            "68.310 mm, median onset "
+            "402.340 N");
 }
 
 TEST(Progress, BodyWithoutNotchesHasNoPosition) {
