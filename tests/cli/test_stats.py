@@ -215,6 +215,16 @@ class Stats(unittest.TestCase):
         self.assertEqual(result.returncode, 1)
         self.assertEqual(len(re.findall("crackle: ", result.stderr)), 1, result.stderr)
 
+    def test_cracks_faster_than_the_rayleigh_speed_are_warned_of(self):
+        number = int(self.sample.stem)
+        for ratio, expected in ((0.99, []), (1.25, [f"warning: sample {number}: a crack speed of 1234 m/s is 1.25 times "
+                                                    "the Rayleigh speed, the limit of an opening crack"])):
+            with opened(self.sample) as root:
+                root["summary/crack_speed_max"][()] = 1234
+                root["summary/crack_speed_ratio"][()] = ratio
+            self.assertEqual([line for line in self.stats().splitlines()
+                              if line.startswith(f"warning: sample {number}:")], expected)
+
     def test_files_of_another_schema_are_refused(self):
         with opened(self.sample) as root:
             root.attrs["schema_version"] = 99
