@@ -24,6 +24,7 @@ dynamics::SampleResult compute_agreed(SampleGroup& group, const SampleSteps& ste
   try {
     dynamics::SampleControl control{
         .log = steps.log,
+        .progress = steps.progress,
         .stop = steps.stop,
         .save = {},
         .checkpoint = {},

@@ -66,6 +66,11 @@ class Usage(unittest.TestCase):
         self.assert_usage_error(invoke("check", "--frobnicate", OPTIONS.demo), "--frobnicate")
         self.assert_usage_error(invoke("--frobnicate"), "crackle --help")
 
+    def test_overwriting_and_going_on_exclude_each_other(self):
+        for option in ("--resume", "--retry-failed"):
+            result = invoke("sample", OPTIONS.demo, "--sample", "0", "-o", "out", "--overwrite", option)
+            self.assert_usage_error(result, "--overwrite", "excludes", option)
+
     def test_parts_of_the_samples(self):
         with tempfile.TemporaryDirectory(prefix="crackle-cli-") as folder:
             def run(*arguments, ranks=0):

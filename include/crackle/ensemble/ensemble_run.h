@@ -15,6 +15,13 @@
 
 namespace crackle::ensemble {
 
+/// Command lines that the end of the log names, for what is left to do.
+struct NextCommands {
+  std::string resume;        ///< goes on with pending samples
+  std::string retry_failed;  ///< computes failed ones again
+  std::string report;        ///< makes pictures and report of what there is
+};
+
 struct RunOptions {
   std::filesystem::path folder;
   PlanOptions plan{};           ///< what is done with what the folder holds
@@ -22,6 +29,7 @@ struct RunOptions {
   int terminal_width = 0;       ///< columns, where `log` is a terminal; 0: plain lines
   StopRequest stop{};           ///< looked at on every rank; may be empty
   double checkpoint_interval = std::numeric_limits<double>::infinity();  ///< of a sample, wall time [s]
+  NextCommands next{};                                                   ///< empty ones are not named
 };
 
 /// The same on every rank.

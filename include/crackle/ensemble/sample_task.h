@@ -62,6 +62,8 @@ struct SampleSteps {
   std::function<analysis::SampleSummary(const std::string& reason)> failure_row;
   /// Lines about the progress of a sample; on the group's root.
   dynamics::SampleLog log;
+  /// See dynamics::SampleControl. hand_out() brings it from the root of a single group to rank 0.
+  dynamics::SampleLog progress;
   /// Whether this rank was asked to park its sample; may be empty.
   std::function<bool()> stop;
   /// Checkpoints of samples on their way; all three on the group's root, and empty on every rank or on none.
