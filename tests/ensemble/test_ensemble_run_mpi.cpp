@@ -106,7 +106,7 @@ TEST_F(EnsembleRun, SameEnsembleOnAnyNumberOfRanks) {
   if (!world_.is_root()) return;
   EXPECT_THAT(log_.str(), HasSubstr("5 of 5 samples to do"));
   EXPECT_THAT(log_.str(), HasSubstr("base mesh: "));
-  EXPECT_THAT(log_.str(), HasSubstr("sample 4 done: onset 384.0 N"));
+  EXPECT_THAT(log_.str(), HasSubstr("sample 4 done: separated, onset 384.0 N"));
   EXPECT_THAT(log_.str(), HasSubstr("5 done, 0 failed, 0 pending after"));
 
   const auto content = io::read_ensemble(root_ / "all" / "ensemble.h5");
