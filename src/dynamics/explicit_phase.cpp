@@ -24,6 +24,7 @@ constexpr double negligible_share = 1e-12;
 /// step.
 class StepFailure {
 public:
+  explicit StepFailure(const parallel::Communicator& group) : group_(&group) {}
   /// Work without messages; nothing after a failure.
   template <class Work>
   void guard(const Work& work) {
@@ -35,12 +36,13 @@ public:
     try {
       work();
     } catch (...) {
-      if (!error_) error_ = parallel::current_error();
+      if (!error_) error_ = parallel::current_error(*group_);
     }
   }
   const std::optional<std::string>& error() const { return error_; }
 
 private:
+  const parallel::Communicator* group_;
   std::optional<std::string> error_;
 };
 
@@ -106,7 +108,13 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
 
   const auto is_picture = [&](std::int64_t step) { return std::ranges::binary_search(pictures, step); };
   const auto has_output = [&](std::int64_t step) { return step % row_interval == 0 || is_picture(step); };
+  // In the steps ranks wait for each other without another agreement.
+  const auto begin_steps = [&] {
+    group.enter("time steps");
+    parallel::agree(group);
+  };
   const auto write_outputs = [&](std::int64_t step) {
+    group.enter("energy row");
     const double time = static_cast<double>(step) * dt;
     motion.read(state);
     const double work = motion.external_work(load_time + time, state);
@@ -117,25 +125,29 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
       throw std::runtime_error(*fault);
     if (options.on_row) options.on_row(result.energy.back());
     if (is_picture(step)) {
+      group.enter("frame");
       Frame frame = make_frame(context, state, time, result.energy.back().broken);
       if (group.is_root()) result.frames.push_back(std::move(frame));
     }
+    begin_steps();
   };
 
   const ReleasesSince releases(body);
   std::int64_t last_break = 0;
   std::int64_t step = 0;
   if (options.from != nullptr) {
+    group.enter("restoring");
     parallel::agree(group, [&] { restore(*options.from, body, criterion, motion); });
     last_break = options.from->running->last_break;
     step = options.from->running->step;
     result.energy = options.from->energy;
     result.frames = options.from->frames;
     motion.read(state);
+    begin_steps();
   } else {
     write_outputs(0);
   }
-  StepFailure step_failure;
+  StepFailure step_failure(group);
   while (step < n_steps && !result.arrested) {
     step_failure.guard_messages([&] {
       motion.step(step % 2 == 0 ? splitting.even : splitting.odd, dt,
@@ -160,19 +172,23 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
     const bool is_look = step % steps_per_look == 0 || step == n_steps;
     // Before energies are made of numbers that may have outgrown their format.
     if (is_look || has_output(step)) {
+      std::optional<std::string> failure;
+      std::int64_t wish = 0;
+      step_failure.guard([&] {
+        failure = motion.failure();
+        if (failure)
+          *failure +=
+              fmt::format(" ({:.4g} us after the start of the phase)", 1e6 * static_cast<double>(step) * dt);
+        if (is_look && step < n_steps && options.request) wish = static_cast<std::int64_t>(options.request());
+      });
       parallel::agree_on_error(group, step_failure.error());
-      std::optional<std::string> failure = motion.failure();
-      if (failure)
-        *failure +=
-            fmt::format(" ({:.4g} us after the start of the phase)", 1e6 * static_cast<double>(step) * dt);
       try {
         parallel::agree_on_error(group, failure);
       } catch (const parallel::AgreedError& error) {
         throw NumberRangeExceeded(error.what());
       }
       if (is_look && step < n_steps) {
-        std::array<std::int64_t, 2> look{last_break,
-                                         options.request ? static_cast<std::int64_t>(options.request()) : 0};
+        std::array<std::int64_t, 2> look{last_break, wish};
         parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, look.data(), 2, MPI_INT64_T, MPI_MAX, group.get()),
                             "MPI_Allreduce");
         last_break = look[0];
@@ -183,12 +199,14 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
     }
     if (has_output(step) || step == n_steps || result.arrested) write_outputs(step);
     if (request == Request::go_on || result.arrested) continue;
+    group.enter("saving");
     options.save({load_time, step, last_break, releases.gather(group), motion.save()}, result.energy,
                  result.frames);
     if (request == Request::park) {
       result.parked = true;
       return result;
     }
+    begin_steps();
   }
   result.time = static_cast<double>(step) * dt;
   result.n_steps = step;

@@ -6,6 +6,7 @@
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/fracture/toughness.h"
+#include "crackle/parallel/agreement.h"
 #include "crackle/stopwatch.h"
 
 #include <fmt/format.h>
@@ -85,6 +86,7 @@ public:
     } else if (!load_until_end()) {
       return parked();
     }
+    group_.enter("results");
     finish();
     return std::move(result_);
   }
@@ -103,6 +105,7 @@ private:
   bool load_until_end() {
     options_.arrest_window = arrest_window(parameters_);
     Stopwatch watch;
+    group_.enter("quasi-static loading");
     QuasiStaticLoading loading(group_, body_, loads_, criterion_, *options_.arrest_window);
     for (;;) {
       const QuasiStaticEnd end = loading.advance(account_, control_.stop);
@@ -111,6 +114,7 @@ private:
       result_.counts.solver_iterations = loading.n_iterations();
       result_.timings.quasi_static += watch.seconds();
       if (end == QuasiStaticEnd::parked) {
+        group_.enter("saving");
         if (!ended_.empty())
           save({parameters_.time.precision, ended_, {}, impulse(), result_.energy, result_.frames});
         return false;
@@ -134,6 +138,7 @@ private:
         result_.outcome = loads_are_held(group_, body_, loads_) ? Outcome::running : Outcome::separated;
         return true;
       }
+      group_.enter("quasi-static loading");
       account_.add_external(phase.external_work);
       if (!loading.resume(loading.time() + phase.time, phase.kinetic, state.displacement, account_)) {
         result_.outcome = Outcome::separated;
@@ -147,6 +152,7 @@ private:
   }
 
   PhaseResult move(double load_time, MotionState& state) {
+    group_.enter("dynamic phase");
     result_.onset_time = load_time;
     result_.onset_force = onset_force(load_time, state.displacement);
     ++result_.counts.dynamic_phases;
@@ -312,6 +318,7 @@ SampleResult run_in_fitting_precision(const parallel::Communicator& group,
     if (control.log && group.is_root()) control.log(line);
   };
   const bool is_mixed = parameters.time.precision == input::Precision::mixed;
+  group.enter("set-up");
   if (from == nullptr || from->precision == parameters.time.precision) {
     try {
       return SampleRun(group, parameters, subdomain, control, from).run();
@@ -325,11 +332,39 @@ SampleResult run_in_fitting_precision(const parallel::Communicator& group,
   } else {
     throw CheckpointMismatch("it was made in mixed numbers");
   }
+  group.enter("set-up");
   input::Parameters in_double = parameters;
   in_double.time.precision = input::Precision::double_;
   SampleResult result = SampleRun(group, in_double, subdomain, control, from).run();
   result.counts.range_restarts = 1;
   return result;
+}
+
+/// The sample from its checkpoint, or from the start. Collective.
+SampleResult run_from_checkpoint(const parallel::Communicator& group, const input::Parameters& parameters,
+                                 const geometry::Subdomain& subdomain, const SampleControl& control) {
+  group.enter("restoring");
+  bool has_checkpoint = !control.checkpoint.empty();
+  parallel::agree(group);
+  parallel::check_mpi(MPI_Bcast(&has_checkpoint, 1, MPI_CXX_BOOL, 0, group.get()), "MPI_Bcast");
+  if (has_checkpoint) {
+    // Every rank has the same checkpoint, so all of them refuse it or none.
+    std::optional<Checkpoint> from;
+    try {
+      try {
+        from = share_checkpoint(group, control.checkpoint);
+      } catch (const parallel::AgreedError&) {
+        throw;
+      } catch (const std::runtime_error&) {
+        throw CheckpointMismatch("it is not complete");
+      }
+      return run_in_fitting_precision(group, parameters, subdomain, control, &*from);
+    } catch (const CheckpointMismatch& mismatch) {
+      if (control.log && group.is_root())
+        control.log(fmt::format("the checkpoint is not used: {}", mismatch.what()));
+    }
+  }
+  return run_in_fitting_precision(group, parameters, subdomain, control, nullptr);
 }
 
 }  // namespace
@@ -350,24 +385,8 @@ std::string to_string(Outcome outcome) {
 
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,
                         const geometry::Subdomain& subdomain, const SampleControl& control) {
-  bool has_checkpoint = !control.checkpoint.empty();
-  parallel::check_mpi(MPI_Bcast(&has_checkpoint, 1, MPI_CXX_BOOL, 0, group.get()), "MPI_Bcast");
-  if (has_checkpoint) {
-    // Every rank has the same checkpoint, so all of them refuse it or none.
-    std::optional<Checkpoint> from;
-    try {
-      try {
-        from = share_checkpoint(group, control.checkpoint);
-      } catch (const std::runtime_error&) {
-        throw CheckpointMismatch("it is not complete");
-      }
-      return run_in_fitting_precision(group, parameters, subdomain, control, &*from);
-    } catch (const CheckpointMismatch& mismatch) {
-      if (control.log && group.is_root())
-        control.log(fmt::format("the checkpoint is not used: {}", mismatch.what()));
-    }
-  }
-  return run_in_fitting_precision(group, parameters, subdomain, control, nullptr);
+  return parallel::together(group,
+                            [&] { return run_from_checkpoint(group, parameters, subdomain, control); });
 }
 
 }  // namespace crackle::dynamics

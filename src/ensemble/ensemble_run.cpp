@@ -188,6 +188,7 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   SampleSteps steps = make_sample_steps(parameters, body, ledger.base, options.folder, layout.ranks_per_group,
                                         sample_function);
   steps.checkpoint_interval = options.checkpoint_interval;
+  steps.enter = options.enter;
   steps.stop = [&stop] { return stop(); };
   HandOutEvents events = make_events(ledger, log_or_null);
   events.parked = [&, tell = events.parked](const SampleReport& report) {

@@ -26,6 +26,7 @@ double stiffest_entry(const parallel::Communicator& group, const PdsOperators& o
     const auto k = edge_coupling(operators, elasticity, edges, integrity, static_cast<std::int32_t>(e));
     for (const double s : k.s) stiffest = std::max(stiffest, std::abs(s));
   }
+  parallel::agree(group);
   stiffest = parallel::largest_of_all(group, stiffest);
   return stiffest > 0 ? stiffest : 1;
 }
