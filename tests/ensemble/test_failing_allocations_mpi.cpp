@@ -176,7 +176,9 @@ TEST(FailingAllocation, EndsTheSampleOnAllRanks) {
       const bool failed = run();
       ++n_runs;
       n_failed += failed ? 1 : 0;
-      if (failed) EXPECT_NE(message.find("std::bad_alloc"), std::string::npos) << message;
+      if (failed) {
+        EXPECT_NE(message.find("std::bad_alloc"), std::string::npos) << message;
+      }
     }
   }
   allocations.failing = -1;

@@ -94,7 +94,7 @@ public:
   }
 
 private:
-  static constexpr std::chrono::seconds patience{120};
+  static constexpr std::chrono::seconds patience{60};
 
   void watch(const std::stop_token& stop, int rank) {
     std::unique_lock lock(mutex_);

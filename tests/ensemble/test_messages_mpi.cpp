@@ -99,6 +99,7 @@ TEST(SampleGroup, SharesArriveWhole) {
   ASSERT_TRUE(header);
   EXPECT_EQ(header->sample, 42u);
   const auto share = ensemble::receive_share(group, *header);
+  const auto expected = share_of(group.control().rank());
   EXPECT_EQ(share.n_nodes_global, expected.n_nodes_global);
   EXPECT_EQ(share.n_tetrahedra_global, expected.n_tetrahedra_global);
   EXPECT_EQ(share.n_owned, expected.n_owned);

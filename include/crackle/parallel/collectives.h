@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -39,16 +40,20 @@ private:
 template <class Value>
 std::vector<Value> gather_all(const Communicator& group, std::span<const Value> mine) {
   static_assert(std::is_trivially_copyable_v<Value>);
-  const ValueType type(sizeof(Value));
   const int count = static_cast<int>(mine.size());
-  std::vector<int> counts(static_cast<std::size_t>(group.size())), offsets(counts.size());
-  agree(group);
+  std::optional<ValueType> type;
+  std::vector<int> counts, offsets;
+  agree(group, [&] {
+    type.emplace(sizeof(Value));
+    counts.resize(static_cast<std::size_t>(group.size()));
+    offsets.resize(counts.size());
+  });
   check_mpi(MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, group.get()), "MPI_Allgather");
   std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
   auto all = agree(
       group, [&] { return std::vector<Value>(static_cast<std::size_t>(offsets.back() + counts.back())); });
-  check_mpi(MPI_Allgatherv(mine.data(), count, type.get(), all.data(), counts.data(), offsets.data(),
-                           type.get(), group.get()),
+  check_mpi(MPI_Allgatherv(mine.data(), count, type->get(), all.data(), counts.data(), offsets.data(),
+                           type->get(), group.get()),
             "MPI_Allgatherv");
   return all;
 }
@@ -59,18 +64,22 @@ std::vector<Value> gather_all(const Communicator& group, std::span<const Value> 
 template <class Value>
 std::vector<Value> gather_on_root(const Communicator& group, std::span<const Value> mine) {
   static_assert(std::is_trivially_copyable_v<Value>);
-  const ValueType type(sizeof(Value));
   const int count = static_cast<int>(mine.size());
-  std::vector<int> counts(static_cast<std::size_t>(group.size())), offsets(counts.size());
-  agree(group);
+  std::optional<ValueType> type;
+  std::vector<int> counts, offsets;
+  agree(group, [&] {
+    type.emplace(sizeof(Value));
+    counts.resize(static_cast<std::size_t>(group.size()));
+    offsets.resize(counts.size());
+  });
   check_mpi(MPI_Gather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, group.get()), "MPI_Gather");
   std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
   std::vector<Value> all;
   agree(group, [&] {
     if (group.is_root()) all.resize(static_cast<std::size_t>(offsets.back() + counts.back()));
   });
-  check_mpi(MPI_Gatherv(mine.data(), count, type.get(), all.data(), counts.data(), offsets.data(), type.get(),
-                        0, group.get()),
+  check_mpi(MPI_Gatherv(mine.data(), count, type->get(), all.data(), counts.data(), offsets.data(),
+                        type->get(), 0, group.get()),
             "MPI_Gatherv");
   return all;
 }
