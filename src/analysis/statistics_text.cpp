@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/statistics.h"
 
 #include <fmt/format.h>
@@ -50,25 +51,45 @@ void append_patterns(std::string& text, const Statistics& statistics) {
   }
 }
 
-void append_quantiles(std::string& text, std::span<const SampleSummary> samples) {
-  const auto append_row = [&](const char* name, double SampleSummary::*field, int decimals) {
-    std::vector<double> values;
-    for (const SampleSummary& sample : samples) {
-      if (sample.status == SampleStatus::done) values.push_back(sample.*field);
-    }
+/// Values of a result in the samples that are done, as people read them; without those that have none.
+template <class Member>
+std::vector<double> shown_values(std::span<const SampleSummary> samples, const ResultInfo& info,
+                                 Member member) {
+  std::vector<double> values;
+  for (const SampleSummary& sample : samples) {
+    const auto value = static_cast<double>(sample.*member);
+    if (sample.status == SampleStatus::done && !std::isnan(value))
+      values.push_back(value * info.shown_factor);
+  }
+  return values;
+}
+
+void append_shares(std::string& text, std::span<const SampleSummary> samples) {
+  for_each_result([&](const ResultInfo& info, auto member) {
+    if (info.reduction != Reduction::shares) return;
     auto out = std::back_inserter(text);
-    fmt::format_to(out, "{:<20}", name);
-    for (const double share : quantile_shares)
-      fmt::format_to(out, " {:>12}", number(quantile(values, share), decimals));
-    text += '\n';
-  };
-  fmt::format_to(std::back_inserter(text), "\n{:<20} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "", "least",
+    const auto values = shown_values(samples, info, member);
+    fmt::format_to(out, "\n{:<12}   samples\n", info.label);
+    for (int k = 0; k < n_categories(info.categories); ++k)
+      fmt::format_to(out, "{:<14} {:>7}\n", category_name(info.categories, k), std::ranges::count(values, k));
+  });
+}
+
+void append_quantiles(std::string& text, std::span<const SampleSummary> samples) {
+  fmt::format_to(std::back_inserter(text), "\n{:<30} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "", "least",
                  "25 %", "median", "75 %", "greatest");
-  append_row("onset force [N]", &SampleSummary::onset_force, 3);
-  append_row("onset time [s]", &SampleSummary::onset_time, 6);
-  append_row("crack speed [m/s]", &SampleSummary::crack_speed_max, 1);
-  append_row("over Rayleigh's", &SampleSummary::crack_speed_ratio, 3);
-  append_row("toughness [J/m^2]", &SampleSummary::effective_toughness, 3);
+  for_each_result([&](const ResultInfo& info, auto member) {
+    if (info.reduction != Reduction::quantiles) return;
+    const auto values = shown_values(samples, info, member);
+    if (values.empty()) return;
+    auto out = std::back_inserter(text);
+    const std::string units = *info.shown_units == 0 ? "" : fmt::format(" [{}]", info.shown_units);
+    fmt::format_to(out, "{:<30}", info.label + units);
+    const std::string form = fmt::format(" {{:>12{}}}", info.format);
+    for (const double share : quantile_shares)
+      fmt::format_to(out, fmt::runtime(form), quantile(values, share));
+    text += '\n';
+  });
 }
 
 }  // namespace
@@ -87,12 +108,15 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
   }
   append_positions(text, statistics, sections);
   append_patterns(text, statistics);
+  append_shares(text, samples);
   append_quantiles(text, samples);
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    if (samples[i].error.empty()) continue;
-    fmt::format_to(std::back_inserter(text), "\n{} {}: {}",
-                   samples[i].status == SampleStatus::failed ? "failed sample" : "left sample", i,
-                   samples[i].error);
+    auto out = std::back_inserter(text);
+    if (!samples[i].error.empty())
+      fmt::format_to(out, "\n{} {}: {}",
+                     samples[i].status == SampleStatus::failed ? "failed sample" : "left sample", i,
+                     samples[i].error);
+    if (!samples[i].note.empty()) fmt::format_to(out, "\nsample {}: {}", i, samples[i].note);
   }
   if (text.back() != '\n') text += '\n';
   return text;

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/quasi_static.h"
 
-#include "crackle/fracture/connectivity.h"
+#include "crackle/dynamics/separation.h"
 #include "crackle/fracture/principal_stress.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <set>
 
 namespace crackle::dynamics {
 
@@ -111,6 +112,7 @@ void QuasiStaticLoading::solve_unit_problems() {
       }
     }
     n_iterations_ += solver_.solve(force, unit_[k]);
+    residual_ = std::max(residual_, solver_.residual());
     ++n_solves_;
   }
 }
@@ -244,19 +246,31 @@ bool QuasiStaticLoading::breaks_soon(const Critical& overloaded) const {
   return parallel::largest_of_all(*group_, soon) != 0;
 }
 
+void QuasiStaticLoading::load_at_start(EnergyAccount& account) {
+  // The loads that the program starts with are taken to have grown from nothing.
+  const LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
+  const auto nothing = [](const std::vector<double>& like) { return std::vector<double>(like.size(), 0.0); };
+  account.add_static_work(
+      {nothing(state.amplitude), nothing(state.position), nothing(state.reaction), nothing(state.travel)},
+      state);
+  load_ = largest_load(*loads_, state);
+}
+
+void QuasiStaticLoading::refuse_overload() const {
+  const Critical most = most_loaded();
+  if (most.number < 0 || most.value <= 1) return;
+  throw parallel::AgreedError(
+      0,
+      fmt::format(
+          "the load at time 0, {:.6g} N, is above the first break, which comes at {:.6g} N: quasi-static "
+          "loading has to begin below it; lower the loads at time 0, or take start = \"equilibrium\", which "
+          "begins the dynamic phase at time 0",
+          load_, load_ / most.value));
+}
+
 QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
                                            const std::function<bool()>& is_asked_to_park) {
   LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
-  if (!is_loaded_) {
-    // The loads that the program starts with are taken to have grown from nothing.
-    const auto nothing = [](const std::vector<double>& like) {
-      return std::vector<double>(like.size(), 0.0);
-    };
-    account.add_static_work(
-        {nothing(state.amplitude), nothing(state.position), nothing(state.reaction), nothing(state.travel)},
-        state);
-    is_loaded_ = true;
-  }
   for (;;) {
     if (is_asked_to_park) {
       int wish = is_asked_to_park() ? 1 : 0;
@@ -267,6 +281,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
     }
     Critical next = most_loaded();
     if (next.number < 0) return QuasiStaticEnd::separated;
+    load_ = largest_load(*loads_, state);
     if (next.value > 1 && breaks_soon(next)) return QuasiStaticEnd::run_away;
     if (next.value < 1) {
       // Load on: kink by kink of the programs until a tetrahedron reaches the limit.
@@ -283,10 +298,12 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
         if (next.number >= 0) break;
       }
     }
+    load_ = largest_load(*loads_, state);
+    if (n_breaks_ == 0) load_at_first_break_ = load_;
     if (next.local >= 0)
       body_->release(next.local, body_->strain(next.local, displacement_.local()), time_, 0);
     parallel::agree(*group_);
-    body_->tie(*group_, [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
+    body_->tie(*group_, time_, 0, [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
     ++n_breaks_;
     parallel::NodeField before(*group_, body_->subdomain());
     before.assign(displacement_);
@@ -305,40 +322,6 @@ bool QuasiStaticLoading::resume(double time, double kinetic, const parallel::Nod
   if (!update_after_breaks()) return false;
   account.add_relaxation(kinetic, displacement, displacement_);
   account.add_static_work(before, measure_loads(*group_, *body_, *loads_, displacement_, time));
-  return true;
-}
-
-bool loads_are_held(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                    const mechanics::BoundaryLoads& loads) {
-  const auto labels = fracture::piece_labels(group, body);
-  // Pieces are few, but their labels are known only where their nodes are: the ranks gather them.
-  const auto gather = [&](const std::vector<std::int32_t>& nodes, std::set<std::int64_t>& pieces) {
-    for (const auto node : nodes) pieces.insert(labels[static_cast<std::size_t>(node)]);
-  };
-  const auto gathered = [&](const std::set<std::int64_t>& local) {
-    const std::vector<std::int64_t> mine(local.begin(), local.end());
-    const auto all = parallel::gather_all<std::int64_t>(group, mine);
-    return std::set<std::int64_t>(all.begin(), all.end());
-  };
-  const bool any_fixed = std::ranges::any_of(loads.motions, &mechanics::PrescribedMotion::is_fixed);
-  std::set<std::int64_t> held;
-  for (const auto& motion : loads.motions) {
-    if (motion.is_fixed || !any_fixed) gather(motion.nodes, held);
-  }
-  held = gathered(held);
-  if (held.empty()) return true;
-  const auto is_loose = [&](const std::vector<std::int32_t>& nodes) {
-    std::set<std::int64_t> pieces;
-    gather(nodes, pieces);
-    pieces = gathered(pieces);
-    return std::ranges::none_of(pieces, [&](std::int64_t piece) { return held.contains(piece); });
-  };
-  for (const auto& pattern : loads.forces) {
-    if (is_loose(pattern.nodes)) return false;
-  }
-  for (const auto& motion : loads.motions) {
-    if (!motion.is_fixed && is_loose(motion.nodes)) return false;
-  }
   return true;
 }
 

@@ -196,6 +196,11 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
           continue;
         }
         plan.invalid.push_back({file, "it holds no result"});
+      } catch (const io::OlderFormat& error) {
+        throw std::runtime_error(fmt::format(
+            "{}: {}; go on with the program that began this ensemble, or start it anew in another "
+            "folder; crackle stats and the report still read this one",
+            folder.string(), error.what()));
       } catch (const std::exception& error) {
         plan.invalid.push_back({file, error.what()});
       }

@@ -15,15 +15,19 @@ namespace crackle::ensemble {
 namespace {
 
 /// The mechanics on this rank of the group; either all ranks return or all throw AgreedError.
+/// @param partial takes what there is of a sample that fails
 dynamics::SampleResult compute_agreed(SampleGroup& group, const SampleSteps& steps, std::uint64_t sample,
-                                      const geometry::Subdomain& subdomain) {
+                                      const geometry::Subdomain& subdomain,
+                                      std::optional<dynamics::SampleResult>& partial) {
   dynamics::SampleResult result;
   const auto control = parallel::agree(group.control(), [&] {
-    dynamics::SampleControl given{.log = steps.log,
-                                  .stop = steps.stop,
-                                  .save = {},
-                                  .checkpoint = {},
-                                  .checkpoint_interval = steps.checkpoint_interval};
+    dynamics::SampleControl given{
+        .log = steps.log,
+        .stop = steps.stop,
+        .save = {},
+        .checkpoint = {},
+        .checkpoint_interval = steps.checkpoint_interval,
+        .failed = [&](dynamics::SampleResult unfinished) { partial = std::move(unfinished); }};
     if (steps.write_checkpoint) {
       given.save = [&](std::span<const std::byte> bytes) { steps.write_checkpoint(sample, bytes); };
       if (group.is_root()) given.checkpoint = steps.read_checkpoint(sample);
@@ -79,13 +83,13 @@ auto staged(const SampleGroup& group, const char* stage, Step&& step) {
 }  // namespace
 
 SampleReport report_failure(const SampleSteps& steps, std::uint64_t sample, const std::string& reason,
-                            double seconds) {
+                            double seconds, const PartialSample* partial) {
   SampleReport report;
   report.sample = sample;
   report.seconds = seconds;
   report.summary = steps.failure_row(reason);
   try {
-    steps.write_failure(sample, report.summary);
+    steps.write_failure(sample, report.summary, partial);
     report.stored = true;
     // What led to the failure is no start for another trial.
     if (steps.remove_checkpoint) steps.remove_checkpoint(sample);
@@ -100,6 +104,7 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
   const std::uint64_t sample = prepared.sample;
   const geometry::Realization& realization = prepared.realization;
   dynamics::SampleResult result;
+  std::optional<dynamics::SampleResult> partial;
   SampleAnalysis analysis;
   begin(group, steps, sample);
   try {
@@ -119,7 +124,7 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
     } catch (const parallel::AgreedError& failure) {
       throw StepError(fmt::format("sharing: {}", failure.what()));
     }
-    result = staged("computation", [&] { return compute_agreed(group, steps, sample, parts[0]); });
+    result = staged("computation", [&] { return compute_agreed(group, steps, sample, parts[0], partial); });
     if (result.parked) {
       SampleReport report;
       report.sample = sample;
@@ -134,7 +139,13 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
       return steps.analyse(realization, result);
     });
   } catch (const StepError& failure) {
-    return report_failure(steps, sample, failure.what(), clock.seconds());
+    if (!partial) return report_failure(steps, sample, failure.what(), clock.seconds());
+    try {
+      analysis = steps.analyse(realization, *partial);
+    } catch (...) {  // its mesh, breaks and frames are worth keeping without
+    }
+    const PartialSample kept{realization, *partial, analysis};
+    return report_failure(steps, sample, failure.what(), clock.seconds(), &kept);
   }
 
   SampleReport report;
@@ -158,7 +169,8 @@ void follow_samples(SampleGroup& group, const SampleSteps& steps) {
     begin(group, steps, header->sample);
     try {
       const auto part = receive_share(group, *header);
-      compute_agreed(group, steps, header->sample, part);
+      std::optional<dynamics::SampleResult> partial;
+      compute_agreed(group, steps, header->sample, part, partial);
     } catch (const parallel::AgreedError&) {
       // The root has the same error and reports it.
     }

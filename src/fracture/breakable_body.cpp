@@ -147,7 +147,7 @@ std::vector<BreakableBody::LooseEdge> BreakableBody::find_loose_edges() const {
   return loose;
 }
 
-void BreakableBody::tie(const parallel::Communicator& group,
+void BreakableBody::tie(const parallel::Communicator& group, double load_time, double phase_time,
                         const std::function<Symmetric(std::int32_t)>& strain) {
   if (release_ == input::Release::element) return;
   enum class Found { nothing, edges, failure };
@@ -181,7 +181,7 @@ void BreakableBody::tie(const parallel::Communicator& group,
     const double before = integrity_.energy(t, eps);
     let_go(t, static_cast<mechanics::EdgeSet>(edges));
     if (subdomain_->counted[static_cast<std::size_t>(t)] != 0)
-      ties_.push_back({number, before - integrity_.energy(t, eps), edges});
+      ties_.push_back({number, load_time, phase_time, before - integrity_.energy(t, eps), edges});
   }
 }
 

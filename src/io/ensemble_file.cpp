@@ -3,12 +3,14 @@
 
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
+#include "crackle/parallel/packing.h"
 #include "crackle/parallel/petsc.h"
 #include "hdf5.h"
 #include "memory_file.h"
 #include "partial_file.h"
 #include "provenance.h"
-#include "summary_columns.h"
+#include "result_attributes.h"
+#include "sample_shape.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -34,6 +36,7 @@ namespace crackle::io {
 
 namespace {
 
+using analysis::ResultInfo;
 using analysis::SampleSummary;
 using hdf5::Shape;
 
@@ -41,24 +44,25 @@ std::int32_t status_of(const SampleSummary& row) {
   return static_cast<std::int32_t>(row.status);
 }
 
-/// Calls visit(dataset, units, value of a row) for every dataset with one value for each sample.
+/// Calls visit(dataset, info, value of a row) for every dataset with one value for each sample.
 template <class Visit>
 void for_each_column(Visit&& visit) {
-  visit("samples/status", "", status_of);
-  for_each_result([&](const char* name, auto member, const char* units) {
-    visit(std::string("samples/") + name, units, [member](const SampleSummary& row) { return row.*member; });
+  visit("samples/status", status_info, status_of);
+  analysis::for_each_result([&](const ResultInfo& info, auto member) {
+    visit(std::string("samples/") + info.name, info,
+          [member](const SampleSummary& row) { return row.*member; });
   });
-  visit("timing/wall_time", "s", [](const SampleSummary& row) { return row.wall_time; });
+  visit("timing/wall_time", wall_time_info, [](const SampleSummary& row) { return row.wall_time; });
 }
 
-/// Calls visit(dataset, units, values of a row) for every dataset with notches x sections values for each
+/// Calls visit(dataset, info, values of a row) for every dataset with notches x sections values for each
 /// sample.
 template <class Visit>
 void for_each_position_table(Visit&& visit) {
-  for_each_position_result([&](const char* name, auto member, const char* units) {
+  analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
     visit(
-        std::string("crack_path/") + name,
-        units, [member](const SampleSummary& row) -> auto& { return row.*member; });
+        std::string("crack_path/") + info.name,
+        info, [member](const SampleSummary& row) -> auto& { return row.*member; });
   });
 }
 
@@ -81,11 +85,11 @@ void check_block(const EnsembleBlock& block, const EnsembleShape& shape) {
   }
   for (std::size_t i = 0; i < block.rows.size(); ++i) {
     const SampleSummary& row = block.rows[i];
-    for_each_position_result([&](const char* name, auto member, const char*) {
+    analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
       if ((row.*member).size() == shape.n_positions()) return;
       throw std::invalid_argument(
           fmt::format("ensemble row {}: {} values {} instead of {} notches x {} sections", block.first + i,
-                      (row.*member).size(), name, shape.n_notches, shape.n_sections));
+                      (row.*member).size(), info.name, shape.n_notches, shape.n_sections));
     });
   }
 }
@@ -108,27 +112,23 @@ void check_disjoint(const parallel::Communicator& world, const EnsembleBlock& bl
   parallel::agree_on_error(world, error);
 }
 
-/// The error texts of all samples, on the root. Collective.
-std::vector<std::string> gather_errors(const parallel::Communicator& world, const EnsembleBlock& block,
-                                       std::size_t n_samples) {
-  std::string mine;  // "<sample> <length> <text>" for every sample with an error
+/// A text of each sample, on the root. Collective.
+std::vector<std::string> gather_texts(const parallel::Communicator& world, const EnsembleBlock& block,
+                                      std::string SampleSummary::*text, std::size_t n_samples) {
+  parallel::Packer packer;
   for (std::size_t i = 0; i < block.rows.size(); ++i) {
-    const std::string& error = block.rows[i].error;
-    if (!error.empty()) mine += fmt::format("{} {} {}", block.first + i, error.size(), error);
+    if ((block.rows[i].*text).empty()) continue;
+    packer.put<std::uint64_t>(block.first + i);
+    packer.put(block.rows[i].*text);
   }
-  const auto gathered = parallel::gather_on_root(world, std::span<const char>(mine));
-  const std::string all(gathered.begin(), gathered.end());
-  std::vector<std::string> errors(n_samples);
-  for (std::size_t at = 0; world.is_root() && at < all.size();) {
-    std::size_t used = 0;
-    const std::size_t sample = std::stoull(all.substr(at), &used);
-    at += used + 1;
-    const std::size_t length = std::stoull(all.substr(at), &used);
-    at += used + 1;
-    errors[sample] = all.substr(at, length);
-    at += length;
+  const auto gathered = parallel::gather_on_root<std::byte>(world, packer.bytes());
+  std::vector<std::string> texts(n_samples);
+  parallel::Unpacker unpacker(gathered);
+  while (!unpacker.empty()) {
+    const auto sample = unpacker.get<std::uint64_t>();
+    texts[sample] = unpacker.get_string();
   }
-  return errors;
+  return texts;
 }
 
 void write_statistics(hid_t file, const analysis::Statistics& statistics, const EnsembleShape& shape) {
@@ -162,8 +162,14 @@ void write_mother_points(hid_t file, const geometry::MotherPoints& base) {
   hdf5::write_dataset<std::uint8_t>(group.get(), "movable", {base.size()}, base.movable, "");
 }
 
-/// The whole file, with all samples pending except for their error texts.
-std::vector<std::byte> lay_out(const input::Parameters& parameters, const std::vector<std::string>& errors,
+/// The texts of all samples.
+struct Texts {
+  std::vector<std::string> errors;
+  std::vector<std::string> notes;
+};
+
+/// The whole file, with all samples pending except for their texts.
+std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts& texts,
                                const analysis::Statistics& statistics, const geometry::MotherPoints& base,
                                int n_ranks) {
   const hdf5::QuietErrors quiet;
@@ -171,24 +177,28 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const std::v
   const SampleSummary pending = analysis::empty_summary(
       static_cast<int>(shape.n_notches), static_cast<int>(shape.n_sections), analysis::SampleStatus::pending);
   hdf5::MemoryFile file;
-  write_identity(file.get(), "crackle ensemble", ensemble_schema_version, parameters);
+  write_identity(file.get(), ensemble_kind, ensemble_schema_version, parameters);
   for (const char* name : {"samples", "crack_path", "timing"}) hdf5::create_group(file.get(), name);
-  for_each_column([&](const std::string& name, const char* units, auto value) {
+  int n_columns = 0;
+  for_each_column([&](const std::string& name, const ResultInfo& info, auto value) {
     using Value = std::invoke_result_t<decltype(value), const SampleSummary&>;
     const std::vector<Value> column(shape.n_samples, value(pending));
-    hdf5::write_dataset<Value>(file.get(), name, {shape.n_samples}, column, units);
+    hdf5::write_dataset<Value>(file.get(), name, {shape.n_samples}, column, info.units);
+    describe_result(file.get(), name, info, n_columns++);
   });
-  hdf5::write_texts(file.get(), "samples/error", errors);
+  hdf5::write_texts(file.get(), "samples/error", texts.errors);
+  hdf5::write_texts(file.get(), "samples/note", texts.notes);
   hdf5::write_dataset<double>(file.get(), "crack_path/section", {shape.n_sections}, parameters.sections.y,
                               "m");
-  for_each_position_table([&](const std::string& name, const char* units, auto values) {
+  for_each_position_table([&](const std::string& name, const ResultInfo& info, auto values) {
     using Value = typename std::decay_t<decltype(values(pending))>::value_type;
     std::vector<Value> table;
     for (std::size_t i = 0; i < shape.n_samples; ++i) {
       table.insert(table.end(), values(pending).begin(), values(pending).end());
     }
     hdf5::write_dataset<Value>(file.get(), name, {shape.n_samples, shape.n_notches, shape.n_sections}, table,
-                               units);
+                               info.units);
+    describe_result(file.get(), name, info, n_columns++);
   });
   write_statistics(file.get(), statistics, shape);
   write_mother_points(file.get(), base);
@@ -227,12 +237,12 @@ void write_rows(hid_t file, const std::string& name, std::size_t first, std::siz
 }
 
 void write_block(hid_t file, const EnsembleBlock& block) {
-  for_each_column([&](const std::string& name, const char*, auto value) {
+  for_each_column([&](const std::string& name, const ResultInfo&, auto value) {
     std::vector<std::invoke_result_t<decltype(value), const SampleSummary&>> column;
     for (const SampleSummary& row : block.rows) column.push_back(value(row));
     write_rows(file, name, block.first, block.rows.size(), column);
   });
-  for_each_position_table([&](const std::string& name, const char*, auto values) {
+  for_each_position_table([&](const std::string& name, const ResultInfo&, auto values) {
     std::vector<typename std::decay_t<decltype(values(block.rows.front()))>::value_type> table;
     for (const SampleSummary& row : block.rows) {
       table.insert(table.end(), values(row).begin(), values(row).end());
@@ -290,7 +300,8 @@ void write_ensemble(const parallel::Communicator& world, const std::filesystem::
   try {
     parallel::agree(world, [&] { check_block(block, shape); });
     check_disjoint(world, block);
-    const std::vector<std::string> errors = gather_errors(world, block, shape.n_samples);
+    const Texts texts{gather_texts(world, block, &SampleSummary::error, shape.n_samples),
+                      gather_texts(world, block, &SampleSummary::note, shape.n_samples)};
     std::optional<PartialFile> partial;  // the root's: removes the file unless it became whole
     parallel::agree(world, [&] {
       if (!world.is_root()) return;
@@ -298,7 +309,7 @@ void write_ensemble(const parallel::Communicator& world, const std::filesystem::
       std::array<char, 256> host{};
       ::gethostname(host.data(), host.size() - 1);
       partial.emplace(file, fmt::format(".{}-{}", host.data(), ::getpid()));
-      partial->write(lay_out(parameters, errors, statistics, base, world.size()));
+      partial->write(lay_out(parameters, texts, statistics, base, world.size()));
     });
     const std::string partial_name =
         parallel::share_text(world, partial ? partial->partial_name().string() : std::string());

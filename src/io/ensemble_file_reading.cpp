@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/ensemble_file.h"
 
+#include "crackle/analysis/sample_results.h"
 #include "hdf5.h"
 #include "provenance.h"
-#include "summary_columns.h"
+#include "sample_shape.h"
 
 #include <fmt/format.h>
 
@@ -16,34 +17,42 @@ namespace crackle::io {
 
 namespace {
 
+using analysis::ResultInfo;
 using analysis::SampleSummary;
 using hdf5::Shape;
 
-std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape) {
+/// @param version of the file's format: what it does not have yet stays as in a row without results
+std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape, std::int64_t version) {
   const std::size_t n_samples = shape[0];
   const std::size_t n_positions = shape[1] * shape[2];
   const auto status = hdf5::read_dataset<std::int32_t>(file, "samples/status", {n_samples});
   const auto errors = hdf5::read_texts(file, "samples/error");
   const auto wall_time = hdf5::read_dataset<double>(file, "timing/wall_time", {n_samples});
-  if (errors.size() != n_samples) throw hdf5::Error("dataset samples/error: not one text for each sample");
+  const auto notes =
+      version < 3 ? std::vector<std::string>(n_samples) : hdf5::read_texts(file, "samples/note");
+  if (errors.size() != n_samples || notes.size() != n_samples)
+    throw hdf5::Error("datasets samples/error and note: not one text for each sample");
   std::vector<SampleSummary> samples(n_samples);
   for (std::size_t i = 0; i < n_samples; ++i) {
     if (status[i] < 0 || status[i] > 2) throw hdf5::Error(fmt::format("sample {}: unknown status", i));
     samples[i].status = static_cast<analysis::SampleStatus>(status[i]);
     samples[i].error = errors[i];
+    samples[i].note = notes[i];
     samples[i].wall_time = wall_time[i];
   }
-  for_each_position_result([&](const char* name, auto member, const char*) {
+  analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
+    if (info.since > version) return;
     using Value = typename std::remove_cvref_t<decltype(std::declval<SampleSummary>().*member)>::value_type;
-    const auto table = hdf5::read_dataset<Value>(file, std::string("crack_path/") + name, shape);
+    const auto table = hdf5::read_dataset<Value>(file, std::string("crack_path/") + info.name, shape);
     for (std::size_t i = 0; i < n_samples; ++i) {
       const auto row = table.begin() + static_cast<std::ptrdiff_t>(i * n_positions);
       (samples[i].*member).assign(row, row + static_cast<std::ptrdiff_t>(n_positions));
     }
   });
-  for_each_result([&](const char* name, auto member, const char*) {
+  analysis::for_each_result([&](const ResultInfo& info, auto member) {
+    if (info.since > version) return;
     using Value = std::remove_cvref_t<decltype(std::declval<SampleSummary>().*member)>;
-    const auto column = hdf5::read_dataset<Value>(file, std::string("samples/") + name, {n_samples});
+    const auto column = hdf5::read_dataset<Value>(file, std::string("samples/") + info.name, {n_samples});
     for (std::size_t i = 0; i < n_samples; ++i) samples[i].*member = column[i];
   });
   return samples;
@@ -94,8 +103,9 @@ auto read_file(const std::filesystem::path& file, Read&& read) {
   try {
     const hdf5::QuietErrors quiet;
     const hdf5::Handle root = hdf5::open_for_reading(file);
-    check_identity(root.get(), "crackle ensemble", ensemble_schema_version);
-    return read(root.get());
+    const std::int64_t version =
+        check_identity(root.get(), ensemble_kind, oldest_schema_version, ensemble_schema_version);
+    return read(root.get(), version);
   } catch (const std::exception& error) {
     throw std::runtime_error("cannot use '" + file.string() + "': " + error.what());
   }
@@ -104,13 +114,13 @@ auto read_file(const std::filesystem::path& file, Read&& read) {
 }  // namespace
 
 EnsembleContent read_ensemble(const std::filesystem::path& file) {
-  return read_file(file, [](hid_t id) {
+  return read_file(file, [](hid_t id, std::int64_t version) {
     const Shape shape = hdf5::read_shape(id, "crack_path/z");
     if (shape.size() != 3) throw hdf5::Error("dataset crack_path/z: not samples x notches x sections");
     EnsembleContent content;
     content.input_text = hdf5::read_text_attribute(id, "input");
     content.sections = hdf5::read_dataset<double>(id, "crack_path/section", {shape[2]});
-    content.samples = read_samples(id, shape);
+    content.samples = read_samples(id, shape, version);
     content.statistics = read_statistics(id, shape);
     content.statistics.n_done = static_cast<int>(std::count_if(
         content.samples.begin(), content.samples.end(),
@@ -122,7 +132,7 @@ EnsembleContent read_ensemble(const std::filesystem::path& file) {
 
 geometry::MotherPoints read_mother_points(const std::filesystem::path& file,
                                           const input::Parameters& parameters) {
-  return read_file(file, [&](hid_t id) {
+  return read_file(file, [&](hid_t id, std::int64_t) {
     check_input(id, parameters);
     return read_mother_points(id);
   });

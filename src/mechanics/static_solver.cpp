@@ -104,6 +104,8 @@ public:
         if (node < subdomain_->n_owned) update_block(node);
   }
 
+  double residual() const { return final_residual_; }
+
   int solve(std::span<const double> force, parallel::NodeField& displacement) {
     refresh_coarse();
     // From here on every rank waits for messages of the others, and no rank allocates.
@@ -112,6 +114,7 @@ public:
     for (std::size_t i = 0; i < held_.size(); ++i)
       operand_.local()[i] = held_[i] != 0 ? displacement.local()[i] : 0;
     const double reference = find_residual(force, operand_);
+    final_residual_ = 0;
     if (reference == 0) {  // so it is in equilibrium, whatever the guess was
       displacement.assign(operand_);
       return 0;
@@ -120,6 +123,7 @@ public:
     int iterations = 0;
     double residual = find_residual(force, displacement);
     for (int run = 0;; ++run) {
+      final_residual_ = residual / reference;
       // Equal on every rank. An infinite reference would make an equilibrium of any residual.
       if (!std::isfinite(residual) || !std::isfinite(reference))
         throw NoEquilibrium(
@@ -264,6 +268,7 @@ private:
   parallel::MatOwner matrix_;
   parallel::KspOwner ksp_;
   bool coarse_is_current_ = false;
+  double final_residual_ = 0;
   int fresh_iterations_ = 0;  // of the first solve with the current coarse matrix; 0 before it
 };
 
@@ -277,6 +282,10 @@ StaticSolver::~StaticSolver() = default;
 
 void StaticSolver::release(std::span<const std::int32_t> tetrahedra) {
   problem_->release(tetrahedra);
+}
+
+double StaticSolver::residual() const {
+  return problem_->residual();
 }
 
 int StaticSolver::solve(std::span<const double> force, parallel::NodeField& displacement) {

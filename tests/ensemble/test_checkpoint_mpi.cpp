@@ -117,6 +117,12 @@ protected:
     };
     for (std::size_t i = 0; i < a.breaks.size(); ++i)
       ASSERT_EQ(fields(a.breaks[i]), fields(b.breaks[i])) << i;
+    ASSERT_EQ(a.ties.size(), b.ties.size());
+    const auto tie_fields = [](const fracture::Tie& t) {
+      return std::tuple(t.tetrahedron, t.load_time, t.phase_time, t.released_energy, t.edges);
+    };
+    for (std::size_t i = 0; i < a.ties.size(); ++i)
+      ASSERT_EQ(tie_fields(a.ties[i]), tie_fields(b.ties[i])) << i;
     ASSERT_EQ(a.energy.size(), b.energy.size());
     EXPECT_EQ(std::memcmp(a.energy.data(), b.energy.data(), a.energy.size() * sizeof(EnergyRow)), 0);
     ASSERT_EQ(a.frames.size(), b.frames.size());

@@ -76,6 +76,15 @@ void compare(const input::Parameters& parameters, std::size_t least_breaks,
     EXPECT_EQ(shared.breaks[i].released_energy, alone.breaks[i].released_energy);
     EXPECT_EQ(shared.breaks[i].cut, alone.breaks[i].cut);
   }
+  EXPECT_EQ(alone.ties.empty(), parameters.fracture.release == input::Release::element);
+  ASSERT_EQ(shared.ties.size(), alone.ties.size());
+  for (std::size_t i = 0; i < alone.ties.size(); ++i) {
+    EXPECT_EQ(shared.ties[i].tetrahedron, alone.ties[i].tetrahedron);
+    EXPECT_EQ(shared.ties[i].load_time, alone.ties[i].load_time);
+    EXPECT_EQ(shared.ties[i].phase_time, alone.ties[i].phase_time);
+    EXPECT_EQ(shared.ties[i].released_energy, alone.ties[i].released_energy);
+    EXPECT_EQ(shared.ties[i].edges, alone.ties[i].edges);
+  }
   ASSERT_EQ(shared.energy.size(), alone.energy.size());
   for (std::size_t i = 0; i < alone.energy.size(); ++i) {
     EXPECT_EQ(shared.energy[i].kinetic, alone.energy[i].kinetic);

@@ -14,7 +14,8 @@ namespace crackle::dynamics {
 /// A sample that is parked in a dynamic phase and continued, so that saving and restoring are part of it.
 inline SampleResult in_two_pieces(const parallel::Communicator& group, const input::Parameters& parameters,
                                   const geometry::Subdomain& subdomain, const SampleControl& given = {}) {
-  return parallel::together(group, [&] {
+  SampleResult result;
+  parallel::together(group, [&] {
     std::vector<std::byte> saved;
     bool is_saved = false;
     SampleControl control = given;
@@ -22,13 +23,14 @@ inline SampleResult in_two_pieces(const parallel::Communicator& group, const inp
     // The first save is due at the first look of a dynamic phase, and at the second one the sample is parked.
     control.checkpoint_interval = 0;
     control.stop = [&] { return group.is_root() && !saved.empty() && std::exchange(is_saved, true); };
-    SampleResult result = run_sample(group, parameters, subdomain, control);
-    if (!result.parked) return result;
+    result = run_sample(group, parameters, subdomain, control);
+    if (!result.parked) return;
     control.stop = {};
     control.checkpoint_interval = given.checkpoint_interval;
     control.checkpoint = saved;
-    return run_sample(group, parameters, subdomain, control);
+    result = run_sample(group, parameters, subdomain, control);
   });
+  return result;
 }
 
 }  // namespace crackle::dynamics

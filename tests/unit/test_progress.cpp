@@ -132,14 +132,22 @@ TEST(Progress, DurationsReadWell) {
 
 TEST(SampleReport, OneLineForEachSample) {
   auto report = done(3, 380.94, 0.07);
+  report.summary.outcome = 2;
   report.summary.pattern = 1;
   report.summary.crack_area = 61.25e-6;
   report.summary.breaks = 1532;
   report.summary.energy_error = 2.1e-5;
   report.seconds = 41.04;
   EXPECT_EQ(describe(report),
-            "sample 3 done: onset 380.9 N, one crack, 61.2 mm^2 of crack, 1532 breaks, energy error 2.1e-05, "
+            "sample 3 done: separated, onset 380.9 N, one crack, 61.2 mm^2 of crack, 1532 breaks, energy "
+            "error 2.1e-05, "
             "41.0 s");
+  report.summary.onset_force = std::nan("");
+  report.summary.first_break_load = 250;
+  report.summary.note = "what is to be known";
+  EXPECT_THAT(describe(report),
+              testing::AllOf(testing::HasSubstr("done: separated, first break at 250.0 N, one crack"),
+                             testing::EndsWith("41.0 s; what is to be known")));
   EXPECT_EQ(describe(failed(4)), "sample 4 failed after 2.0 s: computation: energy blew up");
 }
 

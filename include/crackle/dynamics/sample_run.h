@@ -29,6 +29,9 @@ struct SampleControl {
   std::vector<std::byte>
       checkpoint;  ///< on the root: what was saved last, to go on from; empty: from the start
   double checkpoint_interval = std::numeric_limits<double>::infinity();  ///< wall time between two saves [s]
+  /// Takes what there is of a sample that fails, before the failure is thrown; called on every rank or on
+  /// none.
+  std::function<void(SampleResult partial)> failed = {};
 };
 
 /// One body's way from the unloaded state to its end: quasi-static loading, run-away, dynamic breaking,

@@ -30,6 +30,13 @@ struct SampleAnalysis {
   analysis::SampleSummary summary;
 };
 
+/// What there is of a sample that failed on its way.
+struct PartialSample {
+  const geometry::Realization& realization;
+  const dynamics::SampleResult& result;
+  const SampleAnalysis& analysis;
+};
+
 /// What is done with one sample, step by step. An exception in a step fails the sample and nothing else.
 struct SampleSteps {
   /// The realization, made by the master; called from a thread of its own.
@@ -47,9 +54,11 @@ struct SampleSteps {
   std::function<void(std::uint64_t sample, const geometry::Realization& realization,
                      const dynamics::SampleResult& result, const SampleAnalysis& analysis)>
       write;
-  /// Writes a failure to the sample's file; on the group's root, or on the master when no realization was
-  /// made.
-  std::function<void(std::uint64_t sample, const analysis::SampleSummary& failure)> write_failure;
+  /// Writes a failure to the sample's file, with what there is of its mechanics (nullptr: nothing); on the
+  /// group's root, or on the master when no realization was made.
+  std::function<void(std::uint64_t sample, const analysis::SampleSummary& failure,
+                     const PartialSample* partial)>
+      write_failure;
   /// A row without results, for a failed sample.
   std::function<analysis::SampleSummary(const std::string& reason)> failure_row;
   /// Lines about the progress of a sample; on the group's root.
@@ -76,8 +85,9 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
 
 /// Report of a sample that failed, kept in its file where that can be written; its checkpoint goes then.
 /// @param seconds spent on the sample
+/// @param partial what there is of it; nullptr: nothing
 SampleReport report_failure(const SampleSteps& steps, std::uint64_t sample, const std::string& reason,
-                            double seconds);
+                            double seconds, const PartialSample* partial = nullptr);
 
 /// Root of the group: one sample from its realization to its file. Collective over the group, together with
 /// follow_samples on the other ranks. A sample that cannot be written is reported as failed and leaves no

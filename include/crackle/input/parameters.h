@@ -106,7 +106,7 @@ struct Boundary {
   std::vector<std::pair<double, double>> history;  ///< (time [s], factor), times ascending
 };
 
-enum class Start { quasi_static, rest };
+enum class Start { quasi_static, equilibrium, rest };
 enum class Integrator { bilateral4, verlet };
 enum class Precision { mixed, double_ };  ///< of the dynamic phase: fixed point in 32 or in 64 bits
 
@@ -119,6 +119,8 @@ struct Time {
   /// Time without a break after which a dynamic phase has arrested [s]; empty: what a shear wave needs across
   /// the body's middle extent ("auto").
   std::optional<double> arrest;
+  double after_separation =
+      0;  ///< a dynamic phase ends this long after the body came apart [s]; 0: it does not
 };
 
 struct Sections {

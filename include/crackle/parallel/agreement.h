@@ -9,6 +9,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace crackle::parallel {
@@ -65,27 +66,43 @@ auto agree(const Communicator& group, Work&& work) {
   }
 }
 
-/// Runs `work`, which communicates over `group`, and returns its value on every rank, or throws the same
-/// AgreedError on every rank. Collective.
+/// Whether the exception that is being handled is one of these.
+template <class... Exceptions>
+bool is_being_handled() {
+  [[maybe_unused]] const auto is = [](auto* type) {
+    try {
+      throw;
+    } catch (const std::remove_pointer_t<decltype(type)>&) {
+      return true;
+    } catch (...) {
+      return false;
+    }
+  };
+  return (is(static_cast<Exceptions*>(nullptr)) || ...);
+}
+
+/// Runs `work`, which communicates over `group`; afterwards all ranks go on or all throw the same
+/// AgreedError, or one of the exceptions named, which `work` throws on all ranks. Collective.
 ///
 /// Directly before its messages there must be an agreement on `group`: agree(), agree_on_error() or a
 /// function that begins with one. Then a rank may fail anywhere in its local work: it leaves for the
 /// agreement that the others come to before they wait for it. Where work is to go on after a failure, it must
 /// not catch an AgreedError, nor what only one rank throws.
-template <class Work>
-auto together(const Communicator& group, Work&& work) {
+template <class... Common, class Work>
+void together(const Communicator& group, Work&& work) {
   std::optional<std::string> error;
   try {
-    auto result = std::forward<Work>(work)();
-    agree(group);
-    return result;
+    std::forward<Work>(work)();
   } catch (const AgreedError&) {
     throw;
   } catch (...) {
+    if (is_being_handled<Common...>()) {
+      agree(group);
+      throw;
+    }
     error = current_error(group);
   }
   agree_on_error(group, error);
-  throw AgreedError(group.rank(), *error);  // not reached
 }
 
 /// Runs `work` on the root, which may take long, while the other ranks sleep; afterwards either all ranks go
