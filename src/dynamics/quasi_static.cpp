@@ -31,6 +31,7 @@ mechanics::HeldComponents held_components(const parallel::Communicator& group,
       marks.local()[3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(motion.component)] = 1;
     }
   }
+  parallel::agree(group);
   marks.update_ghosts();
   mechanics::HeldComponents held(marks.local().size());
   std::ranges::transform(marks.local(), held.begin(), [](double mark) { return mark != 0 ? 1 : 0; });
@@ -53,6 +54,7 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
   for (const auto& node : body.subdomain().nodes) {
     for (const double x : node) extent_ = std::max(extent_, x);
   }
+  parallel::agree(group);
   extent_ = parallel::largest_of_all(group, extent_);
   for (std::size_t i = 0; i < loads.forces.size(); ++i) unit_.emplace_back(group, body.subdomain());
   for (const auto& motion : loads.motions) {
@@ -62,7 +64,9 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
       unit.local()[3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(motion.component)] = 1;
     }
   }
+  group.enter("static solve");
   solve_unit_problems();
+  group.enter("quasi-static loading");
   combine(time_, displacement_);
 }
 
@@ -111,16 +115,19 @@ bool QuasiStaticLoading::update_after_breaks() {
   if (!loads_are_held(*group_, *body_, *loads_)) return false;
   parallel::NodeField last(*group_, body_->subdomain());
   last.assign(displacement_);
+  group_->enter("static solve");
   std::exception_ptr no_equilibrium;
   try {
     solve_unit_problems();
   } catch (const mechanics::NoEquilibrium&) {
-    no_equilibrium = std::current_exception();
+    no_equilibrium = std::current_exception();  // of every rank
   }
+  group_->enter("quasi-static loading");
   combine(time_, displacement_);
   // A part that hangs by a corner or an edge is a mechanism: the load moves it without end.
   double largest = 0;
   for (const double u : displacement_.owned()) largest = std::max(largest, std::abs(u));
+  parallel::agree(*group_);
   largest = parallel::largest_of_all(*group_, largest);
   if (largest <= mechanism_displacement * extent_) {
     if (no_equilibrium) std::rethrow_exception(no_equilibrium);
@@ -131,6 +138,7 @@ bool QuasiStaticLoading::update_after_breaks() {
 }
 
 QuasiStaticLoading::Critical QuasiStaticLoading::agree(Critical local, bool smallest) const {
+  parallel::agree(*group_);
   if (!smallest) local.value = -local.value;
   double best = local.number < 0 ? infinity : local.value;
   parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &best, 1, MPI_DOUBLE, MPI_MIN, group_->get()),
@@ -195,6 +203,7 @@ bool QuasiStaticLoading::breaks_soon(const Critical& overloaded) const {
     const auto t = static_cast<std::size_t>(overloaded.local);
     soon = criterion_->time_to_failure(t, overloaded.value * criterion_->strength(t)) <= patience_ ? 1 : 0;
   }
+  parallel::agree(*group_);
   return parallel::largest_of_all(*group_, soon) != 0;
 }
 
@@ -226,6 +235,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
   for (;;) {
     if (is_asked_to_park) {
       int wish = is_asked_to_park() ? 1 : 0;
+      parallel::agree(*group_);
       parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &wish, 1, MPI_INT, MPI_MAX, group_->get()),
                           "MPI_Allreduce");
       if (wish != 0) return QuasiStaticEnd::parked;
@@ -253,6 +263,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
     if (n_breaks_ == 0) load_at_first_break_ = load_;
     if (next.local >= 0)
       body_->release(next.local, body_->strain(next.local, displacement_.local()), time_, 0);
+    parallel::agree(*group_);
     body_->tie(*group_, time_, 0, [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
     ++n_breaks_;
     parallel::NodeField before(*group_, body_->subdomain());

@@ -80,20 +80,21 @@ public:
 
   SampleResult run() {
     try {
-      const bool is_parked =
-          parameters_.time.start == input::Start::rest ? !move_from_rest() : !load_until_end();
-      if (is_parked) {
-        result_.parked = true;
-        return std::move(result_);
-      }
-      finish();
+      // Whatever fails on one rank fails here on all of them, which keep together what there is.
+      parallel::together<NumberRangeExceeded, CheckpointMismatch>(group_, [&] {
+        const bool is_parked =
+            parameters_.time.start == input::Start::rest ? !move_from_rest() : !load_until_end();
+        if (is_parked) {
+          result_.parked = true;
+        } else {
+          group_.enter("results");
+          finish();
+        }
+      });
     } catch (const parallel::AgreedError&) {
       keep_what_there_is();
       throw;
     } catch (const NumberRangeExceeded&) {
-      keep_what_there_is();
-      throw;
-    } catch (const mechanics::NoEquilibrium&) {
       keep_what_there_is();
       throw;
     }
@@ -126,6 +127,7 @@ private:
   bool load_until_end() {
     options_.arrest_window = arrest_window(parameters_);
     Stopwatch watch;
+    group_.enter("quasi-static loading");
     QuasiStaticLoading loading(group_, body_, loads_, criterion_, *options_.arrest_window);
     loading.load_at_start(account_);
     bool is_first = parameters_.time.start == input::Start::equilibrium;
@@ -148,6 +150,7 @@ private:
       load_at_first_break_ = loading.load_at_first_break();
       result_.timings.quasi_static += watch.seconds();
       if (end == QuasiStaticEnd::parked) {
+        group_.enter("saving");
         if (!ended_.empty()) save(checkpoint({}, result_.energy, result_.frames));
         return false;
       }
@@ -177,6 +180,7 @@ private:
         result_.outcome = phase.separated ? Outcome::separated : Outcome::undecided;
         return true;
       }
+      group_.enter("quasi-static loading");
       account_.add_external(phase.external_work);
       if (!loading.resume(loading.time() + phase.time, phase.kinetic, state.displacement, account_)) {
         result_.outcome = Outcome::separated;
@@ -186,7 +190,10 @@ private:
   }
 
   /// Whether anything has broken. Collective.
-  bool has_broken() const { return parallel::largest_of_all(group_, body_.breaks().empty() ? 0 : 1) > 0; }
+  bool has_broken() const {
+    parallel::agree(group_);
+    return parallel::largest_of_all(group_, body_.breaks().empty() ? 0 : 1) > 0;
+  }
   bool is_apart_now() const { return is_separated(group_, body_, loads_); }
   bool is_apart(const PhaseResult& phase) const { return phase.separated || is_apart_now(); }
 
@@ -195,6 +202,7 @@ private:
   }
 
   PhaseResult move(double load_time, MotionState& state) {
+    group_.enter("dynamic phase");
     result_.phase_start = load_time;
     ++result_.counts.dynamic_phases;
     const auto phase_number = static_cast<std::size_t>(result_.counts.dynamic_phases - 1);
@@ -375,11 +383,10 @@ private:
     if (!control_.failed) return;
     try {
       counted_time_ = std::numeric_limits<double>::infinity();
-      finish();
-    } catch (const parallel::AgreedError&) {
-      return;  // the first failure is the one to be told
+      parallel::together(group_, [&] { finish(); });
+      control_.failed(std::move(result_));
+    } catch (...) {  // the first failure is the one to be told
     }
-    control_.failed(std::move(result_));
   }
 
   Stopwatch setup_watch_;
@@ -415,6 +422,7 @@ SampleResult run_in_fitting_precision(const parallel::Communicator& group,
     if (control.log && group.is_root()) control.log(line);
   };
   const bool is_mixed = parameters.time.precision == input::Precision::mixed;
+  group.enter("set-up");
   if (from == nullptr || from->precision == parameters.time.precision) {
     try {
       return SampleRun(group, parameters, subdomain, control, from).run();
@@ -428,11 +436,39 @@ SampleResult run_in_fitting_precision(const parallel::Communicator& group,
   } else {
     throw CheckpointMismatch("it was made in mixed numbers");
   }
+  group.enter("set-up");
   input::Parameters in_double = parameters;
   in_double.time.precision = input::Precision::double_;
   SampleResult result = SampleRun(group, in_double, subdomain, control, from).run();
   result.counts.range_restarts = 1;
   return result;
+}
+
+/// The sample from its checkpoint, or from the start. Collective.
+SampleResult run_from_checkpoint(const parallel::Communicator& group, const input::Parameters& parameters,
+                                 const geometry::Subdomain& subdomain, const SampleControl& control) {
+  group.enter("restoring");
+  bool has_checkpoint = !control.checkpoint.empty();
+  parallel::agree(group);
+  parallel::check_mpi(MPI_Bcast(&has_checkpoint, 1, MPI_CXX_BOOL, 0, group.get()), "MPI_Bcast");
+  if (has_checkpoint) {
+    // Every rank has the same checkpoint, so all of them refuse it or none.
+    std::optional<Checkpoint> from;
+    try {
+      try {
+        from = share_checkpoint(group, control.checkpoint);
+      } catch (const parallel::AgreedError&) {
+        throw;
+      } catch (const std::runtime_error&) {
+        throw CheckpointMismatch("it is not complete");
+      }
+      return run_in_fitting_precision(group, parameters, subdomain, control, &*from);
+    } catch (const CheckpointMismatch& mismatch) {
+      if (control.log && group.is_root())
+        control.log(fmt::format("the checkpoint is not used: {}", mismatch.what()));
+    }
+  }
+  return run_in_fitting_precision(group, parameters, subdomain, control, nullptr);
 }
 
 }  // namespace
@@ -455,24 +491,9 @@ std::string to_string(Outcome outcome) {
 
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,
                         const geometry::Subdomain& subdomain, const SampleControl& control) {
-  bool has_checkpoint = !control.checkpoint.empty();
-  parallel::check_mpi(MPI_Bcast(&has_checkpoint, 1, MPI_CXX_BOOL, 0, group.get()), "MPI_Bcast");
-  if (has_checkpoint) {
-    // Every rank has the same checkpoint, so all of them refuse it or none.
-    std::optional<Checkpoint> from;
-    try {
-      try {
-        from = share_checkpoint(group, control.checkpoint);
-      } catch (const std::runtime_error&) {
-        throw CheckpointMismatch("it is not complete");
-      }
-      return run_in_fitting_precision(group, parameters, subdomain, control, &*from);
-    } catch (const CheckpointMismatch& mismatch) {
-      if (control.log && group.is_root())
-        control.log(fmt::format("the checkpoint is not used: {}", mismatch.what()));
-    }
-  }
-  return run_in_fitting_precision(group, parameters, subdomain, control, nullptr);
+  SampleResult result;
+  parallel::together(group, [&] { result = run_from_checkpoint(group, parameters, subdomain, control); });
+  return result;
 }
 
 }  // namespace crackle::dynamics

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "state_range.h"
 
+#include "crackle/parallel/agreement.h"
 #include "crackle/parallel/exact_sum.h"
 
 #include <algorithm>
@@ -51,6 +52,7 @@ struct Extremes {
                                      &stretch_force, &longest_edge,        &shortest_edge, &strength};
     std::array<double, 8> values{};
     std::ranges::transform(all, values.begin(), [](const double* value) { return *value; });
+    parallel::agree(group);
     parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()),
                                       MPI_DOUBLE, MPI_MAX, group.get()),
                         "MPI_Allreduce");

@@ -232,6 +232,7 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   SampleSteps steps = make_sample_steps(parameters, body, ledger.base, options.folder, layout.ranks_per_group,
                                         sample_function);
   steps.checkpoint_interval = options.checkpoint_interval;
+  steps.enter = options.enter;
   steps.stop = [&stop] { return stop(); };
   if (log && options.terminal_width > 0) {
     steps.progress = [&ledger, log_or_null](const std::string& where) {

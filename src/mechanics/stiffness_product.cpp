@@ -31,6 +31,7 @@ double stiffest_entry(const parallel::Communicator& group, const PdsOperators& o
     for (const double s : k.s) stiffest = std::max(stiffest, std::abs(s));
     for (const double w : k.w) stiffest = std::max(stiffest, std::abs(w));
   }
+  parallel::agree(group);
   stiffest = parallel::largest_of_all(group, stiffest);
   return stiffest > 0 ? stiffest : 1;
 }

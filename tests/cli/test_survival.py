@@ -6,6 +6,7 @@ disks.
 import os
 import pathlib
 import random
+import re
 import shutil
 import signal
 import socket
@@ -238,6 +239,38 @@ class Survival(SurvivalCase):
 
     # Failures and ranges.
 
+    def peak_of_addresses(self, *arguments, **options):
+        """Most addresses that a rank of a run has had [byte]."""
+        process = self.start(*arguments, **options)
+        peak = 0
+        while process.poll() is None:
+            for entry in pathlib.Path("/proc").iterdir():
+                try:
+                    if entry.name.isdigit() and os.readlink(entry / "exe") == survival_fixture.PROGRAM:
+                        parent = int((entry / "stat").read_text().rpartition(")")[2].split()[1])
+                        if process.pid in (int(entry.name), parent):
+                            peak = max(peak, int(re.search(r"VmPeak:\s*(\d+)", (entry / "status").read_text())[1]))
+                except (OSError, TypeError, IndexError):
+                    continue  # has ended meanwhile
+            time.sleep(0.002)
+        self.assertEqual(process.returncode, 0, process.communicate())
+        process.communicate()
+        return 1024 * peak
+
+    def test_a_group_ends_when_one_rank_has_no_memory(self):
+        if b"__asan_init" in pathlib.Path(survival_fixture.PROGRAM).read_bytes():
+            self.skipTest("the address sanitizer needs all addresses")
+        # The frames are kept on the first rank of the group; the other one must not wait for it.
+        setting = self.root / "group.toml"
+        text = SMALL.replace("samples = 3", "samples = 2\nranks_per_sample = 2").replace('step = "auto"', 'step = "3 ns"')
+        setting.write_text(text.replace("frames = 4", "frames = 1"))
+        limit = self.peak_of_addresses("run", setting, "-o", self.root / "few-in-groups", n_ranks=3)
+        setting.write_text(text.replace("frames = 4", "frames = 20000"))
+        result = self.call("run", setting, "-o", self.out, n_ranks=3, memory_limit=limit + (64 << 20))
+        self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+        for sample in (0, 1):
+            self.assertRegex(result.stdout, rf"sample {sample} failed after .*: computation: .*std::bad_alloc")
+
     def test_retry_failed_when_the_cause_is_gone(self):
         if b"__asan_init" in pathlib.Path(survival_fixture.PROGRAM).read_bytes():
             self.skipTest("the address sanitizer needs all addresses")
@@ -245,19 +278,12 @@ class Survival(SurvivalCase):
         setting = self.root / "frames.toml"
         text = SMALL.replace("samples = 3", "samples = 2").replace('step = "auto"', 'step = "3 ns"')
         setting.write_text(text.replace("frames = 4", "frames = 1"))
-        process = self.start("run", setting, "-o", self.root / "few")
-        peak = 0
-        while process.poll() is None:
-            status = pathlib.Path(f"/proc/{process.pid}/status").read_text()
-            peak = max([peak] + [int(line.split()[1]) for line in status.splitlines() if line.startswith("VmPeak")])
-            time.sleep(0.002)
-        process.communicate()
+        limit = self.peak_of_addresses("run", setting, "-o", self.root / "few")
         setting.write_text(text.replace("frames = 4", "frames = 20000"))
         self.whole(setting)
-        limit = 1024 * peak
         result = self.call("run", setting, "-o", self.out, memory_limit=limit)
         self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
-        self.assertRegex(result.stdout, r"sample 0 failed after .*: computation: std::bad_alloc")
+        self.assertRegex(result.stdout, r"sample 0 failed after .*: computation: frame: std::bad_alloc")
         result = self.call("run", setting, "-o", self.out, "--resume")
         self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
         self.assertIn("2 failed", result.stdout)

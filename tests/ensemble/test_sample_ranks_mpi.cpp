@@ -83,8 +83,8 @@ dynamics::SampleResult compare(const input::Parameters& parameters, std::size_t 
     EXPECT_EQ(shared.breaks[i].cut, alone.breaks[i].cut);
   }
   EXPECT_EQ(alone.ties.empty(), parameters.fracture.release == input::Release::element);
-  ASSERT_EQ(shared.ties.size(), alone.ties.size());
-  for (std::size_t i = 0; i < alone.ties.size(); ++i) {
+  EXPECT_EQ(shared.ties.size(), alone.ties.size());
+  for (std::size_t i = 0; i < std::min(shared.ties.size(), alone.ties.size()); ++i) {
     EXPECT_EQ(shared.ties[i].tetrahedron, alone.ties[i].tetrahedron);
     EXPECT_EQ(shared.ties[i].load_time, alone.ties[i].load_time);
     EXPECT_EQ(shared.ties[i].phase_time, alone.ties[i].phase_time);

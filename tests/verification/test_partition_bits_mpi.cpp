@@ -75,7 +75,7 @@ struct Share {
     for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t)
       if (subdomain.tetrahedron_number[static_cast<std::size_t>(t)] % 9 == first)
         body.release(t, strain(t), 0, 0);
-    body.tie(group, strain);
+    body.tie(group, 0, 0, strain);
     const auto changes = body.changes().subspan(n_before);
     return {changes.begin(), changes.end()};
   }

@@ -9,9 +9,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <ostream>
 #include <string>
+#include <string_view>
 
 namespace crackle::ensemble {
 
@@ -28,6 +30,8 @@ struct RunOptions {
   std::ostream* log = nullptr;  ///< what people see, written on rank 0; nullptr: nothing
   int terminal_width = 0;       ///< columns, where `log` is a terminal; 0: plain lines
   StopRequest stop{};           ///< looked at on every rank; may be empty
+  /// SampleSteps::enter; may be empty.
+  std::function<void(std::uint64_t sample, std::string_view stage)> enter{};
   double checkpoint_interval = std::numeric_limits<double>::infinity();  ///< of a sample, wall time [s]
   NextCommands next{};                                                   ///< empty ones are not named
 };
