@@ -286,7 +286,11 @@ void print_estimate(const input::Parameters& parameters, const CheckOptions& opt
              measured_seconds,
              wait > short_wait ? fmt::format(", which takes about {} to measure", duration_text(wait)) : "");
   std::fflush(stdout);
-  fmt::print("{}", cost_text(subject, options));
+  try {
+    fmt::print("{}", cost_text(subject, options));
+  } catch (const std::runtime_error& error) {
+    fmt::print("not measured: {}\n", error.what());
+  }
 }
 
 int check(const parallel::Communicator& world, const CheckOptions& options) {

@@ -21,9 +21,8 @@ struct MeasuredCost {
   std::int64_t n_steps = 0;  ///< that were measured
 };
 
-/// Measures them on a realization: equilibrium of the intact body, one break with the equilibrium after it,
-/// and the time loop for about as long as given, from that equilibrium under a load that makes cracks run.
-/// Not collective.
+/// Measures them on a realization: the equilibrium of the intact body, one break with the equilibrium after
+/// it, and the time loop for as long as given, in the course of breaking. Not collective.
 /// @param seconds of the time loop
 /// @throws std::runtime_error when the static problem has no solution, or the motion cannot be trusted
 MeasuredCost measure_cost(const input::Parameters& parameters, const geometry::Realization& realization,
