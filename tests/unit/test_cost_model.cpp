@@ -53,11 +53,11 @@ TEST(CostModel, ASampleIsItsForcesItsStaticPartAndTheRootsWork) {
   EXPECT_EQ(machine.shared_updates_per_second, shared_rate_share * 1e8);
   machine.root_updates_per_second = 60000;
   const auto all = plans(17, 200, machine);
-  EXPECT_DOUBLE_EQ(all[0].sample_seconds, 80000 * 60000 / 1e8 + 1.5 + 1);
+  EXPECT_DOUBLE_EQ(all[0].sample_seconds, 80000 * 60000.0 / 1e8 + 1.5 + 1);
   // Ranks share what is static as they share the forces.
   const double faster = all[0].force.total() / all[1].force.total();
   EXPECT_GT(faster, 1.5);
-  EXPECT_DOUBLE_EQ(all[1].sample_seconds, (80000 * 60000 / 1e8 + 1.5) / faster + 1);
+  EXPECT_DOUBLE_EQ(all[1].sample_seconds, (80000 * 60000.0 / 1e8 + 1.5) / faster + 1);
 }
 
 TEST(CostModel, FewRanksForManySamplesManyRanksForFew) {
