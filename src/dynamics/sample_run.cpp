@@ -29,16 +29,6 @@ namespace {
 /// Seconds between two lines about a running phase.
 constexpr double report_interval = 20;
 
-/// Time without a break after which a dynamic phase has arrested: a shear wave crosses the body's middle
-/// extent, so what a break sends out has come back to the crack from the sides.
-double arrest_window(const input::Parameters& parameters) {
-  if (parameters.time.arrest) return *parameters.time.arrest;
-  auto size = parameters.specimen.size;
-  std::ranges::sort(size);
-  const mechanics::IsotropicElasticity elasticity(parameters.material);
-  return size[1] / std::sqrt(elasticity.mu / parameters.material.density);
-}
-
 /// The checkpoint tells of another sample than this one.
 class CheckpointMismatch : public std::runtime_error {
 public:
@@ -472,6 +462,13 @@ SampleResult run_from_checkpoint(const parallel::Communicator& group, const inpu
 }
 
 }  // namespace
+
+double arrest_window(const input::Parameters& parameters) {
+  if (parameters.time.arrest) return *parameters.time.arrest;
+  auto size = parameters.specimen.size;
+  std::ranges::sort(size);
+  return size[1] / mechanics::shear_speed(parameters.material);
+}
 
 std::string to_string(Outcome outcome) {
   switch (outcome) {

@@ -37,6 +37,11 @@ struct SampleControl {
   std::function<void(SampleResult partial)> failed = {};
 };
 
+/// Time without a break after which a dynamic phase has arrested [s]: the input's, or that in which a shear
+/// wave crosses the body's middle extent, so that what a break sends out has come back to the crack from the
+/// sides.
+double arrest_window(const input::Parameters& parameters);
+
 /// One body's way from the unloaded state to its end: quasi-static loading, run-away, dynamic breaking,
 /// arrest. Collective over the group; a failure on one rank is thrown on all.
 ///
