@@ -265,8 +265,8 @@ class Survival(SurvivalCase):
         text = SMALL.replace("samples = 3", "samples = 2\nranks_per_sample = 2").replace('step = "auto"', 'step = "3 ns"')
         setting.write_text(text.replace("frames = 4", "frames = 1"))
         limit = self.peak_of_addresses("run", setting, "-o", self.root / "few-in-groups", n_ranks=3)
-        setting.write_text(text.replace("frames = 4", "frames = 20000"))
-        result = self.call("run", setting, "-o", self.out, n_ranks=3, memory_limit=limit + (64 << 20))
+        setting.write_text(text.replace("frames = 4", "frames = 4000"))
+        result = self.call("run", setting, "-o", self.out, n_ranks=3, memory_limit=limit + (4 << 20))
         self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
         for sample in (0, 1):
             self.assertRegex(result.stdout, rf"sample {sample} failed after .*: computation: .*std::bad_alloc")
