@@ -43,8 +43,8 @@
 /// Behind the end of the HDF5 file stands a check sum of all its bytes: a file that was cut short, damaged or
 /// changed afterwards is not used.
 ///
-/// A failed sample has the attributes, /summary, /timing and /provenance, and of the rest what there was when it
-/// failed on its way.
+/// A failed sample has the attributes, /summary, /timing and /provenance, and of the rest what there was when
+/// it failed on its way.
 namespace crackle::io {
 
 /// Raised with every change of what the file holds.
