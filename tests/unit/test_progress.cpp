@@ -153,8 +153,8 @@ TEST(SampleReport, OneLineForEachSample) {
   report.summary.first_break_load = 250;
   report.summary.note = "what is to be known";
   EXPECT_THAT(describe(report),
-              ::testing::AllOf(testing::HasSubstr("done: separated, first break at 250.0 N, one crack"),
-                               testing::EndsWith("41.0 s; what is to be known")));
+              ::testing::AllOf(::testing::HasSubstr("done: separated, first break at 250.0 N, one crack"),
+                               ::testing::EndsWith("41.0 s; what is to be known")));
   EXPECT_EQ(describe(failed(4)), "sample 4 failed after 2.0 s: computation: energy blew up");
 }
 
