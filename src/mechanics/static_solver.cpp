@@ -85,6 +85,10 @@ public:
     check_petsc(
         MatShellSetOperation(matrix_.get(), MATOP_MULT, reinterpret_cast<void (*)(void)>(petsc_multiply)),
         "MatShellSetOperation");
+    // The iterations' own vectors sum as the residual does.
+    check_petsc(MatShellSetOperation(matrix_.get(), MATOP_CREATE_VECS,
+                                     reinterpret_cast<void (*)(void)>(petsc_create_vectors)),
+                "MatShellSetOperation");
     check_petsc(KSPCreate(group.get(), ksp_.put()), "KSPCreate");
     check_petsc(KSPSetType(ksp_.get(), KSPCG), "KSPSetType");
     check_petsc(KSPSetNormType(ksp_.get(), KSP_NORM_NATURAL), "KSPSetNormType");
@@ -94,6 +98,7 @@ public:
     check_petsc(PCSetType(preconditioner, PCSHELL), "PCSetType");
     check_petsc(PCShellSetContext(preconditioner, this), "PCShellSetContext");
     check_petsc(PCShellSetApply(preconditioner, petsc_precondition), "PCShellSetApply");
+    check_petsc(KSPSetUp(ksp_.get()), "KSPSetUp");  // allocates what the iterations need
   }
 
   void release(std::span<const std::int32_t> tetrahedra) {
@@ -107,6 +112,8 @@ public:
 
   int solve(std::span<const double> force, parallel::NodeField& displacement) {
     refresh_coarse();
+    // From here on every rank waits for messages of the others, and no rank allocates.
+    parallel::agree(*group_);
     // The reference is the residual of a body whose free components have not moved.
     for (std::size_t i = 0; i < held_.size(); ++i)
       operand_.local()[i] = held_[i] != 0 ? displacement.local()[i] : 0;
@@ -237,6 +244,13 @@ private:
     });
   }
 
+  static PetscErrorCode petsc_create_vectors(Mat matrix, Vec* right, Vec* left) {
+    Problem* problem = nullptr;
+    PetscCall(MatShellGetContext(matrix, &problem));
+    for (Vec* vector : {right, left})
+      if (vector != nullptr) PetscCall(VecDuplicate(problem->residual_.vector(), vector));
+    return 0;
+  }
   static PetscErrorCode petsc_multiply(Mat matrix, Vec x, Vec y) {
     Problem* problem = nullptr;
     PetscCall(MatShellGetContext(matrix, &problem));
