@@ -156,7 +156,7 @@ Table ensemble_table() {
 Table stop_table() {
   return {"ensemble.stop",
           Occurrence::optional,
-          "stop when the mean crack path is known well enough",
+          "stop when the mean path of the leading cracks is known well enough",
           {quantity_key("half_width", stop(&EnsembleStop::half_width),
                         with_example(length_dimension(), "0.25 mm"), positive_length, required(),
                         "of the confidence interval of the mean path, at every section"),

@@ -18,7 +18,7 @@ namespace crackle::input {
 using Vector = std::array<double, 3>;
 
 struct EnsembleStop {
-  double half_width;  ///< of the confidence interval of the mean crack position, at every section [m]
+  double half_width;  ///< of the confidence interval of the leaders' mean position, at every section [m]
   double confidence;
   int min_samples;
 };
