@@ -137,12 +137,14 @@ public:
           sizeof(Real) == 4 ? "set time.precision = \"double\""
                             : "the motion is unstable, or not one of small strain");
     };
-    if (force_has_overflown_ || largest_force_ >= limit) return message("force on a node", scale_.force, "N");
+    if (force_has_overflown_ || !contacts_are_in_range_ || largest_force_ >= limit)
+      return message("force on a node", scale_.force, "N");
     if (force_.largest_stretch() >= limit) return message("stretch of an edge", scale_.displacement, "m");
+    const auto velocity_message = [&] { return message("velocity of a node", scale_.velocity, "m/s"); };
+    if (!state_.starts_in_range() || !boundary_.stays_in_range()) return velocity_message();
     for (const auto& velocity : state_.velocity())
       for (const Integer component : velocity.value)
-        if (std::abs(static_cast<double>(component)) >= limit)
-          return message("velocity of a node", scale_.velocity, "m/s");
+        if (std::abs(static_cast<double>(component)) >= limit) return velocity_message();
     return {};
   }
 
@@ -273,12 +275,12 @@ private:
       for (std::size_t a = 1; a < 4; ++a) {
         const auto traction = mechanics::apply(sigma, t.gradient[a]);
         for (std::size_t i = 0; i < 3; ++i) {
-          const auto force = quantized<Real>(t.volume * traction[i], scale_.force);
-          // A force out of range is noticed when the nodes are moved.
+          const auto force = quantized<Integer>(t.volume * traction[i], scale_.force, contacts_are_in_range_);
           auto& one = nodes[index(t.nodes[a])].force[i];
           auto& other = nodes[index(t.nodes[0])].force[i];
-          one = kernels::sum(one, force);
-          other = kernels::difference(other, force);
+          // Forces of several contacts may wrap around where each of them fits.
+          if (__builtin_add_overflow(one, force, &one) || __builtin_sub_overflow(other, force, &other))
+            contacts_are_in_range_ = false;
         }
       }
     }
@@ -325,6 +327,7 @@ private:
   std::size_t n_contacts_ = 0;    // that the nodes' forces know of
   std::int32_t sent_blocks_ = 1;  // behind the last block of nodes that are ghosts elsewhere
   bool force_has_overflown_ = false;
+  bool contacts_are_in_range_ = true;
   double largest_force_ = 0;
   std::int64_t n_steps_ = 0;
   std::int64_t n_forces_ = 0;

@@ -6,6 +6,8 @@
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
+#include "fracture/first_crossing.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,38 +36,6 @@ mechanics::HeldComponents held_components(const parallel::Communicator& group,
   mechanics::HeldComponents held(marks.local().size());
   std::ranges::transform(marks.local(), held.begin(), [](double mark) { return mark != 0 ? 1 : 0; });
   return held;
-}
-
-mechanics::Symmetric combined(const mechanics::Symmetric& a, double factor, const mechanics::Symmetric& b) {
-  mechanics::Symmetric sum{};
-  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = a[i] + factor * b[i];
-  return sum;
-}
-
-/// Smallest s in (0, limit] with sigma_1(stress + s rate) >= strength, or infinity. sigma_1 is convex in s
-/// and below the strength at 0, so there is one crossing at most; found by bisection to the last bit.
-double crossing(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate, double strength,
-                double limit) {
-  const auto excess = [&](double s) {
-    return fracture::largest_principal(combined(stress, s, rate)) - strength;
-  };
-  double upper = limit;
-  if (std::isinf(upper)) {
-    const double growth = fracture::largest_principal(rate);
-    if (growth <= 0) return infinity;
-    upper = 2 *
-            (strength + fracture::largest_principal_bound(
-                            {-stress[0], -stress[1], -stress[2], -stress[3], -stress[4], -stress[5]})) /
-            growth;
-    upper = std::max(upper, 1e-300);
-  }
-  if (excess(upper) < 0) return infinity;
-  double lower = 0;
-  for (;;) {
-    const double middle = 0.5 * (lower + upper);
-    if (middle <= lower || middle >= upper) return upper;
-    (excess(middle) < 0 ? lower : upper) = middle;
-  }
 }
 
 }  // namespace
@@ -196,7 +166,11 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
     if (body_->is_broken(t)) continue;
     const mechanics::Symmetric sigma = body_->stress(t, u);
     const double strength = criterion_->strength(static_cast<std::size_t>(t));
-    if (best.number >= 0 && fracture::largest_principal_bound(sigma) < best.value * strength * (1 - 1e-12))
+    // With room for rounding, or which of two nearly equal ones comes first would depend on what this rank
+    // has looked at before.
+    if (best.number >= 0 && fracture::largest_principal_bound(sigma) <
+                                best.value * strength - 1e-12 * std::abs(best.value * strength) -
+                                    fracture::principal_rounding(sigma))
       continue;
     const double load = fracture::largest_principal(sigma) / strength;
     if (best.number < 0 || load > best.value) {
@@ -213,27 +187,14 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
   superpose(
       rate, [this](const auto& amplitude) { return amplitude.slope(time_); },
       [this](const auto& motion) { return motion.velocity(time_); });
-  Critical best;
-  const double limit = until - time_;
+  fracture::FirstCrossing first(until - time_);
   const auto u = displacement_.local();
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
     if (body_->is_broken(t)) continue;
-    const mechanics::Symmetric sigma = body_->stress(t, u);
-    const mechanics::Symmetric sigma_rate = body_->stress(t, rate);
-    // sigma_1(A + s B) <= sigma_1(A) + s sigma_1(B): most tetrahedra cannot come first, by their bounds
-    // alone.
-    const double growth = fracture::largest_principal_bound(sigma_rate);
-    const double strength = criterion_->strength(static_cast<std::size_t>(t));
-    const double room = strength - fracture::largest_principal_bound(sigma);
-    const double target = std::min(best.value, limit);
-    if (growth <= 0 || room > growth * target * (1 + 1e-9)) continue;
-    const double s = crossing(sigma, sigma_rate, strength, target);
-    if (s < best.value) {
-      best.value = s;
-      best.number = body_->subdomain().tetrahedron_number[static_cast<std::size_t>(t)];
-    }
+    first.see(body_->stress(t, u), body_->stress(t, rate), criterion_->strength(static_cast<std::size_t>(t)),
+              body_->subdomain().tetrahedron_number[static_cast<std::size_t>(t)]);
   }
-  return agree(best, true);
+  return agree({first.value(), first.number()}, true);
 }
 
 bool QuasiStaticLoading::breaks_soon(const Critical& overloaded) const {

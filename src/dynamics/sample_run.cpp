@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <stdexcept>
@@ -30,16 +31,6 @@ constexpr std::size_t room_for_keeping = std::size_t{64} << 20;
 
 /// Seconds between two lines about a running phase.
 constexpr double report_interval = 20;
-
-/// Time without a break after which a dynamic phase has arrested: a shear wave crosses the body's middle
-/// extent, so what a break sends out has come back to the crack from the sides.
-double arrest_window(const input::Parameters& parameters) {
-  if (parameters.time.arrest) return *parameters.time.arrest;
-  auto size = parameters.specimen.size;
-  std::ranges::sort(size);
-  const mechanics::IsotropicElasticity elasticity(parameters.material);
-  return size[1] / std::sqrt(elasticity.mu / parameters.material.density);
-}
 
 /// The checkpoint tells of another sample than this one.
 class CheckpointMismatch : public std::runtime_error {
@@ -120,6 +111,11 @@ private:
     return true;
   }
 
+  template <class MakeLine>
+  void show(const MakeLine& make_line) const {
+    if (control_.progress && group_.is_root()) control_.progress(make_line());
+  }
+
   /// @return false when the sample was parked
   bool load_until_end() {
     options_.arrest_window = arrest_window(parameters_);
@@ -129,9 +125,17 @@ private:
     loading.load_at_start(account_);
     bool is_first = parameters_.time.start == input::Start::equilibrium;
     if (!is_first) loading.refuse_overload();
+    const auto look = [&] {
+      show([&] {
+        return fmt::format("quasi-static loading: {} breaks, {} static solves", loading.n_breaks(),
+                           loading.n_solves());
+      });
+      return control_.stop();
+    };
     for (;; is_first = false) {
       const QuasiStaticEnd end =
-          is_first ? QuasiStaticEnd::run_away : loading.advance(account_, control_.stop);
+          is_first ? QuasiStaticEnd::run_away
+                   : loading.advance(account_, control_.stop ? std::function<bool()>(look) : nullptr);
       result_.counts.quasi_static_breaks = loading.n_breaks();
       result_.counts.static_solves = loading.n_solves();
       result_.counts.solver_iterations = loading.n_iterations();
@@ -231,15 +235,22 @@ private:
       result_.energy = std::move(partial.energy);
       result_.frames = std::move(partial.frames);
     };
-    options.on_row = [&](const EnergyRow& row) {
-      if (watch.seconds() < last_report + report_interval) return;
-      last_report = watch.seconds();
-      const double duration = static_cast<double>(options_.grid.n_steps) * options_.grid.step;
-      say(fmt::format("dynamic phase {}: {:.1f} of {:.1f} us, {} tetrahedra broken, {:.0f} s left at most",
-                      result_.counts.dynamic_phases, 1e6 * row.time, 1e6 * duration, row.broken,
-                      watch.seconds() * (duration / row.time - 1)));
-    };
     const double duration = static_cast<double>(options_.grid.n_steps) * options_.grid.step;
+    const double first_time =
+        options.from != nullptr ? static_cast<double>(options.from->running->step) * options_.grid.step : 0;
+    options.on_row = [&](const EnergyRow& row) {
+      if (!(row.time > first_time)) return;
+      const auto line = [&] {
+        return fmt::format(
+            "dynamic phase {}: {:.0f} %, {:.1f} of {:.1f} us, {} tetrahedra broken, {:.0f} s left at most",
+            result_.counts.dynamic_phases, 100 * row.time / duration, 1e6 * row.time, 1e6 * duration,
+            row.broken, watch.seconds() * (duration - row.time) / (row.time - first_time));
+      };
+      show(line);
+      if (control_.progress || watch.seconds() < last_report + report_interval) return;
+      last_report = watch.seconds();
+      say(line());
+    };
     const auto motion =
         make_fixed_point_motion(context_, parameters_.time.precision, load_time, duration, state);
     if (parameters_.time.after_separation > 0) options.after_separation = parameters_.time.after_separation;
@@ -456,6 +467,13 @@ SampleResult run_from_checkpoint(const parallel::Communicator& group, const inpu
 }
 
 }  // namespace
+
+double arrest_window(const input::Parameters& parameters) {
+  if (parameters.time.arrest) return *parameters.time.arrest;
+  auto size = parameters.specimen.size;
+  std::ranges::sort(size);
+  return size[1] / mechanics::shear_speed(parameters.material);
+}
 
 std::string to_string(Outcome outcome) {
   switch (outcome) {

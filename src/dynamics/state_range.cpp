@@ -129,7 +129,8 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
             t.gradient[static_cast<std::size_t>(std::ranges::find(t.nodes, node) - t.nodes.begin())];
         return std::sqrt(mechanics::dot(g, g));
       };
-      stiffness += t.volume * (std::abs(lambda) + 2 * mu) * gradient(a) * gradient(b);
+      // The two gradients first: a and b change places from rank to rank.
+      stiffness += t.volume * (std::abs(lambda) + 2 * mu) * (gradient(a) * gradient(b));
     }
     e.stretch_force = std::max(e.stretch_force, stiffness * std::sqrt(square));
     e.longest_edge = std::max(e.longest_edge, std::sqrt(square));

@@ -23,6 +23,7 @@ dynamics::SampleResult compute_agreed(SampleGroup& group, const SampleSteps& ste
   const auto control = parallel::agree(group.control(), [&] {
     dynamics::SampleControl given{
         .log = steps.log,
+        .progress = steps.progress,
         .stop = steps.stop,
         .save = {},
         .checkpoint = {},

@@ -85,6 +85,10 @@ public:
     check_petsc(
         MatShellSetOperation(matrix_.get(), MATOP_MULT, reinterpret_cast<void (*)(void)>(petsc_multiply)),
         "MatShellSetOperation");
+    // The iterations' own vectors sum as the residual does.
+    check_petsc(MatShellSetOperation(matrix_.get(), MATOP_CREATE_VECS,
+                                     reinterpret_cast<void (*)(void)>(petsc_create_vectors)),
+                "MatShellSetOperation");
     check_petsc(KSPCreate(group.get(), ksp_.put()), "KSPCreate");
     check_petsc(KSPSetType(ksp_.get(), KSPCG), "KSPSetType");
     check_petsc(KSPSetNormType(ksp_.get(), KSP_NORM_NATURAL), "KSPSetNormType");
@@ -240,6 +244,13 @@ private:
     });
   }
 
+  static PetscErrorCode petsc_create_vectors(Mat matrix, Vec* right, Vec* left) {
+    Problem* problem = nullptr;
+    PetscCall(MatShellGetContext(matrix, &problem));
+    for (Vec* vector : {right, left})
+      if (vector != nullptr) PetscCall(VecDuplicate(problem->residual_.vector(), vector));
+    return 0;
+  }
   static PetscErrorCode petsc_multiply(Mat matrix, Vec x, Vec y) {
     Problem* problem = nullptr;
     PetscCall(MatShellGetContext(matrix, &problem));

@@ -54,7 +54,10 @@ class Survival(SurvivalCase):
         result = self.call("run", self.slow, "-o", self.out, "--resume",
                            extra_environment={"SLURM_JOB_END_TIME": str(int(time.time()) + 2)})
         self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
-        self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
+        self.assertIn(f"to go on: {survival_fixture.PROGRAM} run {self.slow} -o {self.out} --resume\n", result.stdout)
+        result = self.call("run", self.slow, "-o", self.out, "--resume")
+        self.assertIn(f"pictures and report: tools/crackle-report {self.out}\n", result.stdout)
+        self.assert_complete(self.slow, result)
 
     # What a folder holds.
 
@@ -80,12 +83,43 @@ class Survival(SurvivalCase):
         os.utime(lock, (time.time() - 3600, time.time() - 3600))
         self.assert_complete(self.small, self.call("run", self.small, "-o", self.out, "--resume"))
         lock.write_text("host elsewhere\nprocess 12\nstart 34\njob 56\n")
-        result = self.call("run", self.small, "-o", self.out, "--resume", extra_environment={"SLURM_JOB_ID": "56"})
+        requeued = {"SLURM_JOB_ID": "56", "SLURM_STEP_ID": "0", "SLURM_RESTART_COUNT": "1"}
+        result = self.call("run", self.small, "-o", self.out, "--resume", extra_environment=requeued)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("was an earlier start of this job", result.stdout)
+        # Another step of this start of the job, on another node.
+        lock.write_text("host elsewhere\nprocess 12\nstart 34\njob 56\nrestart 1\nstep 1\n")
+        self.assert_refused(self.call("run", self.small, "-o", self.out, "--resume", extra_environment=requeued),
+                            "process 12 on elsewhere, SLURM job 56 step 1, restart 1")
         # Of this host, but of a process number that another process has now.
         lock.write_text(f"host {socket.gethostname()}\nprocess {os.getpid()}\nstart 1\njob -\n")
         self.assert_complete(self.small, self.call("run", self.small, "-o", self.out, "--resume"))
+
+    def test_process_namespaces_do_not_mix(self):
+        contained = ["unshare", "--pid", "--fork"]
+        if subprocess.run([*contained, "true"], check=False, stderr=subprocess.DEVNULL).returncode != 0:
+            self.skipTest("no process namespaces can be made here")
+        for kind in ("its own /proc", "the host's /proc"):
+            with self.subTest(kind):
+                shutil.rmtree(self.out, ignore_errors=True)
+                launcher = [*contained, "--mount-proc"] if kind == "its own /proc" else contained
+                process = self.start("run", self.slow, "-o", self.out, launcher=launcher)
+                self.wait_for(lambda: (self.out / "input.toml").exists(), process)
+                child = int(pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text())
+                os.kill(child, signal.SIGSTOP)
+                number = next(line.split()[1] for line in (self.out / "lock-0-2").read_text().splitlines()
+                              if line.startswith("process "))
+                self.assertNotEqual(int(number), child, "the lock has the number of the namespace")
+                # From outside, and from another namespace, in which the number is the reader's own.
+                for other in ([], launcher):
+                    self.assert_refused(self.call("run", self.slow, "-o", self.out, "--resume", launcher=other),
+                                        "another run is at work", f"process {number} on ")
+                os.kill(child, signal.SIGKILL)
+                process.communicate()
+        # Nobody here can know that it has ended.
+        self.assert_refused(self.call("run", self.slow, "-o", self.out, "--resume"), "another run is at work")
+        os.utime(self.out / "lock-0-2", (time.time() - 3600, time.time() - 3600))
+        self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
 
     def test_other_inputs_are_refused_with_the_differences(self):
         shutil.copytree(self.whole(self.small), self.out)
@@ -275,7 +309,7 @@ class Survival(SurvivalCase):
             self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
             self.assertIn(samples, result.stdout)
         self.assert_complete(self.small, self.call("stats", self.out))
-        for part in ("3", "2-1", "1-", "-1", "x"):
+        for part in ("3", "2-1", "1-", "-1", "x", "0--1", "+0-1", "0- 1", "0-1x"):
             result = self.call("run", self.small, "-o", self.out, "--resume", f"--samples={part}")
             self.assertEqual(result.returncode, 1, part)
 
