@@ -265,8 +265,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Tuler
     begin_steps();
   }
   result.time = static_cast<double>(step) * dt;
-  if (result.note.empty())
-    result.counted_time = static_cast<double>(result.arrested ? step : std::min(step, n_steps)) * dt;
+  if (result.note.empty()) result.counted_time = static_cast<double>(std::min(step, n_steps)) * dt;
   result.n_steps = step;
   result.n_forces = motion.n_forces();
   result.kinetic = result.energy.back().kinetic;

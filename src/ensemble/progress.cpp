@@ -70,7 +70,7 @@ double Progress::time_left(double now) const {
 }
 
 double Progress::mean_position() const {
-  return statistics_.mean_position(0, static_cast<int>(section_y_.size() / 2));
+  return statistics_.mean_leader_position(static_cast<int>(section_y_.size() / 2));
 }
 
 std::string Progress::line(double now) const {
@@ -88,7 +88,7 @@ std::string Progress::line(double now) const {
 std::string Progress::means() const {
   std::string text;
   if (const double z = mean_position(); std::isfinite(z)) {
-    text = fmt::format("mean z of notch 0 at y = {:g} mm: {:.3f} mm", section_y_[section_y_.size() / 2] * 1e3,
+    text = fmt::format("mean z of leaders at y = {:g} mm: {:.3f} mm", section_y_[section_y_.size() / 2] * 1e3,
                        z * 1e3);
   }
   if (const double force = statistics_.median_onset_force(); std::isfinite(force)) {
