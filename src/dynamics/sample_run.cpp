@@ -26,6 +26,9 @@ namespace crackle::dynamics {
 
 namespace {
 
+/// What analysing and writing a sample takes besides what the sample holds [byte].
+constexpr std::size_t room_for_keeping = std::size_t{64} << 20;
+
 /// Seconds between two lines about a running phase.
 constexpr double report_interval = 20;
 
@@ -377,6 +380,8 @@ private:
     if (!control_.failed) return;
     try {
       counted_time_ = std::numeric_limits<double>::infinity();
+      // Where it is memory that failed, there is none to keep anything with.
+      parallel::agree(group_, [] { parallel::check_room(room_for_keeping); });
       parallel::together(group_, [&] { finish(); });
       control_.failed(std::move(result_));
     } catch (...) {  // the first failure is the one to be told
