@@ -155,8 +155,8 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
     if (body_->is_broken(t)) continue;
     const mechanics::Symmetric sigma = body_->stress(t, u);
     const double strength = criterion_->strength(static_cast<std::size_t>(t));
-    // With room for rounding, or which of two nearly equal ones comes first would depend on what this rank has
-    // looked at before.
+    // With room for rounding, or which of two nearly equal ones comes first would depend on what this rank
+    // has looked at before.
     if (best.number >= 0 && fracture::largest_principal_bound(sigma) <
                                 best.value * strength - 1e-12 * std::abs(best.value * strength) -
                                     fracture::principal_rounding(sigma))

@@ -27,13 +27,14 @@ double crossing(const Symmetric& stress, const Symmetric& rate, double strength,
     const double growth = largest_principal(rate);
     if (growth <= 0) return infinity;
     upper = 2 *
-            (strength +
-             largest_principal_bound({-stress[0], -stress[1], -stress[2], -stress[3], -stress[4], -stress[5]})) /
+            (strength + largest_principal_bound(
+                            {-stress[0], -stress[1], -stress[2], -stress[3], -stress[4], -stress[5]})) /
             growth;
     upper = std::max(upper, 1e-300);
   }
   // The principal value is convex in s and starts below the strength, so it crosses once at most; by
-  // bisection. Next to the crossing its rounding decides, so the last bits depend on where a bisection starts.
+  // bisection. Next to the crossing its rounding decides, so the last bits depend on where a bisection
+  // starts.
   if (excess(stress, rate, strength, upper) < 0) return infinity;
   double lower = 0;
   for (;;) {

@@ -8,8 +8,8 @@
 
 namespace crackle::fracture {
 
-/// Smallest s in (0, limit] at which the largest principal value of stress + s rate reaches `strength`, to the
-/// last bit; infinity where there is none. `limit` may be infinite.
+/// Smallest s in (0, limit] at which the largest principal value of stress + s rate reaches `strength`, to
+/// the last bit; infinity where there is none. `limit` may be infinite.
 /// @pre the value is below the strength at s = 0
 double crossing(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate, double strength,
                 double limit);
@@ -26,7 +26,7 @@ public:
   void see(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate, double strength,
            std::int64_t number);
 
-  double value() const { return value_; }         ///< infinity: none within the limit
+  double value() const { return value_; }          ///< infinity: none within the limit
   std::int64_t number() const { return number_; }  ///< the smallest of those that come first; -1: none
 
 private:

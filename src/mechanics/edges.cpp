@@ -90,8 +90,8 @@ EdgeCoupling edge_coupling(const PdsOperators& operators, const IsotropicElastic
     if (!integrity.is_intact(number)) {
       is_whole = false;
       if (!integrity.carries(number)) continue;
-      // Which of the two nodes has the smaller local number differs from rank to rank, and with it the order of
-      // the coupling's sums: the tetrahedron's own order counts. The other block is the transposed one.
+      // Which of the two nodes has the smaller local number differs from rank to rank, and with it the order
+      // of the coupling's sums: the tetrahedron's own order counts. The other block is the transposed one.
       const auto [i, j] = std::minmax({corner(first), corner(second)});
       const Matrix m = integrity.partial(number).coupling(i, j);
       const double half = 0.5 * t.volume;

@@ -12,9 +12,9 @@ namespace crackle::mechanics {
 
 namespace {
 
-// Exponents of integers. Contributions and half differences are converted below 2^50; aiming lower leaves room
-// for an operand whose gain is larger than that of the last one. Displacements are kept below 2^60: what the
-// conversion makes of a difference that is too large for it is then still a number, and above 2^50.
+// Exponents of integers. Contributions and half differences are converted below 2^50; aiming lower leaves
+// room for an operand whose gain is larger than that of the last one. Displacements are kept below 2^60: what
+// the conversion makes of a difference that is too large for it is then still a number, and above 2^50.
 constexpr int converted_exponent = 50;
 constexpr int displacement_exponent = 60;
 constexpr int safe_exponent = 48;
@@ -62,7 +62,8 @@ void StiffnessProduct::apply(const parallel::NodeField& displacement, std::span<
   const auto nodes = force_->nodes();
   const auto u = displacement.local();
   // Exponent of the displacements' integers.
-  int top = gain_exponent_ ? std::min(aimed_exponent - *gain_exponent_, displacement_exponent) : safe_exponent;
+  int top =
+      gain_exponent_ ? std::min(aimed_exponent - *gain_exponent_, displacement_exponent) : safe_exponent;
   for (bool is_first = true;; is_first = false) {
     const int exponent = top - size_exponent;
     const double scale = std::ldexp(1.0, exponent);

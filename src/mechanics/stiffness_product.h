@@ -34,7 +34,7 @@ public:
 private:
   const parallel::Communicator* group_;
   std::unique_ptr<FixedPointForce<double>> force_;
-  double unit_ = 0;        // force quantum per displacement quantum [N/m]
+  double unit_ = 0;  // force quantum per displacement quantum [N/m]
   // Of the largest contribution over the largest displacement, last time; empty where that is not known.
   std::optional<int> gain_exponent_;
 };

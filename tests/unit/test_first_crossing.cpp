@@ -69,7 +69,8 @@ TEST(FirstCrossing, IsTheSameInEveryOrderAndShare) {
       const FirstCrossing reference = look(all, order, limit);
       // Every one searched for by itself.
       double smallest = infinity;
-      for (const auto& one : all) smallest = std::min(smallest, crossing(one.stress, one.rate, strength, limit));
+      for (const auto& one : all)
+        smallest = std::min(smallest, crossing(one.stress, one.rate, strength, limit));
       EXPECT_EQ(reference.value(), smallest) << number;
       n_searched += std::isfinite(smallest) ? 1 : 0;
       auto stream = parallel::RandomStream(6, 0, "order").substream(number);
