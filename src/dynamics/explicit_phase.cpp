@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/explicit_phase.h"
 
-#include "crackle/fracture/principal_stress.h"
+#include "crackle/dynamics/breaking_check.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/exact_sum.h"
 
@@ -136,6 +136,8 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
     write_outputs(0);
   }
   StepFailure step_failure;
+  BreakingCheck breaking(body, motion, criterion);
+  step_failure.guard([&] { breaking.start(); });
   while (step < n_steps && !result.arrested) {
     step_failure.guard_messages([&] {
       motion.step(step % 2 == 0 ? splitting.even : splitting.odd, dt,
@@ -143,14 +145,7 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
     });
     ++step;
     const std::size_t n_changes = body.changes().size();
-    step_failure.guard([&] {
-      for (const auto t : motion.overloaded()) {
-        const mechanics::Symmetric strain = motion.strain(t);
-        const double stress = fracture::largest_principal(body.elasticity()(strain));
-        if (!criterion.advance(static_cast<std::size_t>(t), stress)) continue;
-        body.release(t, strain, load_time, static_cast<double>(step) * dt);
-      }
-    });
+    step_failure.guard([&] { breaking.end_step(load_time, static_cast<double>(step) * dt); });
     step_failure.guard_messages([&] { body.tie(group, [&](std::int32_t t) { return motion.strain(t); }); });
     if (body.changes().size() > n_changes) {
       step_failure.guard([&] { motion.release(body.changes().subspan(n_changes)); });

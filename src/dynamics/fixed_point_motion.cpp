@@ -49,9 +49,11 @@ public:
         kernels_(kernels::kernels<Real>(instruction_set)),
         force_(subdomain_, context.body->operators(), context.body->elasticity(), context.body->edges(),
                context.body->integrity(), relative_inverse_mass(), scale_, instruction_set),
-        watch_(subdomain_, context.body->operators(), context.body->elasticity(), context.strength,
+        watched_stress_(watched_stress(context)),
+        watch_(subdomain_, context.body->operators(), context.body->elasticity(), watched_stress_,
                scale_.displacement, nodes_per_block, instruction_set),
         state_(subdomain_, scale_, force_.nodes(), state),
+        displacement_before_(subdomain_.nodes.size()),
         work_(start_work(load_time, state)),
         boundary_(context, scale_, nodes_per_block, state_, work_),
         movement_(index(force_.n_blocks()) + n_ghost_blocks()),
@@ -64,6 +66,7 @@ public:
 
   void step(std::span<const Stage> stages, double time_step, double time) override {
     std::feclearexcept(FE_INVALID);
+    keep_displacements(index(subdomain_.n_owned), displacement_before_.size());
     const std::vector<Round> rounds = rounds_of(stages, time_step, time, force_is_current_);
     if (force_is_current_ && !rounds.front().has_kick) clear_forces();
     // Contact is not part of the edges' sweep, so it needs whole rounds.
@@ -88,7 +91,7 @@ public:
     const auto& body = *context_.body;
     for (const auto t : watch_.suspects(force_.nodes(), movement_)) {
       if (body.is_broken(t)) continue;
-      if (fracture::exceeds(body.elasticity()(strain(t)), context_.strength[static_cast<std::size_t>(t)]))
+      if (fracture::exceeds(body.elasticity()(strain(t)), watched_stress_[index(t)]))
         overloaded_.push_back(t);
     }
     std::ranges::fill(movement_, 0.0);
@@ -97,16 +100,13 @@ public:
 
   /// From differences, which are exact, so that a shift of the whole body changes nothing.
   mechanics::Symmetric strain(std::int32_t number) const override {
-    mechanics::TetrahedronOperator t = context_.body->operators().tetrahedra[index(number)];
-    std::array<double, 12> u{};
-    const auto& origin = force_.nodes()[index(t.nodes[0])].displacement;
-    for (std::size_t a = 1; a < 4; ++a) {
-      const auto& corner = force_.nodes()[index(t.nodes[a])].displacement;
-      for (std::size_t i = 0; i < 3; ++i)
-        u[3 * a + i] = scale_.displacement * static_cast<double>(kernels::difference(corner[i], origin[i]));
-    }
-    t.nodes = {0, 1, 2, 3};
-    return mechanics::strain(t, u);
+    return strain_of(
+        number, [&](std::int32_t node) -> const auto& { return force_.nodes()[index(node)].displacement; });
+  }
+
+  mechanics::Symmetric strain_before(std::int32_t number) const override {
+    return strain_of(
+        number, [&](std::int32_t node) -> const auto& { return displacement_before_[index(node)]; });
   }
 
   void release(std::span<const std::int32_t> broken) override {
@@ -170,6 +170,12 @@ private:
     return std::ldexp(1.0, std::ilogb(parallel::largest_of_all(*context.group, largest)));
   }
 
+  static std::vector<double> watched_stress(const MotionContext& context) {
+    std::vector<double> stress(context.strength.begin(), context.strength.end());
+    for (double& value : stress) value *= context.watched_share;
+    return stress;
+  }
+
   static mechanics::StateRange range_at_start(const MotionContext& context, double load_time, double duration,
                                               MotionState& state) {
     set_prescribed(*context.loads, load_time, state);
@@ -190,6 +196,28 @@ private:
   ExternalWork start_work(double load_time, MotionState& state) const {
     state_.read(state);
     return ExternalWork(context_, load_time, state, driven_before_);
+  }
+
+  /// @param displacement of a local node in quanta
+  template <class Displacement>
+  mechanics::Symmetric strain_of(std::int32_t number, const Displacement& displacement) const {
+    mechanics::TetrahedronOperator t = context_.body->operators().tetrahedra[index(number)];
+    std::array<double, 12> u{};
+    const auto& origin = displacement(t.nodes[0]);
+    for (std::size_t a = 1; a < 4; ++a) {
+      const auto& corner = displacement(t.nodes[a]);
+      for (std::size_t i = 0; i < 3; ++i)
+        u[3 * a + i] = scale_.displacement * static_cast<double>(kernels::difference(corner[i], origin[i]));
+    }
+    t.nodes = {0, 1, 2, 3};
+    return mechanics::strain(t, u);
+  }
+
+  /// Of local nodes [first, last), for strain_before().
+  void keep_displacements(std::size_t first, std::size_t last) {
+    const auto nodes = force_.nodes();
+    for (std::size_t n = first; n < last; ++n)
+      std::ranges::copy(nodes[n].displacement, displacement_before_[n].begin());
   }
 
   void clear_forces() {
@@ -285,6 +313,7 @@ private:
       if (!(static_cast<double>(largest) <= largest_force_)) largest_force_ = static_cast<double>(largest);
       boundary_.after_kick(number, round);
     }
+    if (round.is_first_drift) keep_displacements(first, first + n);
     if (round.has_drift) {
       const auto factor = static_cast<Real>(round.drift * scale_.velocity / scale_.displacement);
       const double furthest = static_cast<double>(kernels_.drift(nodes, velocity, n, factor)) + 1;
@@ -299,8 +328,10 @@ private:
   mechanics::FixedPointScale scale_;
   const kernels::Kernels<Real>& kernels_;
   Force force_;
+  std::vector<double> watched_stress_;  // of each local tetrahedron
   fracture::StressWatch<Real> watch_;
   FixedPointState<Real> state_;
+  std::vector<std::array<Integer, 3>> displacement_before_;  // of local nodes, at the start of the last step
   ExternalWork work_;
   BoundaryNodes<Real> boundary_;
   std::vector<double> movement_;  // of each block of nodes since the last breaking check, in quanta

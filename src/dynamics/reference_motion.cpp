@@ -3,6 +3,7 @@
 #include "crackle/fracture/principal_stress.h"
 #include "external_work.h"
 
+#include <algorithm>
 #include <bit>
 #include <stdexcept>
 
@@ -19,6 +20,7 @@ public:
   ReferenceMotion(const MotionContext& context, double load_time, MotionState& state)
       : context_(context),
         state_(&state),
+        displacement_before_(state.displacement.local().size()),
         force_(state.displacement.local().size()),
         inverse_mass_(state.displacement.owned().size()),
         work_(start_work(context, load_time, state)) {
@@ -29,6 +31,7 @@ public:
   }
 
   void step(std::span<const Stage> stages, double time_step, double time) override {
+    std::ranges::copy(state_->displacement.local(), displacement_before_.begin());
     double elapsed = 0;  // in steps, by the drifts done
     for (const Stage& stage : stages) {
       if (stage.kind == Stage::Kind::kick) {
@@ -46,7 +49,8 @@ public:
     const auto& body = *context_.body;
     for (std::int32_t t = 0; t < body.subdomain().n_tetrahedra(); ++t) {
       if (body.is_broken(t)) continue;
-      if (fracture::exceeds(body.elasticity()(strain(t)), context_.strength[static_cast<std::size_t>(t)]))
+      if (fracture::exceeds(body.elasticity()(strain(t)),
+                            context_.watched_share * context_.strength[static_cast<std::size_t>(t)]))
         overloaded_.push_back(t);
     }
     return overloaded_;
@@ -55,6 +59,11 @@ public:
   mechanics::Symmetric strain(std::int32_t tetrahedron) const override {
     return mechanics::strain(context_.body->operators().tetrahedra[static_cast<std::size_t>(tetrahedron)],
                              state_->displacement.local());
+  }
+
+  mechanics::Symmetric strain_before(std::int32_t tetrahedron) const override {
+    return mechanics::strain(context_.body->operators().tetrahedra[static_cast<std::size_t>(tetrahedron)],
+                             displacement_before_);
   }
 
   void release(std::span<const std::int32_t> broken) override {
@@ -156,6 +165,7 @@ private:
 
   MotionContext context_;
   MotionState* state_;
+  std::vector<double> displacement_before_;  // of local nodes, at the start of the last step
   std::vector<double> force_;
   std::vector<double> inverse_mass_;  // 0 for prescribed components
   ExternalWork work_;

@@ -66,7 +66,12 @@ public:
                    fracture::tetrahedron_strengths(group, parameters, subdomain, body_.operators()),
                    options_.grid.step),
         account_(group, body_),
-        context_{&group_, &body_, &loads_, parameters.material.density, criterion_.strengths()} {
+        context_{&group_,
+                 &body_,
+                 &loads_,
+                 parameters.material.density,
+                 criterion_.strengths(),
+                 criterion_.watched_share(stable_step_)} {
     result_.stable_step = stable_step_;
     result_.time_step = options_.grid.step;
     result_.onset_time = nan;
