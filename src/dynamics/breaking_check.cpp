@@ -27,9 +27,10 @@ void BreakingCheck::end_step(double load_time, double phase_time) {
   for (const auto t : candidates_) {
     const auto number = static_cast<std::size_t>(t);
     const mechanics::Symmetric strain = motion_->strain(t);
-    const double before = largest_principal(motion_->strain_before(t));
+    const double earlier = largest_principal(motion_->strain_before(t, 2));
+    const double before = largest_principal(motion_->strain_before(t, 1));
     const double after = largest_principal(strain);
-    if (criterion_->advance(number, before, after))
+    if (criterion_->advance(number, earlier, before, after))
       body_->release(t, strain, load_time, phase_time);
     else if (after > criterion_->strength(number))
       over_.push_back(t);

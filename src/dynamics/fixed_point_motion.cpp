@@ -53,7 +53,6 @@ public:
         watch_(subdomain_, context.body->operators(), context.body->elasticity(), watched_stress_,
                scale_.displacement, nodes_per_block, instruction_set),
         state_(subdomain_, scale_, force_.nodes(), state),
-        displacement_before_(subdomain_.nodes.size()),
         work_(start_work(load_time, state)),
         boundary_(context, scale_, nodes_per_block, state_, work_),
         movement_(index(force_.n_blocks()) + n_ghost_blocks()),
@@ -66,7 +65,8 @@ public:
 
   void step(std::span<const Stage> stages, double time_step, double time) override {
     std::feclearexcept(FE_INVALID);
-    keep_displacements(index(subdomain_.n_owned), displacement_before_.size());
+    state_.begin_step();
+    state_.keep_displacements(index(subdomain_.n_owned), subdomain_.nodes.size());
     const std::vector<Round> rounds = rounds_of(stages, time_step, time, force_is_current_);
     if (force_is_current_ && !rounds.front().has_kick) clear_forces();
     // Contact is not part of the edges' sweep, so it needs whole rounds.
@@ -104,9 +104,11 @@ public:
         number, [&](std::int32_t node) -> const auto& { return force_.nodes()[index(node)].displacement; });
   }
 
-  mechanics::Symmetric strain_before(std::int32_t number) const override {
+  mechanics::Symmetric strain_before(std::int32_t number, int n_steps) const override {
     return strain_of(
-        number, [&](std::int32_t node) -> const auto& { return displacement_before_[index(node)]; });
+        number, [&](std::int32_t node) -> const auto& {
+          return state_.displacement_before(index(node), n_steps);
+        });
   }
 
   void release(std::span<const std::int32_t> broken) override {
@@ -213,13 +215,6 @@ private:
     return mechanics::strain(t, u);
   }
 
-  /// Of local nodes [first, last), for strain_before().
-  void keep_displacements(std::size_t first, std::size_t last) {
-    const auto nodes = force_.nodes();
-    for (std::size_t n = first; n < last; ++n)
-      std::ranges::copy(nodes[n].displacement, displacement_before_[n].begin());
-  }
-
   void clear_forces() {
     for (auto& node : force_.nodes()) std::ranges::fill(node.force, Integer(0));
   }
@@ -313,7 +308,7 @@ private:
       if (!(static_cast<double>(largest) <= largest_force_)) largest_force_ = static_cast<double>(largest);
       boundary_.after_kick(number, round);
     }
-    if (round.is_first_drift) keep_displacements(first, first + n);
+    if (round.is_first_drift) state_.keep_displacements(first, first + n);
     if (round.has_drift) {
       const auto factor = static_cast<Real>(round.drift * scale_.velocity / scale_.displacement);
       const double furthest = static_cast<double>(kernels_.drift(nodes, velocity, n, factor)) + 1;
@@ -331,7 +326,6 @@ private:
   std::vector<double> watched_stress_;  // of each local tetrahedron
   fracture::StressWatch<Real> watch_;
   FixedPointState<Real> state_;
-  std::vector<std::array<Integer, 3>> displacement_before_;  // of local nodes, at the start of the last step
   ExternalWork work_;
   BoundaryNodes<Real> boundary_;
   std::vector<double> movement_;  // of each block of nodes since the last breaking check, in quanta

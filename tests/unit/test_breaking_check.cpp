@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -25,7 +26,7 @@ public:
       : body_(&body), stress_(std::move(stress)), share_(share) {}
 
   void step(std::span<const Stage>, double time_step, double) override {
-    before_ = time_;
+    before_ = {time_, before_[0]};
     time_ += time_step;
   }
   std::span<const std::int32_t> overloaded() override {
@@ -34,7 +35,9 @@ public:
     return overloaded_;
   }
   mechanics::Symmetric strain(std::int32_t) const override { return strain_at(time_); }
-  mechanics::Symmetric strain_before(std::int32_t) const override { return strain_at(before_); }
+  mechanics::Symmetric strain_before(std::int32_t, int n_steps) const override {
+    return strain_at(before_[n_steps == 1 ? 0 : 1]);
+  }
   void release(std::span<const std::int32_t>) override {}
   void read(MotionState&) const override {}
   double external_work(double, const MotionState&) const override { return 0; }
@@ -54,7 +57,8 @@ private:
   const fracture::BreakableBody* body_;
   std::function<double(double)> stress_;
   double share_;
-  double before_ = 0, time_ = 0;
+  std::array<double, 2> before_{};
+  double time_ = 0;
   std::vector<std::int32_t> overloaded_;
 };
 

@@ -10,8 +10,9 @@
 
 namespace crackle::dynamics {
 
-/// What breaks at the ends of steps. The criterion gets the stresses at both ends of a step; nothing is
-/// remembered from step to step that the motion's state does not give, so a checkpoint needs nothing of it.
+/// What breaks at the ends of steps. The criterion gets the stresses at both ends of the last step and a step
+/// earlier; nothing is remembered from step to step that the motion does not know, so a checkpoint needs
+/// nothing of it.
 /// Nothing here is collective.
 class BreakingCheck {
 public:

@@ -46,8 +46,10 @@ public:
   /// Strain of a local tetrahedron now. Local.
   virtual mechanics::Symmetric strain(std::int32_t tetrahedron) const = 0;
 
-  /// Strain of a local tetrahedron at the start of the last step(). Local.
-  virtual mechanics::Symmetric strain_before(std::int32_t tetrahedron) const = 0;
+  /// Strain of a local tetrahedron at the start of the last step() or of the one before. The body is taken to
+  /// have rested before its first step. Local.
+  /// @param n_steps 1 or 2
+  virtual mechanics::Symmetric strain_before(std::int32_t tetrahedron, int n_steps) const = 0;
 
   /// Takes over that broken tetrahedra of the body carry less from now on. Local.
   virtual void release(std::span<const std::int32_t> tetrahedra) = 0;

@@ -44,15 +44,17 @@ public:
   /// `after` in proportion to time.
   ///
   /// A tetrahedron can break at the end of a step only. It does so at the end that is nearest to the moment
-  /// at which the integral reaches K_f if the stress goes on changing as in this step: half a step too early
-  /// or too late at most, and neither on average.
+  /// at which the integral reaches K_f: half a step too early or too late at most, and neither on average.
+  /// What the stress comes to within the next half step is foreseen by the parabola through its last three
+  /// values.
+  /// @param earlier a step before `before`
   /// @return whether the tetrahedron breaks at the end of this step
-  bool advance(std::size_t tetrahedron, double before, double after) {
+  bool advance(std::size_t tetrahedron, double earlier, double before, double after) {
     const double from = before - strength_[tetrahedron], to = after - strength_[tetrahedron];
     if (parameters_.memory == input::Memory::step) return to > 0;
     double& impulse = impulse_[tetrahedron];
     impulse += time_step_ * mean_rate(from, to);
-    const double next = to + (to - from) / 2;  // half a step later
+    const double next = to + (after - before) / 2 + 3 * ((after - before) - (before - earlier)) / 8;
     return impulse + time_step_ / 2 * mean_rate(to, next) >= parameters_.impulse;
   }
 
