@@ -84,7 +84,7 @@ private:
 
   /// Of the stress at a crack front, in a stable step and over the strength. What rises faster breaks a
   /// little later.
-  static constexpr double fastest_rise = 0.2;
+  static constexpr double fastest_rise = 0.4;
 
   /// The mean of x^beta where x > 0, and of 0 elsewhere, over x from one value to the other.
   double mean_rate(double from, double to) const {
