@@ -228,6 +228,27 @@ TEST_F(VibratingBlock, KnowsTheStrainAtTheStartsOfItsLastTwoSteps) {
   }
 }
 
+TEST_F(VibratingBlock, KnowsThemAfterARestart) {
+  const Splitting& map = splitting(Integrator::verlet);
+  const auto expect_known = [&](MovingBody& motion, MovingBody& other, const char* kind) {
+    run(motion, 7);
+    other.restore(motion.save());
+    motion.step(map.even, dt_, 7 * dt_);
+    other.step(map.even, dt_, 7 * dt_);
+    for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); ++t)
+      for (const int n_steps : {1, 2})
+        ASSERT_EQ(other.strain_before(t, n_steps), motion.strain_before(t, n_steps)) << kind << ", " << t;
+  };
+  for (const auto precision : {Precision::mixed, Precision::double_}) {
+    auto state = start(0.002, 1), other = start(0.002, 1);
+    expect_known(*fixed_point(precision, state), *fixed_point(precision, other), name(precision));
+  }
+  auto state = start(0.002, 1), other = start(0.002, 1);
+  const auto motion_context = context(35e6);
+  expect_known(*make_reference_motion(motion_context, 0, state),
+               *make_reference_motion(motion_context, 0, other), "reference");
+}
+
 TEST_F(VibratingBlock, AStateThatOutgrowsItsNumbersIsReported) {
   auto state = start(0.002, 1);
   const auto motion = fixed_point(Precision::mixed, state);
