@@ -6,11 +6,11 @@
 
 #include "kernels/kernels.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <utility>
 #include <vector>
@@ -51,10 +51,10 @@ public:
   /// Notes where local nodes [first, last) are at the start of a step; due for all of them in every step.
   void keep_displacements(std::size_t first, std::size_t last) {
     for (std::size_t n = first; n < last; ++n)
-      std::ranges::copy(nodes_[n].displacement, before_[0][n].begin());
+      std::memcpy(before_[0][n].data(), &nodes_[n], sizeof before_[0][n]);
   }
   /// Low digits of a local node's displacement at the start of the last step (1) or of the one before (2).
-  const std::array<Integer, 3>& displacement_before(std::size_t node, int n_steps) const {
+  const std::array<Integer, 4>& displacement_before(std::size_t node, int n_steps) const {
     return before_[n_steps == 1 ? 0 : 1][node];
   }
 
@@ -77,7 +77,8 @@ private:
   mechanics::FixedPointScale scale_;
   std::span<kernels::NodeRecord<Real>> nodes_;
   std::vector<kernels::Velocity<Real>> velocity_;
-  std::array<std::vector<std::array<Integer, 3>>, 2> before_;  // of local nodes, at the starts of steps
+  // Displacements of local nodes at the starts of steps; the fourth number makes the copy one move.
+  std::array<std::vector<std::array<Integer, 4>>, 2> before_;
   std::vector<std::array<std::int64_t, 3>> whole_;  // displacements at the last unwrapping, of local nodes
 };
 
