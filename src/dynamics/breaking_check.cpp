@@ -19,22 +19,23 @@ void BreakingCheck::start() {
       over_.push_back(t);
 }
 
-void BreakingCheck::end_step(double load_time, double phase_time) {
+std::span<const std::int32_t> BreakingCheck::end_step() {
   // One whose stress has fallen was above the strength for a part of the step.
   candidates_.clear();
   std::ranges::set_union(over_, motion_->overloaded(), std::back_inserter(candidates_));
   over_.clear();
+  breaking_.clear();
   for (const auto t : candidates_) {
     const auto number = static_cast<std::size_t>(t);
-    const mechanics::Symmetric strain = motion_->strain(t);
     const double earlier = largest_principal(motion_->strain_before(t, 2));
     const double before = largest_principal(motion_->strain_before(t, 1));
-    const double after = largest_principal(strain);
+    const double after = largest_principal(motion_->strain(t));
     if (criterion_->advance(number, earlier, before, after))
-      body_->release(t, strain, load_time, phase_time);
+      breaking_.push_back(t);
     else if (after > criterion_->strength(number))
       over_.push_back(t);
   }
+  return breaking_;
 }
 
 }  // namespace crackle::dynamics

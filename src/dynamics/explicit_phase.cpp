@@ -136,8 +136,8 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
     write_outputs(0);
   }
   StepFailure step_failure;
-  BreakingCheck breaking(body, motion, criterion);
-  step_failure.guard([&] { breaking.start(); });
+  BreakingCheck breaking_check(body, motion, criterion);
+  step_failure.guard([&] { breaking_check.start(); });
   while (step < n_steps && !result.arrested) {
     step_failure.guard_messages([&] {
       motion.step(step % 2 == 0 ? splitting.even : splitting.odd, dt,
@@ -145,7 +145,10 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
     });
     ++step;
     const std::size_t n_changes = body.changes().size();
-    step_failure.guard([&] { breaking.end_step(load_time, static_cast<double>(step) * dt); });
+    step_failure.guard([&] {
+      for (const auto t : breaking_check.end_step())
+        body.release(t, motion.strain(t), load_time, static_cast<double>(step) * dt);
+    });
     step_failure.guard_messages([&] { body.tie(group, [&](std::int32_t t) { return motion.strain(t); }); });
     if (body.changes().size() > n_changes) {
       step_failure.guard([&] { motion.release(body.changes().subspan(n_changes)); });

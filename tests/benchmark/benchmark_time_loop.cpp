@@ -192,9 +192,9 @@ public:
       motion_->step(n_ % 2 == 0 ? splitting_.even : splitting_.odd, step_, load_time_);
       seconds[0] += stages.seconds();
       const Stopwatch check;
-      const std::size_t n_changes = sample_.body.changes().size();
-      breaking_->end_step(load_time_, n_ * step_);
-      motion_->release(sample_.body.changes().subspan(n_changes));
+      const auto breaking = breaking_->end_step();
+      for (const auto t : breaking) sample_.body.release(t, motion_->strain(t), load_time_, n_ * step_);
+      motion_->release(breaking);
       seconds[1] += check.seconds();
     }
     return seconds;

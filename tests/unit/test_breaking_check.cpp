@@ -84,7 +84,7 @@ protected:
     for (int i = 0; i < n_steps && body.breaks().empty(); ++i) {
       if (i == 0 || i == restart) check.emplace(body, motion, criterion).start();
       motion.step({}, step, 0);
-      check->end_step(0, motion.time());
+      for (const auto t : check->end_step()) body.release(t, motion.strain(t), 0, motion.time());
     }
     return {body.breaks().empty() ? INFINITY : body.breaks()[0].phase_time, criterion.impulse()[loaded]};
   }

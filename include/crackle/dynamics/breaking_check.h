@@ -6,6 +6,7 @@
 #include "crackle/fracture/tuler_butcher.h"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -18,25 +19,24 @@ class BreakingCheck {
 public:
   /// The references must outlive the object.
   /// @param motion of `body`, at the start of a phase or where it goes on from a checkpoint
-  BreakingCheck(fracture::BreakableBody& body, MovingBody& motion, fracture::TulerButcher& criterion)
+  BreakingCheck(const fracture::BreakableBody& body, MovingBody& motion, fracture::TulerButcher& criterion)
       : body_(&body), motion_(&motion), criterion_(&criterion) {}
 
   /// Notes which tetrahedra are above their strength; due before the first step.
   void start();
 
-  /// Breaks what breaks at the end of the step that the motion has just done. The motion must then release
-  /// it.
-  /// @param load_time,phase_time of the break records [s]
-  void end_step(double load_time, double phase_time);
+  /// The tetrahedra that break at the end of the step that the motion has just done, ascending. The body must
+  /// release them before the next step.
+  std::span<const std::int32_t> end_step();
 
 private:
   double largest_principal(const mechanics::Symmetric& strain) const;
 
-  fracture::BreakableBody* body_;
+  const fracture::BreakableBody* body_;
   MovingBody* motion_;
   fracture::TulerButcher* criterion_;
   std::vector<std::int32_t> over_;  // above the strength at the end of the last step; unbroken, ascending
-  std::vector<std::int32_t> candidates_;
+  std::vector<std::int32_t> candidates_, breaking_;
 };
 
 }  // namespace crackle::dynamics
