@@ -2,22 +2,29 @@
 // crackle stats: the statistics of an ensemble, anew from its sample files or, without those, from its
 // results.
 #include "commands.h"
+#include "crackle/analysis/crack_path.h"
+#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/sample_warning.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/ensemble/sample_plan.h"
+#include "crackle/geometry/body.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/ensemble_file.h"
+#include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace crackle::apps {
@@ -51,21 +58,63 @@ input::Parameters input_of(const parallel::Communicator& world, const fs::path& 
 void print(const std::vector<analysis::SampleSummary>& samples, const analysis::Statistics& statistics,
            const input::Parameters& parameters) {
   fmt::print("{}", analysis::to_text(statistics, samples, parameters.sections.y));
+  for (const auto& warning : analysis::sample_warnings(samples)) fmt::print("{}\n", warning);
   std::fflush(stdout);
 }
 
-/// Whether all that is left of an ensemble is its ensemble.h5. Collective.
-bool has_only_results(const parallel::Communicator& world, const fs::path& folder) {
-  int answer = !fs::exists(folder / "samples") && fs::exists(ensemble::results_file(folder)) ? 1 : 0;
+/// Whether ensemble.h5 must stay as it is: it is all that is left of an ensemble, or of an older version of
+/// the program. Collective.
+bool is_read_only(const parallel::Communicator& world, const fs::path& folder) {
+  int answer = 0;
+  parallel::agree_on_root(world, [&] {
+    const bool has_only_results =
+        !fs::exists(folder / "samples") && fs::exists(ensemble::results_file(folder));
+    answer = has_only_results || io::holds_older_format(folder) ? 1 : 0;
+  });
   parallel::check_mpi(MPI_Bcast(&answer, 1, MPI_INT, 0, world.get()), "MPI_Bcast");
   return answer != 0;
 }
 
-/// The statistics of the samples that ensemble.h5 holds; the file stays as it is. Collective.
+/// The rows of an ensemble whose files stay as they are: those of ensemble.h5, and of sample files that it
+/// does not know yet.
+std::vector<analysis::SampleSummary> stored_rows(const fs::path& folder,
+                                                 const input::Parameters& parameters) {
+  const auto n_samples = static_cast<std::size_t>(parameters.ensemble.samples);
+  auto rows = io::read_summaries(folder, parameters, 0, n_samples);
+  if (!fs::exists(ensemble::results_file(folder))) return rows;
+  auto samples = io::read_ensemble(ensemble::results_file(folder)).samples;
+  samples.resize(std::max(samples.size(), n_samples), rows.front());
+  for (std::size_t i = 0; i < n_samples; ++i) {
+    if (samples[i].status == analysis::SampleStatus::pending) samples[i] = std::move(rows[i]);
+  }
+  return samples;
+}
+
+/// Finds the leading notch of samples whose files do not hold it yet.
+/// @return what to tell about it
+std::string derive_leading_notches(const input::Parameters& parameters,
+                                   std::vector<analysis::SampleSummary>& rows) {
+  const geometry::Body body(parameters.specimen);
+  int n_open = 0;
+  for (analysis::SampleSummary& row : rows) {
+    if (row.status != analysis::SampleStatus::done ||
+        row.pattern == static_cast<std::int32_t>(analysis::Pattern::none))
+      continue;
+    row.leading_notch = analysis::leading_notch(body, parameters.sections.y, row.z).value_or(-1);
+    if (row.leading_notch < 0) ++n_open;
+  }
+  return fmt::format(
+      "The leading notch is not in these files, which are of an older format: it is taken from the sections "
+      "that the cracks reach{}.\n",
+      n_open == 0 ? "" : fmt::format(", and stays open in {}", n_open));
+}
+
+/// The statistics of an ensemble whose files stay as they are. Collective.
 int show_stored(const parallel::Communicator& world, const fs::path& folder,
                 const input::Parameters& parameters) {
   parallel::agree_on_root(world, [&] {
-    auto samples = io::read_ensemble(ensemble::results_file(folder)).samples;
+    auto samples = stored_rows(folder, parameters);
+    if (io::holds_older_format(folder)) fmt::print("{}", derive_leading_notches(parameters, samples));
     const analysis::Statistics statistics = analysis::make_statistics(samples, parameters);
     analysis::leave_out_surplus(statistics, 0, samples);
     print(samples, statistics, parameters);
@@ -75,7 +124,7 @@ int show_stored(const parallel::Communicator& world, const fs::path& folder,
 
 int update_statistics(const parallel::Communicator& world, const fs::path& folder) {
   const input::Parameters parameters = input_of(world, folder);
-  if (has_only_results(world, folder)) return show_stored(world, folder, parameters);
+  if (is_read_only(world, folder)) return show_stored(world, folder, parameters);
   geometry::MotherPoints base;
   const ensemble::Results results =
       ensemble::write_results(world, parameters, folder, {}, [&]() -> const geometry::MotherPoints& {
@@ -96,8 +145,18 @@ void add_stats_command(CLI::App& app, Action& run) {
       "Recompute the statistics of a finished or unfinished ensemble from its sample "
       "files, print them and bring ensemble.h5 up to date; without sample files, print those "
       "of the samples that ensemble.h5 holds");
-  command->add_option("folder", *folder, "output folder of crackle run")->required();
-  command->callback([folder, &run] {
+  auto columns = std::make_shared<bool>(false);
+  command->add_option("folder", *folder, "output folder of crackle run");
+  command->add_flag("--columns", *columns, "print the table of all results of a sample (Markdown) instead");
+  command->callback([folder, columns, &run] {
+    if (*columns != folder->empty()) throw CLI::ValidationError("stats takes either a folder or --columns");
+    if (*columns) {
+      run = [](const parallel::Communicator& world) {
+        if (world.is_root()) fmt::print("{}", analysis::result_table());
+        return static_cast<int>(success);
+      };
+      return;
+    }
     run = [folder](const parallel::Communicator& world) { return update_statistics(world, *folder); };
   });
 }

@@ -164,8 +164,15 @@ double CrackSurface::area() const {
   return sum;
 }
 
+double CrackSurface::area_before_phase() const {
+  double sum = 0;
+  for (const CrackFacet& facet : facets)
+    if (facet.time <= 0) sum += facet.area;
+  return sum;
+}
+
 CrackSurface make_crack_surface(const geometry::Body& body, const Realization& realization,
-                                std::span<const fracture::Break> breaks, double onset_time) {
+                                std::span<const fracture::Break> breaks, double phase_start) {
   for (const fracture::Break& broken : breaks) {
     if (broken.tetrahedron < 0 ||
         broken.tetrahedron >= static_cast<std::int64_t>(realization.tetrahedra.size()) || broken.cut < 0 ||
@@ -177,8 +184,8 @@ CrackSurface make_crack_surface(const geometry::Body& body, const Realization& r
     }
   }
   CrackForest forest = connect(body, realization, breaks);
-  if (std::isnan(onset_time) && !breaks.empty()) {
-    onset_time = breaks.back().load_time + breaks.back().phase_time;
+  if (std::isnan(phase_start) && !breaks.empty()) {
+    phase_start = breaks.back().load_time + breaks.back().phase_time;
   }
 
   CrackSurface surface;
@@ -186,7 +193,7 @@ CrackSurface make_crack_surface(const geometry::Body& body, const Realization& r
   for (std::size_t i = 0; i < breaks.size(); ++i) {
     const fracture::Break& broken = breaks[i];
     // Load times are large against phase times: their difference first keeps the phase time's digits.
-    const double time = (broken.load_time - onset_time) + broken.phase_time;
+    const double time = (broken.load_time - phase_start) + broken.phase_time;
     const std::size_t first = forest.crack_of(i);
     if (first == i) {
       id[i] = static_cast<std::int32_t>(surface.cracks.size());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/sample_summary.h"
 
+#include "crackle/analysis/sample_results.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
@@ -10,6 +11,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 namespace crackle::analysis {
@@ -39,23 +41,9 @@ template <class Summary, class Visitor>
 void for_each_field(Summary& row, Visitor& visit) {
   visit(row.status);
   visit(row.error);
-  visit(row.onset_force);
-  visit(row.onset_time);
-  visit(row.outcome);
-  visit(row.pattern);
-  visit(row.overlap);
-  visit(row.bifurcations);
-  visit(row.kinks);
-  visit(row.breaks);
-  visit(row.crack_area);
-  visit(row.crack_speed_max);
-  visit(row.energy_error);
-  visit(row.crack_speed_ratio);
-  visit(row.traced_area);
-  visit(row.effective_toughness);
-  visit(row.z);
-  visit(row.z_spread);
-  visit(row.branches);
+  visit(row.note);
+  for_each_result([&](const ResultInfo&, auto member) { visit(row.*member); });
+  for_each_position_result([&](const ResultInfo&, auto member) { visit(row.*member); });
   visit(row.wall_time);
 }
 
@@ -70,23 +58,15 @@ double traced_length(const std::vector<CrackLine>& lines) {
 }  // namespace
 
 SampleSummary empty_summary(int n_notches, int n_sections, SampleStatus status, std::string error) {
-  constexpr double none = std::numeric_limits<double>::quiet_NaN();
   SampleSummary row;
   row.status = status;
   row.error = std::move(error);
-  row.onset_force = none;
-  row.onset_time = none;
-  row.overlap = none;
-  row.crack_area = none;
-  row.crack_speed_max = none;
-  row.energy_error = none;
-  row.crack_speed_ratio = none;
-  row.traced_area = none;
-  row.effective_toughness = none;
   const std::size_t n = static_cast<std::size_t>(n_notches) * static_cast<std::size_t>(n_sections);
-  row.z.assign(n, none);
-  row.z_spread.assign(n, none);
-  row.branches.assign(n, 0);
+  for_each_position_result([&](const ResultInfo&, auto member) {
+    using Value = typename std::remove_reference_t<decltype(row.*member)>::value_type;
+    (row.*member)
+        .assign(n, std::numeric_limits<Value>::has_quiet_NaN ? std::numeric_limits<Value>::quiet_NaN() : 0);
+  });
   return row;
 }
 
@@ -95,10 +75,16 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
                         const input::Material& material, std::span<const double> sections) {
   SampleSummary row;
   row.status = SampleStatus::done;
-  row.onset_force = result.onset_force;
+  row.note = result.note;
+  row.first_break_time = result.first_break_time;
+  row.first_break_load = result.first_break_load;
   row.onset_time = result.onset_time;
+  row.onset_force = result.onset_force;
+  row.dynamic_phases = static_cast<std::int32_t>(result.counts.dynamic_phases);
+  if (!std::isnan(result.phase_start)) row.crack_area_before_onset = surface.area_before_phase();
   row.outcome = static_cast<std::int32_t>(result.outcome);
   row.pattern = static_cast<std::int32_t>(classify(body, surface));
+  row.leading_notch = leading_notch(body, surface);
   row.overlap = pattern_overlap(body, surface);
   row.bifurcations = count_bifurcations(body, surface);
   row.kinks = count_kinks(lines);
@@ -106,6 +92,7 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.crack_area = surface.area();
   row.crack_speed_max = max_crack_speed(body, surface);
   row.energy_error = result.energy_error;
+  row.equilibrium_residual = result.equilibrium_residual;
   row.crack_speed_ratio = row.crack_speed_max / mechanics::rayleigh_speed(material);
   row.traced_area = body.size()[0] * traced_length(lines);
   row.effective_toughness = row.traced_area > 0 && !result.energy.empty()

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/statistics.h"
 
 #include <fmt/format.h>
@@ -21,54 +22,128 @@ std::string plural(int n, const char* noun) {
   return fmt::format("{} {}{}", n, noun, n == 1 ? "" : "s");
 }
 
-void append_positions(std::string& text, const Statistics& statistics, std::span<const double> sections) {
+/// One line of a table of positions.
+void append_position(std::string& text, const PathStatistics& paths, std::size_t p, double section) {
   constexpr double to_mm = 1e3;
+  fmt::format_to(std::back_inserter(text), " {:>10} {:>8} {:>10} {:>10} {:>10}", number(section * to_mm, 3),
+                 paths.reached[p], number(paths.z_mean[p] * to_mm, 3), number(paths.z_std[p] * to_mm, 3),
+                 number(paths.z_half_width[p] * to_mm, 3));
+}
+
+constexpr const char* position_heads = "  section y  reached       mean        std         +-";
+
+void append_ranks(std::string& text, const char* label, const RankStatistics& ranks,
+                  std::span<const double> sections) {
+  for (std::size_t p = 0; p < ranks.reached.size(); ++p) {
+    const std::size_t row = p / sections.size();
+    fmt::format_to(std::back_inserter(text), "{:<18} {:>7} {:>5}", label, ranks.leading_notch[row],
+                   ranks.notch[row]);
+    append_position(text, ranks, p, sections[p % sections.size()]);
+    fmt::format_to(std::back_inserter(text), " {:>10}\n", ranks.counted[p]);
+  }
+}
+
+/// "0 in 104 samples, 1 in 95, none in 1"; samples that are done.
+std::string leaders(const Statistics& statistics, std::span<const SampleSummary> samples) {
+  std::string text;
+  for (int notch = 0; notch <= statistics.n_notches; ++notch) {
+    const bool is_none = notch == statistics.n_notches;
+    const auto n = std::ranges::count_if(samples, [&](const SampleSummary& row) {
+      return row.status == SampleStatus::done && row.leading_notch == (is_none ? -1 : notch);
+    });
+    if (is_none && n == 0) continue;
+    fmt::format_to(std::back_inserter(text), "{}{} in {}", text.empty() ? "" : ", ",
+                   is_none ? "none" : fmt::to_string(notch), n);
+    if (notch == 0) text += n == 1 ? " sample" : " samples";
+  }
+  return text;
+}
+
+/// Which samples are turned.
+std::string turning(const Statistics& statistics) {
+  std::string text;
+  for (std::size_t notch = 0; notch < statistics.reference_notch.size(); ++notch) {
+    const auto reference = static_cast<std::size_t>(statistics.reference_notch[notch]);
+    if (reference != notch)
+      fmt::format_to(std::back_inserter(text),
+                     "; samples that notch {} leads are turned by the body's symmetry, as if notch {} did",
+                     notch, reference);
+  }
+  return text;
+}
+
+void append_positions(std::string& text, const Statistics& statistics, std::span<const SampleSummary> samples,
+                      std::span<const double> sections) {
   auto out = std::back_inserter(text);
+  if (statistics.n_notches > 0) fmt::format_to(out, "\nleading notch: {}\n", leaders(statistics, samples));
   fmt::format_to(out, "\ncrack positions z, through-thickness mean [mm]; +- at {:g} % confidence{}\n",
                  100 * statistics.confidence,
                  statistics.n_looks > 1 ? fmt::format(" over {} looks", statistics.n_looks) : "");
-  fmt::format_to(out, "{:>5} {:>10} {:>8} {:>10} {:>10} {:>10}\n", "notch", "section y", "reached", "mean",
-                 "std", "+-");
-  for (int notch = 0; notch < statistics.n_notches; ++notch) {
-    for (int section = 0; section < statistics.n_sections; ++section) {
-      const auto p = static_cast<std::size_t>(notch * statistics.n_sections + section);
-      fmt::format_to(out, "{:>5} {:>10} {:>8} {:>10} {:>10} {:>10}\n", notch,
-                     number(sections[static_cast<std::size_t>(section)] * to_mm, 3), statistics.reached[p],
-                     number(statistics.z_mean[p] * to_mm, 3), number(statistics.z_std[p] * to_mm, 3),
-                     number(statistics.z_half_width[p] * to_mm, 3));
-    }
+  fmt::format_to(out, "{}\n", interval_scope);
+  fmt::format_to(out, "\nby rank{}\n{:<18} {:>7} {:>5}{} {:>10}\n", turning(statistics), "cracks", "leading",
+                 "notch", position_heads, "of samples");
+  append_ranks(text, "leader", statistics.leader, sections);
+  append_ranks(text, "leader, one crack", statistics.leader_one_crack, sections);
+  append_ranks(text, "leader, two cracks", statistics.leader_two_cracks, sections);
+  append_ranks(text, "follower", statistics.follower, sections);
+  fmt::format_to(out, "\nall cracks of the notch, leading and following\nnotch{}\n", position_heads);
+  for (std::size_t p = 0; p < statistics.reached.size(); ++p) {
+    fmt::format_to(out, "{:>5}", p / sections.size());
+    append_position(text, statistics, p, sections[p % sections.size()]);
+    text += '\n';
   }
 }
 
 void append_patterns(std::string& text, const Statistics& statistics) {
   constexpr std::array<const char*, n_patterns> names{"none", "one crack", "two cracks", "other"};
   auto out = std::back_inserter(text);
-  fmt::format_to(out, "\npattern        share [%]     +-\n");
+  fmt::format_to(out, "\npattern        share [%]   {:g} % interval\n", 100 * statistics.confidence);
   for (std::size_t k = 0; k < names.size(); ++k) {
-    fmt::format_to(out, "{:<12} {:>11} {:>6}\n", names[k], number(100 * statistics.pattern_share[k], 1),
-                   number(100 * statistics.pattern_half_width[k], 1));
+    fmt::format_to(out, "{:<12} {:>11}   {} to {}\n", names[k], number(100 * statistics.pattern_share[k], 1),
+                   number(100 * statistics.pattern_lower[k], 1),
+                   number(100 * statistics.pattern_upper[k], 1));
   }
 }
 
-void append_quantiles(std::string& text, std::span<const SampleSummary> samples) {
-  const auto append_row = [&](const char* name, double SampleSummary::*field, int decimals) {
-    std::vector<double> values;
-    for (const SampleSummary& sample : samples) {
-      if (sample.status == SampleStatus::done) values.push_back(sample.*field);
-    }
+/// Values of a result in the samples that are done, as people read them; without those that have none.
+template <class Member>
+std::vector<double> shown_values(std::span<const SampleSummary> samples, const ResultInfo& info,
+                                 Member member) {
+  std::vector<double> values;
+  for (const SampleSummary& sample : samples) {
+    const auto value = static_cast<double>(sample.*member);
+    if (sample.status == SampleStatus::done && !std::isnan(value))
+      values.push_back(value * info.shown_factor);
+  }
+  return values;
+}
+
+void append_shares(std::string& text, std::span<const SampleSummary> samples) {
+  for_each_result([&](const ResultInfo& info, auto member) {
+    if (info.reduction != Reduction::shares) return;
     auto out = std::back_inserter(text);
-    fmt::format_to(out, "{:<20}", name);
-    for (const double share : quantile_shares)
-      fmt::format_to(out, " {:>12}", number(quantile(values, share), decimals));
-    text += '\n';
-  };
-  fmt::format_to(std::back_inserter(text), "\n{:<20} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "", "least",
+    const auto values = shown_values(samples, info, member);
+    fmt::format_to(out, "\n{:<12}   samples\n", info.label);
+    for (int k = 0; k < n_categories(info.categories); ++k)
+      fmt::format_to(out, "{:<14} {:>7}\n", category_name(info.categories, k), std::ranges::count(values, k));
+  });
+}
+
+void append_quantiles(std::string& text, std::span<const SampleSummary> samples) {
+  fmt::format_to(std::back_inserter(text), "\n{:<30} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "", "least",
                  "25 %", "median", "75 %", "greatest");
-  append_row("onset force [N]", &SampleSummary::onset_force, 3);
-  append_row("onset time [s]", &SampleSummary::onset_time, 6);
-  append_row("crack speed [m/s]", &SampleSummary::crack_speed_max, 1);
-  append_row("over Rayleigh's", &SampleSummary::crack_speed_ratio, 3);
-  append_row("toughness [J/m^2]", &SampleSummary::effective_toughness, 3);
+  for_each_result([&](const ResultInfo& info, auto member) {
+    if (info.reduction != Reduction::quantiles) return;
+    const auto values = shown_values(samples, info, member);
+    if (values.empty()) return;
+    auto out = std::back_inserter(text);
+    const std::string units = *info.shown_units == 0 ? "" : fmt::format(" [{}]", info.shown_units);
+    fmt::format_to(out, "{:<30}", info.label + units);
+    const std::string form = fmt::format(" {{:>12{}}}", info.format);
+    for (const double share : quantile_shares)
+      fmt::format_to(out, fmt::runtime(form), quantile(values, share));
+    text += '\n';
+  });
 }
 
 }  // namespace
@@ -85,14 +160,17 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
     fmt::format_to(std::back_inserter(text), "stopped early: these are enough, of {}\n",
                    statistics.n_samples);
   }
-  append_positions(text, statistics, sections);
+  append_positions(text, statistics, samples, sections);
   append_patterns(text, statistics);
+  append_shares(text, samples);
   append_quantiles(text, samples);
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    if (samples[i].error.empty()) continue;
-    fmt::format_to(std::back_inserter(text), "\n{} {}: {}",
-                   samples[i].status == SampleStatus::failed ? "failed sample" : "left sample", i,
-                   samples[i].error);
+    auto out = std::back_inserter(text);
+    if (!samples[i].error.empty())
+      fmt::format_to(out, "\n{} {}: {}",
+                     samples[i].status == SampleStatus::failed ? "failed sample" : "left sample", i,
+                     samples[i].error);
+    if (!samples[i].note.empty()) fmt::format_to(out, "\nsample {}: {}", i, samples[i].note);
   }
   if (text.back() != '\n') text += '\n';
   return text;

@@ -65,6 +65,8 @@ void put(Packer& packer, const RunningPhase& phase) {
   packer.put(phase.load_time);
   packer.put(phase.step);
   packer.put(phase.last_break);
+  packer.put(phase.separation.looked_at);
+  packer.put(phase.separation.found.value_or(-1));
   packer.put(phase.releases.breaks);
   packer.put(phase.releases.ties);
   put(packer, phase.motion);
@@ -75,6 +77,8 @@ RunningPhase get_running(Unpacker& unpacker) {
   phase.load_time = unpacker.get<double>();
   phase.step = unpacker.get<std::int64_t>();
   phase.last_break = unpacker.get<std::int64_t>();
+  phase.separation.looked_at = unpacker.get<std::int64_t>();
+  if (const auto found = unpacker.get<std::int64_t>(); found >= 0) phase.separation.found = found;
   phase.releases.breaks = unpacker.get_vector<fracture::Break>();
   phase.releases.ties = unpacker.get_vector<fracture::Tie>();
   phase.motion = get_motion(unpacker);
@@ -85,6 +89,7 @@ RunningPhase get_running(Unpacker& unpacker) {
 std::vector<std::byte> shared_part(const Checkpoint& checkpoint) {
   Packer packer;
   packer.put(checkpoint.precision);
+  packer.put(checkpoint.first_break_reaction);
   packer.put<std::uint64_t>(checkpoint.ended.size());
   for (const auto& phase : checkpoint.ended) put(packer, phase);
   packer.put(checkpoint.running.has_value());
@@ -98,6 +103,7 @@ Checkpoint from_shared_part(std::span<const std::byte> bytes) {
   Unpacker unpacker(bytes);
   Checkpoint checkpoint;
   checkpoint.precision = unpacker.get<input::Precision>();
+  checkpoint.first_break_reaction = unpacker.get<double>();
   const auto n_ended = unpacker.get<std::uint64_t>();
   for (std::uint64_t i = 0; i < n_ended; ++i) checkpoint.ended.push_back(get_ended(unpacker));
   if (unpacker.get<bool>()) checkpoint.running = get_running(unpacker);
@@ -153,9 +159,19 @@ std::vector<fracture::Break> gather_breaks(const parallel::Communicator& group,
   return all;
 }
 
+std::vector<fracture::Tie> gather_ties(const parallel::Communicator& group,
+                                       std::span<const fracture::Tie> local) {
+  auto all = parallel::gather_on_root(group, local);
+  // Breaks at one load, one after the other, can release edges of the same tetrahedron.
+  std::ranges::sort(all, {}, [](const fracture::Tie& t) {
+    return std::tuple(t.load_time, t.phase_time, t.tetrahedron, t.edges);
+  });
+  return all;
+}
+
 Releases ReleasesSince::gather(const parallel::Communicator& group) const {
   return {gather_breaks(group, body_->breaks().subspan(n_breaks_)),
-          parallel::gather_on_root(group, body_->ties().subspan(n_ties_))};
+          gather_ties(group, body_->ties().subspan(n_ties_))};
 }
 
 parallel::NumberedRows gather_impulse(const parallel::Communicator& group,

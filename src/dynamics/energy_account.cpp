@@ -43,6 +43,15 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
   return state;
 }
 
+double largest_load(const mechanics::BoundaryLoads& loads, const LoadState& state) {
+  double largest = 0;
+  for (std::size_t k = 0; k < loads.forces.size(); ++k)
+    largest = std::max(largest, std::abs(state.amplitude[k]) * loads.forces[k].total_weight);
+  for (std::size_t m = 0; m < loads.motions.size(); ++m)
+    if (!loads.motions[m].is_fixed) largest = std::max(largest, std::abs(state.reaction[m]));
+  return largest;
+}
+
 void EnergyAccount::add_static_work(const LoadState& from, const LoadState& to) {
   for (std::size_t k = 0; k < from.amplitude.size(); ++k) {
     external_ += 0.5 * (from.amplitude[k] + to.amplitude[k]) * (to.position[k] - from.position[k]);

@@ -2,7 +2,9 @@
 #include "crackle/dynamics/explicit_phase.h"
 
 #include "crackle/dynamics/breaking_check.h"
+#include "crackle/dynamics/separation.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 #include "crackle/parallel/exact_sum.h"
 
 #include <fmt/format.h>
@@ -10,8 +12,10 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace crackle::dynamics {
 
@@ -19,11 +23,14 @@ namespace {
 
 /// Of the energy at the strength: far above what rounding gives to a body that is hardly loaded.
 constexpr double negligible_share = 1e-12;
+/// A phase that is to end after separation looks for it this often at most.
+constexpr std::int64_t looks_for_separation = 100;
 
 /// Keeps what fails on this rank until the next look, so that no rank waits for another that has left the
 /// step.
 class StepFailure {
 public:
+  explicit StepFailure(const parallel::Communicator& group) : group_(&group) {}
   /// Work without messages; nothing after a failure.
   template <class Work>
   void guard(const Work& work) {
@@ -35,12 +42,13 @@ public:
     try {
       work();
     } catch (...) {
-      if (!error_) error_ = parallel::current_error();
+      if (!error_) error_ = parallel::current_error(*group_);
     }
   }
   const std::optional<std::string>& error() const { return error_; }
 
 private:
+  const parallel::Communicator* group_;
   std::optional<std::string> error_;
 };
 
@@ -79,6 +87,19 @@ void restore(const Checkpoint& checkpoint, fracture::BreakableBody& body, fractu
   motion.restore(checkpoint.running->motion);
 }
 
+/// Why the motion's state cannot be trusted any more, on every rank: the reason of the lowest rank that has
+/// one. Collective.
+/// @param local that of this rank
+std::optional<std::string> agreed_failure(const parallel::Communicator& group,
+                                          const std::optional<std::string>& local) {
+  try {
+    parallel::agree_on_error(group, local);
+  } catch (const parallel::AgreedError& error) {
+    return error.what();
+  }
+  return std::nullopt;
+}
+
 /// The steps after which a picture is taken; step 0 is the start.
 std::vector<std::int64_t> frame_steps(int n_frames, std::int64_t n_steps) {
   std::vector<std::int64_t> steps;
@@ -90,23 +111,33 @@ std::vector<std::int64_t> frame_steps(int n_frames, std::int64_t n_steps) {
 
 }  // namespace
 
-PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
-                               fracture::TulerButcher& criterion, const Splitting& splitting,
-                               const EnergyAccount& account, double load_time, const PhaseOptions& options,
-                               MotionState& state) {
-  PhaseResult result;
+namespace {
+
+/// @param result is there in part when this throws
+void run_phase(const MotionContext& context, MovingBody& motion, fracture::TulerButcher& criterion,
+               const Splitting& splitting, const EnergyAccount& account, double load_time,
+               const PhaseOptions& options, MotionState& state, PhaseResult& result) {
   const parallel::Communicator& group = *context.group;
   fracture::BreakableBody& body = *context.body;
   const double dt = options.grid.step;
   const std::int64_t n_steps = options.grid.n_steps;
+  const std::int64_t last_step = options.arrest_window ? max_phase_durations * n_steps : n_steps;
   const std::int64_t row_interval = std::max<std::int64_t>(1, n_steps / options.n_energy_rows);
   const auto pictures = frame_steps(options.n_frames, n_steps);
 
   const double negligible = negligible_share * energy_at_strength(group, body, context.strength);
 
   const auto is_picture = [&](std::int64_t step) { return std::ranges::binary_search(pictures, step); };
-  const auto has_output = [&](std::int64_t step) { return step % row_interval == 0 || is_picture(step); };
+  const auto has_output = [&](std::int64_t step) {
+    return step <= n_steps && (step % row_interval == 0 || step == n_steps || is_picture(step));
+  };
+  // In the steps ranks wait for each other without another agreement.
+  const auto begin_steps = [&] {
+    group.enter("time steps");
+    parallel::agree(group);
+  };
   const auto write_outputs = [&](std::int64_t step) {
+    group.enter("energy row");
     const double time = static_cast<double>(step) * dt;
     motion.read(state);
     const double work = motion.external_work(load_time + time, state);
@@ -117,82 +148,140 @@ PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
       throw std::runtime_error(*fault);
     if (options.on_row) options.on_row(result.energy.back());
     if (is_picture(step)) {
+      group.enter("frame");
       Frame frame = make_frame(context, state, time, result.energy.back().broken);
       if (group.is_root()) result.frames.push_back(std::move(frame));
     }
+    begin_steps();
   };
 
   const ReleasesSince releases(body);
   std::int64_t last_break = 0;
+  Separation separation;
   std::int64_t step = 0;
   if (options.from != nullptr) {
+    group.enter("restoring");
     parallel::agree(group, [&] { restore(*options.from, body, criterion, motion); });
     last_break = options.from->running->last_break;
+    separation = options.from->running->separation;
     step = options.from->running->step;
     result.energy = options.from->energy;
     result.frames = options.from->frames;
     motion.read(state);
+    begin_steps();
   } else {
     write_outputs(0);
   }
-  StepFailure step_failure;
+  bool awaits_first_break = options.on_first_break && last_break == 0;
+  StepFailure step_failure(group);
   BreakingCheck breaking_check(body, motion, criterion);
   step_failure.guard([&] { breaking_check.start(); });
-  while (step < n_steps && !result.arrested) {
+  bool ends = false;
+  while (!ends) {
     step_failure.guard_messages([&] {
       motion.step(step % 2 == 0 ? splitting.even : splitting.odd, dt,
                   load_time + static_cast<double>(step) * dt);
     });
     ++step;
     const std::size_t n_changes = body.changes().size();
+    std::span<const std::int32_t> breaking;
+    step_failure.guard([&] { breaking = breaking_check.end_step(); });
+    if (awaits_first_break && parallel::largest_of_all(group, breaking.empty() ? 0 : 1) > 0) {
+      awaits_first_break = false;
+      parallel::agree_on_error(group, step_failure.error());
+      motion.read(state);
+      options.on_first_break(load_time + static_cast<double>(step) * dt, state);
+      begin_steps();
+    }
     step_failure.guard([&] {
-      for (const auto t : breaking_check.end_step())
+      for (const auto t : breaking)
         body.release(t, motion.strain(t), load_time, static_cast<double>(step) * dt);
     });
-    step_failure.guard_messages([&] { body.tie(group, [&](std::int32_t t) { return motion.strain(t); }); });
+    step_failure.guard_messages([&] {
+      body.tie(group, load_time, static_cast<double>(step) * dt,
+               [&](std::int32_t t) { return motion.strain(t); });
+    });
     if (body.changes().size() > n_changes) {
       step_failure.guard([&] { motion.release(body.changes().subspan(n_changes)); });
       last_break = step;
     }
     auto request = Request::go_on;
-    const bool is_look = step % steps_per_look == 0 || step == n_steps;
+    std::int64_t wish = 0;
+    const bool is_look = step % steps_per_look == 0 || step == n_steps || step == last_step;
     // Before energies are made of numbers that may have outgrown their format.
     if (is_look || has_output(step)) {
+      std::optional<std::string> local_failure;
+      step_failure.guard([&] {
+        local_failure = motion.failure();
+        if (is_look && options.request) wish = static_cast<std::int64_t>(options.request());
+      });
       parallel::agree_on_error(group, step_failure.error());
-      std::optional<std::string> failure = motion.failure();
-      if (failure)
-        *failure +=
-            fmt::format(" ({:.4g} us after the start of the phase)", 1e6 * static_cast<double>(step) * dt);
-      try {
-        parallel::agree_on_error(group, failure);
-      } catch (const parallel::AgreedError& error) {
-        throw NumberRangeExceeded(error.what());
-      }
-      if (is_look && step < n_steps) {
-        std::array<std::int64_t, 2> look{last_break,
-                                         options.request ? static_cast<std::int64_t>(options.request()) : 0};
-        parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, look.data(), 2, MPI_INT64_T, MPI_MAX, group.get()),
-                            "MPI_Allreduce");
-        last_break = look[0];
-        request = static_cast<Request>(look[1]);
-        result.arrested =
-            options.arrest_window && static_cast<double>(step - last_break) * dt >= *options.arrest_window;
+      if (const auto failure = agreed_failure(group, local_failure)) {
+        const std::string when = fmt::format("{} ({:.4g} us after the start of the phase)", *failure,
+                                             1e6 * static_cast<double>(step) * dt);
+        if (!options.ends_out_of_range || !is_separated(group, body, *context.loads))
+          throw NumberRangeExceeded(when);
+        // What left the range is a fragment; nothing since the last output can be trusted.
+        result.separated = true;
+        result.note = fmt::format("the phase ended early, with the body apart: {}", when);
+        result.counted_time = result.energy.back().time;
+        break;
       }
     }
-    if (has_output(step) || step == n_steps || result.arrested) write_outputs(step);
-    if (request == Request::go_on || result.arrested) continue;
-    options.save({load_time, step, last_break, releases.gather(group), motion.save()}, result.energy,
-                 result.frames);
+    if (is_look) {
+      std::array<std::int64_t, 2> look{last_break, wish};
+      parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, look.data(), 2, MPI_INT64_T, MPI_MAX, group.get()),
+                          "MPI_Allreduce");
+      last_break = look[0];
+      request = static_cast<Request>(look[1]);
+      result.arrested =
+          options.arrest_window && static_cast<double>(step - last_break) * dt >= *options.arrest_window;
+      const bool is_over = step >= n_steps;
+      const std::int64_t pause = is_over ? 0 : n_steps / looks_for_separation;
+      if (!result.arrested && (is_over || options.after_separation) && last_break > separation.looked_at &&
+          step >= separation.looked_at + pause) {
+        separation.looked_at = step;
+        if (!separation.found && is_separated(group, body, *context.loads)) separation.found = step;
+        begin_steps();
+      }
+      result.separated = separation.found.has_value();
+      ends = result.arrested || step >= last_step ||
+             (is_over && (result.separated || !options.arrest_window)) ||
+             (result.separated && options.after_separation &&
+              static_cast<double>(step - *separation.found) * dt >= *options.after_separation);
+    }
+    if (has_output(step) || (ends && (step <= n_steps || result.arrested))) write_outputs(step);
+    if (request == Request::go_on || ends) continue;
+    group.enter("saving");
+    options.save({load_time, step, last_break, separation, releases.gather(group), motion.save()},
+                 result.energy, result.frames);
     if (request == Request::park) {
       result.parked = true;
-      return result;
+      return;
     }
+    begin_steps();
   }
   result.time = static_cast<double>(step) * dt;
+  if (result.note.empty()) result.counted_time = static_cast<double>(std::min(step, n_steps)) * dt;
   result.n_steps = step;
   result.n_forces = motion.n_forces();
   result.kinetic = result.energy.back().kinetic;
-  result.external_work = motion.external_work(load_time + result.time, state);
+  if (result.arrested) result.external_work = motion.external_work(load_time + result.time, state);
+}
+
+}  // namespace
+
+PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
+                               fracture::TulerButcher& criterion, const Splitting& splitting,
+                               const EnergyAccount& account, double load_time, const PhaseOptions& options,
+                               MotionState& state) {
+  PhaseResult result;
+  try {
+    run_phase(context, motion, criterion, splitting, account, load_time, options, state, result);
+  } catch (...) {
+    if (options.on_failure) options.on_failure(std::move(result));
+    throw;
+  }
   return result;
 }
 

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/quasi_static.h"
 
-#include "crackle/fracture/connectivity.h"
+#include "crackle/dynamics/separation.h"
 #include "crackle/fracture/principal_stress.h"
+#include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
+
+#include "fracture/first_crossing.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <set>
 
 namespace crackle::dynamics {
 
@@ -27,42 +31,11 @@ mechanics::HeldComponents held_components(const parallel::Communicator& group,
       marks.local()[3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(motion.component)] = 1;
     }
   }
+  parallel::agree(group);
   marks.update_ghosts();
   mechanics::HeldComponents held(marks.local().size());
   std::ranges::transform(marks.local(), held.begin(), [](double mark) { return mark != 0 ? 1 : 0; });
   return held;
-}
-
-mechanics::Symmetric combined(const mechanics::Symmetric& a, double factor, const mechanics::Symmetric& b) {
-  mechanics::Symmetric sum{};
-  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = a[i] + factor * b[i];
-  return sum;
-}
-
-/// Smallest s in (0, limit] with sigma_1(stress + s rate) >= strength, or infinity. sigma_1 is convex in s
-/// and below the strength at 0, so there is one crossing at most; found by bisection to the last bit.
-double crossing(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate, double strength,
-                double limit) {
-  const auto excess = [&](double s) {
-    return fracture::largest_principal(combined(stress, s, rate)) - strength;
-  };
-  double upper = limit;
-  if (std::isinf(upper)) {
-    const double growth = fracture::largest_principal(rate);
-    if (growth <= 0) return infinity;
-    upper = 2 *
-            (strength + fracture::largest_principal_bound(
-                            {-stress[0], -stress[1], -stress[2], -stress[3], -stress[4], -stress[5]})) /
-            growth;
-    upper = std::max(upper, 1e-300);
-  }
-  if (excess(upper) < 0) return infinity;
-  double lower = 0;
-  for (;;) {
-    const double middle = 0.5 * (lower + upper);
-    if (middle <= lower || middle >= upper) return upper;
-    (excess(middle) < 0 ? lower : upper) = middle;
-  }
 }
 
 }  // namespace
@@ -81,6 +54,7 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
   for (const auto& node : body.subdomain().nodes) {
     for (const double x : node) extent_ = std::max(extent_, x);
   }
+  parallel::agree(group);
   extent_ = parallel::largest_of_all(group, extent_);
   for (std::size_t i = 0; i < loads.forces.size(); ++i) unit_.emplace_back(group, body.subdomain());
   for (const auto& motion : loads.motions) {
@@ -90,7 +64,9 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
       unit.local()[3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(motion.component)] = 1;
     }
   }
+  group.enter("static solve");
   solve_unit_problems();
+  group.enter("quasi-static loading");
   combine(time_, displacement_);
 }
 
@@ -106,6 +82,7 @@ void QuasiStaticLoading::solve_unit_problems() {
       }
     }
     n_iterations_ += solver_.solve(force, unit_[k]);
+    residual_ = std::max(residual_, solver_.residual());
     ++n_solves_;
   }
 }
@@ -138,16 +115,19 @@ bool QuasiStaticLoading::update_after_breaks() {
   if (!loads_are_held(*group_, *body_, *loads_)) return false;
   parallel::NodeField last(*group_, body_->subdomain());
   last.assign(displacement_);
+  group_->enter("static solve");
   std::exception_ptr no_equilibrium;
   try {
     solve_unit_problems();
   } catch (const mechanics::NoEquilibrium&) {
-    no_equilibrium = std::current_exception();
+    no_equilibrium = std::current_exception();  // of every rank
   }
+  group_->enter("quasi-static loading");
   combine(time_, displacement_);
   // A part that hangs by a corner or an edge is a mechanism: the load moves it without end.
   double largest = 0;
   for (const double u : displacement_.owned()) largest = std::max(largest, std::abs(u));
+  parallel::agree(*group_);
   largest = parallel::largest_of_all(*group_, largest);
   if (largest <= mechanism_displacement * extent_) {
     if (no_equilibrium) std::rethrow_exception(no_equilibrium);
@@ -158,6 +138,7 @@ bool QuasiStaticLoading::update_after_breaks() {
 }
 
 QuasiStaticLoading::Critical QuasiStaticLoading::agree(Critical local, bool smallest) const {
+  parallel::agree(*group_);
   if (!smallest) local.value = -local.value;
   double best = local.number < 0 ? infinity : local.value;
   parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &best, 1, MPI_DOUBLE, MPI_MIN, group_->get()),
@@ -185,7 +166,11 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
     if (body_->is_broken(t)) continue;
     const mechanics::Symmetric sigma = body_->stress(t, u);
     const double strength = criterion_->strength(static_cast<std::size_t>(t));
-    if (best.number >= 0 && fracture::largest_principal_bound(sigma) < best.value * strength * (1 - 1e-12))
+    // With room for rounding, or which of two nearly equal ones comes first would depend on what this rank
+    // has looked at before.
+    if (best.number >= 0 && fracture::largest_principal_bound(sigma) <
+                                best.value * strength - 1e-12 * std::abs(best.value * strength) -
+                                    fracture::principal_rounding(sigma))
       continue;
     const double load = fracture::largest_principal(sigma) / strength;
     if (best.number < 0 || load > best.value) {
@@ -202,27 +187,14 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
   superpose(
       rate, [this](const auto& amplitude) { return amplitude.slope(time_); },
       [this](const auto& motion) { return motion.velocity(time_); });
-  Critical best;
-  const double limit = until - time_;
+  fracture::FirstCrossing first(until - time_);
   const auto u = displacement_.local();
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
     if (body_->is_broken(t)) continue;
-    const mechanics::Symmetric sigma = body_->stress(t, u);
-    const mechanics::Symmetric sigma_rate = body_->stress(t, rate);
-    // sigma_1(A + s B) <= sigma_1(A) + s sigma_1(B): most tetrahedra cannot come first, by their bounds
-    // alone.
-    const double growth = fracture::largest_principal_bound(sigma_rate);
-    const double strength = criterion_->strength(static_cast<std::size_t>(t));
-    const double room = strength - fracture::largest_principal_bound(sigma);
-    const double target = std::min(best.value, limit);
-    if (growth <= 0 || room > growth * target * (1 + 1e-9)) continue;
-    const double s = crossing(sigma, sigma_rate, strength, target);
-    if (s < best.value) {
-      best.value = s;
-      best.number = body_->subdomain().tetrahedron_number[static_cast<std::size_t>(t)];
-    }
+    first.see(body_->stress(t, u), body_->stress(t, rate), criterion_->strength(static_cast<std::size_t>(t)),
+              body_->subdomain().tetrahedron_number[static_cast<std::size_t>(t)]);
   }
-  return agree(best, true);
+  return agree({first.value(), first.number()}, true);
 }
 
 bool QuasiStaticLoading::breaks_soon(const Critical& overloaded) const {
@@ -231,31 +203,46 @@ bool QuasiStaticLoading::breaks_soon(const Critical& overloaded) const {
     const auto t = static_cast<std::size_t>(overloaded.local);
     soon = criterion_->time_to_failure(t, overloaded.value * criterion_->strength(t)) <= patience_ ? 1 : 0;
   }
+  parallel::agree(*group_);
   return parallel::largest_of_all(*group_, soon) != 0;
+}
+
+void QuasiStaticLoading::load_at_start(EnergyAccount& account) {
+  // The loads that the program starts with are taken to have grown from nothing.
+  const LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
+  const auto nothing = [](const std::vector<double>& like) { return std::vector<double>(like.size(), 0.0); };
+  account.add_static_work(
+      {nothing(state.amplitude), nothing(state.position), nothing(state.reaction), nothing(state.travel)},
+      state);
+  load_ = largest_load(*loads_, state);
+}
+
+void QuasiStaticLoading::refuse_overload() const {
+  const Critical most = most_loaded();
+  if (most.number < 0 || most.value <= 1) return;
+  throw parallel::AgreedError(
+      0,
+      fmt::format(
+          "the load at time 0, {:.6g} N, is above the first break, which comes at {:.6g} N: quasi-static "
+          "loading has to begin below it; lower the loads at time 0, or take start = \"equilibrium\", which "
+          "begins the dynamic phase at time 0",
+          load_, load_ / most.value));
 }
 
 QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
                                            const std::function<bool()>& is_asked_to_park) {
   LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
-  if (!is_loaded_) {
-    // The loads that the program starts with are taken to have grown from nothing.
-    const auto nothing = [](const std::vector<double>& like) {
-      return std::vector<double>(like.size(), 0.0);
-    };
-    account.add_static_work(
-        {nothing(state.amplitude), nothing(state.position), nothing(state.reaction), nothing(state.travel)},
-        state);
-    is_loaded_ = true;
-  }
   for (;;) {
     if (is_asked_to_park) {
       int wish = is_asked_to_park() ? 1 : 0;
+      parallel::agree(*group_);
       parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &wish, 1, MPI_INT, MPI_MAX, group_->get()),
                           "MPI_Allreduce");
       if (wish != 0) return QuasiStaticEnd::parked;
     }
     Critical next = most_loaded();
     if (next.number < 0) return QuasiStaticEnd::separated;
+    load_ = largest_load(*loads_, state);
     if (next.value > 1 && breaks_soon(next)) return QuasiStaticEnd::run_away;
     if (next.value < 1) {
       // Load on: kink by kink of the programs until a tetrahedron reaches the limit.
@@ -272,9 +259,12 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
         if (next.number >= 0) break;
       }
     }
+    load_ = largest_load(*loads_, state);
+    if (n_breaks_ == 0) load_at_first_break_ = load_;
     if (next.local >= 0)
       body_->release(next.local, body_->strain(next.local, displacement_.local()), time_, 0);
-    body_->tie(*group_, [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
+    parallel::agree(*group_);
+    body_->tie(*group_, time_, 0, [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
     ++n_breaks_;
     parallel::NodeField before(*group_, body_->subdomain());
     before.assign(displacement_);
@@ -293,40 +283,6 @@ bool QuasiStaticLoading::resume(double time, double kinetic, const parallel::Nod
   if (!update_after_breaks()) return false;
   account.add_relaxation(kinetic, displacement, displacement_);
   account.add_static_work(before, measure_loads(*group_, *body_, *loads_, displacement_, time));
-  return true;
-}
-
-bool loads_are_held(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                    const mechanics::BoundaryLoads& loads) {
-  const auto labels = fracture::piece_labels(group, body);
-  // Pieces are few, but their labels are known only where their nodes are: the ranks gather them.
-  const auto gather = [&](const std::vector<std::int32_t>& nodes, std::set<std::int64_t>& pieces) {
-    for (const auto node : nodes) pieces.insert(labels[static_cast<std::size_t>(node)]);
-  };
-  const auto gathered = [&](const std::set<std::int64_t>& local) {
-    const std::vector<std::int64_t> mine(local.begin(), local.end());
-    const auto all = parallel::gather_all<std::int64_t>(group, mine);
-    return std::set<std::int64_t>(all.begin(), all.end());
-  };
-  const bool any_fixed = std::ranges::any_of(loads.motions, &mechanics::PrescribedMotion::is_fixed);
-  std::set<std::int64_t> held;
-  for (const auto& motion : loads.motions) {
-    if (motion.is_fixed || !any_fixed) gather(motion.nodes, held);
-  }
-  held = gathered(held);
-  if (held.empty()) return true;
-  const auto is_loose = [&](const std::vector<std::int32_t>& nodes) {
-    std::set<std::int64_t> pieces;
-    gather(nodes, pieces);
-    pieces = gathered(pieces);
-    return std::ranges::none_of(pieces, [&](std::int64_t piece) { return held.contains(piece); });
-  };
-  for (const auto& pattern : loads.forces) {
-    if (is_loose(pattern.nodes)) return false;
-  }
-  for (const auto& motion : loads.motions) {
-    if (!motion.is_fixed && is_loose(motion.nodes)) return false;
-  }
   return true;
 }
 

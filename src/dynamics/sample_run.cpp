@@ -4,8 +4,11 @@
 #include "crackle/dynamics/checkpoint.h"
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/quasi_static.h"
+#include "crackle/dynamics/separation.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/fracture/toughness.h"
+#include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 #include "crackle/stopwatch.h"
 
 #include <fmt/format.h>
@@ -13,6 +16,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <stdexcept>
@@ -22,20 +26,11 @@ namespace crackle::dynamics {
 
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+/// What analysing and writing a sample takes besides what the sample holds [byte].
+constexpr std::size_t room_for_keeping = std::size_t{64} << 20;
 
 /// Seconds between two lines about a running phase.
 constexpr double report_interval = 20;
-
-/// Time without a break after which a dynamic phase has arrested: a shear wave crosses the body's middle
-/// extent, so what a break sends out has come back to the crack from the sides.
-double arrest_window(const input::Parameters& parameters) {
-  if (parameters.time.arrest) return *parameters.time.arrest;
-  auto size = parameters.specimen.size;
-  std::ranges::sort(size);
-  const mechanics::IsotropicElasticity elasticity(parameters.material);
-  return size[1] / std::sqrt(elasticity.mu / parameters.material.density);
-}
 
 /// The checkpoint tells of another sample than this one.
 class CheckpointMismatch : public std::runtime_error {
@@ -73,9 +68,8 @@ public:
                  criterion_.strengths(),
                  criterion_.watched_share(stable_step_)} {
     result_.stable_step = stable_step_;
+    if (from_ != nullptr) first_break_reaction_ = from_->first_break_reaction;
     result_.time_step = options_.grid.step;
-    result_.onset_time = nan;
-    result_.onset_force = nan;
     result_.timings.setup = setup_watch_.seconds();
     say(fmt::format("{} nodes, {} tetrahedra; stable step {:.3g} ns, used {:.4g} ns, {} steps",
                     subdomain.n_nodes_global, subdomain.n_tetrahedra_global, 1e9 * result_.stable_step,
@@ -83,14 +77,25 @@ public:
   }
 
   SampleResult run() {
-    if (parameters_.time.start == input::Start::rest) {
-      MotionState state = at_rest();
-      if (move(0, state).parked) return parked();
-      result_.outcome = loads_are_held(group_, body_, loads_) ? Outcome::running : Outcome::separated;
-    } else if (!load_until_end()) {
-      return parked();
+    try {
+      // Whatever fails on one rank fails here on all of them, which keep together what there is.
+      parallel::together<NumberRangeExceeded, CheckpointMismatch>(group_, [&] {
+        const bool is_parked =
+            parameters_.time.start == input::Start::rest ? !move_from_rest() : !load_until_end();
+        if (is_parked) {
+          result_.parked = true;
+        } else {
+          group_.enter("results");
+          finish();
+        }
+      });
+    } catch (const parallel::AgreedError&) {
+      keep_what_there_is();
+      throw;
+    } catch (const NumberRangeExceeded&) {
+      keep_what_there_is();
+      throw;
     }
-    finish();
     return std::move(result_);
   }
 
@@ -99,46 +104,81 @@ private:
     if (control_.log && group_.is_root()) control_.log(line);
   }
 
-  SampleResult parked() {
-    result_.parked = true;
-    return std::move(result_);
+  /// @return false when the sample was parked
+  bool move_from_rest() {
+    MotionState state = at_rest();
+    say("dynamic phase 1 starts from rest");
+    const PhaseResult phase = move(0, state);
+    if (phase.parked) return false;
+    result_.outcome = !has_broken()     ? Outcome::unbroken
+                      : is_apart(phase) ? Outcome::separated
+                                        : Outcome::running;
+    return true;
+  }
+
+  template <class MakeLine>
+  void show(const MakeLine& make_line) const {
+    if (control_.progress && group_.is_root()) control_.progress(make_line());
   }
 
   /// @return false when the sample was parked
   bool load_until_end() {
     options_.arrest_window = arrest_window(parameters_);
     Stopwatch watch;
+    group_.enter("quasi-static loading");
     QuasiStaticLoading loading(group_, body_, loads_, criterion_, *options_.arrest_window);
-    for (;;) {
-      const QuasiStaticEnd end = loading.advance(account_, control_.stop);
+    loading.load_at_start(account_);
+    bool is_first = parameters_.time.start == input::Start::equilibrium;
+    if (!is_first) loading.refuse_overload();
+    const auto look = [&] {
+      show([&] {
+        return fmt::format("quasi-static loading: {} breaks, {} static solves", loading.n_breaks(),
+                           loading.n_solves());
+      });
+      return control_.stop();
+    };
+    for (;; is_first = false) {
+      const QuasiStaticEnd end =
+          is_first ? QuasiStaticEnd::run_away
+                   : loading.advance(account_, control_.stop ? std::function<bool()>(look) : nullptr);
       result_.counts.quasi_static_breaks = loading.n_breaks();
       result_.counts.static_solves = loading.n_solves();
       result_.counts.solver_iterations = loading.n_iterations();
+      result_.equilibrium_residual = loading.residual();
+      load_at_first_break_ = loading.load_at_first_break();
       result_.timings.quasi_static += watch.seconds();
       if (end == QuasiStaticEnd::parked) {
-        if (!ended_.empty())
-          save({parameters_.time.precision, ended_, {}, impulse(), result_.energy, result_.frames});
+        group_.enter("saving");
+        if (!ended_.empty()) save(checkpoint({}, result_.energy, result_.frames));
         return false;
       }
       if (end != QuasiStaticEnd::run_away) {
-        const bool broke = result_.counts.dynamic_phases > 0 || loading.n_breaks() > 0;
-        result_.outcome = end == QuasiStaticEnd::separated ? Outcome::separated
-                          : broke                          ? Outcome::arrested
-                                                           : Outcome::unbroken;
+        result_.outcome = !has_broken()                                        ? Outcome::unbroken
+                          : end == QuasiStaticEnd::separated || is_apart_now() ? Outcome::separated
+                                                                               : Outcome::arrested;
         if (result_.energy.empty()) {
           result_.energy.push_back(account_.row(0, 0, 0, loading.displacement()));
         }
         return true;
       }
+      result_.onset_time = loading.time();
+      result_.onset_force = loading.load();
+      say(fmt::format(
+          "{} at t = {:.6f} s, {:.2f} N, after {} quasi-static breaks and {} static solves with {} "
+          "iterations in {:.1f} s; dynamic phase {} starts",
+          is_first ? "equilibrium" : "run-away", loading.time(), loading.load(), loading.n_breaks(),
+          loading.n_solves(), loading.n_iterations(), result_.timings.quasi_static,
+          result_.counts.dynamic_phases + 1));
       MotionState state = at_rest();
       state.displacement.assign(loading.displacement());
       const PhaseResult phase = move(loading.time(), state);
       watch = Stopwatch();
       if (phase.parked) return false;
       if (!phase.arrested) {
-        result_.outcome = loads_are_held(group_, body_, loads_) ? Outcome::running : Outcome::separated;
+        result_.outcome = phase.separated ? Outcome::separated : Outcome::undecided;
         return true;
       }
+      group_.enter("quasi-static loading");
       account_.add_external(phase.external_work);
       if (!loading.resume(loading.time() + phase.time, phase.kinetic, state.displacement, account_)) {
         result_.outcome = Outcome::separated;
@@ -147,19 +187,22 @@ private:
     }
   }
 
+  /// Whether anything has broken. Collective.
+  bool has_broken() const {
+    parallel::agree(group_);
+    return parallel::largest_of_all(group_, body_.breaks().empty() ? 0 : 1) > 0;
+  }
+  bool is_apart_now() const { return is_separated(group_, body_, loads_); }
+  bool is_apart(const PhaseResult& phase) const { return phase.separated || is_apart_now(); }
+
   MotionState at_rest() const {
     return {parallel::NodeField(group_, subdomain_), parallel::NodeField(group_, subdomain_)};
   }
 
   PhaseResult move(double load_time, MotionState& state) {
-    result_.onset_time = load_time;
-    result_.onset_force = onset_force(load_time, state.displacement);
+    group_.enter("dynamic phase");
+    result_.phase_start = load_time;
     ++result_.counts.dynamic_phases;
-    say(fmt::format(
-        "run-away at t = {:.6f} s, {:.2f} N, after {} quasi-static breaks and {} static solves with {} "
-        "iterations in {:.1f} s; dynamic phase {} starts",
-        load_time, result_.onset_force, result_.counts.quasi_static_breaks, result_.counts.static_solves,
-        result_.counts.solver_iterations, result_.timings.quasi_static, result_.counts.dynamic_phases));
     const auto phase_number = static_cast<std::size_t>(result_.counts.dynamic_phases - 1);
     if (from_ != nullptr && phase_number < from_->ended.size())
       return replay(from_->ended[phase_number], load_time, state);
@@ -181,20 +224,42 @@ private:
       };
       options.save = [&](RunningPhase phase, const std::vector<EnergyRow>& energy,
                          const std::vector<Frame>& frames) {
-        save({parameters_.time.precision, ended_, std::move(phase), impulse(), energy, frames});
+        save(checkpoint(std::move(phase), energy, frames));
       };
     }
-    options.on_row = [&](const EnergyRow& row) {
-      if (watch.seconds() < last_report + report_interval) return;
-      last_report = watch.seconds();
-      const double duration = static_cast<double>(options_.grid.n_steps) * options_.grid.step;
-      say(fmt::format("dynamic phase {}: {:.1f} of {:.1f} us, {} tetrahedra broken, {:.0f} s left at most",
-                      result_.counts.dynamic_phases, 1e6 * row.time, 1e6 * duration, row.broken,
-                      watch.seconds() * (duration / row.time - 1)));
+    // Of forces it is known at any time what they are.
+    const bool has_reactions = !std::ranges::all_of(loads_.motions, &mechanics::PrescribedMotion::is_fixed);
+    if (has_reactions && !has_broken()) {
+      options.on_first_break = [&](double time, const MotionState& now) {
+        LoadState loads = measure_loads(group_, body_, loads_, now.displacement, time);
+        std::ranges::fill(loads.amplitude, 0.0);
+        first_break_reaction_ = largest_load(loads_, loads);
+      };
+    }
+    options.on_failure = [&](PhaseResult partial) {
+      result_.energy = std::move(partial.energy);
+      result_.frames = std::move(partial.frames);
     };
     const double duration = static_cast<double>(options_.grid.n_steps) * options_.grid.step;
+    const double first_time =
+        options.from != nullptr ? static_cast<double>(options.from->running->step) * options_.grid.step : 0;
+    options.on_row = [&](const EnergyRow& row) {
+      if (!(row.time > first_time)) return;
+      const auto line = [&] {
+        return fmt::format(
+            "dynamic phase {}: {:.0f} %, {:.1f} of {:.1f} us, {} tetrahedra broken, {:.0f} s left at most",
+            result_.counts.dynamic_phases, 100 * row.time / duration, 1e6 * row.time, 1e6 * duration,
+            row.broken, watch.seconds() * (duration - row.time) / (row.time - first_time));
+      };
+      show(line);
+      if (control_.progress || watch.seconds() < last_report + report_interval) return;
+      last_report = watch.seconds();
+      say(line());
+    };
     const auto motion =
         make_fixed_point_motion(context_, parameters_.time.precision, load_time, duration, state);
+    if (parameters_.time.after_separation > 0) options.after_separation = parameters_.time.after_separation;
+    options.ends_out_of_range = parameters_.time.precision == input::Precision::double_;
     const ReleasesSince releases(body_);
     PhaseResult phase =
         run_explicit_phase(context_, *motion, criterion_, splitting_, account_, load_time, options, state);
@@ -212,9 +277,15 @@ private:
     result_.counts.force_evaluations += phase.n_forces;
     result_.energy = std::move(phase.energy);
     result_.frames = std::move(phase.frames);
+    result_.note = phase.note;
+    counted_time_ = phase.counted_time;
     say(fmt::format("dynamic phase {}: {} after {:.1f} us, {} tetrahedra broken so far",
-                    result_.counts.dynamic_phases, phase.arrested ? "arrested" : "complete", 1e6 * phase.time,
-                    result_.energy.back().broken));
+                    result_.counts.dynamic_phases,
+                    phase.arrested    ? "arrested"
+                    : phase.separated ? "the body is apart"
+                                      : "complete",
+                    1e6 * phase.time, result_.energy.back().broken));
+    if (!phase.note.empty()) say(phase.note);
     return phase;
   }
 
@@ -236,6 +307,7 @@ private:
     result_.frames = from_->frames;
     result_.counts.steps += ended.n_steps;
     result_.counts.force_evaluations += ended.n_forces;
+    counted_time_ = std::min(ended.time, static_cast<double>(options_.grid.n_steps) * options_.grid.step);
     PhaseResult phase;
     phase.arrested = true;
     phase.time = ended.time;
@@ -268,22 +340,56 @@ private:
     }
   }
 
-  double onset_force(double load_time, const parallel::NodeField& displacement) const {
-    double largest = loads_.largest_force(load_time);
-    const LoadState state = measure_loads(group_, body_, loads_, displacement, load_time);
-    for (std::size_t m = 0; m < loads_.motions.size(); ++m) {
-      if (!loads_.motions[m].is_fixed) largest = std::max(largest, std::abs(state.reaction[m]));
-    }
-    return largest;
+  Checkpoint checkpoint(std::optional<RunningPhase> running, const std::vector<EnergyRow>& energy,
+                        const std::vector<Frame>& frames) const {
+    return {.precision = parameters_.time.precision,
+            .first_break_reaction = first_break_reaction_,
+            .ended = ended_,
+            .running = std::move(running),
+            .impulse = impulse(),
+            .energy = energy,
+            .frames = frames};
   }
 
   void finish() {
-    result_.energy_error = energy_error(result_.energy);
     result_.breaks = gather_breaks(group_, body_.breaks());
+    result_.ties = gather_ties(group_, body_.ties());
+    // What broke when the last phase's duration was over showed only that it was the last one.
+    const bool is_last = std::ranges::none_of(
+        result_.breaks, [&](const fracture::Break& one) { return one.load_time > result_.phase_start; });
+    if (!is_last) counted_time_ = std::numeric_limits<double>::infinity();
+    std::erase_if(result_.energy, [&](const EnergyRow& row) { return row.time > counted_time_; });
+    result_.energy_error = energy_error(result_.energy);
+    const auto is_later = [&](const auto& one) {
+      return one.load_time == result_.phase_start && one.phase_time > counted_time_;
+    };
+    std::erase_if(result_.breaks, is_later);
+    std::erase_if(result_.ties, is_later);
+    if (!result_.breaks.empty()) {
+      const fracture::Break& first = result_.breaks.front();
+      result_.first_break_time = first.load_time + first.phase_time;
+      result_.first_break_load =
+          first.phase_time > 0
+              ? std::max(first_break_reaction_, loads_.largest_force(result_.first_break_time))
+              : load_at_first_break_;
+    }
     if (result_.timings.dynamic > 0) {
       result_.timings.element_updates_per_second = static_cast<double>(subdomain_.n_tetrahedra_global) *
                                                    static_cast<double>(result_.counts.force_evaluations) /
                                                    result_.timings.dynamic;
+    }
+  }
+
+  /// Of a sample that fails, in agreement. Collective.
+  void keep_what_there_is() {
+    if (!control_.failed) return;
+    try {
+      counted_time_ = std::numeric_limits<double>::infinity();
+      // Where it is memory that failed, there is none to keep anything with.
+      parallel::agree(group_, [] { parallel::check_room(room_for_keeping); });
+      parallel::together(group_, [&] { finish(); });
+      control_.failed(std::move(result_));
+    } catch (...) {  // the first failure is the one to be told
     }
   }
 
@@ -303,6 +409,9 @@ private:
   MotionContext context_;
   SampleResult result_;
   std::vector<EndedPhase> ended_;  // breaks and displacements on the root, or from the checkpoint
+  double load_at_first_break_ = std::numeric_limits<double>::quiet_NaN();  // in quasi-static loading [N]
+  double first_break_reaction_ = 0;                                        // in a dynamic phase [N]
+  double counted_time_ = 0;                                                // of the last dynamic phase [s]
   Stopwatch since_save_;
 };
 
@@ -317,6 +426,7 @@ SampleResult run_in_fitting_precision(const parallel::Communicator& group,
     if (control.log && group.is_root()) control.log(line);
   };
   const bool is_mixed = parameters.time.precision == input::Precision::mixed;
+  group.enter("set-up");
   if (from == nullptr || from->precision == parameters.time.precision) {
     try {
       return SampleRun(group, parameters, subdomain, control, from).run();
@@ -330,6 +440,7 @@ SampleResult run_in_fitting_precision(const parallel::Communicator& group,
   } else {
     throw CheckpointMismatch("it was made in mixed numbers");
   }
+  group.enter("set-up");
   input::Parameters in_double = parameters;
   in_double.time.precision = input::Precision::double_;
   SampleResult result = SampleRun(group, in_double, subdomain, control, from).run();
@@ -337,25 +448,12 @@ SampleResult run_in_fitting_precision(const parallel::Communicator& group,
   return result;
 }
 
-}  // namespace
-
-std::string to_string(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::unbroken:
-      return "unbroken";
-    case Outcome::arrested:
-      return "arrested";
-    case Outcome::separated:
-      return "separated";
-    case Outcome::running:
-      return "running";
-  }
-  return "unknown";
-}
-
-SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,
-                        const geometry::Subdomain& subdomain, const SampleControl& control) {
+/// The sample from its checkpoint, or from the start. Collective.
+SampleResult run_from_checkpoint(const parallel::Communicator& group, const input::Parameters& parameters,
+                                 const geometry::Subdomain& subdomain, const SampleControl& control) {
+  group.enter("restoring");
   bool has_checkpoint = !control.checkpoint.empty();
+  parallel::agree(group);
   parallel::check_mpi(MPI_Bcast(&has_checkpoint, 1, MPI_CXX_BOOL, 0, group.get()), "MPI_Bcast");
   if (has_checkpoint) {
     // Every rank has the same checkpoint, so all of them refuse it or none.
@@ -363,6 +461,8 @@ SampleResult run_sample(const parallel::Communicator& group, const input::Parame
     try {
       try {
         from = share_checkpoint(group, control.checkpoint);
+      } catch (const parallel::AgreedError&) {
+        throw;
       } catch (const std::runtime_error&) {
         throw CheckpointMismatch("it is not complete");
       }
@@ -373,6 +473,37 @@ SampleResult run_sample(const parallel::Communicator& group, const input::Parame
     }
   }
   return run_in_fitting_precision(group, parameters, subdomain, control, nullptr);
+}
+
+}  // namespace
+
+double arrest_window(const input::Parameters& parameters) {
+  if (parameters.time.arrest) return *parameters.time.arrest;
+  const double length = *std::ranges::max_element(parameters.specimen.size);
+  return length / std::sqrt(parameters.material.youngs_modulus / parameters.material.density);
+}
+
+std::string to_string(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::unbroken:
+      return "unbroken";
+    case Outcome::arrested:
+      return "arrested";
+    case Outcome::separated:
+      return "separated";
+    case Outcome::running:
+      return "in one piece";
+    case Outcome::undecided:
+      return "undecided";
+  }
+  return "unknown";
+}
+
+SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,
+                        const geometry::Subdomain& subdomain, const SampleControl& control) {
+  SampleResult result;
+  parallel::together(group, [&] { result = run_from_checkpoint(group, parameters, subdomain, control); });
+  return result;
 }
 
 }  // namespace crackle::dynamics

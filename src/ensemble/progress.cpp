@@ -34,6 +34,7 @@ void Progress::kept(std::uint64_t sample, const analysis::SampleSummary& summary
 
 void Progress::started(std::uint64_t sample, double now) {
   running_[sample] = now;
+  where_.clear();
 }
 
 void Progress::finished(const SampleReport& report, double now) {
@@ -69,7 +70,7 @@ double Progress::time_left(double now) const {
 }
 
 double Progress::mean_position() const {
-  return statistics_.mean_position(0, static_cast<int>(section_y_.size() / 2));
+  return statistics_.mean_leader_position(static_cast<int>(section_y_.size() / 2));
 }
 
 std::string Progress::line(double now) const {
@@ -78,6 +79,8 @@ std::string Progress::line(double now) const {
   if (const double rest = time_left(now); std::isfinite(rest) && rest > 0) {
     text += fmt::format(", {} to go", format_duration(rest));
   }
+  if (running_.size() == 1 && !where_.empty())
+    text += fmt::format("; sample {}: {}", running_.begin()->first, where_);
   if (const std::string found = means(); !found.empty()) text += "; " + found;
   return text;
 }
@@ -85,10 +88,21 @@ std::string Progress::line(double now) const {
 std::string Progress::means() const {
   std::string text;
   if (const double z = mean_position(); std::isfinite(z)) {
-    text = fmt::format("mean z({:g} mm) = {:.3f} mm", section_y_[section_y_.size() / 2] * 1e3, z * 1e3);
+    text = fmt::format("mean z of leaders at y = {:g} mm: {:.3f} mm", section_y_[section_y_.size() / 2] * 1e3,
+                       z * 1e3);
   }
   if (const double force = statistics_.median_onset_force(); std::isfinite(force)) {
     text += fmt::format("{}median onset {:.3f} N", text.empty() ? "" : ", ", force);
+  }
+  return text;
+}
+
+std::string format_samples(std::span<const std::uint64_t> samples) {
+  std::string text = samples.size() == 1 ? "sample" : "samples";
+  for (std::size_t first = 0, last = 0; first < samples.size(); first = last + 1) {
+    for (last = first; last + 1 < samples.size() && samples[last + 1] == samples[last] + 1;) ++last;
+    text += fmt::format("{} {}", first == 0 ? "" : ",", samples[first]);
+    if (last > first) text += fmt::format("-{}", samples[last]);
   }
   return text;
 }

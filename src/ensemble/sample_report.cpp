@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/sample_report.h"
 
+#include "crackle/analysis/sample_results.h"
 #include "crackle/parallel/packing.h"
 
 #include <fmt/format.h>
+
+#include <cmath>
+#include <type_traits>
 
 namespace crackle::ensemble {
 
@@ -34,18 +38,24 @@ SampleReport report_from_bytes(std::span<const std::byte> bytes) {
 
 namespace {
 
-const char* pattern_name(std::int32_t pattern) {
-  switch (static_cast<analysis::Pattern>(pattern)) {
-    case analysis::Pattern::none:
-      return "no crack across";
-    case analysis::Pattern::one_crack:
-      return "one crack";
-    case analysis::Pattern::two_cracks:
-      return "two cracks";
-    case analysis::Pattern::other:
-      break;
-  }
-  return "other pattern";
+/// The word that a result's number stands for.
+template <class Number>
+std::string word_of(const analysis::SampleSummary& row, Number analysis::SampleSummary::*wanted) {
+  std::string word;
+  analysis::for_each_result([&](const analysis::ResultInfo& info, auto member) {
+    if constexpr (std::is_same_v<decltype(member), Number analysis::SampleSummary::*>) {
+      if (member == wanted) word = analysis::category_name(info.categories, row.*wanted);
+    }
+  });
+  return word;
+}
+
+/// "onset 381.2 N", or where there is none "first break at 252.1 N".
+std::string loads_text(const analysis::SampleSummary& summary) {
+  if (!std::isnan(summary.onset_force)) return fmt::format("onset {:.1f} N, ", summary.onset_force);
+  if (!std::isnan(summary.first_break_load))
+    return fmt::format("first break at {:.1f} N, ", summary.first_break_load);
+  return "";
 }
 
 }  // namespace
@@ -56,30 +66,45 @@ std::string describe(const SampleReport& report) {
   if (summary.status != analysis::SampleStatus::done) {
     return fmt::format("sample {} failed after {:.1f} s: {}", report.sample, report.seconds, summary.error);
   }
+  const std::string pattern = word_of(summary, &analysis::SampleSummary::pattern);
   return fmt::format(
-      "sample {} done: onset {:.1f} N, {}, {:.1f} mm^2 of crack, {} breaks, energy error {:.1e}, {:.1f} s{}",
-      report.sample, summary.onset_force, pattern_name(summary.pattern), summary.crack_area * 1e6,
-      summary.breaks, summary.energy_error, report.seconds,
-      report.mesh_attempt == 0 ? "" : fmt::format(", mesh made at attempt {}", report.mesh_attempt + 1));
+      "sample {} done: {}, {}{}, {:.1f} mm^2 of crack, {} breaks, energy error {:.1e}, {:.1f} s{}{}",
+      report.sample, word_of(summary, &analysis::SampleSummary::outcome), loads_text(summary),
+      pattern == "none"    ? "no crack across"
+      : pattern == "other" ? "other pattern"
+                           : pattern,
+      summary.crack_area * 1e6, summary.breaks, summary.energy_error, report.seconds,
+      report.mesh_attempt == 0 ? "" : fmt::format(", mesh made at attempt {}", report.mesh_attempt + 1),
+      summary.note.empty() ? "" : "; " + summary.note);
 }
 
 std::vector<std::string> describe(const dynamics::SampleResult& result) {
   const auto& counts = result.counts;
   const auto& timings = result.timings;
-  return {
-      fmt::format("outcome: {}", dynamics::to_string(result.outcome)),
-      fmt::format("t0 = {:.6f} s, load {:.2f} N", result.onset_time, result.onset_force),
-      fmt::format(
-          "{} breaks, {} of them quasi-static; {} dynamic phases; {} static solves with {} iterations",
-          result.breaks.size(), counts.quasi_static_breaks, counts.dynamic_phases, counts.static_solves,
-          counts.solver_iterations),
-      fmt::format("{} steps of {:.3f} ns (stable up to {:.3f} ns), {} force evaluations", counts.steps,
-                  result.time_step * 1e9, result.stable_step * 1e9, counts.force_evaluations),
-      fmt::format("energy error {:.2e} of the work done", result.energy_error),
-      fmt::format("mesh {:.1f} s, setup {:.1f} s, quasi-static {:.1f} s, dynamic {:.1f} s", timings.mesh,
-                  timings.setup, timings.quasi_static, timings.dynamic),
-      fmt::format("{:.3e} element updates per second", timings.element_updates_per_second),
-  };
+  std::vector<std::string> lines{fmt::format("outcome: {}", dynamics::to_string(result.outcome))};
+  if (!result.breaks.empty())
+    lines.push_back(fmt::format("first break at t = {:.6f} s, {:.2f} N", result.first_break_time,
+                                result.first_break_load));
+  if (!std::isnan(result.onset_time))
+    lines.push_back(fmt::format("t0 = {:.6f} s, load {:.2f} N", result.onset_time, result.onset_force));
+  for (auto& line : {
+           fmt::format(
+               "{} breaks, {} of them quasi-static; {} dynamic phases; {} static solves with {} iterations",
+               result.breaks.size(), counts.quasi_static_breaks, counts.dynamic_phases, counts.static_solves,
+               counts.solver_iterations),
+           fmt::format("{} steps of {:.3f} ns (stable up to {:.3f} ns), {} force evaluations", counts.steps,
+                       result.time_step * 1e9, result.stable_step * 1e9, counts.force_evaluations),
+           std::isnan(result.equilibrium_residual)
+               ? fmt::format("energy error {:.2e} of the work done", result.energy_error)
+               : fmt::format(
+                     "energy error {:.2e} of the work done; residual of the equilibria {:.1e} of their loads",
+                     result.energy_error, result.equilibrium_residual),
+           fmt::format("mesh {:.1f} s, setup {:.1f} s, quasi-static {:.1f} s, dynamic {:.1f} s", timings.mesh,
+                       timings.setup, timings.quasi_static, timings.dynamic),
+           fmt::format("{:.3e} element updates per second", timings.element_updates_per_second),
+       })
+    lines.push_back(line);
+  return lines;
 }
 
 }  // namespace crackle::ensemble

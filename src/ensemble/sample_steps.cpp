@@ -23,7 +23,7 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
   steps.compute = std::move(compute);
   steps.analyse = [&](const geometry::Realization& realization, const dynamics::SampleResult& result) {
     SampleAnalysis analysis;
-    analysis.surface = analysis::make_crack_surface(body, realization, result.breaks, result.onset_time);
+    analysis.surface = analysis::make_crack_surface(body, realization, result.breaks, result.phase_start);
     analysis.lines = analysis::crack_lines(body, analysis.surface);
     analysis.summary = analysis::summarize(body, result, analysis.surface, analysis.lines,
                                            parameters.material, parameters.sections.y);
@@ -36,8 +36,16 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
                      {parameters, sample, realization, result, analysis.surface, analysis.lines,
                       analysis.summary, n_ranks});
   };
-  steps.write_failure = [&parameters, folder](std::uint64_t sample, const analysis::SampleSummary& failure) {
-    io::write_failed_sample(io::sample_path(folder, sample), parameters, sample, failure);
+  steps.write_failure = [&parameters, folder, n_ranks](std::uint64_t sample,
+                                                       const analysis::SampleSummary& failure,
+                                                       const PartialSample* partial) {
+    const std::filesystem::path file = io::sample_path(folder, sample);
+    if (partial == nullptr) {
+      io::write_failed_sample(file, parameters, sample, failure);
+    } else {
+      io::write_sample(file, {parameters, sample, partial->realization, partial->result,
+                              partial->analysis.surface, partial->analysis.lines, failure, n_ranks});
+    }
   };
   const auto checkpoint = [folder](std::uint64_t sample) { return io::checkpoint_path(folder, sample); };
   steps.read_checkpoint = [&parameters, checkpoint](std::uint64_t sample) {

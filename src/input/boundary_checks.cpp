@@ -68,10 +68,9 @@ void check_course(const Boundary& condition, const std::string& key, Start start
                     "of fix");
   } else if (has_rate && has_history) {
     findings.report(key + ".history", "stands beside rate; give one of rate and history");
-  } else if (condition.kind == BoundaryKind::velocity && start == Start::quasi_static &&
-             (has_rate || has_history)) {
+  } else if (condition.kind == BoundaryKind::velocity && start != Start::rest && (has_rate || has_history)) {
     findings.report(key + (has_rate ? ".rate" : ".history"),
-                    "a velocity that changes with time is not accepted with start = \"quasi-static\": the "
+                    "a velocity that changes with time is not accepted unless start = \"rest\": the "
                     "quasi-static phase needs displacements that are linear in time between the points of a "
                     "history; give a constant velocity, or a displacement with a history");
   }
@@ -181,7 +180,7 @@ void check_boundaries(const Parameters& parameters, Findings& findings) {
       check_conflicts(parameters, i, findings);
     }
   }
-  if (parameters.time.start == Start::quasi_static && !findings.faulty("boundary") &&
+  if (parameters.time.start != Start::rest && !findings.faulty("boundary") &&
       !findings.faulty("time.start")) {
     check_held_in_all_directions(parameters, findings);
   }

@@ -156,7 +156,7 @@ Table ensemble_table() {
 Table stop_table() {
   return {"ensemble.stop",
           Occurrence::optional,
-          "stop when the mean crack path is known well enough",
+          "stop when the mean path of the leading cracks is known well enough",
           {quantity_key("half_width", stop(&EnsembleStop::half_width),
                         with_example(length_dimension(), "0.25 mm"), positive_length, required(),
                         "of the confidence interval of the mean path, at every section"),
@@ -251,31 +251,38 @@ Table fracture_table() {
 }
 
 Table time_table() {
-  return {
-      "time",
-      Occurrence::once,
-      "the way of loading and the dynamic phase",
-      {choice_key<Start>("start", in(&Parameters::time, &Time::start),
-                         {{"quasi-static", Start::quasi_static}, {"rest", Start::rest}},
-                         by_default("\"quasi-static\""), "equilibria up to run-away, or dynamics from t = 0"),
-       automatic_time_key("step", in(&Parameters::time, &Time::step), "5 ns",
-                          "time step; \"auto\" is a fraction of the stable step"),
-       quantity_key("duration", in(&Parameters::time, &Time::duration),
-                    with_example(time_dimension(), "100 us"), positive_time, required(),
-                    "of the dynamic phase"),
-       choice_key<Integrator>("integrator", in(&Parameters::time, &Time::integrator),
-                              {{"bilateral4", Integrator::bilateral4}, {"verlet", Integrator::verlet}},
-                              by_default("\"bilateral4\""),
-                              "order 4 with four forces per step, or order 2 with one"),
-       choice_key<Precision>("precision", in(&Parameters::time, &Time::precision),
-                             {{"mixed", Precision::mixed}, {"double", Precision::double_}},
-                             by_default("\"mixed\""),
-                             "of the dynamic phase: fixed-point numbers of 32 or of 64 bits; what outgrows "
-                             "32 bits is computed again in "
-                             "64"),
-       automatic_time_key("arrest", in(&Parameters::time, &Time::arrest), "20 us",
-                          "time without a break after which a dynamic phase has arrested; \"auto\" is "
-                          "what a shear wave needs across the body's middle extent")}};
+  return {"time",
+          Occurrence::once,
+          "the way of loading and the dynamic phase",
+          {choice_key<Start>(
+               "start", in(&Parameters::time, &Time::start),
+               {{"quasi-static", Start::quasi_static},
+                {"equilibrium", Start::equilibrium},
+                {"rest", Start::rest}},
+               by_default("\"quasi-static\""),
+               "equilibria up to run-away; dynamics from the equilibrium under the loads at t = 0, whatever "
+               "is over the strength there; or dynamics from the body at rest at t = 0"),
+           automatic_time_key("step", in(&Parameters::time, &Time::step), "5 ns",
+                              "time step; \"auto\" is a fraction of the stable step"),
+           quantity_key("duration", in(&Parameters::time, &Time::duration),
+                        with_example(time_dimension(), "100 us"), positive_time, required(),
+                        "of the dynamic phase"),
+           choice_key<Integrator>("integrator", in(&Parameters::time, &Time::integrator),
+                                  {{"bilateral4", Integrator::bilateral4}, {"verlet", Integrator::verlet}},
+                                  by_default("\"bilateral4\""),
+                                  "order 4 with four forces per step, or order 2 with one"),
+           choice_key<Precision>(
+               "precision", in(&Parameters::time, &Time::precision),
+               {{"mixed", Precision::mixed}, {"double", Precision::double_}}, by_default("\"mixed\""),
+               "of the dynamic phase: fixed-point numbers of 32 or of 64 bits; what outgrows "
+               "32 bits is computed again in "
+               "64"),
+           automatic_time_key("arrest", in(&Parameters::time, &Time::arrest), "20 us",
+                              "time without a break after which a dynamic phase has arrested; \"auto\" is "
+                              "what a bar's longitudinal wave takes along the body's longest extent"),
+           optional_quantity_key("after_separation", in(&Parameters::time, &Time::after_separation),
+                                 with_example(time_dimension(), "20 us"), positive_time, optional("off"),
+                                 "a dynamic phase ends this long after the body came apart")}};
 }
 
 Table output_table() {

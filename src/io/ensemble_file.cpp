@@ -3,11 +3,14 @@
 
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
+#include "crackle/parallel/packing.h"
+#include "crackle/parallel/petsc.h"
 #include "hdf5.h"
 #include "memory_file.h"
 #include "partial_file.h"
 #include "provenance.h"
-#include "summary_columns.h"
+#include "result_attributes.h"
+#include "sample_shape.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -20,6 +23,7 @@
 #include <optional>
 #include <span>
 #include <stdexcept>
+#include <string_view>
 #include <type_traits>
 
 namespace crackle::io {
@@ -33,6 +37,7 @@ namespace crackle::io {
 
 namespace {
 
+using analysis::ResultInfo;
 using analysis::SampleSummary;
 using hdf5::Shape;
 
@@ -40,24 +45,25 @@ std::int32_t status_of(const SampleSummary& row) {
   return static_cast<std::int32_t>(row.status);
 }
 
-/// Calls visit(dataset, units, value of a row) for every dataset with one value for each sample.
+/// Calls visit(dataset, info, value of a row) for every dataset with one value for each sample.
 template <class Visit>
 void for_each_column(Visit&& visit) {
-  visit("samples/status", "", status_of);
-  for_each_result([&](const char* name, auto member, const char* units) {
-    visit(std::string("samples/") + name, units, [member](const SampleSummary& row) { return row.*member; });
+  visit("samples/status", status_info, status_of);
+  analysis::for_each_result([&](const ResultInfo& info, auto member) {
+    visit(std::string("samples/") + info.name, info,
+          [member](const SampleSummary& row) { return row.*member; });
   });
-  visit("timing/wall_time", "s", [](const SampleSummary& row) { return row.wall_time; });
+  visit("timing/wall_time", wall_time_info, [](const SampleSummary& row) { return row.wall_time; });
 }
 
-/// Calls visit(dataset, units, values of a row) for every dataset with notches x sections values for each
+/// Calls visit(dataset, info, values of a row) for every dataset with notches x sections values for each
 /// sample.
 template <class Visit>
 void for_each_position_table(Visit&& visit) {
-  for_each_position_result([&](const char* name, auto member, const char* units) {
+  analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
     visit(
-        std::string("crack_path/") + name,
-        units, [member](const SampleSummary& row) -> auto& { return row.*member; });
+        std::string("crack_path/") + info.name,
+        info, [member](const SampleSummary& row) -> auto& { return row.*member; });
   });
 }
 
@@ -80,11 +86,11 @@ void check_block(const EnsembleBlock& block, const EnsembleShape& shape) {
   }
   for (std::size_t i = 0; i < block.rows.size(); ++i) {
     const SampleSummary& row = block.rows[i];
-    for_each_position_result([&](const char* name, auto member, const char*) {
+    analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
       if ((row.*member).size() == shape.n_positions()) return;
       throw std::invalid_argument(
           fmt::format("ensemble row {}: {} values {} instead of {} notches x {} sections", block.first + i,
-                      (row.*member).size(), name, shape.n_notches, shape.n_sections));
+                      (row.*member).size(), info.name, shape.n_notches, shape.n_sections));
     });
   }
 }
@@ -107,48 +113,62 @@ void check_disjoint(const parallel::Communicator& world, const EnsembleBlock& bl
   parallel::agree_on_error(world, error);
 }
 
-/// The error texts of all samples, on the root. Collective.
-std::vector<std::string> gather_errors(const parallel::Communicator& world, const EnsembleBlock& block,
-                                       std::size_t n_samples) {
-  std::string mine;  // "<sample> <length> <text>" for every sample with an error
+/// A text of each sample, on the root. Collective.
+std::vector<std::string> gather_texts(const parallel::Communicator& world, const EnsembleBlock& block,
+                                      std::string SampleSummary::*text, std::size_t n_samples) {
+  parallel::Packer packer;
   for (std::size_t i = 0; i < block.rows.size(); ++i) {
-    const std::string& error = block.rows[i].error;
-    if (!error.empty()) mine += fmt::format("{} {} {}", block.first + i, error.size(), error);
+    if ((block.rows[i].*text).empty()) continue;
+    packer.put<std::uint64_t>(block.first + i);
+    packer.put(block.rows[i].*text);
   }
-  const auto gathered = parallel::gather_on_root(world, std::span<const char>(mine));
-  const std::string all(gathered.begin(), gathered.end());
-  std::vector<std::string> errors(n_samples);
-  for (std::size_t at = 0; world.is_root() && at < all.size();) {
-    std::size_t used = 0;
-    const std::size_t sample = std::stoull(all.substr(at), &used);
-    at += used + 1;
-    const std::size_t length = std::stoull(all.substr(at), &used);
-    at += used + 1;
-    errors[sample] = all.substr(at, length);
-    at += length;
+  const auto gathered = parallel::gather_on_root<std::byte>(world, packer.bytes());
+  std::vector<std::string> texts(n_samples);
+  parallel::Unpacker unpacker(gathered);
+  while (!unpacker.empty()) {
+    const auto sample = unpacker.get<std::uint64_t>();
+    texts[sample] = unpacker.get_string();
   }
-  return errors;
+  return texts;
+}
+
+/// @param n_rows of the positions
+void write_paths(hid_t id, const analysis::PathStatistics& paths, std::size_t n_rows,
+                 const EnsembleShape& shape) {
+  const Shape positions{n_rows, shape.n_sections};
+  hdf5::write_dataset<double>(id, "z_mean", positions, paths.z_mean, "m");
+  hdf5::write_dataset<double>(id, "z_std", positions, paths.z_std, "m");
+  hdf5::write_dataset<double>(id, "z_half_width", positions, paths.z_half_width, "m");
+  hdf5::write_dataset<double>(id, "z_quantile", {n_rows, shape.n_sections, analysis::quantile_shares.size()},
+                              paths.z_quantile, "m");
+  hdf5::write_dataset<std::int32_t>(id, "reached", positions, paths.reached, "");
+  hdf5::write_dataset<double>(id, "running_mean", {shape.n_samples, n_rows, shape.n_sections},
+                              paths.running_mean, "m");
 }
 
 void write_statistics(hid_t file, const analysis::Statistics& statistics, const EnsembleShape& shape) {
   const hdf5::Handle group = hdf5::create_group(file, "statistics");
   const hid_t id = group.get();
-  const Shape positions{shape.n_notches, shape.n_sections};
   hdf5::write_attribute(id, "confidence", statistics.confidence);
+  hdf5::write_attribute(id, "interval_scope", std::string(analysis::interval_scope));
   hdf5::write_attribute(id, "n_looks", std::int64_t{statistics.n_looks});
   hdf5::write_attribute(id, "n_needed", std::int64_t{statistics.n_needed});
-  hdf5::write_dataset<double>(id, "z_mean", positions, statistics.z_mean, "m");
-  hdf5::write_dataset<double>(id, "z_std", positions, statistics.z_std, "m");
-  hdf5::write_dataset<double>(id, "z_half_width", positions, statistics.z_half_width, "m");
-  hdf5::write_dataset<double>(id, "z_quantile",
-                              {shape.n_notches, shape.n_sections, analysis::quantile_shares.size()},
-                              statistics.z_quantile, "m");
-  hdf5::write_dataset<std::int32_t>(id, "reached", positions, statistics.reached, "");
-  hdf5::write_dataset<double>(id, "running_mean", {shape.n_samples, shape.n_notches, shape.n_sections},
-                              statistics.running_mean, "m");
-  hdf5::write_dataset<double>(id, "pattern_share", {analysis::n_patterns}, statistics.pattern_share, "1");
-  hdf5::write_dataset<double>(id, "pattern_half_width", {analysis::n_patterns}, statistics.pattern_half_width,
-                              "1");
+  write_paths(id, statistics, shape.n_notches, shape);
+  for (const auto& [name, values] : {std::pair{"pattern_share", &statistics.pattern_share},
+                                     {"pattern_half_width", &statistics.pattern_half_width},
+                                     {"pattern_lower", &statistics.pattern_lower},
+                                     {"pattern_upper", &statistics.pattern_upper}})
+    hdf5::write_dataset<double>(id, name, {analysis::n_patterns}, *values, "1");
+  hdf5::write_dataset<std::int32_t>(id, "reference_notch", {shape.n_notches}, statistics.reference_notch, "");
+  analysis::for_each_rank(statistics, [&](const std::string& name, const analysis::RankStatistics& ranks) {
+    const hdf5::Handle of_rank = hdf5::create_group(id, name);
+    const std::size_t n_rows = ranks.notch.size();
+    hdf5::write_dataset<std::int32_t>(of_rank.get(), "leading_notch", {n_rows}, ranks.leading_notch, "");
+    hdf5::write_dataset<std::int32_t>(of_rank.get(), "notch", {n_rows}, ranks.notch, "");
+    hdf5::write_dataset<std::int32_t>(of_rank.get(), "counted", {n_rows, shape.n_sections}, ranks.counted,
+                                      "");
+    write_paths(of_rank.get(), ranks, n_rows, shape);
+  });
 }
 
 void write_mother_points(hid_t file, const geometry::MotherPoints& base) {
@@ -161,8 +181,14 @@ void write_mother_points(hid_t file, const geometry::MotherPoints& base) {
   hdf5::write_dataset<std::uint8_t>(group.get(), "movable", {base.size()}, base.movable, "");
 }
 
-/// The whole file, with all samples pending except for their error texts.
-std::vector<std::byte> lay_out(const input::Parameters& parameters, const std::vector<std::string>& errors,
+/// The texts of all samples.
+struct Texts {
+  std::vector<std::string> errors;
+  std::vector<std::string> notes;
+};
+
+/// The whole file, with all samples pending except for their texts.
+std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts& texts,
                                const analysis::Statistics& statistics, const geometry::MotherPoints& base,
                                int n_ranks) {
   const hdf5::QuietErrors quiet;
@@ -170,24 +196,28 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const std::v
   const SampleSummary pending = analysis::empty_summary(
       static_cast<int>(shape.n_notches), static_cast<int>(shape.n_sections), analysis::SampleStatus::pending);
   hdf5::MemoryFile file;
-  write_identity(file.get(), "crackle ensemble", ensemble_schema_version, parameters);
+  write_identity(file.get(), ensemble_kind, ensemble_schema_version, parameters);
   for (const char* name : {"samples", "crack_path", "timing"}) hdf5::create_group(file.get(), name);
-  for_each_column([&](const std::string& name, const char* units, auto value) {
+  int n_columns = 0;
+  for_each_column([&](const std::string& name, const ResultInfo& info, auto value) {
     using Value = std::invoke_result_t<decltype(value), const SampleSummary&>;
     const std::vector<Value> column(shape.n_samples, value(pending));
-    hdf5::write_dataset<Value>(file.get(), name, {shape.n_samples}, column, units);
+    hdf5::write_dataset<Value>(file.get(), name, {shape.n_samples}, column, info.units);
+    describe_result(file.get(), name, info, n_columns++);
   });
-  hdf5::write_texts(file.get(), "samples/error", errors);
+  hdf5::write_texts(file.get(), "samples/error", texts.errors);
+  hdf5::write_texts(file.get(), "samples/note", texts.notes);
   hdf5::write_dataset<double>(file.get(), "crack_path/section", {shape.n_sections}, parameters.sections.y,
                               "m");
-  for_each_position_table([&](const std::string& name, const char* units, auto values) {
+  for_each_position_table([&](const std::string& name, const ResultInfo& info, auto values) {
     using Value = typename std::decay_t<decltype(values(pending))>::value_type;
     std::vector<Value> table;
     for (std::size_t i = 0; i < shape.n_samples; ++i) {
       table.insert(table.end(), values(pending).begin(), values(pending).end());
     }
     hdf5::write_dataset<Value>(file.get(), name, {shape.n_samples, shape.n_notches, shape.n_sections}, table,
-                               units);
+                               info.units);
+    describe_result(file.get(), name, info, n_columns++);
   });
   write_statistics(file.get(), statistics, shape);
   write_mother_points(file.get(), base);
@@ -226,12 +256,12 @@ void write_rows(hid_t file, const std::string& name, std::size_t first, std::siz
 }
 
 void write_block(hid_t file, const EnsembleBlock& block) {
-  for_each_column([&](const std::string& name, const char*, auto value) {
+  for_each_column([&](const std::string& name, const ResultInfo&, auto value) {
     std::vector<std::invoke_result_t<decltype(value), const SampleSummary&>> column;
     for (const SampleSummary& row : block.rows) column.push_back(value(row));
     write_rows(file, name, block.first, block.rows.size(), column);
   });
-  for_each_position_table([&](const std::string& name, const char*, auto values) {
+  for_each_position_table([&](const std::string& name, const ResultInfo&, auto values) {
     std::vector<typename std::decay_t<decltype(values(block.rows.front()))>::value_type> table;
     for (const SampleSummary& row : block.rows) {
       table.insert(table.end(), values(row).begin(), values(row).end());
@@ -239,6 +269,9 @@ void write_block(hid_t file, const EnsembleBlock& block) {
     write_rows(file, name, block.first, block.rows.size(), table);
   });
 }
+
+/// What MPI-IO and HDF5 allocate while the ranks wait for each other, at most [byte].
+constexpr std::size_t room_for_writing = std::size_t{64} << 20;
 
 /// All ranks put their rows into the file. Collective; a rank that fails still takes part in closing it.
 void write_blocks(const parallel::Communicator& world, const std::filesystem::path& file,
@@ -248,6 +281,16 @@ void write_blocks(const parallel::Communicator& world, const std::filesystem::pa
   parallel::agree(world, [&] {
     if (::access(file.c_str(), R_OK | W_OK) != 0) {
       throw std::runtime_error(fmt::format("rank {}: {}", world.rank(), std::strerror(errno)));
+    }
+    // With memory for it too: MPI-IO loads its libraries when the first file is opened.
+    try {
+      parallel::check_room(room_for_writing);
+      MPI_File alone = MPI_FILE_NULL;
+      parallel::check_mpi(MPI_File_open(MPI_COMM_SELF, file.c_str(), MPI_MODE_RDWR, MPI_INFO_NULL, &alone),
+                          "MPI_File_open");
+      parallel::check_mpi(MPI_File_close(&alone), "MPI_File_close");
+    } catch (const std::exception& failure) {
+      throw std::runtime_error(fmt::format("rank {}: {}", world.rank(), failure.what()));
     }
   });
   std::optional<std::string> error;
@@ -276,7 +319,8 @@ void write_ensemble(const parallel::Communicator& world, const std::filesystem::
   try {
     parallel::agree(world, [&] { check_block(block, shape); });
     check_disjoint(world, block);
-    const std::vector<std::string> errors = gather_errors(world, block, shape.n_samples);
+    const Texts texts{gather_texts(world, block, &SampleSummary::error, shape.n_samples),
+                      gather_texts(world, block, &SampleSummary::note, shape.n_samples)};
     std::optional<PartialFile> partial;  // the root's: removes the file unless it became whole
     parallel::agree(world, [&] {
       if (!world.is_root()) return;
@@ -284,7 +328,7 @@ void write_ensemble(const parallel::Communicator& world, const std::filesystem::
       std::array<char, 256> host{};
       ::gethostname(host.data(), host.size() - 1);
       partial.emplace(file, fmt::format(".{}-{}", host.data(), ::getpid()));
-      partial->write(lay_out(parameters, errors, statistics, base, world.size()));
+      partial->write(lay_out(parameters, texts, statistics, base, world.size()));
     });
     const std::string partial_name =
         parallel::share_text(world, partial ? partial->partial_name().string() : std::string());

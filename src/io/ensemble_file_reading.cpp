@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/ensemble_file.h"
 
+#include "crackle/analysis/sample_results.h"
 #include "hdf5.h"
 #include "provenance.h"
-#include "summary_columns.h"
+#include "sample_shape.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
@@ -16,43 +18,63 @@ namespace crackle::io {
 
 namespace {
 
+using analysis::ResultInfo;
 using analysis::SampleSummary;
 using hdf5::Shape;
 
-std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape) {
+/// @param version of the file's format: what it does not have yet stays as in a row without results
+std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape, std::int64_t version) {
   const std::size_t n_samples = shape[0];
   const std::size_t n_positions = shape[1] * shape[2];
   const auto status = hdf5::read_dataset<std::int32_t>(file, "samples/status", {n_samples});
   const auto errors = hdf5::read_texts(file, "samples/error");
   const auto wall_time = hdf5::read_dataset<double>(file, "timing/wall_time", {n_samples});
-  if (errors.size() != n_samples) throw hdf5::Error("dataset samples/error: not one text for each sample");
+  const auto notes =
+      version < 3 ? std::vector<std::string>(n_samples) : hdf5::read_texts(file, "samples/note");
+  if (errors.size() != n_samples || notes.size() != n_samples)
+    throw hdf5::Error("datasets samples/error and note: not one text for each sample");
   std::vector<SampleSummary> samples(n_samples);
   for (std::size_t i = 0; i < n_samples; ++i) {
     if (status[i] < 0 || status[i] > 2) throw hdf5::Error(fmt::format("sample {}: unknown status", i));
     samples[i].status = static_cast<analysis::SampleStatus>(status[i]);
     samples[i].error = errors[i];
+    samples[i].note = notes[i];
     samples[i].wall_time = wall_time[i];
   }
-  for_each_position_result([&](const char* name, auto member, const char*) {
+  analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
+    if (info.since > version) return;
     using Value = typename std::remove_cvref_t<decltype(std::declval<SampleSummary>().*member)>::value_type;
-    const auto table = hdf5::read_dataset<Value>(file, std::string("crack_path/") + name, shape);
+    const auto table = hdf5::read_dataset<Value>(file, std::string("crack_path/") + info.name, shape);
     for (std::size_t i = 0; i < n_samples; ++i) {
       const auto row = table.begin() + static_cast<std::ptrdiff_t>(i * n_positions);
       (samples[i].*member).assign(row, row + static_cast<std::ptrdiff_t>(n_positions));
     }
   });
-  for_each_result([&](const char* name, auto member, const char*) {
+  analysis::for_each_result([&](const ResultInfo& info, auto member) {
+    if (info.since > version) return;
     using Value = std::remove_cvref_t<decltype(std::declval<SampleSummary>().*member)>;
-    const auto column = hdf5::read_dataset<Value>(file, std::string("samples/") + name, {n_samples});
+    const auto column = hdf5::read_dataset<Value>(file, std::string("samples/") + info.name, {n_samples});
     for (std::size_t i = 0; i < n_samples; ++i) samples[i].*member = column[i];
   });
   return samples;
 }
 
-analysis::Statistics read_statistics(hid_t file, const Shape& shape) {
+/// @param shape samples x rows x sections
+void read_paths(hid_t id, const Shape& shape, analysis::PathStatistics& paths) {
+  const Shape positions{shape[1], shape[2]};
+  paths.z_mean = hdf5::read_dataset<double>(id, "z_mean", positions);
+  paths.z_std = hdf5::read_dataset<double>(id, "z_std", positions);
+  paths.z_half_width = hdf5::read_dataset<double>(id, "z_half_width", positions);
+  paths.z_quantile =
+      hdf5::read_dataset<double>(id, "z_quantile", {shape[1], shape[2], analysis::quantile_shares.size()});
+  paths.reached = hdf5::read_dataset<std::int32_t>(id, "reached", positions);
+  paths.running_mean = hdf5::read_dataset<double>(id, "running_mean", shape);
+}
+
+/// @param version of the file's format: below 3 nothing is told by rank
+analysis::Statistics read_statistics(hid_t file, const Shape& shape, std::int64_t version) {
   const hdf5::Handle group = hdf5::open_group(file, "statistics");
   const hid_t id = group.get();
-  const Shape positions{shape[1], shape[2]};
   analysis::Statistics statistics;
   statistics.n_notches = static_cast<int>(shape[1]);
   statistics.n_sections = static_cast<int>(shape[2]);
@@ -60,17 +82,25 @@ analysis::Statistics read_statistics(hid_t file, const Shape& shape) {
   statistics.confidence = hdf5::read_number_attribute(id, "confidence");
   statistics.n_looks = static_cast<int>(hdf5::read_integer_attribute(id, "n_looks"));
   statistics.n_needed = static_cast<int>(hdf5::read_integer_attribute(id, "n_needed"));
-  statistics.z_mean = hdf5::read_dataset<double>(id, "z_mean", positions);
-  statistics.z_std = hdf5::read_dataset<double>(id, "z_std", positions);
-  statistics.z_half_width = hdf5::read_dataset<double>(id, "z_half_width", positions);
-  statistics.z_quantile =
-      hdf5::read_dataset<double>(id, "z_quantile", {shape[1], shape[2], analysis::quantile_shares.size()});
-  statistics.reached = hdf5::read_dataset<std::int32_t>(id, "reached", positions);
-  statistics.running_mean = hdf5::read_dataset<double>(id, "running_mean", shape);
-  const auto share = hdf5::read_dataset<double>(id, "pattern_share", {analysis::n_patterns});
-  const auto width = hdf5::read_dataset<double>(id, "pattern_half_width", {analysis::n_patterns});
-  std::copy(share.begin(), share.end(), statistics.pattern_share.begin());
-  std::copy(width.begin(), width.end(), statistics.pattern_half_width.begin());
+  read_paths(id, shape, statistics);
+  const auto read_shares = [&](const char* name, std::array<double, analysis::n_patterns>& shares) {
+    std::ranges::copy(hdf5::read_dataset<double>(id, name, {analysis::n_patterns}), shares.begin());
+  };
+  read_shares("pattern_share", statistics.pattern_share);
+  read_shares("pattern_half_width", statistics.pattern_half_width);
+  if (version < 3) return statistics;
+  read_shares("pattern_lower", statistics.pattern_lower);
+  read_shares("pattern_upper", statistics.pattern_upper);
+  statistics.reference_notch = hdf5::read_dataset<std::int32_t>(id, "reference_notch", {shape[1]});
+  analysis::for_each_rank(statistics, [&](const std::string& name, analysis::RankStatistics& ranks) {
+    const hdf5::Handle of_rank = hdf5::open_group(id, name.c_str());
+    const Shape rows = hdf5::read_shape(of_rank.get(), "notch");
+    if (rows.size() != 1) throw hdf5::Error("dataset statistics/" + name + "/notch: not one value a row");
+    ranks.leading_notch = hdf5::read_dataset<std::int32_t>(of_rank.get(), "leading_notch", rows);
+    ranks.notch = hdf5::read_dataset<std::int32_t>(of_rank.get(), "notch", rows);
+    ranks.counted = hdf5::read_dataset<std::int32_t>(of_rank.get(), "counted", {rows[0], shape[2]});
+    read_paths(of_rank.get(), {shape[0], rows[0], shape[2]}, ranks);
+  });
   return statistics;
 }
 
@@ -94,8 +124,9 @@ auto read_file(const std::filesystem::path& file, Read&& read) {
   try {
     const hdf5::QuietErrors quiet;
     const hdf5::Handle root = hdf5::open_for_reading(file);
-    check_identity(root.get(), "crackle ensemble", ensemble_schema_version);
-    return read(root.get());
+    const std::int64_t version =
+        check_identity(root.get(), ensemble_kind, oldest_schema_version, ensemble_schema_version);
+    return read(root.get(), version);
   } catch (const std::exception& error) {
     throw std::runtime_error("cannot use '" + file.string() + "': " + error.what());
   }
@@ -104,14 +135,14 @@ auto read_file(const std::filesystem::path& file, Read&& read) {
 }  // namespace
 
 EnsembleContent read_ensemble(const std::filesystem::path& file) {
-  return read_file(file, [](hid_t id) {
+  return read_file(file, [](hid_t id, std::int64_t version) {
     const Shape shape = hdf5::read_shape(id, "crack_path/z");
     if (shape.size() != 3) throw hdf5::Error("dataset crack_path/z: not samples x notches x sections");
     EnsembleContent content;
     content.input_text = hdf5::read_text_attribute(id, "input");
     content.sections = hdf5::read_dataset<double>(id, "crack_path/section", {shape[2]});
-    content.samples = read_samples(id, shape);
-    content.statistics = read_statistics(id, shape);
+    content.samples = read_samples(id, shape, version);
+    content.statistics = read_statistics(id, shape, version);
     content.statistics.n_done = static_cast<int>(std::count_if(
         content.samples.begin(), content.samples.end(),
         [](const SampleSummary& sample) { return sample.status == analysis::SampleStatus::done; }));
@@ -122,7 +153,7 @@ EnsembleContent read_ensemble(const std::filesystem::path& file) {
 
 geometry::MotherPoints read_mother_points(const std::filesystem::path& file,
                                           const input::Parameters& parameters) {
-  return read_file(file, [&](hid_t id) {
+  return read_file(file, [&](hid_t id, std::int64_t) {
     check_input(id, parameters);
     return read_mother_points(id);
   });

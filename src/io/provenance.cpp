@@ -35,14 +35,20 @@ void write_identity(hid_t file, const std::string& kind, std::int64_t schema_ver
   hdf5::write_attribute(file, "input_identity", input::sample_identity(parameters));
 }
 
-void check_identity(hid_t file, const std::string& kind, std::int64_t schema_version) {
+std::int64_t check_identity(hid_t file, const std::string& kind, std::int64_t oldest, std::int64_t newest) {
   if (H5Aexists(file, "kind") <= 0 || hdf5::read_text_attribute(file, "kind") != kind) {
     throw hdf5::Error("not a " + kind + " file");
   }
-  const std::int64_t found = hdf5::read_integer_attribute(file, "schema_version");
-  if (found != schema_version) {
-    throw hdf5::Error(fmt::format("schema version {}; this program reads version {}", found, schema_version));
-  }
+  const std::int64_t version = hdf5::read_integer_attribute(file, "schema_version");
+  if (version > newest)
+    throw hdf5::Error(
+        fmt::format("version {} of the file format; this program reads versions up to {}", version, newest));
+  if (version < oldest)
+    throw OlderFormat(
+        fmt::format("version {} of the file format, written by version {} of the program; this program "
+                    "writes version {}",
+                    version, hdf5::read_text_attribute(file, "program_version"), newest));
+  return version;
 }
 
 void check_input(hid_t file, const input::Parameters& parameters) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "crackle/input/parameters.h"
+#include "crackle/io/sample_file.h"
 #include "hdf5.h"
 
 #include <string>
@@ -13,8 +14,10 @@ namespace crackle::io {
 void write_identity(hid_t file, const std::string& kind, std::int64_t schema_version,
                     const input::Parameters& parameters);
 
-/// @throws hdf5::Error unless the file is of this kind and schema
-void check_identity(hid_t file, const std::string& kind, std::int64_t schema_version);
+/// @return the version of its format
+/// @throws OlderFormat when that is below `oldest`
+/// @throws hdf5::Error unless the file is of this kind, or when it is of a version above `newest`
+std::int64_t check_identity(hid_t file, const std::string& kind, std::int64_t oldest, std::int64_t newest);
 
 /// @throws hdf5::Error unless the file was made from an input with the same samples, input::sample_identity,
 /// and the same content of mesh.points

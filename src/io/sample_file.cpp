@@ -5,8 +5,8 @@
 #include "hdf5.h"
 #include "memory_file.h"
 #include "provenance.h"
+#include "result_attributes.h"
 #include "sample_shape.h"
-#include "summary_columns.h"
 
 #include <fmt/format.h>
 
@@ -18,6 +18,7 @@ namespace crackle::io {
 
 namespace {
 
+using analysis::ResultInfo;
 using analysis::SampleSummary;
 using hdf5::Shape;
 using hdf5::Storage;
@@ -151,6 +152,22 @@ void write_breaks(hid_t file, const std::vector<fracture::Break>& breaks) {
       id, "cut", breaks, [](const Break& b) { return b.cut; }, "");
 }
 
+void write_ties(hid_t file, const std::vector<fracture::Tie>& ties) {
+  using fracture::Tie;
+  const hdf5::Handle group = hdf5::create_group(file, "ties");
+  const hid_t id = group.get();
+  write_column<std::int64_t>(
+      id, "tetrahedron", ties, [](const Tie& t) { return t.tetrahedron; }, "");
+  write_column<double>(
+      id, "load_time", ties, [](const Tie& t) { return t.load_time; }, "s");
+  write_column<double>(
+      id, "phase_time", ties, [](const Tie& t) { return t.phase_time; }, "s");
+  write_column<double>(
+      id, "released_energy", ties, [](const Tie& t) { return t.released_energy; }, "J");
+  write_column<std::uint8_t>(
+      id, "edges", ties, [](const Tie& t) { return t.edges; }, "");
+}
+
 void write_energy(hid_t file, const std::vector<dynamics::EnergyRow>& rows) {
   using dynamics::EnergyRow;
   const hdf5::Handle group = hdf5::create_group(file, "energy");
@@ -212,15 +229,20 @@ hdf5::Handle write_row(hid_t file, const input::Parameters& parameters, std::uin
   write_identity(file, sample_kind, sample_schema_version, parameters);
   hdf5::write_attribute(file, "sample", sample);
   hdf5::write_attribute(file, "status", static_cast<std::int64_t>(summary.status));
+  hdf5::write_attribute(file, "status_categories", std::string(analysis::status_categories));
   hdf5::write_attribute(file, "error", summary.error);
+  hdf5::write_attribute(file, "note", summary.note);
   hdf5::Handle group = hdf5::create_group(file, "summary");
   const hid_t id = group.get();
-  for_each_result([&](const char* name, auto member, const char* units) {
-    hdf5::write_scalar(id, name, summary.*member, units);
+  int n_columns = 1;  // behind the status
+  analysis::for_each_result([&](const ResultInfo& info, auto member) {
+    hdf5::write_scalar(id, info.name, summary.*member, info.units);
+    describe_result(id, info.name, info, n_columns++);
   });
-  for_each_position_result([&](const char* name, auto member, const char* units) {
+  analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
     using Value = typename std::remove_cvref_t<decltype(summary.*member)>::value_type;
-    hdf5::write_dataset<Value>(id, name, position_shape(parameters), summary.*member, units);
+    hdf5::write_dataset<Value>(id, info.name, position_shape(parameters), summary.*member, info.units);
+    describe_result(id, info.name, info, n_columns++);
   });
   return group;
 }
@@ -256,12 +278,14 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
   write_file(file, [&](hid_t id) {
     const dynamics::SampleResult& result = content.result;
     const hdf5::Handle summary = write_row(id, content.parameters, content.sample, content.summary);
+    hdf5::write_scalar<double>(summary.get(), "phase_start", result.phase_start, "s");
     hdf5::write_scalar<double>(summary.get(), "time_step", result.time_step, "s");
     hdf5::write_scalar<double>(summary.get(), "stable_step", result.stable_step, "s");
     write_mesh(id, content.realization);
     write_crack_surface(id, content.surface);
     write_crack_lines(id, content.lines);
     write_breaks(id, result.breaks);
+    if (content.parameters.fracture.release == input::Release::facet) write_ties(id, result.ties);
     write_energy(id, result.energy);
     write_frames(id, result.frames, content.realization.nodes.size(), content.parameters.material);
     write_counts(id, result.counts);

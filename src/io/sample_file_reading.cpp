@@ -2,56 +2,119 @@
 #include "crackle/io/sample_file.h"
 
 #include "checked_file.h"
+#include "crackle/analysis/sample_results.h"
+#include "crackle/io/ensemble_file.h"
 #include "hdf5.h"
 #include "provenance.h"
 #include "sample_shape.h"
-#include "summary_columns.h"
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <stdexcept>
+#include <system_error>
 #include <type_traits>
 
 namespace crackle::io {
 
 using analysis::SampleSummary;
 
-SampleSummary read_summary(const std::filesystem::path& file, const input::Parameters& parameters,
-                           std::uint64_t sample) {
+namespace {
+
+using analysis::ResultInfo;
+
+/// `read(root, version)` of a whole sample file. @throws with the file's name in front
+template <class Read>
+auto read_file(const std::filesystem::path& file, std::int64_t oldest, Read&& read) {
+  const auto cannot_use = [&](const std::exception& error) {
+    return "cannot use '" + file.string() + "': " + error.what();
+  };
   try {
     // HDF5 must not see a damaged file: it can crash on one.
     read_checked_file(file);
     const hdf5::QuietErrors quiet;
     const hdf5::Handle root = hdf5::open_for_reading(file);
-    check_identity(root.get(), sample_kind, sample_schema_version);
-    const std::int64_t number = hdf5::read_integer_attribute(root.get(), "sample");
-    if (number != static_cast<std::int64_t>(sample)) {
-      throw hdf5::Error(fmt::format("holds sample {} instead of {}", number, sample));
-    }
-    check_input(root.get(), parameters);
-    SampleSummary row;
-    const std::int64_t status = hdf5::read_integer_attribute(root.get(), "status");
-    if (status != static_cast<std::int64_t>(analysis::SampleStatus::done) &&
-        status != static_cast<std::int64_t>(analysis::SampleStatus::failed)) {
-      throw hdf5::Error(fmt::format("status {} is neither done (1) nor failed (2)", status));
-    }
-    row.status = static_cast<analysis::SampleStatus>(status);
-    row.error = hdf5::read_text_attribute(root.get(), "error");
-    const hdf5::Handle group = hdf5::open_group(root.get(), "summary");
-    const hid_t id = group.get();
-    for_each_result([&](const char* name, auto member, const char*) {
-      row.*member = hdf5::read_scalar<std::remove_reference_t<decltype(row.*member)>>(id, name);
-    });
-    for_each_position_result([&](const char* name, auto member, const char*) {
-      using Value = typename std::remove_cvref_t<decltype(row.*member)>::value_type;
-      row.*member = hdf5::read_dataset<Value>(id, name, position_shape(parameters));
-    });
-    const hdf5::Handle timing = hdf5::open_group(root.get(), "timing");
-    row.wall_time = hdf5::read_scalar<double>(timing.get(), "wall_time");
-    return row;
+    return read(root.get(), check_identity(root.get(), sample_kind, oldest, sample_schema_version));
+  } catch (const OlderFormat& error) {
+    throw OlderFormat(cannot_use(error));
   } catch (const std::exception& error) {
-    throw std::runtime_error("cannot use '" + file.string() + "': " + error.what());
+    throw std::runtime_error(cannot_use(error));
   }
+}
+
+SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters& parameters,
+                       std::uint64_t sample) {
+  const std::int64_t number = hdf5::read_integer_attribute(root, "sample");
+  if (number != static_cast<std::int64_t>(sample)) {
+    throw hdf5::Error(fmt::format("holds sample {} instead of {}", number, sample));
+  }
+  // How an input is told from another one may have changed since an older version.
+  if (version == sample_schema_version) check_input(root, parameters);
+  SampleSummary row;
+  const std::int64_t status = hdf5::read_integer_attribute(root, "status");
+  if (status != static_cast<std::int64_t>(analysis::SampleStatus::done) &&
+      status != static_cast<std::int64_t>(analysis::SampleStatus::failed)) {
+    throw hdf5::Error(fmt::format("status {} is neither done (1) nor failed (2)", status));
+  }
+  row.status = static_cast<analysis::SampleStatus>(status);
+  row.error = hdf5::read_text_attribute(root, "error");
+  if (version >= 3) row.note = hdf5::read_text_attribute(root, "note");
+  const hdf5::Handle group = hdf5::open_group(root, "summary");
+  const hid_t id = group.get();
+  analysis::for_each_result([&](const ResultInfo& info, auto member) {
+    if (info.since > version) return;
+    row.*member = hdf5::read_scalar<std::remove_reference_t<decltype(row.*member)>>(id, info.name);
+  });
+  analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
+    if (info.since > version) return;
+    using Value = typename std::remove_cvref_t<decltype(row.*member)>::value_type;
+    row.*member = hdf5::read_dataset<Value>(id, info.name, position_shape(parameters));
+  });
+  const hdf5::Handle timing = hdf5::open_group(root, "timing");
+  row.wall_time = hdf5::read_scalar<double>(timing.get(), "wall_time");
+  return row;
+}
+
+/// Version of a whole file's format; nothing when it cannot be used.
+std::optional<std::int64_t> version_of(const std::filesystem::path& file, const char* kind,
+                                       std::int64_t newest) {
+  try {
+    if (kind == sample_kind) read_checked_file(file);
+    const hdf5::QuietErrors quiet;
+    const hdf5::Handle root = hdf5::open_for_reading(file);
+    return check_identity(root.get(), kind, 0, newest);
+  } catch (const std::exception&) {
+    return std::nullopt;  // whoever reads its results says what is wrong with it
+  }
+}
+
+}  // namespace
+
+SampleSummary read_summary(const std::filesystem::path& file, const input::Parameters& parameters,
+                           std::uint64_t sample) {
+  return read_file(file, sample_schema_version, [&](hid_t root, std::int64_t version) {
+    return read_row(root, version, parameters, sample);
+  });
+}
+
+SampleSummary read_any_summary(const std::filesystem::path& file, const input::Parameters& parameters,
+                               std::uint64_t sample) {
+  return read_file(file, oldest_schema_version, [&](hid_t root, std::int64_t version) {
+    return read_row(root, version, parameters, sample);
+  });
+}
+
+bool holds_older_format(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  const auto of_ensemble = version_of(folder / "ensemble.h5", ensemble_kind, ensemble_schema_version);
+  if (of_ensemble && *of_ensemble < ensemble_schema_version) return true;
+  // No run goes on with files of an older version, so one file stands for all.
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "samples", ignored)) {
+    if (entry.path().extension() != ".h5") continue;
+    if (const auto version = version_of(entry.path(), sample_kind, sample_schema_version))
+      return *version < sample_schema_version;
+  }
+  return false;
 }
 
 std::vector<SampleSummary> read_summaries(const std::filesystem::path& folder,
@@ -64,7 +127,7 @@ std::vector<SampleSummary> read_summaries(const std::filesystem::path& folder,
     rows.push_back(analysis::empty_summary(n_notches, n_sections, analysis::SampleStatus::pending));
     const std::filesystem::path file = sample_path(folder, first + i);
     try {
-      if (std::filesystem::exists(file)) rows.back() = read_summary(file, parameters, first + i);
+      if (std::filesystem::exists(file)) rows.back() = read_any_summary(file, parameters, first + i);
     } catch (const std::exception& error) {
       rows.back().error = error.what();
     }

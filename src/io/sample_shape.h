@@ -8,6 +8,7 @@
 namespace crackle::io {
 
 inline constexpr const char* sample_kind = "crackle sample";
+inline constexpr const char* ensemble_kind = "crackle ensemble";
 
 /// Of the results at the sections: notches x sections.
 inline hdf5::Shape position_shape(const input::Parameters& parameters) {

@@ -85,6 +85,10 @@ public:
     check_petsc(
         MatShellSetOperation(matrix_.get(), MATOP_MULT, reinterpret_cast<void (*)(void)>(petsc_multiply)),
         "MatShellSetOperation");
+    // The iterations' own vectors sum as the residual does.
+    check_petsc(MatShellSetOperation(matrix_.get(), MATOP_CREATE_VECS,
+                                     reinterpret_cast<void (*)(void)>(petsc_create_vectors)),
+                "MatShellSetOperation");
     check_petsc(KSPCreate(group.get(), ksp_.put()), "KSPCreate");
     check_petsc(KSPSetType(ksp_.get(), KSPCG), "KSPSetType");
     check_petsc(KSPSetNormType(ksp_.get(), KSP_NORM_NATURAL), "KSPSetNormType");
@@ -94,6 +98,7 @@ public:
     check_petsc(PCSetType(preconditioner, PCSHELL), "PCSetType");
     check_petsc(PCShellSetContext(preconditioner, this), "PCShellSetContext");
     check_petsc(PCShellSetApply(preconditioner, petsc_precondition), "PCShellSetApply");
+    check_petsc(KSPSetUp(ksp_.get()), "KSPSetUp");  // allocates what the iterations need
   }
 
   void release(std::span<const std::int32_t> tetrahedra) {
@@ -103,12 +108,17 @@ public:
         if (node < subdomain_->n_owned) update_block(node);
   }
 
+  double residual() const { return final_residual_; }
+
   int solve(std::span<const double> force, parallel::NodeField& displacement) {
     refresh_coarse();
+    // From here on every rank waits for messages of the others, and no rank allocates.
+    parallel::agree(*group_);
     // The reference is the residual of a body whose free components have not moved.
     for (std::size_t i = 0; i < held_.size(); ++i)
       operand_.local()[i] = held_[i] != 0 ? displacement.local()[i] : 0;
     const double reference = find_residual(force, operand_);
+    final_residual_ = 0;
     if (reference == 0) {  // so it is in equilibrium, whatever the guess was
       displacement.assign(operand_);
       return 0;
@@ -117,6 +127,7 @@ public:
     int iterations = 0;
     double residual = find_residual(force, displacement);
     for (int run = 0;; ++run) {
+      final_residual_ = residual / reference;
       // Equal on every rank. An infinite reference would make an equilibrium of any residual.
       if (!std::isfinite(residual) || !std::isfinite(reference))
         throw NoEquilibrium(
@@ -233,6 +244,13 @@ private:
     });
   }
 
+  static PetscErrorCode petsc_create_vectors(Mat matrix, Vec* right, Vec* left) {
+    Problem* problem = nullptr;
+    PetscCall(MatShellGetContext(matrix, &problem));
+    for (Vec* vector : {right, left})
+      if (vector != nullptr) PetscCall(VecDuplicate(problem->residual_.vector(), vector));
+    return 0;
+  }
   static PetscErrorCode petsc_multiply(Mat matrix, Vec x, Vec y) {
     Problem* problem = nullptr;
     PetscCall(MatShellGetContext(matrix, &problem));
@@ -261,6 +279,7 @@ private:
   parallel::MatOwner matrix_;
   parallel::KspOwner ksp_;
   bool coarse_is_current_ = false;
+  double final_residual_ = 0;
   int fresh_iterations_ = 0;  // of the first solve with the current coarse matrix; 0 before it
 };
 
@@ -274,6 +293,10 @@ StaticSolver::~StaticSolver() = default;
 
 void StaticSolver::release(std::span<const std::int32_t> tetrahedra) {
   problem_->release(tetrahedra);
+}
+
+double StaticSolver::residual() const {
+  return problem_->residual();
 }
 
 int StaticSolver::solve(std::span<const double> force, parallel::NodeField& displacement) {

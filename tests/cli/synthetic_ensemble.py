@@ -164,6 +164,7 @@ def _write_fields(root: h5py.File) -> None:
     frames["displacement"] = (np.array([1, 1.1, 1.2, 1.3])[:, None, None] * 1e-3 * strain).astype("f4")
     frames["velocity"] = np.full((time.size, *nodes.shape), 0.5, "f4")
     root["breaks/tetrahedron"] = np.arange(100, 100 + time.size)
+    root["breaks/cut"] = np.arange(time.size, dtype="i4")
     energy = root.create_group("energy")
     energy["time"] = time
     for name, value in (("kinetic", 0.01), ("strain", 0.02), ("external", 0.04), ("released", 0.01),

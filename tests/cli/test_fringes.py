@@ -15,7 +15,8 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
 from box_mesh import box_mesh  # noqa: E402
-from crackle_report.photoelasticity import Grid, Optics, element_stress, make_fringes  # noqa: E402
+from crackle_report.photoelasticity import Grid, Optics, make_fringes  # noqa: E402
+from crackle_report.stress import element_stress  # noqa: E402
 
 YOUNG, POISSON = 3300e6, 0.38
 OPTICS = Optics()

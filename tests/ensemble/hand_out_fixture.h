@@ -64,7 +64,8 @@ inline SampleSteps make_steps(Calls& calls) {
   };
   steps.write = [&](std::uint64_t sample, const geometry::Realization&, const dynamics::SampleResult&,
                     const SampleAnalysis&) { calls.written.push_back(sample); };
-  steps.write_failure = [&](std::uint64_t sample, const analysis::SampleSummary& failure) {
+  steps.write_failure = [&](std::uint64_t sample, const analysis::SampleSummary& failure,
+                            const PartialSample*) {
     EXPECT_EQ(failure.status, SampleStatus::failed);
     calls.failures_written.push_back(sample);
   };

@@ -4,6 +4,7 @@
 #include "crackle/dynamics/checkpoint.h"
 #include "crackle/dynamics/sample_run.h"
 #include "support/box_mesh.h"
+#include "support/same_result.h"
 
 #include <gtest/gtest.h>
 
@@ -106,10 +107,7 @@ protected:
   }
 
   void expect_same(const SampleResult& a, const SampleResult& b) const {
-    EXPECT_EQ(a.outcome, b.outcome);
-    EXPECT_EQ(a.onset_time, b.onset_time);
-    EXPECT_EQ(a.onset_force, b.onset_force);
-    EXPECT_EQ(a.energy_error, b.energy_error);
+    test::expect_same_end(a, b);
     ASSERT_EQ(a.breaks.size(), b.breaks.size());
     const auto fields = [](const fracture::Break& r) {
       return std::tuple(r.tetrahedron, r.load_time, r.phase_time, r.principal_stress, r.released_energy,
@@ -117,6 +115,12 @@ protected:
     };
     for (std::size_t i = 0; i < a.breaks.size(); ++i)
       ASSERT_EQ(fields(a.breaks[i]), fields(b.breaks[i])) << i;
+    ASSERT_EQ(a.ties.size(), b.ties.size());
+    const auto tie_fields = [](const fracture::Tie& t) {
+      return std::tuple(t.tetrahedron, t.load_time, t.phase_time, t.released_energy, t.edges);
+    };
+    for (std::size_t i = 0; i < a.ties.size(); ++i)
+      ASSERT_EQ(tie_fields(a.ties[i]), tie_fields(b.ties[i])) << i;
     ASSERT_EQ(a.energy.size(), b.energy.size());
     EXPECT_EQ(std::memcmp(a.energy.data(), b.energy.data(), a.energy.size() * sizeof(EnergyRow)), 0);
     ASSERT_EQ(a.frames.size(), b.frames.size());

@@ -130,7 +130,7 @@ TEST_F(HandOut, FileThatCannotBeWrittenLeavesNoFile) {
 
 TEST_F(HandOut, FailureThatCannotBeWrittenIsReportedAllTheSame) {
   steps_.make = [](std::uint64_t) -> geometry::Realization { throw std::runtime_error("no room"); };
-  steps_.write_failure = [](std::uint64_t, const analysis::SampleSummary&) {
+  steps_.write_failure = [](std::uint64_t, const analysis::SampleSummary&, const PartialSample*) {
     throw std::runtime_error("read-only file system");
   };
   run(1, numbers(2));

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/sample_summary.h"
 
 #include "support/structured_mesh.h"
@@ -58,24 +59,20 @@ TEST(SampleSummary, SummarisesASampleWithTwoCracks) {
   EXPECT_THAT(row.branches, testing::ElementsAre(1, 0, 1, 0));
 }
 
+/// A row in which every result has a value of its own.
 SampleSummary some_row() {
   SampleSummary row = empty_summary(2, 2, SampleStatus::done, "a reason");
-  row.onset_force = 1;
-  row.onset_time = 2;
-  row.outcome = 3;
-  row.pattern = 1;
-  row.bifurcations = 4;
+  row.note = "a note";
+  int value = 0;
+  const auto set = [&](auto& field) {
+    field = static_cast<std::remove_reference_t<decltype(field)>>(++value);
+  };
+  for_each_result([&](const ResultInfo&, auto member) { set(row.*member); });
   row.breaks = 5'000'000'000;
-  row.crack_area = 6;
-  row.crack_speed_max = 7;
-  row.energy_error = 8;
-  row.crack_speed_ratio = 0.3;
-  row.traced_area = 10;
-  row.effective_toughness = 11;
-  row.z = {1, 2, 3, 4};
-  row.z_spread = {5, 6, 7, 8};
-  row.branches = {4, 3, 2, 1};
-  row.wall_time = 9;
+  for_each_position_result([&](const ResultInfo&, auto member) {
+    for (auto& field : row.*member) set(field);
+  });
+  row.wall_time = 9.5;
   return row;
 }
 
@@ -86,11 +83,29 @@ TEST(SampleSummary, SurvivesTheWayThroughBytes) {
   EXPECT_EQ(to_bytes(back), bytes);
   EXPECT_EQ(back.status, row.status);
   EXPECT_EQ(back.error, row.error);
-  EXPECT_EQ(back.breaks, row.breaks);
-  EXPECT_EQ(back.z, row.z);
-  EXPECT_EQ(back.z_spread, row.z_spread);
-  EXPECT_EQ(back.branches, row.branches);
+  EXPECT_EQ(back.note, row.note);
+  for_each_result(
+      [&](const ResultInfo& info, auto member) { EXPECT_EQ(back.*member, row.*member) << info.name; });
+  for_each_position_result(
+      [&](const ResultInfo& info, auto member) { EXPECT_EQ(back.*member, row.*member) << info.name; });
   EXPECT_EQ(back.wall_time, row.wall_time);
+}
+
+TEST(ResultList, NamesItsCategories) {
+  const char* patterns = "0 none, 1 one crack, 2 two cracks";
+  EXPECT_EQ(category_name(patterns, 1), "one crack");
+  EXPECT_EQ(category_name(patterns, 7), "7");
+  EXPECT_EQ(n_categories(patterns), 3);
+  EXPECT_EQ(n_categories(""), 0);
+}
+
+TEST(ResultList, HasARowForEachResult) {
+  const std::string table = result_table();
+  for_each_result([&](const ResultInfo& info, auto) {
+    EXPECT_THAT(table, testing::HasSubstr(std::string("| `/samples/") + info.name + "` |"));
+    EXPECT_THAT(table, testing::HasSubstr(info.meaning));
+  });
+  EXPECT_THAT(table, testing::HasSubstr("4 undecided"));
 }
 
 TEST(SampleSummary, RefusesDamagedBytes) {

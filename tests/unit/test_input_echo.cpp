@@ -183,7 +183,7 @@ TEST(InputEcho, AndTableOfKeysNameTheSameKeys) {
     shown.insert(key);
   }
   for (const char* unused : {"ensemble.stop.half_width", "ensemble.stop.confidence",
-                             "ensemble.stop.min_samples", "mesh.points", "fracture.toughness"}) {
+                             "ensemble.stop.min_samples", "mesh.points", "fracture.toughness", "time.after_separation"}) {
     shown.insert(unused);
   }
   const auto declared = table_keys();

@@ -125,7 +125,7 @@ protected:
   void break_where(auto&& chosen, const std::vector<double>& u) {
     for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); ++t)
       if (chosen(t)) body_.release(t, body_.strain(t, u), 0, 0);
-    body_.tie(self_, [&](std::int32_t t) { return body_.strain(t, u); });
+    body_.tie(self_, 0, 0, [&](std::int32_t t) { return body_.strain(t, u); });
   }
   double total(const std::vector<double>& values) const { return parallel::exact_sum(self_, values); }
 

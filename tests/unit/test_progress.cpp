@@ -3,19 +3,22 @@
 #include "crackle/ensemble/group_layout.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/run_log.h"
+#include "support/geometry_bodies.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
+#include <vector>
 
 namespace crackle::ensemble {
 namespace {
 
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
@@ -26,6 +29,7 @@ SampleReport done(std::uint64_t sample, double force, double z_middle) {
   report.summary.status = analysis::SampleStatus::done;
   report.summary.onset_force = force;
   report.summary.z = {0, z_middle, 0, 0, 0, 0};
+  report.summary.leading_notch = 0;
   report.stored = true;
   return report;
 }
@@ -43,7 +47,11 @@ SampleReport failed(std::uint64_t sample) {
 Progress make_progress(std::size_t n_to_do, int n_groups, std::size_t n_notches = 2) {
   input::Parameters parameters;
   parameters.ensemble.samples = 200;
-  parameters.specimen.notches.resize(n_notches);
+  parameters.specimen.size = {0.005, 0.0245, 0.14};
+  // Of different depths: no symmetry maps one on the other.
+  for (std::size_t i = 0; i < n_notches; ++i)
+    parameters.specimen.notches.push_back(
+        crackle::testing::notch(i == 0 ? input::Face::y_min : input::Face::y_max, 65, 5 + double(i), 0.6));
   parameters.sections.y = {0.007, 0.01225, 0.0175};
   return {n_to_do, n_groups, parameters};
 }
@@ -108,16 +116,33 @@ TEST(Progress, LineSaysAll) {
   progress.started(1, 120);
   const std::string line = progress.line(120);
   std::printf("%s\n", line.c_str());
-  EXPECT_EQ(
-      line,
-      "1 done, 0 failed, 1 running, 198 left, 3 h 19 min to go; mean z(12.25 mm) = 68.310 mm, median onset "
-      "402.340 N");
+  EXPECT_EQ(line,
+            "1 done, 0 failed, 1 running, 198 left, 3 h 19 min to go; mean z of leaders at y = 12.25 mm: "
+            "68.310 mm, median onset "
+            "402.340 N");
+}
+
+TEST(Progress, LineSaysWhereTheOnlyRunningSampleStands) {
+  auto progress = make_progress(4, 2);
+  progress.started(2, 0);
+  progress.at_work("dynamic phase 1: 40 %");
+  EXPECT_EQ(progress.line(1), "0 done, 0 failed, 1 running, 3 left; sample 2: dynamic phase 1: 40 %");
+  progress.started(3, 1);
+  EXPECT_EQ(progress.line(1), "0 done, 0 failed, 2 running, 2 left");
+}
+
+TEST(Progress, SamplesAreListedAsRanges) {
+  const auto text = [](std::vector<std::uint64_t> samples) { return format_samples(samples); };
+  EXPECT_EQ(text({4}), "sample 4");
+  EXPECT_EQ(text({0, 1}), "samples 0-1");
+  EXPECT_EQ(text({3, 4, 5, 6, 20, 22, 23}), "samples 3-6, 20, 22-23");
 }
 
 TEST(Progress, BodyWithoutNotchesHasNoPosition) {
   Progress progress = make_progress(1, 1, 0);
   auto report = done(0, 400, 0.07);
   report.summary.z.clear();
+  report.summary.leading_notch = -1;
   progress.finished(report, 1);
   EXPECT_EQ(progress.line(1), "1 done, 0 failed, 0 running, 0 left; median onset 400.000 N");
 }
@@ -132,14 +157,22 @@ TEST(Progress, DurationsReadWell) {
 
 TEST(SampleReport, OneLineForEachSample) {
   auto report = done(3, 380.94, 0.07);
+  report.summary.outcome = 2;
   report.summary.pattern = 1;
   report.summary.crack_area = 61.25e-6;
   report.summary.breaks = 1532;
   report.summary.energy_error = 2.1e-5;
   report.seconds = 41.04;
   EXPECT_EQ(describe(report),
-            "sample 3 done: onset 380.9 N, one crack, 61.2 mm^2 of crack, 1532 breaks, energy error 2.1e-05, "
+            "sample 3 done: separated, onset 380.9 N, one crack, 61.2 mm^2 of crack, 1532 breaks, energy "
+            "error 2.1e-05, "
             "41.0 s");
+  report.summary.onset_force = std::nan("");
+  report.summary.first_break_load = 250;
+  report.summary.note = "what is to be known";
+  EXPECT_THAT(describe(report),
+              ::testing::AllOf(::testing::HasSubstr("done: separated, first break at 250.0 N, one crack"),
+                               ::testing::EndsWith("41.0 s; what is to be known")));
   EXPECT_EQ(describe(failed(4)), "sample 4 failed after 2.0 s: computation: energy blew up");
 }
 
@@ -195,6 +228,15 @@ TEST(RunLog, TerminalHasOneLineThatRenewsItself) {
   screen.take();
   screen.log.line("end");
   EXPECT_EQ(screen.take(), "end\n");
+}
+
+TEST(RunLog, AnyLineRenewsItselfAndIsMadeOnlyWhenItIsShown) {
+  Screen screen(40);
+  int n_made = 0;
+  const auto line = [&] { return fmt::format("{} %", 10 * ++n_made); };
+  for (screen.time = 0; screen.time < 3; screen.time += 0.25) screen.log.show(line, false);
+  EXPECT_EQ(n_made, 3);
+  EXPECT_EQ(screen.take(), "10 %\r    \r20 %\r    \r30 %");
 }
 
 TEST(RunLog, ProgressFitsTheTerminal) {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/io/sample_file.h"
-
+#include "crackle/analysis/sample_results.h"
+#include "crackle/input/reader.h"
 #include "crackle/io/ensemble_file.h"
 #include "crackle/io/result_comparison.h"
+#include "crackle/io/sample_file.h"
 #include "support/structured_mesh.h"
 #include "support/temporary_folder.h"
 
 #include "io/checked_file.h"
-#include "io/summary_columns.h"
 
 #include <gmock/gmock.h>
 #include <sys/resource.h>
@@ -17,6 +17,7 @@
 #include <csignal>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <span>
 #include <thread>
 
@@ -144,6 +145,21 @@ TEST_F(SampleFile, HoldsNoTimesOutsideProvenance) {
   EXPECT_LT(places.back() - places.front(), text_length);
 }
 
+TEST_F(SampleFile, HoldsTheTiesWithReleaseByFacets) {
+  result.ties = {{7, 76.18, 1e-6, 2e-9, 9}, {5, 76.18, 2e-6, 1e-9, 34}};
+  const fs::path elements = folder.path() / "elements.h5";
+  const fs::path facets = folder.path() / "facets.h5";
+  write(elements);
+  parameters.fracture.release = input::Release::facet;
+  write(facets);
+  EXPECT_THAT(
+      differences(elements, facets),
+      testing::ElementsAre("/@input_identity", "/ties", "/ties/edges", "/ties/load_time",
+                           "/ties/load_time@units", "/ties/phase_time", "/ties/phase_time@units",
+                           "/ties/released_energy", "/ties/released_energy@units", "/ties/tetrahedron"));
+  EXPECT_EQ(analysis::to_bytes(read_summary(facets, parameters, 3)), analysis::to_bytes(summary));
+}
+
 TEST_F(SampleFile, AFailedSampleKeepsItsReason) {
   const fs::path file = folder.path() / "failed.h5";
   const SampleSummary failed = analysis::empty_summary(2, 3, SampleStatus::failed, "tetrahedron 7: µ < 0");
@@ -197,16 +213,52 @@ TEST_F(SampleFile, ForeignFilesAreRefusedWithTheReason) {
 }
 
 TEST(Schema, IsRaisedWithTheColumns) {
-  std::string names;
-  for_each_result([&](const char* name, auto, const char*) { names += std::string(name) + " "; });
-  for_each_position_result([&](const char* name, auto, const char*) { names += std::string(name) + " "; });
+  std::map<std::int64_t, std::string> names;  // by the version that has them first
+  const auto add = [&](const analysis::ResultInfo& info, auto) {
+    names[info.since] += std::string(info.name) + " ";
+  };
+  analysis::for_each_result(add);
+  analysis::for_each_position_result(add);
   EXPECT_EQ(
-      names,
-      "onset_force onset_time outcome pattern overlap bifurcations kinks breaks crack_area "
-      "crack_speed_max energy_error crack_speed_ratio traced_area effective_toughness z z_spread branches ")
-      << "with other columns raise both versions";
-  EXPECT_EQ(sample_schema_version, 2);
-  EXPECT_EQ(ensemble_schema_version, 2);
+      names[2],
+      "onset_time onset_force outcome pattern overlap bifurcations kinks breaks crack_area crack_speed_max "
+      "crack_speed_ratio traced_area effective_toughness energy_error z z_spread branches ");
+  EXPECT_EQ(names[3],
+            "first_break_time first_break_load dynamic_phases crack_area_before_onset leading_notch "
+            "equilibrium_residual ")
+      << "other columns are of a new version";
+  EXPECT_EQ(names.rbegin()->first, sample_schema_version);
+  EXPECT_EQ(sample_schema_version, ensemble_schema_version);
+}
+
+TEST(OlderFormat, IsReadButNotGoneOnFrom) {
+  const fs::path kept = fs::path(CRACKLE_SOURCE_DIR) / "tests/support/schema-2";
+  const input::Parameters parameters = input::read(kept / "input.toml");
+  const fs::path file = kept / "samples/0000.h5";
+  const analysis::SampleSummary row = read_any_summary(file, parameters, 0);
+  EXPECT_EQ(row.status, analysis::SampleStatus::done);
+  EXPECT_NEAR(row.onset_force, 126.1, 0.1);
+  EXPECT_EQ(row.breaks, 70);
+  EXPECT_EQ(row.z.size(), 6U);
+  EXPECT_TRUE(std::isnan(row.first_break_load));
+  try {
+    read_summary(file, parameters, 0);
+    FAIL() << "not refused";
+  } catch (const OlderFormat& error) {
+    EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr(file.string()),
+                                             testing::HasSubstr("version 2 of the file format")));
+  }
+  EXPECT_TRUE(holds_older_format(kept));
+  const EnsembleContent ensemble = read_ensemble(kept / "ensemble.h5");
+  ASSERT_EQ(ensemble.samples.size(), 3U);
+  EXPECT_EQ(ensemble.samples[0].onset_force, row.onset_force);
+  EXPECT_EQ(ensemble.samples[2].breaks, 51);
+}
+
+TEST(OlderFormat, ThePapersStoredEnsembleIsRead) {
+  const EnsembleContent ensemble = read_ensemble(fs::path(CRACKLE_SOURCE_DIR) / "jobs/paper/ensemble.h5");
+  EXPECT_EQ(ensemble.samples.size(), 200U);
+  EXPECT_NEAR(ensemble.samples[0].onset_force, 380, 40);
 }
 
 TEST_F(SampleFile, TruncatedAndDamagedFilesAreRefused) {

@@ -48,7 +48,7 @@ Pushed push(double strain, Contact contact, input::Release release, bool is_brok
     const auto n = std::ranges::count_if(subdomain.tetrahedra[static_cast<std::size_t>(t)], is_upper);
     if (n > 0 && n < 4) body.release(t, tension, 0, 0);
   }
-  body.tie(self, [&](std::int32_t) { return mechanics::Symmetric{}; });
+  body.tie(self, 0, 0, [&](std::int32_t) { return mechanics::Symmetric{}; });
 
   fracture::TulerButcher criterion({.strength = 1e15, .exponent = 2, .impulse = 1e4},
                                    subdomain.tetrahedra.size(), 5e-9);

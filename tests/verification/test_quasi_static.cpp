@@ -3,6 +3,7 @@
 // edge.
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/sample_run.h"
+#include "crackle/dynamics/separation.h"
 #include "crackle/fracture/connectivity.h"
 #include "support/box_mesh.h"
 

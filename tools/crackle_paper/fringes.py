@@ -9,8 +9,9 @@ from typing import Collection, Iterable
 
 import numpy as np
 
-from crackle_report.photoelasticity import Grid, frame_stresses, make_series
+from crackle_report.photoelasticity import Grid, make_series
 from crackle_report.results import Ensemble, Frames
+from crackle_report.stress import frame_stresses
 
 WINDOW = ((0.0, 0.0245), (0.055, 0.085))  # y and z of the pictures [m]
 PIXEL = 0.1e-3  # [m]

@@ -49,6 +49,11 @@ def sections(document: dict[str, Any]) -> list[float]:
     return [length(y) for y in document.get("sections", {}).get("y", [])]
 
 
+def has_contact(document: dict[str, Any]) -> bool:
+    """Whether opened facets carry compression when they close again."""
+    return document.get("fracture", {}).get("contact", "none") != "none"
+
+
 def stop_half_width(document: dict[str, Any]) -> Optional[float]:
     """Half width [m] at which the ensemble may stop, where [ensemble.stop] gives one."""
     stop = document["ensemble"].get("stop")

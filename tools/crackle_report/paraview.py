@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from . import vtkhdf
-from .photoelasticity import element_stress
 from .reading import ResultsError, read_ensemble
 from .results import CrackSurface, Frames
+from .stress import frame_stress
 from .writing import write_whole
 
 
@@ -59,11 +59,9 @@ def _crack(crack: CrackSurface) -> bytes:
 
 def _frame(frames: Frames, k: int) -> bytes:
     """Nodes with displacement and velocity; tetrahedra with their stress in VTK's order xx yy zz xy yz xz."""
-    stress = element_stress(frames.nodes, frames.tetrahedra, frames.displacement[k], frames.youngs_modulus,
-                            frames.poisson_ratio)
+    stress = frame_stress(frames, k)
     broken = np.zeros(len(frames.tetrahedra), "u1")
     broken[frames.broken[k]] = 1
-    stress[broken == 1] = 0
     tensor = stress[:, (0, 5, 4, 5, 1, 3, 4, 3, 2)].reshape(-1, 3, 3)
     return vtkhdf.grid(frames.nodes, frames.tetrahedra, vtkhdf.TETRAHEDRON, float(frames.time[k]),
                        {"displacement": frames.displacement[k], "velocity": frames.velocity[k]},

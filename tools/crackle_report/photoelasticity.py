@@ -19,8 +19,6 @@ from typing import Iterator, Sequence
 
 import numpy as np
 
-from .results import Frames
-
 STRESS_OPTIC = 5.5e-11  # C [1/Pa], a typical epoxy resin
 WAVELENGTH = 546e-9  # [m], the green line of mercury
 
@@ -72,38 +70,11 @@ class Fringes:
         return dark if light_field == reverse else 1 - dark
 
 
-def element_stress(nodes: np.ndarray, tetrahedra: np.ndarray, displacement: np.ndarray, youngs_modulus: float,
-                   poisson_ratio: float) -> np.ndarray:
-    """Stress of linear tetrahedra, m x 6 in the order xx, yy, zz, yz, xz, xy [Pa]."""
-    corner = nodes[tetrahedra].astype(float)
-    edges = corner[:, 1:] - corner[:, :1]  # m x 3 x 3
-    u = displacement[tetrahedra].astype(float)
-    # Row i of the edges times the gradient is the difference of u along edge i.
-    gradient = np.linalg.solve(edges, u[:, 1:] - u[:, :1])
-    strain = (gradient + gradient.transpose(0, 2, 1)) / 2
-    shear = youngs_modulus / (2 * (1 + poisson_ratio))
-    first = youngs_modulus * poisson_ratio / ((1 + poisson_ratio) * (1 - 2 * poisson_ratio))
-    stress = 2 * shear * strain
-    stress[:, range(3), range(3)] += first * np.trace(strain, axis1=1, axis2=2)[:, None]
-    return stress[:, (0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1)]
-
-
-def frame_stresses(frames: Frames) -> list[np.ndarray]:
-    """The stress as from element_stress at each of a sample's frames; broken tetrahedra carry none."""
-    stresses = []
-    for displacement, broken in zip(frames.displacement, frames.broken):
-        stress = element_stress(frames.nodes, frames.tetrahedra, displacement, frames.youngs_modulus,
-                                frames.poisson_ratio)
-        stress[broken] = 0
-        stresses.append(stress)
-    return stresses
-
-
 def make_fringes(nodes: np.ndarray, tetrahedra: np.ndarray, stress: np.ndarray, grid: Grid,
                  optics: Optics = Optics()) -> Fringes:
     """The picture of a body of tetrahedra.
 
-    nodes: n x 3 [m]; tetrahedra: m x 4; stress: m x 6 as from element_stress [Pa], zero in broken tetrahedra.
+    nodes: n x 3 [m]; tetrahedra: m x 4; stress: m x 6 in the form of stress.element_stress [Pa].
     """
     return make_series(nodes, tetrahedra, [stress], grid, optics)[0]
 

@@ -14,17 +14,21 @@ import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
 from . import input_text  # noqa: E402
-from .results import (DONE, PENDING, CrackLine, CrackSurface, Energy, Ensemble, Frames, Samples,  # noqa: E402
-                      Statistics)
+from .ranks import GROUPS, LeaderFrame, derived_leading, make_ranks  # noqa: E402
+from .results import (DONE, PENDING, CrackLine, CrackSurface, Energy, Ensemble, Frames, Ranks, Result,  # noqa: E402
+                      Samples, Statistics)
 from .statistics import look_schedule, make_statistics  # noqa: E402
+from .stress import ALL_EDGES, CROSSED_EDGES  # noqa: E402
 
 DEFAULT_CONFIDENCE = 0.95  # of the intervals while there is no ensemble.h5
 DEFAULT_MIN_SAMPLES = 30  # of [ensemble.stop]
+INTERVAL_SCOPE = ("Intervals cover the scatter of samples that share one set of mother points; that between such sets is "
+                  "not in them.")  # of files that do not say so themselves
 ENSEMBLE_KIND, SAMPLE_KIND = "crackle ensemble", "crackle sample"
-NUMBERS = ("onset_force", "onset_time", "overlap", "crack_area", "crack_speed_max", "crack_speed_ratio",
-           "effective_toughness", "energy_error")
 POSITIONS = ("z", "z_spread", "branches")
-COUNTS = ("outcome", "pattern", "bifurcations", "kinks")
+NOT_RESULTS = (*POSITIONS, "status", "error", "note", "phase_start", "time_step", "stable_step")  # that stand beside the results
+CATEGORIES = {"outcome": "0 unbroken, 1 arrested, 2 separated, 3 in one piece",
+              "pattern": "0 none, 1 one crack, 2 two cracks, 3 other"}  # of files that do not say so themselves
 
 
 class ResultsError(Exception):
@@ -51,7 +55,8 @@ def _read(folder: Path) -> Ensemble:
     if file.is_file():
         with _open(file, ENSEMBLE_KIND) as root:
             identity = _identity(root)
-            samples, statistics = _read_rows(root), _read_statistics(root)
+            samples, statistics, ranks = _read_rows(root), _read_statistics(root), _read_ranks(root)
+            scope = text_of(root["statistics"].attrs.get("interval_scope", INTERVAL_SCOPE))
             confidence = float(root["statistics"].attrs["confidence"])
             n_looks, n_needed = (int(root["statistics"].attrs[name]) for name in ("n_looks", "n_needed"))
             sections = root["crack_path/section"][...]
@@ -60,11 +65,13 @@ def _read(folder: Path) -> Ensemble:
         first = next(iter(sample_files.values()))
         with _open(first, SAMPLE_KIND) as root:
             identity = _identity(root)
+            results = _describe_results(root["summary"])
+            types = {result.name: root["summary"][result.name].dtype for result in results}
         setting = _parse_input(first, identity)
         sections = np.sort(input_text.sections(setting))
         n_samples = n_needed = max(int(setting["ensemble"]["samples"]), max(sample_files) + 1)
-        samples = _pending_rows(n_samples, len(setting["specimen"].get("notch", [])), sections.size)
-        statistics = None
+        samples = _pending_rows(n_samples, len(setting["specimen"].get("notch", [])), sections.size, results, types)
+        statistics, ranks, scope = None, {}, INTERVAL_SCOPE
         stop = setting["ensemble"].get("stop")
         confidence = float((stop or {}).get("confidence", DEFAULT_CONFIDENCE))
         n_looks = len(look_schedule(n_samples, int(stop.get("min_samples", DEFAULT_MIN_SAMPLES)))) if stop else 1
@@ -74,13 +81,22 @@ def _read(folder: Path) -> Ensemble:
 
     n_planned = len(samples)
     samples, statistics = samples.first(n_needed), statistics and statistics.first(n_needed)
+    ranks = {group: of.first(n_needed) for group, of in ranks.items()}
     added = [i for i in sample_files if i < len(samples) and samples.status[i] == PENDING]
     for i in added:
         _read_row(sample_files[i], samples, i)
     if statistics is None or added:
         statistics = make_statistics(samples, confidence, n_looks)
+    plate = input_text.plate(setting)
+    frame = LeaderFrame(plate, sections)
+    is_derived = "leading_notch" not in samples.numbers
+    leading = derived_leading(plate, sections, samples) if is_derived else samples.leading_notch
+    leading = np.where(samples.status == DONE, leading, -1)
+    if not ranks or added:
+        ranks = make_ranks(frame, samples, leading, confidence, n_looks)
     return Ensemble(
-        folder=folder, plate=input_text.plate(setting), sections=sections, confidence=confidence, n_looks=n_looks, n_planned=n_planned,
+        folder=folder, plate=plate, frame=frame, leading=leading, leading_is_derived=is_derived, ranks=ranks,
+        interval_scope=scope, sections=sections, confidence=confidence, n_looks=n_looks, n_planned=n_planned,
         samples=samples, statistics=statistics, provenance=_describe(identity),
         input_text=str(identity["input"]), stop_half_width=input_text.stop_half_width(setting),
         load_crack=_loader(sample_files, _read_crack, None), load_lines=_loader(sample_files, _read_lines, []),
@@ -145,18 +161,35 @@ def _parse_input(file: Path, identity: dict[str, Any]) -> dict[str, Any]:
         raise ResultsError(f"the input text in '{file}' cannot be understood: {error}") from error
 
 
-def _pending_rows(n_samples: int, n_notches: int, n_sections: int) -> Samples:
+def _describe_results(group: h5py.Group) -> tuple[Result, ...]:
+    """The results among the group's datasets, in the order of tables."""
+    results = []
+    for name, dataset in group.items():
+        if name in NOT_RESULTS:
+            continue
+        found = {key: text_of(value) for key, value in dataset.attrs.items()}
+        words = (entry.split(" ", 1) for entry in found.get("categories", CATEGORIES.get(name, "")).split(", ") if entry)
+        results.append((found.get("column", 0), Result(
+            name, found.get("label", name.replace("_", " ")), found.get("shown_units", found.get("units", "")),
+            float(found.get("shown_factor", 1)), found.get("format", ".4g" if dataset.dtype.kind == "f" else "d"),
+            {int(number): word for number, word in words})))
+    return tuple(result for _, result in sorted(results, key=lambda entry: entry[0]))
+
+
+def _pending_rows(n_samples: int, n_notches: int, n_sections: int, results: tuple[Result, ...],
+                  types: dict[str, np.dtype]) -> Samples:
     shape = (n_samples, n_notches, n_sections)
-    return Samples(status=np.zeros(n_samples, int), error=[""] * n_samples,
-                   **{name: np.full(n_samples, np.nan) for name in NUMBERS},
-                   **{name: np.zeros(n_samples, int) for name in COUNTS},
+    return Samples(status=np.zeros(n_samples, int), error=[""] * n_samples, results=results,
+                   numbers={name: np.full(n_samples, np.nan if kind.kind == "f" else 0, kind)
+                            for name, kind in types.items()},
                    z=np.full(shape, np.nan), z_spread=np.full(shape, np.nan), branches=np.zeros(shape, int))
 
 
 def _read_rows(root: h5py.File) -> Samples:
     group = root["samples"]
+    results = _describe_results(group)
     return Samples(status=group["status"][...], error=[text_of(reason) for reason in group["error"][...]],
-                   **{name: group[name][...] for name in NUMBERS + COUNTS},
+                   results=results, numbers={result.name: group[result.name][...] for result in results},
                    **{name: root["crack_path"][name][...] for name in POSITIONS})
 
 
@@ -165,8 +198,8 @@ def _read_row(file: Path, samples: Samples, i: int) -> None:
         samples.status[i] = root.attrs["status"]
         samples.error[i] = text_of(root.attrs["error"])
         group = root["summary"]
-        for name in NUMBERS + COUNTS:
-            getattr(samples, name)[i] = group[name][()]
+        for name, values in samples.numbers.items():
+            values[i] = group[name][()]
         for name in POSITIONS:
             getattr(samples, name)[i] = group[name][...]
 
@@ -174,6 +207,13 @@ def _read_row(file: Path, samples: Samples, i: int) -> None:
 def _read_statistics(root: h5py.File) -> Statistics:
     group = root["statistics"]
     return Statistics(**{name: group[name][...] for name in Statistics.__dataclass_fields__})
+
+
+def _read_ranks(root: h5py.File) -> dict[str, Ranks]:
+    """Nothing of files that do not tell ranks apart."""
+    group = root["statistics"]
+    return {name: Ranks(**{field: group[name][field][...] for field in Ranks.__dataclass_fields__})
+            for name in GROUPS if "leader" in group}
 
 
 def _read_crack(root: h5py.File) -> CrackSurface:
@@ -196,7 +236,29 @@ def _read_energy(root: h5py.File) -> Energy:
 
 def _read_frames(root: h5py.File) -> Frames:
     group = root["frames"]
-    tetrahedra = root["breaks/tetrahedron"][...]
+    broken, cut = root["breaks/tetrahedron"][...], root["breaks/cut"][...]
+    n_broken = group["broken"][...]
     return Frames(root["mesh/nodes"][...], root["mesh/tetrahedra"][...], group["time"][...],
-                  group["displacement"][...], group["velocity"][...], [tetrahedra[:n] for n in group["broken"][...]],
+                  group["displacement"][...], group["velocity"][...], [broken[:n] for n in n_broken],
+                  [cut[:n] for n in n_broken], [_released_edges(root, n) for n in n_broken],
+                  input_text.has_contact(input_text.parse(text_of(root.attrs["input"]))),
                   float(group.attrs["youngs_modulus"]), float(group.attrs["poisson_ratio"]))
+
+
+def _released_edges(root: h5py.File, n_broken: int) -> np.ndarray:
+    """Of the first n_broken tetrahedra in /breaks when no more were broken."""
+    if "ties" not in root:  # release by elements
+        return np.full(n_broken, ALL_EDGES, np.uint8)
+    breaks, ties = root["breaks"], root["ties"]
+    released = CROSSED_EDGES[breaks["cut"][:n_broken]]
+    if n_broken == 0:
+        return released
+    # Ties are in order of time, and each has the times of the break that caused it.
+    loading, phase = (ties[name][...] for name in ("load_time", "phase_time"))
+    last_loading, last_phase = (breaks[name][n_broken - 1] for name in ("load_time", "phase_time"))
+    n_ties = np.count_nonzero((loading < last_loading) | ((loading == last_loading) & (phase <= last_phase)))
+    broken = breaks["tetrahedron"][:n_broken]
+    order = np.argsort(broken)
+    place = order[np.searchsorted(broken, ties["tetrahedron"][:n_ties], sorter=order)]
+    np.bitwise_or.at(released, place, ties["edges"][:n_ties])
+    return released

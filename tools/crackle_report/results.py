@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Callable, Optional
+from typing import TYPE_CHECKING, Callable, Optional, TypeVar
 
 import numpy as np
 
 from .plate import Plate
 
+if TYPE_CHECKING:
+    from .ranks import LeaderFrame
+
 PENDING, DONE, FAILED = 0, 1, 2
+PathsKind = TypeVar("PathsKind", bound="Paths")
 
 
 @dataclass(frozen=True)
@@ -53,59 +57,86 @@ class Frames:
     displacement: np.ndarray  # frames x n x 3 [m]
     velocity: np.ndarray  # frames x n x 3 [m/s]
     broken: list[np.ndarray]  # for each frame the tetrahedra broken by then
+    cut: list[np.ndarray]  # the most loaded cut of each of them when it broke, index into stress.CUTS
+    released: list[np.ndarray]  # the edges that each of them has let go of by then, as bits in the order of mesh.EDGES
+    has_contact: bool  # whether they resist being closed again
     youngs_modulus: float  # [Pa]
     poisson_ratio: float
 
 
+@dataclass(frozen=True)
+class Result:
+    """What a number of each sample means, as the result files say."""
+
+    name: str  # of its dataset
+    label: str
+    units: str  # that it is shown in
+    factor: float  # from SI to these
+    format: str
+    categories: dict[int, str]  # the words that its numbers stand for; empty for other numbers
+
+
 @dataclass
 class Samples:
-    """One row for each sample; NaN where there is no value."""
+    """One row for each sample; NaN where there is no value. A result is an attribute: `samples.onset_force`."""
 
     status: np.ndarray
     error: list[str]
-    onset_force: np.ndarray  # [N]
-    onset_time: np.ndarray  # [s]
-    outcome: np.ndarray  # how the sample ended: index into tables.OUTCOME_NAMES
-    pattern: np.ndarray
-    overlap: np.ndarray  # of the one crack with the other turned by 180 degrees, 0 to 1
-    bifurcations: np.ndarray
-    kinks: np.ndarray
-    crack_area: np.ndarray  # [m^2]
-    crack_speed_max: np.ndarray  # [m/s]
-    crack_speed_ratio: np.ndarray  # over the Rayleigh speed
-    effective_toughness: np.ndarray  # released energy over the traced crack area [J/m^2]
-    energy_error: np.ndarray
+    results: tuple[Result, ...]  # in the order of tables
+    numbers: dict[str, np.ndarray]  # of each result, in SI units
     z: np.ndarray  # samples x notches x sections [m]
     z_spread: np.ndarray  # its standard deviation through the thickness
     branches: np.ndarray  # samples x notches x sections
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        try:
+            return self.__dict__["numbers"][name]
+        except KeyError:
+            raise AttributeError(name) from None
 
     def __len__(self) -> int:
         return len(self.status)
 
     def first(self, n: int) -> "Samples":
         """The samples 0 to n - 1."""
-        return Samples(**{name: getattr(self, name)[:n] for name in self.__dataclass_fields__})
+        return Samples(self.status[:n], self.error[:n], self.results,
+                       {name: values[:n] for name, values in self.numbers.items()},
+                       self.z[:n], self.z_spread[:n], self.branches[:n])
 
     def count(self, status: int) -> int:
         return int(np.count_nonzero(self.status == status))
 
 
 @dataclass
-class Statistics:
-    """Over all samples done, as in /statistics of ensemble.h5."""
+class Paths:
+    """Statistics of crack positions over all samples done."""
 
-    z_mean: np.ndarray  # notches x sections [m]
+    z_mean: np.ndarray  # rows x sections [m]
     z_std: np.ndarray
     z_half_width: np.ndarray
     reached: np.ndarray
-    running_mean: np.ndarray  # samples x notches x sections [m]
-    pattern_share: np.ndarray
-    pattern_half_width: np.ndarray
+    running_mean: np.ndarray  # samples x rows x sections [m]
 
-    def first(self, n: int) -> "Statistics":
+    def first(self: "PathsKind", n: int) -> "PathsKind":
         """Without the running mean of the samples from n on, which an ensemble that stopped did not need."""
         return replace(self, running_mean=self.running_mean[:n])
 
+
+@dataclass
+class Ranks(Paths):
+    """Of leading or following cracks in the frame of the leading one, as in /statistics/leader of ensemble.h5."""
+
+    leading_notch: np.ndarray  # rows; the reference notch of the class of leading notches
+    notch: np.ndarray  # rows; where the crack starts
+    counted: np.ndarray  # rows x sections; samples that would count if their crack arrived
+
+
+@dataclass
+class Statistics(Paths):
+    """As in /statistics of ensemble.h5: rows are notches, their cracks leading and following ones together."""
+
+    pattern_share: np.ndarray
+    pattern_half_width: np.ndarray
 
 @dataclass
 class Ensemble:
@@ -117,6 +148,11 @@ class Ensemble:
     n_planned: int  # samples that the input asks for; more than len(samples) when it stopped early
     samples: Samples
     statistics: Statistics
+    frame: "LeaderFrame"
+    leading: np.ndarray  # of each sample the notch whose crack leads; -1 where none does or it is not known
+    leading_is_derived: bool  # from the crossings, since the files do not hold it
+    ranks: dict[str, Ranks]  # by their groups in /statistics
+    interval_scope: str  # what the confidence intervals leave out
     provenance: dict[str, str]
     input_text: str
     stop_half_width: Optional[float]  # that the input's [ensemble.stop] asks for [m]
@@ -134,6 +170,23 @@ class Ensemble:
     def done(self) -> np.ndarray:
         """Numbers of the samples that are done."""
         return np.flatnonzero(self.samples.status == DONE)
+
+    def breaking_load(self) -> tuple[str, np.ndarray]:
+        """Name and values [N] of the load that tells when the samples that are done broke: the onset, or where none
+        has one, as when dynamics started from rest, the first break."""
+        force = self.samples.onset_force[self.done]
+        if "first_break_load" in self.samples.numbers and not np.isfinite(force).any():
+            return "load at the first break", self.samples.first_break_load[self.done]
+        return "onset force", force
+
+    def rank_name(self, group: str, row: int) -> str:
+        """The cracks of a row of /statistics/`group`, for people."""
+        ranks = self.ranks[group]
+        names = {"leader": "leading", "leader/one_crack": "leading, of samples with one crack",
+                 "leader/two_cracks": "leading, of samples with two", "follower": "following"}
+        of_class = f" where notch {ranks.leading_notch[row]} leads" if len(set(ranks.leading_notch)) > 1 else ""
+        several = not group.startswith("leader") and self.n_notches > 2
+        return names[group] + (f", of notch {ranks.notch[row]}" if several else "") + of_class
 
     @property
     def n_notches(self) -> int:

@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from html import escape
-from typing import Callable, Union
+from typing import Callable, Optional, Union
 
 import numpy as np
 
 from . import style
 from .confidence import mean_of_present
-from .results import DONE, FAILED, Ensemble, Samples
+from .ranks import PATTERNS
+from .results import DONE, FAILED, Ensemble, Paths, Result, Samples
 from .statistics import wilson_interval
 
 STATUS_NAMES = ("pending", "done", "failed")
-OUTCOME_NAMES = ("unbroken", "arrested", "separated", "duration over")
 MISSING = "–"
 
 
@@ -27,59 +27,95 @@ class Column:
     format: str = ""  # of a number; texts are left-aligned
 
 
-SAMPLE_COLUMNS = (
-    Column("sample", "", lambda s, i: i, "d"),
-    Column("status", "", lambda s, i: STATUS_NAMES[int(s.status[i])]),
-    Column("onset time", "s", lambda s, i: float(s.onset_time[i]), ".2f"),
-    Column("onset force", "N", lambda s, i: float(s.onset_force[i]), ".1f"),
-    Column("end", "", lambda s, i: _name(OUTCOME_NAMES, int(s.outcome[i]))),
-    Column("pattern", "", lambda s, i: style.pattern_name(int(s.pattern[i]))),
-    Column("overlap", "%", lambda s, i: 100 * float(s.overlap[i]), ".0f"),
-    Column("branchings", "", lambda s, i: int(s.bifurcations[i]), "d"),
-    Column("kinks", "", lambda s, i: int(s.kinks[i]), "d"),
-    Column("crack area", "mm²", lambda s, i: float(s.crack_area[i]) * 1e6, ".1f"),
-    Column("largest crack speed", "m/s", lambda s, i: float(s.crack_speed_max[i]), ".0f"),
-    Column("over Rayleigh's", "", lambda s, i: float(s.crack_speed_ratio[i]), ".2f"),
-    Column("released energy per crack area", "J/m²", lambda s, i: float(s.effective_toughness[i]), ".3g"),
-    Column("energy error", "of the work", lambda s, i: float(s.energy_error[i]), ".1e"),
-)
+def _column(result: Result) -> Column:
+    """The column of a result, as the result files describe it."""
+    if result.categories:
+        return Column(result.label, "", lambda s, i: result.categories.get(int(s.numbers[result.name][i]), MISSING))
+    if result.format == "d":
+        return Column(result.label, result.units, lambda s, i: int(s.numbers[result.name][i]), "d")
+    return Column(result.label, result.units, lambda s, i: float(s.numbers[result.name][i]) * result.factor,
+                  result.format)
 
 
 def samples(ensemble: Ensemble) -> str:
-    """One row for each sample; what is not known of a pending or failed one is left out."""
-    head = "".join(_head(column) for column in SAMPLE_COLUMNS)
+    """One row for each sample; what is not known of any sample, or of a pending or failed one, is left out."""
+    table = ensemble.samples
+    done = table.status == DONE
+    columns = [Column("sample", "", lambda s, i: i, "d"),
+               Column("status", "", lambda s, i: STATUS_NAMES[int(s.status[i])])]
+    columns += [_column(result) for result in table.results
+                if not (done.any() and np.isnan(table.numbers[result.name][done]).all())]
+    head = "".join(_head(column) for column in columns)
     body = []
-    for i in range(len(ensemble.samples)):
-        status = int(ensemble.samples.status[i])
+    for i in range(len(table)):
+        status = int(table.status[i])
         if status == DONE:
-            cells = "".join(_cell(column, ensemble.samples, i) for column in SAMPLE_COLUMNS)
+            cells = "".join(_cell(column, table, i) for column in columns)
         else:
-            cells = "".join(_cell(column, ensemble.samples, i) for column in SAMPLE_COLUMNS[:2])
-            reason = ensemble.samples.error[i] if status == FAILED else ""
-            cells += f'<td class="text reason" colspan="{len(SAMPLE_COLUMNS) - 2}">{escape(reason)}</td>'
+            cells = "".join(_cell(column, table, i) for column in columns[:2])
+            reason = table.error[i] if status == FAILED else ""
+            cells += f'<td class="text reason" colspan="{len(columns) - 2}">{escape(reason)}</td>'
         body.append(f'<tr class="{STATUS_NAMES[status]}">{cells}</tr>')
     return (f'<div class="scroll"><table class="sortable"><thead><tr>{head}</tr></thead>\n<tbody>'
             + "\n".join(body) + "</tbody></table></div>")
 
 
 def sections(ensemble: Ensemble) -> str:
-    """The mean crack position of each notch at each section."""
-    statistics = ensemble.statistics
+    """The mean crack position at each section: of leading and following cracks, then of all cracks of each notch."""
     interval = f"{100 * ensemble.confidence:g} % interval"
-    titles = (("notch", ""), ("section y", "mm"), ("samples that arrived", ""), ("mean z", "mm"),
+    titles = (("cracks", ""), ("section y", "mm"), ("samples that arrived", ""), ("mean z", "mm"),
               (interval, "± mm"), ("standard deviation", "mm"),
               ("spread through the thickness", "mean over the samples, mm"))
     head = "".join(f"<th>{title}<small>{unit}</small></th>" for title, unit in titles)
     body = []
+    for group, paths in ensemble.ranks.items():
+        spread = mean_of_present(_of_group(ensemble, group, ensemble.samples.z_spread))
+        for row in range(len(paths.notch)):
+            body += _positions(ensemble, ensemble.rank_name(group, row), paths, row, spread[row], paths.counted[row])
     spread = mean_of_present(ensemble.samples.z_spread)
     for notch in range(ensemble.n_notches):
-        for k, y in enumerate(ensemble.sections):
-            numbers = (statistics.z_mean, statistics.z_half_width, statistics.z_std, spread)
-            cells = [str(notch), f"{y / style.MILLIMETRE:g}", str(int(statistics.reached[notch, k]))]
-            cells += [_number(float(values[notch, k]) / style.MILLIMETRE, ".2f") for values in numbers]
-            body.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
-    return (f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>' + "\n".join(body)
+        body += _positions(ensemble, f"all of notch {notch}, leading and following", ensemble.statistics, notch,
+                           spread[notch])
+    return (f"<p>{escape(_about_ranks(ensemble))}</p>"
+            f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>' + "\n".join(body)
             + "</tbody></table></div>")
+
+
+def _of_group(ensemble: Ensemble, group: str, values: np.ndarray) -> np.ndarray:
+    """Values of samples x notches x sections of the samples that count in a group, as samples x rows x sections."""
+    leading = ensemble.leading
+    if group in PATTERNS:
+        leading = np.where(ensemble.samples.pattern == PATTERNS[group], leading, -1)
+    return ensemble.frame.ranked(values, leading, group)[0]
+
+
+def _positions(ensemble: Ensemble, name: str, paths: Paths, row: int, spread: np.ndarray,
+               counted: Optional[np.ndarray] = None) -> list[str]:
+    lines = []
+    for k, y in enumerate(ensemble.sections):
+        arrived = str(int(paths.reached[row, k])) + (f" of {int(counted[k])}" if counted is not None else "")
+        cells = [f"{y / style.MILLIMETRE:g}", arrived]
+        cells += [_number(float(value) / style.MILLIMETRE, ".2f")
+                  for value in (paths.z_mean[row, k], paths.z_half_width[row, k], paths.z_std[row, k], spread[k])]
+        lines.append(f'<tr><td class="text">{escape(name)}</td>' + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+    return lines
+
+
+def _about_ranks(ensemble: Ensemble) -> str:
+    """Which samples lead, in sentences."""
+    done = ensemble.leading[ensemble.done]
+    counts = [f"notch {notch} in {int((done == notch).sum())}" for notch in range(ensemble.n_notches)]
+    text = "A sample's crack leads that crosses the largest share of its ligament: " + ", ".join(counts)
+    if (done < 0).any():
+        text += f", {'unknown or none' if ensemble.leading_is_derived else 'none'} in {int((done < 0).sum())}"
+    text += "."
+    if ensemble.leading_is_derived:
+        text += " These results do not hold it; it is taken from the sections that the cracks reach."
+    turned = [f"notch {notch} as if notch {reference} did" for notch, reference in enumerate(ensemble.frame.reference)
+              if notch != reference]
+    if turned:
+        text += f" Turned by the body's symmetry are the samples that these notches lead: {', '.join(turned)}."
+    return text
 
 
 def tiles(ensemble: Ensemble) -> str:
@@ -87,10 +123,10 @@ def tiles(ensemble: Ensemble) -> str:
     table = ensemble.samples
     done = table.status == DONE
     entries = [(f"{done.sum()} of {len(table)}", _others(table) + _stopped(ensemble))]
-    force = table.onset_force[done & np.isfinite(table.onset_force)]
+    name, force = ensemble.breaking_load()
+    force = force[np.isfinite(force)]
     if force.size:
-        entries.append((f"{np.median(force):.0f} N",
-                        f"median onset force ({force.min():.0f} to {force.max():.0f} N)"))
+        entries.append((f"{np.median(force):.0f} N", f"median {name} ({force.min():.0f} to {force.max():.0f} N)"))
     for pattern in (1, 2):
         if done.any():
             count = int((table.pattern[done] == pattern).sum())
@@ -109,10 +145,6 @@ def provenance(ensemble: Ensemble) -> str:
     rows = "".join(f'<tr><td class="text">{escape(name)}</td><td class="text reason">{escape(value)}</td></tr>'
                    for name, value in ensemble.provenance.items())
     return f'<div class="scroll"><table><tbody>{rows}</tbody></table></div>'
-
-
-def _name(names: tuple[str, ...], number: int) -> str:
-    return names[number] if 0 <= number < len(names) else str(number)
 
 
 def _others(table: Samples) -> str:

@@ -17,7 +17,7 @@ namespace crackle::analysis {
 struct CrackFacet {
   std::array<geometry::Point, 4> corner;  ///< in order round the quadrilateral [m]
   double area;                            ///< [m^2]
-  double time;  ///< since the onset of the last dynamic phase; negative before it [s]
+  double time;  ///< since the start of the last dynamic phase; zero or negative before it [s]
   std::int64_t tetrahedron;
   std::int32_t crack;  ///< sample-local crack id: index into CrackSurface::cracks
 };
@@ -41,18 +41,19 @@ struct Crack {
 };
 
 struct CrackSurface {
-  std::vector<CrackFacet> facets;  ///< in order of breaking
-  std::vector<Crack> cracks;       ///< in order of their first break
-  double area() const;             ///< sum over all facets [m^2]
+  std::vector<CrackFacet> facets;    ///< in order of breaking
+  std::vector<Crack> cracks;         ///< in order of their first break
+  double area() const;               ///< sum over all facets [m^2]
+  double area_before_phase() const;  ///< of those that opened before the last dynamic phase [m^2]
 };
 
 /// The crack surface: for every break the dual facets of its most loaded cut (three for a cut 1|3, four for a
 /// cut 2|2).
 /// @param breaks in order of breaking
-/// @param onset_time load time that facet times are counted from [s]; with NaN (no dynamic phase) they are
+/// @param phase_start load time that facet times are counted from [s]; with NaN (no dynamic phase) they are
 /// counted from the last break
 /// @throws std::invalid_argument for a break that the realization does not have
 CrackSurface make_crack_surface(const geometry::Body& body, const geometry::Realization& realization,
-                                std::span<const fracture::Break> breaks, double onset_time);
+                                std::span<const fracture::Break> breaks, double phase_start);
 
 }  // namespace crackle::analysis

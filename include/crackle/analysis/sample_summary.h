@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,27 +17,37 @@ namespace crackle::analysis {
 
 enum class SampleStatus : std::int32_t { pending = 0, done = 1, failed = 2 };
 
-/// One sample's row in the ensemble. Of a sample that is not done all results are NaN, 0 or -1.
+/// One sample's row in the ensemble; sample_results.h says what each number means. Of a sample that is not
+/// done all results are NaN, 0 or -1.
 struct SampleSummary {
+  static constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
   SampleStatus status = SampleStatus::pending;
-  std::string error;          ///< reason of a failed sample; why a pending one's file was refused; or empty
-  double onset_force = 0;     ///< [N]
-  double onset_time = 0;      ///< [s]
-  std::int32_t outcome = -1;  ///< dynamics::Outcome; -1 without results
-  std::int32_t pattern = 0;   ///< see Pattern
-  double overlap = 0;         ///< see pattern_overlap; NaN where there is none
+  std::string error;  ///< reason of a failed sample; why a pending one's file was refused; or empty
+  std::string note;   ///< what else is to be known of a sample that is done; or empty
+  double first_break_time = none;
+  double first_break_load = none;
+  double onset_time = none;
+  double onset_force = none;
+  std::int32_t dynamic_phases = 0;
+  double crack_area_before_onset = none;
+  std::int32_t outcome = -1;        ///< dynamics::Outcome; -1 without results
+  std::int32_t pattern = 0;         ///< see Pattern
+  std::int32_t leading_notch = -1;  ///< see analysis::leading_notch
+  double overlap = none;            ///< see pattern_overlap
   std::int32_t bifurcations = 0;
-  std::int32_t kinks = 0;              ///< of all crack lines
-  std::int64_t breaks = 0;             ///< broken tetrahedra
-  double crack_area = 0;               ///< all opened dual facets [m^2]
-  double crack_speed_max = 0;          ///< [m/s]
-  double energy_error = 0;             ///< relative
-  double crack_speed_ratio = 0;        ///< crack_speed_max over the Rayleigh speed
-  double traced_area = 0;              ///< length of the crack lines times the thickness [m^2]
-  double effective_toughness = 0;      ///< released energy over traced_area [J/m^2]; NaN without lines
-  std::vector<double> z;               ///< n_notches x n_sections [m], NaN where no crack arrived
-  std::vector<double> z_spread;        ///< through the thickness, see SectionCrossing; likewise
-  std::vector<std::int32_t> branches;  ///< n_notches x n_sections
+  std::int32_t kinks = 0;
+  std::int64_t breaks = 0;
+  double crack_area = none;
+  double crack_speed_max = none;
+  double crack_speed_ratio = none;
+  double traced_area = none;
+  double effective_toughness = none;
+  double energy_error = none;
+  double equilibrium_residual = none;
+  std::vector<double> z;               ///< n_notches x n_sections
+  std::vector<double> z_spread;        ///< likewise, see SectionCrossing
+  std::vector<std::int32_t> branches;  ///< likewise
   double wall_time = 0;                ///< that the sample took [s]; the only field that differs between runs
 };
 

@@ -48,11 +48,18 @@ struct EndedPhase {
   parallel::NumberedRows displacement;  ///< of each node at its end, by bits
 };
 
+/// What a dynamic phase knows of the body's separation.
+struct Separation {
+  std::int64_t looked_at = 0;         ///< step
+  std::optional<std::int64_t> found;  ///< step at which the body was found apart
+};
+
 /// A dynamic phase on its way, between two steps.
 struct RunningPhase {
   double load_time = 0;
   std::int64_t step = 0;
   std::int64_t last_break = 0;  ///< step
+  Separation separation;
   Releases releases;
   MotionCheckpoint motion;
 };
@@ -62,6 +69,8 @@ struct RunningPhase {
 struct Checkpoint {
   /// That the phases were computed in: double for a mixed input whose numbers have not sufficed.
   input::Precision precision = input::Precision::mixed;
+  double first_break_reaction =
+      0;  ///< largest reaction at the first break, where that was in a dynamic phase [N]
   std::vector<EndedPhase> ended;
   std::optional<RunningPhase> running;
   parallel::NumberedRows impulse;  ///< of each tetrahedron that has one, by bits
@@ -79,6 +88,9 @@ Checkpoint share_checkpoint(const parallel::Communicator& group, std::span<const
 /// The breaks of all ranks on the root, in order of time, then of tetrahedron number. Collective.
 std::vector<fracture::Break> gather_breaks(const parallel::Communicator& group,
                                            std::span<const fracture::Break> local);
+/// As gather_breaks, for what the tie rule released.
+std::vector<fracture::Tie> gather_ties(const parallel::Communicator& group,
+                                       std::span<const fracture::Tie> local);
 
 /// Marks a moment in a body's breaking, to gather what is released from then on.
 class ReleasesSince {

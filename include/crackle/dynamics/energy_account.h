@@ -23,6 +23,10 @@ struct LoadState {
   std::vector<double> travel;     ///< displacement of each prescribed motion [m]
 };
 
+/// What "the load" of a body under several conditions is: the largest of the forces that its load conditions
+/// exert and of the reactions of its prescribed motions other than `fix` [N].
+double largest_load(const mechanics::BoundaryLoads& loads, const LoadState& state);
+
 /// Collective; equal bits for any number of ranks.
 LoadState measure_loads(const parallel::Communicator& group, const fracture::BreakableBody& body,
                         const mechanics::BoundaryLoads& loads, const parallel::NodeField& displacement,

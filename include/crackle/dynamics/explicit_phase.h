@@ -12,6 +12,7 @@
 #include <functional>
 #include <optional>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -33,11 +34,33 @@ enum class Request : int {
 /// costs messages between the ranks.
 inline constexpr std::int64_t steps_per_look = 32;
 
+struct PhaseResult {
+  bool arrested = false;
+  bool separated = false;  ///< the body was apart when the phase ended
+  bool parked = false;     ///< the rest is without meaning
+  double time = 0;         ///< at which the phase ended, since its start [s]
+  /// Up to which its breaks count, should it be the last phase: the duration at most [s].
+  double counted_time = 0;
+  std::string note;          ///< why it ended early, where that was no plan
+  double kinetic = 0;        ///< energy then [J]
+  double external_work = 0;  ///< of the phase [J]
+  std::int64_t n_steps = 0;
+  std::int64_t n_forces = 0;
+  std::vector<EnergyRow> energy;
+  std::vector<Frame> frames;  ///< root only
+};
+
 struct PhaseOptions {
   TimeGrid grid{};
-  std::optional<double> arrest_window = {};  ///< a phase without a break for this long ends [s]; empty: never
-  int n_frames = 0;                          ///< frames over the whole duration, first and last included
-  int n_energy_rows = 200;                   ///< about this many rows of the energy account
+  /// A phase without a break for this long has arrested [s]; empty: it ends with its duration. With it, a
+  /// phase that breaks on when the duration is over goes on without outputs, to at most max_phase_durations
+  /// durations.
+  std::optional<double> arrest_window = {};
+  std::optional<double> after_separation = {};  ///< a phase ends this long after the body came apart [s]
+  bool ends_out_of_range =
+      false;                ///< once the body is apart, numbers out of range end the phase and are no failure
+  int n_frames = 0;         ///< frames over the whole duration, first and last included
+  int n_energy_rows = 200;  ///< about this many rows of the energy account
   std::function<void(const EnergyRow& row)> on_row =
       {};                                 ///< called for each of them, on every rank; may be empty
   std::function<Request()> request = {};  ///< this rank's wish, at every look; may be empty
@@ -46,19 +69,12 @@ struct PhaseOptions {
   std::function<void(RunningPhase phase, const std::vector<EnergyRow>& energy,
                      const std::vector<Frame>& frames)>
       save = {};
+  /// Called on every rank when the phase's first tetrahedra are about to break; may be empty. Until then
+  /// every step takes a message between the ranks.
+  std::function<void(double time, const MotionState& state)> on_first_break = {};
+  /// Takes what there is of a phase that fails; on every rank, may be empty.
+  std::function<void(PhaseResult partial)> on_failure = {};
   const Checkpoint* from = nullptr;  ///< goes on from its running phase
-};
-
-struct PhaseResult {
-  bool arrested = false;
-  bool parked = false;       ///< the rest is without meaning
-  double time = 0;           ///< at which the phase ended, since its start [s]
-  double kinetic = 0;        ///< energy then [J]
-  double external_work = 0;  ///< of the phase [J]
-  std::int64_t n_steps = 0;
-  std::int64_t n_forces = 0;
-  std::vector<EnergyRow> energy;
-  std::vector<Frame> frames;  ///< root only
 };
 
 /// Explicit dynamics with breaking: the splitting's stages, at the end of every step the breaking check, then

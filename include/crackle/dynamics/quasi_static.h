@@ -39,6 +39,14 @@ public:
                      const mechanics::BoundaryLoads& loads, const fracture::TulerButcher& criterion,
                      double patience);
 
+  /// Puts the loads at time 0 into the account. Collective; once, before everything else.
+  void load_at_start(EnergyAccount& account);
+
+  /// @throws parallel::AgreedError on every rank when a tetrahedron is over its strength under the loads at
+  /// time 0,
+  ///   with the load at which the first one would have broken. Collective.
+  void refuse_overload() const;
+
   /// Loads on from the present time until run-away or the end of the program. Collective.
   /// @param is_asked_to_park this rank's wish, looked at after each break; may be empty
   QuasiStaticEnd advance(EnergyAccount& account, const std::function<bool()>& is_asked_to_park = {});
@@ -49,6 +57,12 @@ public:
   bool resume(double time, double kinetic, const parallel::NodeField& displacement, EnergyAccount& account);
 
   double time() const { return time_; }
+  /// Largest force or reaction of any condition at the last event [N].
+  double load() const { return load_; }
+  /// The same at the first break; NaN where nothing has broken quasi-statically.
+  double load_at_first_break() const { return load_at_first_break_; }
+  /// Largest residual of the solves so far, see mechanics::StaticSolver::residual.
+  double residual() const { return residual_; }
   const parallel::NodeField& displacement() const { return displacement_; }
   std::int64_t n_solves() const { return n_solves_; }
   std::int64_t n_iterations() const { return n_iterations_; }
@@ -85,15 +99,12 @@ private:
   std::size_t n_changes_solved_ = 0;       // of the body's local changes, those that the solver knows
   double extent_ = 0;                      // of the body, whose box starts at the origin [m]
   double time_ = 0;
-  bool is_loaded_ = false;  // whether the account knows the loads at time 0
+  double load_ = 0;  // [N]
+  double load_at_first_break_ = std::numeric_limits<double>::quiet_NaN();
+  double residual_ = 0;
   std::int64_t n_solves_ = 0;
   std::int64_t n_iterations_ = 0;
   std::int64_t n_breaks_ = 0;
 };
-
-/// Whether every load still acts on a piece that a prescribed motion holds; true for a body that nothing
-/// holds. Collective.
-bool loads_are_held(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                    const mechanics::BoundaryLoads& loads);
 
 }  // namespace crackle::dynamics

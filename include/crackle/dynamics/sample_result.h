@@ -4,6 +4,7 @@
 #include "crackle/fracture/break_record.h"
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -29,12 +30,18 @@ struct Frame {
   std::int64_t broken;              ///< the first `broken` entries of SampleResult::breaks are open
 };
 
+/// How a sample ended; separated as is_separated has it.
 enum class Outcome {
-  unbroken,   ///< no load of the program breaks the body
-  arrested,   ///< cracks stopped and the load can grow no further
-  separated,  ///< the loaded and the held part are no longer connected
-  running,    ///< the dynamic phase ended with the body in one piece
+  unbroken = 0,   ///< nothing broke
+  arrested = 1,   ///< breaking came to rest and the load can grow no further
+  separated = 2,  ///< the body came apart
+  running = 3,    ///< in one piece when the duration was over
+  undecided = 4,  ///< breaking has not come to rest within max_phase_durations durations, in one piece
 };
+
+/// A dynamic phase after quasi-static loading that breaks on when its duration is over goes on to at most
+/// this many durations, to show whether it arrests: then the load rises on, and it was not the last one.
+inline constexpr int max_phase_durations = 3;
 
 /// Work that a sample took; equal on every machine.
 struct SampleCounts {
@@ -64,16 +71,30 @@ struct SampleTimings {
   Traffic traffic{};
 };
 
-/// What the mechanics of one sample yields. Complete on the group's root; elsewhere breaks, frames are empty.
+/// What the mechanics of one sample yields. Complete on the group's root; elsewhere breaks, ties and frames
+/// are empty.
 struct SampleResult {
+  static constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
   bool parked = false;  ///< stopped on the way as asked; the rest is without meaning
   Outcome outcome = Outcome::unbroken;
-  double onset_time = 0;    ///< load time at the start of the last dynamic phase [s]; NaN if there was none
-  double onset_force = 0;   ///< largest resultant over the loaded boundaries then [N]; NaN if there was none
-  double time_step = 0;     ///< used [s]
-  double stable_step = 0;   ///< of the intact body and the integrator [s]
-  double energy_error = 0;  ///< largest imbalance over the outputs, relative to the work done
+  std::string note;  ///< what else is to be known of the end; mostly empty
+  /// Load time at the first break [s] and the largest force or reaction of any condition then [N]; NaN where
+  /// nothing broke.
+  double first_break_time = none;
+  double first_break_load = none;
+  /// Load time at the start of the last dynamic phase [s] and the load then [N]; NaN where no dynamic phase
+  /// followed quasi-static loading.
+  double onset_time = none;
+  double onset_force = none;
+  double phase_start = none;  ///< load time at the start of the last dynamic phase [s], 0 with start = "rest"
+  double time_step = 0;       ///< used [s]
+  double stable_step = 0;     ///< of the intact body and the integrator [s]
+  double energy_error = 0;    ///< largest imbalance over the outputs, relative to the work done
+  double equilibrium_residual =
+      none;  ///< largest of the static solves, relative to the load; NaN without any
   std::vector<fracture::Break> breaks;  ///< in order of time, then of tetrahedron number
+  std::vector<fracture::Tie> ties;      ///< in the same order; empty with release by elements
   std::vector<EnergyRow> energy;
   std::vector<Frame> frames;
   SampleCounts counts;

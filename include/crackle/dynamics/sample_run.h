@@ -21,7 +21,10 @@ using SampleLog = std::function<void(const std::string& line)>;
 
 /// What a sample on its way does besides the mechanics.
 struct SampleControl {
-  SampleLog log;               ///< may be empty
+  SampleLog log;  ///< may be empty
+  /// The line that says where the sample stands, which replaces the one before, many times in a phase; in
+  /// place of the log's lines about a running phase. Called on the root; may be empty.
+  SampleLog progress;
   std::function<bool()> stop;  ///< whether this rank was asked to park the sample; may be empty
   /// Keeps a checkpoint; given on every rank or on none, called on the root. What it throws is logged, and
   /// the sample goes on.
@@ -29,7 +32,15 @@ struct SampleControl {
   std::vector<std::byte>
       checkpoint;  ///< on the root: what was saved last, to go on from; empty: from the start
   double checkpoint_interval = std::numeric_limits<double>::infinity();  ///< wall time between two saves [s]
+  /// Takes what there is of a sample that fails, before the failure is thrown; called on every rank or on
+  /// none.
+  std::function<void(SampleResult partial)> failed = {};
 };
+
+/// Time without a break after which a dynamic phase has arrested [s]: the input's, or what a longitudinal
+/// wave in a bar takes along the body's longest extent. A crack half-way has heard by then how both ends
+/// answered its last break; what comes later has been reflected again.
+double arrest_window(const input::Parameters& parameters);
 
 /// One body's way from the unloaded state to its end: quasi-static loading, run-away, dynamic breaking,
 /// arrest. Collective over the group; a failure on one rank is thrown on all.

@@ -11,6 +11,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace crackle::ensemble {
@@ -27,6 +28,13 @@ struct SampleAnalysis {
   analysis::CrackSurface surface;
   std::vector<analysis::CrackLine> lines;
   analysis::SampleSummary summary;
+};
+
+/// What there is of a sample that failed on its way.
+struct PartialSample {
+  const geometry::Realization& realization;
+  const dynamics::SampleResult& result;
+  const SampleAnalysis& analysis;
 };
 
 /// What is done with one sample, step by step. An exception in a step fails the sample and nothing else.
@@ -46,13 +54,20 @@ struct SampleSteps {
   std::function<void(std::uint64_t sample, const geometry::Realization& realization,
                      const dynamics::SampleResult& result, const SampleAnalysis& analysis)>
       write;
-  /// Writes a failure to the sample's file; on the group's root, or on the master when no realization was
-  /// made.
-  std::function<void(std::uint64_t sample, const analysis::SampleSummary& failure)> write_failure;
+  /// Writes a failure to the sample's file, with what there is of its mechanics (nullptr: nothing); on the
+  /// group's root, or on the master when no realization was made.
+  std::function<void(std::uint64_t sample, const analysis::SampleSummary& failure,
+                     const PartialSample* partial)>
+      write_failure;
   /// A row without results, for a failed sample.
   std::function<analysis::SampleSummary(const std::string& reason)> failure_row;
   /// Lines about the progress of a sample; on the group's root.
   dynamics::SampleLog log;
+  /// See dynamics::SampleControl. hand_out() brings it from the root of a single group to rank 0.
+  dynamics::SampleLog progress;
+  /// Called where a stage of a sample's local work begins, on every rank that does it; what it throws fails
+  /// the sample. For tests; may be empty.
+  std::function<void(std::uint64_t sample, std::string_view stage)> enter;
   /// Whether this rank was asked to park its sample; may be empty.
   std::function<bool()> stop;
   /// Checkpoints of samples on their way; all three on the group's root, and empty on every rank or on none.
@@ -72,8 +87,9 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
 
 /// Report of a sample that failed, kept in its file where that can be written; its checkpoint goes then.
 /// @param seconds spent on the sample
+/// @param partial what there is of it; nullptr: nothing
 SampleReport report_failure(const SampleSteps& steps, std::uint64_t sample, const std::string& reason,
-                            double seconds);
+                            double seconds, const PartialSample* partial = nullptr);
 
 /// Root of the group: one sample from its realization to its file. Collective over the group, together with
 /// follow_samples on the other ranks. A sample that cannot be written is reported as failed and leaves no

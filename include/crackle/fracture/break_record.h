@@ -20,9 +20,12 @@ struct Break {
   std::int32_t cut;          ///< the most loaded of the seven cuts: its dual facets are the crack
 };
 
-/// Edges that a tetrahedron broken by facets let go of besides those of its cut.
+/// Edges that a tetrahedron broken by facets let go of besides those of its cut; its times are those of the
+/// break that caused it.
 struct Tie {
   std::int64_t tetrahedron;  ///< number in the realization
+  double load_time;          ///< as in Break [s]
+  double phase_time;         ///< as in Break [s]
   double released_energy;    ///< strain energy taken out of the body [J]
   std::uint32_t edges;       ///< mechanics::EdgeSet
 };

@@ -20,23 +20,27 @@
 /// |---|---|---|
 /// | attributes of / | | kind, schema_version, program_version, git_commit, library_versions, seed, input,
 /// points, input_identity |
-/// | /samples/status, error | N | analysis::SampleStatus; the reason of a failed sample |
-/// | /samples/onset_force, onset_time, outcome, pattern, overlap, bifurcations, kinks, breaks, crack_area,
-/// crack_speed_max, energy_error, crack_speed_ratio, traced_area, effective_toughness | N | the fields of
-/// analysis::SampleSummary |
+/// | /samples/status, error, note | N | analysis::SampleStatus; why it failed; what else is to be known |
+/// | /samples/... | N | the results of analysis::for_each_result |
 /// | /crack_path/section | S | y of the sections |
-/// | /crack_path/z, z_spread, branches | N x notches x S | see analysis::SectionCrossing |
+/// | /crack_path/... | N x notches x S | the results of analysis::for_each_position_result |
 /// | /statistics/z_mean, z_std, z_half_width, reached | notches x S | see analysis::Statistics |
 /// | /statistics/z_quantile | notches x S x 5 | least, quartiles and median, greatest |
 /// | /statistics/running_mean | N x notches x S | |
-/// | /statistics/pattern_share, pattern_half_width | 4 | |
-/// | attributes confidence, n_looks, n_needed of /statistics | | see analysis::Statistics |
+/// | /statistics/leader, leader/one_crack, leader/two_cracks, follower | | groups with datasets as above,
+/// their rows in place of notches, and leading_notch, notch (rows), counted (rows x S): see
+/// analysis::RankStatistics |
+/// | /statistics/reference_notch | notches | see analysis::LeaderFrame |
+/// | /statistics/pattern_share, pattern_half_width, pattern_lower, pattern_upper | 4 | |
+/// | attributes confidence, interval_scope, n_looks, n_needed of /statistics | | see analysis::Statistics |
 /// | /mother_points/position, spacing, movable | M x 3, M, M | see geometry::MotherPoints |
 /// | /timing/wall_time, attributes of /provenance | N | what differs between two runs |
+///
+/// Attributes of each result's dataset say what it means and how it is shown, see analysis::ResultInfo.
 namespace crackle::io {
 
 /// Raised with every change of what the file holds.
-inline constexpr std::int64_t ensemble_schema_version = 2;
+inline constexpr std::int64_t ensemble_schema_version = 3;
 
 /// Rows first..first+rows.size() of the ensemble, written by one rank.
 struct EnsembleBlock {
@@ -64,11 +68,12 @@ struct EnsembleContent {
   geometry::MotherPoints base;
 };
 
-/// Not collective. @throws std::runtime_error when the file is not a whole ensemble file of this schema
+/// Not collective. What an older file does not have yet is as in a row without results.
+/// @throws std::runtime_error when the file is not a whole ensemble file of oldest_schema_version or above
 EnsembleContent read_ensemble(const std::filesystem::path& file);
 
 /// The base mother points alone. Not collective.
-/// @throws std::runtime_error when the file is not a whole ensemble file of this schema and input
+/// @throws std::runtime_error when the file is not a whole ensemble file of a readable version and this input
 geometry::MotherPoints read_mother_points(const std::filesystem::path& file,
                                           const input::Parameters& parameters);
 

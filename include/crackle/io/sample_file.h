@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,7 @@
 /// | object | shape | meaning |
 /// |---|---|---|
 /// | attributes of / | | kind, schema_version, program_version, git_commit, library_versions, input,
-/// points, input_identity, seed, sample, status, error |
+/// points, input_identity, seed, sample, status, error, note |
 /// | /mesh/nodes, tetrahedra | n x 3, m x 4 | the realization; attributes of /mesh: its report |
 /// | /mesh/boundary, boundary_surface | k x 3, k | boundary triangles and their geometry::SurfaceId |
 /// | /crack_surface/corners | f x 4 x 3 | opened dual facets, in order of breaking |
@@ -29,22 +30,35 @@
 /// | /crack_lines/lines/first, count | l | the points of each line |
 /// | /crack_lines/lines/notch, parent, kinks, bend | l | see analysis::CrackLine |
 /// | /breaks/... | b | the columns of fracture::Break |
+/// | /ties/... | r | the columns of fracture::Tie; with release by facets only |
 /// | /energy/... | e | the columns of dynamics::EnergyRow |
 /// | /frames/time, broken | t | see dynamics::Frame |
 /// | /frames/displacement, velocity | t x n x 3 | single precision |
-/// | attributes youngs_modulus [Pa], poisson_ratio of /frames | | what the stress follows from |
-/// | /summary/... | | the sample's row: the fields of analysis::SampleSummary, and the time steps |
-/// | /counts/... | | dynamics::SampleCounts |
-/// | /timing/..., attributes of /provenance | | what differs between two runs |
+/// | attributes youngs_modulus [Pa], poisson_ratio of /frames | | what the stress follows from; of broken
+/// tetrahedra also from /breaks/cut, /ties and the input |
+/// | /summary/... | | the row: analysis::for_each_result, for_each_position_result |
+/// | /summary/phase_start, time_step, stable_step | | load time that the times below are counted from; steps
+/// | | /counts/... | | dynamics::SampleCounts | | /timing/..., attributes of /provenance | | what differs
+/// between two runs |
 ///
 /// Behind the end of the HDF5 file stands a check sum of all its bytes: a file that was cut short, damaged or
 /// changed afterwards is not used.
 ///
-/// A failed sample has the attributes, /summary, /timing and /provenance only.
+/// A failed sample has the attributes, /summary, /timing and /provenance, and of the rest what there was when
+/// it failed on its way.
 namespace crackle::io {
 
 /// Raised with every change of what the file holds.
-inline constexpr std::int64_t sample_schema_version = 2;
+inline constexpr std::int64_t sample_schema_version = 3;
+
+/// Of the files, samples' and ensembles', whose results can still be read; no sample goes on from them.
+inline constexpr std::int64_t oldest_schema_version = 2;
+
+/// A whole file that an older version of the program wrote.
+class OlderFormat : public std::runtime_error {
+public:
+  using std::runtime_error::runtime_error;
+};
 
 /// Everything that goes into out/samples/NNNN.h5.
 struct SampleFileContent {
@@ -70,15 +84,24 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
 void write_failed_sample(const std::filesystem::path& file, const input::Parameters& parameters,
                          std::uint64_t sample, const analysis::SampleSummary& summary);
 
-/// The sample's row. @throws std::runtime_error with the reason when the file is not a whole, undamaged
-/// sample file of this schema, number and input (input::sample_identity)
+/// The sample's row. @throws OlderFormat for a whole file of an older version; std::runtime_error with the
+/// reason when the file is not a whole, undamaged sample file of this number and input
+/// (input::sample_identity)
 analysis::SampleSummary read_summary(const std::filesystem::path& file, const input::Parameters& parameters,
                                      std::uint64_t sample);
 
+/// As read_summary, of oldest_schema_version and above. What an older file does not have yet is as in a row
+/// without results, and an older file's input is not compared.
+analysis::SampleSummary read_any_summary(const std::filesystem::path& file,
+                                         const input::Parameters& parameters, std::uint64_t sample);
+
 /// The rows of samples first, first + 1, ... first + count - 1 of an ensemble's folder. A sample without file
-/// is pending; so is one whose file read_summary refuses, with the reason in `error`. Not collective.
+/// is pending; so is one whose file cannot be used, with the reason in `error`. Not collective.
 std::vector<analysis::SampleSummary> read_summaries(const std::filesystem::path& folder,
                                                     const input::Parameters& parameters, std::uint64_t first,
                                                     std::size_t count);
+
+/// Whether the folder holds an ensemble's or a sample's file of an older version. Not collective.
+bool holds_older_format(const std::filesystem::path& folder);
 
 }  // namespace crackle::io

@@ -52,6 +52,11 @@ public:
   /// @throws NoEquilibrium on every rank
   int solve(std::span<const double> force, parallel::NodeField& displacement);
 
+  /// What is left of the out-of-balance force after the last solve, over that of the body whose free
+  /// components have not moved; both in the preconditioner's norm. Computed from the displacement, not
+  /// carried along.
+  double residual() const;
+
 private:
   class Problem;
   std::unique_ptr<Problem> problem_;

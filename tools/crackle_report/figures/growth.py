@@ -15,8 +15,9 @@ from .. import style
 from ..choosing import samples_in_detail
 from ..drawing import draw_facets, draw_plate, time_bar, time_colours
 from ..options import Options
-from ..photoelasticity import Fringes, Grid, frame_stresses, make_series
+from ..photoelasticity import Fringes, Grid, make_series
 from ..results import CrackSurface, Ensemble, Frames
+from ..stress import frame_stresses
 from .picture import Animation, Picture, Section
 
 N_TIMES = 6
@@ -47,8 +48,9 @@ def _explain(options: Options) -> str:
            "the integrated stress along each ray")
     return (f"What a circular polariscope shows ({field} field{', colours reversed' * options.reverse}), by {way}; "
             f"stress-optic coefficient {options.optics.stress_optic:.3g} 1/Pa, wavelength "
-            f"{options.optics.wavelength * 1e9:g} nm. Broken tetrahedra carry no stress. Below, the cracks as they "
-            "have opened by then. t₀ is the onset of the last dynamic phase.")
+            f"{options.optics.wavelength * 1e9:g} nm. Broken tetrahedra show what they still carry: nothing, or the "
+            "stress of uncut edges and of contact. Below, the cracks as they have opened by then. t₀ is the start of "
+            "the last dynamic phase.")
 
 
 def _chosen_frames(frames: Frames, crack: CrackSurface, times: tuple[float, ...]) -> list[int]:
@@ -131,7 +133,8 @@ class _View:
                     axes.set_title(self._time_text(frame), pad=4)
         time_bar(figure, self._colours, left, 2.0)
         figure.text((left + 2.3) / width, 1 - 0.22 / height, f"sample {self._number}", fontweight="bold", fontsize=9)
-        figure.text((left + 3.3) / width, 1 - 0.22 / height, f"t₀ = {self._onset:.6f} s", fontsize=8)
+        if np.isfinite(self._onset):
+            figure.text((left + 3.3) / width, 1 - 0.22 / height, f"t₀ = {self._onset:.6f} s", fontsize=8)
         return figure
 
     def animation(self) -> Animation:

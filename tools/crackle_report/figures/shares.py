@@ -58,10 +58,10 @@ def _patterns(axes: Axes, ensemble: Ensemble) -> None:
 
 
 def _onset(axes: Axes, ensemble: Ensemble) -> None:
-    force = ensemble.samples.onset_force[ensemble.done]
+    name, force = ensemble.breaking_load()
     pattern = ensemble.samples.pattern[ensemble.done][np.isfinite(force)]
     force = force[np.isfinite(force)]
-    axes.set_xlabel("onset force [N]")
+    axes.set_xlabel(f"{name} [N]")
     axes.set_ylabel("samples")
     axes.yaxis.set_major_locator(MaxNLocator(5, integer=True))
     if force.size == 0:

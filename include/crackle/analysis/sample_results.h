@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/analysis/sample_summary.h"
+
+#include <cstdint>
+#include <string>
+
+/// The one list of what a sample yields as numbers. Messages between ranks, result files, `crackle stats`,
+/// the report and the README's table follow from it: a new result is one member of SampleSummary, one entry
+/// here, and the line that computes it.
+namespace crackle::analysis {
+
+/// What a table over all samples shows of a result.
+enum class Reduction {
+  none,       ///< nothing
+  quantiles,  ///< least, quartiles, median, greatest
+  shares,     ///< how many samples have each of its categories
+};
+
+/// How a result is called, stored and shown.
+struct ResultInfo {
+  const char* name;     ///< /summary/<name> of a sample file, /samples/<name> of the ensemble's
+  const char* units;    ///< SI; "" for numbers of things
+  const char* meaning;  ///< one phrase
+  Reduction reduction;
+  const char* label;            ///< head of its column, for people
+  const char* shown_units;      ///< that people read it in
+  double shown_factor;          ///< from SI to these
+  const char* format;           ///< of the shown value, as in fmt and Python
+  const char* categories = "";  ///< of a number that stands for a word: "0 none, 1 ..."
+  std::int64_t since = 2;       ///< version of the file format that has it first
+};
+
+/// Words for SampleStatus, as the files carry them.
+inline constexpr const char* status_categories = "0 pending, 1 done, 2 failed";
+
+/// Calls visit(info, member) for every scalar result of a sample, in the order of tables and messages.
+template <class Visit>
+void for_each_result(Visit&& visit) {
+  using Row = SampleSummary;
+  using enum Reduction;
+  visit(ResultInfo{"first_break_time", "s", "load time of the first break", quantiles, "first break", "s", 1,
+                   ".6f", "", 3},
+        &Row::first_break_time);
+  visit(ResultInfo{"first_break_load", "N",
+                   "load at the first break: the largest force or reaction of any condition", quantiles,
+                   "first break", "N", 1, ".3f", "", 3},
+        &Row::first_break_load);
+  visit(
+      ResultInfo{
+          "onset_time", "s",
+          "load time at the start of the last dynamic phase; NaN where no quasi-static loading led to one",
+          quantiles, "onset time", "s", 1, ".6f"},
+      &Row::onset_time);
+  visit(ResultInfo{"onset_force", "N", "load then: the largest force or reaction of any condition", quantiles,
+                   "onset force", "N", 1, ".3f"},
+        &Row::onset_force);
+  visit(
+      ResultInfo{"dynamic_phases", "", "number of dynamic phases", none, "dynamic phases", "", 1, "d", "", 3},
+      &Row::dynamic_phases);
+  visit(ResultInfo{"crack_area_before_onset", "m^2", "crack area before the last dynamic phase", quantiles,
+                   "crack area before onset", "mm^2", 1e6, ".2f", "", 3},
+        &Row::crack_area_before_onset);
+  visit(ResultInfo{"outcome", "", "how the sample ended", shares, "outcome", "", 1, "d",
+                   "0 unbroken, 1 arrested, 2 separated, 3 in one piece, 4 undecided"},
+        &Row::outcome);
+  visit(ResultInfo{"pattern", "", "crack pattern", none, "pattern", "", 1, "d",
+                   "0 none, 1 one crack, 2 two cracks, 3 other"},
+        &Row::pattern);
+  visit(ResultInfo{"leading_notch", "",
+                   "notch whose crack crosses the largest share of its ligament; -1 where none has started",
+                   none, "leading notch", "", 1, "d", "", 3},
+        &Row::leading_notch);
+  visit(ResultInfo{"overlap", "1",
+                   "share of the two cracks' paths in which one lies over the other turned by 180 degrees",
+                   none, "overlap", "%", 100, ".0f"},
+        &Row::overlap);
+  visit(ResultInfo{"bifurcations", "", "number of branchings", none, "branchings", "", 1, "d"},
+        &Row::bifurcations);
+  visit(ResultInfo{"kinks", "",
+                   "number of kinks of all crack lines: turns of 26 degrees or more within 0.08 ligaments",
+                   none, "kinks", "", 1, "d"},
+        &Row::kinks);
+  visit(ResultInfo{"breaks", "", "number of broken tetrahedra", none, "breaks", "", 1, "d"}, &Row::breaks);
+  visit(ResultInfo{"crack_area", "m^2", "area of all opened dual facets", quantiles, "crack area", "mm^2",
+                   1e6, ".1f"},
+        &Row::crack_area);
+  visit(ResultInfo{"crack_speed_max", "m/s", "largest crack speed, over a tenth of the ligament or more",
+                   quantiles, "crack speed", "m/s", 1, ".1f"},
+        &Row::crack_speed_max);
+  visit(ResultInfo{"crack_speed_ratio", "1", "largest crack speed over the Rayleigh speed", quantiles,
+                   "over Rayleigh's", "", 1, ".3f"},
+        &Row::crack_speed_ratio);
+  visit(ResultInfo{"traced_area", "m^2", "length of the crack lines times the thickness", none, "traced area",
+                   "mm^2", 1e6, ".1f"},
+        &Row::traced_area);
+  visit(ResultInfo{"effective_toughness", "J/m^2", "released energy over the traced area", quantiles,
+                   "toughness", "J/m^2", 1, ".3f"},
+        &Row::effective_toughness);
+  visit(ResultInfo{"energy_error", "1", "largest imbalance of the energy account over the work done",
+                   quantiles, "energy error", "", 1, ".1e"},
+        &Row::energy_error);
+  visit(
+      ResultInfo{"equilibrium_residual", "1",
+                 "largest residual of the static solves over that of their loads; NaN without static solves",
+                 quantiles, "equilibrium residual", "", 1, ".1e", "", 3},
+      &Row::equilibrium_residual);
+}
+
+/// Calls visit(info, member) for every result with notches x sections values for each sample:
+/// /summary/<name> of a sample file, /crack_path/<name> of the ensemble's.
+template <class Visit>
+void for_each_position_result(Visit&& visit) {
+  using Row = SampleSummary;
+  using enum Reduction;
+  visit(
+      ResultInfo{"z", "m",
+                 "through-thickness mean of the crack that starts at the notch; NaN where it did not arrive",
+                 quantiles, "z", "mm", 1e3, ".3f"},
+      &Row::z);
+  visit(ResultInfo{"z_spread", "m", "standard deviation of z through the thickness", none, "spread of z",
+                   "mm", 1e3, ".3f"},
+        &Row::z_spread);
+  visit(ResultInfo{"branches", "", "number of separate crossings there", none, "crossings", "", 1, "d"},
+        &Row::branches);
+}
+
+/// The words of categories: category_name("0 none, 1 one crack", 1) is "one crack"; the number itself where
+/// there is no word.
+std::string category_name(const char* categories, std::int64_t value);
+
+/// Number of categories.
+int n_categories(const char* categories);
+
+/// All results as a Markdown table: the README's.
+std::string result_table();
+
+}  // namespace crackle::analysis

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/dynamics/separation.h"
+
+#include "crackle/fracture/connectivity.h"
+#include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
+#include "crackle/parallel/exact_sum.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+namespace crackle::dynamics {
+
+namespace {
+
+using Pieces = std::set<std::int64_t>;
+
+/// The pieces that each condition acts on: force patterns first, then prescribed motions. Collective.
+std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
+                                         const mechanics::BoundaryLoads& loads,
+                                         const std::vector<std::int64_t>& labels) {
+  const std::size_t n_conditions = loads.forces.size() + loads.motions.size();
+  // Pieces are few, but their labels are known only where their nodes are: the ranks gather them.
+  const auto mine = parallel::agree(group, [&] {
+    std::set<std::pair<std::int64_t, std::int64_t>> found;
+    const auto add = [&](std::size_t condition, const std::vector<std::int32_t>& nodes) {
+      for (const auto node : nodes)
+        found.emplace(static_cast<std::int64_t>(condition), labels[static_cast<std::size_t>(node)]);
+    };
+    for (std::size_t k = 0; k < loads.forces.size(); ++k) add(k, loads.forces[k].nodes);
+    for (std::size_t k = 0; k < loads.motions.size(); ++k)
+      add(loads.forces.size() + k, loads.motions[k].nodes);
+    std::vector<std::int64_t> flat;
+    for (const auto& [condition, piece] : found) flat.insert(flat.end(), {condition, piece});
+    return flat;
+  });
+  const auto all = parallel::gather_all<std::int64_t>(group, mine);
+  return parallel::agree(group, [&] {
+    std::vector<Pieces> pieces(n_conditions);
+    for (std::size_t i = 0; i < all.size(); i += 2)
+      pieces[static_cast<std::size_t>(all[i])].insert(all[i + 1]);
+    return pieces;
+  });
+}
+
+bool have_common_piece(const Pieces& a, const Pieces& b) {
+  return std::ranges::any_of(a, [&](std::int64_t piece) { return b.contains(piece); });
+}
+
+/// Volume of the largest piece but one, as a share of the body's. Collective.
+double second_largest_share(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                            const std::vector<std::int64_t>& labels) {
+  const auto& mass = body.operators().node_mass;
+  const double total = parallel::exact_sum(group, mass);
+  // In integers, so that the sums do not depend on the ranks.
+  const double scale = std::ldexp(1.0, 48) / total;
+  const auto mine = parallel::agree(group, [&] {
+    std::map<std::int64_t, std::int64_t> sums;
+    for (std::size_t n = 0; n < mass.size(); ++n) sums[labels[n]] += std::llrint(mass[n] * scale);
+    std::vector<std::int64_t> flat;
+    for (const auto& [piece, sum] : sums) flat.insert(flat.end(), {piece, sum});
+    return flat;
+  });
+  const auto all = parallel::gather_all<std::int64_t>(group, mine);
+  return parallel::agree(group, [&] {
+    std::map<std::int64_t, std::int64_t> sums;
+    for (std::size_t i = 0; i < all.size(); i += 2) sums[all[i]] += all[i + 1];
+    std::int64_t largest = 0, second = 0;
+    for (const auto& [piece, sum] : sums) {
+      second = std::max(second, std::min(sum, largest));
+      largest = std::max(largest, sum);
+    }
+    return std::ldexp(static_cast<double>(second), -48);
+  });
+}
+
+}  // namespace
+
+bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                  const mechanics::BoundaryLoads& loads) {
+  const auto labels = fracture::piece_labels(group, body);
+  const std::vector<Pieces> conditions = pieces_of_conditions(group, loads, labels);
+  for (std::size_t a = 0; a < conditions.size(); ++a)
+    for (std::size_t b = 0; b < a; ++b)
+      if (!have_common_piece(conditions[a], conditions[b])) return true;
+  return second_largest_share(group, body, labels) >= separated_share;
+}
+
+bool loads_are_held(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                    const mechanics::BoundaryLoads& loads) {
+  const bool any_fixed = std::ranges::any_of(loads.motions, &mechanics::PrescribedMotion::is_fixed);
+  if (loads.motions.empty()) return !is_separated(group, body, loads);
+  const std::vector<Pieces> conditions =
+      pieces_of_conditions(group, loads, fracture::piece_labels(group, body));
+  Pieces held;
+  for (std::size_t m = 0; m < loads.motions.size(); ++m) {
+    if (loads.motions[m].is_fixed || !any_fixed) held.merge(Pieces(conditions[loads.forces.size() + m]));
+  }
+  return std::ranges::all_of(conditions,
+                             [&](const Pieces& pieces) { return have_common_piece(pieces, held); });
+}
+
+}  // namespace crackle::dynamics

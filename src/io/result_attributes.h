@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/analysis/sample_results.h"
+#include "hdf5.h"
+
+#include <string>
+
+namespace crackle::io {
+
+/// What a reader has to know of a result's dataset, as its attributes: meaning, label, shown_units,
+/// shown_factor, format, and categories where its numbers stand for words. `units` are there already.
+void describe_result(hid_t parent, const std::string& dataset, const analysis::ResultInfo& info,
+                     int column);
+
+/// The dataset `status`: 0 pending, 1 done, 2 failed.
+extern const analysis::ResultInfo status_info;
+/// The dataset `wall_time`.
+extern const analysis::ResultInfo wall_time_info;
+
+}  // namespace crackle::io

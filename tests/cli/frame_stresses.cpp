@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Prints the stress of every tetrahedron at every frame of a sample file, as the program itself has it:
+// frames x tetrahedra x 6 numbers in native doubles.
+#include "crackle/fracture/breakable_body.h"
+#include "crackle/input/reader.h"
+#include "io/hdf5.h"
+#include "support/box_mesh.h"
+
+#include <mpi.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <stdexcept>
+#include <utility>
+
+namespace crackle {
+namespace {
+
+namespace hdf5 = io::hdf5;
+
+template <class Value>
+std::vector<Value> read(hid_t file, const std::string& name) {
+  return hdf5::read_dataset<Value>(file, name, hdf5::read_shape(file, name));
+}
+
+/// A file with what it says of one sample.
+struct Sample {
+  explicit Sample(hid_t file)
+      : parameters(input::parse(hdf5::read_text_attribute(file, "input"), "input")),
+        phase_start(read<double>(file, "summary/phase_start").front()),
+        time(read<double>(file, "frames/time")),
+        displacement(read<float>(file, "frames/displacement")) {
+    const auto nodes = read<double>(file, "mesh/nodes");
+    for (std::size_t i = 0; i < nodes.size(); i += 3)
+      mesh.nodes.push_back({nodes[i], nodes[i + 1], nodes[i + 2]});
+    const auto corners = read<std::int32_t>(file, "mesh/tetrahedra");
+    for (std::size_t i = 0; i < corners.size(); i += 4)
+      mesh.tetrahedra.push_back({corners[i], corners[i + 1], corners[i + 2], corners[i + 3]});
+    const auto broken = read<std::int64_t>(file, "breaks/tetrahedron");
+    const auto load_time = read<double>(file, "breaks/load_time");
+    const auto phase_time = read<double>(file, "breaks/phase_time");
+    const auto cut = read<std::int32_t>(file, "breaks/cut");
+    for (std::size_t i = 0; i < broken.size(); ++i)
+      breaks.push_back({broken[i], load_time[i], phase_time[i], 0, 0, cut[i]});
+    if (parameters.fracture.release != input::Release::facet) return;
+    const auto tied = read<std::int64_t>(file, "ties/tetrahedron");
+    const auto tie_load_time = read<double>(file, "ties/load_time");
+    const auto tie_phase_time = read<double>(file, "ties/phase_time");
+    const auto edges = read<std::uint8_t>(file, "ties/edges");
+    for (std::size_t i = 0; i < tied.size(); ++i)
+      ties.push_back({tied[i], tie_load_time[i], tie_phase_time[i], 0, edges[i]});
+  }
+
+  input::Parameters parameters;
+  double phase_start;
+  geometry::Realization mesh;
+  std::vector<fracture::Break> breaks;
+  std::vector<fracture::Tie> ties;
+  std::vector<double> time;
+  std::vector<float> displacement;
+};
+
+void print_stresses(const std::filesystem::path& path) {
+  const hdf5::Handle file = hdf5::open_for_reading(path);
+  const Sample sample(file.get());
+  const geometry::Subdomain subdomain = test::whole(sample.mesh);
+  const std::size_t n_values = 3 * sample.mesh.nodes.size();
+  for (std::size_t k = 0; k < sample.time.size(); ++k) {
+    const auto is_open = [&](const auto& record) {
+      return std::pair(record.load_time, record.phase_time) <= std::pair(sample.phase_start, sample.time[k]);
+    };
+    std::vector<fracture::Break> breaks;
+    std::vector<fracture::Tie> ties;
+    std::ranges::copy_if(sample.breaks, std::back_inserter(breaks), is_open);
+    std::ranges::copy_if(sample.ties, std::back_inserter(ties), is_open);
+    const auto& parameters = sample.parameters;
+    fracture::BreakableBody body(subdomain, parameters.material, parameters.fracture.release,
+                                 parameters.fracture.contact);
+    body.restore(breaks, ties);
+    std::vector<double> u(n_values);
+    for (std::size_t i = 0; i < n_values; ++i) {
+      const auto node = static_cast<std::size_t>(subdomain.node_number[i / 3]);
+      u[i] = static_cast<double>(sample.displacement[k * n_values + 3 * node + i % 3]);
+    }
+    std::vector<mechanics::Symmetric> stress(subdomain.tetrahedra.size());
+    for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
+      const auto i = static_cast<std::size_t>(t);
+      stress.at(static_cast<std::size_t>(subdomain.tetrahedron_number[i])) =
+          body.integrity().stress(t, body.strain(t, u));
+    }
+    if (std::fwrite(stress.data(), sizeof(stress[0]), stress.size(), stdout) != stress.size())
+      throw std::runtime_error("the stresses cannot be written");
+  }
+  if (std::fflush(stdout) != 0) throw std::runtime_error("the stresses cannot be written");
+}
+
+}  // namespace
+}  // namespace crackle
+
+int main(int argc, char** argv) {
+  MPI_Init(&argc, &argv);
+  int status = 0;
+  try {
+    if (argc != 2) throw std::invalid_argument("usage: frame_stresses FILE");
+    crackle::print_stresses(argv[1]);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "frame_stresses: %s\n", error.what());
+    status = 1;
+  }
+  MPI_Finalize();
+  return status;
+}
