@@ -105,7 +105,7 @@ class Report(Ensembles):
 
         self.assertEqual(re.findall(r">[^<]*\bnan\b[^<]*<", page), [])
         for row in rows:
-            self.assertIn(f">{row['onset_force']:.1f}<", page)
+            self.assertIn(f">{row['onset_force']:.4g}<", page)
         self.assertIn("Open MPI 4.1.4, PETSc 3.18.5", page)
         self.assertIn("[[specimen.notch]]", page)
         self.assertNotIn("not finished", page)

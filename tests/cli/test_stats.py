@@ -17,7 +17,8 @@ import unittest
 import h5py
 import numpy as np
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
 
 from crackle_launch import environment  # noqa: E402
 from crackle_report import reading  # noqa: E402
@@ -276,7 +277,31 @@ class Stats(unittest.TestCase):
     def test_files_of_another_schema_are_refused(self):
         with opened(self.sample) as root:
             root.attrs["schema_version"] = 99
-        self.assert_refused("schema version 99; this program reads version 2")
+        self.assert_refused("version 99 of the file format; this program reads versions up to 3")
+
+    def test_an_ensemble_of_an_older_version_is_shown_and_stays_as_it_is(self):
+        shutil.copytree(ROOT / "tests/support/schema-2", self.folder / "old")
+        old = self.folder / "old"
+        before = {file: file.read_bytes() for file in old.rglob("*") if file.is_file()}
+        result = invoke("stats", old)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertIn("3 samples: 3 done", result.stdout)
+        self.assertRegex(result.stdout, r"onset force \[N\] +114\.179")
+        self.assertNotIn("first break", result.stdout)
+        refused = invoke("run", old / "input.toml", "-o", old, "--resume")
+        self.assertEqual(refused.returncode, 1, refused.stdout)
+        self.assertIn("version 2 of the file format, written by version", refused.stderr)
+        self.assertIn("go on with the program that began this ensemble", refused.stderr)
+        report = subprocess.run([ROOT / "tools/crackle-report", old], capture_output=True, text=True, check=False)
+        self.assertEqual((report.returncode, report.stderr), (0, ""))
+        after = {file: file.read_bytes() for file in old.rglob("*")
+                 if file.is_file() and "report" not in str(file.relative_to(old))}
+        self.assertEqual(before, after)
+
+    def test_the_papers_stored_ensemble_is_shown(self):
+        result = invoke("stats", ROOT / "jobs/paper")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertIn("200 samples: 200 done, 0 failed, 0 left", result.stdout)
 
     def test_files_of_another_kind_are_refused(self):
         shutil.copy(self.folder / "ensemble.h5", self.sample)

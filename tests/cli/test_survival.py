@@ -119,7 +119,8 @@ class Survival(SurvivalCase):
         # Nobody here can know that it has ended.
         self.assert_refused(self.call("run", self.slow, "-o", self.out, "--resume"), "another run is at work")
         os.utime(self.out / "lock-0-2", (time.time() - 3600, time.time() - 3600))
-        self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
+        result = self.call("run", self.slow, "-o", self.out, "--resume", "--time-limit", "1s")
+        self.assertRegex(result.stdout, f"is taken over: process {number} on .* has not touched it for 60 min")
 
     def test_other_inputs_are_refused_with_the_differences(self):
         shutil.copytree(self.whole(self.small), self.out)

@@ -207,6 +207,7 @@ TEST_F(EnsembleFile, RowsThatNobodyHoldsArePending) {
 TEST_F(EnsembleFile, EnsembleWithoutNotchesOrSections) {
   parameters.specimen.notches.clear();
   for (SampleSummary& row : rows) {
+    row.leading_notch = -1;
     row.z.clear();
     row.z_spread.clear();
     row.branches.clear();

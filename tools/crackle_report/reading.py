@@ -26,7 +26,7 @@ INTERVAL_SCOPE = ("Intervals cover the scatter of samples that share one set of 
                   "not in them.")  # of files that do not say so themselves
 ENSEMBLE_KIND, SAMPLE_KIND = "crackle ensemble", "crackle sample"
 POSITIONS = ("z", "z_spread", "branches")
-NOT_RESULTS = (*POSITIONS, "status", "error", "note", "time_step", "stable_step")  # that stand beside the results
+NOT_RESULTS = (*POSITIONS, "status", "error", "note", "phase_start", "time_step", "stable_step")  # that stand beside the results
 CATEGORIES = {"outcome": "0 unbroken, 1 arrested, 2 separated, 3 in one piece",
               "pattern": "0 none, 1 one crack, 2 two cracks, 3 other"}  # of files that do not say so themselves
 
