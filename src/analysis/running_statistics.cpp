@@ -279,7 +279,11 @@ void RunningStatistics::look() {
   // At the last look all samples are there: nothing is left to stop.
   for (; next_look_ + 1 < looks_.size() && looks_[next_look_] <= n_ended_; ++next_look_) {
     const std::size_t n = looks_[next_look_];
-    if (is_known(compute(statistics_, frame_, std::span(rows_).first(n)), stop_->half_width)) {
+    const auto rows = std::span(rows_).first(n);
+    Statistics found = statistics_;  // what the rule looks at
+    compute_ranks(found.leader, frame_, std::nullopt, found, rows);
+    compute_shares(found, rows);
+    if (is_known(found, stop_->half_width)) {
       stopped_at_ = n;
       return;
     }

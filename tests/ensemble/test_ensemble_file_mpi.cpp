@@ -211,6 +211,7 @@ TEST_F(EnsembleFile, EnsembleWithoutNotchesOrSections) {
     row.z.clear();
     row.z_spread.clear();
     row.branches.clear();
+    row.leading_notch = -1;
   }
   const fs::path file = shared_folder / "ensemble.h5";
   write_ensemble(world, file, parameters, even_block(world), analysis::make_statistics(rows, 0, 3), base);

@@ -128,21 +128,21 @@ TEST(LeaderStatistics, TurnedSamplesCountAsTheirImage) {
   EXPECT_THAT(s.leader.notch, ElementsAre(0));
   EXPECT_THAT(s.leader.reached, ElementsAre(2, 1, 2, 1));
   EXPECT_THAT(s.leader.counted, ElementsAre(2, 1, 2, 2)) << "at 9 mm only samples that are not turned";
-  EXPECT_NEAR(s.leader.z_mean[0], 67.1 * mm, 1e-15);
+  EXPECT_NEAR(s.leader.z_mean[0], 67.1 * mm, 1e-12);
   EXPECT_EQ(s.leader.z_mean[1], 66.8 * mm);
-  EXPECT_NEAR(s.leader.z_mean[2], 66.6 * mm, 1e-15);
+  EXPECT_NEAR(s.leader.z_mean[2], 66.6 * mm, 1e-12);
   EXPECT_NEAR(s.leader.z_std[0], 0.2 * mm / std::sqrt(2.0), 1e-12);
   // Student's t for one degree of freedom and 95 % is 12.7062047364.
   EXPECT_NEAR(s.leader.z_half_width[0], 12.7062047364 * 0.1 * mm, 1e-10);
   EXPECT_EQ(s.leader.z_quantile.size(), 20U);
-  EXPECT_NEAR(s.leader.running_mean[4], 67.1 * mm, 1e-15);
+  EXPECT_NEAR(s.leader.running_mean[4], 67.1 * mm, 1e-12);
   EXPECT_EQ(s.leader.running_mean[8], s.leader.running_mean[4]) << "where nothing leads nothing is added";
   EXPECT_THAT(s.follower.leading_notch, ElementsAre(0));
   EXPECT_THAT(s.follower.notch, ElementsAre(1));
   EXPECT_THAT(s.follower.reached, ElementsAre(0, 0, 1, 2));
-  EXPECT_NEAR(s.follower.z_mean[3], 73.1 * mm, 1e-15);
+  EXPECT_NEAR(s.follower.z_mean[3], 73.1 * mm, 1e-12);
   // All cracks of a notch, whatever they lead.
-  EXPECT_THAT(s.reached, ElementsAre(3, 1, 2, 1, 1, 0, 1, 2));
+  EXPECT_THAT(s.reached, ElementsAre(3, 1, 2, 1, 0, 0, 1, 2));
 }
 
 TEST(LeaderStatistics, WithoutSymmetryThereAreRowsForEachLeadingNotch) {
@@ -167,9 +167,9 @@ TEST(LeaderStatistics, PatternsHaveTheirOwnMeanPath) {
   const Statistics s = make_statistics(samples, parameters(3));
   EXPECT_EQ(s.leader_one_crack.z_mean[2], 67 * mm);
   EXPECT_THAT(s.leader_one_crack.counted, ElementsAre(1, 1, 1, 1));
-  EXPECT_NEAR(s.leader_two_cracks.z_mean[2], 66 * mm, 1e-15);
+  EXPECT_NEAR(s.leader_two_cracks.z_mean[2], 66 * mm, 1e-12);
   EXPECT_THAT(s.leader_two_cracks.counted, ElementsAre(1, 0, 1, 1));
-  EXPECT_NEAR(s.leader.z_mean[2], 66 * mm, 1e-15);
+  EXPECT_NEAR(s.leader.z_mean[2], 66 * mm, 1e-12);
   EXPECT_THAT(s.leader.reached, ElementsAre(3, 2, 3, 3));
 }
 
@@ -215,7 +215,7 @@ TEST(LeaderStatistics, TheRunningMeanIsThatOfTheClassThatArrivesMost) {
   running.add(1, row(0, {67, 67, 67, 67, none, none, none, none}));
   EXPECT_EQ(running.mean_leader_position(2), 67 * mm) << "of equals the first";
   running.add(2, row(1, {none, none, none, none, 70, 71, 74, 73}));
-  EXPECT_NEAR(running.mean_leader_position(2), 73 * mm, 1e-15);
+  EXPECT_NEAR(running.mean_leader_position(2), 73 * mm, 1e-12);
 }
 
 TEST(LeaderStatistics, LeadersThatAreNoNotchAreRefused) {
@@ -259,8 +259,8 @@ TEST(LeaderStatistics, TheTextTellsRanksApart) {
   EXPECT_THAT(text, ::testing::ContainsRegex("\nleader +0 +0 +7\\.000 +2 +67\\.100 +0\\.141 +1\\.271 +2\n"));
   EXPECT_THAT(text, ::testing::ContainsRegex("\nleader, one crack +0 +0 +12\\.250 +1 +66\\.500 +- +- +1\n"));
   EXPECT_THAT(text, ::testing::ContainsRegex("\nfollower +0 +1 +17\\.500 +2 +73\\.100 "));
-  EXPECT_THAT(text, ::testing::ContainsRegex(
-                        "\nall cracks of the notch, leading and following\n.*\n +0 +7\\.000 +1 "));
+  EXPECT_THAT(text, ::testing::HasSubstr("\nall cracks of the notch, leading and following\nnotch "));
+  EXPECT_THAT(text, ::testing::ContainsRegex("\n +0 +7\\.000 +2 +66\\.900 "));
   EXPECT_THAT(text, ::testing::HasSubstr(interval_scope));
 }
 
