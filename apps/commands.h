@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace CLI {
 class App;
@@ -51,5 +52,10 @@ input::Parameters share_input(const parallel::Communicator& world, const std::fi
 /// same input::InputError. Collective over `world`.
 input::Parameters read_input(const parallel::Communicator& world, const std::filesystem::path& file,
                              const input::PointsFile& points = {});
+
+/// input::with_sections for the option --sections: either every rank has the parameters or all throw the same
+/// input::InputError. Collective over `world`.
+input::Parameters read_sections(const parallel::Communicator& world, const input::Parameters& parameters,
+                                const std::vector<std::string>& given);
 
 }  // namespace crackle::apps

@@ -57,15 +57,17 @@ std::vector<double> offsets_from_plane(const geometry::Body& body, const CrackSu
 }  // namespace
 
 std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const CrackSurface& surface,
-                                               std::span<const double> sections) {
+                                               const input::Sections& sections) {
   std::vector<SectionCrossing> crossings;
   for (int notch = 0; notch < body.n_notches(); ++notch) {
-    const bool has_crossings = notch_frame(body, notch).axis == 1;
-    const std::vector<std::size_t> facets =
-        has_crossings ? facets_of_notch(surface, notch) : std::vector<std::size_t>{};
-    for (const double y : sections) {
-      const std::vector<Trace> traces = intersect(surface, facets, 1, 2, y);
-      const std::optional<Crossing> crossing = main_crossing(traces, body.size()[0]);
+    const NotchFrame frame = notch_frame(body, notch);
+    const std::vector<std::size_t> facets = facets_of_notch(surface, notch);
+    for (const input::Section& section : sections.all()) {
+      std::optional<Crossing> crossing;
+      if (section.axis == frame.axis) {
+        const auto traces = intersect(surface, facets, frame.axis, frame.across, section.position);
+        crossing = main_crossing(traces, body.size()[0]);
+      }
       crossings.push_back(crossing ? SectionCrossing{crossing->mean, crossing->spread, crossing->n_groups}
                                    : SectionCrossing{none, none, 0});
     }

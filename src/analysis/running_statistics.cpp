@@ -47,9 +47,9 @@ double wilson_half_width(double share, int n, double confidence) {
 }
 
 void check_row(const SampleSummary& row, std::size_t sample, std::size_t n_positions) {
-  if (row.z.size() != n_positions) {
+  if (row.position.size() != n_positions) {
     throw std::invalid_argument(
-        fmt::format("sample {}: {} crack positions instead of {}", sample, row.z.size(), n_positions));
+        fmt::format("sample {}: {} crack positions instead of {}", sample, row.position.size(), n_positions));
   }
   if (row.pattern < 0 || row.pattern >= n_patterns) {
     throw std::invalid_argument(
@@ -93,8 +93,8 @@ Statistics compute(const Statistics& shape, std::span<const SampleSummary> rows)
       ++pattern_count[static_cast<std::size_t>(rows[i].pattern)];
     }
     for (std::size_t p = 0; p < n_positions; ++p) {
-      const bool arrived = is_done && !std::isnan(rows[i].z[p]);
-      if (arrived) moments[p].add(rows[i].z[p]);
+      const bool arrived = is_done && !std::isnan(rows[i].position[p]);
+      if (arrived) moments[p].add(rows[i].position[p]);
       double& mean = statistics.running_mean[i * n_positions + p];
       mean = arrived ? moments[p].mean() : i > 0 ? statistics.running_mean[(i - 1) * n_positions + p] : none;
     }
@@ -109,7 +109,7 @@ Statistics compute(const Statistics& shape, std::span<const SampleSummary> rows)
   for (std::size_t p = 0; p < n_positions; ++p) {
     std::vector<double> values;
     for (const SampleSummary& row : rows) {
-      if (row.status == SampleStatus::done) values.push_back(row.z[p]);
+      if (row.status == SampleStatus::done) values.push_back(row.position[p]);
     }
     for (const double share : quantile_shares) statistics.z_quantile.push_back(quantile(values, share));
     statistics.reached[p] = moments[p].count();
@@ -161,8 +161,7 @@ RunningStatistics::RunningStatistics(std::size_t n_samples, int n_notches, int n
 RunningStatistics::RunningStatistics(const input::Parameters& parameters)
     : RunningStatistics(
           static_cast<std::size_t>(parameters.ensemble.samples),
-          static_cast<int>(parameters.specimen.notches.size()),
-          static_cast<int>(parameters.sections.y.size()),
+          static_cast<int>(parameters.specimen.notches.size()), static_cast<int>(parameters.sections.size()),
           parameters.ensemble.stop ? parameters.ensemble.stop->confidence : default_confidence) {
   stop_ = parameters.ensemble.stop;
   if (!stop_) return;
@@ -181,7 +180,7 @@ void RunningStatistics::add(std::size_t sample, SampleSummary row) {
   if (row.status == SampleStatus::done) {
     check_row(row, sample, moments_.size());
     for (std::size_t p = 0; p < moments_.size(); ++p) {
-      if (!std::isnan(row.z[p])) moments_[p].add(row.z[p]);
+      if (!std::isnan(row.position[p])) moments_[p].add(row.position[p]);
     }
     ++statistics_.n_done;
   }
@@ -214,6 +213,12 @@ double RunningStatistics::median_onset_force() const {
     if (row.status == SampleStatus::done) forces.push_back(row.onset_force);
   }
   return quantile(std::move(forces), 0.5);
+}
+
+void RunningStatistics::stop_at(std::size_t n) {
+  if (n > rows_.size())
+    throw std::invalid_argument(fmt::format("stop at sample {}: the ensemble has {}", n, rows_.size()));
+  stopped_at_ = n;
 }
 
 Statistics RunningStatistics::statistics() const {

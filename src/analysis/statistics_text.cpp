@@ -22,19 +22,20 @@ std::string plural(int n, const char* noun) {
   return fmt::format("{} {}{}", n, noun, n == 1 ? "" : "s");
 }
 
-void append_positions(std::string& text, const Statistics& statistics, std::span<const double> sections) {
+void append_positions(std::string& text, const Statistics& statistics, const input::Sections& sections) {
   constexpr double to_mm = 1e3;
   auto out = std::back_inserter(text);
-  fmt::format_to(out, "\ncrack positions z, through-thickness mean [mm]; +- at {:g} % confidence{}\n",
+  fmt::format_to(out, "\ncrack positions, through-thickness mean [mm]; +- at {:g} % confidence{}\n",
                  100 * statistics.confidence,
                  statistics.n_looks > 1 ? fmt::format(" over {} looks", statistics.n_looks) : "");
-  fmt::format_to(out, "{:>5} {:>10} {:>8} {:>10} {:>10} {:>10}\n", "notch", "section y", "reached", "mean",
-                 "std", "+-");
+  constexpr const char* form = "{:>5} {:>14} {:>5} {:>8} {:>10} {:>10} {:>10}\n";
+  fmt::format_to(out, fmt::runtime(form), "notch", "section", "along", "reached", "mean", "std", "+-");
+  const std::vector<input::Section> planes = sections.all();
   for (int notch = 0; notch < statistics.n_notches; ++notch) {
-    for (int section = 0; section < statistics.n_sections; ++section) {
-      const auto p = static_cast<std::size_t>(notch * statistics.n_sections + section);
-      fmt::format_to(out, "{:>5} {:>10} {:>8} {:>10} {:>10} {:>10}\n", notch,
-                     number(sections[static_cast<std::size_t>(section)] * to_mm, 3), statistics.reached[p],
+    for (std::size_t section = 0; section < planes.size(); ++section) {
+      const auto p = static_cast<std::size_t>(notch) * planes.size() + section;
+      fmt::format_to(out, fmt::runtime(form), notch, input::name_of(planes[section]),
+                     planes[section].axis == 1 ? "z" : "y", statistics.reached[p],
                      number(statistics.z_mean[p] * to_mm, 3), number(statistics.z_std[p] * to_mm, 3),
                      number(statistics.z_half_width[p] * to_mm, 3));
     }
@@ -95,7 +96,7 @@ void append_quantiles(std::string& text, std::span<const SampleSummary> samples)
 }  // namespace
 
 std::string to_text(const Statistics& statistics, std::span<const SampleSummary> samples,
-                    std::span<const double> sections) {
+                    const input::Sections& sections) {
   const auto n_failed = std::count_if(samples.begin(), samples.end(), [](const SampleSummary& sample) {
     return sample.status == SampleStatus::failed;
   });

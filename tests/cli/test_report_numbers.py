@@ -62,6 +62,10 @@ class Numbers(unittest.TestCase):
             with self.assertRaises(ValueError, msg=text):
                 input_text.length(text)
 
+    def test_sections_are_numbered_y_first(self):
+        self.assertEqual(input_text.sections({"sections": {"z": ["3 cm"], "y": ["7 mm", "9 mm"]}}),
+                         [(1, 7e-3), (1, 9e-3), (2, 0.03)])
+
     def test_the_outline_encloses_the_plate_without_its_slots(self):
         plate = Plate((5e-3, 24.5e-3, 140e-3), (
             Notch("y-min", 65e-3, 6e-3, 0.6e-3), Notch("y-max", 75e-3, 5e-3, 0.5e-3),
@@ -78,12 +82,12 @@ class Numbers(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             write_ensemble(Path(folder), 9, failed=(2, 5))
             samples = reading.read_ensemble(Path(folder)).samples
-        expected = np.isfinite(samples.z).sum(axis=0)
-        samples.z[[2, 5]] = 0.07
+        expected = np.isfinite(samples.position).sum(axis=0)
+        samples.position[[2, 5]] = 0.07
         statistics = make_statistics(samples, 0.95)
         np.testing.assert_array_equal(statistics.reached, expected)
         self.assertAlmostEqual(statistics.pattern_share.sum(), 1.0, places=14)
-        self.assertEqual(statistics.running_mean.shape, samples.z.shape)
+        self.assertEqual(statistics.running_mean.shape, samples.position.shape)
 
 
 if __name__ == "__main__":

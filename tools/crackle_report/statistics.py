@@ -32,7 +32,7 @@ def position_confidence(confidence: float, n_looks: int) -> float:
 
 def make_statistics(samples: Samples, confidence: float, n_looks: int = 1) -> Statistics:
     done = samples.status == DONE
-    z = np.where(done[:, None, None], samples.z, np.nan)
+    z = np.where(done[:, None, None], samples.position, np.nan)
     shape = z.shape[1:]
     reached = np.isfinite(z).sum(axis=0)
     mean, std, half_width = (np.full(shape, np.nan) for _ in range(3))

@@ -63,17 +63,19 @@ def sections(ensemble: Ensemble) -> str:
     """The mean crack position of each notch at each section."""
     statistics = ensemble.statistics
     interval = f"{100 * ensemble.confidence:g} % interval"
-    titles = (("notch", ""), ("section y", "mm"), ("samples that arrived", ""), ("mean z", "mm"),
+    titles = (("notch", ""), ("section", ""), ("samples that arrived", ""), ("mean position", "mm"),
               (interval, "± mm"), ("standard deviation", "mm"),
               ("spread through the thickness", "mean over the samples, mm"))
     head = "".join(f"<th>{title}<small>{unit}</small></th>" for title, unit in titles)
     body = []
     spread = mean_of_present(ensemble.samples.z_spread)
     for notch in range(ensemble.n_notches):
-        for k, y in enumerate(ensemble.sections):
+        for k, section in enumerate(ensemble.sections):
             numbers = (statistics.z_mean, statistics.z_half_width, statistics.z_std, spread)
-            cells = [str(notch), f"{y / style.MILLIMETRE:g}", str(int(statistics.reached[notch, k]))]
+            cells = [str(notch), section.name, str(int(statistics.reached[notch, k]))]
             cells += [_number(float(values[notch, k]) / style.MILLIMETRE, ".2f") for values in numbers]
+            if math.isfinite(statistics.z_mean[notch, k]):
+                cells[3] = f"{section.along} = {cells[3]}"
             body.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
     return (f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>' + "\n".join(body)
             + "</tbody></table></div>")

@@ -19,8 +19,8 @@ inline constexpr std::array<double, 5> quantile_shares{0, 0.25, 0.5, 0.75, 1};
 
 /// Statistics over all samples done; the same bits whatever the order in which they were added. Of an
 /// ensemble that stopped early (see stop_rule.h), over the samples it needed. Fields with shape notches x
-/// sections are row-major and count the samples whose crack arrived; a section that no sample reached has
-/// NaN.
+/// sections are row-major, of the positions at the sections (z for y = const, y for z = const), and count the
+/// samples whose crack arrived; a section that no sample reached has NaN.
 struct Statistics {
   int n_notches = 0;
   int n_sections = 0;
@@ -51,6 +51,10 @@ Statistics make_statistics(std::span<const SampleSummary> samples, int n_notches
 /// samples without): the statistics of its ensemble.h5.
 Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters);
 
+/// As above, of an ensemble that is known to need the samples 0 to n_needed - 1.
+Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters,
+                           int n_needed);
+
 /// Makes the rows of samples that an ensemble did not need pending.
 /// @param first number of the sample in rows[0]
 void leave_out_surplus(const Statistics& statistics, std::size_t first, std::vector<SampleSummary>& rows);
@@ -61,6 +65,6 @@ double quantile(std::vector<double> values, double share);
 
 /// The statistics as a table to read: crack positions, patterns, onset, samples that failed.
 std::string to_text(const Statistics& statistics, std::span<const SampleSummary> samples,
-                    std::span<const double> sections);
+                    const input::Sections& sections);
 
 }  // namespace crackle::analysis

@@ -34,7 +34,8 @@ public:
 
   /// Seconds until the last sample ends, from the mean duration and the groups; NaN before the first one has.
   double time_left(double now) const;
-  double mean_position() const;  ///< crack of notch 0 at the middle section [m]; NaN when none arrived
+  double mean_position()
+      const;  ///< crack of notch 0 at the middle one of its sections [m]; NaN when none arrived
   /// Of the samples that have ended; tells whether more are needed.
   const analysis::RunningStatistics& statistics() const { return statistics_; }
 
@@ -48,7 +49,8 @@ private:
 
   std::size_t n_to_do_;
   int n_groups_;
-  std::vector<double> section_y_;
+  std::vector<input::Section> sections_;
+  std::size_t watched_ = 0;                  ///< section of the mean position
   std::map<std::uint64_t, double> running_;  ///< sample, time of its start
   int n_done_ = 0, n_failed_ = 0;
   std::size_t n_ended_here_ = 0;  ///< in this run

@@ -43,8 +43,8 @@
 /// Behind the end of the HDF5 file stands a check sum of all its bytes: a file that was cut short, damaged or
 /// changed afterwards is not used.
 ///
-/// A failed sample has the attributes, /summary, /timing and /provenance, and of the rest what there was when it
-/// failed on its way.
+/// A failed sample has the attributes, /summary, /timing and /provenance, and of the rest what there was when
+/// it failed on its way.
 namespace crackle::io {
 
 /// Raised with every change of what the file holds.
@@ -99,6 +99,17 @@ analysis::SampleSummary read_any_summary(const std::filesystem::path& file,
 std::vector<analysis::SampleSummary> read_summaries(const std::filesystem::path& folder,
                                                     const input::Parameters& parameters, std::uint64_t first,
                                                     std::size_t count);
+
+/// A sample as its file holds it.
+struct StoredSample {
+  analysis::SampleSummary summary;
+  analysis::CrackSurface surface;  ///< without facets unless the sample is done
+};
+
+/// As read_summaries, of one sample with its crack surface, which is that of the run bit by bit. Not
+/// collective.
+StoredSample read_stored_sample(const std::filesystem::path& folder, const input::Parameters& parameters,
+                                std::uint64_t sample);
 
 /// Whether the folder holds an ensemble's or a sample's file of an older version. Not collective.
 bool holds_older_format(const std::filesystem::path& folder);

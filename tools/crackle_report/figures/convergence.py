@@ -9,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 from .. import style
 from ..confidence import running_half_width, student_quantile
 from ..options import Options
-from ..results import DONE, Ensemble
+from ..results import DONE, Ensemble, along
 from ..statistics import position_confidence
 from .picture import Picture, Section
 
@@ -23,7 +23,7 @@ def section(ensemble: Ensemble, _: Options) -> Section:
         "Running mean over the samples in order of their number, with its "
         f"{100 * ensemble.confidence:g} % confidence band{_together(ensemble)}; one row for each notch, one column "
         "for each section. All panels span the same length.", _verdict(ensemble))
-    if ensemble.n_notches and ensemble.sections.size and len(ensemble.samples):
+    if ensemble.n_notches and ensemble.sections and len(ensemble.samples):
         result.pictures.append(Picture(
             "convergence", "Running mean of the crack position with its confidence band", _draw(ensemble)))
     return result
@@ -48,7 +48,7 @@ def _verdict(ensemble: Ensemble) -> str:
     widest = np.where(counts, statistics.z_half_width, -np.inf)
     notch, position = np.unravel_index(widest.argmax(), widest.shape)
     known = (f"the mean crack position is known to ±{widest[notch, position] / style.MILLIMETRE:.2g} mm at its least "
-             f"certain section (notch {notch}, y = {ensemble.sections[position] / style.MILLIMETRE:g} mm)")
+             f"certain section (notch {notch}, {ensemble.sections[position].name})")
     wanted = f"±{target / style.MILLIMETRE:.2g} mm ({reason})"
     if widest[notch, position] <= target:
         return f"Were {n_done} samples enough? Yes: {known}, and {wanted} was wanted."
@@ -74,7 +74,7 @@ def _round_up(number: float) -> int:
 
 
 def _draw(ensemble: Ensemble) -> Figure:
-    n_rows, n_columns = ensemble.n_notches, ensemble.sections.size
+    n_rows, n_columns = ensemble.n_notches, len(ensemble.sections)
     n_samples = len(ensemble.samples)
     done = np.flatnonzero(ensemble.samples.status == DONE)
     last = done[-1] + 1 if done.size else 0
@@ -82,7 +82,7 @@ def _draw(ensemble: Ensemble) -> Figure:
     mean = ensemble.statistics.running_mean / style.MILLIMETRE
     confidence = position_confidence(ensemble.confidence, ensemble.n_looks)
     band = np.stack([running_half_width(column, confidence) for column in
-                     ensemble.samples.z.reshape(n_samples, -1).T], axis=1).reshape(mean.shape)
+                     ensemble.samples.position.reshape(n_samples, -1).T], axis=1).reshape(mean.shape)
     band /= style.MILLIMETRE
     span = _span(mean, band, ensemble.statistics.z_std / style.MILLIMETRE)
 
@@ -96,8 +96,7 @@ def _draw(ensemble: Ensemble) -> Figure:
             axes.plot(number[:last], line, color=colour, linewidth=1.2, marker="." if n_samples < 30 else None)
             axes.fill_between(number[:last], line - half, line + half, where=np.isfinite(half), color=colour,
                               alpha=0.25, linewidth=0)
-            axes.set_title(f"notch {notch}, y = {ensemble.sections[column] / style.MILLIMETRE:g} mm",
-                           fontsize=7)
+            axes.set_title(f"notch {notch}, {ensemble.sections[column].name}", fontsize=7)
             axes.set_xlim(1, max(n_samples, 2))
             axes.xaxis.set_major_locator(MaxNLocator(4, integer=True))
             axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
@@ -110,7 +109,7 @@ def _draw(ensemble: Ensemble) -> Figure:
                 axes.set_yticks([])
                 axes.text(0.5, 0.5, "not reached", transform=axes.transAxes, ha="center", color=style.MUTED)
             if column == 0:
-                axes.set_ylabel("mean z [mm]")
+                axes.set_ylabel(f"mean {along(ensemble.sections)} [mm]")
             if notch == n_rows - 1:
                 axes.set_xlabel("samples")
     return figure
