@@ -1,22 +1,30 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle check: validates an input file and says what running it will take.
 #include "commands.h"
+#include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/cost_model.h"
 #include "crackle/ensemble/estimate.h"
+#include "crackle/ensemble/measured_cost.h"
 #include "crackle/ensemble/memory.h"
+#include "crackle/fracture/toughness.h"
 #include "crackle/fracture/tuler_butcher.h"
 #include "crackle/geometry/body.h"
+#include "crackle/geometry/mesh_statistics.h"
 #include "crackle/geometry/mother_points.h"
+#include "crackle/geometry/partition.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/input/reader.h"
+#include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/stopwatch.h"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <stdexcept>
@@ -32,7 +40,15 @@ struct CheckOptions {
   std::string file;
   bool keys = false;
   std::int64_t ranks = 0;  ///< to plan for; 0: no plan
+  int phases = ensemble::usual_phases;
+  bool measure = true;
 };
+
+/// Of the time loop [s].
+constexpr double measured_seconds = 1;
+/// Two static solves of a body of a million tetrahedra [s], for a notice only.
+constexpr double solves_of_a_million = 60;
+constexpr double short_wait = 20;  // [s]
 
 std::string aligned(const std::vector<std::pair<std::string, std::string>>& rows) {
   std::size_t width = 0;
@@ -47,21 +63,53 @@ std::string duration_text(double seconds) {
   return seconds < 7200 ? fmt::format("{:.3g} min", seconds / 60) : fmt::format("{:.3g} h", seconds / 3600);
 }
 
+/// Sample 0 and what has been found out about it.
+struct Subject {
+  const input::Parameters& parameters;
+  geometry::Realization realization;
+  double stable_step;  ///< [s]
+  ensemble::PhaseWork phase;
+  double rest_seconds;  ///< of one core: mesh, stable step, crack analysis and writing
+
+  double n_nodes() const { return static_cast<double>(realization.nodes.size()); }
+  double n_tetrahedra() const { return static_cast<double>(realization.tetrahedra.size()); }
+  int n_samples() const { return parameters.ensemble.samples; }
+  /// "1 sample", "200 samples"
+  std::string samples_text() const {
+    return fmt::format("{} sample{}", n_samples(), n_samples() == 1 ? "" : "s");
+  }
+};
+
+Subject make_subject(const input::Parameters& parameters, const geometry::Body& body) {
+  const auto base = ensemble::make_base_points(body, parameters, tell);
+  const ThreadClock clock;
+  auto realization = geometry::make_realization(body, base, parameters.mesh, parameters.ensemble.seed, 0);
+  const double stable_step = dynamics::stable_step(parameters, realization);
+  const auto phase = ensemble::phase_work(parameters, stable_step);
+  const double analysis = static_cast<double>(realization.tetrahedra.size()) /
+                          ensemble::Machine(parameters.time.precision).root_updates_per_second;
+  return {parameters, std::move(realization), stable_step, phase, clock.seconds() + analysis};
+}
+
+double forces_per_step(const ensemble::PhaseWork& phase) {
+  return static_cast<double>(phase.force_evaluations) / static_cast<double>(phase.grid.n_steps);
+}
+
 /// How many ranks should share a sample, by the cost model.
-std::string plan_text(const geometry::Realization& realization, const input::Parameters& parameters,
-                      const ensemble::Estimate& estimate, std::int64_t n_ranks) {
-  const auto plans = ensemble::make_plans(realization, parameters, estimate.force_evaluations,
-                                          ensemble::Machine(parameters.time.precision), n_ranks,
-                                          parameters.ensemble.samples);
-  const double forces_per_step =
-      static_cast<double>(estimate.force_evaluations) / static_cast<double>(estimate.steps);
+std::string plan_text(const Subject& subject, const ensemble::MeasuredCost& measured,
+                      const ensemble::SampleWork& work, const ensemble::SampleCost& cost, double rate,
+                      std::int64_t n_ranks) {
+  const double forces =
+      measured.breaks ? work.full_durations * static_cast<double>(subject.phase.force_evaluations) : 0;
+  const auto plans = ensemble::make_plans(subject.realization, subject.parameters, forces, cost.quasi_static,
+                                          ensemble::Machine(rate), n_ranks, subject.n_samples());
   std::string text = fmt::format(
-      "\nPlans for {} rank{} and {} samples (src/ensemble/README.md has the model):\n"
+      "\nPlans for {} rank{} and {} (src/ensemble/README.md has the model):\n"
       "{:>16} {:>8} {:>16} {:>12} {:>13} {:>8} {:>9} {:>9} {:>10}\n",
-      n_ranks, n_ranks == 1 ? "" : "s", parameters.ensemble.samples, "ranks per sample", "groups",
+      n_ranks, n_ranks == 1 ? "" : "s", subject.samples_text(), "ranks per sample", "groups",
       "tetrahedra/rank", "ghosts/rank", "time per step", "exchange", "sample", "ensemble", "efficiency");
   for (const auto& plan : plans) {
-    const double step = forces_per_step * plan.force.total();
+    const double step = forces_per_step(subject.phase) * plan.force.total();
     text += fmt::format("{:>16} {:>8} {:>16} {:>12} {:>10.3f} ms {:>6.1f} % {:>9} {:>9} {:>8.0f} %{}\n",
                         plan.share.ranks, plan.groups, plan.share.tetrahedra, plan.share.ghosts, 1e3 * step,
                         100 * (plan.force.exchange + plan.force.looks) / plan.force.total(),
@@ -86,58 +134,167 @@ double sample_memory(const input::Parameters& parameters, const ensemble::Memory
   return demand.master + (parameters.ensemble.ranks_per_sample - 1) * demand.member;
 }
 
-std::string estimate_text(const input::Parameters& parameters, std::int64_t plan_ranks) {
+using Rows = std::vector<std::pair<std::string, std::string>>;
+
+/// What the criterion means on this mesh: strength and toughness follow from each other and the local
+/// spacing.
+void add_criterion(Rows& rows, const Subject& subject) {
+  const auto& parameters = subject.parameters;
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const auto subdomain =
+      geometry::split(subject.realization, geometry::partition(subject.realization, 1)).front();
+  const auto operators = mechanics::make_operators(subdomain, parameters.material.density);
+  const fracture::TulerButcher criterion(
+      parameters.fracture, fracture::tetrahedron_strengths(self, parameters, subdomain, operators),
+      subject.phase.grid.step);
+  const auto strengths = criterion.strengths();
+  const auto spread = [](std::vector<double> values, double unit, const char* name) {
+    const auto q = geometry::quantiles(std::move(values));
+    return fmt::format("least {:.4g}, median {:.4g}, greatest {:.4g} {}", q.smallest / unit, q.median / unit,
+                       q.largest / unit, name);
+  };
+  if (parameters.fracture.toughness > 0) {
+    rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
+                                      ", from the toughness and the local spacing");
+    return;
+  }
+  if (parameters.fracture.memory == input::Memory::step)
+    rows.emplace_back("strength",
+                      fmt::format("{:.4g} MPa, which breaks in one step", criterion.strength(0) / 1e6));
+  auto toughness = fracture::local_spacings(self, subdomain, operators);
+  for (std::size_t t = 0; t < toughness.size(); ++t)
+    toughness[t] = fracture::toughness_of(parameters.material, strengths[t], toughness[t]);
+  rows.emplace_back("toughness",
+                    spread(std::move(toughness), 1, "J/m^2") + ", from the strength and the local spacing");
+}
+
+void add_waves(Rows& rows, const input::Parameters& parameters) {
+  const auto& material = parameters.material;
+  const double dilatational = mechanics::dilatational_speed(material);
+  const double shear = mechanics::shear_speed(material);
+  rows.emplace_back("wave speeds", fmt::format("c_d {:.4g} m/s, c_s {:.4g} m/s, c_R {:.4g} m/s", dilatational,
+                                               shear, mechanics::rayleigh_speed(material)));
+  rows.emplace_back(
+      "transit times",
+      fmt::format("{:.4g} us along the length (dilatational), {:.4g} us across the width (shear)",
+                  1e6 * parameters.specimen.size[2] / dilatational,
+                  1e6 * parameters.specimen.size[1] / shear));
+  rows.emplace_back("arrest window",
+                    parameters.time.start == input::Start::quasi_static
+                        ? fmt::format("{:.4g} us without a break", 1e6 * dynamics::arrest_window(parameters))
+                        : "none: with start = \"rest\" the phase lasts for the whole duration");
+}
+
+/// Every quantity of sample 0 that needs no measuring.
+Rows subject_rows(const Subject& subject, double memory, double available) {
+  const auto& parameters = subject.parameters;
+  const int n_ranks = parameters.ensemble.ranks_per_sample;
+  const double file = ensemble::sample_file_size(parameters, subject.n_nodes(), subject.n_tetrahedra());
+  const double all = subject.n_samples() * file + ensemble::ensemble_file_size(parameters, subject.n_nodes());
+  Rows rows{
+      {"nodes", fmt::format("{}", subject.realization.nodes.size())},
+      {"tetrahedra", fmt::format("{} (worst quality {:.3f})", subject.realization.tetrahedra.size(),
+                                 subject.realization.report.min_quality)},
+      {"boundary triangles", fmt::format("{}", subject.realization.boundary.size())},
+  };
+  add_criterion(rows, subject);
+  add_waves(rows, parameters);
+  rows.insert(rows.end(),
+              {{"stable step", fmt::format("{:.4g} ns", subject.stable_step * 1e9)},
+               {"time step", fmt::format("{:.4g} ns", subject.phase.grid.step * 1e9)},
+               {"steps", fmt::format("{} per dynamic phase", subject.phase.grid.n_steps)},
+               {"force evaluations", fmt::format("{} per dynamic phase", subject.phase.force_evaluations)},
+               {"memory", fmt::format("{:.0f} MB per sample, on {} rank{}; {:.3g} GB are available here",
+                                      memory / 1e6, n_ranks, n_ranks == 1 ? "" : "s", available / 1e9)},
+               {"output", fmt::format("{:.3g} MB per sample, {:.3g} MB for {}", file / 1e6, all / 1e6,
+                                      subject.samples_text())}});
+  return rows;
+}
+
+std::string phases_text(int n) {
+  return fmt::format("{} dynamic phase{}", n, n == 1 ? "" : "s");
+}
+
+std::string cost_text(const Subject& subject, const CheckOptions& options) {
+  const auto& parameters = subject.parameters;
+  const auto measured =
+      ensemble::measure_cost(parameters, subject.realization, subject.phase.grid, measured_seconds);
+  const auto work = ensemble::sample_work(parameters, options.phases);
+  const auto cost = ensemble::sample_cost(measured, subject.phase, work, subject.rest_seconds);
+  const double rate = forces_per_step(subject.phase) * subject.n_tetrahedra() / measured.step;
+  const int n_phases = measured.breaks ? work.phases : 0;
+  Rows rows{
+      {"dynamic phase",
+       fmt::format("{:.3g} s for the full duration: {:.3g} ms per step, {:.3g} million tetrahedron updates "
+                   "per second",
+                   cost.phase, 1e3 * measured.step, rate / 1e6)}};
+  if (parameters.time.start == input::Start::quasi_static) {
+    std::string solves =
+        fmt::format("{:.3g} s: {:.3g} s for the first equilibrium", cost.quasi_static, measured.first_solve);
+    if (measured.breaks)
+      solves +=
+          fmt::format(", {:.3g} s for each of {} after breaks and arrests", measured.next_solve, work.solves);
+    rows.emplace_back("quasi-static part", solves);
+  }
+  rows.emplace_back("sample", fmt::format("{:.3g} s with {}{}", cost.total(), phases_text(n_phases),
+                                          n_phases > 1    ? fmt::format(", of which {} arrest{} early",
+                                                                        n_phases - 1, n_phases == 2 ? "s" : "")
+                                          : n_phases == 0 ? ": no load of the program breaks the body"
+                                                          : ""));
+  rows.emplace_back("core-hours",
+                    fmt::format("{:.3g} for {}, with {} each", subject.n_samples() * cost.total() / 3600,
+                                subject.samples_text(), phases_text(n_phases)));
+  std::string text = aligned(rows);
+  if (options.ranks > 0) text += plan_text(subject, measured, work, cost, rate, options.ranks);
+  return text;
+}
+
+/// Prints each part as soon as it is known.
+void print_estimate(const input::Parameters& parameters, const CheckOptions& options) {
   const geometry::Body body(parameters.specimen);
   // Only the mesh is made here; where the samples are computed there may be more memory, or more nodes.
   const auto available = ensemble::available_memory();
   if (const auto message =
           ensemble::shortage(ensemble::expected_mesh_memory(parameters, body), "making the mesh", available))
     throw std::runtime_error(*message + "; take coarser spacings, or check the input where there is more");
-  const std::uint64_t seed = parameters.ensemble.seed;
-  const auto base = ensemble::make_base_points(body, parameters, tell);
-  const auto realization = geometry::make_realization(body, base, parameters.mesh, seed, 0);
-  const double stable_step = dynamics::stable_step(parameters, realization);
-  const auto n_nodes = static_cast<std::int64_t>(realization.nodes.size());
-  const auto n_tetrahedra = static_cast<std::int64_t>(realization.tetrahedra.size());
-  const auto estimate = ensemble::make_estimate(parameters, n_tetrahedra, stable_step);
-  const double memory = sample_memory(
-      parameters, ensemble::memory_demand(parameters, static_cast<double>(n_nodes),
-                                          static_cast<double>(n_tetrahedra), layout_of_sample(parameters)));
-  const int n_samples = parameters.ensemble.samples;
+  const Subject subject = make_subject(parameters, body);
+  const double memory =
+      sample_memory(parameters, ensemble::memory_demand(parameters, subject.n_nodes(), subject.n_tetrahedra(),
+                                                        layout_of_sample(parameters)));
+  fmt::print("{}", aligned(subject_rows(subject, memory, available.bytes)));
   const int n_ranks = parameters.ensemble.ranks_per_sample;
-  const auto n_faces = static_cast<std::int64_t>(realization.boundary.size());
-  std::vector<std::pair<std::string, std::string>> rows{
-      {"nodes", fmt::format("{}", n_nodes)},
-      {"tetrahedra", fmt::format("{} (worst quality {:.3f})", n_tetrahedra, realization.report.min_quality)},
-      {"boundary triangles", fmt::format("{}", n_faces)},
-      {"stable step", fmt::format("{:.4g} ns", stable_step * 1e9)},
-      {"time step", fmt::format("{:.4g} ns", estimate.step * 1e9)},
-      {"steps", fmt::format("{} per sample", estimate.steps)},
-      {"force evaluations", fmt::format("{} per sample", estimate.force_evaluations)},
-      {"memory", fmt::format("{:.0f} MB per sample, on {} rank{}; {:.3g} GB are available here", memory / 1e6,
-                             n_ranks, n_ranks == 1 ? "" : "s", available.bytes / 1e9)},
-      {"core-hours", fmt::format("{:.3g} for {} sample{} of one dynamic phase each, at {:.0f} million "
-                                 "tetrahedron updates per second and core",
-                                 estimate.core_hours, n_samples, n_samples == 1 ? "" : "s",
-                                 ensemble::updates_per_core_second(parameters.time.precision) / 1e6)},
-  };
-  if (parameters.fracture.memory == input::Memory::step && parameters.fracture.toughness == 0) {
-    const double strength = fracture::TulerButcher(parameters.fracture, 1, estimate.step).strength(0);
-    rows.emplace_back("strength", fmt::format("{:.4g} MPa, which breaks in one step", strength / 1e6));
-  }
-  std::string text = aligned(rows);
   const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
-  if (const auto message = ensemble::shortage(memory, whose, available)) {
-    text += fmt::format(
+  if (const auto message = ensemble::shortage(memory, whose, available))
+    fmt::print(
         "\nWarning: not to be computed here: {}; elsewhere, or with coarser spacings, more nodes, or more "
         "ranks_per_sample\n",
         *message);
+  if (!options.measure) return;
+  // On one core, and no frames are kept.
+  input::Parameters measured = parameters;
+  measured.output.frames = 0;
+  const double needed =
+      ensemble::memory_demand(measured, subject.n_nodes(), subject.n_tetrahedra(), ensemble::one_group(1))
+          .root;
+  if (const auto message = ensemble::shortage(needed, "measuring the cost", available)) {
+    fmt::print("\nThe cost is not measured: {}\n", *message);
+    return;
   }
-  if (plan_ranks > 0) text += plan_text(realization, parameters, estimate, plan_ranks);
-  return text;
+  const double wait = solves_of_a_million * std::pow(subject.n_tetrahedra() / 1e6, 4.0 / 3);
+  fmt::print("\nTime of one core of this machine, from {}{:.2g} s of the time loop{}:\n",
+             parameters.time.start == input::Start::quasi_static ? "two static solves and " : "",
+             measured_seconds,
+             wait > short_wait ? fmt::format(", which takes about {} to measure", duration_text(wait)) : "");
+  std::fflush(stdout);
+  try {
+    fmt::print("{}", cost_text(subject, options));
+  } catch (const std::runtime_error& error) {
+    fmt::print("not measured: {}\n", error.what());
+  }
 }
 
-int check(const parallel::Communicator& world, const std::string& file, std::int64_t plan_ranks) {
+int check(const parallel::Communicator& world, const CheckOptions& options) {
+  const std::string& file = options.file;
   const input::Parameters parameters = read_input(world, file);
   parallel::agree(world, [&] {
     if (!world.is_root()) return;
@@ -147,7 +304,7 @@ int check(const parallel::Communicator& world, const std::string& file, std::int
                input::echo(parameters));
     std::fflush(stdout);
     try {
-      fmt::print("{}", estimate_text(parameters, plan_ranks));
+      print_estimate(parameters, options);
     } catch (const std::runtime_error& error) {
       throw std::runtime_error(fmt::format("{}: {}", file, error.what()));
     }
@@ -163,16 +320,26 @@ void add_check_command(CLI::App& app, Action& run) {
       "check", "Validate an input file; print the resolved values and what running them will take");
   command->add_option("input", options->file, "input file (TOML)");
   command->add_flag("--keys", options->keys, "print the table of all input keys (Markdown) instead");
+  CLI::Option* const ranks =
+      command
+          ->add_option("--ranks", options->ranks,
+                       "plan for this many ranks: how many should share a sample, and how long it takes")
+          ->check(CLI::Range(1, 10'000'000));
   command
-      ->add_option("--ranks", options->ranks,
-                   "plan for this many ranks: how many should share a sample, and how long it takes")
-      ->check(CLI::Range(1, 10'000'000));
+      ->add_option(
+          "--phases", options->phases,
+          "dynamic phases that a sample is taken to need before its cracks do not arrest any more, the "
+          "last one included")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_flag("!--no-measure", options->measure, "do not measure what a sample costs on this machine")
+      ->excludes(ranks);
   command->callback([options, &run] {
     if (options->keys != options->file.empty()) {
       throw CLI::ValidationError("check takes either an input file or --keys");
     }
     run = [options](const parallel::Communicator& world) {
-      if (!options->keys) return check(world, options->file, options->ranks);
+      if (!options->keys) return check(world, *options);
       if (world.is_root()) fmt::print("{}", input::key_table());
       return static_cast<int>(success);
     };

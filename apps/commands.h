@@ -30,10 +30,13 @@ enum ExitStatus : int {
   internal_failure = 134  ///< what a shell shows of a program that aborts: counts as a crash
 };
 
+/// The command line as it was typed, the program's name first.
+using CommandLine = std::vector<std::string>;
+
 void add_check_command(CLI::App& app, Action& run);
 void add_mesh_command(CLI::App& app, Action& run);
-void add_sample_command(CLI::App& app, Action& run);
-void add_run_command(CLI::App& app, Action& run);
+void add_sample_command(CLI::App& app, const CommandLine& typed, Action& run);
+void add_run_command(CLI::App& app, const CommandLine& typed, Action& run);
 void add_stats_command(CLI::App& app, Action& run);
 
 /// Declares the option --sample, the number of a sample.

@@ -53,13 +53,13 @@ private:
   bool started_;
 };
 
-void add_commands(CLI::App& app, apps::Action& run) {
+void add_commands(CLI::App& app, const apps::CommandLine& typed, apps::Action& run) {
   app.require_subcommand(0, 1);
   app.set_version_flag("--version", [] { return version_text(); });
   apps::add_check_command(app, run);
   apps::add_mesh_command(app, run);
-  apps::add_sample_command(app, run);
-  apps::add_run_command(app, run);
+  apps::add_sample_command(app, typed, run);
+  apps::add_run_command(app, typed, run);
   apps::add_stats_command(app, run);
 }
 
@@ -131,7 +131,8 @@ int main(int argc, char** argv) {
   if (can_park) ensemble::watch_stop_signals();  // MPI has set its own
   const parallel::Communicator world(MPI_COMM_WORLD);
   int status = apps::success;
-  add_commands(app, run);
+  const apps::CommandLine typed(argv, argv + argc);
+  add_commands(app, typed, run);
   if (parse(app, argc, argv, world.is_root(), status)) status = run_command(run, world);
   if (world.is_root() && (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && status == apps::success) {
     fmt::print(stderr, "crackle: standard output cannot be written\n");

@@ -13,6 +13,7 @@
 #include <exception>
 #include <map>
 #include <string>
+#include <string_view>
 
 namespace crackle::apps {
 
@@ -52,6 +53,32 @@ void add_parking_options(CLI::App& command, ParkingOptions& options) {
                   "parked")
       ->transform(CLI::AsNumberWithUnit(time_units))
       ->check(CLI::PositiveNumber);
+}
+
+std::string shell_line(std::span<const std::string> words) {
+  constexpr std::string_view plain =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_@%+=:,./-";
+  std::string line;
+  for (const std::string& word : words) {
+    if (!line.empty()) line += ' ';
+    if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) {
+      line += word;
+      continue;
+    }
+    line += '\'';
+    for (const char c : word) line += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    line += '\'';
+  }
+  return line;
+}
+
+std::string continuation(const CommandLine& typed, const std::string& option) {
+  CommandLine words = typed;
+  std::erase_if(words, [](const std::string& word) {
+    return word == "--resume" || word == "--retry-failed" || word == "--overwrite";
+  });
+  words.push_back(option);
+  return shell_line(words);
 }
 
 int end_together(const parallel::Communicator& world, const std::function<int()>& work) {

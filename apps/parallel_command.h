@@ -6,6 +6,8 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <span>
+#include <string>
 
 /// What the commands that run on many ranks share.
 namespace crackle::apps {
@@ -30,6 +32,13 @@ inline constexpr const char* signals_help =
 /// For the end of a command's help.
 inline constexpr const char* crash_help =
     "128 or more: a rank crashed or failed inside; what is whole is kept, continue with --resume.\n";
+
+/// Words as a shell takes them.
+std::string shell_line(std::span<const std::string> words);
+
+/// The command line that goes on with what this one has left: without --resume, --retry-failed and
+/// --overwrite, and with `option` at its end. What started the ranks is no part of it.
+std::string continuation(const CommandLine& typed, const std::string& option);
 
 /// Runs `work`. An AgreedError passes; any other failure, of which the other ranks do not know and would wait
 /// for ever, is told and ends the whole program with the status internal_failure.

@@ -3,20 +3,18 @@
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/ensemble/ensemble_run.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/whole_number.h"
 #include "parallel_command.h"
 
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
-#include <cctype>
-#include <charconv>
 #include <cstdint>
-#include <cstdio>
 #include <iostream>
 #include <memory>
 #include <optional>
 #include <string>
-#include <system_error>
+#include <string_view>
 
 namespace crackle::apps {
 
@@ -35,16 +33,12 @@ struct Arguments {
 /// "12" or "0-49"; an empty text is no range.
 std::optional<ensemble::SampleRange> sample_range(const std::string& text) {
   if (text.empty()) return std::nullopt;
-  ensemble::SampleRange range;
-  int end = 0;
-  if (std::isdigit(static_cast<unsigned char>(text.front())) != 0) {
-    if (std::sscanf(text.c_str(), "%lu-%lu%n", &range.first, &range.last, &end) == 2 &&
-        static_cast<std::size_t>(end) == text.size())
-      return range;
-    if (std::sscanf(text.c_str(), "%lu%n", &range.first, &end) == 1 &&
-        static_cast<std::size_t>(end) == text.size())
-      return ensemble::SampleRange{range.first, range.first};
-  }
+  const std::string_view all = text;
+  const auto dash = all.find('-');
+  const auto first = whole_number<std::uint64_t>(all.substr(0, dash));
+  const auto last =
+      dash == std::string_view::npos ? first : whole_number<std::uint64_t>(all.substr(dash + 1));
+  if (first && last) return ensemble::SampleRange{*first, *last};
   throw CLI::ValidationError("--samples: '" + text + "' is no range; give one such as 0-49");
 }
 
@@ -56,14 +50,11 @@ struct Part {
 
 /// "3/20"; the range depends on the input.
 Part part(const std::string& text) {
-  const auto slash = text.find('/');
-  const auto number = [&](std::size_t from, std::size_t to) -> std::optional<std::uint64_t> {
-    std::uint64_t value = 0;
-    const auto [end, error] = std::from_chars(text.data() + from, text.data() + to, value);
-    return error == std::errc{} && end == text.data() + to ? std::optional(value) : std::nullopt;
-  };
-  const auto k = slash == std::string::npos ? std::nullopt : number(0, slash);
-  const auto n = slash == std::string::npos ? std::nullopt : number(slash + 1, text.size());
+  const std::string_view all = text;
+  const auto slash = all.find('/');
+  const auto k = whole_number<std::uint64_t>(all.substr(0, slash));
+  const auto n =
+      slash == std::string_view::npos ? std::nullopt : whole_number<std::uint64_t>(all.substr(slash + 1));
   if (!k || !n)
     throw CLI::ValidationError("'" + text + "' is no part; give one such as 0/20, the first of 20");
   if (*k >= *n)
@@ -86,7 +77,7 @@ std::optional<ensemble::SampleRange> chosen_range(const parallel::Communicator& 
 }
 
 int run_command(const parallel::Communicator& world, const input::Parameters& parameters,
-                const Arguments& arguments) {
+                const Arguments& arguments, const CommandLine& typed) {
   const ensemble::RunOptions options{
       .folder = arguments.folder,
       .plan = {.resume = arguments.resume || arguments.retry_failed,
@@ -96,6 +87,9 @@ int run_command(const parallel::Communicator& world, const input::Parameters& pa
       .terminal_width = terminal_width(STDOUT_FILENO),
       .stop = ensemble::make_stop_request(arguments.parking.time_limit),
       .checkpoint_interval = arguments.parking.checkpoint_interval,
+      .next = {.resume = continuation(typed, "--resume"),
+               .retry_failed = continuation(typed, "--retry-failed"),
+               .report = "tools/crackle-report " + shell_line({{arguments.folder.string()}})},
   };
   const ensemble::RunOutcome outcome = ensemble::run_ensemble(
       world, parameters, options,
@@ -110,7 +104,7 @@ int run_command(const parallel::Communicator& world, const input::Parameters& pa
 
 }  // namespace
 
-void add_run_command(CLI::App& app, Action& run) {
+void add_run_command(CLI::App& app, const CommandLine& typed, Action& run) {
   auto arguments = std::make_shared<Arguments>();
   auto* command = app.add_subcommand(
       "run", "Run the ensemble: rank 0 is the master, the other ranks form groups of ranks_per_sample");
@@ -148,10 +142,10 @@ void add_run_command(CLI::App& app, Action& run) {
                               "2 finished, but some "
                               "samples failed; 3 stopped early, continue with --resume; ") +
                   crash_help + signals_help);
-  command->callback([arguments, &run] {
-    run = [arguments](const parallel::Communicator& world) {
+  command->callback([arguments, typed, &run] {
+    run = [arguments, typed](const parallel::Communicator& world) {
       const input::Parameters parameters = read_input(world, arguments->input);
-      return end_together(world, [&] { return run_command(world, parameters, *arguments); });
+      return end_together(world, [&] { return run_command(world, parameters, *arguments, typed); });
     };
   });
 }

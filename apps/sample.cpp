@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle sample: one realization on all ranks as one group.
+#include "crackle/analysis/sample_warning.h"
 #include "crackle/dynamics/sample_run.h"
+#include "crackle/ensemble/run_log.h"
 #include "crackle/ensemble/single_sample.h"
 #include "crackle/io/sample_file.h"
+#include "crackle/stopwatch.h"
 #include "parallel_command.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 #include <CLI/CLI.hpp>
 
 #include <cstdint>
@@ -23,19 +27,25 @@ struct Arguments {
   std::uint64_t sample = 0;
   bool resume = false;
   bool retry_failed = false;
+  bool overwrite = false;
   ParkingOptions parking;
 };
 
 int sample_command(const parallel::Communicator& world, const input::Parameters& parameters,
-                   const Arguments& arguments) {
-  const auto say = [](const std::string& line) { std::cout << line << std::endl; };
+                   const Arguments& arguments, const CommandLine& typed) {
+  const int width = terminal_width(STDOUT_FILENO);
+  ensemble::RunLog log(std::cout, width, [clock = Stopwatch()] { return clock.seconds(); });
+  const auto say = [&log](const std::string& line) { log.line(line); };
+  const auto show = [&log](const std::string& line) { log.show([&] { return line; }, false); };
   const ensemble::SingleSampleOptions options{
       .folder = arguments.folder,
       .sample = arguments.sample,
       .resume = arguments.resume || arguments.retry_failed,
       .retry_failed = arguments.retry_failed,
+      .overwrite = arguments.overwrite,
       .stop = ensemble::make_stop_request(arguments.parking.time_limit),
       .checkpoint_interval = arguments.parking.checkpoint_interval,
+      .progress = width > 0 ? dynamics::SampleLog(show) : dynamics::SampleLog(),
   };
   const auto report = ensemble::run_single_sample(
       world, parameters, options,
@@ -45,8 +55,11 @@ int sample_command(const parallel::Communicator& world, const input::Parameters&
       },
       say);
   if (world.is_root()) {
+    log.end_progress();
     say(describe(report));
+    if (const auto warning = analysis::sample_warning(report.sample, report.summary)) say(*warning);
     if (report.stored) say(io::sample_path(arguments.folder, arguments.sample).string());
+    if (report.parked) say("to go on: " + continuation(typed, "--resume"));
   }
   if (report.parked) return stopped_resumable;
   return report.summary.status == analysis::SampleStatus::done ? success : some_samples_failed;
@@ -54,25 +67,32 @@ int sample_command(const parallel::Communicator& world, const input::Parameters&
 
 }  // namespace
 
-void add_sample_command(CLI::App& app, Action& run) {
+void add_sample_command(CLI::App& app, const CommandLine& typed, Action& run) {
   auto arguments = std::make_shared<Arguments>();
   auto* command = app.add_subcommand("sample", "Run one sample on all ranks as one group");
   command->add_option("input", arguments->input, "input file (TOML)")->required();
   add_sample_option(*command, arguments->sample)->required();
   command->add_option("-o,--output", arguments->folder, "folder for the results")->required();
-  command->add_flag("--resume", arguments->resume,
-                    "keep the sample if it is done, and go on from its checkpoint if it was parked");
-  command->add_flag("--retry-failed", arguments->retry_failed,
-                    "as --resume; a sample that failed is computed again");
+  CLI::Option* resume =
+      command->add_flag("--resume", arguments->resume,
+                        "keep the sample if it is done, and go on from its checkpoint if it was parked");
+  CLI::Option* retry_failed = command->add_flag("--retry-failed", arguments->retry_failed,
+                                                "as --resume; a sample that failed is computed again");
+  command
+      ->add_flag("--overwrite", arguments->overwrite,
+                 "compute the sample from its beginning, in place of what the folder holds of it; without "
+                 "this or --resume, a folder that holds the sample is refused")
+      ->excludes(resume)
+      ->excludes(retry_failed);
   add_parking_options(*command, arguments->parking);
   command->footer(
       std::string("Exit status: 0 done; 1 usage or input error, nothing was written; 2 the sample "
                   "failed; 3 parked, continue with --resume; ") +
       crash_help + signals_help);
-  command->callback([arguments, &run] {
-    run = [arguments](const parallel::Communicator& world) {
+  command->callback([arguments, typed, &run] {
+    run = [arguments, typed](const parallel::Communicator& world) {
       const input::Parameters parameters = read_input(world, arguments->input);
-      return end_together(world, [&] { return sample_command(world, parameters, *arguments); });
+      return end_together(world, [&] { return sample_command(world, parameters, *arguments, typed); });
     };
   });
 }

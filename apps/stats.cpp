@@ -3,6 +3,7 @@
 // results.
 #include "commands.h"
 #include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/sample_warning.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/results.h"
@@ -55,6 +56,7 @@ input::Parameters input_of(const parallel::Communicator& world, const fs::path& 
 void print(const std::vector<analysis::SampleSummary>& samples, const analysis::Statistics& statistics,
            const input::Parameters& parameters) {
   fmt::print("{}", analysis::to_text(statistics, samples, parameters.sections));
+  for (const auto& warning : analysis::sample_warnings(samples)) fmt::print("{}\n", warning);
   std::fflush(stdout);
 }
 

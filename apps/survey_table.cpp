@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The table of many realizations.
+#include "crackle/ensemble/cost_model.h"
 #include "crackle/ensemble/estimate.h"
 #include "mesh_tables.h"
 
@@ -118,13 +119,15 @@ void add_times(TextTable& table, const input::Parameters& parameters, const std:
             spread_text(column(rows, [](const SurveyRow& row) { return row.seconds / row.delaunay_seconds; }),
                         1, 2));
   try {
-    const auto estimate = ensemble::make_estimate(parameters, rows.front().n_tetrahedra, stable_step);
-    const double sample_seconds = 3600 * estimate.core_hours / parameters.ensemble.samples;
+    const auto phase = ensemble::phase_work(parameters, stable_step);
+    const double sample_seconds = static_cast<double>(phase.force_evaluations) *
+                                  static_cast<double>(rows.front().n_tetrahedra) /
+                                  ensemble::updates_per_core_second(parameters.time.precision);
     table.row(
         "time per sample",
         fmt::format("{:.{}f} s on one core, estimated from {} force evaluations; one master feeds {:.0f} "
                     "ranks",
-                    sample_seconds, sample_seconds < 10 ? 1 : 0, estimate.force_evaluations,
+                    sample_seconds, sample_seconds < 10 ? 1 : 0, phase.force_evaluations,
                     sample_seconds / geometry::quantiles(seconds).median));
   } catch (const std::runtime_error& error) {
     table.row("time per sample", error.what());

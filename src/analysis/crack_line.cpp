@@ -5,13 +5,94 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdlib>
+#include <numbers>
 #include <span>
 #include <utility>
 
 namespace crackle::analysis {
 
 namespace {
+
+/// Places in each slab at which a path's direction is measured; the middle one is the line's point.
+constexpr int n_stations = 3;
+
+/// A path in the plane of the plate, straight between its points.
+class Polyline {
+public:
+  struct Place {
+    double advance;  ///< [m]
+    double across;   ///< [m]
+  };
+
+  explicit Polyline(std::vector<Place> places) : places_(std::move(places)), way_{0} {
+    for (std::size_t i = 1; i < places_.size(); ++i) {
+      way_.push_back(way_.back() + std::hypot(places_[i].advance - places_[i - 1].advance,
+                                              places_[i].across - places_[i - 1].across));
+    }
+  }
+
+  double length() const { return way_.back(); }
+
+  /// Angle to the advance of the straight line through a part of the path from which its distances have the
+  /// least mean square [rad].
+  /// @param from,to ways along the path
+  double direction(double from, double to) const {
+    const Place start = at(from);
+    const double length = to - from;
+    Place a{0, 0};  // from the start
+    Place mean{0, 0};
+    double advance_square = 0;
+    double product = 0;
+    double across_square = 0;
+    for (std::size_t i = segment(from); from < to; ++i) {
+      const double end = i + 1 < places_.size() ? std::min(way_[i], to) : to;
+      const Place b{at(end).advance - start.advance, at(end).across - start.across};
+      const double share = (end - from) / length;
+      mean.advance += share * (a.advance + b.advance) / 2;
+      mean.across += share * (a.across + b.across) / 2;
+      // Simpson's rule is exact for the squares on a straight piece.
+      const Place middle{(a.advance + b.advance) / 2, (a.across + b.across) / 2};
+      for (const auto& [p, weight] : {std::pair{a, share / 6}, {middle, share * 4 / 6}, {b, share / 6}}) {
+        advance_square += weight * p.advance * p.advance;
+        product += weight * p.advance * p.across;
+        across_square += weight * p.across * p.across;
+      }
+      a = b;
+      from = end;
+    }
+    const double angle = std::atan2(2 * (product - mean.advance * mean.across),
+                                    (advance_square - mean.advance * mean.advance) -
+                                        (across_square - mean.across * mean.across)) /
+                         2;
+    // An axis has two directions: this one goes along the path.
+    const bool is_backward = std::cos(angle) * a.advance + std::sin(angle) * a.across < 0;
+    return is_backward ? angle + std::numbers::pi : angle;
+  }
+
+private:
+  /// The segment, by the index of its end, that holds a way.
+  std::size_t segment(double way) const {
+    const auto end = std::upper_bound(way_.begin() + 1, way_.end() - 1, way);
+    return static_cast<std::size_t>(end - way_.begin());
+  }
+
+  Place at(double way) const {
+    const std::size_t i = segment(way);
+    const double share = (way - way_[i - 1]) / (way_[i] - way_[i - 1]);
+    return {places_[i - 1].advance + share * (places_[i].advance - places_[i - 1].advance),
+            places_[i - 1].across + share * (places_[i].across - places_[i - 1].across)};
+  }
+
+  std::vector<Place> places_;
+  std::vector<double> way_;  ///< along the path to each point [m]
+};
+
+/// The angle from one direction to another, in (-pi, pi] [rad].
+double turn(double from, double to) {
+  return std::remainder(to - from, 2 * std::numbers::pi);
+}
 
 struct Place {
   std::size_t slab;
@@ -92,61 +173,42 @@ private:
 
   void add(std::vector<CrackLine>& lines, std::int32_t parent, const std::vector<Place>& places) const {
     CrackLine line{notch_, parent, {}, 0, 0};
+    std::vector<Polyline::Place> path;
     for (const Place& place : places) {
-      const double position =
-          frame_.tip + frame_.direction * (static_cast<double>(place.slab) + 0.5) * spacing_;
       const auto& facets = slabs_[place.slab][place.piece].facets;
-      const auto traces = intersect(surface_, facets, frame_.axis, frame_.across, position);
-      const auto crossing = main_crossing(traces, thickness_);
-      if (!crossing) continue;  // rough edges of a piece can leave its middle free
-      const bool across_z = frame_.across == 2;
-      line.points.push_back({across_z ? position : crossing->mean, across_z ? crossing->mean : position,
-                             crossing->spread, crossing->time});
+      for (int i = 0; i < n_stations; ++i) {
+        const double advance = (static_cast<double>(place.slab) + (i + 0.5) / n_stations) * spacing_;
+        const double position = frame_.tip + frame_.direction * advance;
+        const auto traces = intersect(surface_, facets, frame_.axis, frame_.across, position);
+        const auto crossing = main_crossing(traces, thickness_);
+        if (!crossing) continue;  // rough edges of a piece can leave it free
+        path.push_back({advance, crossing->mean});
+        if (i != n_stations / 2) continue;
+        const bool across_z = frame_.across == 2;
+        line.points.push_back({across_z ? position : crossing->mean, across_z ? crossing->mean : position,
+                               crossing->spread, crossing->time});
+      }
     }
-    measure_turns(line);
+    if (path.size() > 1) measure_turns(line, Polyline(std::move(path)));
     lines.push_back(std::move(line));
   }
 
-  /// Angle of the straight line through points first..first + direction_window - 1 to the notch's direction.
-  double direction(const CrackLine& line, std::size_t first) const {
-    double mean_advance = 0;
-    double mean_across = 0;
-    const auto window = std::span(line.points).subspan(first, direction_window);
-    const auto coordinates = [&](const LinePoint& p) {
-      return frame_.axis == 1 ? std::pair(frame_.advance(p.y), p.z) : std::pair(frame_.advance(p.z), p.y);
-    };
-    for (const LinePoint& p : window) {
-      mean_advance += coordinates(p).first / direction_window;
-      mean_across += coordinates(p).second / direction_window;
-    }
-    double product = 0;
-    double square = 0;
-    for (const LinePoint& p : window) {
-      const double advance = coordinates(p).first - mean_advance;
-      product += advance * (coordinates(p).second - mean_across);
-      square += advance * advance;
-    }
-    return std::atan2(product, square);
-  }
+  void measure_turns(CrackLine& line, const Polyline& path) const {
+    const double window = std::max(kink_window_share * frame_.ligament, kink_window_spacings * spacing_);
+    if (path.length() < 2 * window) return;
+    line.bend = turn(path.direction(0, window), path.direction(path.length() - window, path.length()));
 
-  void measure_turns(CrackLine& line) const {
-    constexpr std::size_t n = direction_window;
-    if (line.points.size() < 2 * n - 1) return;
-    // Windows before and after a point share it.
-    std::vector<double> directions;
-    for (std::size_t i = 0; i + n <= line.points.size(); ++i) directions.push_back(direction(line, i));
-    line.bend = directions.back() - directions.front();
+    constexpr std::ptrdiff_t n_steps = 16;  // for each window
     std::vector<double> turns;
-    for (std::size_t i = 0; i + n - 1 < directions.size(); ++i) {
-      turns.push_back(std::abs(directions[i + n - 1] - directions[i]));
+    for (double place = window; place <= path.length() - window; place += window / n_steps) {
+      turns.push_back(
+          std::abs(turn(path.direction(place - window, place), path.direction(place, place + window))));
     }
-    for (std::size_t i = 0; i < turns.size(); ++i) {
-      if (turns[i] < kink_angle) continue;
-      const std::size_t low = i < n ? 0 : i - n;
-      const std::size_t high = std::min(turns.size(), i + n + 1);
-      const auto largest = std::max_element(turns.begin() + static_cast<std::ptrdiff_t>(low),
-                                            turns.begin() + static_cast<std::ptrdiff_t>(high));
-      if (largest - turns.begin() == static_cast<std::ptrdiff_t>(i)) ++line.kinks;
+    for (auto here = turns.begin(); here != turns.end(); ++here) {
+      if (*here < kink_angle) continue;
+      const auto low = here - std::min(n_steps, here - turns.begin());
+      const auto high = here + std::min(n_steps + 1, turns.end() - here);
+      if (std::max_element(low, high) == here) ++line.kinks;
     }
   }
 

@@ -6,17 +6,110 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 namespace crackle::analysis {
 
 namespace {
 
-/// A crack front's mean position over the thickness, each time it moved; times strictly ascending.
-struct FrontPosition {
-  double time;     ///< [s]
-  double advance;  ///< from the notch's tip [m]
+/// A tetrahedron of the crack on its way from the notch's tip.
+struct Opened {
+  double time;              ///< [s]
+  double advance;           ///< mean of its facets [m]
+  std::array<double, 2> x;  ///< extent through the thickness [m]
 };
+
+/// Of the Legendre polynomials P_0 to P_3: a course is a line or a parabola, and the next one tells whether
+/// that is enough.
+constexpr std::size_t n_coefficients = 4;
+constexpr std::size_t largest_degree = n_coefficients - 2;
+using Coefficients = std::array<double, n_coefficients>;
+
+Coefficients legendre(double u) {
+  return {1, u, (3 * u * u - 1) / 2, (5 * u * u - 3) * u / 2};
+}
+
+/// Mean square of P_k over its interval.
+double legendre_square(std::size_t k) {
+  return 1 / (2 * static_cast<double>(k) + 1);
+}
+
+/// The times at which a column of the front came to positions ahead of all before; both ascend strictly.
+class Course {
+public:
+  void add(double time, double advance) {
+    if (!points_.empty() && time <= points_.back().time) {
+      points_.back().advance = std::max(points_.back().advance, advance);
+      return;
+    }
+    points_.push_back({time, advance});
+  }
+
+  bool covers(double from, double to) const {
+    return points_.size() > 1 && points_.front().advance <= from && points_.back().advance >= to;
+  }
+  bool is_empty() const { return points_.empty(); }
+  double first() const { return points_.front().advance; }
+  double last() const { return points_.back().advance; }
+
+  struct Fit {
+    Coefficients coefficient{};  ///< of the Legendre polynomials over the stretch [s]
+    double square = 0;           ///< mean square of the time [s^2]
+  };
+  /// The least-squares fit over a stretch to the time, linear between the points and counted from the
+  /// stretch's start.
+  /// @pre covers(from, to)
+  Fit fit(double from, double to) const {
+    auto after = std::upper_bound(points_.begin() + 1, points_.end() - 1, from,
+                                  [](double advance, const Point& p) { return advance < p.advance; });
+    const double origin = time_at(after, from);
+    Fit fit;
+    double time = 0;
+    for (double u = -1; u < 1; ++after) {
+      const bool is_last = after->advance >= to || after + 1 == points_.end();
+      const double next = is_last ? 1 : 2 * (after->advance - from) / (to - from) - 1;
+      const double next_time = (is_last ? time_at(after, to) : after->time) - origin;
+      // Gauss: exact for the time times a cubic.
+      constexpr double outer = 0.7745966692414834;
+      for (const auto& [place, weight] :
+           {std::pair{-outer, 5.0 / 18}, std::pair{0.0, 8.0 / 18}, std::pair{outer, 5.0 / 18}}) {
+        const double share = (1 + place) / 2;
+        const double value = time + share * (next_time - time);
+        const double part = weight * (next - u) / 2;
+        const Coefficients p = legendre(u + share * (next - u));
+        for (std::size_t k = 0; k < n_coefficients; ++k) {
+          fit.coefficient[k] += part * value * p[k] / legendre_square(k);
+        }
+        fit.square += part * value * value;
+      }
+      u = next;
+      time = next_time;
+    }
+    return fit;
+  }
+
+private:
+  struct Point {
+    double time;
+    double advance;
+  };
+
+  double time_at(std::vector<Point>::const_iterator after, double advance) const {
+    const Point& a = *(after - 1);
+    const Point& b = *after;
+    return a.time + (advance - a.advance) / (b.advance - a.advance) * (b.time - a.time);
+  }
+
+  std::vector<Point> points_;
+};
+
+/// The courses of all columns through the thickness.
+using History = std::vector<Course>;
 
 /// A crack front on its way. What opens on its own, farther than `reach` ahead of it, counts from when the
 /// front has come to it.
@@ -27,53 +120,38 @@ public:
         farthest_(std::max<std::size_t>(1, static_cast<std::size_t>(thickness / (2 * spacing))), 0.0),
         thickness_(thickness),
         reach_(reach),
-        histories_{{{0, 0}}} {}
+        histories_{History(farthest_.size())} {}
 
-  /// @param x extent of the facet through the thickness
   /// @pre times ascend
-  void open(double time, double advance, const std::array<double, 2>& x) {
-    if (time > 0 && advance > tip() + reach_) {
-      ahead_.push_back({advance, x});
+  void open(const Opened& opened) {
+    const bool is_dynamic = opened.time > 0;
+    if (is_dynamic && opened.advance > tip() + reach_) {
+      ahead_.push_back(opened);
       return;
     }
-    take(advance, x);
-    const bool jumped = join();
-    const double position = mean();
-    if (jumped) {
-      histories_.push_back({{time, position}});
-      return;
-    }
-    auto& history = histories_.back();
-    if (position <= history.back().advance) return;
-    if (time > history.back().time) history.push_back({time, position});
-    history.back().advance = position;
+    take(opened, is_dynamic ? &histories_.back() : nullptr);
+    if (join()) histories_.emplace_back(farthest_.size());
   }
 
-  /// Mean positions over the thickness. The first history begins with the front at the start of the dynamic
-  /// phase; another one begins wherever the front jumped over what was open ahead of it.
-  const std::vector<std::vector<FrontPosition>>& histories() const { return histories_; }
+  /// One history from the start of the dynamic phase on, and another one wherever the front jumped over what
+  /// was open ahead of it.
+  const std::vector<History>& histories() const { return histories_; }
 
 private:
-  struct Ahead {
-    double advance;
-    std::array<double, 2> x;
-  };
-
   double tip() const { return *std::max_element(farthest_.begin(), farthest_.end()); }
 
-  double mean() const {
-    double sum = 0;
-    for (const double value : farthest_) sum += value / static_cast<double>(farthest_.size());
-    return sum;
-  }
-
-  void take(double advance, const std::array<double, 2>& x) {
+  /// @param history to which the columns' ways are added, if any
+  void take(const Opened& opened, History* history) {
     const auto column_of = [&](double place) {
       const double column = std::floor(place / thickness_ * static_cast<double>(farthest_.size()));
       return static_cast<std::size_t>(std::clamp(column, 0.0, static_cast<double>(farthest_.size() - 1)));
     };
-    const std::size_t last = column_of(x[1]);
-    for (std::size_t c = column_of(x[0]); c <= last; ++c) farthest_[c] = std::max(farthest_[c], advance);
+    const std::size_t last = column_of(opened.x[1]);
+    for (std::size_t c = column_of(opened.x[0]); c <= last; ++c) {
+      if (opened.advance <= farthest_[c]) continue;
+      farthest_[c] = opened.advance;
+      if (history != nullptr) (*history)[c].add(opened.time, opened.advance);
+    }
   }
 
   /// Takes in what was ahead and lies before the front now; whether the front jumps by that.
@@ -81,9 +159,9 @@ private:
     const double before = tip();
     for (;;) {
       const auto near = std::partition(ahead_.begin(), ahead_.end(),
-                                       [&](const Ahead& facet) { return facet.advance > tip() + gap_; });
+                                       [&](const Opened& o) { return o.advance > tip() + gap_; });
       if (near == ahead_.end()) return tip() > before + gap_;
-      std::for_each(near, ahead_.end(), [&](const Ahead& facet) { take(facet.advance, facet.x); });
+      std::for_each(near, ahead_.end(), [&](const Opened& o) { take(o, nullptr); });
       ahead_.erase(near, ahead_.end());
     }
   }
@@ -92,49 +170,179 @@ private:
   std::vector<double> farthest_;  // of each column through the thickness
   double thickness_;
   double reach_;
-  std::vector<std::vector<FrontPosition>> histories_;
-  std::vector<Ahead> ahead_;
+  std::vector<History> histories_;
+  std::vector<Opened> ahead_;
 };
 
-Front front_of(const CrackSurface& surface, std::span<const std::size_t> facets, const NotchFrame& frame,
-               double spacing, double thickness, double reach) {
-  Front front(thickness, spacing, reach);
-  for (const std::size_t i : facets) {  // in order of breaking, hence of time
-    const CrackFacet& facet = surface.facets[i];
-    double advance = 0;
-    for (const geometry::Point& corner : facet.corner) {
-      advance += frame.advance(corner[static_cast<std::size_t>(frame.axis)]) / 4;
+/// The tetrahedra of facets, in ascending order of time and of advance: the order in which those of one time
+/// broke does not count.
+std::vector<Opened> opened_by(const CrackSurface& surface, std::span<const std::size_t> facets,
+                              const NotchFrame& frame) {
+  std::vector<Opened> all;
+  for (std::size_t i = 0; i < facets.size();) {
+    const CrackFacet& first = surface.facets[facets[i]];
+    Opened opened{first.time, 0, {first.corner[0][0], first.corner[0][0]}};
+    int n_corners = 0;
+    for (; i < facets.size(); ++i) {
+      const CrackFacet& facet = surface.facets[facets[i]];
+      if (facet.tetrahedron != first.tetrahedron || facet.time != first.time) break;
+      for (const geometry::Point& corner : facet.corner) {
+        opened.advance += frame.advance(corner[static_cast<std::size_t>(frame.axis)]);
+        opened.x[0] = std::min(opened.x[0], corner[0]);
+        opened.x[1] = std::max(opened.x[1], corner[0]);
+        ++n_corners;
+      }
     }
-    const Trace box = extent(surface, i, frame.across);
-    front.open(facet.time, advance, {box.x[0], box.x[1]});
+    opened.advance /= n_corners;
+    all.push_back(opened);
   }
-  return front;
+  std::sort(all.begin(), all.end(), [](const Opened& a, const Opened& b) {
+    return std::tie(a.time, a.advance, a.x) < std::tie(b.time, b.advance, b.x);
+  });
+  return all;
 }
 
-/// The time at which a front passes a position between its first and its last.
-double passing_time(const std::vector<FrontPosition>& front, double advance) {
-  std::size_t k = 1;
-  while (k + 1 < front.size() && front[k].advance < advance) ++k;
-  const double share = (advance - front[k - 1].advance) / (front[k].advance - front[k - 1].advance);
-  return front[k - 1].time + share * (front[k].time - front[k - 1].time);
+/// A front's course over a stretch of its way, as the mean over the columns that passed all of it.
+struct Stretch {
+  double start;              ///< [m]
+  double length;             ///< [m]
+  double n_columns;          ///< columns that passed it
+  Coefficients coefficient;  ///< of their mean course [s]
+  std::array<double, largest_degree + 1>
+      scatter;  ///< variance of a column about its fit of this degree [s^2]
+};
+
+/// The stretches of many lengths and places that at least half of the columns passed.
+std::vector<Stretch> stretches_of(const History& history, double shortest) {
+  // Fine enough that the largest speed changes by less than its standard error.
+  constexpr double growth = 1.189207115002721;  // four lengths for each doubling
+  constexpr int n_steps = 16;                   // for each length
+  double first = std::numeric_limits<double>::infinity();
+  double last = 0;
+  for (const Course& course : history) {
+    if (course.is_empty()) continue;
+    first = std::min(first, course.first());
+    last = std::max(last, course.last());
+  }
+  std::vector<Stretch> stretches;
+  for (double length = shortest; length <= last - first; length *= growth) {
+    for (double start = first; start + length <= last; start += length / n_steps) {
+      Stretch stretch{start, length, 0, {}, {}};
+      for (const Course& course : history) {
+        if (!course.covers(start, start + length)) continue;
+        ++stretch.n_columns;
+        const Course::Fit fit = course.fit(start, start + length);
+        double rest = fit.square;
+        for (std::size_t k = 0; k < n_coefficients; ++k) {
+          stretch.coefficient[k] += fit.coefficient[k];
+          rest -= fit.coefficient[k] * fit.coefficient[k] * legendre_square(k);
+          if (k <= largest_degree) stretch.scatter[k] += std::max(0.0, rest);
+        }
+      }
+      if (2 * stretch.n_columns < static_cast<double>(history.size())) continue;
+      for (double& value : stretch.coefficient) value /= stretch.n_columns;
+      for (double& value : stretch.scatter) value /= stretch.n_columns;
+      stretches.push_back(stretch);
+    }
+  }
+  return stretches;
 }
+
+/// The time that a polynomial of this degree takes over a window [s].
+/// @param start of the window, in the stretch from -1 to 1
+/// @param width of the window, of 2 for the stretch
+double time_over(const Stretch& stretch, std::size_t degree, double start, double width) {
+  const Coefficients from = legendre(start);
+  const Coefficients to = legendre(start + width);
+  double time = 0;
+  for (std::size_t k = 1; k <= degree; ++k) time += stretch.coefficient[k] * (to[k] - from[k]);
+  return time;
+}
+
+/// The windows of a front's way and how exactly their times are known.
+class Windows {
+public:
+  /// @param stretches in ascending order of length; those of a window's length come first
+  Windows(const std::vector<Stretch>& stretches, double length, double spacing)
+      : length_(length), spacing_(spacing) {
+    std::vector<double> scatter;
+    for (const Stretch& stretch : stretches) {
+      if (stretch.length > length) break;
+      windows_.push_back(stretch);
+      scatter.push_back(stretch.scatter[1]);
+    }
+    if (scatter.empty()) return;
+    // The lower quartile: where a front changes its speed, that adds to the scatter.
+    const auto quartile = scatter.begin() + static_cast<std::ptrdiff_t>(scatter.size() / 4);
+    std::nth_element(scatter.begin(), quartile, scatter.end());
+    scatter_ = *quartile;
+  }
+
+  bool is_empty() const { return windows_.empty(); }
+
+  /// Whether a polynomial is all that can be told from the stretch's scatter: the next one adds little, and
+  /// each window in the stretch takes the time that it takes by the polynomial.
+  bool agree(const Stretch& stretch, std::size_t degree) const {
+    const double rounding = 1e-9 * std::abs(stretch.coefficient[1]);  // for courses without scatter
+    const double next = std::abs(stretch.coefficient[degree + 1]) * std::sqrt(legendre_square(degree + 1));
+    if (next > 2 * std::sqrt(variance(stretch, scatter_)) + rounding) return false;
+    const double width = 2 * length_ / stretch.length;
+    return std::all_of(windows_.begin(), windows_.end(), [&](const Stretch& window) {
+      const double start = 2 * (window.start - stretch.start) / stretch.length - 1;
+      if (start < -1 || start + width > 1) return true;
+      const double difference = time_over(window, 1, -1, 2) - time_over(stretch, degree, start, width);
+      return std::abs(difference) <= speed_standard_errors * error(window, 1, -1, 2) + rounding;
+    });
+  }
+
+  /// Standard error of time_over [s].
+  double error(const Stretch& stretch, std::size_t degree, double start, double width) const {
+    const double n_free = 1 - static_cast<double>(degree + 1) * spacing_ / stretch.length;
+    const Coefficients from = legendre(start);
+    const Coefficients to = legendre(start + width);
+    double square = 0;
+    for (std::size_t k = 1; k <= degree; ++k) {
+      square += (to[k] - from[k]) * (to[k] - from[k]) / legendre_square(k);
+    }
+    return std::sqrt(square * variance(stretch, std::max(scatter_, stretch.scatter[degree] / n_free)));
+  }
+
+private:
+  /// Of P_k's coefficient times the mean square of P_k, for any k: a column goes on by about a spacing at a
+  /// time, and so many of its times are independent.
+  double variance(const Stretch& stretch, double scatter) const {
+    return scatter * spacing_ / (stretch.length * stretch.n_columns);
+  }
+
+  double length_;
+  double spacing_;
+  double scatter_ = 0;  ///< of a column's time about a line over a window [s^2]
+  std::vector<Stretch> windows_;
+};
 
 /// Largest speed over a window; 0 when the front advances by less.
-double fastest(const std::vector<FrontPosition>& front, double window) {
-  double largest = 0;
-  // The time over a window is piecewise linear in its position: its least value is at one of the front's
-  // recorded positions, at the window's start or at its end.
-  const double first = front.front().advance;
-  const double last = front.back().advance;
-  if (last - first < window) return 0;
-  for (const FrontPosition& position : front) {
-    for (const double start : {position.advance, position.advance - window}) {
-      if (start < first || start + window > last) continue;
-      const double time = passing_time(front, start + window) - passing_time(front, start);
-      largest = std::max(largest, window / time);
+double fastest(const History& history, double window, double spacing) {
+  const std::vector<Stretch> stretches = stretches_of(history, window);
+  const Windows windows(stretches, window, spacing);
+  if (windows.is_empty()) return 0;
+  double least = std::numeric_limits<double>::infinity();
+  double least_upper = least;
+  for (const Stretch& stretch : stretches) {
+    for (std::size_t degree = 1; degree <= largest_degree; ++degree) {
+      // A curve needs more than a window to stand on, and is steepest at an end.
+      if (degree > 1 && stretch.length < 2 * window) break;
+      if (stretch.length > window && !windows.agree(stretch, degree)) continue;
+      const double width = 2 * window / stretch.length;
+      for (const double start : {-1.0, 1 - width}) {
+        const double time = time_over(stretch, degree, start, width);
+        const double upper = time + speed_standard_errors * windows.error(stretch, degree, start, width);
+        if (time <= 0 || upper >= least_upper) continue;
+        least_upper = upper;
+        least = time;
+      }
     }
   }
-  return largest;
+  return window / least;
 }
 
 }  // namespace
@@ -147,8 +355,10 @@ double max_crack_speed(const geometry::Body& body, const CrackSurface& surface) 
     const NotchFrame frame = notch_frame(body, notch);
     const double spacing = mean_spacing(surface, facets);
     const double window = std::max(speed_window_share * frame.ligament, speed_window_spacings * spacing);
-    const Front front = front_of(surface, facets, frame, spacing, body.size()[0], window);
-    for (const auto& history : front.histories()) largest = std::max(largest, fastest(history, window));
+    Front front(body.size()[0], spacing, window);
+    for (const Opened& opened : opened_by(surface, facets, frame)) front.open(opened);
+    for (const History& history : front.histories())
+      largest = std::max(largest, fastest(history, window, spacing));
   }
   return largest;
 }

@@ -40,11 +40,12 @@ int n_categories(const char* categories) {
 }
 
 std::string result_table() {
-  std::string text = "| dataset | shape | unit | meaning |\n|---|---|---|---|\n";
+  std::string text = "| dataset | shape | meaning |\n|---|---|---|\n";
   const auto add = [&](const char* group, const char* shape, const ResultInfo& info) {
-    fmt::format_to(std::back_inserter(text), "| `/{}/{}` | {} | {} | {}{} |\n", group, info.name, shape,
-                   info.units, info.meaning,
-                   *info.categories == 0 ? "" : fmt::format(": {}", info.categories));
+    std::string meaning = info.meaning;
+    if (*info.categories != 0) meaning += fmt::format(": {}", info.categories);
+    if (*info.units != 0 && std::string_view(info.units) != "1") meaning += fmt::format(" [{}]", info.units);
+    fmt::format_to(std::back_inserter(text), "| `/{}/{}` | {} | {} |\n", group, info.name, shape, meaning);
   };
   for_each_result([&](const ResultInfo& info, auto) { add("samples", "N", info); });
   for_each_position_result([&](const ResultInfo& info, auto) { add("crack_path", "N × K × S", info); });

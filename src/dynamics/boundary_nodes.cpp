@@ -110,9 +110,9 @@ void BoundaryNodes<Real>::kick_by_load(Entry& entry, const Round& round) {
   const double force = pattern.amplitude.at(round.kick_time) * pattern.weight[entry.place];
   // A constant load would be rounded the same way in every kick: the remainder is carried on.
   const double change = round.kick * force / mass / scale_.velocity + entry.remainder;
-  const auto rounded = static_cast<Integer>(std::llrint(change));
+  const auto rounded = quantized<Integer>(change, 1, stays_in_range_);
   entry.remainder = change - static_cast<double>(rounded);
-  velocity(entry) = kernels::sum(velocity(entry), rounded);
+  if (__builtin_add_overflow(velocity(entry), rounded, &velocity(entry))) stays_in_range_ = false;
 }
 
 template <class Real>
@@ -120,8 +120,9 @@ double BoundaryNodes<Real>::drive(const Entry& entry, const Round& round) {
   const auto& motion = context_.loads->motions[entry.condition];
   auto& place = state_->nodes()[index(entry.node)].displacement[entry.component];
   const Integer before = place;
-  place = quantized<Real>(motion.displacement(round.drift_time), scale_.displacement);
-  velocity(entry) = quantized<Real>(motion.velocity(round.drift_time), scale_.velocity);
+  place = low_digits<Real>(
+      quantized<std::int64_t>(motion.displacement(round.drift_time), scale_.displacement, stays_in_range_));
+  velocity(entry) = quantized<Integer>(motion.velocity(round.drift_time), scale_.velocity, stays_in_range_);
   // The drift went by factor times velocity from where the step began; together they are below the sum.
   return std::abs(static_cast<double>(kernels::difference(place, before))) +
          std::abs(round.drift * motion.velocity(round.drift_time)) / scale_.displacement + 2;

@@ -29,6 +29,9 @@ public:
   /// @return a bound of the way that any of them has gone with drift and drive together, in quanta
   double after_drift(std::size_t block, const Round& round);
 
+  /// Whether the format could hold every driven displacement and velocity and every kick of a load so far.
+  bool stays_in_range() const { return stays_in_range_; }
+
   /// Adds what rounding has kept so far. Collective.
   void save(MotionCheckpoint& checkpoint) const;
   /// Takes it back. Local.
@@ -61,6 +64,7 @@ private:
   FixedPointState<Real>* state_;
   ExternalWork* work_;
   std::vector<Block> blocks_;
+  bool stays_in_range_ = true;
 };
 
 extern template class BoundaryNodes<float>;

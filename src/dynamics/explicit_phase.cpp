@@ -29,6 +29,7 @@ constexpr std::int64_t looks_for_separation = 100;
 /// step.
 class StepFailure {
 public:
+  explicit StepFailure(const parallel::Communicator& group) : group_(&group) {}
   /// Work without messages; nothing after a failure.
   template <class Work>
   void guard(const Work& work) {
@@ -40,12 +41,13 @@ public:
     try {
       work();
     } catch (...) {
-      if (!error_) error_ = parallel::current_error();
+      if (!error_) error_ = parallel::current_error(*group_);
     }
   }
   const std::optional<std::string>& error() const { return error_; }
 
 private:
+  const parallel::Communicator* group_;
   std::optional<std::string> error_;
 };
 
@@ -86,9 +88,11 @@ void restore(const Checkpoint& checkpoint, fracture::BreakableBody& body, fractu
 
 /// Why the motion's state cannot be trusted any more, on every rank: the reason of the lowest rank that has
 /// one. Collective.
-std::optional<std::string> agreed_failure(const parallel::Communicator& group, const MovingBody& motion) {
+/// @param local that of this rank
+std::optional<std::string> agreed_failure(const parallel::Communicator& group,
+                                          const std::optional<std::string>& local) {
   try {
-    parallel::agree_on_error(group, motion.failure());
+    parallel::agree_on_error(group, local);
   } catch (const parallel::AgreedError& error) {
     return error.what();
   }
@@ -126,7 +130,13 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Tuler
   const auto has_output = [&](std::int64_t step) {
     return step <= n_steps && (step % row_interval == 0 || step == n_steps || is_picture(step));
   };
+  // In the steps ranks wait for each other without another agreement.
+  const auto begin_steps = [&] {
+    group.enter("time steps");
+    parallel::agree(group);
+  };
   const auto write_outputs = [&](std::int64_t step) {
+    group.enter("energy row");
     const double time = static_cast<double>(step) * dt;
     motion.read(state);
     const double work = motion.external_work(load_time + time, state);
@@ -137,9 +147,11 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Tuler
       throw std::runtime_error(*fault);
     if (options.on_row) options.on_row(result.energy.back());
     if (is_picture(step)) {
+      group.enter("frame");
       Frame frame = make_frame(context, state, time, result.energy.back().broken);
       if (group.is_root()) result.frames.push_back(std::move(frame));
     }
+    begin_steps();
   };
 
   const ReleasesSince releases(body);
@@ -147,6 +159,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Tuler
   Separation separation;
   std::int64_t step = 0;
   if (options.from != nullptr) {
+    group.enter("restoring");
     parallel::agree(group, [&] { restore(*options.from, body, criterion, motion); });
     last_break = options.from->running->last_break;
     separation = options.from->running->separation;
@@ -154,12 +167,13 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Tuler
     result.energy = options.from->energy;
     result.frames = options.from->frames;
     motion.read(state);
+    begin_steps();
   } else {
     write_outputs(0);
   }
   std::vector<std::int32_t> breaking;  // at the end of this step
   bool awaits_first_break = options.on_first_break && last_break == 0;
-  StepFailure step_failure;
+  StepFailure step_failure(group);
   bool ends = false;
   while (!ends) {
     step_failure.guard_messages([&] {
@@ -180,6 +194,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Tuler
       parallel::agree_on_error(group, step_failure.error());
       motion.read(state);
       options.on_first_break(load_time + static_cast<double>(step) * dt, state);
+      begin_steps();
     }
     step_failure.guard([&] {
       for (const auto t : breaking)
@@ -194,11 +209,17 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Tuler
       last_break = step;
     }
     auto request = Request::go_on;
+    std::int64_t wish = 0;
     const bool is_look = step % steps_per_look == 0 || step == n_steps || step == last_step;
     // Before energies are made of numbers that may have outgrown their format.
     if (is_look || has_output(step)) {
+      std::optional<std::string> local_failure;
+      step_failure.guard([&] {
+        local_failure = motion.failure();
+        if (is_look && options.request) wish = static_cast<std::int64_t>(options.request());
+      });
       parallel::agree_on_error(group, step_failure.error());
-      if (const auto failure = agreed_failure(group, motion)) {
+      if (const auto failure = agreed_failure(group, local_failure)) {
         const std::string when = fmt::format("{} ({:.4g} us after the start of the phase)", *failure,
                                              1e6 * static_cast<double>(step) * dt);
         if (!options.ends_out_of_range || !is_separated(group, body, *context.loads))
@@ -211,8 +232,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Tuler
       }
     }
     if (is_look) {
-      std::array<std::int64_t, 2> look{last_break,
-                                       options.request ? static_cast<std::int64_t>(options.request()) : 0};
+      std::array<std::int64_t, 2> look{last_break, wish};
       parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, look.data(), 2, MPI_INT64_T, MPI_MAX, group.get()),
                           "MPI_Allreduce");
       last_break = look[0];
@@ -225,6 +245,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Tuler
           step >= separation.looked_at + pause) {
         separation.looked_at = step;
         if (!separation.found && is_separated(group, body, *context.loads)) separation.found = step;
+        begin_steps();
       }
       result.separated = separation.found.has_value();
       ends = result.arrested || step >= last_step ||
@@ -234,12 +255,14 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Tuler
     }
     if (has_output(step) || (ends && (step <= n_steps || result.arrested))) write_outputs(step);
     if (request == Request::go_on || ends) continue;
+    group.enter("saving");
     options.save({load_time, step, last_break, separation, releases.gather(group), motion.save()},
                  result.energy, result.frames);
     if (request == Request::park) {
       result.parked = true;
       return;
     }
+    begin_steps();
   }
   result.time = static_cast<double>(step) * dt;
   if (result.note.empty())

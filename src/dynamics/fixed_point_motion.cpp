@@ -3,6 +3,7 @@
 
 #include "boundary_nodes.h"
 #include "crackle/fracture/principal_stress.h"
+#include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 #include "fixed_point_state.h"
 #include "ghost_displacements.h"
@@ -35,6 +36,8 @@ class FixedPointMotion final : public MovingBody {
   static constexpr std::int64_t steps_between_unwrapping = 16;
   /// Of rounds that follow each other in one pass over the body.
   static constexpr std::size_t forces_per_pass = 2;
+  /// More than any splitting has in a step.
+  static constexpr std::size_t max_rounds = 32;
   /// State and force may use the integers' range up to here; the step to the end is the overflow's alarm.
   static constexpr double limit = sizeof(Real) == 4 ? 0x1p30 : 0x1p50;
 
@@ -60,11 +63,15 @@ public:
     for (const auto node : ghosts_.sent_nodes())
       sent_blocks_ = std::max(sent_blocks_, force_.block_of(node) + 1);
     for (const auto t : context.body->broken_tetrahedra()) watch_.retire(t);
+    rounds_.reserve(max_rounds);
+    next_force_.reserve(max_rounds);
+    next_update_.reserve(max_rounds);
   }
 
   void step(std::span<const Stage> stages, double time_step, double time) override {
     std::feclearexcept(FE_INVALID);
-    const std::vector<Round> rounds = rounds_of(stages, time_step, time, force_is_current_);
+    rounds_of(stages, time_step, time, force_is_current_, rounds_);
+    const std::span<const Round> rounds = rounds_;
     if (force_is_current_ && !rounds.front().has_kick) clear_forces();
     // Contact is not part of the edges' sweep, so it needs whole rounds.
     if (context_.body->has_contact()) {
@@ -73,7 +80,7 @@ public:
       for (std::size_t first = 0, last = 0; first < rounds.size(); first = last) {
         for (std::size_t n = 0; last < rounds.size() && n + rounds[last].has_force <= forces_per_pass; ++last)
           n += rounds[last].has_force;
-        run_wavefront(std::span(rounds).subspan(first, last - first));
+        run_wavefront(rounds.subspan(first, last - first));
       }
     }
     ghosts_.end();
@@ -130,12 +137,14 @@ public:
           sizeof(Real) == 4 ? "set time.precision = \"double\""
                             : "the motion is unstable, or not one of small strain");
     };
-    if (force_has_overflown_ || largest_force_ >= limit) return message("force on a node", scale_.force, "N");
+    if (force_has_overflown_ || !contacts_are_in_range_ || largest_force_ >= limit)
+      return message("force on a node", scale_.force, "N");
     if (force_.largest_stretch() >= limit) return message("stretch of an edge", scale_.displacement, "m");
+    const auto velocity_message = [&] { return message("velocity of a node", scale_.velocity, "m/s"); };
+    if (!state_.starts_in_range() || !boundary_.stays_in_range()) return velocity_message();
     for (const auto& velocity : state_.velocity())
       for (const Integer component : velocity.value)
-        if (std::abs(static_cast<double>(component)) >= limit)
-          return message("velocity of a node", scale_.velocity, "m/s");
+        if (std::abs(static_cast<double>(component)) >= limit) return velocity_message();
     return {};
   }
 
@@ -167,12 +176,14 @@ private:
   static double reference_mass(const MotionContext& context) {
     double largest = 0;
     for (const double mass : context.body->operators().node_mass) largest = std::max(largest, mass);
+    parallel::agree(*context.group);
     return std::ldexp(1.0, std::ilogb(parallel::largest_of_all(*context.group, largest)));
   }
 
   static mechanics::StateRange range_at_start(const MotionContext& context, double load_time, double duration,
                                               MotionState& state) {
     set_prescribed(*context.loads, load_time, state);
+    parallel::agree(*context.group);
     state.displacement.update_ghosts();
     return expected_range(context, load_time, duration, state);
   }
@@ -202,7 +213,10 @@ private:
   /// @param rounds none but the first may lack a force
   void run_wavefront(std::span<const Round> rounds) {
     const std::int32_t n = force_.n_blocks();
-    std::vector<std::int32_t> next_force(rounds.size(), 0), next_update(rounds.size(), 0);
+    auto& next_force = next_force_;
+    auto& next_update = next_update_;
+    next_force.assign(rounds.size(), 0);
+    next_update.assign(rounds.size(), 0);
     for (std::size_t r = 0; r < rounds.size(); ++r)
       if (!rounds[r].has_force) next_force[r] = n;
     const auto is_ready = [&](std::size_t r) {
@@ -261,12 +275,12 @@ private:
       for (std::size_t a = 1; a < 4; ++a) {
         const auto traction = mechanics::apply(sigma, t.gradient[a]);
         for (std::size_t i = 0; i < 3; ++i) {
-          const auto force = quantized<Real>(t.volume * traction[i], scale_.force);
-          // A force out of range is noticed when the nodes are moved.
+          const auto force = quantized<Integer>(t.volume * traction[i], scale_.force, contacts_are_in_range_);
           auto& one = nodes[index(t.nodes[a])].force[i];
           auto& other = nodes[index(t.nodes[0])].force[i];
-          one = kernels::sum(one, force);
-          other = kernels::difference(other, force);
+          // Forces of several contacts may wrap around where each of them fits.
+          if (__builtin_add_overflow(one, force, &one) || __builtin_sub_overflow(other, force, &other))
+            contacts_are_in_range_ = false;
         }
       }
     }
@@ -306,10 +320,14 @@ private:
   std::vector<double> movement_;  // of each block of nodes since the last breaking check, in quanta
   GhostDisplacements<Real> ghosts_;
   std::vector<std::int32_t> overloaded_;
+  // Of the step under way; with room for every step, which must not allocate.
+  std::vector<Round> rounds_;
+  std::vector<std::int32_t> next_force_, next_update_;
   bool force_is_current_ = false;
   std::size_t n_contacts_ = 0;    // that the nodes' forces know of
   std::int32_t sent_blocks_ = 1;  // behind the last block of nodes that are ghosts elsewhere
   bool force_has_overflown_ = false;
+  bool contacts_are_in_range_ = true;
   double largest_force_ = 0;
   std::int64_t n_steps_ = 0;
   std::int64_t n_forces_ = 0;

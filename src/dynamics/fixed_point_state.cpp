@@ -15,11 +15,13 @@ FixedPointState<Real>::FixedPointState(const geometry::Subdomain& subdomain,
       velocity_(static_cast<std::size_t>(subdomain.n_owned)),
       whole_(nodes.size()) {
   for (std::size_t i = 0; i < 3 * nodes_.size(); ++i) {
-    whole_[i / 3][i % 3] = std::llrint(start.displacement.local()[i] / scale_.displacement);
-    nodes_[i / 3].displacement[i % 3] = static_cast<Integer>(whole_[i / 3][i % 3]);
+    whole_[i / 3][i % 3] =
+        quantized<std::int64_t>(start.displacement.local()[i], scale_.displacement, starts_in_range_);
+    nodes_[i / 3].displacement[i % 3] = low_digits<Real>(whole_[i / 3][i % 3]);
   }
   for (std::size_t i = 0; i < 3 * velocity_.size(); ++i)
-    velocity_[i / 3].value[i % 3] = quantized<Real>(start.velocity.owned()[i], scale_.velocity);
+    velocity_[i / 3].value[i % 3] =
+        quantized<Integer>(start.velocity.owned()[i], scale_.velocity, starts_in_range_);
 }
 
 template <class Real>
@@ -57,7 +59,7 @@ void FixedPointState<Real>::restore(const parallel::NumberedRows& rows, bool wit
     if (row.empty()) throw std::runtime_error("the checkpoint is of another mesh");
     for (std::size_t c = 0; c < 3; ++c) {
       whole_[n][c] = row[c];
-      nodes_[n].displacement[c] = static_cast<Integer>(row[c]);
+      nodes_[n].displacement[c] = low_digits<Real>(row[c]);
       if (n >= velocity_.size()) continue;
       velocity_[n].value[c] = static_cast<Integer>(row[3 + c]);
       if (with_force) nodes_[n].force[c] = static_cast<Integer>(row[6 + c]);

@@ -15,10 +15,21 @@
 
 namespace crackle::dynamics {
 
-/// A number in quanta, rounded to nearest.
+/// A number in quanta, rounded to nearest. What the type cannot hold is 0, and clears `in_range`, which is
+/// left as it is otherwise.
+template <class Number>
+Number quantized(double value, double quantum, bool& in_range) {
+  constexpr double limit = sizeof(Number) == 4 ? 0x1p31 - 1 : 0x1p62;
+  const double quanta = value / quantum;
+  if (std::abs(quanta) < limit) return static_cast<Number>(std::llrint(quanta));
+  in_range = false;
+  return 0;
+}
+
+/// The low digits of a displacement in quanta: what a node record holds of it.
 template <class Real>
-kernels::Integer<Real> quantized(double value, double quantum) {
-  return static_cast<kernels::Integer<Real>>(std::llrint(value / quantum));
+kernels::Integer<Real> low_digits(std::int64_t quanta) {
+  return static_cast<kernels::Integer<Real>>(quanta);
 }
 
 /// Displacement and velocity in quanta. The displacements are in the node records that the force works on,
@@ -28,10 +39,13 @@ class FixedPointState {
 public:
   using Integer = kernels::Integer<Real>;
 
-  /// Rounds the state to the format.
+  /// Rounds the state to the format; see starts_in_range().
   /// @param nodes records of the local nodes, which must outlive the object
   FixedPointState(const geometry::Subdomain& subdomain, const mechanics::FixedPointScale& scale,
                   std::span<kernels::NodeRecord<Real>> nodes, const MotionState& start);
+
+  /// Whether the format could hold the state at the start.
+  bool starts_in_range() const { return starts_in_range_; }
 
   std::span<kernels::NodeRecord<Real>> nodes() const { return nodes_; }  ///< local
   std::span<kernels::Velocity<Real>> velocity() { return velocity_; }    ///< of owned nodes
@@ -41,7 +55,7 @@ public:
   /// last unwrap(), carried on by the movement since, which is small.
   std::int64_t whole_displacement(std::size_t i) const {
     const std::int64_t last = whole_[i / 3][i % 3];
-    return last + kernels::difference(nodes_[i / 3].displacement[i % 3], static_cast<Integer>(last));
+    return last + kernels::difference(nodes_[i / 3].displacement[i % 3], low_digits<Real>(last));
   }
 
   /// Takes note of the digits that the records are about to lose; due before any displacement has moved on by
@@ -63,6 +77,7 @@ private:
   std::span<kernels::NodeRecord<Real>> nodes_;
   std::vector<kernels::Velocity<Real>> velocity_;
   std::vector<std::array<std::int64_t, 3>> whole_;  // displacements at the last unwrapping, of local nodes
+  bool starts_in_range_ = true;
 };
 
 extern template class FixedPointState<float>;

@@ -6,6 +6,8 @@
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
+#include "fracture/first_crossing.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -29,42 +31,11 @@ mechanics::HeldComponents held_components(const parallel::Communicator& group,
       marks.local()[3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(motion.component)] = 1;
     }
   }
+  parallel::agree(group);
   marks.update_ghosts();
   mechanics::HeldComponents held(marks.local().size());
   std::ranges::transform(marks.local(), held.begin(), [](double mark) { return mark != 0 ? 1 : 0; });
   return held;
-}
-
-mechanics::Symmetric combined(const mechanics::Symmetric& a, double factor, const mechanics::Symmetric& b) {
-  mechanics::Symmetric sum{};
-  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = a[i] + factor * b[i];
-  return sum;
-}
-
-/// Smallest s in (0, limit] with sigma_1(stress + s rate) >= strength, or infinity. sigma_1 is convex in s
-/// and below the strength at 0, so there is one crossing at most; found by bisection to the last bit.
-double crossing(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate, double strength,
-                double limit) {
-  const auto excess = [&](double s) {
-    return fracture::largest_principal(combined(stress, s, rate)) - strength;
-  };
-  double upper = limit;
-  if (std::isinf(upper)) {
-    const double growth = fracture::largest_principal(rate);
-    if (growth <= 0) return infinity;
-    upper = 2 *
-            (strength + fracture::largest_principal_bound(
-                            {-stress[0], -stress[1], -stress[2], -stress[3], -stress[4], -stress[5]})) /
-            growth;
-    upper = std::max(upper, 1e-300);
-  }
-  if (excess(upper) < 0) return infinity;
-  double lower = 0;
-  for (;;) {
-    const double middle = 0.5 * (lower + upper);
-    if (middle <= lower || middle >= upper) return upper;
-    (excess(middle) < 0 ? lower : upper) = middle;
-  }
 }
 
 }  // namespace
@@ -83,6 +54,7 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
   for (const auto& node : body.subdomain().nodes) {
     for (const double x : node) extent_ = std::max(extent_, x);
   }
+  parallel::agree(group);
   extent_ = parallel::largest_of_all(group, extent_);
   for (std::size_t i = 0; i < loads.forces.size(); ++i) unit_.emplace_back(group, body.subdomain());
   for (const auto& motion : loads.motions) {
@@ -92,7 +64,9 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
       unit.local()[3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(motion.component)] = 1;
     }
   }
+  group.enter("static solve");
   solve_unit_problems();
+  group.enter("quasi-static loading");
   combine(time_, displacement_);
 }
 
@@ -141,16 +115,19 @@ bool QuasiStaticLoading::update_after_breaks() {
   if (!loads_are_held(*group_, *body_, *loads_)) return false;
   parallel::NodeField last(*group_, body_->subdomain());
   last.assign(displacement_);
+  group_->enter("static solve");
   std::exception_ptr no_equilibrium;
   try {
     solve_unit_problems();
   } catch (const mechanics::NoEquilibrium&) {
-    no_equilibrium = std::current_exception();
+    no_equilibrium = std::current_exception();  // of every rank
   }
+  group_->enter("quasi-static loading");
   combine(time_, displacement_);
   // A part that hangs by a corner or an edge is a mechanism: the load moves it without end.
   double largest = 0;
   for (const double u : displacement_.owned()) largest = std::max(largest, std::abs(u));
+  parallel::agree(*group_);
   largest = parallel::largest_of_all(*group_, largest);
   if (largest <= mechanism_displacement * extent_) {
     if (no_equilibrium) std::rethrow_exception(no_equilibrium);
@@ -161,6 +138,7 @@ bool QuasiStaticLoading::update_after_breaks() {
 }
 
 QuasiStaticLoading::Critical QuasiStaticLoading::agree(Critical local, bool smallest) const {
+  parallel::agree(*group_);
   if (!smallest) local.value = -local.value;
   double best = local.number < 0 ? infinity : local.value;
   parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &best, 1, MPI_DOUBLE, MPI_MIN, group_->get()),
@@ -188,7 +166,11 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
     if (body_->is_broken(t)) continue;
     const mechanics::Symmetric sigma = body_->stress(t, u);
     const double strength = criterion_->strength(static_cast<std::size_t>(t));
-    if (best.number >= 0 && fracture::largest_principal_bound(sigma) < best.value * strength * (1 - 1e-12))
+    // With room for rounding, or which of two nearly equal ones comes first would depend on what this rank
+    // has looked at before.
+    if (best.number >= 0 && fracture::largest_principal_bound(sigma) <
+                                best.value * strength - 1e-12 * std::abs(best.value * strength) -
+                                    fracture::principal_rounding(sigma))
       continue;
     const double load = fracture::largest_principal(sigma) / strength;
     if (best.number < 0 || load > best.value) {
@@ -205,27 +187,14 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
   superpose(
       rate, [this](const auto& amplitude) { return amplitude.slope(time_); },
       [this](const auto& motion) { return motion.velocity(time_); });
-  Critical best;
-  const double limit = until - time_;
+  fracture::FirstCrossing first(until - time_);
   const auto u = displacement_.local();
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
     if (body_->is_broken(t)) continue;
-    const mechanics::Symmetric sigma = body_->stress(t, u);
-    const mechanics::Symmetric sigma_rate = body_->stress(t, rate);
-    // sigma_1(A + s B) <= sigma_1(A) + s sigma_1(B): most tetrahedra cannot come first, by their bounds
-    // alone.
-    const double growth = fracture::largest_principal_bound(sigma_rate);
-    const double strength = criterion_->strength(static_cast<std::size_t>(t));
-    const double room = strength - fracture::largest_principal_bound(sigma);
-    const double target = std::min(best.value, limit);
-    if (growth <= 0 || room > growth * target * (1 + 1e-9)) continue;
-    const double s = crossing(sigma, sigma_rate, strength, target);
-    if (s < best.value) {
-      best.value = s;
-      best.number = body_->subdomain().tetrahedron_number[static_cast<std::size_t>(t)];
-    }
+    first.see(body_->stress(t, u), body_->stress(t, rate), criterion_->strength(static_cast<std::size_t>(t)),
+              body_->subdomain().tetrahedron_number[static_cast<std::size_t>(t)]);
   }
-  return agree(best, true);
+  return agree({first.value(), first.number()}, true);
 }
 
 bool QuasiStaticLoading::breaks_soon(const Critical& overloaded) const {
@@ -234,6 +203,7 @@ bool QuasiStaticLoading::breaks_soon(const Critical& overloaded) const {
     const auto t = static_cast<std::size_t>(overloaded.local);
     soon = criterion_->time_to_failure(t, overloaded.value * criterion_->strength(t)) <= patience_ ? 1 : 0;
   }
+  parallel::agree(*group_);
   return parallel::largest_of_all(*group_, soon) != 0;
 }
 
@@ -265,6 +235,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
   for (;;) {
     if (is_asked_to_park) {
       int wish = is_asked_to_park() ? 1 : 0;
+      parallel::agree(*group_);
       parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &wish, 1, MPI_INT, MPI_MAX, group_->get()),
                           "MPI_Allreduce");
       if (wish != 0) return QuasiStaticEnd::parked;
@@ -292,6 +263,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
     if (n_breaks_ == 0) load_at_first_break_ = load_;
     if (next.local >= 0)
       body_->release(next.local, body_->strain(next.local, displacement_.local()), time_, 0);
+    parallel::agree(*group_);
     body_->tie(*group_, time_, 0, [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
     ++n_breaks_;
     parallel::NodeField before(*group_, body_->subdomain());

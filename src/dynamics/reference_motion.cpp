@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/fracture/principal_stress.h"
+#include "crackle/parallel/agreement.h"
 #include "external_work.h"
 
 #include <bit>
@@ -105,6 +106,7 @@ private:
   static ExternalWork start_work(const MotionContext& context, double load_time, MotionState& state) {
     const auto driven = driven_kinetic(context, state);
     set_prescribed(*context.loads, load_time, state);
+    parallel::agree(*context.group);
     state.displacement.update_ghosts();
     return ExternalWork(context, load_time, state, driven);
   }

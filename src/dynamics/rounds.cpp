@@ -3,9 +3,9 @@
 
 namespace crackle::dynamics {
 
-std::vector<Round> rounds_of(std::span<const Stage> stages, double time_step, double time,
-                             bool force_is_current) {
-  std::vector<Round> rounds;
+void rounds_of(std::span<const Stage> stages, double time_step, double time, bool force_is_current,
+               std::vector<Round>& rounds) {
+  rounds.clear();
   double elapsed = 0;  // in steps, by the drifts done
   for (const Stage& stage : stages) {
     if (stage.kind == Stage::Kind::kick) {
@@ -24,7 +24,6 @@ std::vector<Round> rounds_of(std::span<const Stage> stages, double time_step, do
   }
   if (force_is_current && rounds.front().has_kick) rounds.front().has_force = false;
   rounds.back().keeps_force = !rounds.back().has_drift;
-  return rounds;
 }
 
 }  // namespace crackle::dynamics

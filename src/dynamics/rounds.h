@@ -20,10 +20,10 @@ struct Round {
   double drift_time = 0;  ///< at its end
 };
 
-/// The stages of one step as rounds.
+/// The stages of one step as rounds, in place of what `rounds` holds.
 /// @param time of the load programs at the beginning of the step [s]
 /// @param force_is_current the first kick needs no force of its own
-std::vector<Round> rounds_of(std::span<const Stage> stages, double time_step, double time,
-                             bool force_is_current);
+void rounds_of(std::span<const Stage> stages, double time_step, double time, bool force_is_current,
+               std::vector<Round>& rounds);
 
 }  // namespace crackle::dynamics

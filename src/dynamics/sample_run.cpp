@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <stdexcept>
@@ -27,16 +28,6 @@ namespace {
 
 /// Seconds between two lines about a running phase.
 constexpr double report_interval = 20;
-
-/// Time without a break after which a dynamic phase has arrested: a shear wave crosses the body's middle
-/// extent, so what a break sends out has come back to the crack from the sides.
-double arrest_window(const input::Parameters& parameters) {
-  if (parameters.time.arrest) return *parameters.time.arrest;
-  auto size = parameters.specimen.size;
-  std::ranges::sort(size);
-  const mechanics::IsotropicElasticity elasticity(parameters.material);
-  return size[1] / std::sqrt(elasticity.mu / parameters.material.density);
-}
 
 /// The checkpoint tells of another sample than this one.
 class CheckpointMismatch : public std::runtime_error {
@@ -79,20 +70,21 @@ public:
 
   SampleResult run() {
     try {
-      const bool is_parked =
-          parameters_.time.start == input::Start::rest ? !move_from_rest() : !load_until_end();
-      if (is_parked) {
-        result_.parked = true;
-        return std::move(result_);
-      }
-      finish();
+      // Whatever fails on one rank fails here on all of them, which keep together what there is.
+      parallel::together<NumberRangeExceeded, CheckpointMismatch>(group_, [&] {
+        const bool is_parked =
+            parameters_.time.start == input::Start::rest ? !move_from_rest() : !load_until_end();
+        if (is_parked) {
+          result_.parked = true;
+        } else {
+          group_.enter("results");
+          finish();
+        }
+      });
     } catch (const parallel::AgreedError&) {
       keep_what_there_is();
       throw;
     } catch (const NumberRangeExceeded&) {
-      keep_what_there_is();
-      throw;
-    } catch (const mechanics::NoEquilibrium&) {
       keep_what_there_is();
       throw;
     }
@@ -116,17 +108,31 @@ private:
     return true;
   }
 
+  template <class MakeLine>
+  void show(const MakeLine& make_line) const {
+    if (control_.progress && group_.is_root()) control_.progress(make_line());
+  }
+
   /// @return false when the sample was parked
   bool load_until_end() {
     options_.arrest_window = arrest_window(parameters_);
     Stopwatch watch;
+    group_.enter("quasi-static loading");
     QuasiStaticLoading loading(group_, body_, loads_, criterion_, *options_.arrest_window);
     loading.load_at_start(account_);
     bool is_first = parameters_.time.start == input::Start::equilibrium;
     if (!is_first) loading.refuse_overload();
+    const auto look = [&] {
+      show([&] {
+        return fmt::format("quasi-static loading: {} breaks, {} static solves", loading.n_breaks(),
+                           loading.n_solves());
+      });
+      return control_.stop();
+    };
     for (;; is_first = false) {
       const QuasiStaticEnd end =
-          is_first ? QuasiStaticEnd::run_away : loading.advance(account_, control_.stop);
+          is_first ? QuasiStaticEnd::run_away
+                   : loading.advance(account_, control_.stop ? std::function<bool()>(look) : nullptr);
       result_.counts.quasi_static_breaks = loading.n_breaks();
       result_.counts.static_solves = loading.n_solves();
       result_.counts.solver_iterations = loading.n_iterations();
@@ -134,6 +140,7 @@ private:
       load_at_first_break_ = loading.load_at_first_break();
       result_.timings.quasi_static += watch.seconds();
       if (end == QuasiStaticEnd::parked) {
+        group_.enter("saving");
         if (!ended_.empty()) save(checkpoint({}, result_.energy, result_.frames));
         return false;
       }
@@ -163,6 +170,7 @@ private:
         result_.outcome = phase.separated ? Outcome::separated : Outcome::undecided;
         return true;
       }
+      group_.enter("quasi-static loading");
       account_.add_external(phase.external_work);
       if (!loading.resume(loading.time() + phase.time, phase.kinetic, state.displacement, account_)) {
         result_.outcome = Outcome::separated;
@@ -172,7 +180,10 @@ private:
   }
 
   /// Whether anything has broken. Collective.
-  bool has_broken() const { return parallel::largest_of_all(group_, body_.breaks().empty() ? 0 : 1) > 0; }
+  bool has_broken() const {
+    parallel::agree(group_);
+    return parallel::largest_of_all(group_, body_.breaks().empty() ? 0 : 1) > 0;
+  }
   bool is_apart_now() const { return is_separated(group_, body_, loads_); }
   bool is_apart(const PhaseResult& phase) const { return phase.separated || is_apart_now(); }
 
@@ -181,6 +192,7 @@ private:
   }
 
   PhaseResult move(double load_time, MotionState& state) {
+    group_.enter("dynamic phase");
     result_.phase_start = load_time;
     ++result_.counts.dynamic_phases;
     const auto phase_number = static_cast<std::size_t>(result_.counts.dynamic_phases - 1);
@@ -220,15 +232,22 @@ private:
       result_.energy = std::move(partial.energy);
       result_.frames = std::move(partial.frames);
     };
-    options.on_row = [&](const EnergyRow& row) {
-      if (watch.seconds() < last_report + report_interval) return;
-      last_report = watch.seconds();
-      const double duration = static_cast<double>(options_.grid.n_steps) * options_.grid.step;
-      say(fmt::format("dynamic phase {}: {:.1f} of {:.1f} us, {} tetrahedra broken, {:.0f} s left at most",
-                      result_.counts.dynamic_phases, 1e6 * row.time, 1e6 * duration, row.broken,
-                      watch.seconds() * (duration / row.time - 1)));
-    };
     const double duration = static_cast<double>(options_.grid.n_steps) * options_.grid.step;
+    const double first_time =
+        options.from != nullptr ? static_cast<double>(options.from->running->step) * options_.grid.step : 0;
+    options.on_row = [&](const EnergyRow& row) {
+      if (!(row.time > first_time)) return;
+      const auto line = [&] {
+        return fmt::format(
+            "dynamic phase {}: {:.0f} %, {:.1f} of {:.1f} us, {} tetrahedra broken, {:.0f} s left at most",
+            result_.counts.dynamic_phases, 100 * row.time / duration, 1e6 * row.time, 1e6 * duration,
+            row.broken, watch.seconds() * (duration - row.time) / (row.time - first_time));
+      };
+      show(line);
+      if (control_.progress || watch.seconds() < last_report + report_interval) return;
+      last_report = watch.seconds();
+      say(line());
+    };
     const auto motion =
         make_fixed_point_motion(context_, parameters_.time.precision, load_time, duration, state);
     if (parameters_.time.after_separation > 0) options.after_separation = parameters_.time.after_separation;
@@ -354,11 +373,10 @@ private:
     if (!control_.failed) return;
     try {
       counted_time_ = std::numeric_limits<double>::infinity();
-      finish();
-    } catch (const parallel::AgreedError&) {
-      return;  // the first failure is the one to be told
+      parallel::together(group_, [&] { finish(); });
+      control_.failed(std::move(result_));
+    } catch (...) {  // the first failure is the one to be told
     }
-    control_.failed(std::move(result_));
   }
 
   Stopwatch setup_watch_;
@@ -394,6 +412,7 @@ SampleResult run_in_fitting_precision(const parallel::Communicator& group,
     if (control.log && group.is_root()) control.log(line);
   };
   const bool is_mixed = parameters.time.precision == input::Precision::mixed;
+  group.enter("set-up");
   if (from == nullptr || from->precision == parameters.time.precision) {
     try {
       return SampleRun(group, parameters, subdomain, control, from).run();
@@ -407,6 +426,7 @@ SampleResult run_in_fitting_precision(const parallel::Communicator& group,
   } else {
     throw CheckpointMismatch("it was made in mixed numbers");
   }
+  group.enter("set-up");
   input::Parameters in_double = parameters;
   in_double.time.precision = input::Precision::double_;
   SampleResult result = SampleRun(group, in_double, subdomain, control, from).run();
@@ -414,7 +434,41 @@ SampleResult run_in_fitting_precision(const parallel::Communicator& group,
   return result;
 }
 
+/// The sample from its checkpoint, or from the start. Collective.
+SampleResult run_from_checkpoint(const parallel::Communicator& group, const input::Parameters& parameters,
+                                 const geometry::Subdomain& subdomain, const SampleControl& control) {
+  group.enter("restoring");
+  bool has_checkpoint = !control.checkpoint.empty();
+  parallel::agree(group);
+  parallel::check_mpi(MPI_Bcast(&has_checkpoint, 1, MPI_CXX_BOOL, 0, group.get()), "MPI_Bcast");
+  if (has_checkpoint) {
+    // Every rank has the same checkpoint, so all of them refuse it or none.
+    std::optional<Checkpoint> from;
+    try {
+      try {
+        from = share_checkpoint(group, control.checkpoint);
+      } catch (const parallel::AgreedError&) {
+        throw;
+      } catch (const std::runtime_error&) {
+        throw CheckpointMismatch("it is not complete");
+      }
+      return run_in_fitting_precision(group, parameters, subdomain, control, &*from);
+    } catch (const CheckpointMismatch& mismatch) {
+      if (control.log && group.is_root())
+        control.log(fmt::format("the checkpoint is not used: {}", mismatch.what()));
+    }
+  }
+  return run_in_fitting_precision(group, parameters, subdomain, control, nullptr);
+}
+
 }  // namespace
+
+double arrest_window(const input::Parameters& parameters) {
+  if (parameters.time.arrest) return *parameters.time.arrest;
+  auto size = parameters.specimen.size;
+  std::ranges::sort(size);
+  return size[1] / mechanics::shear_speed(parameters.material);
+}
 
 std::string to_string(Outcome outcome) {
   switch (outcome) {
@@ -434,24 +488,9 @@ std::string to_string(Outcome outcome) {
 
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,
                         const geometry::Subdomain& subdomain, const SampleControl& control) {
-  bool has_checkpoint = !control.checkpoint.empty();
-  parallel::check_mpi(MPI_Bcast(&has_checkpoint, 1, MPI_CXX_BOOL, 0, group.get()), "MPI_Bcast");
-  if (has_checkpoint) {
-    // Every rank has the same checkpoint, so all of them refuse it or none.
-    std::optional<Checkpoint> from;
-    try {
-      try {
-        from = share_checkpoint(group, control.checkpoint);
-      } catch (const std::runtime_error&) {
-        throw CheckpointMismatch("it is not complete");
-      }
-      return run_in_fitting_precision(group, parameters, subdomain, control, &*from);
-    } catch (const CheckpointMismatch& mismatch) {
-      if (control.log && group.is_root())
-        control.log(fmt::format("the checkpoint is not used: {}", mismatch.what()));
-    }
-  }
-  return run_in_fitting_precision(group, parameters, subdomain, control, nullptr);
+  SampleResult result;
+  parallel::together(group, [&] { result = run_from_checkpoint(group, parameters, subdomain, control); });
+  return result;
 }
 
 }  // namespace crackle::dynamics

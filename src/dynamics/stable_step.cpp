@@ -3,6 +3,7 @@
 
 #include "crackle/dynamics/integrator.h"
 #include "crackle/geometry/partition.h"
+#include "crackle/parallel/agreement.h"
 #include "crackle/parallel/exact_sum.h"
 #include "crackle/parallel/node_field.h"
 #include "crackle/parallel/random.h"
@@ -46,6 +47,7 @@ double largest_frequency(const parallel::Communicator& group, const geometry::Su
   double estimate = 0;
   for (int step = 0; step < max_lanczos_steps; ++step) {
     for (std::size_t i = 0; i < n; ++i) displacement.owned()[i] = scale[i] * current[i];
+    parallel::agree(group);
     displacement.update_ghosts();
     force.evaluate(displacement.local(), internal);
     for (std::size_t i = 0; i < n; ++i) next[i] = scale[i] * internal[i];

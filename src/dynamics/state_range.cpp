@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "state_range.h"
 
+#include "crackle/parallel/agreement.h"
 #include "crackle/parallel/exact_sum.h"
 
 #include <algorithm>
@@ -51,6 +52,7 @@ struct Extremes {
                                      &stretch_force, &longest_edge,        &shortest_edge, &strength};
     std::array<double, 8> values{};
     std::ranges::transform(all, values.begin(), [](const double* value) { return *value; });
+    parallel::agree(group);
     parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()),
                                       MPI_DOUBLE, MPI_MAX, group.get()),
                         "MPI_Allreduce");
@@ -127,7 +129,8 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
             t.gradient[static_cast<std::size_t>(std::ranges::find(t.nodes, node) - t.nodes.begin())];
         return std::sqrt(mechanics::dot(g, g));
       };
-      stiffness += t.volume * (std::abs(lambda) + 2 * mu) * gradient(a) * gradient(b);
+      // The two gradients first: a and b change places from rank to rank.
+      stiffness += t.volume * (std::abs(lambda) + 2 * mu) * (gradient(a) * gradient(b));
     }
     e.stretch_force = std::max(e.stretch_force, stiffness * std::sqrt(square));
     e.longest_edge = std::max(e.longest_edge, std::sqrt(square));

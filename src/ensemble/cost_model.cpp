@@ -17,8 +17,6 @@ namespace {
 
 /// Sums over the group in each look of a dynamic phase.
 constexpr double sums_per_look = 3;
-/// Time of the static solves over that of the dynamic phase: measured 0.1 at the paper's size.
-constexpr double static_share = 0.1;
 constexpr int most_ranks_per_sample = 64;
 
 }  // namespace
@@ -57,25 +55,26 @@ ForceTime force_time(const Share& share, const Machine& machine, input::Precisio
 }
 
 std::vector<GroupPlan> make_plans(const geometry::Realization& realization,
-                                  const input::Parameters& parameters, std::int64_t force_evaluations,
-                                  const Machine& machine, std::int64_t ranks, std::int64_t samples) {
+                                  const input::Parameters& parameters, double force_evaluations,
+                                  double quasi_static, const Machine& machine, std::int64_t ranks,
+                                  std::int64_t samples) {
   const auto precision = parameters.time.precision;
   const double forces_per_step = dynamics::splitting(parameters.time.integrator).forces_per_step;
   const double mesh_seconds =
       static_cast<double>(realization.tetrahedra.size()) / machine.mesh_updates_per_second;
   const double root_seconds =
       static_cast<double>(realization.tetrahedra.size()) / machine.root_updates_per_second;
-  const auto sample_seconds = [&](const ForceTime& force) {
-    return (1 + static_share) * static_cast<double>(force_evaluations) * force.total() + root_seconds;
-  };
   std::vector<GroupPlan> plans;
   double alone = 0;
+  double force_alone = 0;
   for (int q = 1; q <= most_ranks_per_sample && q <= std::max<std::int64_t>(1, ranks - 1); q *= 2) {
     GroupPlan plan;
     plan.share = largest_share(realization, q);
     plan.force = force_time(plan.share, machine, precision, forces_per_step);
     plan.groups = std::max<std::int64_t>(1, (ranks - 1) / q);
-    plan.sample_seconds = sample_seconds(plan.force);
+    if (q == 1) force_alone = plan.force.total();
+    plan.sample_seconds =
+        (force_evaluations + quasi_static / force_alone) * plan.force.total() + root_seconds;
     if (q == 1) alone = plan.sample_seconds;
     const auto rounds = (samples + plan.groups - 1) / plan.groups;
     const double computing = static_cast<double>(rounds) * plan.sample_seconds + mesh_seconds;

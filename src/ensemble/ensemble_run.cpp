@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/ensemble_run.h"
 
+#include "crackle/analysis/sample_warning.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/hand_out.h"
@@ -19,6 +20,9 @@
 #include <chrono>
 #include <map>
 #include <optional>
+#include <set>
+#include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -39,6 +43,8 @@ struct Ledger {
   geometry::MotherPoints base;
   std::optional<FolderLock> lock;
   std::optional<Progress> progress;
+  std::set<std::uint64_t> pending;  // of those to do
+  int n_warnings = 0;               // of samples that this run or an earlier one has done
   /// Failures that no sample file tells of; their rows are completed from here.
   std::map<std::uint64_t, SampleSummary> unstored;
 };
@@ -61,11 +67,15 @@ void prepare_run(const input::Parameters& parameters, const geometry::Body& body
   check_folder(options.folder, parameters, options.plan);
   for (const auto& line : prepare_folder(options.folder, parameters, plan)) say(line);
   ledger.progress.emplace(plan.to_do.size(), layout.n_groups, parameters);
-  for (const auto& kept : plan.kept) ledger.progress->kept(kept.sample, kept.summary);
+  for (const auto& kept : plan.kept) {
+    ledger.progress->kept(kept.sample, kept.summary);
+    ledger.n_warnings += analysis::sample_warning(kept.sample, kept.summary) ? 1 : 0;
+  }
+  ledger.pending.insert(plan.to_do.begin(), plan.to_do.end());
   say(fmt::format("{} of {} samples to do in {}", plan.to_do.size(), parameters.ensemble.samples,
                   options.folder.string()));
   if (!plan.parked.empty()) say(fmt::format("{} of them go on from checkpoints", plan.parked.size()));
-  if (!plan.failed.empty()) say(fmt::format("{} of them failed before and begin anew", plan.failed.size()));
+  if (!plan.anew.empty()) say(fmt::format("{} of them failed before and begin anew", plan.anew.size()));
 }
 
 HandOutEvents make_events(Ledger& ledger, RunLog* log) {
@@ -78,8 +88,12 @@ HandOutEvents make_events(Ledger& ledger, RunLog* log) {
   events.finished = [&ledger, log](const SampleReport& report) {
     ledger.progress->finished(report, seconds_now());
     if (!report.stored) ledger.unstored[report.sample] = report.summary;
+    ledger.pending.erase(report.sample);
+    const auto warning = analysis::sample_warning(report.sample, report.summary);
+    ledger.n_warnings += warning ? 1 : 0;
     if (log == nullptr) return;
     log->line(describe(report));
+    if (warning) log->line(*warning);
     log->show(*ledger.progress, true);
   };
   events.parked = [&ledger, log](const SampleReport& report) {
@@ -129,15 +143,40 @@ bool share_stop(const parallel::Communicator& world, bool is_stopping) {
   return is_stopping;
 }
 
+/// The pending samples, each reason in a line of its own.
+void log_pending(RunLog& log, std::span<const SampleSummary> rows) {
+  std::map<std::string, std::vector<std::uint64_t>> samples;  // of each reason
+  for (std::size_t sample = 0; sample < rows.size(); ++sample)
+    if (rows[sample].status == SampleStatus::pending) samples[rows[sample].error].push_back(sample);
+  for (const auto& [reason, list] : samples)
+    log.line(fmt::format("pending: {}{}{}", format_samples(list), reason.empty() ? "" : ": ", reason));
+}
+
+void log_warnings(RunLog& log, std::size_t n_warnings) {
+  if (n_warnings == 0) return;
+  log.line(fmt::format("warning: {} with a crack faster than the Rayleigh speed",
+                       n_warnings == 1 ? "1 sample" : fmt::format("{} samples", n_warnings)));
+}
+
+void log_next(RunLog& log, const NextCommands& next, const RunOutcome& outcome, bool has_results) {
+  const auto name = [&](const char* what, const std::string& command) {
+    if (!command.empty()) log.line(fmt::format("{}: {}", what, command));
+  };
+  if (outcome.left > 0 || !outcome.file_error.empty()) return name("to go on", next.resume);
+  if (outcome.failed > 0) name("to compute failed samples again", next.retry_failed);
+  if (outcome.done > 0 && has_results) name("pictures and report", next.report);
+}
+
 void log_end(RunLog& log, const Results& results, const Progress& progress, const RunOutcome& outcome,
-             const std::filesystem::path& folder, double seconds) {
+             const RunOptions& options, double seconds) {
   const auto n_needed = static_cast<std::size_t>(results.statistics.n_needed);
   for (std::size_t sample = 0; sample < n_needed; ++sample) {
     const auto& row = results.rows[sample];
     if (row.status == SampleStatus::failed) log.line(fmt::format("failed: sample {}: {}", sample, row.error));
-    if (row.status == SampleStatus::pending)
-      log.line(fmt::format("pending: sample {}: {}", sample, row.error));
   }
+  const auto needed = std::span(results.rows).first(n_needed);
+  log_pending(log, needed);
+  log_warnings(log, analysis::sample_warnings(needed).size());
   if (n_needed < results.rows.size()) {
     log.line(
         fmt::format("stopped early: samples 0 to {} of {} are enough", n_needed - 1, results.rows.size()));
@@ -145,20 +184,25 @@ void log_end(RunLog& log, const Results& results, const Progress& progress, cons
   log.line(fmt::format("{} done, {} failed, {} pending after {}", outcome.done, outcome.failed, outcome.left,
                        format_duration(seconds)));
   if (const std::string means = progress.means(); !means.empty()) log.line(means);
-  const std::string file = results_file(folder).string();
+  const std::string file = results_file(options.folder).string();
   log.line(outcome.file_error.empty() ? file
                                       : fmt::format("{} could not be written: {}", file, outcome.file_error));
+  log_next(log, options.next, outcome, true);
 }
 
 /// For a run of some samples of the ensemble.
-void log_end_of_range(RunLog& log, SampleRange range, const RunOutcome& outcome,
-                      const std::filesystem::path& folder, double seconds) {
+void log_end_of_range(RunLog& log, const Ledger& ledger, const RunOutcome& outcome, const RunOptions& options,
+                      double seconds) {
   log.end_progress();
+  const std::vector<std::uint64_t> pending(ledger.pending.begin(), ledger.pending.end());
+  if (!pending.empty()) log.line("pending: " + format_samples(pending));
+  log_warnings(log, static_cast<std::size_t>(ledger.n_warnings));
   log.line(
       fmt::format("samples {} to {}: {} done, {} failed, {} pending after {}; crackle stats {} merges what "
                   "there is",
-                  range.first, range.last, outcome.done, outcome.failed, outcome.left,
-                  format_duration(seconds), folder.string()));
+                  ledger.plan.range.first, ledger.plan.range.last, outcome.done, outcome.failed, outcome.left,
+                  format_duration(seconds), options.folder.string()));
+  log_next(log, options.next, outcome, false);
 }
 
 }  // namespace
@@ -188,7 +232,14 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   SampleSteps steps = make_sample_steps(parameters, body, ledger.base, options.folder, layout.ranks_per_group,
                                         sample_function);
   steps.checkpoint_interval = options.checkpoint_interval;
+  steps.enter = options.enter;
   steps.stop = [&stop] { return stop(); };
+  if (log && options.terminal_width > 0) {
+    steps.progress = [&ledger, log_or_null](const std::string& where) {
+      ledger.progress->at_work(where);
+      log_or_null->show(*ledger.progress, false);
+    };
+  }
   HandOutEvents events = make_events(ledger, log_or_null);
   events.parked = [&, tell = events.parked](const SampleReport& report) {
     stop.set();
@@ -203,7 +254,7 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   if (options.plan.range) {
     outcome = share_counts(world, ledger.progress);
     outcome.stopped = is_stopping && outcome.left > 0;
-    if (log) log_end_of_range(*log, *options.plan.range, outcome, options.folder, seconds_now() - start);
+    if (log) log_end_of_range(*log, ledger, outcome, options, seconds_now() - start);
     return outcome;
   }
   try {
@@ -222,7 +273,7 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   outcome.stopped = is_stopping && outcome.left > 0;
   if (log) {
     log->end_progress();
-    log_end(*log, results, *ledger.progress, outcome, options.folder, seconds_now() - start);
+    log_end(*log, results, *ledger.progress, outcome, options, seconds_now() - start);
   }
   return outcome;
 }

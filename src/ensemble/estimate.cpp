@@ -2,23 +2,75 @@
 #include "crackle/ensemble/estimate.h"
 
 #include "crackle/dynamics/integrator.h"
-#include "crackle/dynamics/stable_step.h"
+#include "crackle/dynamics/sample_run.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace crackle::ensemble {
 
-Estimate make_estimate(const input::Parameters& parameters, std::int64_t n_tetrahedra, double stable_step) {
+namespace {
+
+// Of the samples of jobs/demo.toml: an arrested phase lasts this many arrest windows, and this many
+// tetrahedra break quasi-statically for each dynamic phase.
+constexpr double windows_per_arrest = 1.6;
+constexpr double static_breaks_per_phase = 1.4;
+
+/// Tetrahedra that break in a sample, per tetrahedron of the mesh to the power 2/3: cracks are surfaces.
+constexpr double breaks_per_section = 1.2;
+
+// Bytes in a sample's file after compression, of files of jobs/demo.toml and jobs/paper.toml.
+constexpr double of_frame_node = 17;
+constexpr double of_node = 20;
+constexpr double of_tetrahedron = 4.7;  // boundary triangles included
+constexpr double of_break = 210;        // crack surface included
+constexpr double of_structure = 120e3;  // groups, names, energies
+// Bytes in ensemble.h5.
+constexpr double of_mother_point = 33;
+constexpr double of_row = 200;
+constexpr double of_crossing = 28;
+
+}  // namespace
+
+PhaseWork phase_work(const input::Parameters& parameters, double stable_step) {
   const dynamics::TimeGrid grid = dynamics::choose_time_grid(parameters.time, stable_step);
-  Estimate estimate;
-  estimate.step = grid.step;
-  estimate.steps = grid.n_steps;
-  estimate.force_evaluations = static_cast<std::int64_t>(std::ceil(
-      dynamics::splitting(parameters.time.integrator).forces_per_step * static_cast<double>(grid.n_steps)));
-  const double updates = static_cast<double>(estimate.force_evaluations) * static_cast<double>(n_tetrahedra);
-  estimate.core_hours =
-      parameters.ensemble.samples * updates / updates_per_core_second(parameters.time.precision) / 3600;
-  return estimate;
+  const double forces_per_step = dynamics::splitting(parameters.time.integrator).forces_per_step;
+  return {grid, static_cast<std::int64_t>(std::ceil(forces_per_step * static_cast<double>(grid.n_steps)))};
+}
+
+SampleWork sample_work(const input::Parameters& parameters, int phases) {
+  if (parameters.time.start != input::Start::quasi_static) return {};
+  const double arrested =
+      std::min(1.0, windows_per_arrest * dynamics::arrest_window(parameters) / parameters.time.duration);
+  // One equilibrium after each quasi-static break and one after each arrest.
+  const double solves = static_breaks_per_phase * phases + (phases - 1);
+  return {phases, 1 + (phases - 1) * arrested, static_cast<int>(std::lround(solves))};
+}
+
+SampleCost sample_cost(const MeasuredCost& measured, const PhaseWork& phase, const SampleWork& work,
+                       double rest) {
+  SampleCost cost;
+  cost.phase = measured.phase_start + measured.step * static_cast<double>(phase.grid.n_steps);
+  if (measured.breaks) {
+    cost.dynamic = work.phases * measured.phase_start +
+                   work.full_durations * measured.step * static_cast<double>(phase.grid.n_steps);
+  }
+  cost.quasi_static = measured.first_solve + work.solves * measured.next_solve;
+  cost.rest = rest + measured.setup;
+  return cost;
+}
+
+double sample_file_size(const input::Parameters& parameters, double n_nodes, double n_tetrahedra) {
+  const double n_breaks = breaks_per_section * std::pow(n_tetrahedra, 2.0 / 3);
+  return of_structure + n_nodes * (of_node + of_frame_node * parameters.output.frames) +
+         n_tetrahedra * of_tetrahedron + n_breaks * of_break;
+}
+
+double ensemble_file_size(const input::Parameters& parameters, double n_nodes) {
+  const auto n_crossings =
+      static_cast<double>(parameters.specimen.notches.size() * parameters.sections.size());
+  return of_structure + of_mother_point * n_nodes +
+         parameters.ensemble.samples * (of_row + of_crossing * n_crossings);
 }
 
 }  // namespace crackle::ensemble

@@ -2,6 +2,7 @@
 #include "crackle/ensemble/folder_lock.h"
 
 #include "crackle/stopwatch.h"
+#include "crackle/whole_number.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -36,53 +37,50 @@ constexpr double short_wait = 3;  // [s] with short pauses
 constexpr std::chrono::milliseconds short_pause{100};
 constexpr std::chrono::milliseconds long_pause{1000};
 
-/// Clock ticks since the machine's start at which a process started: tells it from a later one of the same
-/// number. "0" where it cannot be found out, "ended" for one that is no more than an entry.
+std::string read_text(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// Where a link of /proc leads; empty without one.
+std::string link_target(const char* link) {
+  std::error_code ignored;
+  return fs::read_symlink(link, ignored).string();
+}
+
+constexpr const char* unknown_start = "0";
+constexpr const char* ended = "ended";
+
+/// Clock ticks since the machine's start at which a process of this namespace started: tells it from a later
+/// one of the same number.
 std::string start_of(long process) {
-  std::ifstream stream(fmt::format("/proc/{}/stat", process));
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  // /proc may be that of another process namespace, such as the one that a container was started from.
+  if (link_target("/proc/self") != std::to_string(::getpid())) return unknown_start;
+  const std::string text = read_text(fmt::format("/proc/{}/stat", process));
   const auto name_end = text.rfind(')');
-  if (name_end == std::string::npos) return "0";
+  if (name_end == std::string::npos) return unknown_start;
   std::istringstream fields(text.substr(name_end + 1));
   std::string field;
   fields >> field;
   // A process that has ended stays as a zombie where nobody asks for its status.
-  if (field == "Z" || field == "X") return "ended";
+  if (field == "Z" || field == "X") return ended;
   constexpr int starttime = 22 - 2;  // of the fields behind the name
   for (int i = 1; i < starttime; ++i) fields >> field;
-  return field.empty() ? "0" : field;
+  return field.empty() ? unknown_start : field;
 }
 
-struct Owner {
-  std::string host, start, job;  // job: "-" outside SLURM
-  long process = 0;
+/// Whether a process of this host and namespace is at work.
+bool is_at_work(const LockOwner& owner) {
+  if (::kill(static_cast<pid_t>(owner.process), 0) != 0 && errno == ESRCH) return false;
+  const std::string start = start_of(owner.process);
+  if (start == ended) return false;
+  return start == unknown_start || owner.start == unknown_start || start == owner.start;
+}
 
-  static Owner self() {
-    std::array<char, 256> name{};
-    if (::gethostname(name.data(), name.size() - 1) != 0) name[0] = '?';
-    const char* job = std::getenv("SLURM_JOB_ID");
-    return {name.data(), start_of(::getpid()), job != nullptr && *job != 0 ? job : "-", ::getpid()};
-  }
-  static std::optional<Owner> parse(const std::string& text) {
-    std::istringstream stream(text);
-    std::array<std::string, 4> label;
-    Owner owner;
-    stream >> label[0] >> owner.host >> label[1] >> owner.process >> label[2] >> owner.start >> label[3] >>
-        owner.job;
-    if (!stream || label[0] != "host" || owner.process <= 0) return std::nullopt;
-    return owner;
-  }
-  std::string text() const {
-    return fmt::format("host {}\nprocess {}\nstart {}\njob {}\n", host, process, start, job);
-  }
-  std::string describe() const {
-    return fmt::format("process {} on {}{}", process, host, job == "-" ? "" : ", SLURM job " + job);
-  }
-};
-
-std::string read_text(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
+/// A word of the environment; `absent` without it.
+std::string environment_word(const char* name, const char* absent) {
+  const char* value = std::getenv(name);
+  return value != nullptr && *value != 0 ? value : absent;
 }
 
 /// Seconds since the lock was touched, by the file system's own clock: `mine` was just touched.
@@ -93,36 +91,27 @@ double age(const fs::path& file, const fs::path& mine) {
   return std::difftime(ours.st_mtime, theirs.st_mtime);
 }
 
-/// Why nobody can hold this lock any more; nothing when its owner may be alive.
-std::optional<std::string> staleness(const std::string& text, double seconds_untouched) {
-  const Owner self = Owner::self();
-  const auto owner = Owner::parse(text);
-  if (owner && owner->host == self.host) {
-    const bool is_gone = ::kill(static_cast<pid_t>(owner->process), 0) != 0 && errno == ESRCH;
-    if (is_gone || start_of(owner->process) != owner->start)
-      return fmt::format("{} has ended without removing it", owner->describe());
-    return std::nullopt;
-  }
-  if (owner && owner->job != "-" && owner->job == self.job)
-    return fmt::format("{} was an earlier start of this job", owner->describe());
-  if (seconds_untouched > LockFile::lifetime)
-    return fmt::format("{} has not touched it for {:.0f} min", owner ? owner->describe() : "its owner",
-                       seconds_untouched / 60);
-  return std::nullopt;
+std::optional<SampleRange> range_of(const fs::path& file) {
+  constexpr std::string_view prefix = "lock-";
+  const std::string name = file.filename().string();
+  const auto dash = name.find('-', prefix.size());
+  if (!name.starts_with(prefix) || dash == std::string::npos) return std::nullopt;
+  const auto first =
+      whole_number<std::uint64_t>(std::string_view(name).substr(0, dash).substr(prefix.size()));
+  const auto last = whole_number<std::uint64_t>(std::string_view(name).substr(dash + 1));
+  if (!first || !last) return std::nullopt;
+  return SampleRange{*first, *last};
 }
 
-std::optional<SampleRange> range_of(const fs::path& file) {
-  SampleRange range;
-  int end = 0;
-  const std::string name = file.filename().string();
-  if (std::sscanf(name.c_str(), "lock-%lu-%lu%n", &range.first, &range.last, &end) != 2) return std::nullopt;
-  if (static_cast<std::size_t>(end) != name.size()) return std::nullopt;
-  return range;
+/// A name beside the lock that no other process uses, on whatever host and in whatever namespace.
+fs::path beside(const fs::path& file, const char* purpose, const LockOwner& self) {
+  return fmt::format("{}.{}-{}-{}-{}-{}", file.string(), purpose, self.host, self.boot, self.pid_namespace,
+                     self.process);
 }
 
 /// @throws std::runtime_error: what is taken, by whom, and what to do
 [[noreturn]] void refuse(const std::string& taken, const std::string& text, const fs::path& file) {
-  const auto owner = Owner::parse(text);
+  const auto owner = LockOwner::parse(text);
   throw std::runtime_error(fmt::format("{}: {}; wait for its end, or remove {} if it is not running any more",
                                        taken, owner ? owner->describe() : "its lock says not whose",
                                        file.string()));
@@ -130,8 +119,8 @@ std::optional<SampleRange> range_of(const fs::path& file) {
 
 /// Takes a stale lock away. It is renamed first and looked at again, so that of two runs that find it only
 /// one succeeds and a lock that was made meanwhile is put back.
-void remove_stale(const fs::path& file, const std::string& text) {
-  const fs::path aside = fmt::format("{}.stale-{}", file.string(), ::getpid());
+void remove_stale(const fs::path& file, const std::string& text, const LockOwner& self) {
+  const fs::path aside = beside(file, "stale", self);
   if (::rename(file.c_str(), aside.c_str()) != 0) return;
   if (read_text(aside) != text) {
     if (::link(aside.c_str(), file.c_str()) != 0 && errno != EEXIST)
@@ -141,6 +130,78 @@ void remove_stale(const fs::path& file, const std::string& text) {
 }
 
 }  // namespace
+
+LockOwner LockOwner::self() {
+  std::array<char, 256> name{};
+  if (::gethostname(name.data(), name.size() - 1) != 0) name[0] = '?';
+  LockOwner self;
+  self.host = name.data();
+  std::istringstream(read_text("/proc/sys/kernel/random/boot_id")) >> self.boot;
+  // "pid:[4026531836]"
+  const std::string space = link_target("/proc/self/ns/pid");
+  if (const auto from = space.find('['); from != std::string::npos)
+    self.pid_namespace = space.substr(from + 1, space.find(']') - from - 1);
+  self.process = ::getpid();
+  self.start = start_of(self.process);
+  self.job = environment_word("SLURM_JOB_ID", "-");
+  self.restart = whole_number<std::uint64_t>(environment_word("SLURM_RESTART_COUNT", "0")).value_or(0);
+  self.step = environment_word("SLURM_STEP_ID", "-");
+  return self;
+}
+
+std::optional<LockOwner> LockOwner::parse(std::string_view text) {
+  LockOwner owner;
+  std::string name, value;
+  for (std::istringstream stream{std::string(text)}; stream >> name >> value;) {
+    if (name == "host") owner.host = value;
+    if (name == "boot") owner.boot = value;
+    if (name == "namespace") owner.pid_namespace = value;
+    if (name == "process") owner.process = whole_number<long>(value).value_or(0);
+    if (name == "start") owner.start = value;
+    if (name == "job") owner.job = value;
+    if (name == "restart") owner.restart = whole_number<std::uint64_t>(value).value_or(0);
+    if (name == "step") owner.step = value;
+  }
+  // The last lines may be missing where a disk is full.
+  if (owner.host.empty() || owner.process <= 0 || owner.start.empty() || owner.job.empty())
+    return std::nullopt;
+  return owner;
+}
+
+std::string LockOwner::text() const {
+  std::string lines = fmt::format("host {}\nprocess {}\nstart {}\njob {}\n", host, process, start, job);
+  if (!boot.empty()) lines += fmt::format("boot {}\n", boot);
+  if (!pid_namespace.empty()) lines += fmt::format("namespace {}\n", pid_namespace);
+  return lines + fmt::format("restart {}\nstep {}\n", restart, step);
+}
+
+std::string LockOwner::describe() const {
+  std::string text = fmt::format("process {} on {}", process, host);
+  if (job == "-") return text;
+  text += ", SLURM job " + job;
+  if (step != "-") text += " step " + step;
+  if (restart > 0) text += fmt::format(", restart {}", restart);
+  return text;
+}
+
+std::optional<std::string> why_stale(const std::optional<LockOwner>& owner, const LockOwner& self,
+                                     double seconds_untouched) {
+  // What an earlier version has not told it took for the same.
+  const auto is_same = [](const std::string& theirs, const std::string& ours) {
+    return theirs.empty() || theirs == ours;
+  };
+  if (owner && owner->host == self.host && is_same(owner->boot, self.boot) &&
+      is_same(owner->pid_namespace, self.pid_namespace)) {
+    if (is_at_work(*owner)) return std::nullopt;
+    return fmt::format("{} has ended without removing it", owner->describe());
+  }
+  if (owner && owner->job != "-" && owner->job == self.job && owner->restart < self.restart)
+    return fmt::format("{} was an earlier start of this job", owner->describe());
+  if (seconds_untouched > LockFile::lifetime)
+    return fmt::format("{} has not touched it for {:.0f} min", owner ? owner->describe() : "its owner",
+                       seconds_untouched / 60);
+  return std::nullopt;
+}
 
 LockFile::LockFile(fs::path file, const std::string& taken, double patience) : file_(std::move(file)) {
   const fs::path folder = file_.parent_path();
@@ -154,7 +215,7 @@ LockFile::LockFile(fs::path file, const std::string& taken, double patience) : f
 }
 
 LockFile::~LockFile() {
-  ::unlink(file_.c_str());
+  if (read_text(file_) == self_.text()) ::unlink(file_.c_str());
 }
 
 void LockFile::create(const std::string& taken, double patience) {
@@ -163,7 +224,7 @@ void LockFile::create(const std::string& taken, double patience) {
     const int id = ::open(file_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     const int reason = errno;
     if (id >= 0) {
-      const std::string text = Owner::self().text();
+      const std::string text = self_.text();
       const bool is_written = ::write(id, text.data(), text.size()) == static_cast<ssize_t>(text.size());
       const int write_error = errno;
       if (::close(id) == 0 && is_written) return;
@@ -173,29 +234,29 @@ void LockFile::create(const std::string& taken, double patience) {
     }
     if (reason != EEXIST)
       throw std::runtime_error(fmt::format("cannot write '{}': {}", file_.string(), std::strerror(reason)));
-    const fs::path probe = fmt::format("{}.probe-{}", file_.string(), ::getpid());
+    const fs::path probe = beside(file_, "probe", self_);
     std::ofstream(probe) << "\n";
     const std::string text = read_text(file_);
-    const auto reason_stale = staleness(text, age(file_, probe));
+    const auto reason_stale = why_stale(LockOwner::parse(text), self_, age(file_, probe));
     ::unlink(probe.c_str());
     if (!reason_stale && clock.seconds() < patience) {
       std::this_thread::sleep_for(clock.seconds() < short_wait ? short_pause : long_pause);
       continue;
     }
     if (!reason_stale) refuse(taken, text, file_);
-    remove_stale(file_, text);
+    remove_stale(file_, text, self_);
     taken_over_.push_back(fmt::format("the lock {} is taken over: {}", file_.string(), *reason_stale));
   }
 }
 
 void LockFile::clear(const fs::path& other, const std::string& taken) {
   const std::string text = read_text(other);
-  const auto reason = staleness(text, age(other, file_));
+  const auto reason = why_stale(LockOwner::parse(text), self_, age(other, file_));
   if (!reason) {
     if (fs::exists(other)) refuse(taken, text, other);
     return;
   }
-  remove_stale(other, text);
+  remove_stale(other, text, self_);
   taken_over_.push_back(fmt::format("the lock {} is taken over: {}", other.string(), *reason));
 }
 

@@ -2,15 +2,20 @@
 #include "crackle/ensemble/hand_out.h"
 
 #include "crackle/parallel/sleeping_wait.h"
+#include "crackle/stopwatch.h"
 #include "sample_message.h"
 
 #include <deque>
+#include <optional>
 #include <set>
+#include <string>
 #include <utility>
 
 namespace crackle::ensemble {
 
 namespace {
+
+constexpr double progress_interval = 0.5;  // [s]
 
 bool is_enough(const HandOutEvents& events) {
   return events.enough && events.enough();
@@ -36,6 +41,8 @@ void serve_groups(const parallel::Communicator& world, int n_groups, Realization
   parallel::BackOff back_off;
   while (n_ended < n_groups) {
     bool idle = true;
+    // Before the requests: what is told of a sample comes before its report.
+    while (const auto line = poll_progress(world)) steps.progress(*line);
     while (const auto request = poll_request(world)) {
       if (request->report) {
         tell(events, *request->report);
@@ -79,12 +86,22 @@ void serve_groups(const parallel::Communicator& world, int n_groups, Realization
   }
 }
 
-void work_in_group(const parallel::Communicator& world, SampleGroup& group, SampleSteps steps) {
+/// @param tells_progress to the master
+void work_in_group(const parallel::Communicator& world, SampleGroup& group, SampleSteps steps,
+                   bool tells_progress) {
   if (!group.is_root()) {
     follow_samples(group, steps);
     return;
   }
   steps.stop = [&world, own = steps.stop] { return is_asked(own) || is_asked_to_stop(world); };
+  steps.progress = {};
+  if (tells_progress) {
+    steps.progress = [&world, last = std::optional<Stopwatch>()](const std::string& line) mutable {
+      if (last && last->seconds() < progress_interval) return;
+      send_progress(world, line);
+      last.emplace();
+    };
+  }
   std::optional<SampleReport> report;
   for (;;) {
     send_request(world, report);
@@ -116,6 +133,9 @@ void hand_out(const parallel::Communicator& world, const GroupLayout& layout,
               const std::vector<std::uint64_t>& samples, const SampleSteps& steps,
               const HandOutEvents& events, QueueLimits limits) {
   const int group_number = layout.group_of(world.rank());
+  // Many groups' samples do not fit one line.
+  bool tells_progress = steps.progress && layout.n_groups == 1;
+  parallel::check_mpi(MPI_Bcast(&tells_progress, 1, MPI_CXX_BOOL, 0, world.get()), "MPI_Bcast");
   // Split colors are non-negative: the ranks without a group form one of their own, which has nothing to do.
   const parallel::Communicator ranks =
       world.split(group_number >= 0 ? group_number : layout.n_groups, world.rank());
@@ -127,7 +147,7 @@ void hand_out(const parallel::Communicator& world, const GroupLayout& layout,
     serve_groups(world, layout.n_groups, queue, steps, events);
   } else if (group_number >= 0) {
     SampleGroup group(ranks);
-    work_in_group(world, group, steps);
+    work_in_group(world, group, steps, tells_progress);
   }
   parallel::barrier_asleep(world);
 }

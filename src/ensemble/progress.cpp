@@ -46,6 +46,7 @@ void Progress::kept(std::uint64_t sample, const analysis::SampleSummary& summary
 
 void Progress::started(std::uint64_t sample, double now) {
   running_[sample] = now;
+  where_.clear();
 }
 
 void Progress::finished(const SampleReport& report, double now) {
@@ -90,6 +91,8 @@ std::string Progress::line(double now) const {
   if (const double rest = time_left(now); std::isfinite(rest) && rest > 0) {
     text += fmt::format(", {} to go", format_duration(rest));
   }
+  if (running_.size() == 1 && !where_.empty())
+    text += fmt::format("; sample {}: {}", running_.begin()->first, where_);
   if (const std::string found = means(); !found.empty()) text += "; " + found;
   return text;
 }
@@ -98,11 +101,21 @@ std::string Progress::means() const {
   std::string text;
   if (const double mean = mean_position(); std::isfinite(mean)) {
     const input::Section& section = sections_[watched_];
-    text = fmt::format("mean {}({:g} mm) = {:.3f} mm", section.axis == 1 ? "z" : "y", section.position * 1e3,
-                       mean * 1e3);
+    text = fmt::format("mean {} of notch 0 at {}: {:.3f} mm", section.axis == 1 ? "z" : "y",
+                       input::name_of(section), mean * 1e3);
   }
   if (const double force = statistics_.median_onset_force(); std::isfinite(force)) {
     text += fmt::format("{}median onset {:.3f} N", text.empty() ? "" : ", ", force);
+  }
+  return text;
+}
+
+std::string format_samples(std::span<const std::uint64_t> samples) {
+  std::string text = samples.size() == 1 ? "sample" : "samples";
+  for (std::size_t first = 0, last = 0; first < samples.size(); first = last + 1) {
+    for (last = first; last + 1 < samples.size() && samples[last + 1] == samples[last] + 1;) ++last;
+    text += fmt::format("{} {}", first == 0 ? "" : ",", samples[first]);
+    if (last > first) text += fmt::format("-{}", samples[last]);
   }
   return text;
 }

@@ -29,12 +29,16 @@ void RunLog::line(const std::string& text) {
 }
 
 void RunLog::show(const Progress& progress, bool news) {
+  show([&] { return progress.line(clock_()); }, news);
+}
+
+void RunLog::show(const std::function<std::string()>& line, bool news) {
   news_ = news_ || news;
   const bool terminal = terminal_width_ > 0;
   const double since = clock_() - shown_at_;
   const bool due = !anything_shown_ || since >= (terminal ? terminal_interval : log_interval);
   if (terminal ? !(due || news) : !(due && news_)) return;
-  std::string text = progress.line(clock_());
+  std::string text = line();
   if (terminal) {
     clear();
     text.resize(std::min(text.size(), terminal_width_ - 1));

@@ -1,14 +1,30 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/sample_group.h"
 
+#include "crackle/parallel/agreement.h"
 #include "crackle/parallel/message.h"
-#include "crackle/parallel/packing.h"
+
+#include <stdexcept>
 
 namespace crackle::ensemble {
 
 namespace {
 
 constexpr int share_tag = 1;
+constexpr const char* sharing_stage = "sharing";
+
+/// Calls work(array) for the arrays of a subdomain, in the order in which they are sent.
+template <class Subdomain, class Work>
+void for_each_array(Subdomain& part, const Work& work) {
+  work(part.nodes);
+  work(part.node_number);
+  work(part.distributed_number);
+  work(part.tetrahedra);
+  work(part.tetrahedron_number);
+  work(part.counted);
+  work(part.boundary);
+  work(part.boundary_number);
+}
 
 }  // namespace
 
@@ -19,51 +35,52 @@ void SampleGroup::renew() {
   computation_ = parallel::Communicator(control_.get());
 }
 
-void send_share(const SampleGroup& group, int rank, std::uint64_t sample,
-                const geometry::Subdomain& subdomain) {
-  parallel::Packer header;
-  header.put(sample);
-  header.put(subdomain.n_nodes_global);
-  header.put(subdomain.n_tetrahedra_global);
-  header.put(subdomain.n_owned);
+void send_shares(const SampleGroup& group, std::uint64_t sample, std::span<geometry::Subdomain> parts) {
   const auto& control = group.control();
-  parallel::send_array(control, header.bytes(), rank, share_tag);
-  parallel::send_array(control, subdomain.nodes, rank, share_tag);
-  parallel::send_array(control, subdomain.node_number, rank, share_tag);
-  parallel::send_array(control, subdomain.distributed_number, rank, share_tag);
-  parallel::send_array(control, subdomain.tetrahedra, rank, share_tag);
-  parallel::send_array(control, subdomain.tetrahedron_number, rank, share_tag);
-  parallel::send_array(control, subdomain.counted, rank, share_tag);
-  parallel::send_array(control, subdomain.boundary, rank, share_tag);
-  parallel::send_array(control, subdomain.boundary_number, rank, share_tag);
-}
-
-void send_end(const SampleGroup& group) {
   for (int rank = 1; rank < group.size(); ++rank) {
-    parallel::send_array(group.control(), std::vector<std::byte>{}, rank, share_tag);
+    const auto& part = parts[static_cast<std::size_t>(rank)];
+    ShareHeader header{sample, part.n_nodes_global, part.n_tetrahedra_global, part.n_owned, {}};
+    std::size_t i = 0;
+    for_each_array(part, [&](const auto& array) { header.lengths[i++] = array.size(); });
+    parallel::send_bytes(control, std::as_bytes(std::span(&header, 1)), rank, share_tag);
+  }
+  parallel::agree(control, [&] { group.computation().enter(sharing_stage); });
+  for (int rank = 1; rank < group.size(); ++rank) {
+    auto& part = parts[static_cast<std::size_t>(rank)];
+    for_each_array(part, [&](const auto& array) { parallel::send_array(control, array, rank, share_tag); });
+    part = {};
   }
 }
 
-std::optional<SampleShare> receive_share(const SampleGroup& group) {
+void send_end(const SampleGroup& group) {
+  for (int rank = 1; rank < group.size(); ++rank) parallel::send_bytes(group.control(), {}, rank, share_tag);
+}
+
+std::optional<ShareHeader> receive_header(const SampleGroup& group) {
+  ShareHeader header;
+  if (parallel::receive_length(group.control(), 0, share_tag, sizeof(header)) == 0) return std::nullopt;
+  parallel::receive_pieces(group.control(), std::as_writable_bytes(std::span(&header, 1)), 0, share_tag);
+  return header;
+}
+
+geometry::Subdomain receive_share(const SampleGroup& group, const ShareHeader& header) {
   const auto& control = group.control();
-  const auto bytes = parallel::receive_array<std::byte>(control, 0, share_tag);
-  if (bytes.empty()) return std::nullopt;
-  parallel::Unpacker header(bytes);
-  SampleShare share;
-  auto& subdomain = share.subdomain;
-  share.sample = header.get<std::uint64_t>();
-  subdomain.n_nodes_global = header.get<std::int64_t>();
-  subdomain.n_tetrahedra_global = header.get<std::int64_t>();
-  subdomain.n_owned = header.get<std::int32_t>();
-  subdomain.nodes = parallel::receive_array<geometry::Point>(control, 0, share_tag);
-  subdomain.node_number = parallel::receive_array<std::int64_t>(control, 0, share_tag);
-  subdomain.distributed_number = parallel::receive_array<std::int64_t>(control, 0, share_tag);
-  subdomain.tetrahedra = parallel::receive_array<geometry::Tetrahedron>(control, 0, share_tag);
-  subdomain.tetrahedron_number = parallel::receive_array<std::int64_t>(control, 0, share_tag);
-  subdomain.counted = parallel::receive_array<std::uint8_t>(control, 0, share_tag);
-  subdomain.boundary = parallel::receive_array<geometry::BoundaryTriangle>(control, 0, share_tag);
-  subdomain.boundary_number = parallel::receive_array<std::int64_t>(control, 0, share_tag);
-  return share;
+  geometry::Subdomain part;
+  part.n_nodes_global = header.n_nodes_global;
+  part.n_tetrahedra_global = header.n_tetrahedra_global;
+  part.n_owned = static_cast<std::int32_t>(header.n_owned);
+  parallel::agree(control, [&] {
+    group.computation().enter(sharing_stage);
+    std::size_t i = 0;
+    for_each_array(part, [&](auto& array) { array.resize(header.lengths[i++]); });
+  });
+  for_each_array(part, [&](auto& array) {
+    const auto bytes = std::as_writable_bytes(std::span(array));
+    if (parallel::receive_length(control, 0, share_tag, 1) != bytes.size())
+      throw std::runtime_error("a part of a sample came with another length than announced");
+    parallel::receive_pieces(control, bytes, 0, share_tag);
+  });
+  return part;
 }
 
 }  // namespace crackle::ensemble

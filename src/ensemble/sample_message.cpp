@@ -5,6 +5,8 @@
 #include "crackle/parallel/packing.h"
 #include "crackle/parallel/sleeping_wait.h"
 
+#include <vector>
+
 namespace crackle::ensemble {
 
 namespace {
@@ -13,6 +15,7 @@ constexpr int master = 0;
 constexpr int request_tag = 1;
 constexpr int work_tag = 2;
 constexpr int stop_tag = 3;
+constexpr int progress_tag = 4;
 
 }  // namespace
 
@@ -57,6 +60,17 @@ void discard_stop(const parallel::Communicator& world) {
   if (!is_asked_to_stop(world)) return;
   parallel::check_mpi(MPI_Recv(nullptr, 0, MPI_BYTE, master, stop_tag, world.get(), MPI_STATUS_IGNORE),
                       "MPI_Recv");
+}
+
+void send_progress(const parallel::Communicator& world, const std::string& line) {
+  parallel::send_array(world, std::vector<char>(line.begin(), line.end()), master, progress_tag);
+}
+
+std::optional<std::string> poll_progress(const parallel::Communicator& world) {
+  const auto status = parallel::poll_message(world, MPI_ANY_SOURCE, progress_tag);
+  if (!status) return std::nullopt;
+  const auto line = parallel::receive_array<char>(world, status->MPI_SOURCE, progress_tag);
+  return std::string(line.begin(), line.end());
 }
 
 std::optional<PreparedSample> receive_work(const parallel::Communicator& world) {

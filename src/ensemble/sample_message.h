@@ -6,6 +6,7 @@
 #include "crackle/parallel/communicator.h"
 
 #include <optional>
+#include <string>
 
 /// Messages between the master and the roots of the groups.
 namespace crackle::ensemble {
@@ -31,6 +32,11 @@ void send_stop(const parallel::Communicator& world, int rank);
 bool is_asked_to_stop(const parallel::Communicator& world);
 /// Root of a group whose work has ended: takes a request that came too late.
 void discard_stop(const parallel::Communicator& world);
+
+/// Root of a group to the master: the line that says where its sample stands.
+void send_progress(const parallel::Communicator& world, const std::string& line);
+/// Master: such a line that has arrived, or nothing.
+std::optional<std::string> poll_progress(const parallel::Communicator& world);
 
 /// Root of a group: sleeps until the answer comes; nothing when the work has ended.
 std::optional<PreparedSample> receive_work(const parallel::Communicator& world);

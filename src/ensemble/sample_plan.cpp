@@ -224,7 +224,7 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
         auto summary = read(file, sample);
         if (summary.status == analysis::SampleStatus::failed && options.retry_failed) {
           plan.to_do.push_back(sample);
-          plan.failed.push_back(sample);
+          plan.anew.push_back(sample);
           continue;
         }
         if (summary.status != analysis::SampleStatus::pending) {
@@ -298,8 +298,8 @@ std::vector<std::string> prepare_folder(const fs::path& folder, const input::Par
   }
   std::error_code ignored;
   for (const auto& kept : plan.kept) fs::remove(io::checkpoint_path(folder, kept.sample), ignored);
-  for (const auto sample : plan.failed) {
-    // The failure goes last, so that a kill in between leaves nothing to go on from. Without it the sample is
+  for (const auto sample : plan.anew) {
+    // The file goes last, so that a kill in between leaves nothing to go on from. Without it the sample is
     // pending, and when it is parked --resume goes on with it.
     fs::remove(io::checkpoint_path(folder, sample));
     fs::remove(io::sample_path(folder, sample));

@@ -20,22 +20,26 @@ dynamics::SampleResult compute_agreed(SampleGroup& group, const SampleSteps& ste
                                       const geometry::Subdomain& subdomain,
                                       std::optional<dynamics::SampleResult>& partial) {
   dynamics::SampleResult result;
-  std::optional<std::string> error;
-  try {
-    dynamics::SampleControl control{
+  const auto control = parallel::agree(group.control(), [&] {
+    dynamics::SampleControl given{
         .log = steps.log,
+        .progress = steps.progress,
         .stop = steps.stop,
         .save = {},
         .checkpoint = {},
         .checkpoint_interval = steps.checkpoint_interval,
-        .failed = [&](dynamics::SampleResult result) { partial = std::move(result); }};
+        .failed = [&](dynamics::SampleResult unfinished) { partial = std::move(unfinished); }};
     if (steps.write_checkpoint) {
-      control.save = [&](std::span<const std::byte> bytes) { steps.write_checkpoint(sample, bytes); };
-      if (group.is_root()) control.checkpoint = steps.read_checkpoint(sample);
+      given.save = [&](std::span<const std::byte> bytes) { steps.write_checkpoint(sample, bytes); };
+      if (group.is_root()) given.checkpoint = steps.read_checkpoint(sample);
     }
+    return given;
+  });
+  std::optional<std::string> error;
+  try {
     result = steps.compute(group.computation(), sample, subdomain, control);
   } catch (...) {
-    error = parallel::current_error();
+    error = parallel::current_error(group.control());
   }
   try {
     parallel::agree_on_error(group.control(), error);
@@ -44,6 +48,13 @@ dynamics::SampleResult compute_agreed(SampleGroup& group, const SampleSteps& ste
     throw;
   }
   return result;
+}
+
+/// Names the stages of a sample to who listens.
+void begin(SampleGroup& group, const SampleSteps& steps, std::uint64_t sample) {
+  parallel::Communicator::StageHook hook;
+  if (steps.enter) hook = [&steps, sample](std::string_view stage) { steps.enter(sample, stage); };
+  group.on_stage(std::move(hook));
 }
 
 /// A step's failure, with the step's name in front: the sample has failed, the run goes on.
@@ -59,6 +70,15 @@ auto staged(const char* stage, Step&& step) {
   } catch (...) {
     throw StepError(std::string(stage) + ": " + parallel::current_error());
   }
+}
+
+/// A step on this rank alone.
+template <class Step>
+auto staged(const SampleGroup& group, const char* stage, Step&& step) {
+  return staged(stage, [&] {
+    group.computation().enter(stage);
+    return step();
+  });
 }
 
 }  // namespace
@@ -87,23 +107,23 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
   dynamics::SampleResult result;
   std::optional<dynamics::SampleResult> partial;
   SampleAnalysis analysis;
-  if (steps.log) {
-    steps.log(fmt::format("sample {}: realization made in {:.2f} s, worst quality {:.3f}, {} points redrawn",
-                          sample, prepared.seconds, realization.report.min_quality,
-                          realization.report.redrawn_points));
-  }
+  begin(group, steps, sample);
   try {
-    auto parts = staged("partition", [&] {
+    auto parts = staged(group, "partition", [&] {
+      if (steps.log)
+        steps.log(fmt::format(
+            "sample {}: realization made in {:.2f} s, worst quality {:.3f}, {} points redrawn", sample,
+            prepared.seconds, realization.report.min_quality, realization.report.redrawn_points));
       auto split = steps.split(realization, group.size());
       if (split.size() != static_cast<std::size_t>(group.size())) {
         throw std::runtime_error(fmt::format("{} parts for {} ranks", split.size(), group.size()));
       }
       return split;
     });
-    for (int rank = 1; rank < group.size(); ++rank) {
-      auto& part = parts[static_cast<std::size_t>(rank)];
-      send_share(group, rank, sample, part);
-      part = {};
+    try {
+      send_shares(group, sample, parts);
+    } catch (const parallel::AgreedError& failure) {
+      throw StepError(fmt::format("sharing: {}", failure.what()));
     }
     result = staged("computation", [&] { return compute_agreed(group, steps, sample, parts[0], partial); });
     if (result.parked) {
@@ -114,10 +134,11 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
       return report;
     }
     result.timings.mesh = prepared.seconds;
-    if (steps.log) {
-      for (const auto& line : describe(result)) steps.log(line);
-    }
-    analysis = staged("analysis", [&] { return steps.analyse(realization, result); });
+    analysis = staged(group, "analysis", [&] {
+      if (steps.log)
+        for (const auto& line : describe(result)) steps.log(line);
+      return steps.analyse(realization, result);
+    });
   } catch (const StepError& failure) {
     if (!partial) return report_failure(steps, sample, failure.what(), clock.seconds());
     try {
@@ -133,7 +154,7 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
   report.mesh_attempt = realization.report.attempt;
   report.n_tetrahedra = static_cast<std::int64_t>(realization.tetrahedra.size());
   try {
-    staged("writing", [&] { steps.write(sample, realization, result, analysis); });
+    staged(group, "writing", [&] { steps.write(sample, realization, result, analysis); });
     report.summary = std::move(analysis.summary);
     report.stored = true;
     if (steps.remove_checkpoint) steps.remove_checkpoint(sample);
@@ -145,10 +166,12 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
 }
 
 void follow_samples(SampleGroup& group, const SampleSteps& steps) {
-  while (const auto share = receive_share(group)) {
+  while (const auto header = receive_header(group)) {
+    begin(group, steps, header->sample);
     try {
+      const auto part = receive_share(group, *header);
       std::optional<dynamics::SampleResult> partial;
-      compute_agreed(group, steps, share->sample, share->subdomain, partial);
+      compute_agreed(group, steps, header->sample, part, partial);
     } catch (const parallel::AgreedError&) {
       // The root has the same error and reports it.
     }

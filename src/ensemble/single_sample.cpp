@@ -21,6 +21,21 @@ namespace crackle::ensemble {
 
 namespace {
 
+/// Refuses to replace what a file tells of the sample.
+void check_is_free(const std::filesystem::path& file, const input::Parameters& parameters,
+                   std::uint64_t sample) {
+  if (!std::filesystem::exists(std::filesystem::symlink_status(file))) return;
+  bool has_failed = false;
+  try {
+    has_failed = summary_reader(parameters)(file, sample).status == analysis::SampleStatus::failed;
+  } catch (const std::exception&) {
+    // A damaged file is not replaced without a word either.
+  }
+  throw std::runtime_error(fmt::format(
+      "{} holds this sample already{}; keep it with --resume, or compute it again with {}--overwrite",
+      file.string(), has_failed ? ", as one that failed" : "", has_failed ? "--retry-failed or " : ""));
+}
+
 /// What there is to do for the sample; reads only.
 SamplePlan plan_sample(const input::Parameters& parameters, const SingleSampleOptions& options) {
   const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
@@ -33,15 +48,20 @@ SamplePlan plan_sample(const input::Parameters& parameters, const SingleSampleOp
       .resume = true, .retry_failed = options.retry_failed, .range = SampleRange{sample, sample}};
   if (options.resume) return make_plan(options.folder, parameters, as_range, summary_reader(parameters));
   check_folder(options.folder, parameters, as_range);
+  SamplePlan plan;
+  plan.range = {sample, sample};
+  plan.to_do = {sample};
+  if (options.overwrite) {
+    plan.anew = {sample};
+    return plan;
+  }
+  check_is_free(io::sample_path(options.folder, sample), parameters, sample);
   const auto checkpoint = io::checkpoint_path(options.folder, sample);
   if (std::filesystem::exists(std::filesystem::symlink_status(checkpoint))) {
     throw std::runtime_error(
         checkpoint.string() +
-        " is a checkpoint of this sample; go on from it with --resume, or remove it to start anew");
+        " is a checkpoint of this sample; go on from it with --resume, or begin anew with --overwrite");
   }
-  SamplePlan plan;
-  plan.range = {sample, sample};
-  plan.to_do = {sample};
   return plan;
 }
 
@@ -59,6 +79,7 @@ SampleReport run_single_sample(const parallel::Communicator& ranks, const input:
   SampleSteps steps =
       make_sample_steps(parameters, body, base, options.folder, ranks.size(), sample_function);
   steps.log = log;
+  steps.progress = options.progress;
   steps.stop = [&stop] { return stop(); };
   steps.checkpoint_interval = options.checkpoint_interval;
   PreparedSample prepared;
@@ -70,6 +91,8 @@ SampleReport run_single_sample(const parallel::Communicator& ranks, const input:
     if (!plan.to_do.empty()) base = make_base_points(body, parameters, say);
     lock.emplace(options.folder, SampleRange{options.sample, options.sample});
     for (const auto& line : lock->taken_over()) say(line);
+    // Another run may have come and gone since the plan was made.
+    if (!plan.to_do.empty()) plan = plan_sample(parameters, options);
     for (const auto& line : prepare_folder(options.folder, parameters, plan)) say(line);
     if (!plan.to_do.empty()) prepared = prepare(steps.make, options.sample);
   });

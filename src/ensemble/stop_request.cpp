@@ -2,6 +2,7 @@
 #include "crackle/ensemble/stop_request.h"
 
 #include "crackle/stopwatch.h"
+#include "crackle/whole_number.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -49,10 +50,9 @@ std::optional<std::string> stop_signal() {
 
 std::optional<double> time_left(std::optional<double> limit) {
   const char* text = std::getenv("SLURM_JOB_END_TIME");
-  char* end = nullptr;
-  const long long job_end = text != nullptr ? std::strtoll(text, &end, 10) : 0;
-  if (job_end <= 0 || *end != 0) return limit;
-  const double job_limit = std::difftime(static_cast<std::time_t>(job_end), std::time(nullptr));
+  const auto job_end = whole_number<std::time_t>(text != nullptr ? text : "");
+  if (!job_end || *job_end <= 0) return limit;
+  const double job_limit = std::difftime(*job_end, std::time(nullptr));
   return limit ? std::min(*limit, job_limit) : job_limit;
 }
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <stdexcept>
 
 namespace crackle::fracture {
@@ -149,9 +150,25 @@ std::vector<BreakableBody::LooseEdge> BreakableBody::find_loose_edges() const {
 void BreakableBody::tie(const parallel::Communicator& group, double load_time, double phase_time,
                         const std::function<Symmetric(std::int32_t)>& strain) {
   if (release_ == input::Release::element) return;
-  std::vector<LooseEdge> loose = find_loose_edges();
-  n_tied_ = order_.size();
-  // Of an edge between two ghosts a rank does not see all tetrahedra: the others tell.
+  enum class Found { nothing, edges, failure };
+  auto found = Found::failure;
+  std::vector<LooseEdge> loose;
+  std::exception_ptr failure;
+  try {
+    loose = find_loose_edges();
+    n_tied_ = order_.size();
+    found = loose.empty() ? Found::nothing : Found::edges;
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  // Of an edge between two ghosts a rank does not see all tetrahedra: the others tell. Mostly there is
+  // nothing.
+  auto most = static_cast<int>(found);
+  if (group.size() > 1)
+    parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT, MPI_MAX, group.get()),
+                        "MPI_Allreduce");
+  if (failure) std::rethrow_exception(failure);
+  if (most != static_cast<int>(Found::edges)) return;
   if (group.size() > 1) loose = parallel::gather_all<LooseEdge>(group, loose);
   std::ranges::sort(loose);
   for (auto edge = loose.begin(); edge != loose.end();) {

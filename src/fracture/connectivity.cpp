@@ -2,6 +2,7 @@
 #include "crackle/fracture/connectivity.h"
 
 #include "crackle/geometry/dual_facets.h"
+#include "crackle/parallel/agreement.h"
 #include "crackle/parallel/node_field.h"
 
 #include <algorithm>
@@ -55,6 +56,7 @@ std::vector<std::int64_t> piece_labels(const parallel::Communicator& group, cons
       exchanged.local()[3 * n] = static_cast<double>(label[n]);
     }
     if (group.size() == 1) break;
+    parallel::agree(group);
     exchanged.update_ghosts();
     changed = 0;
     for (std::size_t n = static_cast<std::size_t>(subdomain.n_owned); n < label.size(); ++n) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/fracture/toughness.h"
 
+#include "crackle/parallel/agreement.h"
 #include "crackle/parallel/node_field.h"
 
 #include <cmath>
@@ -34,6 +35,7 @@ std::vector<double> local_spacings(const parallel::Communicator& group, const ge
     volume /= static_cast<double>(round_node[node].size());
     at_node.local()[3 * static_cast<std::size_t>(node)] = std::cbrt(6 * std::sqrt(2.0) * volume);
   }
+  parallel::agree(group);
   at_node.update_ghosts();
   std::vector<double> spacings;
   spacings.reserve(operators.tetrahedra.size());

@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -104,8 +104,10 @@ Dimension with_example(Dimension dimension, std::string example) {
 std::string format_number(double value) {
   // Ten digits hide what the conversion between units rounds; a number that has more of them shows all.
   const std::string text = fmt::format("{:.10g}", value);
+  double rounded = 0;
+  std::from_chars(text.data(), text.data() + text.size(), rounded);
   constexpr double conversion = 8 * std::numeric_limits<double>::epsilon();
-  if (std::abs(std::strtod(text.c_str(), nullptr) - value) <= conversion * std::abs(value)) return text;
+  if (std::abs(rounded - value) <= conversion * std::abs(value)) return text;
   return fmt::format("{:.16g}", value);
 }
 

@@ -4,6 +4,7 @@
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/packing.h"
+#include "crackle/parallel/petsc.h"
 #include "hdf5.h"
 #include "memory_file.h"
 #include "partial_file.h"
@@ -22,6 +23,7 @@
 #include <optional>
 #include <span>
 #include <stdexcept>
+#include <string_view>
 #include <type_traits>
 
 namespace crackle::io {
@@ -277,6 +279,9 @@ void write_block(hid_t file, const EnsembleBlock& block, const EnsembleShape& sh
   });
 }
 
+/// What MPI-IO and HDF5 allocate while the ranks wait for each other, at most [byte].
+constexpr std::size_t room_for_writing = std::size_t{64} << 20;
+
 /// All ranks put their rows into the file. Collective; a rank that fails still takes part in closing it.
 void write_blocks(const parallel::Communicator& world, const std::filesystem::path& file,
                   const EnsembleBlock& block, const EnsembleShape& shape) {
@@ -285,6 +290,16 @@ void write_blocks(const parallel::Communicator& world, const std::filesystem::pa
   parallel::agree(world, [&] {
     if (::access(file.c_str(), R_OK | W_OK) != 0) {
       throw std::runtime_error(fmt::format("rank {}: {}", world.rank(), std::strerror(errno)));
+    }
+    // With memory for it too: MPI-IO loads its libraries when the first file is opened.
+    try {
+      parallel::check_room(room_for_writing);
+      MPI_File alone = MPI_FILE_NULL;
+      parallel::check_mpi(MPI_File_open(MPI_COMM_SELF, file.c_str(), MPI_MODE_RDWR, MPI_INFO_NULL, &alone),
+                          "MPI_File_open");
+      parallel::check_mpi(MPI_File_close(&alone), "MPI_File_close");
+    } catch (const std::exception& failure) {
+      throw std::runtime_error(fmt::format("rank {}: {}", world.rank(), failure.what()));
     }
   });
   std::optional<std::string> error;

@@ -10,8 +10,7 @@ const analysis::ResultInfo status_info{
 const analysis::ResultInfo wall_time_info{
     "wall_time", "s", "wall time that the sample took", Reduction::none, "wall time", "s", 1, ".1f"};
 
-void describe_result(hid_t parent, const std::string& dataset, const analysis::ResultInfo& info,
-                     int column) {
+void describe_result(hid_t parent, const std::string& dataset, const analysis::ResultInfo& info, int column) {
   const hdf5::Handle object(H5Dopen2(parent, dataset.c_str(), H5P_DEFAULT), H5Dclose, "dataset " + dataset);
   const hid_t id = object.get();
   hdf5::write_attribute(id, "column", std::int64_t{column});

@@ -216,6 +216,7 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
     } else {
       const std::vector<std::int32_t> nodes = held_nodes(condition, subdomain);
       auto n_nodes = static_cast<std::int64_t>(nodes.size());
+      parallel::agree(group);
       parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &n_nodes, 1, MPI_INT64_T, MPI_SUM, group.get()),
                           "MPI_Allreduce");
       refuse_empty(n_nodes == 0, "node");

@@ -32,6 +32,24 @@ constexpr int digits = 44;
 
 struct CoarseSpace::Factors {
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
+  // For add_correction(), which must not allocate: ranks wait for each other in it.
+  std::vector<std::int64_t> sums;
+  Eigen::VectorXd sides, motion, inverse_diagonal;
+
+  void make_room(std::size_t n) {
+    sums.resize(n);
+    sides.resize(static_cast<Eigen::Index>(n));
+    motion.resize(static_cast<Eigen::Index>(n));
+  }
+
+  /// As solver.solve(), from `sides` to `motion`.
+  void solve() {
+    motion.noalias() = solver.permutationP() * sides;
+    solver.matrixL().solveInPlace(motion);
+    sides.noalias() = inverse_diagonal.cwiseProduct(motion);
+    solver.matrixU().solveInPlace(sides);
+    motion.noalias() = solver.permutationPinv() * sides;
+  }
 };
 
 CoarseSpace::CoarseSpace(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
@@ -52,6 +70,7 @@ void CoarseSpace::find_cells() {
       high[i] = std::max(high[i], node[i]);
     }
   }
+  parallel::agree(*group_);
   for (std::size_t i = 0; i < 3; ++i) {
     low[i] = -parallel::largest_of_all(*group_, -low[i]);
     high[i] = parallel::largest_of_all(*group_, high[i]);
@@ -116,6 +135,8 @@ void CoarseSpace::find_cells() {
       extreme[3 + i] = std::max(extreme[3 + i], subdomain_->nodes[n][i]);
     }
   }
+  factors_->make_room(extremes.size());
+  parallel::agree(*group_);
   parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, extremes.data(), static_cast<int>(extremes.size()),
                                     MPI_DOUBLE, MPI_MAX, group_->get()),
                       "MPI_Allreduce");
@@ -149,6 +170,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
   };
   double stiffest = 0;
   for (const auto& t : operators.tetrahedra) stiffest = std::max(stiffest, stiffness_bound(t));
+  parallel::agree(*group_);
   stiffest = parallel::largest_of_all(*group_, stiffest);
   const double scale = std::ldexp(1.0, digits - std::ilogb(stiffest) - 8);
 
@@ -233,6 +255,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
   factors_->solver.compute(matrix);
   if (factors_->solver.info() != Eigen::Success)
     throw std::runtime_error("static solver: the coarse matrix could not be factorized");
+  factors_->inverse_diagonal = factors_->solver.vectorD().cwiseInverse();
 }
 
 void CoarseSpace::add_correction(std::span<const double> residual, std::span<double> correction) const {
@@ -243,7 +266,8 @@ void CoarseSpace::add_correction(std::span<const double> residual, std::span<dou
   // What is not finite has no integer; the caller's other part of the preconditioner hands it on.
   if (largest == 0 || !std::isfinite(largest)) return;
   const double scale = std::ldexp(1.0, digits - std::ilogb(largest) - 1);
-  std::vector<std::int64_t> sums(static_cast<std::size_t>(n_motions * n_cells_), 0);
+  auto& sums = factors_->sums;
+  std::ranges::fill(sums, 0);
   for (std::size_t n = 0; n < residual.size() / 3; ++n) {
     std::int64_t* sum = &sums[n_motions * static_cast<std::size_t>(cell_[n])];
     const std::array<double, 3>& arm = arm_[n];
@@ -258,12 +282,11 @@ void CoarseSpace::add_correction(std::span<const double> residual, std::span<dou
     parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_INT64_T,
                                       MPI_SUM, group_->get()),
                         "MPI_Allreduce");
-  Eigen::VectorXd coarse(static_cast<Eigen::Index>(sums.size()));
   for (std::size_t i = 0; i < sums.size(); ++i)
-    coarse[static_cast<Eigen::Index>(i)] = static_cast<double>(sums[i]) / scale;
-  const Eigen::VectorXd motion = factors_->solver.solve(coarse);
+    factors_->sides[static_cast<Eigen::Index>(i)] = static_cast<double>(sums[i]) / scale;
+  factors_->solve();
   for (std::size_t n = 0; n < residual.size() / 3; ++n) {
-    const double* c = &motion[n_motions * cell_[n]];
+    const double* c = &factors_->motion[n_motions * cell_[n]];
     const std::array<double, 3>& arm = arm_[n];
     for (std::size_t i = 0; i < 3; ++i) {
       if (held_[3 * n + i] != 0) continue;

@@ -90,15 +90,19 @@ EdgeCoupling edge_coupling(const PdsOperators& operators, const IsotropicElastic
     if (!integrity.is_intact(number)) {
       is_whole = false;
       if (!integrity.carries(number)) continue;
-      const Matrix m = integrity.partial(number).coupling(corner(first), corner(second));
+      // Which of the two nodes has the smaller local number differs from rank to rank, and with it the order
+      // of the coupling's sums: the tetrahedron's own order counts. The other block is the transposed one.
+      const auto [i, j] = std::minmax({corner(first), corner(second)});
+      const Matrix m = integrity.partial(number).coupling(i, j);
       const double half = 0.5 * t.volume;
-      for (std::size_t i = 0; i < 3; ++i) k.s[i] += t.volume * m[i][i];
+      const double skew_half = i == corner(first) ? half : -half;
+      for (std::size_t c = 0; c < 3; ++c) k.s[c] += t.volume * m[c][c];
       k.s[3] += half * (m[1][2] + m[2][1]);
       k.s[4] += half * (m[0][2] + m[2][0]);
       k.s[5] += half * (m[0][1] + m[1][0]);
-      k.w[0] += half * (m[2][1] - m[1][2]);
-      k.w[1] += half * (m[0][2] - m[2][0]);
-      k.w[2] += half * (m[1][0] - m[0][1]);
+      k.w[0] += skew_half * (m[2][1] - m[1][2]);
+      k.w[1] += skew_half * (m[0][2] - m[2][0]);
+      k.w[2] += skew_half * (m[1][0] - m[0][1]);
       continue;
     }
     const Vector& a = t.gradient[corner(first)];

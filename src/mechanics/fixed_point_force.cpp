@@ -335,12 +335,13 @@ double FixedPointForce<Real>::padding() const {
 
 template <class Real>
 double FixedPointForce<Real>::largest_stretch() const {
-  Integer largest = 0;
+  double largest = 0;
+  // The magnitude itself, the same in both directions of an edge: which one is taken differs between ranks.
   const auto look = [&](std::int32_t a, std::int32_t b) {
     for (std::size_t i = 0; i < 3; ++i) {
       const Integer d =
           kernels::difference(nodes_[index(b)].displacement[i], nodes_[index(a)].displacement[i]);
-      largest = std::max(largest, d < 0 ? static_cast<Integer>(~d) : d);
+      largest = std::max(largest, std::abs(static_cast<double>(d)));
     }
   };
   const auto carries = [](const auto& s, std::size_t lane) {
@@ -356,7 +357,7 @@ double FixedPointForce<Real>::largest_stretch() const {
     for (const auto& group : block.general)
       for (std::size_t lane = 0; lane < 8; ++lane)
         if (carries(group.s, lane)) look(group.first[lane], group.second[lane]);
-  return static_cast<double>(largest);
+  return largest;
 }
 
 template class FixedPointForce<float>;

@@ -94,6 +94,7 @@ public:
     check_petsc(PCSetType(preconditioner, PCSHELL), "PCSetType");
     check_petsc(PCShellSetContext(preconditioner, this), "PCShellSetContext");
     check_petsc(PCShellSetApply(preconditioner, petsc_precondition), "PCShellSetApply");
+    check_petsc(KSPSetUp(ksp_.get()), "KSPSetUp");  // allocates what the iterations need
   }
 
   void release(std::span<const std::int32_t> tetrahedra) {
@@ -107,6 +108,8 @@ public:
 
   int solve(std::span<const double> force, parallel::NodeField& displacement) {
     refresh_coarse();
+    // From here on every rank waits for messages of the others, and no rank allocates.
+    parallel::agree(*group_);
     // The reference is the residual of a body whose free components have not moved.
     for (std::size_t i = 0; i < held_.size(); ++i)
       operand_.local()[i] = held_[i] != 0 ? displacement.local()[i] : 0;

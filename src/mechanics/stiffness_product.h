@@ -6,13 +6,15 @@
 #include "fixed_point_force.h"
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace crackle::mechanics {
 
 /// K u in double precision through the fast edge loop, with the same bits for every partition. The scale of
-/// the fixed-point numbers follows the operand, from product to product.
+/// the fixed-point numbers follows the operand, from product to product: by its largest component and by the
+/// largest contribution of an edge of the body, which do not depend on the partition.
 class StiffnessProduct {
 public:
   /// Collective. The references must outlive the object.
@@ -23,6 +25,7 @@ public:
   /// @param displacement ghosts up to date
   /// @param force of the owned nodes, 3 n_owned [N]
   /// Collective.
+  /// @throws std::runtime_error on every rank when the operand is not finite
   void apply(const parallel::NodeField& displacement, std::span<double> force);
 
   /// After tetrahedra were broken. Local.
@@ -31,9 +34,9 @@ public:
 private:
   const parallel::Communicator* group_;
   std::unique_ptr<FixedPointForce<double>> force_;
-  double unit_ = 0;        // force quantum per displacement quantum [N/m]
-  int gain_exponent_ = 0;  // of the largest contribution over the largest displacement, last time
-  bool has_gain_ = false;
+  double unit_ = 0;  // force quantum per displacement quantum [N/m]
+  // Of the largest contribution over the largest displacement, last time; empty where that is not known.
+  std::optional<int> gain_exponent_;
 };
 
 }  // namespace crackle::mechanics

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/parallel/agreement.h"
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
+#include <new>
 
 namespace crackle::parallel {
 
@@ -15,22 +18,44 @@ std::string current_error() {
   }
 }
 
+std::string current_error(const Communicator& group) noexcept {
+  try {
+    const std::string stage = group.stage();
+    return stage.empty() ? current_error() : stage + ": " + current_error();
+  } catch (...) {
+    return {};
+  }
+}
+
 void agree_on_error(const Communicator& group, const std::optional<std::string>& error) {
   int first = error ? group.rank() : group.size();
   check_mpi(MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, group.get()), "MPI_Allreduce");
   if (first == group.size()) return;
-  std::string message = error.value_or("");
-  int length = static_cast<int>(message.size());
-  check_mpi(MPI_Bcast(&length, 1, MPI_INT, first, group.get()), "MPI_Bcast");
-  message.resize(static_cast<std::size_t>(length));
-  check_mpi(MPI_Bcast(message.data(), length, MPI_CHAR, first, group.get()), "MPI_Bcast");
-  throw AgreedError(first, message);
+  std::uint64_t length = error ? error->size() : 0;
+  check_mpi(MPI_Bcast(&length, 1, MPI_UINT64_T, first, group.get()), "MPI_Bcast");
+  // What failed may be an allocation, so none may be needed before all have the message.
+  std::string message;
+  std::array<char, 1024> piece{};
+  for (std::size_t begin = 0; begin < length; begin += piece.size()) {
+    const std::size_t n = std::min(piece.size(), static_cast<std::size_t>(length) - begin);
+    if (first == group.rank()) error->copy(piece.data(), n, begin);
+    check_mpi(MPI_Bcast(piece.data(), static_cast<int>(n), MPI_CHAR, first, group.get()), "MPI_Bcast");
+    try {
+      message.append(piece.data(), n);
+    } catch (const std::bad_alloc&) {
+    }
+  }
+  try {
+    throw AgreedError(first, message);
+  } catch (const std::bad_alloc&) {
+    throw AgreedError(first, {});
+  }
 }
 
 std::string share_text(const Communicator& group, std::string text) {
   std::uint64_t length = text.size();
   check_mpi(MPI_Bcast(&length, 1, MPI_UINT64_T, 0, group.get()), "MPI_Bcast");
-  text.resize(length);
+  agree(group, [&] { text.resize(length); });
   check_mpi(MPI_Bcast(text.data(), static_cast<int>(length), MPI_CHAR, 0, group.get()), "MPI_Bcast");
   return text;
 }

@@ -40,12 +40,16 @@ Communicator::~Communicator() {
 Communicator::Communicator(Communicator&& other) noexcept
     : communicator_(std::exchange(other.communicator_, MPI_COMM_NULL)),
       rank_(other.rank_),
-      size_(other.size_) {}
+      size_(other.size_),
+      stage_(other.stage_),
+      on_stage_(std::move(other.on_stage_)) {}
 
 Communicator& Communicator::operator=(Communicator&& other) noexcept {
   std::swap(communicator_, other.communicator_);
   std::swap(rank_, other.rank_);
   std::swap(size_, other.size_);
+  std::swap(stage_, other.stage_);
+  std::swap(on_stage_, other.on_stage_);
   return *this;
 }
 

@@ -1,14 +1,27 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/parallel/node_field.h"
 
+#include "crackle/parallel/agreement.h"
+
 #include <algorithm>
 #include <numeric>
 
 namespace crackle::parallel {
 
+namespace {
+
+/// What PETSc needs for a node's values, and for a ghost's place in the exchange at most [byte].
+constexpr std::size_t bytes_per_node = 3 * sizeof(double);
+constexpr std::size_t bytes_per_ghost = 256;
+constexpr std::size_t bytes_per_vector = 1 << 18;
+
+}  // namespace
+
 NodeField::NodeField(const Communicator& group, const geometry::Subdomain& subdomain) {
   const auto first_ghost = subdomain.distributed_number.begin() + subdomain.n_owned;
   std::vector<PetscInt> ghosts(first_ghost, subdomain.distributed_number.end());
+  check_room(bytes_per_node * subdomain.nodes.size() + bytes_per_ghost * ghosts.size() + bytes_per_vector);
+  agree(group);
   n_owned_ = 3 * static_cast<std::size_t>(subdomain.n_owned);
   check_petsc(VecCreateGhostBlock(group.get(), 3, static_cast<PetscInt>(n_owned_), PETSC_DECIDE,
                                   static_cast<PetscInt>(ghosts.size()), ghosts.data(), global_.put()),
@@ -21,6 +34,8 @@ NodeField::NodeField(const Communicator& group, const geometry::Subdomain& subdo
   // operations on the vector find it free.
   values_ = {values, 3 * subdomain.nodes.size()};
   check_petsc(VecRestoreArray(ghosted_, &values), "VecRestoreArray");
+  // The first exchange allocates, the later ones do not.
+  update_ghosts();
 }
 
 NodeField::~NodeField() {
@@ -53,16 +68,18 @@ std::vector<double> gather_nodes(const Communicator& group, const geometry::Subd
                                  std::span<const double> owned) {
   const int n_owned = subdomain.n_owned;
   std::vector<int> counts(static_cast<std::size_t>(group.size()));
+  agree(group);
   check_mpi(MPI_Gather(&n_owned, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, group.get()), "MPI_Gather");
-  std::vector<int> offsets(counts.size());
-  std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
-
+  std::vector<int> offsets;
   std::vector<std::int64_t> numbers;
   std::vector<double> values;
-  if (group.is_root()) {
+  agree(group, [&] {
+    offsets.resize(counts.size());
+    if (!group.is_root()) return;
     numbers.resize(static_cast<std::size_t>(subdomain.n_nodes_global));
     values.resize(3 * numbers.size());
-  }
+  });
+  std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
   check_mpi(MPI_Gatherv(subdomain.node_number.data(), n_owned, MPI_INT64_T, numbers.data(), counts.data(),
                         offsets.data(), MPI_INT64_T, 0, group.get()),
             "MPI_Gatherv");

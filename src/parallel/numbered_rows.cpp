@@ -55,9 +55,10 @@ NumberedRows get_rows(Unpacker& unpacker) {
 }
 
 std::vector<std::byte> share_bytes(const Communicator& group, std::vector<std::byte> bytes) {
+  agree(group);
   auto size = static_cast<std::uint64_t>(bytes.size());
   check_mpi(MPI_Bcast(&size, 1, MPI_UINT64_T, 0, group.get()), "MPI_Bcast");
-  bytes.resize(size);
+  agree(group, [&] { bytes.resize(size); });
   for (std::size_t begin = 0; begin < bytes.size(); begin += largest_message) {
     const auto part = static_cast<int>(std::min(largest_message, bytes.size() - begin));
     check_mpi(MPI_Bcast(bytes.data() + begin, part, MPI_BYTE, 0, group.get()), "MPI_Bcast");

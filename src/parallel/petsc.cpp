@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/parallel/petsc.h"
 
+#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -11,6 +12,11 @@ void check_petsc(PetscErrorCode code, const char* call) {
   const char* text = nullptr;
   PetscErrorMessage(code, &text, nullptr);
   throw std::runtime_error(std::string(call) + ": " + (text != nullptr ? text : "unknown PETSc error"));
+}
+
+void check_room(std::size_t n_bytes) {
+  // Not a new-expression, which a compiler may leave out.
+  ::operator delete(::operator new(n_bytes));
 }
 
 }  // namespace crackle::parallel

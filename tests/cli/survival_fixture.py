@@ -78,8 +78,8 @@ class SurvivalCase(unittest.TestCase):
         return folder
 
     @classmethod
-    def start(cls, *arguments, n_ranks=1, extra_environment=None, memory_limit=None):
-        launcher = [] if n_ranks == 1 else mpirun(n_ranks)
+    def start(cls, *arguments, n_ranks=1, extra_environment=None, memory_limit=None, launcher=None):
+        launcher = launcher or ([] if n_ranks == 1 else mpirun(n_ranks))
         limits = (lambda: resource.setrlimit(resource.RLIMIT_AS, (memory_limit, -1))) if memory_limit else None
         return subprocess.Popen([*launcher, PROGRAM, *map(str, arguments)], text=True, stdout=subprocess.PIPE,
                                 env=environment(**(extra_environment or {})), stderr=subprocess.PIPE,

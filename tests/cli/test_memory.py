@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The memory that crackle check foretells against what a sample takes, and bodies for which there is not enough."""
+"""The memory and the files that crackle check foretells against what a sample takes, and bodies for which there is not
+enough memory."""
 import os
 import pathlib
 import re
@@ -66,7 +67,7 @@ class Memory(unittest.TestCase):
                 ("paper", 1, setting("paper.toml"))):
             with self.subTest(name, ranks=n_ranks):
                 (self.folder / "plate.toml").write_text(text)
-                check = self.call("check", "plate.toml")
+                check = self.call("check", "--no-measure", "plate.toml")
                 estimate = 1e6 * float(re.search(r"memory +=  *(\d+) MB per sample", check.stdout)[1])
                 found = peaks([*mpirun(n_ranks), survival_fixture.PROGRAM, "sample",
                                self.folder / "plate.toml", "--sample", "0", "-o", self.folder / f"{name}-{n_ranks}"])
@@ -77,12 +78,26 @@ class Memory(unittest.TestCase):
                 self.assertLess(estimate, FACTOR * sum(found))
                 self.assertGreater(estimate, sum(found) / FACTOR)
 
+    def test_the_size_of_the_output(self):
+        """A sample of the demo, in its whole duration: the cracks count."""
+        (self.folder / "plate.toml").write_text((ROOT / "jobs/demo.toml").read_text())
+        check = self.call("check", "--no-measure", "plate.toml")
+        output = re.search(r"(?m)^output += ([\d.]+) MB per sample, ([\d.]+) MB for 8 samples$", check.stdout)
+        estimate, of_all = float(output[1]), float(output[2])
+        self.assertGreater(of_all, 7.9 * estimate)
+        result = self.call("sample", "plate.toml", "--sample", "2", "-o", "out")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        size = (self.folder / "out/samples/0002.h5").stat().st_size / 1e6
+        print(f"output of a sample: estimated {estimate:.2f} MB, written {size:.2f} MB", flush=True)
+        self.assertLess(estimate, FACTOR * size)
+        self.assertGreater(estimate, size / FACTOR)
+
     def test_check_says_what_does_not_fit_here(self):
         # All frames of a mesh that is soon made, terabytes, to be computed elsewhere.
         for n_ranks, whose in ((1, "a sample needs"), (8, "the 8 ranks of a sample need")):
             text = setting("demo.toml", ("0.8 mm", "0.5 mm"), frames=100000, ranks_per_sample=n_ranks)
             (self.folder / "plate.toml").write_text(text)
-            result = self.call("check", "plate.toml")
+            result = self.call("check", "--no-measure", "plate.toml")
             self.assertEqual((result.returncode, result.stderr), (0, ""))
             estimate = float(re.search(r"memory +=  *(\d+) MB per sample", result.stdout)[1])
             warning = re.search(rf"\nWarning: .*memory: {whose} about ([\d.e+]+) GB, and [\d.]+ GB are available \(.*",
@@ -90,7 +105,7 @@ class Memory(unittest.TestCase):
             print(warning[0].strip(), flush=True)
             self.assertAlmostEqual(float(warning[1]), estimate / 1e3, delta=0.01 * float(warning[1]))
         (self.folder / "plate.toml").write_text(setting("demo.toml"))
-        self.assertNotIn("Warning", self.call("check", "plate.toml").stdout)
+        self.assertNotIn("Warning", self.call("check", "--no-measure", "plate.toml").stdout)
 
     def test_what_cannot_fit_is_refused_before_anything_is_made(self):
         # All frames of a fine mesh, terabytes.

@@ -1,13 +1,18 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """crackle sample is parked, killed and continued on other numbers of ranks, with the bits of an undisturbed one."""
+import fcntl
+import os
+import pty
 import re
 import shutil
 import signal
+import struct
 import subprocess
+import termios
 
 import survival_fixture
-from survival_fixture import SMALL, TRIALS, SurvivalCase
+from survival_fixture import SMALL, TRIALS, SurvivalCase, environment
 
 
 class SampleSurvival(SurvivalCase):
@@ -29,6 +34,9 @@ class SampleSurvival(SurvivalCase):
     def assert_parked(self, result):
         self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
         self.assertIn("sample 1 parked after", result.stdout)
+        self.assertRegex(result.stdout, rf"\nto go on: {re.escape(survival_fixture.PROGRAM)} sample {self.slow} --sample 1 "
+                                        rf"-o {self.out} .*--resume\n")
+        self.assertEqual(result.stdout.count("--resume"), 1)
         self.assertTrue(self.checkpoint.exists())
         self.assertEqual(list(self.out.glob("lock-*")), [])
 
@@ -105,8 +113,31 @@ class SampleSurvival(SurvivalCase):
         result = self.call(*arguments, "--resume")
         self.assertRegex(result.stdout, "0001.h5.invalid-1 and computed again: .*damaged file")
         self.assertEqual(result.returncode, 0)
-        self.assertEqual(self.call(*arguments).returncode, 0, "without --resume it is computed anew")
+        written = self.written(file)
+        self.assert_refused(self.call(*arguments), f"{file} holds this sample already", "--resume", "--overwrite")
+        self.assertEqual(self.written(file), written)
+        self.assertEqual(self.call(*arguments, "--overwrite").returncode, 0)
         self.assertGreater(self.written(file), written)
+
+    def test_a_terminal_shows_where_the_sample_stands(self):
+        arguments = tuple(map(str, ("sample", self.slow, "--sample", 1, "-o", self.out)))
+        outer, inner = pty.openpty()
+        fcntl.ioctl(inner, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 90, 0, 0))
+        with subprocess.Popen([survival_fixture.PROGRAM, *arguments], stdout=inner, env=environment()) as process:
+            os.close(inner)
+            shown = b""
+            try:
+                while piece := os.read(outer, 4096):
+                    shown += piece
+            except OSError:  # the program has closed its end
+                pass
+            os.close(outer)
+        self.assertEqual(process.returncode, 0)
+        text = shown.decode()
+        lines = re.findall(r"\rdynamic phase 1: (\d+) %, [^\r\n]* s left at most", text)
+        self.assertEqual(lines, sorted(lines, key=int))
+        self.assertGreater(len(set(lines)), 1, text)
+        self.assertTrue(all(len(line) < 90 for line in re.findall(r"\rdynamic phase [^\r\n]*", text)))
 
     def test_numbers_out_of_bounds_are_found_soon(self):
         # Loads that tear everything apart at once: the sample fails long before its end, with the reason.

@@ -166,7 +166,7 @@ class Stats(unittest.TestCase):
         text = self.stats()
         mean = re.search(r"\n +0 +y = 4 mm +z +\d+ +(\S+) ", text)[1]
         median = re.search(r"\nonset force \[N\] +\S+ +\S+ +(\S+) ", text)[1]
-        self.assertIn(f"\nmean z(4 mm) = {mean} mm, median onset {median} N\n", self.log)
+        self.assertIn(f"\nmean z of notch 0 at y = 4 mm: {mean} mm, median onset {median} N\n", self.log)
 
     def test_an_ensemble_that_stopped_early_stays_as_it_is(self):
         setting = pathlib.Path(self.parent.name) / "stop.toml"
@@ -292,6 +292,16 @@ class Stats(unittest.TestCase):
         result = invoke("stats", self.folder)
         self.assertEqual(result.returncode, 1)
         self.assertEqual(len(re.findall("crackle: ", result.stderr)), 1, result.stderr)
+
+    def test_cracks_faster_than_the_rayleigh_speed_are_warned_of(self):
+        number = int(self.sample.stem)
+        for ratio, expected in ((0.99, []), (1.25, [f"warning: sample {number}: a crack speed of 1234 m/s is 1.25 times "
+                                                    "the Rayleigh speed, the limit of an opening crack"])):
+            with opened(self.sample) as root:
+                root["summary/crack_speed_max"][()] = 1234
+                root["summary/crack_speed_ratio"][()] = ratio
+            self.assertEqual([line for line in self.stats().splitlines()
+                              if line.startswith(f"warning: sample {number}:")], expected)
 
     def test_files_of_another_schema_are_refused(self):
         with opened(self.sample) as root:

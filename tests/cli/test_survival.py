@@ -6,6 +6,7 @@ disks.
 import os
 import pathlib
 import random
+import re
 import shutil
 import signal
 import socket
@@ -53,7 +54,10 @@ class Survival(SurvivalCase):
         result = self.call("run", self.slow, "-o", self.out, "--resume",
                            extra_environment={"SLURM_JOB_END_TIME": str(int(time.time()) + 2)})
         self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
-        self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
+        self.assertIn(f"to go on: {survival_fixture.PROGRAM} run {self.slow} -o {self.out} --resume\n", result.stdout)
+        result = self.call("run", self.slow, "-o", self.out, "--resume")
+        self.assertIn(f"pictures and report: tools/crackle-report {self.out}\n", result.stdout)
+        self.assert_complete(self.slow, result)
 
     # What a folder holds.
 
@@ -79,12 +83,43 @@ class Survival(SurvivalCase):
         os.utime(lock, (time.time() - 3600, time.time() - 3600))
         self.assert_complete(self.small, self.call("run", self.small, "-o", self.out, "--resume"))
         lock.write_text("host elsewhere\nprocess 12\nstart 34\njob 56\n")
-        result = self.call("run", self.small, "-o", self.out, "--resume", extra_environment={"SLURM_JOB_ID": "56"})
+        requeued = {"SLURM_JOB_ID": "56", "SLURM_STEP_ID": "0", "SLURM_RESTART_COUNT": "1"}
+        result = self.call("run", self.small, "-o", self.out, "--resume", extra_environment=requeued)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("was an earlier start of this job", result.stdout)
+        # Another step of this start of the job, on another node.
+        lock.write_text("host elsewhere\nprocess 12\nstart 34\njob 56\nrestart 1\nstep 1\n")
+        self.assert_refused(self.call("run", self.small, "-o", self.out, "--resume", extra_environment=requeued),
+                            "process 12 on elsewhere, SLURM job 56 step 1, restart 1")
         # Of this host, but of a process number that another process has now.
         lock.write_text(f"host {socket.gethostname()}\nprocess {os.getpid()}\nstart 1\njob -\n")
         self.assert_complete(self.small, self.call("run", self.small, "-o", self.out, "--resume"))
+
+    def test_process_namespaces_do_not_mix(self):
+        contained = ["unshare", "--pid", "--fork"]
+        if subprocess.run([*contained, "true"], check=False, stderr=subprocess.DEVNULL).returncode != 0:
+            self.skipTest("no process namespaces can be made here")
+        for kind in ("its own /proc", "the host's /proc"):
+            with self.subTest(kind):
+                shutil.rmtree(self.out, ignore_errors=True)
+                launcher = [*contained, "--mount-proc"] if kind == "its own /proc" else contained
+                process = self.start("run", self.slow, "-o", self.out, launcher=launcher)
+                self.wait_for(lambda: (self.out / "input.toml").exists(), process)
+                child = int(pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text())
+                os.kill(child, signal.SIGSTOP)
+                number = next(line.split()[1] for line in (self.out / "lock-0-2").read_text().splitlines()
+                              if line.startswith("process "))
+                self.assertNotEqual(int(number), child, "the lock has the number of the namespace")
+                # From outside, and from another namespace, in which the number is the reader's own.
+                for other in ([], launcher):
+                    self.assert_refused(self.call("run", self.slow, "-o", self.out, "--resume", launcher=other),
+                                        "another run is at work", f"process {number} on ")
+                os.kill(child, signal.SIGKILL)
+                process.communicate()
+        # Nobody here can know that it has ended.
+        self.assert_refused(self.call("run", self.slow, "-o", self.out, "--resume"), "another run is at work")
+        os.utime(self.out / "lock-0-2", (time.time() - 3600, time.time() - 3600))
+        self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
 
     def test_other_inputs_are_refused_with_the_differences(self):
         shutil.copytree(self.whole(self.small), self.out)
@@ -204,6 +239,38 @@ class Survival(SurvivalCase):
 
     # Failures and ranges.
 
+    def peak_of_addresses(self, *arguments, **options):
+        """Most addresses that a rank of a run has had [byte]."""
+        process = self.start(*arguments, **options)
+        peak = 0
+        while process.poll() is None:
+            for entry in pathlib.Path("/proc").iterdir():
+                try:
+                    if entry.name.isdigit() and os.readlink(entry / "exe") == survival_fixture.PROGRAM:
+                        parent = int((entry / "stat").read_text().rpartition(")")[2].split()[1])
+                        if process.pid in (int(entry.name), parent):
+                            peak = max(peak, int(re.search(r"VmPeak:\s*(\d+)", (entry / "status").read_text())[1]))
+                except (OSError, TypeError, IndexError):
+                    continue  # has ended meanwhile
+            time.sleep(0.002)
+        self.assertEqual(process.returncode, 0, process.communicate())
+        process.communicate()
+        return 1024 * peak
+
+    def test_a_group_ends_when_one_rank_has_no_memory(self):
+        if b"__asan_init" in pathlib.Path(survival_fixture.PROGRAM).read_bytes():
+            self.skipTest("the address sanitizer needs all addresses")
+        # The frames are kept on the first rank of the group; the other one must not wait for it.
+        setting = self.root / "group.toml"
+        text = SMALL.replace("samples = 3", "samples = 2\nranks_per_sample = 2").replace('step = "auto"', 'step = "3 ns"')
+        setting.write_text(text.replace("frames = 4", "frames = 1"))
+        limit = self.peak_of_addresses("run", setting, "-o", self.root / "few-in-groups", n_ranks=3)
+        setting.write_text(text.replace("frames = 4", "frames = 20000"))
+        result = self.call("run", setting, "-o", self.out, n_ranks=3, memory_limit=limit + (64 << 20))
+        self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+        for sample in (0, 1):
+            self.assertRegex(result.stdout, rf"sample {sample} failed after .*: computation: .*std::bad_alloc")
+
     def test_retry_failed_when_the_cause_is_gone(self):
         if b"__asan_init" in pathlib.Path(survival_fixture.PROGRAM).read_bytes():
             self.skipTest("the address sanitizer needs all addresses")
@@ -211,19 +278,12 @@ class Survival(SurvivalCase):
         setting = self.root / "frames.toml"
         text = SMALL.replace("samples = 3", "samples = 2").replace('step = "auto"', 'step = "3 ns"')
         setting.write_text(text.replace("frames = 4", "frames = 1"))
-        process = self.start("run", setting, "-o", self.root / "few")
-        peak = 0
-        while process.poll() is None:
-            status = pathlib.Path(f"/proc/{process.pid}/status").read_text()
-            peak = max([peak] + [int(line.split()[1]) for line in status.splitlines() if line.startswith("VmPeak")])
-            time.sleep(0.002)
-        process.communicate()
+        limit = self.peak_of_addresses("run", setting, "-o", self.root / "few")
         setting.write_text(text.replace("frames = 4", "frames = 20000"))
         self.whole(setting)
-        limit = 1024 * peak
         result = self.call("run", setting, "-o", self.out, memory_limit=limit)
         self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
-        self.assertRegex(result.stdout, r"sample 0 failed after .*: computation: std::bad_alloc")
+        self.assertRegex(result.stdout, r"sample 0 failed after .*: computation: frame: std::bad_alloc")
         result = self.call("run", setting, "-o", self.out, "--resume")
         self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
         self.assertIn("2 failed", result.stdout)
@@ -249,7 +309,7 @@ class Survival(SurvivalCase):
             self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
             self.assertIn(samples, result.stdout)
         self.assert_complete(self.small, self.call("stats", self.out))
-        for part in ("3", "2-1", "1-", "-1", "x"):
+        for part in ("3", "2-1", "1-", "-1", "x", "0--1", "+0-1", "0- 1", "0-1x"):
             result = self.call("run", self.small, "-o", self.out, "--resume", f"--samples={part}")
             self.assertEqual(result.returncode, 1, part)
 

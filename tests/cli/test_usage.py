@@ -66,6 +66,11 @@ class Usage(unittest.TestCase):
         self.assert_usage_error(invoke("check", "--frobnicate", OPTIONS.demo), "--frobnicate")
         self.assert_usage_error(invoke("--frobnicate"), "crackle --help")
 
+    def test_overwriting_and_going_on_exclude_each_other(self):
+        for option in ("--resume", "--retry-failed"):
+            result = invoke("sample", OPTIONS.demo, "--sample", "0", "-o", "out", "--overwrite", option)
+            self.assert_usage_error(result, "--overwrite", "excludes", option)
+
     def test_parts_of_the_samples(self):
         with tempfile.TemporaryDirectory(prefix="crackle-cli-") as folder:
             def run(*arguments, ranks=0):
@@ -128,8 +133,77 @@ class Usage(unittest.TestCase):
         for pattern in (r"mesh\.spacing +=", r"mesh\.growth +=", r"time\.arrest += auto",
                         r"nodes +=  *\d+", r"tetrahedra +=  *\d+", r"stable step +=  *[\d.]+ ns",
                         r"time step +=  *[\d.]+ ns", r"steps +=  *\d+", r"force evaluations +=  *\d+",
-                        r"memory +=  *\d+ MB", r"core-hours +=  *[\d.e-]+"):
+                        r"memory +=  *\d+ MB", r"output += [\d.]+ MB per sample, [\d.]+ MB for 8 samples\n",
+                        r"wave speeds += c_d 2288 m/s, c_s 1007 m/s, c_R 945\.6 m/s\n",
+                        r"transit times += 61\.19 us along the length .*, 24\.34 us across the width",
+                        r"arrest window += 24\.34 us", r"\ncore-hours +=  *[\d.e-]+ for 8 samples, with 2 dynamic phases each\n",
+                        r"quasi-static part += [\d.e-]+ s: [\d.e-]+ s for the first equilibrium, [\d.e-]+ s for each of 4 "):
             self.assertRegex(result.stdout, pattern)
+        self.assertEqual(result.stderr, "")
+        least, median, greatest = map(float, re.search(
+            r"toughness += least ([\d.]+), median ([\d.]+), greatest ([\d.]+) J/m\^2", result.stdout).groups())
+        self.assertLess(least, median)
+        self.assertLess(median, greatest)
+        phase, step, rate = map(float, re.search(
+            r"dynamic phase += ([\d.e+-]+) s for .*: ([\d.e+-]+) ms per step, ([\d.e+-]+) million tetrahedron updates",
+            result.stdout).groups())
+        steps, forces, tetrahedra = (int(re.search(rf"(?m)^{name} += (\d+)", result.stdout)[1])
+                                     for name in ("steps", "force evaluations", "tetrahedra"))
+        self.assertGreater(1.02 * phase, 1e-3 * step * steps)  # the phase has a start besides
+        self.assertAlmostEqual(rate * 1e6 * 1e-3 * step / (tetrahedra * forces / steps), 1, delta=0.02)
+        sample = float(re.search(r"(?m)^sample += ([\d.e+-]+) s", result.stdout)[1])
+        hours = float(re.search(r"core-hours += ([\d.e-]+)", result.stdout)[1])
+        self.assertAlmostEqual(8 * sample / 3600 / hours, 1, delta=0.02)
+        self.assertGreater(sample, phase)
+
+    def check(self, *arguments, **values):
+        """The rows of `crackle check` for the demo with other values."""
+        text = pathlib.Path(OPTIONS.demo).read_text()
+        for key, value in {"spacing": '"5 mm"', "notch_spacing": '"1.5 mm"', **values}.items():
+            text, n_replaced = re.subn(rf"(?m)^{key} = .*$", value if "=" in value else f"{key} = {value}", text)
+            self.assertEqual(n_replaced, 1, key)
+        with tempfile.TemporaryDirectory(prefix="crackle-cli-") as folder:
+            (pathlib.Path(folder) / "plate.toml").write_text(text)
+            result = invoke("check", "plate.toml", *arguments, cwd=folder)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        rows = result.stdout.split("The mesh of sample 0", 1)[1]
+        return dict(re.findall(r"(?m)^([\w -]+?) += (.*)$", rows)), rows
+
+    def test_check_with_other_numbers_of_phases(self):
+        rows, _ = self.check("--phases", "4")
+        self.assertRegex(rows["core-hours"], "with 4 dynamic phases each")
+        self.assertRegex(rows["sample"], "with 4 dynamic phases, of which 3 arrest early")
+        rows, _ = self.check("--phases", "1")
+        self.assertRegex(rows["core-hours"], "with 1 dynamic phase each")
+
+    def test_check_of_a_body_that_starts_at_rest(self):
+        rows, _ = self.check(start='"rest"')
+        self.assertNotIn("quasi-static part", rows)
+        self.assertRegex(rows["core-hours"], "with 1 dynamic phase each")
+        self.assertRegex(rows["arrest window"], "none")
+
+    def test_check_says_that_no_load_breaks_the_body(self):
+        rows, _ = self.check(rate='["0 N/s", "0 N/s", "0 N/s"]')
+        self.assertRegex(rows["sample"], "no load of the program breaks the body")
+        self.assertRegex(rows["core-hours"], "with 0 dynamic phases each")
+
+    def test_check_without_measuring(self):
+        rows, text = self.check("--no-measure", strength='toughness = "100 J/m^2"')
+        self.assertNotIn("core-hours", text)
+        self.assertNotIn("dynamic phase", rows)
+        least, median, greatest = map(float, re.fullmatch(
+            r"least ([\d.]+), median ([\d.]+), greatest ([\d.]+) MPa, from the toughness and the local spacing",
+            rows["strength"]).groups())
+        self.assertLess(least, median)
+        self.assertLess(median, greatest)
+        self.assertNotIn("toughness", rows)
+        self.assert_usage_error(invoke("check", OPTIONS.demo, "--no-measure", "--ranks", "4"))
+
+    def test_plans_reckon_with_what_was_measured(self):
+        rows, text = self.check("--ranks", "5")
+        step = float(re.search(r"([\d.e+-]+) ms per step", rows["dynamic phase"])[1])
+        plan = re.search(r"(?m)^ +1 +4 .*? ([\d.]+) ms", text)
+        self.assertAlmostEqual(float(plan[1]), step, delta=0.001 + 0.01 * step)
 
     def test_step_over_the_stable_one_is_refused(self):
         with tempfile.TemporaryDirectory(prefix="crackle-cli-") as folder:

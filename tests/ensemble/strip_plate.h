@@ -92,6 +92,7 @@ inline dynamics::SampleResult break_strip(const parallel::Communicator& group, s
   dynamics::SampleResult result;
   result.outcome = dynamics::Outcome::separated;
   result.onset_time = 76;
+  result.phase_start = 76;
   result.onset_force = 380 + static_cast<double>(sample);
   result.time_step = 5e-9;
   result.stable_step = 8e-9;

@@ -30,6 +30,7 @@ using analysis::SampleStatus;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 /// ensemble.h5 and all sample files are the same but for times and provenance.
 void expect_same_ensemble(const fs::path& a, const fs::path& b, std::uint64_t n_samples) {
@@ -105,7 +106,7 @@ TEST_F(EnsembleRun, SameEnsembleOnAnyNumberOfRanks) {
   if (!world_.is_root()) return;
   EXPECT_THAT(log_.str(), HasSubstr("5 of 5 samples to do"));
   EXPECT_THAT(log_.str(), HasSubstr("base mesh: "));
-  EXPECT_THAT(log_.str(), HasSubstr("sample 4 done: onset 384.0 N"));
+  EXPECT_THAT(log_.str(), HasSubstr("sample 4 done: separated, onset 384.0 N"));
   EXPECT_THAT(log_.str(), HasSubstr("5 done, 0 failed, 0 pending after"));
 
   const auto content = io::read_ensemble(root_ / "all" / "ensemble.h5");
@@ -119,8 +120,9 @@ TEST_F(EnsembleRun, SameEnsembleOnAnyNumberOfRanks) {
   EXPECT_NE(content.samples[0].crack_area, content.samples[1].crack_area) << "samples differ";
   // What the master merged while samples ended is what the file says.
   const double median = analysis::quantile({380, 381, 382, 383, 384}, 0.5);
-  EXPECT_THAT(log_.str(), HasSubstr(fmt::format("\nmean z(10 mm) = {:.3f} mm, median onset {:.3f} N\n",
-                                                content.statistics.z_mean[1] * 1e3, median)));
+  EXPECT_THAT(log_.str(),
+              HasSubstr(fmt::format("\nmean z of notch 0 at y = 10 mm: {:.3f} mm, median onset {:.3f} N\n",
+                                    content.statistics.z_mean[1] * 1e3, median)));
   std::printf("crack areas %.3f and %.3f mm^2, first crossing at %.3f mm\n",
               content.samples[0].crack_area * 1e6, content.samples[1].crack_area * 1e6,
               content.samples[0].position.at(0) * 1e3);
@@ -250,6 +252,57 @@ TEST_F(EnsembleRun, StopsWhenTheMeanPathIsKnownWhateverFinishesFirst) {
   expect_same_ensemble(root_ / "all", root_ / "alone", 4);
 }
 
+TEST_F(EnsembleRun, TheEndNamesWhatIsPendingAndHowToGoOn) {
+  const auto parameters = plate(5, 1);
+  RunOptions options{.folder = root_ / "out",
+                     .log = &log_,
+                     .stop = [] { return std::optional<std::string>("asked"); },
+                     .next = {.resume = "go on!", .retry_failed = "again!", .report = "pictures!"}};
+  run_ensemble(world_, parameters, options, strip);
+  if (world_.is_root()) {
+    EXPECT_THAT(log_.str(), HasSubstr("\npending: samples 0-4\n0 done, 0 failed, 5 pending after "));
+    EXPECT_THAT(log_.str(), HasSubstr("\nto go on: go on!\n"));
+    EXPECT_THAT(log_.str(), Not(HasSubstr("pictures!")));
+  }
+  options.plan.resume = true;
+  options.plan.range = SampleRange{1, 3};
+  log_.str("");
+  run_ensemble(world_, parameters, options, strip);
+  if (world_.is_root()) {
+    EXPECT_THAT(log_.str(), HasSubstr("\npending: samples 1-3\nsamples 1 to 3: 0 done"));
+    EXPECT_THAT(log_.str(), HasSubstr("\nto go on: go on!\n"));
+  }
+  options.plan.range.reset();
+  options.stop = {};
+  log_.str("");
+  run_ensemble(world_, parameters, options,
+               [](const auto& group, auto sample, const auto& subdomain, const auto&) {
+                 auto result = break_strip(group, sample, subdomain);
+                 if (sample % 2 == 1) throw std::runtime_error("injected");
+                 return result;
+               });
+  if (!world_.is_root()) return;
+  EXPECT_THAT(log_.str(),
+              HasSubstr("\nto compute failed samples again: again!\npictures and report: pictures!\n"));
+  EXPECT_THAT(log_.str(), Not(HasSubstr("go on!")));
+}
+
+TEST_F(EnsembleRun, CracksFasterThanTheRayleighSpeedAreWarnedOf) {
+  const auto parameters = plate(3, 1);
+  const auto at_once = [](const auto& group, auto sample, const auto& subdomain, const auto&) {
+    auto result = break_strip(group, sample, subdomain);
+    // The first one is slow.
+    for (auto& record : result.breaks) record.phase_time *= sample == 0 ? 1e3 : 1e-6;
+    return result;
+  };
+  run("out", parameters, false, at_once);
+  if (!world_.is_root()) return;
+  EXPECT_THAT(log_.str(), Not(HasSubstr("warning: sample 0")));
+  EXPECT_THAT(log_.str(), HasSubstr("\nwarning: sample 1: a crack speed of "));
+  EXPECT_THAT(log_.str(), HasSubstr("\nwarning: sample 2: a crack speed of "));
+  EXPECT_THAT(log_.str(), HasSubstr("\nwarning: 2 samples with a crack faster than the Rayleigh speed\n"));
+}
+
 TEST_F(EnsembleRun, RefusalsAreAgreedAndWriteNothing) {
   const auto parameters = plate(2, 1);
   run("out", parameters, false);
@@ -327,6 +380,50 @@ TEST_F(EnsembleRun, SingleSampleIsTheOneOfTheEnsemble) {
     EXPECT_THAT(lines, testing::Contains(HasSubstr("element updates per second")));
   } else {
     EXPECT_THAT(lines, IsEmpty());
+  }
+}
+
+TEST_F(EnsembleRun, SingleSampleIsNotReplacedWithoutAWord) {
+  const auto parameters = plate(2, 1);
+  run("out", parameters, false);
+  const fs::path file = io::sample_path(root_ / "out", 1);
+  std::map<std::string, std::string> before;
+  if (world_.is_root()) before = contents(root_);
+  SingleSampleOptions options{.folder = root_ / "out", .sample = 1};
+  const auto refusal = [&]() -> std::string {
+    try {
+      run_single_sample(world_, parameters, options, strip, {});
+    } catch (const parallel::AgreedError& error) {
+      return error.what();
+    }
+    return "none";
+  };
+  EXPECT_THAT(refusal(), HasSubstr("0001.h5 holds this sample already; keep it with --resume, or compute it "
+                                   "again with --overwrite"));
+  if (world_.is_root()) {
+    EXPECT_EQ(contents(root_), before);
+    fs::resize_file(file, 100);
+  }
+  MPI_Barrier(world_.get());
+  EXPECT_THAT(refusal(), HasSubstr("0001.h5 holds this sample already")) << "damaged as it is";
+  options.overwrite = true;
+  const auto failing = [](const auto& group, auto sample, const auto& subdomain, const auto&) {
+    break_strip(group, sample, subdomain);
+    throw std::runtime_error("injected");
+    return dynamics::SampleResult();
+  };
+  EXPECT_EQ(run_single_sample(world_, parameters, options, failing, {}).summary.status, SampleStatus::failed);
+  options.overwrite = false;
+  EXPECT_THAT(refusal(), HasSubstr("already, as one that failed; keep it with --resume, or compute it again "
+                                   "with --retry-failed or --overwrite"));
+  options.overwrite = true;
+  if (world_.is_root()) std::ofstream(io::checkpoint_path(root_ / "out", 1)) << "rubbish";
+  MPI_Barrier(world_.get());
+  EXPECT_EQ(run_single_sample(world_, parameters, options, strip, {}).summary.status, SampleStatus::done);
+  if (world_.is_root()) {
+    EXPECT_FALSE(fs::exists(io::checkpoint_path(root_ / "out", 1)));
+    run_on(parallel::Communicator(MPI_COMM_SELF), "same", parameters, false);
+    EXPECT_THAT(io::differences(file, io::sample_path(root_ / "same", 1)), IsEmpty());
   }
 }
 

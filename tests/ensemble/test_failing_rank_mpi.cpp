@@ -107,7 +107,7 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
       message = error.what();
       EXPECT_EQ(error.failing_rank(), world.size() - 1);
     }
-    EXPECT_EQ(message, "the disk of rank r is on fire") << "at place " << static_cast<int>(place);
+    EXPECT_EQ(message, "time steps: the disk of rank r is on fire") << "at place " << static_cast<int>(place);
     // All ranks have done the same steps, and not many more.
     std::int64_t least = failing.n_steps(), most = failing.n_steps();
     MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPI_INT64_T, MPI_MIN, world.get());

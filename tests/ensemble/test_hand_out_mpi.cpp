@@ -52,6 +52,27 @@ TEST_F(HandOut, MoreGroupsThanSamples) {
   EXPECT_EQ(gather(world_, calls_.computed), std::vector<std::uint64_t>{5});
 }
 
+TEST_F(HandOut, TheMasterHearsWhereTheSampleOfASingleGroupStands) {
+  const auto compute = steps_.compute;
+  steps_.compute = [&](const parallel::Communicator& group, std::uint64_t sample,
+                       const geometry::Subdomain& subdomain, const dynamics::SampleControl& control) {
+    if (control.progress && group.rank() == 0) control.progress("in the middle");
+    return compute(group, sample, subdomain, control);
+  };
+  std::vector<std::string> lines;
+  if (world_.is_root()) steps_.progress = [&](const std::string& line) { lines.push_back(line); };
+  run(std::max(1, world_.size() - 1), numbers(3));
+  expect_only_failing(3, {}, "");
+  EXPECT_EQ(lines.empty(), !world_.is_root());
+  EXPECT_THAT(lines, testing::Each("in the middle"));
+  if (world_.size() < 3) return;
+  lines.clear();
+  reports_.clear();
+  started_.clear();
+  run(1, numbers(3));
+  EXPECT_TRUE(lines.empty()) << "several groups";
+}
+
 TEST_F(HandOut, NothingToDo) {
   run(1, {});
   EXPECT_TRUE(reports_.empty());

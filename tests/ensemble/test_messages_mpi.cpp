@@ -89,28 +89,31 @@ TEST(SampleGroup, SharesArriveWhole) {
     return subdomain;
   };
   if (group.is_root()) {
-    for (int rank = 1; rank < group.size(); ++rank) ensemble::send_share(group, rank, 42, share_of(rank));
+    std::vector<geometry::Subdomain> parts;
+    for (int rank = 0; rank < group.size(); ++rank) parts.push_back(share_of(rank));
+    ensemble::send_shares(group, 42, parts);
     ensemble::send_end(group);
     return;
   }
-  const auto share = ensemble::receive_share(group);
-  ASSERT_TRUE(share);
+  const auto header = ensemble::receive_header(group);
+  ASSERT_TRUE(header);
+  EXPECT_EQ(header->sample, 42u);
+  const auto share = ensemble::receive_share(group, *header);
   const auto expected = share_of(group.control().rank());
-  EXPECT_EQ(share->sample, 42u);
-  EXPECT_EQ(share->subdomain.n_nodes_global, expected.n_nodes_global);
-  EXPECT_EQ(share->subdomain.n_tetrahedra_global, expected.n_tetrahedra_global);
-  EXPECT_EQ(share->subdomain.n_owned, expected.n_owned);
-  EXPECT_EQ(share->subdomain.nodes, expected.nodes);
-  EXPECT_EQ(share->subdomain.node_number, expected.node_number);
-  EXPECT_EQ(share->subdomain.distributed_number, expected.distributed_number);
-  EXPECT_EQ(share->subdomain.tetrahedra, expected.tetrahedra);
-  EXPECT_EQ(share->subdomain.tetrahedron_number, expected.tetrahedron_number);
-  EXPECT_EQ(share->subdomain.counted, expected.counted);
-  ASSERT_EQ(share->subdomain.boundary.size(), 1u);
-  EXPECT_EQ(share->subdomain.boundary[0].nodes, expected.boundary[0].nodes);
-  EXPECT_EQ(share->subdomain.boundary[0].surface, 8);
-  EXPECT_EQ(share->subdomain.boundary_number, expected.boundary_number);
-  EXPECT_FALSE(ensemble::receive_share(group));
+  EXPECT_EQ(share.n_nodes_global, expected.n_nodes_global);
+  EXPECT_EQ(share.n_tetrahedra_global, expected.n_tetrahedra_global);
+  EXPECT_EQ(share.n_owned, expected.n_owned);
+  EXPECT_EQ(share.nodes, expected.nodes);
+  EXPECT_EQ(share.node_number, expected.node_number);
+  EXPECT_EQ(share.distributed_number, expected.distributed_number);
+  EXPECT_EQ(share.tetrahedra, expected.tetrahedra);
+  EXPECT_EQ(share.tetrahedron_number, expected.tetrahedron_number);
+  EXPECT_EQ(share.counted, expected.counted);
+  ASSERT_EQ(share.boundary.size(), 1u);
+  EXPECT_EQ(share.boundary[0].nodes, expected.boundary[0].nodes);
+  EXPECT_EQ(share.boundary[0].surface, 8);
+  EXPECT_EQ(share.boundary_number, expected.boundary_number);
+  EXPECT_FALSE(ensemble::receive_header(group));
 }
 
 TEST(SleepingWait, PausesGrowToTheLongest) {

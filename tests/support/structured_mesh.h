@@ -9,6 +9,7 @@
 #include <array>
 #include <functional>
 #include <map>
+#include <utility>
 #include <vector>
 
 namespace crackle::test {
@@ -18,7 +19,10 @@ namespace crackle::test {
 /// along a plane through them has its mean position exactly on that plane.
 class StructuredMesh {
 public:
-  explicit StructuredMesh(input::Specimen specimen) : specimen_(specimen), body_(specimen) {
+  /// @param keep by a cube's centre, whether the box has this cube; all without it
+  explicit StructuredMesh(input::Specimen specimen,
+                          const std::function<bool(const geometry::Point&)>& keep = {})
+      : specimen_(specimen), body_(specimen) {
     for (std::size_t i = 0; i < 3; ++i) n_[i] = static_cast<int>(specimen.size[i] + 0.5);
     for (int k = 0; k <= n_[2]; ++k) {
       for (int j = 0; j <= n_[1]; ++j) {
@@ -30,7 +34,8 @@ public:
     for (int k = 0; k < n_[2]; ++k) {
       for (int j = 0; j < n_[1]; ++j) {
         for (int i = 0; i < n_[0]; ++i) {
-          if (notch_at({i + 0.5, j + 0.5, k + 0.5}) < 0) add_cube({i, j, k});
+          const geometry::Point centre{i + 0.5, j + 0.5, k + 0.5};
+          if (notch_at(centre) < 0 && (!keep || keep(centre))) add_cube({i, j, k});
         }
       }
     }
@@ -125,25 +130,26 @@ private:
 
   /// Boundary triangles on the notches; the others play no part in the analysis.
   void add_notch_surfaces() {
-    std::map<std::array<std::int32_t, 3>, int> count;
+    std::map<std::array<std::int32_t, 3>, std::pair<int, int>> faces;  // notch and number of tetrahedra
     for (const auto& t : realization_.tetrahedra) {
       for (std::size_t skip = 0; skip < 4; ++skip) {
         std::array<std::int32_t, 3> face{};
         for (std::size_t a = 0, k = 0; a < 4; ++a) {
           if (a != skip) face[k++] = t[a];
         }
+        geometry::Point c{};
+        for (const auto a : face) {
+          for (std::size_t i = 0; i < 3; ++i) c[i] += realization_.nodes[static_cast<std::size_t>(a)][i] / 3;
+        }
+        const int notch = notch_at(c);
+        if (notch < 0) continue;
         std::sort(face.begin(), face.end());
-        ++count[face];
+        auto& found = faces.try_emplace(face, notch, 0).first->second;
+        ++found.second;
       }
     }
-    for (const auto& [face, n] : count) {
-      if (n != 1) continue;
-      geometry::Point c{};
-      for (const auto a : face) {
-        for (std::size_t i = 0; i < 3; ++i) c[i] += realization_.nodes[static_cast<std::size_t>(a)][i] / 3;
-      }
-      const int notch = notch_at(c);
-      if (notch >= 0) realization_.boundary.push_back({face, 6 + 3 * notch});
+    for (const auto& [face, found] : faces) {
+      if (found.second == 1) realization_.boundary.push_back({face, 6 + 3 * found.first});
     }
   }
 

@@ -2,11 +2,15 @@
 #include "crackle/analysis/crack_line.h"
 
 #include "crackle/analysis/crack_path.h"
+#include "support/made_crack.h"
 #include "support/structured_mesh.h"
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <vector>
 
 namespace crackle::analysis {
 namespace {
@@ -87,6 +91,70 @@ TEST_F(Lines, ABranchLeavesItsParent) {
   EXPECT_LT(found[1].points.front().y, 18);
   EXPECT_NEAR(found[1].points.back().y, 30, 1.5);
   EXPECT_NEAR(found[1].points.back().z, 14.5, 0.2);
+}
+
+/// A path made of pieces of constant curvature [mm].
+class Pieces {
+public:
+  struct Piece {
+    double turn;       ///< at its start [degrees]
+    double length;     ///< [mm]
+    double curvature;  ///< [1/mm]
+  };
+  explicit Pieces(const std::vector<Piece>& pieces) {
+    const double step = 0.01;
+    double angle = 0;
+    std::array<double, 2> p{0, 0};
+    const auto go = [&](double curvature) {
+      points_.push_back(p);
+      angle += curvature * step;
+      p[0] += step * std::cos(angle);
+      p[1] += step * std::sin(angle);
+    };
+    for (const Piece& piece : pieces) {
+      angle += piece.turn * M_PI / 180;
+      for (double way = 0; way < piece.length; way += step) go(piece.curvature);
+    }
+    while (p[0] < test::MadeCrack::width) go(0);  // straight on
+    points_.push_back(p);
+  }
+
+  double operator()(double advance) const {
+    const auto b = std::upper_bound(points_.begin() + 1, points_.end() - 1, advance,
+                                    [](double value, const auto& q) { return value < q[0]; });
+    const auto a = b - 1;
+    return (*a)[1] + (advance - (*a)[0]) / ((*b)[0] - (*a)[0]) * ((*b)[1] - (*a)[1]);
+  }
+  double low() const { return (*std::min_element(points_.begin(), points_.end(), is_below))[1]; }
+  double high() const { return (*std::max_element(points_.begin(), points_.end(), is_below))[1]; }
+
+private:
+  static bool is_below(const std::array<double, 2>& a, const std::array<double, 2>& b) { return a[1] < b[1]; }
+  std::vector<std::array<double, 2>> points_;
+};
+
+TEST(Kinks, AreThoseOfThePathAtAnySpacing) {
+  const double radius = 4;
+  const auto arc = [=](double degrees) { return radius * degrees * M_PI / 180; };
+  struct Case {
+    const char* name;
+    Pieces path;
+    int n_kinks;
+  };
+  for (const Case& c :
+       {Case{"arc of 45 degrees", Pieces{{{0, 4, 0}, {0, arc(45), 1 / radius}}}, 0},
+        Case{"S of 40 degrees", Pieces{{{0, 4, 0}, {0, arc(40), 1 / radius}, {0, arc(40), -1 / radius}}}, 0},
+        Case{"30 degrees", Pieces{{{0, 8, 0}, {30, 5, 0}}}, 1},
+        Case{"45 degrees", Pieces{{{0, 8, 0}, {45, 5, 0}}}, 1},
+        Case{"60 degrees", Pieces{{{0, 8, 0}, {60, 5, 0}}}, 1},
+        Case{"40 degrees there and back", Pieces{{{0, 6, 0}, {40, 4, 0}, {-40, 3, 0}}}, 2}}) {
+    for (const double spacing : {0.2, 0.29, 0.4, 0.5}) {
+      const test::MadeCrack crack(spacing, 2.5, 1, c.path, c.path.low(), c.path.high());
+      const int found = count_kinks(crack_lines(crack.body(), crack.surface()));
+      std::printf("%s at %g mm: %d kinks\n", c.name, spacing, found);
+      EXPECT_EQ(found, c.n_kinks);
+    }
+  }
 }
 
 TEST_F(Lines, NothingWithoutCracks) {

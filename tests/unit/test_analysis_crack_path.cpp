@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/crack_path.h"
 
+#include "support/made_crack.h"
 #include "support/structured_mesh.h"
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace crackle::analysis {
@@ -55,8 +57,7 @@ TEST_F(CrackPath, CrossingsOfAPlaneCrackLieOnItsPlane) {
   const auto crossings = section_crossings(mesh.body(), cracks, {.y = sections, .z = {}});
   ASSERT_EQ(crossings.size(), 10u);
   for (std::size_t s = 0; s < sections.size(); ++s) {
-    std::printf("y = %g: z = %.15g, branches %d\n", sections[s], crossings[s].position,
-                crossings[s].branches);
+    std::printf("y = %g: z = %.15g, branches %d\n", sections[s], crossings[s].position, crossings[s].branches);
   }
   for (const std::size_t s : {1u, 2u, 3u}) {
     EXPECT_NEAR(crossings[s].position, plane_0, 1e-12);
@@ -386,6 +387,126 @@ TEST(CrackSpeed, OfAFrontThatLeadsFarOnOneSideIsExact) {
   EXPECT_NEAR(speed_through_long_plate(
                   [](const Point& p, double layer) { return (layer + (p[0] < 2.5 ? 0 : 9)) / 250; }),
               250, 1e-6);
+}
+
+/// Measured over true speeds of made fronts, less 1.
+class MadeFronts : public testing::Test {
+protected:
+  using Arrival = std::function<double(double advance)>;  // time [s] at which the front is there [mm]
+  enum class Rule { centroid, first_node };
+
+  /// @param scatter standard deviation of the place where a tetrahedron breaks [spacings]
+  void measure(const Arrival& arrival, const std::function<double(double window)>& speed, double spacing,
+               double thickness, Rule rule, double scatter, int n_samples = 6) {
+    double sum = 0;
+    double squares = 0;
+    worst = 0;
+    for (int i = 0; i < n_samples; ++i) {
+      const test::MadeCrack crack(spacing, thickness, static_cast<std::uint64_t>(i));
+      const CrackSurface surface =
+          crack.surface([&](const test::MadeCrack::Tetrahedron& t, parallel::RandomStream& noise) {
+            const double place = (rule == Rule::centroid ? t.advance : t.least) +
+                                 (scatter > 0 ? scatter * spacing * test::normal(noise) : 0);
+            return arrival(std::max(place, 1e-3));
+          });
+      const double ligament = test::MadeCrack::width - test::MadeCrack::depth;
+      const double window = std::max(speed_window_share * ligament, speed_window_spacings * spacing);
+      const double found = max_crack_speed(crack.body(), surface) * crack.mm();
+      const double error = found / speed(window) - 1;
+      sum += error;
+      squares += error * error;
+      worst = std::max(worst, std::abs(error));
+    }
+    bias = sum / n_samples;
+    std::printf("%g mm in %g mm, scatter %.2f%s: bias %.2f %%, deviation %.2f %%, worst %.2f %%\n", spacing,
+                thickness, scatter, rule == Rule::first_node ? " from the first node" : "", 100 * bias,
+                100 * std::sqrt(std::max(0.0, squares / n_samples - bias * bias)), 100 * worst);
+  }
+
+  double bias = 0;
+  double worst = 0;
+};
+
+TEST_F(MadeFronts, AtConstantSpeed) {
+  const auto at = [](double speed) { return [=](double place) { return place / speed; }; };
+  for (const auto& [spacing, thickness] :
+       {std::pair{0.2, 1.0}, {0.4, 1.0}, {0.6, 1.0}, {0.3, 2.0}, {0.5, 2.0}, {0.4, 5.0}, {0.6, 5.0}}) {
+    for (const double scatter : {0.0, 0.15}) {
+      measure(
+          at(500), [](double) { return 500; }, spacing, thickness, Rule::centroid, scatter);
+      EXPECT_LT(worst, 0.01);
+    }
+    // With the scatter of the mesh alone, and with much more than fronts have.
+    measure(
+        at(500), [](double) { return 500; }, spacing, thickness, Rule::first_node, 0);
+    EXPECT_LT(std::abs(bias), 0.01);
+    measure(
+        at(500), [](double) { return 500; }, spacing, thickness, Rule::centroid, 0.3);
+    EXPECT_LT(std::abs(bias), 0.01);
+  }
+  for (const double speed : {100.0, 250.0, 1000.0}) {
+    measure(
+        at(speed), [=](double) { return speed; }, 0.4, 2, Rule::centroid, 0.15, 2);
+    EXPECT_LT(worst, 0.01);
+  }
+}
+
+TEST_F(MadeFronts, WithConstantAcceleration) {
+  // From 200 to 600 m/s over the ligament of 19 mm.
+  const double acceleration = (600.0 * 600 - 200 * 200) / 2 / 19;
+  const auto arrival = [=](double place) {
+    return (std::sqrt(200 * 200 + 2 * acceleration * place) - 200) / acceleration;
+  };
+  const auto largest = [&](double window) { return window / (arrival(19) - arrival(19 - window)); };
+  for (const auto& [spacing, thickness] :
+       {std::pair{0.2, 1.0}, {0.6, 1.0}, {0.3, 2.0}, {0.4, 5.0}, {0.6, 5.0}}) {
+    measure(arrival, largest, spacing, thickness, Rule::centroid, 0);
+    EXPECT_LT(worst, 0.01);
+  }
+  for (const auto& [spacing, thickness] : {std::pair{0.2, 1.0}, {0.3, 2.0}, {0.4, 5.0}}) {
+    measure(arrival, largest, spacing, thickness, Rule::centroid, 0.15);
+    EXPECT_LT(std::abs(bias), 0.01);
+    EXPECT_LT(worst, 0.03);
+  }
+}
+
+TEST_F(MadeFronts, ThatAreFastInTheMiddle) {
+  // 500 m/s between 6 and 12 mm, 200 m/s before and behind.
+  const auto arrival = [](double place) {
+    return std::min(place, 6.0) / 200 + std::clamp(place - 6, 0.0, 6.0) / 500 +
+           std::max(place - 12, 0.0) / 200;
+  };
+  for (const auto& [spacing, thickness] : {std::pair{0.2, 1.0}, {0.4, 2.0}, {0.4, 5.0}}) {
+    for (const double scatter : {0.0, 0.15}) {
+      measure(
+          arrival, [](double) { return 500; }, spacing, thickness, Rule::centroid, scatter);
+      EXPECT_LT(std::abs(bias), 0.01);
+    }
+  }
+}
+
+TEST_F(MadeFronts, ThatJumpOverWhatOpenedAhead) {
+  // What lies between 8 and 12 mm opens when the front is at 2 mm.
+  const auto arrival = [](double place) {
+    return place > 8 && place < 12 ? 2.0 / 500 : (place < 8 ? place : place - 3.8) / 500;
+  };
+  measure(
+      arrival, [](double) { return 500; }, 0.4, 2, Rule::centroid, 0);
+  EXPECT_LT(worst, 0.01);
+}
+
+TEST_F(MadeFronts, DoNotDependOnTheOrderOfWhatBreaksAtOneTime) {
+  const test::MadeCrack crack(0.6, 2, 1);
+  CrackSurface surface =
+      crack.surface([](const test::MadeCrack::Tetrahedron& t, parallel::RandomStream& noise) {
+        const double place = t.advance + 0.3 * test::normal(noise);
+        return std::ceil(std::max(place + (noise.uniform() < 0.02 ? -4 : 0), 0.1) / 0.4);
+      });
+  const double found = max_crack_speed(crack.body(), surface);
+  std::reverse(surface.facets.begin(), surface.facets.end());
+  std::stable_sort(surface.facets.begin(), surface.facets.end(),
+                   [](const CrackFacet& a, const CrackFacet& b) { return a.time < b.time; });
+  EXPECT_NEAR(max_crack_speed(crack.body(), surface), found, 1e-9 * found);
 }
 
 /// A plate 24 wide (y) and 16 long (z) with notches 4 deep and 1 high: notch 0 in z-min with its plane y

@@ -18,7 +18,7 @@ const geometry::Realization& bar() {
 std::vector<GroupPlan> plans(std::int64_t ranks, std::int64_t samples, const Machine& machine) {
   input::Parameters parameters;
   parameters.time.integrator = input::Integrator::bilateral4;
-  return make_plans(bar(), parameters, 80000, machine, ranks, samples);
+  return make_plans(bar(), parameters, 80000, 1.5, machine, ranks, samples);
 }
 
 TEST(CostModel, SharesAreThoseOfThePartition) {
@@ -46,6 +46,18 @@ TEST(CostModel, ForceTimeFollowsItsFormula) {
   EXPECT_DOUBLE_EQ(time.computation, 5e-4);
   EXPECT_DOUBLE_EQ(time.exchange, 2 * 2e-6 + 12e3 / 1e9);
   EXPECT_DOUBLE_EQ(time.looks, 3 * 2 * 2e-6 / 32 / 4);
+}
+
+TEST(CostModel, ASampleIsItsForcesItsStaticPartAndTheRootsWork) {
+  Machine machine(1e8);
+  EXPECT_EQ(machine.shared_updates_per_second, shared_rate_share * 1e8);
+  machine.root_updates_per_second = 60000;
+  const auto all = plans(17, 200, machine);
+  EXPECT_DOUBLE_EQ(all[0].sample_seconds, 80000 * 60000.0 / 1e8 + 1.5 + 1);
+  // Ranks share what is static as they share the forces.
+  const double faster = all[0].force.total() / all[1].force.total();
+  EXPECT_GT(faster, 1.5);
+  EXPECT_DOUBLE_EQ(all[1].sample_seconds, (80000 * 60000.0 / 1e8 + 1.5) / faster + 1);
 }
 
 TEST(CostModel, FewRanksForManySamplesManyRanksForFew) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/estimate.h"
 
+#include "crackle/dynamics/sample_run.h"
+
 #include <gmock/gmock.h>
 
 #include <cstdio>
@@ -15,6 +17,8 @@ using ::testing::StartsWith;
 input::Parameters paper_like() {
   input::Parameters parameters;
   parameters.ensemble.samples = 200;
+  parameters.specimen.size = {5e-3, 24.5e-3, 140e-3};
+  parameters.material = {3.3e9, 0.38, 1180};
   parameters.time.duration = 100e-6;
   parameters.time.step = 5e-9;
   return parameters;
@@ -22,41 +26,91 @@ input::Parameters paper_like() {
 
 TEST(Estimate, CountsStepsAndForceEvaluations) {
   auto parameters = paper_like();
-  auto estimate = make_estimate(parameters, 310000, 40e-9);
-  EXPECT_EQ(estimate.step, 5e-9);
-  EXPECT_EQ(estimate.steps, 20000);
+  auto phase = phase_work(parameters, 40e-9);
+  EXPECT_EQ(phase.grid.step, 5e-9);
+  EXPECT_EQ(phase.grid.n_steps, 20000);
   // Eight kicks in two steps, of which the last shares its force with the first of the next two.
-  EXPECT_EQ(estimate.force_evaluations, 70000);
-  std::printf("core-hours %.4g\n", estimate.core_hours);
-  EXPECT_NEAR(estimate.core_hours,
-              200 * 70000.0 * 310000 / updates_per_core_second(input::Precision::mixed) / 3600, 1e-9);
+  EXPECT_EQ(phase.force_evaluations, 70000);
   parameters.time.integrator = input::Integrator::verlet;
-  estimate = make_estimate(parameters, 310000, 40e-9);
-  EXPECT_EQ(estimate.force_evaluations, 20000);
+  phase = phase_work(parameters, 40e-9);
+  EXPECT_EQ(phase.force_evaluations, 20000);
 }
 
 TEST(Estimate, AutomaticStepStaysBelowTheStableOneAndDividesTheDuration) {
   auto parameters = paper_like();
   parameters.time.step.reset();
-  const auto estimate = make_estimate(parameters, 5000, 40e-9);
-  std::printf("step %.6g ns, %ld steps\n", estimate.step * 1e9, static_cast<long>(estimate.steps));
-  EXPECT_LE(estimate.step, 0.9 * 40e-9);
-  EXPECT_GT(estimate.step, 0.89 * 40e-9);
-  EXPECT_DOUBLE_EQ(estimate.step * static_cast<double>(estimate.steps), 100e-6);
+  const auto grid = phase_work(parameters, 40e-9).grid;
+  std::printf("step %.6g ns, %ld steps\n", grid.step * 1e9, static_cast<long>(grid.n_steps));
+  EXPECT_LE(grid.step, 0.9 * 40e-9);
+  EXPECT_GT(grid.step, 0.89 * 40e-9);
+  EXPECT_DOUBLE_EQ(grid.step * static_cast<double>(grid.n_steps), 100e-6);
 }
 
 TEST(Estimate, RefusesAStepOverTheStableOne) {
   auto parameters = paper_like();
   parameters.time.step = 50e-9;
   try {
-    make_estimate(parameters, 5000, 40e-9);
+    phase_work(parameters, 40e-9);
     FAIL() << "a step over the stable one was accepted";
   } catch (const std::runtime_error& error) {
     std::printf("%s\n", error.what());
     EXPECT_THAT(error.what(), AllOf(StartsWith("time.step: 50 ns"), HasSubstr("stable step"),
                                     HasSubstr("40 ns"), HasSubstr("\"auto\"")));
   }
-  EXPECT_THROW(make_estimate(paper_like(), 5000, 0), std::runtime_error);
+  EXPECT_THROW(phase_work(paper_like(), 0), std::runtime_error);
+}
+
+TEST(Estimate, ArrestedPhasesAndEquilibriaCount) {
+  auto parameters = paper_like();
+  EXPECT_EQ(sample_work(parameters, 1).full_durations, 1);
+  EXPECT_EQ(sample_work(parameters, 1).solves, 1);
+  const SampleWork three = sample_work(parameters, 3);
+  const double share = dynamics::arrest_window(parameters) / parameters.time.duration;
+  EXPECT_GT(three.full_durations, 1 + 2 * share);
+  EXPECT_LT(three.full_durations, 3);
+  EXPECT_GT(three.solves, 2 + 3);
+  parameters.time.duration = 1e-6;  // too short for an arrest
+  EXPECT_EQ(sample_work(parameters, 3).full_durations, 3);
+  parameters.time.start = input::Start::rest;
+  EXPECT_EQ(sample_work(parameters, 3).phases, 1);
+  EXPECT_EQ(sample_work(parameters, 3).solves, 0);
+}
+
+TEST(Estimate, CostIsTheSumOfItsParts) {
+  const auto parameters = paper_like();
+  MeasuredCost measured;
+  measured.setup = 0.5;
+  measured.first_solve = 6;
+  measured.next_solve = 2;
+  measured.phase_start = 0.25;
+  measured.step = 1e-3;
+  const PhaseWork phase = phase_work(parameters, 40e-9);
+  const SampleWork work{.phases = 2, .full_durations = 1.5, .solves = 4};
+  const SampleCost cost = sample_cost(measured, phase, work, 1);
+  EXPECT_DOUBLE_EQ(cost.phase, 0.25 + 20);
+  EXPECT_DOUBLE_EQ(cost.dynamic, 2 * 0.25 + 1.5 * 20);
+  EXPECT_DOUBLE_EQ(cost.quasi_static, 6 + 4 * 2);
+  EXPECT_DOUBLE_EQ(cost.total(), 30.5 + 14 + 1.5);
+  // A body that no load breaks has no dynamic phase.
+  measured.breaks = false;
+  measured.next_solve = 0;
+  EXPECT_DOUBLE_EQ(sample_cost(measured, phase, work, 1).total(), 6 + 1.5);
+}
+
+TEST(Estimate, OutputGrowsWithFramesNodesAndTetrahedra) {
+  auto parameters = paper_like();
+  const double with_frames = sample_file_size(parameters, 54695, 293700);
+  // Of sample 0 of jobs/paper.toml.
+  EXPECT_NEAR(with_frames, 13.27e6, 0.25 * 13.27e6);
+  parameters.output.frames = 0;
+  const double without = sample_file_size(parameters, 54695, 293700);
+  EXPECT_LT(without, 0.5 * with_frames);
+  EXPECT_GT(sample_file_size(parameters, 2 * 54695, 293700), without);
+  EXPECT_GT(sample_file_size(parameters, 54695, 2 * 293700), without);
+  parameters.specimen.notches.resize(2);
+  parameters.sections.y.resize(5);
+  // jobs/paper/ensemble.h5
+  EXPECT_NEAR(ensemble_file_size(parameters, 54695), 1.91e6, 0.25 * 1.91e6);
 }
 
 }  // namespace

@@ -160,7 +160,7 @@ TEST_F(Plan, FailedSamplesThatAreTriedAgainBeginAnew) {
   retry.retry_failed = true;
   const auto plan = make_plan(folder_, parameters_, retry, reader());
   EXPECT_THAT(plan.to_do, ElementsAre(0, 1, 2, 3, 4));
-  EXPECT_THAT(plan.failed, ElementsAre(1, 3));
+  EXPECT_THAT(plan.anew, ElementsAre(1, 3));
   EXPECT_THAT(plan.parked, IsEmpty());
   EXPECT_THAT(plan.invalid, IsEmpty());
   EXPECT_TRUE(fs::exists(checkpoint)) << "a plan writes nothing";

@@ -4,12 +4,14 @@
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/run_log.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
+#include <vector>
 
 namespace crackle::ensemble {
 namespace {
@@ -76,7 +78,7 @@ TEST(Progress, WatchesASectionThatNotch0CanReach) {
   report.summary.position = {nan, 0.0121, 0.0122, 0.065, nan, nan};
   progress.finished(report, 10);
   EXPECT_EQ(progress.mean_position(), 0.0122);
-  EXPECT_THAT(progress.means(), HasSubstr("mean y(40 mm) = 12.200 mm"));
+  EXPECT_THAT(progress.means(), HasSubstr("mean y of notch 0 at z = 40 mm: 12.200 mm"));
 }
 
 TEST(Progress, MeansLeaveOutWhatDidNotArrive) {
@@ -122,10 +124,26 @@ TEST(Progress, LineSaysAll) {
   progress.started(1, 120);
   const std::string line = progress.line(120);
   std::printf("%s\n", line.c_str());
-  EXPECT_EQ(
-      line,
-      "1 done, 0 failed, 1 running, 198 left, 3 h 19 min to go; mean z(12.25 mm) = 68.310 mm, median onset "
-      "402.340 N");
+  EXPECT_EQ(line,
+            "1 done, 0 failed, 1 running, 198 left, 3 h 19 min to go; mean z of notch 0 at y = 12.25 mm: "
+            "68.310 mm, median onset "
+            "402.340 N");
+}
+
+TEST(Progress, LineSaysWhereTheOnlyRunningSampleStands) {
+  auto progress = make_progress(4, 2);
+  progress.started(2, 0);
+  progress.at_work("dynamic phase 1: 40 %");
+  EXPECT_EQ(progress.line(1), "0 done, 0 failed, 1 running, 3 left; sample 2: dynamic phase 1: 40 %");
+  progress.started(3, 1);
+  EXPECT_EQ(progress.line(1), "0 done, 0 failed, 2 running, 2 left");
+}
+
+TEST(Progress, SamplesAreListedAsRanges) {
+  const auto text = [](std::vector<std::uint64_t> samples) { return format_samples(samples); };
+  EXPECT_EQ(text({4}), "sample 4");
+  EXPECT_EQ(text({0, 1}), "samples 0-1");
+  EXPECT_EQ(text({3, 4, 5, 6, 20, 22, 23}), "samples 3-6, 20, 22-23");
 }
 
 TEST(Progress, BodyWithoutNotchesHasNoPosition) {
@@ -217,6 +235,15 @@ TEST(RunLog, TerminalHasOneLineThatRenewsItself) {
   screen.take();
   screen.log.line("end");
   EXPECT_EQ(screen.take(), "end\n");
+}
+
+TEST(RunLog, AnyLineRenewsItselfAndIsMadeOnlyWhenItIsShown) {
+  Screen screen(40);
+  int n_made = 0;
+  const auto line = [&] { return fmt::format("{} %", 10 * ++n_made); };
+  for (screen.time = 0; screen.time < 3; screen.time += 0.25) screen.log.show(line, false);
+  EXPECT_EQ(n_made, 3);
+  EXPECT_EQ(screen.take(), "10 %\r    \r20 %\r    \r30 %");
 }
 
 TEST(RunLog, ProgressFitsTheTerminal) {

@@ -4,14 +4,19 @@
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/fracture/principal_stress.h"
+#include "dynamics/fixed_point_state.h"
 #include "support/box_mesh.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
+#include <limits>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace crackle::dynamics {
 namespace {
@@ -210,6 +215,77 @@ TEST_F(VibratingBlock, AStateThatOutgrowsItsNumbersIsReported) {
   ASSERT_TRUE(motion->failure());
   std::printf("after %d steps: %s\n", step, motion->failure()->c_str());
   EXPECT_NE(motion->failure()->find("time.precision"), std::string::npos);
+}
+
+// Numbers far out of the range, of which many would look harmless when they were wrapped around to 32 bits.
+
+TEST_F(VibratingBlock, LoadsAndMotionsBeyondTheRangeAreReported) {
+  loads_.forces.push_back({.component = 0,
+                           .amplitude = mechanics::Program(1, 1e8, {}),
+                           .nodes = {5},
+                           .weight = {1},
+                           .total_weight = 1});
+  const auto loaded = loads_;
+  loads_.forces.clear();
+  loads_.motions.push_back({.component = 0,
+                            .is_velocity = true,
+                            .is_fixed = false,
+                            .program = mechanics::Program(0, 1e9, {}),
+                            .nodes = {7}});
+  const auto driven = loads_;
+  for (const auto& [loads, what] : {std::pair(&loaded, "loaded"), std::pair(&driven, "driven")}) {
+    loads_ = *loads;
+    auto state = start(0, 0);
+    const auto motion = fixed_point(Precision::mixed, state);
+    run(*motion, 1);
+    EXPECT_FALSE(motion->failure()) << what;
+    int n_missed = 0;
+    for (int k = 1; k <= 40; ++k) {
+      const auto late = fixed_point(Precision::mixed, state);
+      late->step(splitting(Integrator::verlet).even, dt_, 3.7 * k);  // as if the phase took seconds
+      n_missed += late->failure() ? 0 : 1;
+    }
+    EXPECT_EQ(n_missed, 0) << what;
+  }
+}
+
+TEST(FixedPointContact, ForcesBeyondTheRangeAreReported) {
+  const auto mesh = test::make_box({.size = {0.001, 0.001, 0.001}, .cells = {1, 1, 1}});
+  const auto subdomain = test::whole(mesh);
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const mechanics::BoundaryLoads loads;
+  const std::vector<double> strength(subdomain.tetrahedra.size(), 1e5);
+  const auto fails = [&](double closing) {
+    fracture::BreakableBody body(subdomain, test::epoxy(), input::Release::element,
+                                 input::Contact::frictionless);
+    // A crack through everything: the range follows from what is whole.
+    for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) body.release(t, {1e-3, 0, 0, 0, 0, 0}, 0, 0);
+    MotionState state{parallel::NodeField(self, subdomain), parallel::NodeField(self, subdomain)};
+    const MotionContext context{&self, &body, &loads, test::epoxy().density, strength};
+    state.displacement.local()[0] = closing * 0.001;
+    const auto motion = make_fixed_point_motion(context, Precision::mixed, 0, 1e-4, state);
+    motion->step(splitting(Integrator::verlet).even, 1e-12, 0);
+    return motion->failure().has_value();
+  };
+  EXPECT_FALSE(fails(0));
+  int n_missed = 0;
+  for (int k = 0; k < 100; ++k) n_missed += fails(0.5 + 0.0137 * k) ? 0 : 1;
+  EXPECT_EQ(n_missed, 0);
+}
+
+TEST(FixedPointNumbers, WhatTheTypeCannotHoldIsFlagged) {
+  bool in_range = true;
+  EXPECT_EQ(quantized<std::int32_t>(-2147483000.4, 1, in_range), -2147483000);
+  EXPECT_EQ(quantized<std::int64_t>(1e18, 1, in_range), 1000000000000000000);
+  EXPECT_TRUE(in_range);
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  for (const double value : {0x1p31, -0x1p31, 0x1p32 + 5, 1e300, infinity, infinity - infinity}) {
+    in_range = true;
+    EXPECT_EQ(quantized<std::int32_t>(value, 1, in_range), 0);
+    EXPECT_FALSE(in_range) << value;
+  }
+  quantized<std::int32_t>(1, 1, in_range);
+  EXPECT_FALSE(in_range) << "a number that fits does not take it back";
 }
 
 }  // namespace

@@ -8,10 +8,15 @@
 
 namespace crackle::analysis {
 
-/// A path's direction is that of the straight line through this many points on one side [points].
-inline constexpr int direction_window = 6;
-/// A path has a kink where its direction changes by this angle, from one window to the next [rad].
-inline constexpr double kink_angle = 0.5235987755982988;  // 30 degrees
+/// A path's direction at a place is measured over this share of the ligament along the path, but at least
+/// over kink_window_spacings mean local spacings: 1.5 mm in a plate 24.5 mm wide with notches 5.5 mm deep,
+/// for spacings up to 0.5 mm. So a kink depends on the body's size and not on its mesh.
+inline constexpr double kink_window_share = 0.08;
+inline constexpr double kink_window_spacings = 3;
+/// A path has a kink where its direction changes by this angle from the window before a place to the window
+/// behind it [rad]. An arc of radius R turns by window / R from one window to the next: radii of 0.18
+/// ligaments (3.4 mm in that plate) and more are smooth. Kinks within a window of each other are one.
+inline constexpr double kink_angle = 0.4537856055185257;  // 26 degrees
 
 /// A point of a crack's line in the plane of the plate.
 struct LinePoint {
@@ -27,8 +32,8 @@ struct CrackLine {
   std::int32_t notch;
   std::int32_t parent;            ///< index of the line that this branch leaves; -1 for a notch's main line
   std::vector<LinePoint> points;  ///< a branch's first point is on its parent
-  std::int32_t kinks;             ///< places with the largest turn nearby, of at least kink_angle
-  double bend;  ///< direction at the end minus direction at the start [rad]; 0 for short lines
+  std::int32_t kinks;             ///< places with the largest turn within a window, of at least kink_angle
+  double bend;  ///< direction of the last window minus that of the first [rad]; 0 on lines shorter than two
 };
 
 /// The lines of all notches' cracks, each main line before its branches.

@@ -30,6 +30,8 @@ inline constexpr int min_branch_length = 3;
 /// A front's speed is taken over this share of the ligament, but at least over speed_window_spacings.
 inline constexpr double speed_window_share = 0.1;
 inline constexpr double speed_window_spacings = 4;
+/// The fastest window is the one whose time plus this many standard errors is least.
+inline constexpr double speed_standard_errors = 4;
 /// Two paths lie over each other where they are no further apart than this share of the body's width.
 inline constexpr double overlap_distance_share = 0.1;
 /// Two developed cracks are (anti-)symmetric when their paths overlap by at least this share.
@@ -90,14 +92,34 @@ Pattern classify(const geometry::Body& body, const CrackSurface& surface);
 /// piece on that length, counts as k - 1.
 std::int32_t count_bifurcations(const geometry::Body& body, const CrackSurface& surface);
 
-/// Largest speed of the crack fronts along the notch's direction [m/s]; 0 when no front advances by a window
-/// during the dynamic phase.
+/// Largest speed of the crack fronts along the notch's direction over a window [m/s]; 0 when no front
+/// advances by a window during the dynamic phase.
 ///
-/// The front of a notch's crack is the mean over columns through the thickness (two mean spacings wide) of
-/// the farthest facet opened so far, so that one stray break ahead moves it little. What opens in the
-/// dynamic phase more than a window ahead counts when the front comes to it, and no speed is taken over a
-/// jump across it; between the times at which it moves it is taken as linear. The speed is the window's
-/// length over the time the front takes for it.
+/// The front of a notch's crack is seen in columns through the thickness, two mean spacings wide. A column
+/// goes on when a tetrahedron opens ahead of all before; its place is the mean of its facets, and in between
+/// the column's way is linear in time. The front's course is the mean time at which the columns pass a
+/// position. What opens in the dynamic phase more than a window ahead of the front counts when the front
+/// comes to it, and no speed is taken over a jump across it.
+///
+/// The largest of many noisy speeds is too large, the more so the shorter the window. So a window's time is
+/// read off a line or a parabola, fitted by least squares to a stretch of a window or more (two for a
+/// parabola). A longer stretch counts while its scatter hides what the polynomial leaves out: the next
+/// polynomial adds no more than two standard errors, and every window in the stretch agrees within
+/// speed_standard_errors. Of all stretches, and windows at their ends, the one with the least time plus
+/// speed_standard_errors is the fastest; its speed, without the errors, is returned. So a front at constant
+/// speed is measured over most of its way, and one whose speed changes over the window.
+///
+/// Measured less true speed on made fronts, in meshes of 0.2 to 0.6 mm and a ligament of 19 mm, 24 each: bias
+/// and standard deviation [%], least to greatest over the meshes. The scatter is that of each tetrahedron's
+/// place when it breaks.
+///
+/// | scatter [spacings] | constant, 1 mm thick | constant, 2 to 5 mm | from 200 to 600 m/s, 1 to 5 mm |
+/// |---|---|---|---|
+/// | 0 | 0.0, 0.0 | 0.0, 0.0 | -0.4 to 0.1, 0.0 to 0.4 |
+/// | 0.15 | 0.0 to 0.1, 0.0 to 0.2 | 0.0 to 0.1, 0.0 to 0.1 | -0.4 to 1.2, 0.2 to 1.3 |
+/// | 0.3 | 0.1 to 1.5, 0.1 to 5.6 | 0.0 to 0.2, 0.1 to 0.4 | -0.4 to 2.7, 0.5 to 4.3 |
+///
+/// The largest ones are at 0.6 mm in 1 mm, a front of one column.
 double max_crack_speed(const geometry::Body& body, const CrackSurface& surface);
 
 }  // namespace crackle::analysis

@@ -77,15 +77,17 @@ void for_each_result(Visit&& visit) {
         &Row::overlap);
   visit(ResultInfo{"bifurcations", "", "number of branchings", none, "branchings", "", 1, "d"},
         &Row::bifurcations);
-  visit(ResultInfo{"kinks", "", "number of kinks of all crack lines", none, "kinks", "", 1, "d"},
+  visit(ResultInfo{"kinks", "",
+                   "number of kinks of all crack lines: turns of 26 degrees or more within 0.08 ligaments",
+                   none, "kinks", "", 1, "d"},
         &Row::kinks);
   visit(ResultInfo{"breaks", "", "number of broken tetrahedra", none, "breaks", "", 1, "d"}, &Row::breaks);
   visit(ResultInfo{"crack_area", "m^2", "area of all opened dual facets", quantiles, "crack area", "mm^2",
                    1e6, ".1f"},
         &Row::crack_area);
-  visit(
-      ResultInfo{"crack_speed_max", "m/s", "largest crack speed", quantiles, "crack speed", "m/s", 1, ".1f"},
-      &Row::crack_speed_max);
+  visit(ResultInfo{"crack_speed_max", "m/s", "largest crack speed, over a tenth of the ligament or more",
+                   quantiles, "crack speed", "m/s", 1, ".1f"},
+        &Row::crack_speed_max);
   visit(ResultInfo{"crack_speed_ratio", "1", "largest crack speed over the Rayleigh speed", quantiles,
                    "over Rayleigh's", "", 1, ".3f"},
         &Row::crack_speed_ratio);

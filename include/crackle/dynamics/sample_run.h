@@ -21,7 +21,10 @@ using SampleLog = std::function<void(const std::string& line)>;
 
 /// What a sample on its way does besides the mechanics.
 struct SampleControl {
-  SampleLog log;               ///< may be empty
+  SampleLog log;  ///< may be empty
+  /// The line that says where the sample stands, which replaces the one before, many times in a phase; in
+  /// place of the log's lines about a running phase. Called on the root; may be empty.
+  SampleLog progress;
   std::function<bool()> stop;  ///< whether this rank was asked to park the sample; may be empty
   /// Keeps a checkpoint; given on every rank or on none, called on the root. What it throws is logged, and
   /// the sample goes on.
@@ -33,6 +36,11 @@ struct SampleControl {
   /// none.
   std::function<void(SampleResult partial)> failed = {};
 };
+
+/// Time without a break after which a dynamic phase has arrested [s]: the input's, or that in which a shear
+/// wave crosses the body's middle extent, so that what a break sends out has come back to the crack from the
+/// sides.
+double arrest_window(const input::Parameters& parameters);
 
 /// One body's way from the unloaded state to its end: quasi-static loading, run-away, dynamic breaking,
 /// arrest. Collective over the group; a failure on one rank is thrown on all.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/ensemble/estimate.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/input/parameters.h"
 
@@ -22,14 +21,23 @@ struct Share {
 /// Shares of a realization by the partition that a run would use.
 Share largest_share(const geometry::Realization& realization, int ranks);
 
+/// Tetrahedron updates per second of one core where none were measured: the force of one tetrahedron with its
+/// share of the time step and the breaking check, under few breaks.
+constexpr double updates_per_core_second(input::Precision precision) {
+  return precision == input::Precision::mixed ? 320e6 : 200e6;
+}
+
 /// Rate of a core in a group over that of a core that has a sample for itself.
 inline constexpr double shared_rate_share = 0.95;
 
-/// What the model reckons with, at a precision; the defaults are cautious figures for a cluster of today.
+/// What the model reckons with; the defaults are cautious figures for a cluster of today.
 /// `tools/benchmark` and `tools/rank-comparison` measure the first three and the model's error.
 struct Machine {
   explicit Machine(input::Precision precision = input::Precision::mixed)
-      : updates_per_second(updates_per_core_second(precision)),
+      : Machine(updates_per_core_second(precision)) {}
+  /// @param updates_per_second measured on one core, see MeasuredCost
+  explicit Machine(double updates_per_second)
+      : updates_per_second(updates_per_second),
         shared_updates_per_second(shared_rate_share * updates_per_second) {}
 
   double updates_per_second;                ///< of one core that has a sample for itself
@@ -55,17 +63,20 @@ struct GroupPlan {
   Share share;
   ForceTime force;
   std::int64_t groups = 0;
-  double sample_seconds = 0;      ///< one dynamic phase, what is static, and the root's own work
+  double sample_seconds = 0;      ///< dynamic phases, what is static, and the root's own work
   double wall_seconds = 0;        ///< of the ensemble
   double efficiency = 0;          ///< work of one core for all samples over ranks times wall time
   bool waits_for_master = false;  ///< the master makes realizations more slowly than the groups use them up
 };
 
 /// Plans for 1, 2, 4, ... ranks per sample, as many as there are ranks besides the master and at most 64.
-/// @param force_evaluations of one sample
+/// @param force_evaluations of one sample, all dynamic phases together
+/// @param quasi_static time of one core for what is static [s]; ranks share it as they share a force
+/// evaluation
 std::vector<GroupPlan> make_plans(const geometry::Realization& realization,
-                                  const input::Parameters& parameters, std::int64_t force_evaluations,
-                                  const Machine& machine, std::int64_t ranks, std::int64_t samples);
+                                  const input::Parameters& parameters, double force_evaluations,
+                                  double quasi_static, const Machine& machine, std::int64_t ranks,
+                                  std::int64_t samples);
 
 /// The plan that ends first; with fewer ranks per sample where the difference is below 2 %.
 const GroupPlan& recommended(std::span<const GroupPlan> plans);

@@ -9,11 +9,20 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <ostream>
 #include <string>
+#include <string_view>
 
 namespace crackle::ensemble {
+
+/// Command lines that the end of the log names, for what is left to do.
+struct NextCommands {
+  std::string resume;        ///< goes on with pending samples
+  std::string retry_failed;  ///< computes failed ones again
+  std::string report;        ///< makes pictures and report of what there is
+};
 
 struct RunOptions {
   std::filesystem::path folder;
@@ -21,7 +30,10 @@ struct RunOptions {
   std::ostream* log = nullptr;  ///< what people see, written on rank 0; nullptr: nothing
   int terminal_width = 0;       ///< columns, where `log` is a terminal; 0: plain lines
   StopRequest stop{};           ///< looked at on every rank; may be empty
+  /// SampleSteps::enter; may be empty.
+  std::function<void(std::uint64_t sample, std::string_view stage)> enter{};
   double checkpoint_interval = std::numeric_limits<double>::infinity();  ///< of a sample, wall time [s]
+  NextCommands next{};                                                   ///< empty ones are not named
 };
 
 /// The same on every rank.

@@ -5,16 +5,46 @@
 #include <cstdint>
 #include <filesystem>
 #include <mutex>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
 namespace crackle::ensemble {
 
-/// A file that names host, process and SLURM job and is created exclusively: one process has it at a time.
-///
-/// It is stale, and taken over, when its process on this host is gone, when it is of this SLURM job's own
-/// earlier start, or when its owner has not touched it for `lifetime`; an owner touches it every 30 s.
+/// The process that holds a lock, as the lock file names it. Files of earlier versions lack boot, namespace,
+/// restart and step.
+struct LockOwner {
+  std::string host;
+  std::string boot;           ///< id of the kernel's start; empty: not told
+  std::string pid_namespace;  ///< in which `process` is a process number; empty: not told
+  long process = 0;
+  std::string start;          ///< clock ticks at which the process started; "0": not known
+  std::string job;            ///< of SLURM; "-" outside
+  std::uint64_t restart = 0;  ///< how often SLURM has requeued the job
+  std::string step = "-";     ///< of the job; "-" in the job's script
+
+  /// This process.
+  static LockOwner self();
+  /// Nothing when the text names no process.
+  static std::optional<LockOwner> parse(std::string_view text);
+  std::string text() const;
+  std::string describe() const;
+
+  bool operator==(const LockOwner&) const = default;
+};
+
+/// Why a lock's owner cannot be at work any more; nothing when it may be. Process numbers are looked up where
+/// they are those of `self`'s host and process namespace, and decide. Elsewhere the owner has ended when it
+/// belongs to an earlier start of `self`'s SLURM job (two steps of one start may both be at work), or when it
+/// has not touched the lock for LockFile::lifetime.
+/// @param owner nothing: of a lock that names none
+std::optional<std::string> why_stale(const std::optional<LockOwner>& owner, const LockOwner& self,
+                                     double seconds_untouched);
+
+/// A file that names its owner and is created exclusively: one process has it at a time. Its owner touches it
+/// every 30 s; a stale one (why_stale) is taken over.
 class LockFile {
 public:
   static constexpr double lifetime = 600;  ///< [s]
@@ -25,7 +55,7 @@ public:
   /// @throws std::runtime_error naming the file and its owner, when another process keeps it; or when it
   ///   cannot be written
   LockFile(std::filesystem::path file, const std::string& taken, double patience);
-  /// Removes the file.
+  /// Removes the file, unless another process has taken it over.
   ~LockFile();
   LockFile(const LockFile&) = delete;
   LockFile& operator=(const LockFile&) = delete;
@@ -44,6 +74,7 @@ private:
   void keep_touching(const std::stop_token& stop);
 
   std::filesystem::path file_;
+  LockOwner self_ = LockOwner::self();
   std::vector<std::string> taken_over_;
   std::mutex mutex_;
   std::condition_variable_any ends_;

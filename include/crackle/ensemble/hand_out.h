@@ -30,7 +30,7 @@ struct HandOutEvents {
 /// the master tells the groups, and a group that parked by itself tells the master. Collective over `world`,
 /// a communicator that nothing else uses meanwhile.
 /// @param samples to do, in order of handing out; used on rank 0 only
-/// @param steps `stop` is used on every rank, `make` on rank 0 only, as `events` are
+/// @param steps `stop` is used on every rank, `make` and `progress` on rank 0 only, as `events` are
 /// @throws std::runtime_error on a rank whose messages fail, which cannot be agreed on any more
 void hand_out(const parallel::Communicator& world, const GroupLayout& layout,
               const std::vector<std::uint64_t>& samples, const SampleSteps& steps,

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,8 @@ public:
   void finished(const SampleReport& report, double now);
   /// A sample that was under way is left for another run.
   void parked(std::uint64_t sample) { running_.erase(sample); }
+  /// Where the only sample that is running stands.
+  void at_work(const std::string& where) { where_ = where; }
 
   int n_done() const { return n_done_; }
   int n_failed() const { return n_failed_; }
@@ -41,7 +44,8 @@ public:
 
   /// Mean position and median onset, or nothing while there are none.
   std::string means() const;
-  /// One line: done, failed, running, left, time left, mean position and median onset.
+  /// One line: done, failed, running, left, time left, where a single running sample stands, mean position
+  /// and median onset.
   std::string line(double now) const;
 
 private:
@@ -52,12 +56,16 @@ private:
   std::vector<input::Section> sections_;
   std::size_t watched_ = 0;                  ///< section of the mean position
   std::map<std::uint64_t, double> running_;  ///< sample, time of its start
+  std::string where_;                        ///< that the running sample stands; may be empty
   int n_done_ = 0, n_failed_ = 0;
   std::size_t n_ended_here_ = 0;  ///< in this run
   double duration_sum_ = 0;
   int n_durations_ = 0;
   analysis::RunningStatistics statistics_;
 };
+
+/// "sample 4", or "samples 3-17, 20". @param samples ascending, at least one
+std::string format_samples(std::span<const std::uint64_t> samples);
 
 /// "45 s", "12 min 30 s", "3 h 20 min", "2 d 3 h".
 std::string format_duration(double seconds);

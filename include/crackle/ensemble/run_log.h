@@ -28,6 +28,8 @@ public:
   void line(const std::string& text);
   /// Shows the progress when it is time to; `news` when it has changed since the last call.
   void show(const Progress& progress, bool news);
+  /// The same for any line, which is made when it is shown.
+  void show(const std::function<std::string()>& line, bool news);
   /// Takes the progress off the terminal's last line.
   void end_progress();
 

@@ -4,8 +4,11 @@
 #include "crackle/geometry/subdomain.h"
 #include "crackle/parallel/communicator.h"
 
+#include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
+#include <utility>
 
 namespace crackle::ensemble {
 
@@ -20,6 +23,9 @@ public:
   bool is_root() const { return control_.is_root(); }
   int size() const { return control_.size(); }
 
+  /// Calls `hook` at every stage of the sample's local work on this rank, until renew().
+  void on_stage(parallel::Communicator::StageHook hook) { computation_.on_stage(std::move(hook)); }
+
   /// Replaces the computation's communicator, so that messages which a failed sample left behind cannot meet
   /// the next sample. Collective.
   void renew();
@@ -29,20 +35,29 @@ private:
   parallel::Communicator computation_;
 };
 
-/// What a rank other than the root gets for a sample.
-struct SampleShare {
+/// What a rank other than the root learns of its part of a sample before it gets it.
+struct ShareHeader {
   std::uint64_t sample = 0;
-  geometry::Subdomain subdomain;
+  std::int64_t n_nodes_global = 0;
+  std::int64_t n_tetrahedra_global = 0;
+  std::int64_t n_owned = 0;
+  std::array<std::uint64_t, 8> lengths{};  ///< of the subdomain's arrays
 };
 
-/// Root: sends one rank its share.
-void send_share(const SampleGroup& group, int rank, std::uint64_t sample,
-                const geometry::Subdomain& subdomain);
+/// Root: sends every other rank its part of a sample. Collective, with receive_header() and receive_share()
+/// on the other ranks.
+/// @param parts one for each rank; emptied, but for the root's
+/// @throws AgreedError on every rank when one has no memory for its part
+void send_shares(const SampleGroup& group, std::uint64_t sample, std::span<geometry::Subdomain> parts);
 
 /// Root: tells the other ranks that no more samples come.
 void send_end(const SampleGroup& group);
 
 /// Other ranks: sleeps until the root sends a share; nothing when no more come.
-std::optional<SampleShare> receive_share(const SampleGroup& group);
+std::optional<ShareHeader> receive_header(const SampleGroup& group);
+
+/// Other ranks: the share that follows its header.
+/// @throws AgreedError on every rank when one has no memory for its part
+geometry::Subdomain receive_share(const SampleGroup& group, const ShareHeader& header);
 
 }  // namespace crackle::ensemble

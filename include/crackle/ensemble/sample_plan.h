@@ -32,7 +32,7 @@ struct SamplePlan {
   std::vector<std::uint64_t> to_do;   ///< ascending
   std::vector<KeptSample> kept;       ///< ascending
   std::vector<std::uint64_t> parked;  ///< of to_do, those with a checkpoint to go on from
-  std::vector<std::uint64_t> failed;  ///< of to_do, those that failed before and begin anew
+  std::vector<std::uint64_t> anew;    ///< of to_do, those whose file and checkpoint go first
   std::vector<InvalidFile> invalid;   ///< their samples are in to_do
 };
 
@@ -73,7 +73,7 @@ void make_sample_folder(const std::filesystem::path& folder);
 std::filesystem::path points_copy(const std::filesystem::path& folder);
 
 /// Makes the folders, sets invalid files aside under a name that is free (0003.h5.invalid-1), removes
-/// checkpoints of samples that have ended, the files of failed ones that are computed again, and what a
+/// checkpoints of samples that have ended, what there is of samples that begin anew, and what a
 /// killed run has left half-written (except of ensemble.h5, see write_results), and keeps the input text in
 /// folder/input.toml and the file of mesh.points in points_copy.
 /// @pre the samples of the plan are locked

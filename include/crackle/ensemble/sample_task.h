@@ -11,6 +11,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace crackle::ensemble {
@@ -62,6 +63,11 @@ struct SampleSteps {
   std::function<analysis::SampleSummary(const std::string& reason)> failure_row;
   /// Lines about the progress of a sample; on the group's root.
   dynamics::SampleLog log;
+  /// See dynamics::SampleControl. hand_out() brings it from the root of a single group to rank 0.
+  dynamics::SampleLog progress;
+  /// Called where a stage of a sample's local work begins, on every rank that does it; what it throws fails
+  /// the sample. For tests; may be empty.
+  std::function<void(std::uint64_t sample, std::string_view stage)> enter;
   /// Whether this rank was asked to park its sample; may be empty.
   std::function<bool()> stop;
   /// Checkpoints of samples on their way; all three on the group's root, and empty on every rank or on none.

@@ -85,7 +85,8 @@ public:
   /// Opens tetrahedra as records of an earlier run tell: all that this rank holds, counted or not.
   void restore(std::span<const Break> breaks, std::span<const Tie> ties);
 
-  /// Applies the tie rule after breaks since the last call; nothing with release by elements. Collective.
+  /// Applies the tie rule after breaks since the last call; nothing with release by elements. Collective;
+  /// does not agree() before. Where a rank fails before its messages, it throws and the others do nothing.
   /// @param load_time, phase_time of these breaks, for the records
   /// @param strain of a local tetrahedron now
   void tie(const parallel::Communicator& group, double load_time, double phase_time,

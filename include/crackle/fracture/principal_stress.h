@@ -21,6 +21,13 @@ inline double largest_principal_bound(const mechanics::Symmetric& s) {
   return mean + std::sqrt(4.0 / 3.0 * j2);
 }
 
+/// Far above what rounding does to the largest principal value and to its bound.
+inline double principal_rounding(const mechanics::Symmetric& s) {
+  double sum = 0;
+  for (const double component : s) sum += std::abs(component);
+  return 1e-13 * sum;
+}
+
 /// Whether the largest principal value is above `strength` (not negative); the bound settles most tensors.
 inline bool exceeds(const mechanics::Symmetric& tensor, double strength) {
   // The bound holds up to rounding, hence the last digits' slack.

@@ -29,6 +29,17 @@ struct IsotropicElasticity {
   }
 };
 
+/// Speed of plane dilatational waves in an unbounded body [m/s].
+inline double dilatational_speed(const input::Material& material) {
+  const IsotropicElasticity elasticity(material);
+  return std::sqrt((elasticity.lambda + 2 * elasticity.mu) / material.density);
+}
+
+/// Speed of plane shear waves [m/s].
+inline double shear_speed(const input::Material& material) {
+  return std::sqrt(IsotropicElasticity(material).mu / material.density);
+}
+
 /// Speed of Rayleigh's surface wave [m/s].
 inline double rayleigh_speed(const input::Material& material) {
   const double nu = material.poisson_ratio;
@@ -41,8 +52,7 @@ inline double rayleigh_speed(const input::Material& material) {
     const double middle = 0.5 * (lower + upper);
     (excess(middle) < 0 ? lower : upper) = middle;
   }
-  const double shear_modulus = material.youngs_modulus / (2 * (1 + nu));
-  return lower * std::sqrt(shear_modulus / material.density);
+  return lower * shear_speed(material);
 }
 
 }  // namespace crackle::mechanics

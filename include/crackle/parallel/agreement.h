@@ -9,6 +9,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace crackle::parallel {
@@ -24,12 +25,21 @@ private:
   int failing_rank_;
 };
 
-/// Collective. `error` is this rank's failure, or empty.
+/// Collective. `error` is this rank's failure, or empty. Needs no memory but for the error.
 /// @throws AgreedError on every rank when any rank failed
 void agree_on_error(const Communicator& group, const std::optional<std::string>& error);
 
 /// The message of the exception that is being handled; for use in a catch block.
 std::string current_error();
+
+/// The same with the group's stage in front; empty when there is no memory for it.
+std::string current_error(const Communicator& group) noexcept;
+
+/// This rank has not failed. To be called directly before messages that are sent in together(). Collective.
+/// @throws AgreedError on every rank when any rank has failed
+inline void agree(const Communicator& group) {
+  agree_on_error(group, {});
+}
 
 /// Runs `work`, which must not communicate, on every rank; afterwards either all ranks have its value or all
 /// ranks throw the same AgreedError. Collective.
@@ -41,7 +51,7 @@ auto agree(const Communicator& group, Work&& work) {
     try {
       std::forward<Work>(work)();
     } catch (...) {
-      error = current_error();
+      error = current_error(group);
     }
     agree_on_error(group, error);
   } else {
@@ -49,11 +59,50 @@ auto agree(const Communicator& group, Work&& work) {
     try {
       result.emplace(std::forward<Work>(work)());
     } catch (...) {
-      error = current_error();
+      error = current_error(group);
     }
     agree_on_error(group, error);
     return std::move(*result);
   }
+}
+
+/// Whether the exception that is being handled is one of these.
+template <class... Exceptions>
+bool is_being_handled() {
+  [[maybe_unused]] const auto is = [](auto* type) {
+    try {
+      throw;
+    } catch (const std::remove_pointer_t<decltype(type)>&) {
+      return true;
+    } catch (...) {
+      return false;
+    }
+  };
+  return (is(static_cast<Exceptions*>(nullptr)) || ...);
+}
+
+/// Runs `work`, which communicates over `group`; afterwards all ranks go on or all throw the same
+/// AgreedError, or one of the exceptions named, which `work` throws on all ranks. Collective.
+///
+/// Directly before its messages there must be an agreement on `group`: agree(), agree_on_error() or a
+/// function that begins with one. Then a rank may fail anywhere in its local work: it leaves for the
+/// agreement that the others come to before they wait for it. Where work is to go on after a failure, it must
+/// not catch an AgreedError, nor what only one rank throws.
+template <class... Common, class Work>
+void together(const Communicator& group, Work&& work) {
+  std::optional<std::string> error;
+  try {
+    std::forward<Work>(work)();
+  } catch (const AgreedError&) {
+    throw;
+  } catch (...) {
+    if (is_being_handled<Common...>()) {
+      agree(group);
+      throw;
+    }
+    error = current_error(group);
+  }
+  agree_on_error(group, error);
 }
 
 /// Runs `work` on the root, which may take long, while the other ranks sleep; afterwards either all ranks go

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/parallel/agreement.h"
 #include "crackle/parallel/communicator.h"
 
 #include <cstddef>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <type_traits>
 #include <vector>
 
 namespace crackle::parallel {
 
-/// The largest of all ranks' values, on every rank. Collective.
+/// The largest of all ranks' values, on every rank. Collective; does not agree() before.
 inline double largest_of_all(const Communicator& group, double value) {
   check_mpi(MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_MAX, group.get()), "MPI_Allreduce");
   return value;
@@ -33,37 +35,51 @@ private:
   MPI_Datatype type_ = MPI_DATATYPE_NULL;
 };
 
-/// The values of all ranks in the order of the ranks, on every rank. Collective.
+/// The values of all ranks in the order of the ranks, on every rank. Collective; agrees before its messages.
 /// @pre fewer than 2^31 values in all
 template <class Value>
 std::vector<Value> gather_all(const Communicator& group, std::span<const Value> mine) {
   static_assert(std::is_trivially_copyable_v<Value>);
-  const ValueType type(sizeof(Value));
   const int count = static_cast<int>(mine.size());
-  std::vector<int> counts(static_cast<std::size_t>(group.size())), offsets(counts.size());
+  std::optional<ValueType> type;
+  std::vector<int> counts, offsets;
+  agree(group, [&] {
+    type.emplace(sizeof(Value));
+    counts.resize(static_cast<std::size_t>(group.size()));
+    offsets.resize(counts.size());
+  });
   check_mpi(MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, group.get()), "MPI_Allgather");
   std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
-  std::vector<Value> all(static_cast<std::size_t>(offsets.back() + counts.back()));
-  check_mpi(MPI_Allgatherv(mine.data(), count, type.get(), all.data(), counts.data(), offsets.data(),
-                           type.get(), group.get()),
+  auto all = agree(
+      group, [&] { return std::vector<Value>(static_cast<std::size_t>(offsets.back() + counts.back())); });
+  check_mpi(MPI_Allgatherv(mine.data(), count, type->get(), all.data(), counts.data(), offsets.data(),
+                           type->get(), group.get()),
             "MPI_Allgatherv");
   return all;
 }
 
-/// The values of all ranks in the order of the ranks, on the root; empty elsewhere. Collective.
+/// The values of all ranks in the order of the ranks, on the root; empty elsewhere. Collective; agrees before
+/// its messages.
 /// @pre fewer than 2^31 values in all
 template <class Value>
 std::vector<Value> gather_on_root(const Communicator& group, std::span<const Value> mine) {
   static_assert(std::is_trivially_copyable_v<Value>);
-  const ValueType type(sizeof(Value));
   const int count = static_cast<int>(mine.size());
-  std::vector<int> counts(static_cast<std::size_t>(group.size())), offsets(counts.size());
+  std::optional<ValueType> type;
+  std::vector<int> counts, offsets;
+  agree(group, [&] {
+    type.emplace(sizeof(Value));
+    counts.resize(static_cast<std::size_t>(group.size()));
+    offsets.resize(counts.size());
+  });
   check_mpi(MPI_Gather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, group.get()), "MPI_Gather");
   std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
   std::vector<Value> all;
-  if (group.is_root()) all.resize(static_cast<std::size_t>(offsets.back() + counts.back()));
-  check_mpi(MPI_Gatherv(mine.data(), count, type.get(), all.data(), counts.data(), offsets.data(), type.get(),
-                        0, group.get()),
+  agree(group, [&] {
+    if (group.is_root()) all.resize(static_cast<std::size_t>(offsets.back() + counts.back()));
+  });
+  check_mpi(MPI_Gatherv(mine.data(), count, type->get(), all.data(), counts.data(), offsets.data(),
+                        type->get(), 0, group.get()),
             "MPI_Gatherv");
   return all;
 }

@@ -3,6 +3,10 @@
 
 #include <mpi.h>
 
+#include <functional>
+#include <string_view>
+#include <utility>
+
 namespace crackle::parallel {
 
 /// @throws std::runtime_error with MPI's message unless `code` is MPI_SUCCESS
@@ -27,11 +31,30 @@ public:
   int size() const { return size_; }
   bool is_root() const { return rank_ == 0; }
 
+  using StageHook = std::function<void(std::string_view stage)>;
+
+  /// Begins a stage of local work on this rank; its name is put in front of the message of a failure. Local.
+  /// @param stage of static storage duration
+  /// @throws what on_stage() throws
+  void enter(const char* stage) const {
+    stage_ = stage;
+    if (on_stage_) on_stage_(stage);
+  }
+  /// The stage entered last on this rank; empty before the first one.
+  const char* stage() const { return stage_; }
+  /// Calls `hook` at the beginning of every stage from now on, as tests do to make stages fail; may be empty.
+  void on_stage(StageHook hook) {
+    stage_ = "";
+    on_stage_ = std::move(hook);
+  }
+
 private:
   Communicator() = default;
   MPI_Comm communicator_ = MPI_COMM_NULL;
   int rank_ = 0;
   int size_ = 1;
+  mutable const char* stage_ = "";
+  StageHook on_stage_;
 };
 
 }  // namespace crackle::parallel

@@ -19,7 +19,7 @@ class GhostExchange {
 public:
   using Value = std::array<Integer, 3>;
 
-  /// Collective.
+  /// Collective; agrees before its messages.
   GhostExchange(const Communicator& group, const geometry::Subdomain& subdomain);
   ~GhostExchange();
   GhostExchange(const GhostExchange&) = delete;

@@ -17,7 +17,7 @@ namespace crackle::parallel {
 /// are those of the last update_ghosts().
 class NodeField {
 public:
-  /// All zero. Collective.
+  /// All zero. Collective; agrees before its messages.
   NodeField(const Communicator& group, const geometry::Subdomain& subdomain);
   ~NodeField();
   NodeField(NodeField&& other) noexcept;
@@ -28,7 +28,7 @@ public:
   std::span<double> owned() { return values_.first(n_owned_); }              ///< 3 n_owned
   std::span<const double> owned() const { return values_.first(n_owned_); }  ///< 3 n_owned
 
-  /// Sends owned values to the ranks that hold them as ghosts. Collective.
+  /// Sends owned values to the ranks that hold them as ghosts. Collective; does not agree() before.
   void update_ghosts();
 
   /// Tells PETSc that values were written through the spans, before it reads the vector.
@@ -47,7 +47,8 @@ private:
   std::size_t n_owned_ = 0;
 };
 
-/// All nodes' values in the realization's numbering on the root, empty elsewhere. Collective.
+/// All nodes' values in the realization's numbering on the root, empty elsewhere. Collective; agrees before
+/// its messages.
 /// @param owned 3 n_owned values
 std::vector<double> gather_nodes(const Communicator& group, const geometry::Subdomain& subdomain,
                                  std::span<const double> owned);

@@ -13,6 +13,11 @@ namespace crackle::parallel {
 /// @throws std::runtime_error with PETSc's message unless `code` is 0
 void check_petsc(PetscErrorCode code, const char* call);
 
+/// That there is memory for what PETSc is about to allocate: between its messages a rank without memory would
+/// leave the others waiting. Local.
+/// @throws std::bad_alloc
+void check_room(std::size_t n_bytes);
+
 /// Calls work(), for functions that PETSc calls: an exception must not pass through its C code, so it ends in
 /// PETSc's error code.
 template <class Work>

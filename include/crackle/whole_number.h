@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <charconv>
+#include <concepts>
+#include <optional>
+#include <string_view>
+#include <system_error>
+
+namespace crackle {
+
+/// The whole number that all of a text is: digits, and a minus sign in front where the type has one. Nothing
+/// for any other text (blanks, a plus sign, "0x10") and for numbers out of the type's range.
+template <std::integral Integer>
+std::optional<Integer> whole_number(std::string_view text) {
+  Integer value{};
+  const char* const end = text.data() + text.size();
+  const auto result = std::from_chars(text.data(), end, value);
+  if (result.ec != std::errc{} || result.ptr != end) return std::nullopt;
+  return value;
+}
+
+}  // namespace crackle

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/ensemble/measured_cost.h"
+
+#include "crackle/dynamics/explicit_phase.h"
+#include "crackle/dynamics/quasi_static.h"
+#include "crackle/dynamics/sample_run.h"
+#include "crackle/fracture/toughness.h"
+#include "crackle/geometry/partition.h"
+#include "crackle/stopwatch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+#include <vector>
+
+namespace crackle::ensemble {
+
+namespace {
+
+/// Load of the measured phase over that of the first break: cracks run from all notches at once.
+constexpr double overload = 1.5;
+/// What costs most besides the forces, the breaking check, is due the more often the faster the nodes move. A
+/// phase begins at rest and ends with about as much kinetic as strain energy; the measured part of it starts
+/// with this share, all nodes alike.
+constexpr double kinetic_share = 0.5;
+/// Strain energy at which cracks run, over that of a body at its strength everywhere: 0.02 in both inputs of
+/// jobs/. For bodies that start without load.
+constexpr double energy_of_running_cracks = 0.02;
+
+class Measurement {
+public:
+  Measurement(const input::Parameters& parameters, const geometry::Realization& realization,
+              const dynamics::TimeGrid& grid)
+      : parameters_(parameters),
+        grid_(grid),
+        subdomain_(geometry::split(realization, geometry::partition(realization, 1)).front()),
+        body_(subdomain_, parameters.material, parameters.fracture.release, parameters.fracture.contact),
+        loads_(mechanics::make_boundary_loads(self_, parameters, subdomain_)),
+        strength_(fracture::tetrahedron_strengths(self_, parameters, subdomain_, body_.operators())),
+        account_(self_, body_),
+        state_{parallel::NodeField(self_, subdomain_), parallel::NodeField(self_, subdomain_)} {}
+
+  void measure_solves(MeasuredCost& cost) {
+    const fracture::TulerButcher criterion(parameters_.fracture, strength_, grid_.step);
+    const ThreadClock first;
+    dynamics::QuasiStaticLoading loading(self_, body_, loads_, criterion,
+                                         dynamics::arrest_window(parameters_));
+    cost.first_solve = first.seconds();
+    const auto n_solves = loading.n_solves();
+    const ThreadClock next;
+    const auto end = loading.advance(account_, [&] { return loading.n_breaks() > 0; });
+    cost.next_solve = loading.n_solves() > n_solves ? next.seconds() : cost.first_solve;
+    if (end == dynamics::QuasiStaticEnd::no_load && loading.n_breaks() == 0) {
+      cost.breaks = false;
+      cost.next_solve = 0;
+    }
+    load_time_ = loading.time();
+    state_.displacement.assign(loading.displacement());
+  }
+
+  void measure_phase(MeasuredCost& cost, double seconds) {
+    // A lower strength under the load that is: the same as the load that much higher, but for the scale.
+    std::vector<double> weakened = strength_;
+    for (double& value : weakened) value /= overload;
+    fracture::TulerButcher criterion(parameters_.fracture, weakened, grid_.step);
+    const double duration = static_cast<double>(grid_.n_steps) * grid_.step;
+    const dynamics::MotionContext context{&self_, &body_, &loads_, parameters_.material.density,
+                                          criterion.strengths()};
+    agitate();
+    const ThreadClock start;
+    const auto motion =
+        dynamics::make_fixed_point_motion(context, parameters_.time.precision, load_time_, duration, state_);
+    cost.phase_start = start.seconds();
+    const ThreadClock loop;
+    double measured = 0;
+    std::int64_t n_looks = 0;
+    dynamics::PhaseOptions options;
+    options.grid = grid_;
+    if (parameters_.time.start == input::Start::quasi_static)
+      options.arrest_window = dynamics::arrest_window(parameters_);
+    // No frames are kept, but the energies that go with each.
+    options.n_energy_rows += parameters_.output.frames;
+    options.request = [&] {
+      measured = loop.seconds();
+      ++n_looks;
+      return measured < seconds ? dynamics::Request::go_on : dynamics::Request::park;
+    };
+    options.save = [](const auto&...) {};
+    try {
+      const auto result = dynamics::run_explicit_phase(context, *motion, criterion,
+                                                       dynamics::splitting(parameters_.time.integrator),
+                                                       account_, load_time_, options, state_);
+      cost.n_steps = result.parked ? n_looks * dynamics::steps_per_look : result.n_steps;
+      if (!result.parked) measured = loop.seconds();
+    } catch (const std::runtime_error&) {
+      // Such as small fragments that fly away; up to there the steps cost what they cost.
+      cost.n_steps = n_looks * dynamics::steps_per_look;
+      if (n_looks == 0) throw;
+    }
+    cost.step = measured / static_cast<double>(cost.n_steps);
+  }
+
+private:
+  void agitate() {
+    double strain = account_.row(0, 0, 0, state_.displacement).strain;
+    if (strain == 0)
+      strain = energy_of_running_cracks * dynamics::energy_at_strength(self_, body_, strength_);
+    const auto& masses = body_.operators().node_mass;
+    const double mass = std::accumulate(masses.begin(), masses.end(), 0.0);
+    const double speed = std::sqrt(2 * kinetic_share * strain / mass);
+    std::ranges::fill(state_.velocity.owned(), speed / std::sqrt(3.0));
+  }
+
+  parallel::Communicator self_{MPI_COMM_SELF};
+  const input::Parameters& parameters_;
+  dynamics::TimeGrid grid_;
+  geometry::Subdomain subdomain_;
+  fracture::BreakableBody body_;
+  mechanics::BoundaryLoads loads_;
+  std::vector<double> strength_;
+  dynamics::EnergyAccount account_;
+  dynamics::MotionState state_;
+  double load_time_ = 0;
+};
+
+}  // namespace
+
+MeasuredCost measure_cost(const input::Parameters& parameters, const geometry::Realization& realization,
+                          const dynamics::TimeGrid& grid, double seconds) {
+  MeasuredCost cost;
+  const ThreadClock setup;
+  Measurement measurement(parameters, realization, grid);
+  cost.setup = setup.seconds();
+  if (parameters.time.start == input::Start::quasi_static) measurement.measure_solves(cost);
+  measurement.measure_phase(cost, seconds);
+  return cost;
+}
+
+}  // namespace crackle::ensemble

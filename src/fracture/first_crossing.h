@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/mechanics/tensor.h"
+
+#include <cstdint>
+#include <limits>
+
+namespace crackle::fracture {
+
+/// Smallest s in (0, limit] at which the largest principal value of stress + s rate reaches `strength`, to
+/// the last bit; infinity where there is none. `limit` may be infinite.
+/// @pre the value is below the strength at s = 0
+double crossing(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate, double strength,
+                double limit);
+
+/// Which of many tetrahedra reaches its strength first while the stress grows linearly.
+///
+/// What comes out has the same bits whatever the order in which the tetrahedra are shown, and whoever else
+/// looks at some of them: each crossing is found from its own numbers and `limit` alone. Earlier tetrahedra
+/// only tell which of the later ones need no search, with room for the rounding of the stresses.
+class FirstCrossing {
+public:
+  explicit FirstCrossing(double limit) : limit_(limit) {}
+
+  void see(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate, double strength,
+           std::int64_t number);
+
+  double value() const { return value_; }          ///< infinity: none within the limit
+  std::int64_t number() const { return number_; }  ///< the smallest of those that come first; -1: none
+
+private:
+  double limit_;
+  double value_ = std::numeric_limits<double>::infinity();
+  std::int64_t number_ = -1;
+};
+
+}  // namespace crackle::fracture

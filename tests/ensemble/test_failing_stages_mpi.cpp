@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Whatever stage of a sample fails on whichever rank of its group: the sample fails with stage and reason,
+// the other samples of the ensemble have the bits of an undisturbed run, and nothing waits for ever.
+#include "crackle/ensemble/ensemble_run.h"
+#include "crackle/input/reader.h"
+#include "crackle/io/result_comparison.h"
+#include "crackle/io/sample_file.h"
+#include "crackle/mechanics/static_solver.h"
+#include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
+#include "support/temporary_folder.h"
+#include "two_pieces.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <mutex>
+#include <new>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+namespace crackle::ensemble {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A bar that is pulled slowly until it breaks, arrests, and breaks on.
+input::Parameters bar(int samples, int ranks_per_sample) {
+  return input::parse(fmt::format(R"([ensemble]
+samples = {}
+seed = 7
+ranks_per_sample = {}
+[specimen]
+size = ["3 mm", "5 mm", "9 mm"]
+[[specimen.notch]]
+face = "y-min"
+at = "4 mm"
+depth = "1.5 mm"
+height = "1 mm"
+[mesh]
+spacing = "1.5 mm"
+notch_spacing = "1 mm"
+growth = 0.5
+perturbation = 0.2
+min_quality = 0.05
+[material]
+youngs_modulus = "3300 MPa"
+poisson_ratio = 0.38
+density = "1180 kg/m^3"
+[fracture]
+strength = "35 MPa"
+exponent = 2
+impulse = "1e-8 MPa^2 s"
+memory = "cumulative"
+release = "facet"
+[[boundary]]
+on = "z-min"
+fix = ["x", "y", "z"]
+[[boundary]]
+on = "z-max"
+force = ["0 N", "0 N", "10 N"]
+rate = ["0 N/s", "0 N/s", "5 N/s"]
+[time]
+duration = "6 us"
+[sections]
+y = ["3 mm"]
+[output]
+frames = 2
+)",
+                                  samples, ranks_per_sample),
+                      "bar.toml");
+}
+
+/// Ends the program when nothing has happened for long, and says what was under way.
+class Watchdog {
+public:
+  explicit Watchdog(int rank) : thread_([this, rank](const std::stop_token& stop) { watch(stop, rank); }) {}
+
+  void begin(std::string what) {
+    const std::scoped_lock lock(mutex_);
+    what_ = std::move(what);
+    is_new_ = true;
+    changed_.notify_all();
+  }
+
+private:
+  static constexpr std::chrono::seconds patience{60};
+
+  void watch(const std::stop_token& stop, int rank) {
+    std::unique_lock lock(mutex_);
+    while (!stop.stop_requested()) {
+      is_new_ = false;
+      if (changed_.wait_for(lock, stop, patience, [this] { return is_new_; }) || stop.stop_requested())
+        continue;
+      std::fprintf(stderr, "rank %d: no end for %d s after: %s\n", rank, static_cast<int>(patience.count()),
+                   what_.c_str());
+      std::_Exit(EXIT_FAILURE);
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::string what_ = "the start";
+  bool is_new_ = false;
+  std::jthread thread_;  // last: it ends before what it uses
+};
+
+constexpr int n_kinds = 3;
+const char* const words[n_kinds] = {"bad_alloc", "No space left on device",
+                                    "static equilibrium: no convergence"};
+
+[[noreturn]] void fail(int kind) {
+  if (kind == 0) throw std::bad_alloc();
+  if (kind == 1) throw std::system_error(std::make_error_code(std::errc::no_space_on_device), "0007.h5");
+  throw mechanics::NoEquilibrium(words[2]);
+}
+
+class FailingStages : public testing::Test {
+protected:
+  void SetUp() override {
+    if (world_.size() < 3) GTEST_SKIP() << "needs a master and a group of two or three ranks";
+    if (world_.is_root()) folder_.emplace();
+    root_ = parallel::share_text(world_, folder_ ? folder_->path().string() : "");
+  }
+  void TearDown() override { MPI_Barrier(world_.get()); }
+
+  /// This rank's number in its group; negative on the master.
+  int rank_in_group() const { return world_.rank() - 1; }
+  int group_size() const { return world_.size() - 1; }
+  /// Samples with a fault, between an undisturbed one in front and one behind: one for each kind and rank,
+  /// one in which all ranks fail.
+  int n_faults() const { return n_kinds * group_size() + 1; }
+
+  RunOutcome run(const std::string& name, const decltype(RunOptions::enter)& enter) {
+    const auto parameters = bar(n_faults() + 2, group_size());
+    RunOptions options{.folder = root_ / name, .log = &log_};
+    options.enter = enter;
+    log_.str("");
+    return run_ensemble(world_, parameters, options,
+                        [&](const auto& group, auto, const auto& subdomain, const auto& control) {
+                          return dynamics::in_two_pieces(group, parameters, subdomain, control);
+                        });
+  }
+
+  void expect_same(const std::string& name, int sample) {
+    const auto file = [&](const std::string& folder) {
+      return io::sample_path(root_ / folder, static_cast<std::uint64_t>(sample));
+    };
+    EXPECT_EQ(io::differences(file("undisturbed"), file(name)), std::vector<std::string>{})
+        << name << ", sample " << sample;
+  }
+
+  /// The stages that a rank of the group enters, each once, in order.
+  std::vector<std::string> stages_of(int rank, const std::vector<std::string>& mine) {
+    std::string text;
+    if (rank_in_group() == rank)
+      for (const auto& stage : mine) text += stage + '\n';
+    const auto all = parallel::gather_all<char>(world_, text);
+    std::vector<std::string> stages;
+    std::istringstream lines(std::string(all.begin(), all.end()));
+    for (std::string line; std::getline(lines, line);) stages.push_back(line);
+    return stages;
+  }
+
+  parallel::Communicator world_{MPI_COMM_WORLD};
+  Watchdog watchdog_{world_.rank()};
+  std::optional<test::TemporaryFolder> folder_;  // on rank 0
+  fs::path root_;
+  std::ostringstream log_;
+};
+
+TEST_F(FailingStages, FailOneSampleAndEndNothingElse) {
+  std::vector<std::string> entered;
+  const auto undisturbed = run("undisturbed", [&](std::uint64_t, std::string_view stage) {
+    if (std::ranges::find(entered, stage) == entered.end()) entered.emplace_back(stage);
+  });
+  ASSERT_EQ(undisturbed.done, n_faults() + 2) << log_.str();
+  const auto of_root = stages_of(0, entered);
+  EXPECT_THAT(of_root,
+              testing::IsSupersetOf({"partition", "sharing", "restoring", "set-up", "quasi-static loading",
+                                     "static solve", "dynamic phase", "energy row", "frame", "time steps",
+                                     "saving", "results", "analysis", "writing"}));
+  const auto of_others = stages_of(group_size() - 1, entered);
+
+  for (const auto& stage : of_root) {
+    const bool is_shared = std::ranges::find(of_others, stage) != of_others.end();
+    // Fault f is of kind f % 3, on rank f / 3 of the group, the last one on all ranks. It comes when the
+    // stage is entered for the first, second or third time, if there is such a time.
+    std::map<std::uint64_t, int> n_entered;
+    std::set<std::uint64_t> failed_here;
+    const auto outcome = run(stage, [&](std::uint64_t sample, std::string_view now) {
+      watchdog_.begin(fmt::format("sample {}, '{}' (fault in '{}')", sample, now, stage));
+      const int fault = static_cast<int>(sample) - 1;
+      if (now != stage || fault < 0 || fault >= n_faults()) return;
+      const bool on_all = fault == n_faults() - 1;
+      if (!on_all && fault / n_kinds != rank_in_group()) return;
+      if (n_entered[sample]++ > 0) return;
+      failed_here.insert(sample);
+      fail(on_all ? 2 : fault % n_kinds);
+    });
+    const int n_failing = is_shared ? n_faults() : n_kinds + 1;
+    EXPECT_EQ(outcome.failed, n_failing) << stage << '\n' << log_.str();
+    EXPECT_EQ(outcome.done, n_faults() + 2 - n_failing) << stage << '\n' << log_.str();
+    EXPECT_EQ(outcome.file_error, "");
+    if (!world_.is_root()) continue;
+    for (int fault = 0; fault < n_faults(); ++fault) {
+      const bool on_all = fault == n_faults() - 1;
+      if (!is_shared && !on_all && fault / n_kinds > 0) {
+        expect_same(stage, fault + 1);
+        continue;
+      }
+      EXPECT_THAT(log_.str(),
+                  testing::ContainsRegex(fmt::format("sample {} failed after .*: {}: [^\n]*{}", fault + 1,
+                                                     stage, words[on_all ? 2 : fault % n_kinds])));
+    }
+    expect_same(stage, 0);
+    expect_same(stage, n_faults() + 1);
+  }
+  if (world_.is_root())
+    std::printf("%zu stages, %zu of them on all %d ranks of a group\n", of_root.size(), of_others.size(),
+                group_size());
+}
+
+}  // namespace
+}  // namespace crackle::ensemble

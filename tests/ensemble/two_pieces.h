@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/dynamics/sample_run.h"
+#include "crackle/parallel/agreement.h"
+
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace crackle::dynamics {
+
+/// A sample that is parked in a dynamic phase and continued, so that saving and restoring are part of it.
+inline SampleResult in_two_pieces(const parallel::Communicator& group, const input::Parameters& parameters,
+                                  const geometry::Subdomain& subdomain, const SampleControl& given = {}) {
+  SampleResult result;
+  parallel::together(group, [&] {
+    std::vector<std::byte> saved;
+    bool is_saved = false;
+    SampleControl control = given;
+    control.save = [&](std::span<const std::byte> bytes) { saved.assign(bytes.begin(), bytes.end()); };
+    // The first save is due at the first look of a dynamic phase, and at the second one the sample is parked.
+    control.checkpoint_interval = 0;
+    control.stop = [&] { return group.is_root() && !saved.empty() && std::exchange(is_saved, true); };
+    result = run_sample(group, parameters, subdomain, control);
+    if (!result.parked) return;
+    control.stop = {};
+    control.checkpoint_interval = given.checkpoint_interval;
+    control.checkpoint = saved;
+    result = run_sample(group, parameters, subdomain, control);
+  });
+  return result;
+}
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/dynamics/sample_run.h"
+#include "crackle/mechanics/elasticity.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace crackle::mechanics {
+namespace {
+
+TEST(WaveSpeeds, AreThoseOfTheTextbook) {
+  // Steel, tabulated in many places: 5.9 and 3.2 km/s, Rayleigh's wave 0.926 of the latter.
+  const input::Material steel{210e9, 0.29, 7850};
+  EXPECT_NEAR(dilatational_speed(steel), 5920, 10);
+  EXPECT_NEAR(shear_speed(steel), 3220, 10);
+  EXPECT_NEAR(rayleigh_speed(steel) / shear_speed(steel), 0.926, 0.001);
+  for (const double nu : {0.0, 0.25, 0.38, 0.49}) {
+    const input::Material material{3.3e9, nu, 1180};
+    EXPECT_NEAR(std::pow(dilatational_speed(material) / shear_speed(material), 2),
+                2 * (1 - nu) / (1 - 2 * nu), 1e-9);
+  }
+}
+
+TEST(WaveSpeeds, ArrestWindowIsAShearWavesWayAcrossTheMiddleExtent) {
+  input::Parameters parameters;
+  parameters.specimen.size = {0.14, 0.005, 0.0245};
+  parameters.material = {3.3e9, 0.38, 1180};
+  EXPECT_DOUBLE_EQ(dynamics::arrest_window(parameters), 0.0245 / shear_speed(parameters.material));
+  parameters.time.arrest = 3e-6;
+  EXPECT_EQ(dynamics::arrest_window(parameters), 3e-6);
+}
+
+}  // namespace
+}  // namespace crackle::mechanics

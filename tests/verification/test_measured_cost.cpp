@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What is measured for the estimate of a sample's cost; not how long it took.
+#include "crackle/ensemble/measured_cost.h"
+
+#include "crackle/dynamics/explicit_phase.h"
+#include "support/box_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace crackle::ensemble {
+namespace {
+
+using input::BoundaryKind;
+using input::Face;
+
+/// A slotted strip that is pulled until it breaks.
+input::Parameters strip() {
+  input::Parameters parameters;
+  parameters.specimen.size = {0.002, 0.01, 0.02};
+  parameters.material = test::epoxy();
+  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
+  parameters.time.duration = 4e-5;
+  auto pull = test::boundary(Face::z_max, BoundaryKind::force, {true, true, true}, {0, 0, 0});
+  pull.rate = {0, 0, 5};
+  parameters.boundaries = {test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}), pull};
+  return parameters;
+}
+
+const geometry::Realization& slotted() {
+  static const auto mesh = test::make_box(
+      {.size = {0.002, 0.01, 0.02},
+       .cells = {3, 12, 25},
+       .disturbance = 0.15,
+       .removed = [](const geometry::Point& p) { return p[1] < 0.003 && std::abs(p[2] - 0.01) < 0.0005; }});
+  return mesh;
+}
+
+constexpr dynamics::TimeGrid grid{50e-9, 800};
+
+TEST(MeasuredCost, HasEveryPartOfASample) {
+  const auto cost = measure_cost(strip(), slotted(), grid, 1e9);
+  EXPECT_TRUE(cost.breaks);
+  EXPECT_GT(cost.setup, 0);
+  EXPECT_GT(cost.first_solve, 0);
+  EXPECT_GT(cost.next_solve, 0);
+  EXPECT_GT(cost.phase_start, 0);
+  EXPECT_GT(cost.step, 0);
+  // A cracking body does not arrest at once.
+  EXPECT_GT(cost.n_steps, 100);
+  EXPECT_LE(cost.n_steps, grid.n_steps);
+}
+
+TEST(MeasuredCost, EndsAtTheFirstLookAfterItsTime) {
+  EXPECT_EQ(measure_cost(strip(), slotted(), grid, 0).n_steps, dynamics::steps_per_look);
+}
+
+TEST(MeasuredCost, SeesThatNoLoadBreaksTheBody) {
+  auto parameters = strip();
+  parameters.boundaries[1].rate = {};
+  parameters.boundaries[1].value = {0, 0, 1};
+  const auto cost = measure_cost(parameters, slotted(), grid, 0);
+  EXPECT_FALSE(cost.breaks);
+  EXPECT_GT(cost.first_solve, 0);
+  EXPECT_EQ(cost.next_solve, 0);
+}
+
+TEST(MeasuredCost, OfABodyThatStartsAtRestHasNoSolves) {
+  auto parameters = strip();
+  parameters.time.start = input::Start::rest;
+  const auto cost = measure_cost(parameters, slotted(), grid, 0);
+  EXPECT_TRUE(cost.breaks);
+  EXPECT_EQ(cost.first_solve, 0);
+  EXPECT_EQ(cost.next_solve, 0);
+  EXPECT_GT(cost.step, 0);
+}
+
+}  // namespace
+}  // namespace crackle::ensemble

@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Every sum, product, bound and solve that ranks share: the bits of one rank for any partition, with numbers
+// that do not add up exactly, and bodies in which some tetrahedra are broken in part.
+#include "crackle/dynamics/moving_body.h"
+#include "crackle/dynamics/stable_step.h"
+#include "crackle/mechanics/static_solver.h"
+#include "crackle/parallel/collectives.h"
+#include "crackle/parallel/exact_sum.h"
+#include "crackle/parallel/reproducible.h"
+#include "dynamics/state_range.h"
+#include "mechanics/coarse_space.h"
+#include "mechanics/fixed_point_force.h"
+#include "mechanics/stiffness_product.h"
+#include "support/box_mesh.h"
+#include "support/partitions.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace crackle {
+namespace {
+
+using geometry::Point;
+using input::BoundaryKind;
+using input::Face;
+using parallel::Communicator;
+using parallel::NodeField;
+
+const Point size{0.002, 0.004, 0.012};
+
+input::Parameters held_and_loaded(double poisson_ratio) {
+  input::Parameters parameters;
+  parameters.specimen.size = size;
+  parameters.material = test::epoxy();
+  parameters.material.poisson_ratio = poisson_ratio;
+  parameters.fracture.toughness = 70;
+  parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
+  parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {1, -7, 30}));
+  parameters.boundaries.push_back(
+      test::boundary(Face::y_max, BoundaryKind::velocity, {true, false, false}, {0.3, 0, 0}));
+  return parameters;
+}
+
+/// A body as one group holds it.
+struct Share {
+  Share(MPI_Comm communicator, const geometry::Realization& mesh, const test::MakePartition& partition,
+        double poisson_ratio = 0.38)
+      : group(communicator),
+        subdomain(
+            geometry::split(mesh, partition(mesh, group.size()))[static_cast<std::size_t>(group.rank())]),
+        parameters(held_and_loaded(poisson_ratio)),
+        body(subdomain, parameters.material, input::Release::facet, input::Contact::none),
+        loads(mechanics::make_boundary_loads(group, parameters, subdomain)) {}
+
+  parallel::RandomStream stream(const char* name, std::int64_t number) const {
+    return parallel::RandomStream(3, 0, name).substream(static_cast<std::uint64_t>(number));
+  }
+
+  /// Breaks some tetrahedra, the same in every partition. Collective.
+  /// @return local numbers
+  std::vector<std::int32_t> break_some(std::int64_t first) {
+    const auto strain = [&](std::int32_t t) {
+      auto random = stream("strain", subdomain.tetrahedron_number[static_cast<std::size_t>(t)]);
+      mechanics::Symmetric eps{};
+      for (double& component : eps) component = 0.01 * random.uniform(-1, 1);
+      return eps;
+    };
+    const auto n_before = body.changes().size();
+    for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t)
+      if (subdomain.tetrahedron_number[static_cast<std::size_t>(t)] % 9 == first)
+        body.release(t, strain(t), 0, 0);
+    body.tie(group, 0, 0, strain);
+    const auto changes = body.changes().subspan(n_before);
+    return {changes.begin(), changes.end()};
+  }
+
+  /// A field's values, from the realization's node number and the position; ghosts up to date. Collective.
+  template <class Value>
+  NodeField field(const Value& value) const {
+    NodeField result(group, subdomain);
+    for (std::size_t n = 0; n < static_cast<std::size_t>(subdomain.n_owned); ++n) {
+      const std::array<double, 3> at_node = value(subdomain.node_number[n], subdomain.nodes[n]);
+      std::ranges::copy(at_node, result.local().begin() + static_cast<std::ptrdiff_t>(3 * n));
+    }
+    result.update_ghosts();
+    return result;
+  }
+
+  std::vector<std::uint8_t> held() const {
+    std::vector<std::uint8_t> marks(3 * subdomain.nodes.size(), 0);
+    for (std::size_t n = 0; n < subdomain.nodes.size(); ++n)
+      for (std::size_t i = 0; i < 3; ++i) marks[3 * n + i] = subdomain.nodes[n][2] == 0 ? 1 : 0;
+    return marks;
+  }
+
+  Communicator group;
+  geometry::Subdomain subdomain;
+  input::Parameters parameters;
+  fracture::BreakableBody body;
+  mechanics::BoundaryLoads loads;
+};
+
+/// Operands unlike each other in size and kind, so that the scale of one does not suit the next.
+std::array<double, 3> operand(int number, std::int64_t node, const Point& p) {
+  auto stream = parallel::RandomStream(11, 0, "operand")
+                    .substream(static_cast<std::uint64_t>(number))
+                    .substream(static_cast<std::uint64_t>(node));
+  const double scale = std::pow(10.0, (number * 7) % 23 - 15) * (1 + 0.1 * number);
+  const auto noise = [&] { return stream.uniform(-1, 1); };
+  switch (number % 6) {
+    case 0:  // rough
+      return {scale * noise(), scale * noise(), scale * noise()};
+    case 1:  // smooth
+      return {scale * (p[0] + 3 * p[1]) / size[1], -scale * p[1] / size[1], scale * p[2] / size[2]};
+    case 2:  // at one node only
+      return {node == 40 ? scale : 0, 0, node == 41 ? -0.3 * scale : 0};
+    case 3:  // nearly a shift: hardly any force
+      return {scale, -0.7 * scale, scale * (1 + 1e-7 * noise())};
+    case 4: {  // as rough as can be, after one with next to no force
+      const auto sign = [&] { return noise() < 0 ? -0.985 : 0.985; };
+      return {scale * sign(), scale * sign(), scale * sign()};
+    }
+    default:
+      return {scale * std::sin(700 * p[2]), scale * std::cos(500 * p[1]), 1e-3 * scale * noise()};
+  }
+}
+
+class PartitionBits : public ::testing::Test {
+protected:
+  PartitionBits() : mesh_(test::make_box({.size = size, .cells = {3, 5, 14}, .disturbance = 0.2})) {}
+
+  /// Calls compare(as all ranks share the body, as this rank alone has it).
+  template <class Compare>
+  void on_partitions(const Compare& compare) {
+    for (const auto& [name, make] : test::hostile_partitions(size)) {
+      SCOPED_TRACE(name);
+      Share shared(MPI_COMM_WORLD, mesh_, make);
+      Share alone(MPI_COMM_SELF, mesh_, make);
+      compare(shared, alone);
+    }
+  }
+
+  /// Number of components of owned nodes that differ.
+  static std::int64_t n_different(const Share& shared, std::span<const double> mine, const Share& alone,
+                                  std::span<const double> all) {
+    std::int64_t n = 0;
+    for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(shared.subdomain.n_owned); ++i) {
+      const auto place =
+          std::ranges::lower_bound(alone.subdomain.node_number, shared.subdomain.node_number[i / 3]) -
+          alone.subdomain.node_number.begin();
+      n += mine[i] != all[3 * static_cast<std::size_t>(place) + i % 3] ? 1 : 0;
+    }
+    return n;
+  }
+
+  static void expect_equal_ranges(Share& shared, Share& alone, int number) {
+    const auto range = [&](Share& share) {
+      const std::vector<double> strength(share.subdomain.tetrahedra.size(), 35e6);
+      const auto at = [&](std::int64_t node, const Point& p) { return operand(number, node, p); };
+      const dynamics::MotionState state{share.field(at), share.field(at)};
+      return dynamics::expected_range({&share.group, &share.body, &share.loads, 1180, strength}, 0.1, 2e-5,
+                                      state);
+    };
+    const auto mine = range(shared), all = range(alone);
+    EXPECT_EQ(mine.stretch, all.stretch);
+    EXPECT_EQ(mine.velocity, all.velocity);
+    EXPECT_EQ(mine.force, all.force);
+  }
+
+  geometry::Realization mesh_;
+};
+
+std::unique_ptr<mechanics::StiffnessProduct> product_of(const Share& share) {
+  return std::make_unique<mechanics::StiffnessProduct>(share.group, share.subdomain, share.body.operators(),
+                                                       share.body.elasticity(), share.body.edges(),
+                                                       share.body.integrity());
+}
+
+TEST_F(PartitionBits, StiffnessProducts) {
+  on_partitions([&](Share& shared, Share& alone) {
+    shared.break_some(4);
+    alone.break_some(4);
+    const auto shared_product = product_of(shared);
+    const auto product = product_of(alone);
+    for (int number = 0; number < 36; ++number) {
+      if (number == 18) {
+        shared_product->update(shared.break_some(7));
+        product->update(alone.break_some(7));
+      }
+      const auto at = [&](std::int64_t node, const Point& p) { return operand(number, node, p); };
+      const NodeField mine = shared.field(at);
+      const NodeField all = alone.field(at);
+      std::vector<double> force(mine.owned().size(), -1), whole_force(all.owned().size(), -1);
+      shared_product->apply(mine, force);
+      product->apply(all, whole_force);
+      EXPECT_EQ(n_different(shared, force, alone, whole_force), 0) << "operand " << number;
+      // And it is the product: a force that an overflow has spoilt may well be the same everywhere.
+      std::vector<double> plain(all.local().size());
+      alone.body.force().evaluate(all.local(), plain);
+      double largest = 0, error = 0;
+      for (std::size_t i = 0; i < plain.size(); ++i) {
+        largest = std::max(largest, std::abs(all.local()[i]));
+        error = std::max(error, std::abs(plain[i] - whole_force[i]));
+      }
+      const double stiffness = shared.parameters.material.youngs_modulus * 1e-3;
+      EXPECT_LT(error, 1e-12 * stiffness * largest) << "operand " << number;
+    }
+  });
+}
+
+TEST_F(PartitionBits, AnOperandThatIsNotFiniteIsRefusedByAll) {
+  const auto partition = test::hostile_partitions(size).front().make;
+  const Share shared(MPI_COMM_WORLD, mesh_, partition);
+  const auto product = product_of(shared);
+  std::vector<double> force(3 * static_cast<std::size_t>(shared.subdomain.n_owned));
+  for (const double wrong : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    const NodeField operand = shared.field([&](std::int64_t node, const Point&) {
+      return std::array<double, 3>{0, node == 100 ? wrong : 1, 0};
+    });
+    EXPECT_THROW(product->apply(operand, force), std::runtime_error);
+  }
+}
+
+TEST_F(PartitionBits, StaticSolves) {
+  on_partitions([&](Share& shared, Share& alone) {
+    std::optional<mechanics::StaticSolver> shared_solver, solver;
+    const auto make = [](const Share& share, auto& made) {
+      made.emplace(share.group, share.subdomain, share.body.operators(), share.body.elasticity(),
+                   share.body.edges(), share.body.integrity(), share.held());
+    };
+    make(shared, shared_solver);
+    make(alone, solver);
+    NodeField mine(shared.group, shared.subdomain), all(alone.group, alone.subdomain);
+    for (int number = 0; number < 3; ++number) {
+      if (number > 0) {
+        shared_solver->release(shared.break_some(number));
+        solver->release(alone.break_some(number));
+      }
+      const auto force_of = [&](const Share& share) {
+        std::vector<double> force(3 * static_cast<std::size_t>(share.subdomain.n_owned));
+        share.loads.add_forces(0, force);
+        return force;
+      };
+      const int n_shared = shared_solver->solve(force_of(shared), mine);
+      EXPECT_EQ(n_shared, solver->solve(force_of(alone), all));
+      EXPECT_EQ(n_different(shared, mine.owned(), alone, all.owned()), 0) << "solve " << number;
+    }
+  });
+}
+
+TEST_F(PartitionBits, CoarseCorrections) {
+  on_partitions([&](Share& shared, Share& alone) {
+    shared.break_some(4);
+    alone.break_some(4);
+    const auto held = shared.held(), all_held = alone.held();
+    mechanics::CoarseSpace mine(shared.group, shared.subdomain, held);
+    mechanics::CoarseSpace all(alone.group, alone.subdomain, all_held);
+    mine.factorize(shared.body.operators(), shared.body.elasticity(), shared.body.integrity());
+    all.factorize(alone.body.operators(), alone.body.elasticity(), alone.body.integrity());
+    for (int number = 0; number < 12; ++number) {
+      const auto at = [&](std::int64_t node, const Point& p) { return operand(number, node, p); };
+      std::vector<double> correction(shared.field(at).owned().size()), whole(alone.field(at).owned().size());
+      mine.add_correction(shared.field(at).owned(), correction);
+      all.add_correction(alone.field(at).owned(), whole);
+      EXPECT_EQ(n_different(shared, correction, alone, whole), 0) << "residual " << number;
+    }
+  });
+}
+
+TEST_F(PartitionBits, Sums) {
+  on_partitions([&](Share& shared, Share& alone) {
+    for (int number = 0; number < 12; ++number) {
+      // Terms of all sizes, which nearly cancel.
+      const auto first = [&](std::int64_t node, const Point& p) {
+        auto values = operand(number, node, p);
+        for (double& value : values) value *= std::pow(10.0, static_cast<double>(node % 19) - 9);
+        return values;
+      };
+      const auto second = [&](std::int64_t node, const Point& p) { return operand(number + 5, node, p); };
+      const NodeField a = shared.field(first), b = shared.field(second);
+      const NodeField all_a = alone.field(first), all_b = alone.field(second);
+      EXPECT_EQ(parallel::reproducible_dot(shared.group.get(), a.owned(), b.owned()),
+                parallel::reproducible_dot(alone.group.get(), all_a.owned(), all_b.owned()));
+      EXPECT_EQ(parallel::exact_dot(shared.group, a.owned(), b.owned()),
+                parallel::exact_dot(alone.group, all_a.owned(), all_b.owned()));
+      EXPECT_EQ(parallel::exact_sum(shared.group, a.owned()),
+                parallel::exact_sum(alone.group, all_a.owned()));
+    }
+  });
+}
+
+/// Numbers that scales are chosen from.
+TEST_F(PartitionBits, Bounds) {
+  on_partitions([&](Share& shared, Share& alone) {
+    shared.break_some(4);
+    alone.break_some(4);
+    EXPECT_EQ(dynamics::largest_frequency(shared.group, shared.subdomain, shared.body.operators(),
+                                          shared.body.force()),
+              dynamics::largest_frequency(alone.group, alone.subdomain, alone.body.operators(),
+                                          alone.body.force()));
+    for (int number = 0; number < 12; ++number) {
+      expect_equal_ranges(shared, alone, number);
+      const auto stretch = [&](const Share& share) {
+        const std::vector<double> no_mass(static_cast<std::size_t>(share.subdomain.n_owned), 1.0);
+        mechanics::FixedPointForce<double> force(
+            share.subdomain, share.body.operators(), share.body.elasticity(), share.body.edges(),
+            share.body.integrity(), no_mass, {1, 1, 1e9}, mechanics::best_instruction_set());
+        for (std::size_t n = 0; n < share.subdomain.nodes.size(); ++n)
+          for (std::size_t i = 0; i < 3; ++i)
+            force.nodes()[n].displacement[i] =
+                std::llrint(1e6 * operand(6 * number, share.subdomain.node_number[n], {})[i] /
+                            std::pow(10.0, (number * 42) % 23 - 15));
+        return parallel::largest_of_all(share.group, force.largest_stretch());
+      };
+      EXPECT_EQ(stretch(shared), stretch(alone));
+    }
+  });
+}
+
+/// The largest is that of one edge, whose rounding differs from material to material.
+TEST_F(PartitionBits, RangesOfManyMaterials) {
+  for (const auto& [name, make] : test::hostile_partitions(size)) {
+    SCOPED_TRACE(name);
+    for (int i = 0; i < 12; ++i) {
+      const double poisson_ratio = 0.05 + 0.033 * i;
+      Share shared(MPI_COMM_WORLD, mesh_, make, poisson_ratio);
+      Share alone(MPI_COMM_SELF, mesh_, make, poisson_ratio);
+      expect_equal_ranges(shared, alone, i);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace crackle
