@@ -28,7 +28,7 @@ constexpr double of_structure = 120e3;  // groups, names, energies
 // Bytes in ensemble.h5.
 constexpr double of_mother_point = 33;
 constexpr double of_row = 200;
-constexpr double of_crossing = 28;
+constexpr double of_crossing = 36;
 
 }  // namespace
 

@@ -63,8 +63,8 @@ class Numbers(unittest.TestCase):
                 input_text.length(text)
 
     def test_sections_are_numbered_y_first(self):
-        self.assertEqual(input_text.sections({"sections": {"z": ["3 cm"], "y": ["7 mm", "9 mm"]}}),
-                         [(1, 7e-3), (1, 9e-3), (2, 0.03)])
+        np.testing.assert_allclose(input_text.sections({"sections": {"z": ["3 cm"], "y": ["7 mm", "9 mm"]}}),
+                                   [(1, 7e-3), (1, 9e-3), (2, 0.03)])
 
     def test_the_outline_encloses_the_plate_without_its_slots(self):
         plate = Plate((5e-3, 24.5e-3, 140e-3), (
