@@ -72,7 +72,7 @@ TEST(InputErrors, SectionsAreWhereACrackCanArrive) {
   EXPECT_THAT(errors("y", "y", R"(["7 mm", "24 mm"])"), IsEmpty());
   EXPECT_THAT(
       errors("y", "y", R"(["3 mm", "7 mm"])"),
-      ElementsAre("test.toml:21: sections.y[0]: no crack can arrive at 3 mm; give a length in a notch's "
+      ElementsAre("test.toml:20: sections.y[0]: no crack can arrive at 3 mm; give a length in a notch's "
                   "ligament: between 6 mm and 24.5 mm (specimen.notch[0])"));
   EXPECT_THAT(errors("y", "y", R"(["6 mm"])"), ElementsAre(HasSubstr("no crack can arrive at 6 mm")))
       << "the tip";
@@ -86,7 +86,7 @@ TEST(InputErrors, SectionsAreWhereACrackCanArrive) {
               ElementsAre(HasSubstr("between 0 and 134 mm (specimen.notch[0])")));
   EXPECT_THAT(
       errors("zZ", "y", R"(["7 mm", "9 mm"])"),
-      ElementsAre("test.toml:21: sections.y: no crack can arrive, since no notch is cut into a y-face; give "
+      ElementsAre("test.toml:20: sections.y: no crack can arrive, since no notch is cut into a y-face; give "
                   "sections.z instead, between 6 mm and 140 mm (specimen.notch[0]) or between 0 and 134 mm "
                   "(specimen.notch[1])"));
   EXPECT_THAT(errors("y", "z", R"(["7 mm"])"), ElementsAre(HasSubstr("no notch is cut into a z-face")));
@@ -95,7 +95,7 @@ TEST(InputErrors, SectionsAreWhereACrackCanArrive) {
   EXPECT_THAT(errors_of(to_text(tables)),
               ElementsAre(HasSubstr("sections: there are no cross-sections; give y")));
   tables.push_back({"[sections]", {}});
-  EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(HasSubstr("test.toml:20: sections: there are no")));
+  EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(HasSubstr("test.toml:19: sections: there are no")));
 }
 
 TEST(InputErrors, ExactlyOneOfStrengthAndToughnessIsGiven) {
