@@ -75,7 +75,10 @@ def invoke(*arguments, ranks=0):
     command = [os.path.abspath(OPTIONS.program), *map(str, arguments)]
     if ranks:
         command = [*shlex.split(OPTIONS.mpirun), "-n", str(ranks), *command]
-    return subprocess.run(command, env=environment(), timeout=300, check=False, capture_output=True, text=True)
+    result = subprocess.run(command, env=environment(), timeout=300, check=False, capture_output=True, text=True)
+    # Without mpirun's own notice of a rank that ended with another status than 0.
+    result.stderr = re.sub(r"(?s)-{20,}\n.*?-{20,}\n", "", result.stderr)
+    return result
 
 
 def content(file):
@@ -296,7 +299,7 @@ class Stats(unittest.TestCase):
     def test_notches_in_z_faces_have_sections_across_z(self):
         text = INPUT.replace("samples = 3", "samples = 1").replace('"8 mm", "16 mm"', '"16 mm", "8 mm"')
         for old, new in (('"y-min"', '"z-min"'), ('on = "z-min"', 'on = "y-min"'), ('on = "z-max"', 'on = "y-max"'),
-                         ('"0 N", "100 N"', '"100 N", "0 N"'), ('"0 N/s", "5 N/s"', '"5 N/s", "0 N/s"'),
+                         ('"0 N", "100 N"', '"100 N", "0 N"'), ('"quasi-static"', '"equilibrium"'), ('"0 N/s", "5 N/s"', '"5 N/s", "0 N/s"'),
                          ('y = ["3 mm", "4 mm"]', 'z = ["3 mm", "4 mm"]')):
             self.assertIn(old, text)
             text = text.replace(old, new, 1)
