@@ -299,7 +299,8 @@ class Stats(unittest.TestCase):
     def test_notches_in_z_faces_have_sections_across_z(self):
         text = INPUT.replace("samples = 3", "samples = 1").replace('"8 mm", "16 mm"', '"16 mm", "8 mm"')
         for old, new in (('"y-min"', '"z-min"'), ('on = "z-min"', 'on = "y-min"'), ('on = "z-max"', 'on = "y-max"'),
-                         ('"0 N", "100 N"', '"100 N", "0 N"'), ('"quasi-static"', '"equilibrium"'), ('"0 N/s", "5 N/s"', '"5 N/s", "0 N/s"'),
+                         ('"0 N", "100 N"', '"100 N", "0 N"'), ('"0 N/s", "5 N/s"', '"5 N/s", "0 N/s"'),
+                         ('"quasi-static"', '"equilibrium"'), ('"20 us"', '"40 us"'),
                          ('y = ["3 mm", "4 mm"]', 'z = ["3 mm", "4 mm"]')):
             self.assertIn(old, text)
             text = text.replace(old, new, 1)
