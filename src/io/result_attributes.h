@@ -10,8 +10,7 @@ namespace crackle::io {
 
 /// What a reader has to know of a result's dataset, as its attributes: meaning, label, shown_units,
 /// shown_factor, format, and categories where its numbers stand for words. `units` are there already.
-void describe_result(hid_t parent, const std::string& dataset, const analysis::ResultInfo& info,
-                     int column);
+void describe_result(hid_t parent, const std::string& dataset, const analysis::ResultInfo& info, int column);
 
 /// The dataset `status`: 0 pending, 1 done, 2 failed.
 extern const analysis::ResultInfo status_info;
