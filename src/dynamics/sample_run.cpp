@@ -61,7 +61,12 @@ public:
                    fracture::tetrahedron_strengths(group, parameters, subdomain, body_.operators()),
                    options_.grid.step),
         account_(group, body_),
-        context_{&group_, &body_, &loads_, parameters.material.density, criterion_.strengths()} {
+        context_{&group_,
+                 &body_,
+                 &loads_,
+                 parameters.material.density,
+                 criterion_.strengths(),
+                 criterion_.watched_share(stable_step_)} {
     result_.stable_step = stable_step_;
     if (from_ != nullptr) first_break_reaction_ = from_->first_break_reaction;
     result_.time_step = options_.grid.step;

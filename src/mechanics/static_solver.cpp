@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace crackle::mechanics {
 
@@ -166,7 +167,11 @@ private:
   double find_residual(std::span<const double> force, parallel::NodeField& displacement) {
     displacement.update_ghosts();
     const auto residual = residual_.owned();
-    product_.apply(displacement, residual);
+    try {
+      product_.apply(displacement, residual);
+    } catch (const std::runtime_error& error) {  // what it refuses, it refuses on every rank
+      throw NoEquilibrium(fmt::format("static equilibrium: {}", error.what()));
+    }
     for (std::size_t i = 0; i < residual.size(); ++i)
       residual[i] = held_[i] != 0 ? 0 : force[i] - residual[i];
     residual_.mark_changed();
