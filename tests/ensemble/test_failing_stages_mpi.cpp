@@ -22,11 +22,11 @@
 #include <mutex>
 #include <new>
 #include <optional>
-#include <set>
 #include <sstream>
 #include <string>
 #include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace crackle::ensemble {
@@ -140,12 +140,31 @@ protected:
   /// This rank's number in its group; negative on the master.
   int rank_in_group() const { return world_.rank() - 1; }
   int group_size() const { return world_.size() - 1; }
-  /// Samples with a fault, between an undisturbed one in front and one behind: one for each kind and rank,
-  /// one in which all ranks fail.
-  int n_faults() const { return n_kinds * group_size() + 1; }
+  static constexpr int all_ranks = -1;
+
+  struct Fault {
+    int rank;      // in the group, or all_ranks
+    int kind;      // of words
+    bool is_late;  // comes when the stage is entered for the last time, not for the first
+  };
+
+  /// The faults of samples 1, 2, ... while a stage is tried; before and behind them is an undisturbed sample.
+  /// Every kind on every rank of a group of two; in a larger group, which takes longer, a kind for each rank.
+  std::vector<Fault> faults_in(std::size_t number_of_stage) const {
+    std::vector<Fault> faults;
+    for (int rank = 0; rank < group_size(); ++rank) {
+      for (int kind = 0; kind < n_kinds; ++kind) {
+        if (group_size() > 2 && kind != (rank + static_cast<int>(number_of_stage)) % n_kinds) continue;
+        faults.push_back({rank, kind, kind == 1});
+      }
+    }
+    faults.push_back({all_ranks, 2, false});
+    return faults;
+  }
+  int n_samples() const { return static_cast<int>(faults_in(0).size()) + 2; }
 
   RunOutcome run(const std::string& name, const decltype(RunOptions::enter)& enter) {
-    const auto parameters = bar(n_faults() + 2, group_size());
+    const auto parameters = bar(n_samples(), group_size());
     RunOptions options{.folder = root_ / name, .log = &log_};
     options.enter = enter;
     log_.str("");
@@ -184,11 +203,13 @@ protected:
 
 TEST_F(FailingStages, FailOneSampleAndEndNothingElse) {
   std::vector<std::string> entered;
+  std::map<std::pair<std::uint64_t, std::string>, int> n_entered;  // by sample and stage
   const auto undisturbed = run("undisturbed", [&](std::uint64_t sample, std::string_view stage) {
     watchdog_->begin(fmt::format("sample {}, '{}' (undisturbed)", sample, stage));
     if (std::ranges::find(entered, stage) == entered.end()) entered.emplace_back(stage);
+    ++n_entered[{sample, std::string(stage)}];
   });
-  ASSERT_EQ(undisturbed.done, n_faults() + 2) << log_.str();
+  ASSERT_EQ(undisturbed.done, n_samples()) << log_.str();
   const auto of_root = stages_of(0, entered);
   EXPECT_THAT(of_root,
               testing::IsSupersetOf({"partition", "sharing", "restoring", "set-up", "quasi-static loading",
@@ -196,39 +217,35 @@ TEST_F(FailingStages, FailOneSampleAndEndNothingElse) {
                                      "saving", "results", "analysis", "writing"}));
   const auto of_others = stages_of(group_size() - 1, entered);
 
-  for (const auto& stage : of_root) {
+  for (std::size_t number = 0; number < of_root.size(); ++number) {
+    const auto& stage = of_root[number];
     const bool is_shared = std::ranges::find(of_others, stage) != of_others.end();
-    // Fault f is of kind f % 3, on rank f / 3 of the group, the last one on all ranks. It comes when the
-    // stage is entered for the first, second or third time, if there is such a time.
-    std::map<std::uint64_t, int> n_entered;
-    std::set<std::uint64_t> failed_here;
+    const auto faults = faults_in(number);
+    const auto comes = [&](const Fault& fault) { return is_shared || fault.rank <= 0; };
+    std::map<std::uint64_t, int> n_now;
     const auto outcome = run(stage, [&](std::uint64_t sample, std::string_view now) {
       watchdog_->begin(fmt::format("sample {}, '{}' (fault in '{}')", sample, now, stage));
-      const int fault = static_cast<int>(sample) - 1;
-      if (now != stage || fault < 0 || fault >= n_faults()) return;
-      const bool on_all = fault == n_faults() - 1;
-      if (!on_all && fault / n_kinds != rank_in_group()) return;
-      if (n_entered[sample]++ > 0) return;
-      failed_here.insert(sample);
-      fail(on_all ? 2 : fault % n_kinds);
+      if (now != stage || sample == 0 || sample > faults.size()) return;
+      const Fault& fault = faults[sample - 1];
+      if (fault.rank != all_ranks && fault.rank != rank_in_group()) return;
+      if (++n_now[sample] == (fault.is_late ? n_entered.at({sample, stage}) : 1)) fail(fault.kind);
     });
-    const int n_failing = is_shared ? n_faults() : n_kinds + 1;
+    const auto n_failing = static_cast<int>(std::ranges::count_if(faults, comes));
     EXPECT_EQ(outcome.failed, n_failing) << stage << '\n' << log_.str();
-    EXPECT_EQ(outcome.done, n_faults() + 2 - n_failing) << stage << '\n' << log_.str();
+    EXPECT_EQ(outcome.done, n_samples() - n_failing) << stage << '\n' << log_.str();
     EXPECT_EQ(outcome.file_error, "");
     if (!world_.is_root()) continue;
-    for (int fault = 0; fault < n_faults(); ++fault) {
-      const bool on_all = fault == n_faults() - 1;
-      if (!is_shared && !on_all && fault / n_kinds > 0) {
-        expect_same(stage, fault + 1);
+    for (int sample = 1; sample <= static_cast<int>(faults.size()); ++sample) {
+      const Fault& fault = faults[static_cast<std::size_t>(sample) - 1];
+      if (!comes(fault)) {
+        expect_same(stage, sample);
         continue;
       }
-      EXPECT_THAT(log_.str(),
-                  testing::ContainsRegex(fmt::format("sample {} failed after .*: {}: [^\n]*{}", fault + 1,
-                                                     stage, words[on_all ? 2 : fault % n_kinds])));
+      EXPECT_THAT(log_.str(), testing::ContainsRegex(fmt::format("sample {} failed after .*: {}: [^\n]*{}",
+                                                                 sample, stage, words[fault.kind])));
     }
     expect_same(stage, 0);
-    expect_same(stage, n_faults() + 1);
+    expect_same(stage, n_samples() - 1);
   }
   if (world_.is_root())
     std::printf("%zu stages, %zu of them on all %d ranks of a group\n", of_root.size(), of_others.size(),
