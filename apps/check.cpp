@@ -282,9 +282,10 @@ void print_estimate(const input::Parameters& parameters, const CheckOptions& opt
     fmt::print("\nThe cost is not measured: {}\n", *message);
     return;
   }
-  const double wait = solves_of_a_million * std::pow(subject.n_tetrahedra() / 1e6, 4.0 / 3);
+  const bool solves = parameters.time.start != input::Start::rest;
+  const double wait = solves ? solves_of_a_million * std::pow(subject.n_tetrahedra() / 1e6, 4.0 / 3) : 0;
   fmt::print("\nTime of one core of this machine, from {}{:.2g} s of the time loop{}:\n",
-             parameters.time.start != input::Start::rest ? "two static solves and " : "", measured_seconds,
+             solves ? "two static solves and " : "", measured_seconds,
              wait > short_wait ? fmt::format(", which takes about {} to measure", duration_text(wait)) : "");
   std::fflush(stdout);
   try {
