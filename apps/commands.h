@@ -56,4 +56,9 @@ input::Parameters share_input(const parallel::Communicator& world, const std::fi
 input::Parameters read_input(const parallel::Communicator& world, const std::filesystem::path& file,
                              const input::PointsFile& points = {});
 
+/// input::with_sections for the option --sections: either every rank has the parameters or all throw the same
+/// input::InputError. Collective over `world`.
+input::Parameters read_sections(const parallel::Communicator& world, const input::Parameters& parameters,
+                                const std::vector<std::string>& given);
+
 }  // namespace crackle::apps

@@ -47,7 +47,7 @@ bool survey_meshes(const input::Parameters& parameters, std::uint64_t n_samples,
   uncracked.ensemble.samples = static_cast<int>(n_samples);
   uncracked.ensemble.stop.reset();
   uncracked.specimen.notches.clear();
-  uncracked.sections.y.clear();
+  uncracked.sections = {};
   ensemble::Progress progress(n_samples, 1, uncracked);
   SurveyFigures figures{base.size(), base_seconds, survey.base_orientation(), {}, 0};
   auto& rows = figures.rows;

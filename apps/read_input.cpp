@@ -24,16 +24,34 @@ input::Parameters share_input(const parallel::Communicator& world, const std::fi
   });
 }
 
-input::Parameters read_input(const parallel::Communicator& world, const std::filesystem::path& file,
-                             const input::PointsFile& points) {
+namespace {
+
+/// `read()`, which throws the same AgreedError with the lines of an InputError on every rank.
+template <class Read>
+input::Parameters with_input_errors(Read&& read) {
   try {
-    return share_input(world, file, [&] { return input::read(file, points); });
+    return read();
   } catch (const parallel::AgreedError& error) {
     std::vector<std::string> messages;
     std::istringstream lines(error.what());
     for (std::string line; std::getline(lines, line);) messages.push_back(line);
     throw input::InputError(messages);
   }
+}
+
+}  // namespace
+
+input::Parameters read_input(const parallel::Communicator& world, const std::filesystem::path& file,
+                             const input::PointsFile& points) {
+  return with_input_errors(
+      [&] { return share_input(world, file, [&] { return input::read(file, points); }); });
+}
+
+input::Parameters read_sections(const parallel::Communicator& world, const input::Parameters& parameters,
+                                const std::vector<std::string>& given) {
+  return with_input_errors([&] {
+    return parallel::agree(world, [&] { return input::with_sections(parameters, given, "--sections"); });
+  });
 }
 
 }  // namespace crackle::apps

@@ -57,7 +57,7 @@ input::Parameters input_of(const parallel::Communicator& world, const fs::path& 
 
 void print(const std::vector<analysis::SampleSummary>& samples, const analysis::Statistics& statistics,
            const input::Parameters& parameters) {
-  fmt::print("{}", analysis::to_text(statistics, samples, parameters.sections.y));
+  fmt::print("{}", analysis::to_text(statistics, samples, parameters.sections));
   for (const auto& warning : analysis::sample_warnings(samples)) fmt::print("{}\n", warning);
   std::fflush(stdout);
 }
@@ -100,7 +100,7 @@ std::string derive_leading_notches(const input::Parameters& parameters,
     if (row.status != analysis::SampleStatus::done ||
         row.pattern == static_cast<std::int32_t>(analysis::Pattern::none))
       continue;
-    row.leading_notch = analysis::leading_notch(body, parameters.sections.y, row.z).value_or(-1);
+    row.leading_notch = analysis::leading_notch(body, parameters.sections, row.position).value_or(-1);
     if (row.leading_notch < 0) ++n_open;
   }
   return fmt::format(
@@ -136,6 +136,19 @@ int update_statistics(const parallel::Communicator& world, const fs::path& folde
   return success;
 }
 
+/// The statistics at sections that the ensemble was not computed with. Collective.
+int show_at_sections(const parallel::Communicator& world, const fs::path& folder,
+                     const std::vector<std::string>& given) {
+  const input::Parameters parameters = input_of(world, folder);
+  const input::Parameters sections = read_sections(world, parameters, given);
+  const ensemble::Results results = ensemble::results_at(world, parameters, sections, folder);
+  if (world.is_root()) {
+    fmt::print("crossings computed anew from the sample files; ensemble.h5 stays as it is\n\n");
+    print(results.rows, results.statistics, sections);
+  }
+  return success;
+}
+
 }  // namespace
 
 void add_stats_command(CLI::App& app, Action& run) {
@@ -148,8 +161,16 @@ void add_stats_command(CLI::App& app, Action& run) {
   auto columns = std::make_shared<bool>(false);
   command->add_option("folder", *folder, "output folder of crackle run");
   command->add_flag("--columns", *columns, "print the table of all results of a sample (Markdown) instead");
-  command->callback([folder, columns, &run] {
+  auto sections = std::make_shared<std::vector<std::string>>();
+  command
+      ->add_option(
+          "--sections", *sections,
+          "look at other cross-sections, y=\"7 mm, 9 mm\" or z=\"30 mm\" (may be given for both): their "
+          "crossings follow from the crack surfaces in the sample files; ensemble.h5 stays as it is")
+      ->allow_extra_args(false);
+  command->callback([folder, columns, sections, &run] {
     if (*columns != folder->empty()) throw CLI::ValidationError("stats takes either a folder or --columns");
+    if (*columns && !sections->empty()) throw CLI::ValidationError("--columns takes no --sections");
     if (*columns) {
       run = [](const parallel::Communicator& world) {
         if (world.is_root()) fmt::print("{}", analysis::result_table());
@@ -157,7 +178,10 @@ void add_stats_command(CLI::App& app, Action& run) {
       };
       return;
     }
-    run = [folder](const parallel::Communicator& world) { return update_statistics(world, *folder); };
+    run = [folder, sections](const parallel::Communicator& world) {
+      return sections->empty() ? update_statistics(world, *folder)
+                               : show_at_sections(world, *folder, *sections);
+    };
   });
 }
 

@@ -63,15 +63,17 @@ std::vector<double> offsets_from_plane(const geometry::Body& body, const CrackSu
 }  // namespace
 
 std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const CrackSurface& surface,
-                                               std::span<const double> sections) {
+                                               const input::Sections& sections) {
   std::vector<SectionCrossing> crossings;
   for (int notch = 0; notch < body.n_notches(); ++notch) {
-    const bool has_crossings = notch_frame(body, notch).axis == 1;
-    const std::vector<std::size_t> facets =
-        has_crossings ? facets_of_notch(surface, notch) : std::vector<std::size_t>{};
-    for (const double y : sections) {
-      const std::vector<Trace> traces = intersect(surface, facets, 1, 2, y);
-      const std::optional<Crossing> crossing = main_crossing(traces, body.size()[0]);
+    const NotchFrame frame = notch_frame(body, notch);
+    const std::vector<std::size_t> facets = facets_of_notch(surface, notch);
+    for (const input::Section& section : sections.all()) {
+      std::optional<Crossing> crossing;
+      if (section.axis == frame.axis) {
+        const auto traces = intersect(surface, facets, frame.axis, frame.across, section.position);
+        crossing = main_crossing(traces, body.size()[0]);
+      }
       crossings.push_back(crossing ? SectionCrossing{crossing->mean, crossing->spread, crossing->n_groups}
                                    : SectionCrossing{none, none, 0});
     }
@@ -99,22 +101,23 @@ int leading_notch(const geometry::Body& body, const CrackSurface& surface) {
   return leading;
 }
 
-std::optional<int> leading_notch(const geometry::Body& body, std::span<const double> sections,
-                                 std::span<const double> z) {
+std::optional<int> leading_notch(const geometry::Body& body, const input::Sections& sections,
+                                 std::span<const double> position) {
   struct Bounds {
     double arrived = 0;  // share of the ligament at the farthest section with a crossing
     double missing = 1;  // at the next section beyond
   };
+  const std::vector<input::Section> planes = sections.all();
   std::vector<Bounds> bounds(static_cast<std::size_t>(body.n_notches()));
   for (std::size_t notch = 0; notch < bounds.size(); ++notch) {
     const NotchFrame frame = notch_frame(body, static_cast<int>(notch));
-    if (frame.axis != 1) continue;  // no crossings with sections y
-    const auto share = [&](std::size_t i) { return frame.advance(sections[i]) / frame.ligament; };
+    const auto share = [&](std::size_t i) { return frame.advance(planes[i].position) / frame.ligament; };
     Bounds& found = bounds[notch];
-    for (std::size_t i = 0; i < sections.size(); ++i)
-      if (!std::isnan(z[notch * sections.size() + i])) found.arrived = std::max(found.arrived, share(i));
-    for (std::size_t i = 0; i < sections.size(); ++i)
-      if (share(i) > found.arrived) found.missing = std::min(found.missing, share(i));
+    for (std::size_t i = 0; i < planes.size(); ++i)
+      if (!std::isnan(position[notch * planes.size() + i])) found.arrived = std::max(found.arrived, share(i));
+    for (std::size_t i = 0; i < planes.size(); ++i)
+      if (planes[i].axis == frame.axis && share(i) > found.arrived)
+        found.missing = std::min(found.missing, share(i));
   }
   constexpr double rounding = 1e-9;  // of shares at sections that lie symmetrically
   for (std::size_t notch = 0; notch < bounds.size(); ++notch) {

@@ -56,9 +56,9 @@ WilsonInterval wilson_interval(double share, int n, double confidence) {
 
 void check_row(const SampleSummary& row, std::size_t sample, const Statistics& shape) {
   const auto n_positions = static_cast<std::size_t>(shape.n_notches * shape.n_sections);
-  if (row.z.size() != n_positions) {
+  if (row.position.size() != n_positions) {
     throw std::invalid_argument(
-        fmt::format("sample {}: {} crack positions instead of {}", sample, row.z.size(), n_positions));
+        fmt::format("sample {}: {} crack positions instead of {}", sample, row.position.size(), n_positions));
   }
   if (row.pattern < 0 || row.pattern >= n_patterns) {
     throw std::invalid_argument(
@@ -103,28 +103,29 @@ Statistics empty_statistics(std::size_t n_samples, const LeaderFrame& frame, dou
 
 /// A sample's position in the frame of its leading crack.
 struct Position {
-  bool counts;  ///< whether a crack that arrives counts there
-  double z;     ///< [m]; NaN where none does
+  bool counts;   ///< whether a crack that arrives counts there
+  double value;  ///< [m]; NaN where none does
 };
 
 Position ranked_position(const LeaderFrame& frame, const RankStatistics& ranks, const SampleSummary& row,
-                         std::size_t position) {
+                         std::size_t index) {
   const auto n_sections = static_cast<std::size_t>(frame.n_sections());
-  const std::size_t rank = position / n_sections;
+  const std::size_t rank = index / n_sections;
   if (row.leading_notch < 0 ||
       frame.reference()[static_cast<std::size_t>(row.leading_notch)] != ranks.leading_notch[rank])
     return {false, none};
   const auto source =
-      frame.source(row.leading_notch, ranks.notch[rank], static_cast<int>(position % n_sections));
+      frame.source(row.leading_notch, ranks.notch[rank], static_cast<int>(index % n_sections));
   if (!source) return {false, none};
-  const double z = row.z[static_cast<std::size_t>(source->notch * frame.n_sections() + source->section)];
-  return {true, source->length ? *source->length - z : z};
+  const double position =
+      row.position[static_cast<std::size_t>(source->notch * frame.n_sections() + source->section)];
+  return {true, source->extent ? *source->extent - position : position};
 }
 
-/// Statistics of the positions z_at(row, position) of the rows that are done; NaN where none arrived.
-template <class ZAt>
+/// Statistics of the positions position_at(row, index) of the rows that are done; NaN where none arrived.
+template <class PositionAt>
 void compute_paths(PathStatistics& paths, std::size_t n_positions, const Statistics& shape,
-                   std::span<const SampleSummary> rows, ZAt&& z_at) {
+                   std::span<const SampleSummary> rows, PositionAt&& position_at) {
   paths.running_mean.assign(static_cast<std::size_t>(shape.n_samples) * n_positions, none);
   paths.z_mean.assign(n_positions, none);
   paths.z_std.assign(n_positions, none);
@@ -137,10 +138,10 @@ void compute_paths(PathStatistics& paths, std::size_t n_positions, const Statist
     std::vector<double> values;
     double running = none;
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      const double z = rows[i].status == SampleStatus::done ? z_at(rows[i], p) : none;
-      if (!std::isnan(z)) {
-        moments.add(z);
-        values.push_back(z);
+      const double position = rows[i].status == SampleStatus::done ? position_at(rows[i], p) : none;
+      if (!std::isnan(position)) {
+        moments.add(position);
+        values.push_back(position);
         running = moments.mean();
       }
       paths.running_mean[i * n_positions + p] = running;
@@ -166,7 +167,7 @@ void compute_ranks(RankStatistics& ranks, const LeaderFrame& frame, std::optiona
     if (pattern && row.pattern != static_cast<std::int32_t>(*pattern)) return none;
     const Position found = ranked_position(frame, ranks, row, p);
     if (found.counts) ++ranks.counted[p];
-    return found.z;
+    return found.value;
   });
 }
 
@@ -199,7 +200,7 @@ void compute_shares(Statistics& statistics, std::span<const SampleSummary> rows)
 Statistics compute(const Statistics& shape, const LeaderFrame& frame, std::span<const SampleSummary> rows) {
   Statistics statistics = shape;
   compute_paths(statistics, static_cast<std::size_t>(shape.n_notches * shape.n_sections), shape, rows,
-                [](const SampleSummary& row, std::size_t p) { return row.z[p]; });
+                [](const SampleSummary& row, std::size_t p) { return row.position[p]; });
   compute_ranks(statistics.leader, frame, std::nullopt, shape, rows);
   compute_ranks(statistics.leader_one_crack, frame, Pattern::one_crack, shape, rows);
   compute_ranks(statistics.leader_two_cracks, frame, Pattern::two_cracks, shape, rows);
@@ -245,7 +246,7 @@ RunningStatistics::RunningStatistics(std::size_t n_samples, int n_notches, int n
 RunningStatistics::RunningStatistics(const input::Parameters& parameters)
     : RunningStatistics(
           static_cast<std::size_t>(parameters.ensemble.samples),
-          LeaderFrame(geometry::Body(parameters.specimen), parameters.sections.y),
+          LeaderFrame(geometry::Body(parameters.specimen), parameters.sections),
           parameters.ensemble.stop ? parameters.ensemble.stop->confidence : default_confidence) {
   stop_ = parameters.ensemble.stop;
   if (!stop_) return;
@@ -264,8 +265,8 @@ void RunningStatistics::add(std::size_t sample, SampleSummary row) {
   if (row.status == SampleStatus::done) {
     check_row(row, sample, statistics_);
     for (std::size_t p = 0; p < leader_moments_.size(); ++p) {
-      const double z = ranked_position(frame_, statistics_.leader, row, p).z;
-      if (!std::isnan(z)) leader_moments_[p].add(z);
+      const double position = ranked_position(frame_, statistics_.leader, row, p).value;
+      if (!std::isnan(position)) leader_moments_[p].add(position);
     }
     ++statistics_.n_done;
   }
@@ -312,6 +313,12 @@ double RunningStatistics::median_onset_force() const {
     if (row.status == SampleStatus::done) forces.push_back(row.onset_force);
   }
   return quantile(std::move(forces), 0.5);
+}
+
+void RunningStatistics::stop_at(std::size_t n) {
+  if (n > rows_.size())
+    throw std::invalid_argument(fmt::format("stop at sample {}: the ensemble has {}", n, rows_.size()));
+  stopped_at_ = n;
 }
 
 Statistics RunningStatistics::statistics() const {

@@ -72,7 +72,7 @@ SampleSummary empty_summary(int n_notches, int n_sections, SampleStatus status, 
 
 SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult& result,
                         const CrackSurface& surface, const std::vector<CrackLine>& lines,
-                        const input::Material& material, std::span<const double> sections) {
+                        const input::Material& material, const input::Sections& sections) {
   SampleSummary row;
   row.status = SampleStatus::done;
   row.note = result.note;
@@ -98,14 +98,22 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.effective_toughness = row.traced_area > 0 && !result.energy.empty()
                                 ? result.energy.back().released / row.traced_area
                                 : std::numeric_limits<double>::quiet_NaN();
-  for (const SectionCrossing& crossing : section_crossings(body, surface, sections)) {
-    row.z.push_back(crossing.z);
-    row.z_spread.push_back(crossing.spread);
-    row.branches.push_back(crossing.branches);
-  }
+  measure_crossings(body, surface, sections, row);
   const dynamics::SampleTimings& timings = result.timings;
   row.wall_time = timings.mesh + timings.setup + timings.quasi_static + timings.dynamic;
   return row;
+}
+
+void measure_crossings(const geometry::Body& body, const CrackSurface& surface,
+                       const input::Sections& sections, SampleSummary& row) {
+  row.position.clear();
+  row.z_spread.clear();
+  row.branches.clear();
+  for (const SectionCrossing& crossing : section_crossings(body, surface, sections)) {
+    row.position.push_back(crossing.position);
+    row.z_spread.push_back(crossing.spread);
+    row.branches.push_back(crossing.branches);
+  }
 }
 
 std::vector<std::byte> to_bytes(const SampleSummary& summary) {

@@ -22,6 +22,14 @@ Statistics make_statistics(std::span<const SampleSummary> samples, const input::
   return running.statistics();
 }
 
+Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters,
+                           int n_needed) {
+  RunningStatistics running(parameters);
+  running.stop_at(static_cast<std::size_t>(n_needed));
+  for (std::size_t i = 0; i < samples.size(); ++i) running.add(i, samples[i]);
+  return running.statistics();
+}
+
 void leave_out_surplus(const Statistics& statistics, std::size_t first, std::vector<SampleSummary>& rows) {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (first + i < static_cast<std::size_t>(statistics.n_needed)) continue;

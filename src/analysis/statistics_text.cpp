@@ -23,17 +23,19 @@ std::string plural(int n, const char* noun) {
 }
 
 /// One line of a table of positions.
-void append_position(std::string& text, const PathStatistics& paths, std::size_t p, double section) {
+void append_position(std::string& text, const PathStatistics& paths, std::size_t p,
+                     const input::Section& section) {
   constexpr double to_mm = 1e3;
-  fmt::format_to(std::back_inserter(text), " {:>10} {:>8} {:>10} {:>10} {:>10}", number(section * to_mm, 3),
-                 paths.reached[p], number(paths.z_mean[p] * to_mm, 3), number(paths.z_std[p] * to_mm, 3),
+  fmt::format_to(std::back_inserter(text), " {:>14} {:>5} {:>8} {:>10} {:>10} {:>10}",
+                 input::name_of(section), section.axis == 1 ? "z" : "y", paths.reached[p],
+                 number(paths.z_mean[p] * to_mm, 3), number(paths.z_std[p] * to_mm, 3),
                  number(paths.z_half_width[p] * to_mm, 3));
 }
 
-constexpr const char* position_heads = "  section y  reached       mean        std         +-";
+constexpr const char* position_heads = "        section along  reached       mean        std         +-";
 
 void append_ranks(std::string& text, const char* label, const RankStatistics& ranks,
-                  std::span<const double> sections) {
+                  std::span<const input::Section> sections) {
   for (std::size_t p = 0; p < ranks.reached.size(); ++p) {
     const std::size_t row = p / sections.size();
     fmt::format_to(std::back_inserter(text), "{:<18} {:>7} {:>5}", label, ranks.leading_notch[row],
@@ -73,10 +75,10 @@ std::string turning(const Statistics& statistics) {
 }
 
 void append_positions(std::string& text, const Statistics& statistics, std::span<const SampleSummary> samples,
-                      std::span<const double> sections) {
+                      std::span<const input::Section> sections) {
   auto out = std::back_inserter(text);
   if (statistics.n_notches > 0) fmt::format_to(out, "\nleading notch: {}\n", leaders(statistics, samples));
-  fmt::format_to(out, "\ncrack positions z, through-thickness mean [mm]; +- at {:g} % confidence{}\n",
+  fmt::format_to(out, "\ncrack positions, through-thickness mean [mm]; +- at {:g} % confidence{}\n",
                  100 * statistics.confidence,
                  statistics.n_looks > 1 ? fmt::format(" over {} looks", statistics.n_looks) : "");
   fmt::format_to(out, "{}\n", interval_scope);
@@ -149,7 +151,7 @@ void append_quantiles(std::string& text, std::span<const SampleSummary> samples)
 }  // namespace
 
 std::string to_text(const Statistics& statistics, std::span<const SampleSummary> samples,
-                    std::span<const double> sections) {
+                    const input::Sections& sections) {
   const auto n_failed = std::count_if(samples.begin(), samples.end(), [](const SampleSummary& sample) {
     return sample.status == SampleStatus::failed;
   });
@@ -160,7 +162,7 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
     fmt::format_to(std::back_inserter(text), "stopped early: these are enough, of {}\n",
                    statistics.n_samples);
   }
-  append_positions(text, statistics, samples, sections);
+  append_positions(text, statistics, samples, sections.all());
   append_patterns(text, statistics);
   append_shares(text, samples);
   append_quantiles(text, samples);

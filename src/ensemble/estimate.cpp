@@ -29,7 +29,7 @@ constexpr double of_structure = 120e3;  // groups, names, energies
 // Bytes in ensemble.h5.
 constexpr double of_mother_point = 33;
 constexpr double of_row = 200;
-constexpr double of_crossing = 28;
+constexpr double of_crossing = 36;
 
 }  // namespace
 
@@ -70,7 +70,7 @@ double sample_file_size(const input::Parameters& parameters, double n_nodes, dou
 
 double ensemble_file_size(const input::Parameters& parameters, double n_nodes) {
   const auto n_crossings =
-      static_cast<double>(parameters.specimen.notches.size() * parameters.sections.y.size());
+      static_cast<double>(parameters.specimen.notches.size() * parameters.sections.size());
   return of_structure + of_mother_point * n_nodes +
          parameters.ensemble.samples * (of_row + of_crossing * n_crossings);
 }

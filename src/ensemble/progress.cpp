@@ -14,10 +14,22 @@ namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
+/// The middle one of the sections that the crack of notch 0 can cross, of all without notches.
+std::size_t middle_section(const input::Parameters& parameters) {
+  const input::Sections& sections = parameters.sections;
+  const auto& notches = parameters.specimen.notches;
+  const bool is_y = notches.empty() ? sections.z.empty() : input::axis_of(notches.front().face) == 1;
+  return is_y ? sections.y.size() / 2 : sections.y.size() + sections.z.size() / 2;
+}
+
 }  // namespace
 
 Progress::Progress(std::size_t n_to_do, int n_groups, const input::Parameters& parameters)
-    : n_to_do_(n_to_do), n_groups_(n_groups), section_y_(parameters.sections.y), statistics_(parameters) {}
+    : n_to_do_(n_to_do),
+      n_groups_(n_groups),
+      sections_(parameters.sections.all()),
+      watched_(middle_section(parameters)),
+      statistics_(parameters) {}
 
 void Progress::count(std::uint64_t sample, const analysis::SampleSummary& summary) {
   statistics_.add(sample, summary);
@@ -70,7 +82,7 @@ double Progress::time_left(double now) const {
 }
 
 double Progress::mean_position() const {
-  return statistics_.mean_leader_position(static_cast<int>(section_y_.size() / 2));
+  return statistics_.mean_leader_position(static_cast<int>(watched_));
 }
 
 std::string Progress::line(double now) const {
@@ -87,9 +99,10 @@ std::string Progress::line(double now) const {
 
 std::string Progress::means() const {
   std::string text;
-  if (const double z = mean_position(); std::isfinite(z)) {
-    text = fmt::format("mean z of leaders at y = {:g} mm: {:.3f} mm", section_y_[section_y_.size() / 2] * 1e3,
-                       z * 1e3);
+  if (const double mean = mean_position(); std::isfinite(mean)) {
+    const input::Section& section = sections_[watched_];
+    text = fmt::format("mean {} of leaders at {}: {:.3f} mm", section.axis == 1 ? "z" : "y",
+                       input::name_of(section), mean * 1e3);
   }
   if (const double force = statistics_.median_onset_force(); std::isfinite(force)) {
     text += fmt::format("{}median onset {:.3f} N", text.empty() ? "" : ", ", force);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/results.h"
 
+#include "crackle/analysis/crack_path.h"
 #include "crackle/ensemble/folder_lock.h"
+#include "crackle/geometry/body.h"
 #include "crackle/io/ensemble_file.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
@@ -9,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <optional>
+#include <stdexcept>
 #include <system_error>
 #include <utility>
 
@@ -21,16 +24,29 @@ namespace {
 /// Longer than a lock lives that nobody touches: a writer on another node may have been killed.
 constexpr double patience = LockFile::lifetime + 60;  // [s]
 
+/// This rank's share of the samples: from the first number to below the second.
+std::pair<std::size_t, std::size_t> share_of_samples(const parallel::Communicator& world,
+                                                     const input::Parameters& parameters) {
+  const auto n_samples = static_cast<std::size_t>(parameters.ensemble.samples);
+  const auto rank = static_cast<std::size_t>(world.rank()), n_ranks = static_cast<std::size_t>(world.size());
+  return {n_samples * rank / n_ranks, n_samples * (rank + 1) / n_ranks};
+}
+
 /// This rank's share of the rows, read back from the sample files.
 io::EnsembleBlock read_block(const parallel::Communicator& world, const input::Parameters& parameters,
                              const std::filesystem::path& folder) {
-  const auto n_samples = static_cast<std::size_t>(parameters.ensemble.samples);
-  const auto rank = static_cast<std::size_t>(world.rank()), n_ranks = static_cast<std::size_t>(world.size());
-  io::EnsembleBlock block;
-  block.first = n_samples * rank / n_ranks;
-  block.rows =
-      io::read_summaries(folder, parameters, block.first, n_samples * (rank + 1) / n_ranks - block.first);
-  return block;
+  const auto [first, end] = share_of_samples(world, parameters);
+  return {first, io::read_summaries(folder, parameters, first, end - first)};
+}
+
+void check_sample_files(const fs::path& folder) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder / "samples", ignored))
+    if (entry.path().extension() == ".h5") return;
+  throw std::runtime_error(
+      fmt::format("'{}' holds no sample files; crossings at other sections follow from the crack surfaces in "
+                  "these, ensemble.h5 alone has only those of its own sections",
+                  folder.string()));
 }
 
 /// Rows of samples that failed without a file, from the master to the rank that writes them. Collective.
@@ -109,6 +125,33 @@ Results write_results(const parallel::Communicator& world, const input::Paramete
   } catch (const parallel::AgreedError& error) {
     results.file_error = error.what();
   }
+  return results;
+}
+
+Results results_at(const parallel::Communicator& world, const input::Parameters& parameters,
+                   const input::Parameters& sections, const fs::path& folder) {
+  parallel::agree_on_root(world, [&] { check_sample_files(folder); });
+  std::vector<analysis::SampleSummary> stored, measured;  // this rank's
+  parallel::agree(world, [&] {
+    const geometry::Body body(parameters.specimen);
+    const auto [first, end] = share_of_samples(world, parameters);
+    for (std::size_t sample = first; sample < end; ++sample) {
+      io::StoredSample found = io::read_stored_sample(folder, parameters, sample);
+      if (found.summary.status == analysis::SampleStatus::done)  // files of version 2 do not hold it
+        found.summary.leading_notch = analysis::leading_notch(body, found.surface);
+      stored.push_back(found.summary);
+      measured.push_back(found.summary);
+      analysis::measure_crossings(body, found.surface, sections.sections, measured.back());
+    }
+  });
+  const auto rows = analysis::all_gather(world, stored);
+  Results results;
+  results.rows = analysis::all_gather(world, measured);
+  results.statistics = parallel::agree(world, [&] {
+    const int n_needed = analysis::make_statistics(rows, parameters).n_needed;
+    return analysis::make_statistics(results.rows, sections, n_needed);
+  });
+  analysis::leave_out_surplus(results.statistics, 0, results.rows);
   return results;
 }
 

@@ -24,6 +24,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr const char* advice_for_others = "use that input, or another folder";
+
 fs::path input_copy(const fs::path& folder) {
   return folder / "input.toml";
 }
@@ -44,9 +46,8 @@ bool holds_ensemble(const fs::path& folder) {
 void check_same_text(const fs::path& folder, const fs::path& theirs, const std::string& their_text,
                      const std::string& our_text) {
   if (const auto difference = first_difference(their_text, our_text)) {
-    throw std::runtime_error(fmt::format(
-        "{} holds an ensemble of another input: compared with {}, {}; use that input, or another folder",
-        folder.string(), theirs.string(), *difference));
+    throw std::runtime_error(fmt::format("{} holds an ensemble of another input: compared with {}, {}; {}",
+                                         folder.string(), theirs.string(), *difference, advice_for_others));
   }
 }
 
@@ -57,8 +58,16 @@ std::string read_text(const fs::path& file) {
   return text;
 }
 
-/// "mesh.spacing is 3 mm, not 2 mm" for each of the settings that differ, one after the other.
-std::string differences(const std::vector<std::string>& expected, const std::vector<std::string>& actual) {
+/// A setting in two inputs; empty where it is absent.
+struct Difference {
+  std::string key;
+  std::string expected;
+  std::string actual;
+};
+
+/// The settings ("key = value") that differ, each once, in the order of their keys.
+std::vector<Difference> differences(const std::vector<std::string>& expected,
+                                    const std::vector<std::string>& actual) {
   std::map<std::string, std::pair<std::string, std::string>> values;  // of each key: expected, actual
   const auto sort_in = [&](const std::vector<std::string>& settings, auto member) {
     for (const auto& setting : settings) {
@@ -68,34 +77,64 @@ std::string differences(const std::vector<std::string>& expected, const std::vec
   };
   sort_in(expected, &std::pair<std::string, std::string>::first);
   sort_in(actual, &std::pair<std::string, std::string>::second);
+  std::vector<Difference> found;
+  for (const auto& [key, value] : values)
+    if (value.first != value.second) found.push_back({key, value.first, value.second});
+  return found;
+}
+
+/// "mesh.spacing is 3 mm, not 2 mm" for each setting, one after the other.
+std::string describe(const std::vector<Difference>& found) {
   std::string text;
   const auto shown = [](const std::string& value) { return value.empty() ? "absent" : value; };
-  for (const auto& [key, value] : values) {
-    if (value.first == value.second) continue;
-    text += fmt::format("{}{} is {}, not {}", text.empty() ? "" : ", ", key, shown(value.second),
-                        shown(value.first));
-  }
+  for (const auto& [key, expected, actual] : found)
+    text += fmt::format("{}{} is {}, not {}", text.empty() ? "" : ", ", key, shown(actual), shown(expected));
   return text;
 }
 
-/// How two inputs differ in what matters for samples that are there; nothing when they do not.
-std::optional<std::string> difference(const std::string& text, const fs::path& file,
+/// What to do about settings that differ. Neither sections nor frames change how a sample breaks, and whoever
+/// changes them wants the samples that are there.
+std::string advice(const fs::path& folder, const std::vector<Difference>& found) {
+  std::string options;
+  bool has_sections = false, has_frames = false;
+  for (const auto& [key, expected, actual] : found) {
+    const bool is_sections = key.starts_with("sections.");
+    if (!is_sections && key != "output.frames") return advice_for_others;
+    (is_sections ? has_sections : has_frames) = true;
+    if (is_sections && !actual.empty())  // "[7 mm, 9 mm]"
+      options += fmt::format(" --sections {}=\"{}\"", key.substr(key.find('.') + 1),
+                             actual.substr(1, actual.size() - 2));
+  }
+  std::string text =
+      fmt::format("go on with the folder's {}, or use another folder", !has_sections ? "frames"
+                                                                       : !has_frames ? "sections"
+                                                                                     : "sections and frames");
+  if (!options.empty())
+    text +=
+        fmt::format("; look at other sections afterwards, with crackle stats {}{}", folder.string(), options);
+  if (has_frames) text += "; frames cannot be changed afterwards";
+  return text;
+}
+
+/// How two inputs differ in what matters for samples that are there, and what to do about it; nothing when
+/// they do not.
+std::optional<std::string> difference(const fs::path& folder, const std::string& text, const fs::path& file,
                                       const input::Parameters& parameters) {
   if (text == parameters.text) return std::nullopt;
+  std::string found;
   try {
     const fs::path points = points_copy(file.parent_path());
     const input::Parameters there =
         input::parse(text, file, {.path = fs::exists(points) ? points : fs::path(), .digest = {}});
-    if (const auto found = differences(input::sample_settings(there), input::sample_settings(parameters));
-        !found.empty())
-      return found;
-    if (parameters.ensemble.samples < there.ensemble.samples)
-      return fmt::format("ensemble.samples is {}, fewer than {}", parameters.ensemble.samples,
-                         there.ensemble.samples);
-    return std::nullopt;
+    const auto settings = differences(input::sample_settings(there), input::sample_settings(parameters));
+    if (!settings.empty()) return describe(settings) + "; " + advice(folder, settings);
+    if (parameters.ensemble.samples >= there.ensemble.samples) return std::nullopt;
+    found = fmt::format("ensemble.samples is {}, fewer than {}", parameters.ensemble.samples,
+                        there.ensemble.samples);
   } catch (const input::InputError&) {
-    return first_difference(text, parameters.text);
+    found = first_difference(text, parameters.text).value_or("");
   }
+  return found + "; " + advice_for_others;
 }
 
 }  // namespace
@@ -133,10 +172,9 @@ fs::path set_aside(const fs::path& file) {
 void check_same_input(const fs::path& folder, const input::Parameters& parameters) {
   const fs::path file = input_copy(folder);
   if (!fs::exists(file)) return;
-  if (const auto found = difference(read_text(file), file, parameters)) {
-    throw std::runtime_error(fmt::format(
-        "{} holds an ensemble of another input: compared with {}, {}; use that input, or another folder",
-        folder.string(), file.string(), *found));
+  if (const auto found = difference(folder, read_text(file), file, parameters)) {
+    throw std::runtime_error(fmt::format("{} holds an ensemble of another input: compared with {}, {}",
+                                         folder.string(), file.string(), *found));
   }
   const fs::path points = points_copy(folder);
   if (!parameters.mesh.points || !fs::exists(points)) return;

@@ -26,7 +26,7 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
     analysis.surface = analysis::make_crack_surface(body, realization, result.breaks, result.phase_start);
     analysis.lines = analysis::crack_lines(body, analysis.surface);
     analysis.summary = analysis::summarize(body, result, analysis.surface, analysis.lines,
-                                           parameters.material, parameters.sections.y);
+                                           parameters.material, parameters.sections);
     return analysis;
   };
   steps.write = [&parameters, folder, n_ranks](std::uint64_t sample, const geometry::Realization& realization,
@@ -65,7 +65,7 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
     std::filesystem::remove(checkpoint(sample), ignored);
   };
   steps.failure_row = [&parameters, &body](const std::string& reason) {
-    return analysis::empty_summary(body.n_notches(), static_cast<int>(parameters.sections.y.size()),
+    return analysis::empty_summary(body.n_notches(), static_cast<int>(parameters.sections.size()),
                                    analysis::SampleStatus::failed, reason);
   };
   return steps;

@@ -8,6 +8,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace crackle::input {
 
@@ -60,6 +63,12 @@ void check_notch_in_body(const Notch& notch, const std::string& key, const Vecto
   }
 }
 
+/// From the tip to the opposite face, along the axis of the notch's depth.
+std::pair<double, double> ligament_of(const Notch& notch, const Vector& size) {
+  const double extent = size[static_cast<std::size_t>(axis_of(notch.face))];
+  return is_upper(notch.face) ? std::pair{0.0, extent - notch.depth} : std::pair{notch.depth, extent};
+}
+
 /// Of the body without its notches, which must not overlap [m^3].
 double material_volume(const Specimen& specimen) {
   const Vector& size = specimen.size;
@@ -70,6 +79,66 @@ double material_volume(const Specimen& specimen) {
     volume -= slot_volume;
   }
   return volume;
+}
+
+/// The ligaments of the notches whose cracks advance along an axis, from the tip to the opposite face, for
+/// advice: "between 6 mm and 24.5 mm (specimen.notch[0])", each extent once; empty where there is none.
+std::string describe_ligaments(const Specimen& specimen, int axis) {
+  constexpr std::size_t max_shown = 4;
+  std::vector<std::string> extents;
+  std::string text;
+  for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
+    if (axis_of(specimen.notches[i].face) != axis) continue;
+    const auto [from, to] = ligament_of(specimen.notches[i], specimen.size);
+    const std::string extent = fmt::format("between {} and {}", from == 0 ? "0" : show(from), show(to));
+    if (std::ranges::find(extents, extent) != extents.end()) continue;
+    if (extents.size() < max_shown)
+      text += fmt::format("{}{} ({})", extents.empty() ? "" : " or ", extent, notch_key(i));
+    if (extents.size() == max_shown) text += " ...";
+    extents.push_back(extent);
+  }
+  return text;
+}
+
+bool can_arrive(const Specimen& specimen, int axis, double position) {
+  const double gap = touching * specimen.size[static_cast<std::size_t>(axis)];
+  return std::ranges::any_of(specimen.notches, [&](const Notch& notch) {
+    if (axis_of(notch.face) != axis) return false;
+    const auto [from, to] = ligament_of(notch, specimen.size);
+    return position > from + gap && position < to - gap;
+  });
+}
+
+void check_sections_along(int axis, const std::vector<double>& positions, const std::string& name,
+                          const Specimen& specimen, Findings& findings) {
+  const double extent = specimen.size[static_cast<std::size_t>(axis)];
+  const bool has_size = !findings.faulty("specimen.size");
+  // A body without notches has no crack paths, wherever its sections are.
+  const bool has_notches = has_size && !findings.faulty("specimen.notch") && !specimen.notches.empty();
+  const std::string ligaments = has_notches ? describe_ligaments(specimen, axis) : "";
+  if (has_notches && ligaments.empty() && !positions.empty()) {
+    const char* axis_name = axis == 1 ? "y" : "z";
+    const int other = 3 - axis;
+    findings.report(name,
+                    fmt::format("no crack can arrive, since no notch is cut into a {}-face; give "
+                                "sections.{} instead, {}",
+                                axis_name, other == 1 ? "y" : "z", describe_ligaments(specimen, other)));
+    return;
+  }
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const std::string key = fmt::format("{}[{}]", name, i);
+    if (findings.faulty(key)) continue;
+    if (has_size && !(positions[i] > 0 && positions[i] < extent)) {
+      findings.report(key, fmt::format("{} is not inside the {}; give a length between 0 and {}",
+                                       show(positions[i]), extent_name(axis), show(extent)));
+    } else if (i > 0 && positions[i] <= positions[i - 1]) {
+      findings.report(key, fmt::format("{} is not above {} before it; give ascending lengths",
+                                       show(positions[i]), show(positions[i - 1])));
+    } else if (has_notches && !can_arrive(specimen, axis, positions[i])) {
+      findings.report(key, fmt::format("no crack can arrive at {}; give a length in a notch's ligament: {}",
+                                       show(positions[i]), ligaments));
+    }
+  }
 }
 
 }  // namespace
@@ -144,19 +213,14 @@ void check_mesh(const Parameters& parameters, Findings& findings) {
 }
 
 void check_sections(const Parameters& parameters, Findings& findings) {
-  const std::vector<double>& y = parameters.sections.y;
-  for (std::size_t i = 0; i < y.size(); ++i) {
-    const std::string key = fmt::format("sections.y[{}]", i);
-    if (findings.faulty(key)) continue;
-    const double width = parameters.specimen.size[1];
-    if (!findings.faulty("specimen.size") && !(y[i] > 0 && y[i] < width)) {
-      findings.report(key, fmt::format("{} is not inside the width; give a length between 0 and {}",
-                                       show(y[i]), show(width)));
-    } else if (i > 0 && y[i] <= y[i - 1]) {
-      findings.report(key, fmt::format("{} is not above {} before it; give ascending lengths", show(y[i]),
-                                       show(y[i - 1])));
-    }
+  const Sections& sections = parameters.sections;
+  if (sections.size() == 0 && !findings.faulty("sections")) {
+    findings.report("sections",
+                    "there are no cross-sections; give y, an array of lengths such as [\"7 mm\", "
+                    "\"12.25 mm\"], or z");
   }
+  check_sections_along(1, sections.y, "sections.y", parameters.specimen, findings);
+  check_sections_along(2, sections.z, "sections.z", parameters.specimen, findings);
 }
 
 void check_fracture(const Parameters& parameters, Findings& findings) {

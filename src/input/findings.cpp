@@ -43,13 +43,14 @@ std::vector<std::string> Findings::messages(const std::filesystem::path& file) c
   constexpr std::size_t max_messages = 100;
   std::vector<std::string> result;
   for (const Finding& finding : sorted) {
+    const std::string place =
+        finding.line > 0 ? fmt::format("{}:{}", file.string(), finding.line) : file.string();
     if (result.size() == max_messages) {
-      result.push_back(
-          fmt::format("{}:{}: {} more errors", file.string(), finding.line, sorted.size() - max_messages));
+      result.push_back(fmt::format("{}: {} more errors", place, sorted.size() - max_messages));
       break;
     }
     const std::string key = finding.key.empty() ? "" : finding.key + ": ";
-    result.push_back(fmt::format("{}:{}: {}{}", file.string(), finding.line, key, finding.message));
+    result.push_back(fmt::format("{}: {}{}", place, key, finding.message));
   }
   return result;
 }

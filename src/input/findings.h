@@ -29,8 +29,8 @@ public:
 
   bool empty() const { return findings_.empty(); }
 
-  /// "file:line: key: message" for each error, in the order of the lines; the last line counts those beyond
-  /// the first hundred.
+  /// "file:line: key: message" for each error (without a line that is 0: a text that is no file), in the
+  /// order of the lines; the last line counts those beyond the first hundred.
   std::vector<std::string> messages(const std::filesystem::path& file) const;
 
 private:

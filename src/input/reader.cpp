@@ -150,9 +150,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
     if (root.members.empty()) {
       throw SyntaxError(1, "there are no keys in the file; give an input file in TOML");
     }
-    // Reading the data base takes longer than reading the input.
-    static const UnitSystem units;
-    Context context{units, findings, name.parent_path(), points};
+    Context context{UnitSystem::shared(), findings, name.parent_path(), points};
     locate(root, "", findings);
     report_unknown_keys(root, findings);
     for (const Table& table : schema()) read_tables(table, root, parameters, context);

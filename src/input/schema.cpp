@@ -116,26 +116,28 @@ Key impulse_key() {
           }};
 }
 
-Key sections_key() {
+Key sections_key(const std::string& name, std::vector<double> Sections::*positions, const char* extent,
+                 const char* help) {
   const std::string form = "an array of lengths, such as [\"7 mm\", \"12.25 mm\"]";
-  return {"y",
+  return {name,
           "length",
-          required(),
-          form + ", ascending, inside the width",
-          "cross-sections that the crack paths are measured at",
+          optional("none; one of y and z is required"),
+          fmt::format("{}, ascending, inside the {}, where a notch's crack can arrive", form, extent),
+          help,
           [=](const Source& source, Parameters& parameters, std::size_t) {
             const auto elements = read_elements(source, 0, form);
             if (!elements) return;
             for (const Source& element : *elements) {
               const auto value = read_quantity(element, length_dimension(), coordinate);
-              parameters.sections.y.push_back(value.value_or(std::nan("")));
+              (parameters.sections.*positions).push_back(value.value_or(std::nan("")));
             }
           },
-          [](Parameters& parameters, std::size_t) {
+          [=](Parameters& parameters, std::size_t) -> std::optional<std::string> {
             std::vector<std::string> items;
-            for (const double y : parameters.sections.y) {
-              items.push_back(format_quantity(y, length_dimension()));
+            for (const double position : parameters.sections.*positions) {
+              items.push_back(format_quantity(position, length_dimension()));
             }
+            if (items.empty()) return {};
             return bracketed(items);
           }};
 }
@@ -306,7 +308,13 @@ const std::vector<Table>& schema() {
       fracture_table(),
       boundary_table(),
       time_table(),
-      {"sections", Occurrence::once, "where crack paths are measured", {sections_key()}},
+      {"sections",
+       Occurrence::once,
+       "where crack paths are measured",
+       {sections_key("y", &Sections::y, "width",
+                     "cross-sections y = const, for the cracks of notches in y-faces: they measure z"),
+        sections_key("z", &Sections::z, "length",
+                     "cross-sections z = const, for the cracks of notches in z-faces: they measure y")}},
       output_table()};
   return tables;
 }

@@ -16,12 +16,6 @@ namespace {
 using Unit = std::unique_ptr<ut_unit, void (*)(ut_unit*)>;
 using Converter = std::unique_ptr<cv_converter, void (*)(cv_converter*)>;
 
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
 bool is_digit(char c) {
   return c >= '0' && c <= '9';
 }
@@ -74,6 +68,12 @@ double factor_to(ut_system* system, std::string_view unit, const std::string& si
 
 }  // namespace
 
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
 UnitSystem::UnitSystem() : system_(nullptr, ut_free_system) {
   ut_set_error_message_handler(ut_ignore);
   system_.reset(ut_read_xml(nullptr));
@@ -106,6 +106,11 @@ Quantity UnitSystem::convert(double number, const std::string& unit, const Dimen
   const double value = number * factor;
   if (!std::isfinite(value)) return {0, QuantityError::not_finite, unit};
   return {value, QuantityError::none, unit};
+}
+
+const UnitSystem& UnitSystem::shared() {
+  static const UnitSystem units;
+  return units;
 }
 
 Quantity UnitSystem::read(const std::string& text, const Dimension& dimension) const {

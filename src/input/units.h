@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 
 struct ut_system;
 
@@ -28,10 +29,16 @@ public:
   /// Reads "<number> <unit>" and converts it to the SI unit of `dimension`.
   Quantity read(const std::string& text, const Dimension& dimension) const;
 
+  /// The data base of the program, read once: that takes longer than reading an input.
+  static const UnitSystem& shared();
+
 private:
   Quantity convert(double number, const std::string& unit, const Dimension& dimension) const;
 
   std::unique_ptr<ut_system, void (*)(ut_system*)> system_;
 };
+
+/// Without the blanks at both ends.
+std::string_view trimmed(std::string_view text);
 
 }  // namespace crackle::input

@@ -56,27 +56,39 @@ void for_each_column(Visit&& visit) {
   visit("timing/wall_time", wall_time_info, [](const SampleSummary& row) { return row.wall_time; });
 }
 
-/// Calls visit(dataset, info, values of a row) for every dataset with notches x sections values for each
-/// sample.
-template <class Visit>
-void for_each_position_table(Visit&& visit) {
-  analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
-    visit(
-        std::string("crack_path/") + info.name,
-        info, [member](const SampleSummary& row) -> auto& { return row.*member; });
-  });
-}
-
 struct EnsembleShape {
   std::size_t n_samples;
   std::size_t n_notches;
   std::size_t n_sections;
+  std::size_t n_y_sections;  ///< the first ones
   std::size_t n_positions() const { return n_notches * n_sections; }
 };
 
 EnsembleShape shape_of(const input::Parameters& parameters) {
   return {static_cast<std::size_t>(parameters.ensemble.samples), parameters.specimen.notches.size(),
-          parameters.sections.y.size()};
+          parameters.sections.size(), parameters.sections.y.size()};
+}
+
+const ResultInfo y_position_info{
+    "z", "m", "position at the sections y = const", analysis::Reduction::none, "z", "mm", 1e3, ".3f"};
+
+/// Calls visit(dataset, info, sections, values of a row) for every dataset with notches x sections values for
+/// each sample.
+template <class Visit>
+void for_each_position_table(const EnsembleShape& shape, Visit&& visit) {
+  analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
+    visit(
+        std::string("crack_path/") + info.name, info,
+        shape.n_sections, [member](const SampleSummary& row) -> auto& { return row.*member; });
+  });
+  visit("crack_path/z", y_position_info, shape.n_y_sections, [shape](const SampleSummary& row) {
+    std::vector<double> z;
+    for (std::size_t notch = 0; notch < shape.n_notches; ++notch) {
+      const auto first = row.position.begin() + static_cast<std::ptrdiff_t>(notch * shape.n_sections);
+      z.insert(z.end(), first, first + static_cast<std::ptrdiff_t>(shape.n_y_sections));
+    }
+    return z;
+  });
 }
 
 void check_block(const EnsembleBlock& block, const EnsembleShape& shape) {
@@ -181,6 +193,21 @@ void write_mother_points(hid_t file, const geometry::MotherPoints& base) {
   hdf5::write_dataset<std::uint8_t>(group.get(), "movable", {base.size()}, base.movable, "");
 }
 
+void write_sections(hid_t file, const input::Sections& sections) {
+  std::vector<double> position;
+  std::vector<std::int32_t> axis;
+  for (const input::Section& section : sections.all()) {
+    position.push_back(section.position);
+    axis.push_back(section.axis);
+  }
+  hdf5::write_dataset<double>(file, "crack_path/section", {position.size()}, position, "m");
+  hdf5::write_dataset<std::int32_t>(file, "crack_path/section_axis", {axis.size()}, axis, "");
+  const hdf5::Handle dataset(H5Dopen2(file, "crack_path/section_axis", H5P_DEFAULT), H5Dclose,
+                             "dataset crack_path/section_axis");
+  hdf5::write_attribute(dataset.get(), "meaning", std::string("axis across the section"));
+  hdf5::write_attribute(dataset.get(), "categories", std::string("1 y, 2 z"));
+}
+
 /// The texts of all samples.
 struct Texts {
   std::vector<std::string> errors;
@@ -207,18 +234,17 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts&
   });
   hdf5::write_texts(file.get(), "samples/error", texts.errors);
   hdf5::write_texts(file.get(), "samples/note", texts.notes);
-  hdf5::write_dataset<double>(file.get(), "crack_path/section", {shape.n_sections}, parameters.sections.y,
-                              "m");
-  for_each_position_table([&](const std::string& name, const ResultInfo& info, auto values) {
-    using Value = typename std::decay_t<decltype(values(pending))>::value_type;
-    std::vector<Value> table;
-    for (std::size_t i = 0; i < shape.n_samples; ++i) {
-      table.insert(table.end(), values(pending).begin(), values(pending).end());
-    }
-    hdf5::write_dataset<Value>(file.get(), name, {shape.n_samples, shape.n_notches, shape.n_sections}, table,
-                               info.units);
-    describe_result(file.get(), name, info, n_columns++);
-  });
+  write_sections(file.get(), parameters.sections);
+  for_each_position_table(
+      shape, [&](const std::string& name, const ResultInfo& info, std::size_t n_sections, auto values) {
+        const auto& row = values(pending);
+        using Value = typename std::decay_t<decltype(row)>::value_type;
+        std::vector<Value> table;
+        for (std::size_t i = 0; i < shape.n_samples; ++i) table.insert(table.end(), row.begin(), row.end());
+        hdf5::write_dataset<Value>(file.get(), name, {shape.n_samples, shape.n_notches, n_sections}, table,
+                                   info.units);
+        describe_result(file.get(), name, info, n_columns++);
+      });
   write_statistics(file.get(), statistics, shape);
   write_mother_points(file.get(), base);
   write_provenance(file.get(), n_ranks);
@@ -255,16 +281,17 @@ void write_rows(hid_t file, const std::string& name, std::size_t first, std::siz
               what);
 }
 
-void write_block(hid_t file, const EnsembleBlock& block) {
+void write_block(hid_t file, const EnsembleBlock& block, const EnsembleShape& shape) {
   for_each_column([&](const std::string& name, const ResultInfo&, auto value) {
     std::vector<std::invoke_result_t<decltype(value), const SampleSummary&>> column;
     for (const SampleSummary& row : block.rows) column.push_back(value(row));
     write_rows(file, name, block.first, block.rows.size(), column);
   });
-  for_each_position_table([&](const std::string& name, const ResultInfo&, auto values) {
+  for_each_position_table(shape, [&](const std::string& name, const ResultInfo&, std::size_t, auto values) {
     std::vector<typename std::decay_t<decltype(values(block.rows.front()))>::value_type> table;
     for (const SampleSummary& row : block.rows) {
-      table.insert(table.end(), values(row).begin(), values(row).end());
+      const auto& added = values(row);
+      table.insert(table.end(), added.begin(), added.end());
     }
     write_rows(file, name, block.first, block.rows.size(), table);
   });
@@ -275,7 +302,7 @@ constexpr std::size_t room_for_writing = std::size_t{64} << 20;
 
 /// All ranks put their rows into the file. Collective; a rank that fails still takes part in closing it.
 void write_blocks(const parallel::Communicator& world, const std::filesystem::path& file,
-                  const EnsembleBlock& block) {
+                  const EnsembleBlock& block, const EnsembleShape& shape) {
   const hdf5::QuietErrors quiet;
   // Opening is the one step that could leave ranks waiting, so first make sure that every rank can.
   parallel::agree(world, [&] {
@@ -304,7 +331,7 @@ void write_blocks(const parallel::Communicator& world, const std::filesystem::pa
   hdf5::Handle together;
   attempt([&] { together = open_together(world, file); });
   parallel::agree_on_error(world, error);
-  attempt([&] { write_block(together.get(), block); });
+  attempt([&] { write_block(together.get(), block, shape); });
   attempt([&] { hdf5::check(H5Fflush(together.get(), H5F_SCOPE_GLOBAL), "flush"); });
   attempt([&] { together.close("close"); });
   parallel::agree_on_error(world, error);
@@ -332,7 +359,7 @@ void write_ensemble(const parallel::Communicator& world, const std::filesystem::
     });
     const std::string partial_name =
         parallel::share_text(world, partial ? partial->partial_name().string() : std::string());
-    write_blocks(world, partial_name, block);
+    write_blocks(world, partial_name, block, shape);
     parallel::agree(world, [&] {
       if (partial) partial->commit();
     });

@@ -44,7 +44,8 @@ std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape, std::int
   analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
     if (info.since > version) return;
     using Value = typename std::remove_cvref_t<decltype(std::declval<SampleSummary>().*member)>::value_type;
-    const auto table = hdf5::read_dataset<Value>(file, std::string("crack_path/") + info.name, shape);
+    const auto table =
+        hdf5::read_dataset<Value>(file, std::string("crack_path/") + info.name_in(version), shape);
     for (std::size_t i = 0; i < n_samples; ++i) {
       const auto row = table.begin() + static_cast<std::ptrdiff_t>(i * n_positions);
       (samples[i].*member).assign(row, row + static_cast<std::ptrdiff_t>(n_positions));
@@ -53,10 +54,21 @@ std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape, std::int
   analysis::for_each_result([&](const ResultInfo& info, auto member) {
     if (info.since > version) return;
     using Value = std::remove_cvref_t<decltype(std::declval<SampleSummary>().*member)>;
-    const auto column = hdf5::read_dataset<Value>(file, std::string("samples/") + info.name, {n_samples});
+    const auto column =
+        hdf5::read_dataset<Value>(file, std::string("samples/") + info.name_in(version), {n_samples});
     for (std::size_t i = 0; i < n_samples; ++i) samples[i].*member = column[i];
   });
   return samples;
+}
+
+input::Sections read_sections(hid_t file, std::size_t n_sections, std::int64_t version) {
+  const auto position = hdf5::read_dataset<double>(file, "crack_path/section", {n_sections});
+  if (version < 3) return {.y = position, .z = {}};
+  const auto axis = hdf5::read_dataset<std::int32_t>(file, "crack_path/section_axis", {n_sections});
+  input::Sections sections;
+  for (std::size_t i = 0; i < n_sections; ++i)
+    (axis[i] == 1 ? sections.y : sections.z).push_back(position[i]);
+  return sections;
 }
 
 /// @param shape samples x rows x sections
@@ -136,11 +148,12 @@ auto read_file(const std::filesystem::path& file, Read&& read) {
 
 EnsembleContent read_ensemble(const std::filesystem::path& file) {
   return read_file(file, [](hid_t id, std::int64_t version) {
-    const Shape shape = hdf5::read_shape(id, "crack_path/z");
-    if (shape.size() != 3) throw hdf5::Error("dataset crack_path/z: not samples x notches x sections");
+    const std::string positions = version < 3 ? "crack_path/z" : "crack_path/position";
+    const Shape shape = hdf5::read_shape(id, positions);
+    if (shape.size() != 3) throw hdf5::Error("dataset " + positions + ": not samples x notches x sections");
     EnsembleContent content;
     content.input_text = hdf5::read_text_attribute(id, "input");
-    content.sections = hdf5::read_dataset<double>(id, "crack_path/section", {shape[2]});
+    content.sections = read_sections(id, shape[2], version);
     content.samples = read_samples(id, shape, version);
     content.statistics = read_statistics(id, shape, version);
     content.statistics.n_done = static_cast<int>(std::count_if(

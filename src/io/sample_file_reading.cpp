@@ -63,16 +63,64 @@ SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters
   const hid_t id = group.get();
   analysis::for_each_result([&](const ResultInfo& info, auto member) {
     if (info.since > version) return;
-    row.*member = hdf5::read_scalar<std::remove_reference_t<decltype(row.*member)>>(id, info.name);
+    row.*member =
+        hdf5::read_scalar<std::remove_reference_t<decltype(row.*member)>>(id, info.name_in(version));
   });
   analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
     if (info.since > version) return;
     using Value = typename std::remove_cvref_t<decltype(row.*member)>::value_type;
-    row.*member = hdf5::read_dataset<Value>(id, info.name, position_shape(parameters));
+    row.*member = hdf5::read_dataset<Value>(id, info.name_in(version), position_shape(parameters));
   });
   const hdf5::Handle timing = hdf5::open_group(root, "timing");
   row.wall_time = hdf5::read_scalar<double>(timing.get(), "wall_time");
   return row;
+}
+
+/// `read(file)`; where there is no such file a pending row, and where it cannot be used one with the reason.
+template <class Read>
+SampleSummary row_or_reason(const std::filesystem::path& file, const input::Parameters& parameters,
+                            Read&& read) {
+  SampleSummary row =
+      analysis::empty_summary(static_cast<int>(parameters.specimen.notches.size()),
+                              static_cast<int>(parameters.sections.size()), analysis::SampleStatus::pending);
+  try {
+    if (std::filesystem::exists(file)) row = read(file);
+  } catch (const std::exception& error) {
+    row.error = error.what();
+  }
+  return row;
+}
+
+analysis::CrackSurface read_surface(hid_t root) {
+  const hdf5::Handle group = hdf5::open_group(root, "crack_surface");
+  const hid_t id = group.get();
+  const auto n_facets = hdf5::read_shape(id, "crack").at(0);
+  const auto corners = hdf5::read_dataset<double>(id, "corners", {n_facets, 4, 3});
+  const auto time = hdf5::read_dataset<double>(id, "time", {n_facets});
+  const auto area = hdf5::read_dataset<double>(id, "area", {n_facets});
+  const auto tetrahedron = hdf5::read_dataset<std::int64_t>(id, "tetrahedron", {n_facets});
+  const auto crack = hdf5::read_dataset<std::int32_t>(id, "crack", {n_facets});
+  const auto n_cracks = hdf5::read_shape(id, "cracks/notch").at(0);
+  const auto notch = hdf5::read_dataset<std::int32_t>(id, "cracks/notch", {n_cracks});
+  const auto crack_area = hdf5::read_dataset<double>(id, "cracks/area", {n_cracks});
+  const auto first_time = hdf5::read_dataset<double>(id, "cracks/first_time", {n_cracks});
+  const auto last_time = hdf5::read_dataset<double>(id, "cracks/last_time", {n_cracks});
+
+  analysis::CrackSurface surface;
+  for (std::size_t i = 0; i < n_cracks; ++i)
+    surface.cracks.push_back({notch[i], crack_area[i], first_time[i], last_time[i]});
+  surface.facets.resize(n_facets);
+  for (std::size_t i = 0; i < n_facets; ++i) {
+    analysis::CrackFacet& facet = surface.facets[i];
+    if (crack[i] < 0 || static_cast<std::size_t>(crack[i]) >= n_cracks)
+      throw hdf5::Error(fmt::format("facet {} is of crack {}, and there are {}", i, crack[i], n_cracks));
+    for (std::size_t k = 0; k < 12; ++k) facet.corner[k / 3][k % 3] = corners[12 * i + k];
+    facet.time = time[i];
+    facet.area = area[i];
+    facet.tetrahedron = tetrahedron[i];
+    facet.crack = crack[i];
+  }
+  return surface;
 }
 
 /// Version of a whole file's format; nothing when it cannot be used.
@@ -120,19 +168,26 @@ bool holds_older_format(const std::filesystem::path& folder) {
 std::vector<SampleSummary> read_summaries(const std::filesystem::path& folder,
                                           const input::Parameters& parameters, std::uint64_t first,
                                           std::size_t count) {
-  const auto n_notches = static_cast<int>(parameters.specimen.notches.size());
-  const auto n_sections = static_cast<int>(parameters.sections.y.size());
   std::vector<SampleSummary> rows;
-  for (std::size_t i = 0; i < count; ++i) {
-    rows.push_back(analysis::empty_summary(n_notches, n_sections, analysis::SampleStatus::pending));
-    const std::filesystem::path file = sample_path(folder, first + i);
-    try {
-      if (std::filesystem::exists(file)) rows.back() = read_any_summary(file, parameters, first + i);
-    } catch (const std::exception& error) {
-      rows.back().error = error.what();
-    }
+  for (std::uint64_t sample = first; sample < first + count; ++sample) {
+    rows.push_back(row_or_reason(sample_path(folder, sample), parameters, [&](const auto& file) {
+      return read_any_summary(file, parameters, sample);
+    }));
   }
   return rows;
+}
+
+StoredSample read_stored_sample(const std::filesystem::path& folder, const input::Parameters& parameters,
+                                std::uint64_t sample) {
+  StoredSample stored;
+  stored.summary = row_or_reason(sample_path(folder, sample), parameters, [&](const auto& path) {
+    return read_file(path, oldest_schema_version, [&](hid_t root, std::int64_t version) {
+      SampleSummary row = read_row(root, version, parameters, sample);
+      if (row.status == analysis::SampleStatus::done) stored.surface = read_surface(root);
+      return row;
+    });
+  });
+  return stored;
 }
 
 }  // namespace crackle::io

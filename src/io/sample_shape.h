@@ -12,7 +12,7 @@ inline constexpr const char* ensemble_kind = "crackle ensemble";
 
 /// Of the results at the sections: notches x sections.
 inline hdf5::Shape position_shape(const input::Parameters& parameters) {
-  return {parameters.specimen.notches.size(), parameters.sections.y.size()};
+  return {parameters.specimen.notches.size(), parameters.sections.size()};
 }
 
 }  // namespace crackle::io

@@ -75,7 +75,7 @@ class Readme(unittest.TestCase):
                            ("duration", '"2 us"')):
             example, n_replaced = re.subn(rf"(?m)^{key} = \S+( \S+\")?", f"{key} = {value}", example)
             self.assertEqual(n_replaced, 1, key)
-        lengths = {"N": 2, "K": 2, "S": 5, "4": 4, "5": 5, "3": 3}
+        lengths = {"N": 2, "K": 2, "S": 5, "Y": 5, "4": 4, "5": 5, "3": 3}
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name) / "out"
             (Path(name) / "plate.toml").write_text(example, encoding="utf-8")
@@ -84,7 +84,7 @@ class Readme(unittest.TestCase):
             with h5py.File(folder / "ensemble.h5") as root:
                 lengths["M"] = root["mother_points/spacing"].size
                 described = set()
-                for names, shape in re.findall(r"(?m)^\| (`/\w+/.*?) \| ([NKSM345 ×]+|group) \|", TEXT):
+                for names, shape in re.findall(r"(?m)^\| (`/\w+/.*?) \| ([NKSYM345 ×]+|group) \|", TEXT):
                     group = names.split("/")[1]
                     for dataset in re.findall(r"`([^`]*)`", names):
                         path = dataset if dataset.startswith("/") else f"/{group}/{dataset}"

@@ -25,8 +25,8 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
-from crackle_report import choosing, figures, reading, style  # noqa: E402
-from crackle_report.figures import convergence, crack_paths, growth, realizations  # noqa: E402
+from crackle_report import choosing, figures, reading, style, tables  # noqa: E402
+from crackle_report.figures import convergence, crack_paths, crossings, growth, realizations  # noqa: E402
 from crackle_report.mesh import Mesh  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
 from crackle_report.photoelasticity import Optics  # noqa: E402
@@ -136,7 +136,7 @@ class Report(Ensembles):
         write_ensemble(self.folder, 12, failed=(4,), with_ensemble_file=False)
         (self.folder / "samples" / "0011.h5.partial").write_bytes(b"half of a file")
         for ensemble in (reading.read_ensemble(finished), reading.read_ensemble(self.folder)):
-            z = ensemble.samples.z
+            z = ensemble.samples.position
             self.assertEqual(ensemble.samples.count(1), 11)
             np.testing.assert_allclose(ensemble.statistics.z_mean, np.nanmean(z, axis=0), rtol=1e-14)
             np.testing.assert_allclose(ensemble.statistics.z_std, np.nanstd(z, axis=0, ddof=1), rtol=1e-9)
@@ -178,8 +178,39 @@ class Report(Ensembles):
             source.rename(self.folder / "samples" / f"{number}.h5")
         new = reading.read_ensemble(self.folder)
         self.assertTrue(new.finished)
-        np.testing.assert_allclose(new.statistics.z_mean, np.nanmean(new.samples.z, axis=0), rtol=1e-14)
+        np.testing.assert_allclose(new.statistics.z_mean, np.nanmean(new.samples.position, axis=0), rtol=1e-14)
         self.assertGreater(new.statistics.reached.sum(), old.statistics.reached.sum())
+
+    def test_sections_across_y_and_z_are_told_apart(self):
+        write_ensemble(self.folder, 6)
+        old = reading.read_ensemble(self.folder)
+        self.assertEqual([section.name for section in old.sections][1:3], ["y = 9 mm", "y = 12.25 mm"])
+        with h5py.File(self.folder / "ensemble.h5", "r+") as root:  # as of version 3, with notch 1 in a z-face
+            group = root["crack_path"]
+            group.move("z", "position")
+            group["section_axis"] = [1, 1, 1, 2, 2]
+            group["section"][3:] = [70e-3, 75e-3]
+            root["statistics/z_mean"][1] = [np.nan, np.nan, np.nan, 11e-3, 12.5e-3]
+            root["samples/leading_notch"] = [0, 1, 0, 1, 0, 1]
+            root.attrs["input"] = root.attrs["input"].replace('"y-max"\nat = "75 mm"', '"z-max"\nat = "12 mm"')
+        ensemble = reading.read_ensemble(self.folder)
+        np.testing.assert_array_equal(ensemble.samples.position, old.samples.position)
+        self.assertEqual([(section.name, section.along) for section in ensemble.sections][2:4],
+                         [("y = 12.25 mm", "z"), ("z = 70 mm", "y")])
+        rows = re.findall("<tr>.*?</tr>", tables.sections(ensemble))
+        self.assertEqual(len(rows), 1 + 5 * (3 * 2 + 2 + 2))  # leaders, followers, notches
+        self.assertIn('all of notch 1, leading and following</td><td>z = 75 mm</td>', rows[50])
+        self.assertIn("<td>y = 12.50</td>", rows[50])
+        leader = 1e3 * np.nanmean(ensemble.samples.position[1::2, 1], axis=0)
+        self.assertIn('leading where notch 1 leads</td><td>z = 75 mm</td>', rows[10])
+        self.assertIn(f"<td>y = {leader[4]:.2f}</td>", rows[10])
+        (picture,) = crossings.section(ensemble, Options()).pictures
+        means = [line for line in picture.figure.axes[1].lines if line.get_marker() == "o"]
+        np.testing.assert_allclose([means[0].get_xdata(), means[0].get_ydata()], [leader[3:], [70, 75]])
+        self.assertEqual(picture.figure.axes[0].lines[0].get_xdata(), [7, 7])
+        (picture,) = convergence.section(ensemble, Options()).pictures
+        self.assertEqual([axes.get_title() for axes in picture.figure.axes][8:], ["notch 1 leads, z = 70 mm", "notch 1 leads, z = 75 mm"])
+        self.assertEqual(picture.figure.axes[0].get_ylabel(), "mean position [mm]")
 
     def test_without_any_crack_or_section_there_is_still_a_page(self):
         write_ensemble(self.folder, 2, failed=(0, 1))
@@ -302,7 +333,7 @@ class Pictures(Ensembles):
             self.assertGreaterEqual(len(taken), 1)
             self.assertLess(abs(len(taken) - 8 * len(group) / len(kinds)), 1.5)
             # The first is the one with the least sum of distances to the others.
-            z = samples.z[group].reshape(len(group), -1)
+            z = samples.position[group].reshape(len(group), -1)
             sums = [sum(np.nanmean(np.abs(np.where(np.isnan(a) == np.isnan(b), np.nan_to_num(a - b), 24.5e-3)))
                         for b in z) for a in z]
             self.assertEqual(taken[0], group[int(np.argmin(sums))])

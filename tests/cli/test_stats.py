@@ -162,12 +162,12 @@ class Stats(unittest.TestCase):
         with h5py.File(self.folder / "ensemble.h5") as root:
             mean, reached = root["statistics/z_mean"][0, 0], root["statistics/reached"][0, 0]
             median = np.median(root["samples/onset_force"][...])
-        self.assertRegex(text, rf"\n +0 +3\.000 +{reached} +{mean * 1e3:.3f} ")
+        self.assertRegex(text, rf"\n +0 +y = 3 mm +z +{reached} +{mean * 1e3:.3f} ")
         self.assertRegex(text, rf"\nonset force \[N\] +\S+ +\S+ +{median:.3f} ")
 
     def test_what_the_master_merged_is_what_the_files_say(self):
         text = self.stats()
-        mean = re.search(r"\nleader +0 +0 +4\.000 +\d+ +(\S+) ", text)[1]
+        mean = re.search(r"\nleader +0 +0 +y = 4 mm +z +\d+ +(\S+) ", text)[1]
         median = re.search(r"\nonset force \[N\] +\S+ +\S+ +(\S+) ", text)[1]
         self.assertIn(f"\nmean z of leaders at y = 4 mm: {mean} mm, median onset {median} N\n", self.log)
 
@@ -210,8 +210,8 @@ class Stats(unittest.TestCase):
         for name, title in (("leader", "leader"), ("leader/one_crack", "leader, one crack"),
                             ("leader/two_cracks", "leader, two cracks"), ("follower", "follower")):
             ranks = ensemble.ranks[name]
-            for k, y in enumerate(ensemble.sections):
-                shown = re.search(rf"\n{title} +0 +{ranks.notch[0]} +{1e3 * y:.3f} +(.*)\n", result.stdout)[1].split()
+            for k, section in enumerate(ensemble.sections):
+                shown = re.search(rf"\n{title} +0 +{ranks.notch[0]} +{section.name} +z +(.*)\n", result.stdout)[1].split()
                 numbers = [ranks.reached[0, k], *(1e3 * values[0, k] for values in
                                                   (ranks.z_mean, ranks.z_std, ranks.z_half_width)), ranks.counted[0, k]]
                 self.assertEqual(shown, [f"{v:.3f}" if 0 < i < 4 and np.isfinite(v) else "-" if 0 < i < 4 else str(v)
@@ -236,6 +236,88 @@ class Stats(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("2 samples: 2 done, 0 failed, 0 left\nstopped early: these are enough, of 9\n", result.stdout)
         self.assertEqual(before, content(stopped / "ensemble.h5"))
+        # At a section that no crack reaches the rule would ask for more samples; they are the ensemble all the same.
+        result = invoke("stats", stopped, "--sections", "y=7.95 mm")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertIn("2 samples: 2 done, 0 failed, 0 left\nstopped early: these are enough, of 9\n", result.stdout)
+
+    def test_other_sections_are_as_if_the_ensemble_had_been_run_with_them(self):
+        setting, other = (pathlib.Path(self.parent.name) / name for name in ("other.toml", "other"))
+        setting.write_text(INPUT.replace('["3 mm", "4 mm"]', '["2.5 mm", "4 mm", "6 mm"]'))
+        result = invoke("run", setting, "-o", other)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        expected = invoke("stats", other).stdout
+        self.assertRegex(expected, r"\n +0 +y = 2\.5 mm +z +3 ")
+        self.assertRegex(expected, r"\nleader +0 +0 +y = 2\.5 mm +z +3 ")
+        before = {file: file.read_bytes() for file in self.folder.rglob("*.*")}
+        for ranks in (0, 2, 4):
+            result = invoke("stats", self.folder, "--sections", "y=2.5 mm, 4 mm", "--sections", "y=0.6 cm", ranks=ranks)
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            note, table = result.stdout.split("\n\n", 1)
+            self.assertEqual(note, "crossings computed anew from the sample files; ensemble.h5 stays as it is")
+            self.assertEqual(table, expected)
+            self.assertEqual({file: file.read_bytes() for file in self.folder.rglob("*.*")}, before)
+
+    def test_other_sections_of_files_of_an_older_version(self):
+        old = pathlib.Path(__file__).resolve().parents[1] / "support" / "schema-2"
+        sections = 'y=' + re.search(r"\[sections\]\s+y = \[(.*?)\]", (old / "input.toml").read_text())[1].replace('"', "")
+        result = invoke("stats", old, "--sections", sections)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        note, table = invoke("stats", old).stdout.split("\n", 1)
+        self.assertRegex(note, "^The leading notch is not in these files")  # here the crack surfaces tell it
+        self.assertEqual(result.stdout.split("\n\n", 1)[1], table)
+
+    def test_other_sections_of_unfinished_ensembles(self):
+        self.sample.write_bytes(b"no sample")
+        result = invoke("stats", self.folder, "--sections", "y=3 mm", ranks=2)
+        self.assertRegex(result.stdout, "(?s)3 samples: 2 done, 0 failed, 1 left.*left sample 1: .*check sum is missing")
+        shutil.rmtree(self.folder / "samples")
+        for ranks in (0, 2):
+            result = invoke("stats", self.folder, "--sections", "y=3 mm", ranks=ranks)
+            self.assertEqual((result.returncode, result.stdout), (1, ""))
+            self.assertEqual(result.stderr, f"crackle: '{self.folder}' holds no sample files; crossings at other "
+                             "sections follow from the crack surfaces in these, ensemble.h5 alone has only those of "
+                             "its own sections\n")
+
+    def test_wrong_sections_are_refused(self):
+        for given, reason in (("y=1 mm", r"sections.y\[0\]: no crack can arrive at 1 mm; .*between 2 mm and 8 mm"),
+                              ("y=3 mm,3 kg", r"sections.y\[1\]: \"3 kg\" has not the dimension of a length"),
+                              ("y=4 mm,3 mm", r"sections.y\[1\]: 3 mm is not above 4 mm"),
+                              ("z=9 mm", r"sections.z: no crack can arrive, since no notch is cut into a z-face"),
+                              ("x=1 mm", r"\"x=1 mm\" is not known"), ("3 mm", r"\"3 mm\" is not known")):
+            for ranks in (0, 2):
+                result = invoke("stats", self.folder, "--sections", given, ranks=ranks)
+                self.assertEqual((result.returncode, result.stdout), (1, ""))
+                self.assertRegex(result.stderr, f"^--sections: {reason}")
+                self.assertEqual(len(result.stderr.splitlines()), 1)
+        result = invoke("stats", "--columns", "--sections", "y=3 mm")
+        self.assertEqual((result.returncode, result.stdout), (1, ""))
+
+    def test_notches_in_z_faces_have_sections_across_z(self):
+        text = INPUT.replace("samples = 3", "samples = 1").replace('"8 mm", "16 mm"', '"16 mm", "8 mm"')
+        for old, new in (('"y-min"', '"z-min"'), ('on = "z-min"', 'on = "y-min"'), ('on = "z-max"', 'on = "y-max"'),
+                         ('"0 N", "100 N"', '"100 N", "0 N"'), ('"0 N/s", "5 N/s"', '"5 N/s", "0 N/s"'),
+                         ('y = ["3 mm", "4 mm"]', 'z = ["3 mm", "4 mm"]')):
+            self.assertIn(old, text)
+            text = text.replace(old, new, 1)
+        setting, out = (pathlib.Path(self.parent.name) / name for name in ("along-z.toml", "along-z"))
+        setting.write_text(text)
+        result = invoke("run", setting, "-o", out)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        with h5py.File(out / "ensemble.h5") as root, h5py.File(out / "samples" / "0000.h5") as sample:
+            paths = root["crack_path"]
+            self.assertEqual(paths["section_axis"][...].tolist(), [2, 2])
+            self.assertEqual(paths["section_axis"].attrs["categories"], "1 y, 2 z")
+            self.assertEqual(paths["z"].shape, (1, 1, 0))
+            position = paths["position"][0, 0]
+            self.assertEqual(position.tobytes(), sample["summary/position"][0].tobytes())
+            self.assertTrue(np.all(np.abs(position - 7e-3) < 2e-3), position)  # near the notch's plane
+        result = invoke("stats", out)
+        self.assertRegex(result.stdout, rf"\n +0 +z = 3 mm +y +1 +{position[0] * 1e3:.3f} ")
+        self.assertRegex(result.stdout, rf"\nleader +0 +0 +z = 3 mm +y +1 +{position[0] * 1e3:.3f} ")
+        again = invoke("stats", out, "--sections", "z=3 mm, 4 mm")
+        self.assertEqual((again.returncode, again.stderr), (0, ""))
+        self.assertEqual(again.stdout.split("\n\n", 1)[1], result.stdout)
 
     def test_samples_that_are_missing_are_left(self):
         self.sample.unlink()

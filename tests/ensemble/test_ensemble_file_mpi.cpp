@@ -6,6 +6,8 @@
 #include "crackle/parallel/agreement.h"
 #include "support/temporary_folder.h"
 
+#include "io/hdf5.h"
+
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -29,7 +31,7 @@ protected:
     parameters.ensemble.samples = 7;
     parameters.ensemble.seed = 2012;
     parameters.specimen.notches.resize(2);
-    parameters.sections.y = {0.007, 0.009, 0.01225};
+    parameters.sections = {.y = {0.007, 0.009}, .z = {0.01225}};
     for (int i = 0; i < 7; ++i) {
       SampleSummary row = analysis::empty_summary(2, 3, SampleStatus::done);
       row.onset_force = 380 + i;
@@ -44,7 +46,7 @@ protected:
       row.crack_area = 1e-4 * i;
       row.crack_speed_max = 600 - i;
       row.energy_error = 1e-5 * i;
-      row.z = {0.065 + 1e-4 * i, none, 0.0655, 0.075, 0.0751 - 1e-4 * i, none};
+      row.position = {0.065 + 1e-4 * i, none, 0.0655, 0.075, 0.0751 - 1e-4 * i, none};
       row.z_spread = {1e-4 * i, none, 2e-4, 3e-4, 4e-4, none};
       row.branches = {1, 0, 2, 1, 1, 0};
       row.wall_time = i;
@@ -98,12 +100,40 @@ protected:
   geometry::MotherPoints base;  ///< on the root
 };
 
+TEST_F(EnsembleFile, HoldsThePositionsAtTheSectionsYOnce) {
+  const fs::path file = shared_folder / "ensemble.h5";
+  write_ensemble(world, file, parameters, even_block(world), statistics(), base);
+  const hdf5::Handle root = hdf5::open_for_reading(file);
+  const auto z = hdf5::read_dataset<double>(root.get(), "crack_path/z", {7, 2, 2});
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const std::vector<double>& p = rows[i].position;
+    EXPECT_THAT((std::vector<double>{z.begin() + static_cast<std::ptrdiff_t>(4 * i),
+                                     z.begin() + static_cast<std::ptrdiff_t>(4 * i + 4)}),
+                testing::Pointwise(testing::NanSensitiveDoubleEq(), {p[0], p[1], p[3], p[4]}));
+  }
+  EXPECT_EQ(hdf5::read_dataset<std::int32_t>(root.get(), "crack_path/section_axis", {3}),
+            (std::vector<std::int32_t>{1, 1, 2}));
+  const hdf5::Handle axis(H5Dopen2(root.get(), "crack_path/section_axis", H5P_DEFAULT), H5Dclose, "axis");
+  EXPECT_EQ(hdf5::read_text_attribute(axis.get(), "categories"), "1 y, 2 z");
+}
+
+TEST_F(EnsembleFile, WithoutSectionsYIsWhole) {
+  parameters.sections = {.y = {}, .z = {0.007, 0.009, 0.01225}};
+  const fs::path file = shared_folder / "ensemble.h5";
+  write_ensemble(world, file, parameters, even_block(world), statistics(), base);
+  const EnsembleContent content = read_ensemble(file);
+  EXPECT_TRUE(content.sections.y.empty());
+  EXPECT_EQ(content.sections.z, parameters.sections.z);
+  EXPECT_EQ(analysis::to_bytes(content.samples[0]), analysis::to_bytes(rows[0]));
+}
+
 TEST_F(EnsembleFile, ReadsBackEverythingThatWasWritten) {
   const fs::path file = shared_folder / "ensemble.h5";
   write_ensemble(world, file, parameters, even_block(world), statistics(), base);
   const EnsembleContent content = read_ensemble(file);
   EXPECT_EQ(content.input_text, parameters.text);
-  EXPECT_EQ(content.sections, parameters.sections.y);
+  EXPECT_EQ(content.sections.y, parameters.sections.y);
+  EXPECT_EQ(content.sections.z, parameters.sections.z);
   ASSERT_EQ(content.samples.size(), rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     EXPECT_EQ(analysis::to_bytes(content.samples[i]), analysis::to_bytes(rows[i])) << "sample " << i;
@@ -207,8 +237,7 @@ TEST_F(EnsembleFile, RowsThatNobodyHoldsArePending) {
 TEST_F(EnsembleFile, EnsembleWithoutNotchesOrSections) {
   parameters.specimen.notches.clear();
   for (SampleSummary& row : rows) {
-    row.leading_notch = -1;
-    row.z.clear();
+    row.position.clear();
     row.z_spread.clear();
     row.branches.clear();
     row.leading_notch = -1;
@@ -238,9 +267,9 @@ TEST_F(EnsembleFile, FailuresAreTheSameOnAllRanks) {
 
   // A row of another shape, on one rank only.
   EnsembleBlock wrong = block(0, is_last ? 1 : 0);
-  if (is_last) wrong.rows[0].z.pop_back();
+  if (is_last) wrong.rows[0].position.pop_back();
   message = agreed_failure(file, wrong);
-  EXPECT_THAT(message, testing::HasSubstr("row 0: 5 values z"));
+  EXPECT_THAT(message, testing::HasSubstr("row 0: 5 values position"));
 
   // The same row on two ranks.
   if (world.size() > 1) {

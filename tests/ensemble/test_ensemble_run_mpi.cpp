@@ -125,7 +125,7 @@ TEST_F(EnsembleRun, SameEnsembleOnAnyNumberOfRanks) {
                                     content.statistics.leader.z_mean[1] * 1e3, median)));
   std::printf("crack areas %.3f and %.3f mm^2, first crossing at %.3f mm\n",
               content.samples[0].crack_area * 1e6, content.samples[1].crack_area * 1e6,
-              content.samples[0].z.at(0) * 1e3);
+              content.samples[0].position.at(0) * 1e3);
 
   run_on(parallel::Communicator(MPI_COMM_SELF), "alone", parameters, false);
   expect_same_ensemble(root_ / "all", root_ / "alone", 5);

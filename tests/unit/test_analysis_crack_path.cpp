@@ -48,7 +48,7 @@ protected:
                    });
   }
   SectionCrossing crossing(const CrackSurface& cracks, int notch, double y) const {
-    return section_crossings(mesh.body(), cracks, {&y, 1}).at(static_cast<std::size_t>(notch));
+    return section_crossings(mesh.body(), cracks, {.y = {y}, .z = {}}).at(static_cast<std::size_t>(notch));
   }
 
   StructuredMesh mesh{test::notched_plate()};
@@ -57,17 +57,18 @@ protected:
 TEST_F(CrackPath, CrossingsOfAPlaneCrackLieOnItsPlane) {
   const CrackSurface cracks = straight(10);
   const std::vector<double> sections{3.5, 4.5, 6.5, 9.5, 10.5};
-  const auto crossings = section_crossings(mesh.body(), cracks, sections);
+  const auto crossings = section_crossings(mesh.body(), cracks, {.y = sections, .z = {}});
   ASSERT_EQ(crossings.size(), 10u);
   for (std::size_t s = 0; s < sections.size(); ++s) {
-    std::printf("y = %g: z = %.15g, branches %d\n", sections[s], crossings[s].z, crossings[s].branches);
+    std::printf("y = %g: z = %.15g, branches %d\n", sections[s], crossings[s].position,
+                crossings[s].branches);
   }
   for (const std::size_t s : {1u, 2u, 3u}) {
-    EXPECT_NEAR(crossings[s].z, plane_0, 1e-12);
+    EXPECT_NEAR(crossings[s].position, plane_0, 1e-12);
     EXPECT_EQ(crossings[s].branches, 1);
   }
   for (const std::size_t s : {0u, 4u, 5u, 6u, 7u, 8u, 9u}) {  // in the notch, ahead of the crack, notch 1
-    EXPECT_TRUE(std::isnan(crossings[s].z));
+    EXPECT_TRUE(std::isnan(crossings[s].position));
     EXPECT_EQ(crossings[s].branches, 0);
   }
 }
@@ -98,7 +99,8 @@ TEST_F(CrackPath, OfEqualsTheOneThatGetsThereFirstLeads) {
 }
 
 TEST_F(CrackPath, TheLeadingNotchFollowsFromCrossingsWhereTheyTellItApart) {
-  const std::vector<double> sections{5, 8, 11};  // shares of 1/12, 4/12, 7/12 and 7/12, 4/12, 1/12
+  const input::Sections sections{.y = {5, 8, 11},
+                                 .z = {}};  // shares of 1/12, 4/12, 7/12 and 7/12, 4/12, 1/12
   const double no = std::numeric_limits<double>::quiet_NaN();
   const auto found = [&](const std::vector<double>& z) { return leading_notch(mesh.body(), sections, z); };
   EXPECT_EQ(found({8, 8, 8, no, 15, 15}), 0) << "where it arrived last the other one is missing";
@@ -114,7 +116,7 @@ TEST_F(CrackPath, TheLeadingNotchFollowsFromCrossingsWhereTheyTellItApart) {
     const CrackSurface cracks = two_cracks(end_0, end_1);
     std::vector<double> z;
     for (const SectionCrossing& crossing : section_crossings(mesh.body(), cracks, sections))
-      z.push_back(crossing.z);
+      z.push_back(crossing.position);
     EXPECT_EQ(found(z), leading_notch(mesh.body(), cracks)) << end_0;
   }
 }
@@ -126,8 +128,8 @@ TEST_F(CrackPath, CrossingsFollowASkewedCrack) {
   const CrackSurface cracks = straight(16);
   for (const double y : {4.5, 8.5, 12.5, 15.5}) {
     const SectionCrossing found = crossing(cracks, 0, y);
-    std::printf("y = %g: z = %.15g, expected %.15g\n", y, found.z, plane_0 + 0.3 * y);
-    EXPECT_NEAR(found.z, plane_0 + 0.3 * y, 1e-12);
+    std::printf("y = %g: z = %.15g, expected %.15g\n", y, found.position, plane_0 + 0.3 * y);
+    EXPECT_NEAR(found.position, plane_0 + 0.3 * y, 1e-12);
     EXPECT_EQ(found.branches, 1);
     // 0.2 (x - 2) over x = 0..4, on top of what the cubes' own roughness adds.
     EXPECT_GT(found.spread, 0.8 / std::sqrt(12.0) - 1e-12);
@@ -141,14 +143,14 @@ TEST_F(CrackPath, MeanAndSpreadOfPlaneFacetsAreExact) {
   cracks.cracks.push_back({0, 1, 0, 0});
   cracks.facets.push_back({{Point{0, 6, 8}, {4, 6, 8.8}, {4, 7, 8.8}, {0, 7, 8}}, 4, 0, 0, 0});
   SectionCrossing found = crossing(cracks, 0, 6.5);
-  std::printf("slanted: z = %.15g, spread %.15g\n", found.z, found.spread);
-  EXPECT_NEAR(found.z, 8.4, 1e-12);
+  std::printf("slanted: z = %.15g, spread %.15g\n", found.position, found.spread);
+  EXPECT_NEAR(found.position, 8.4, 1e-12);
   EXPECT_NEAR(found.spread, 0.8 / std::sqrt(12.0), 1e-12);
   // A level one over its half x < 2, at 9: the mean of both goes from 8.5 to 8.7 there, beside 8.4 to 8.8.
   cracks.facets.push_back({{Point{0, 6, 9}, {2, 6, 9}, {2, 7, 9}, {0, 7, 9}}, 2, 0, 0, 0});
   found = crossing(cracks, 0, 6.5);
-  std::printf("two over each other: z = %.15g, spread %.15g\n", found.z, found.spread);
-  EXPECT_NEAR(found.z, 8.6, 1e-12);
+  std::printf("two over each other: z = %.15g, spread %.15g\n", found.position, found.spread);
+  EXPECT_NEAR(found.position, 8.6, 1e-12);
   EXPECT_NEAR(found.spread, std::sqrt((0.2 * 0.2 + 0.4 * 0.4) / 24), 1e-12);
 }
 
@@ -158,8 +160,8 @@ TEST_F(CrackPath, TheMeanIsTakenOverTheThicknessCovered) {
   const CrackSurface cracks = surface([](const Point& p) { return p[2] > (p[0] < 2.5 ? 8.5 : 9.5) ? 1 : 0; },
                                       [](const Point& p) { return p[1] > 4 ? 0.0 : -1.0; });
   const SectionCrossing found = crossing(cracks, 0, 8.5);
-  std::printf("step: z = %.15g, branches %d\n", found.z, found.branches);
-  EXPECT_NEAR(found.z, 8.5 * 0.625 + 9.5 * 0.375, 0.1);
+  std::printf("step: z = %.15g, branches %d\n", found.position, found.branches);
+  EXPECT_NEAR(found.position, 8.5 * 0.625 + 9.5 * 0.375, 0.1);
   EXPECT_EQ(found.branches, 1);
 }
 
@@ -169,10 +171,10 @@ TEST_F(CrackPath, ACrackOverASmallPartOfTheThicknessHasNotArrived) {
     const CrackSurface cracks =
         surface([](const Point& p) { return p[2] > plane_0 ? 1 : 0; },
                 [width](const Point& p) { return p[1] > 4 && (p[1] < 8 || p[0] < width) ? 0.0 : -1.0; });
-    EXPECT_NEAR(crossing(cracks, 0, 6.5).z, plane_0, 1e-12);
+    EXPECT_NEAR(crossing(cracks, 0, 6.5).position, plane_0, 1e-12);
     const SectionCrossing found = crossing(cracks, 0, 10.5);
-    std::printf("covering %g of 4: z = %g\n", width, found.z);
-    EXPECT_EQ(std::isnan(found.z), width < min_thickness_share * 4);
+    std::printf("covering %g of 4: z = %g\n", width, found.position);
+    EXPECT_EQ(std::isnan(found.position), width < min_thickness_share * 4);
     EXPECT_EQ(found.branches, width < min_thickness_share * 4 ? 0 : 1);
   }
 }
@@ -182,7 +184,7 @@ TEST_F(CrackPath, AHoleInTheCrackIsNoBranch) {
       surface([](const Point& p) { return p[2] > plane_0 ? 1 : 0; },
               [](const Point& p) { return p[1] > 4 && std::abs(p[0] - 2) > 0.5 ? 0.0 : -1.0; });
   const SectionCrossing found = crossing(cracks, 0, 8.5);
-  EXPECT_NEAR(found.z, plane_0, 0.1);
+  EXPECT_NEAR(found.position, plane_0, 0.1);
   EXPECT_EQ(found.branches, 1);
 }
 
@@ -208,8 +210,8 @@ TEST_F(CrackPath, StrayBreaksBesideTheCrackDoNotCount) {
   ASSERT_EQ(with_stray.cracks.size(), 1u);  // the chain is part of the crack of notch 0
   ASSERT_EQ(with_stray.cracks[0].notch, 0);
   const SectionCrossing found = crossing(with_stray, 0, y);
-  std::printf("with stray breaks: z = %g, branches %d\n", found.z, found.branches);
-  EXPECT_NEAR(found.z, plane_0, 0.35);
+  std::printf("with stray breaks: z = %g, branches %d\n", found.position, found.branches);
+  EXPECT_NEAR(found.position, plane_0, 0.35);
   EXPECT_EQ(found.branches, 1);
   EXPECT_EQ(count_bifurcations(mesh.body(), with_stray), 0);
   EXPECT_EQ(classify(mesh.body(), with_stray), classify(mesh.body(), clean));
@@ -225,9 +227,9 @@ TEST_F(CrackPath, OfTwoBranchesTheOneThatCoversMoreIsTheMainCrossing) {
         return p[1] > 4 && !(p[2] > 10 && p[1] > 8 && p[0] > 3) ? (p[2] > 10 ? 0.0 : 1.0) : -1.0;
       });
   const SectionCrossing found = crossing(cracks, 0, 10.5);
-  std::printf("fork: z = %g, branches %d\n", found.z, found.branches);
+  std::printf("fork: z = %g, branches %d\n", found.position, found.branches);
   EXPECT_EQ(found.branches, 2);
-  EXPECT_NEAR(found.z, plane_0, 1e-12);
+  EXPECT_NEAR(found.position, plane_0, 1e-12);
 }
 
 TEST_F(CrackPath, OfEqualBranchesTheEarlierIsTheMainCrossing) {
@@ -239,7 +241,7 @@ TEST_F(CrackPath, OfEqualBranchesTheEarlierIsTheMainCrossing) {
         [=](const Point& p) { return p[1] > 4 ? ((p[2] > 10) == upper_first ? 0.0 : 1.0) : -1.0; });
     const SectionCrossing found = crossing(cracks, 0, 12.5);
     EXPECT_EQ(found.branches, 2);
-    EXPECT_NEAR(found.z, upper_first ? 13.5 : plane_0, 1e-12);
+    EXPECT_NEAR(found.position, upper_first ? 13.5 : plane_0, 1e-12);
   }
 }
 
@@ -559,19 +561,55 @@ TEST_F(MadeFronts, DoNotDependOnTheOrderOfWhatBreaksAtOneTime) {
   EXPECT_NEAR(max_crack_speed(crack.body(), surface), found, 1e-9 * found);
 }
 
-TEST(CrackPathAtZFace, NotchInAZFaceHasAPatternButNoSections) {
-  // A plate 24 wide (y) and 16 long (z), notched at z-min in the plane y = 8.5.
+/// A plate 24 wide (y) and 16 long (z) with notches 4 deep and 1 high: notch 0 in z-min with its plane y
+/// = 8.5, notch 1 in y-max with its plane z = 11.5. Their cracks have come to z = 9 and to y = 12.
+class CrackPathAtZFace : public testing::Test {
+protected:
+  StructuredMesh mesh{
+      input::Specimen{{4, 24, 16}, {{input::Face::z_min, 8.5, 4, 1}, {input::Face::y_max, 11.5, 4, 1}}}};
+  CrackSurface cracks = make_crack_surface(
+      mesh.body(), mesh.realization(),
+      mesh.break_between([](const Point& p) { return p[2] > 11.5  ? 2
+                                                     : p[1] > 8.5 ? 1
+                                                                  : 0; },
+                         [](const Point& p) {
+                           if (p[1] < 10) return p[2] > 4 && p[2] < 9 ? std::floor(p[2] - 4) : -1.0;
+                           return p[1] > 12 && p[1] < 20 ? std::floor(20 - p[1]) : -1.0;
+                         }),
+      0);
+};
+
+TEST_F(CrackPathAtZFace, CrossesTheSectionsAlongItsWay) {
+  const auto crossings = section_crossings(mesh.body(), cracks, {.y = {8.6, 14.5}, .z = {6.5, 8.5, 9.5}});
+  ASSERT_EQ(crossings.size(), 10u);
+  for (const SectionCrossing& found : crossings)
+    std::printf("position %.15g, branches %d\n", found.position, found.branches);
+  // Of notch 0 the sections z = 6.5 and 8.5, at y; of notch 1 the section y = 14.5, at z.
+  for (std::size_t i = 0; i < crossings.size(); ++i) {
+    const bool arrived = i == 2 || i == 3 || i == 6;
+    EXPECT_EQ(crossings[i].branches, arrived ? 1 : 0) << i;
+    if (arrived) {
+      EXPECT_NEAR(crossings[i].position, i == 6 ? 11.5 : 8.5, 1e-12) << i;
+    } else {
+      EXPECT_TRUE(std::isnan(crossings[i].position)) << i;
+    }
+  }
+}
+
+TEST_F(CrackPathAtZFace, SectionsOfOneAxisDoNotDependOnTheOther) {
+  const auto both = section_crossings(mesh.body(), cracks, {.y = {14.5}, .z = {6.5}});
+  const auto only_z = section_crossings(mesh.body(), cracks, {.y = {}, .z = {6.5}});
+  EXPECT_EQ(only_z.at(0).position, both.at(1).position);
+  EXPECT_EQ(only_z.at(0).spread, both.at(1).spread);
+}
+
+TEST(CrackPathAtOneZFace, HasAPatternAndASpeed) {
   const StructuredMesh mesh(input::Specimen{{4, 24, 16}, {{input::Face::z_min, 8.5, 4, 1}}});
   const auto breaks =
       mesh.break_between([](const Point& p) { return p[1] > 8.5 ? 1 : 0; },
                          [](const Point& p) { return p[2] > 4 ? std::floor(p[2] - 4) : -1.0; });
   const CrackSurface cracks = make_crack_surface(mesh.body(), mesh.realization(), breaks, 0);
   ASSERT_EQ(cracks.cracks.at(0).notch, 0);
-  const std::vector<double> sections{4.5, 8.5};
-  for (const SectionCrossing& crossing : section_crossings(mesh.body(), cracks, sections)) {
-    EXPECT_TRUE(std::isnan(crossing.z));
-    EXPECT_EQ(crossing.branches, 0);
-  }
   EXPECT_EQ(classify(mesh.body(), cracks), Pattern::one_crack);
   EXPECT_NEAR(max_crack_speed(mesh.body(), cracks), 1, 1e-9);
 }

@@ -93,12 +93,12 @@ TEST_F(CrackOnRealization, RoughCracksAreReadAsOnePath) {
     const CrackSurface surface = crack([](const Point& p) { return p[2] > bent_path(p[1]) ? 1 : 0; },
                                        [](const Point& p) { return p[1] > 6 * mm; }, stray_share);
     const std::vector<double> sections{7 * mm, 9 * mm, 12.25 * mm, 15.5 * mm, 17.5 * mm, 22 * mm};
-    const auto crossings = section_crossings(*body, surface, sections);
+    const auto crossings = section_crossings(*body, surface, {.y = sections, .z = {}});
     double worst = 0;
     for (std::size_t s = 0; s < sections.size(); ++s) {
-      worst = std::max(worst, std::abs(crossings[s].z - bent_path(sections[s])));
+      worst = std::max(worst, std::abs(crossings[s].position - bent_path(sections[s])));
       EXPECT_EQ(crossings[s].branches, 1) << "y = " << sections[s];
-      EXPECT_TRUE(std::isnan(crossings[sections.size() + s].z));
+      EXPECT_TRUE(std::isnan(crossings[sections.size() + s].position));
     }
     std::printf("stray share %.1f: %zu cracks, paths to %.3f mm, area ratio %.2f\n", stray_share,
                 surface.cracks.size(), worst / mm, surface.area() / (5 * mm * 18.5 * mm));
@@ -120,7 +120,7 @@ TEST_F(CrackOnRealization, ARoughForkIsOneBifurcation) {
                                                                                 : 0; },
               [&](const Point& p) { return p[1] > 6 * mm && (p[1] < end || p[2] > 14 * mm); }, 0.1);
     const std::vector<double> sections{8 * mm, 18 * mm};
-    const auto crossings = section_crossings(*body, surface, sections);
+    const auto crossings = section_crossings(*body, surface, {.y = sections, .z = {}});
     const int found = count_bifurcations(*body, surface);
     std::printf("branch to %.0f mm: %d bifurcations, %d crossings at 18 mm\n", end / mm, found,
                 crossings[1].branches);

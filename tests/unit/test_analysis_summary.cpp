@@ -32,7 +32,7 @@ TEST(SampleSummary, SummarisesASampleWithTwoCracks) {
   for (auto& broken : result.breaks) broken.load_time = result.onset_time;
   const CrackSurface surface =
       make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.onset_time);
-  const std::vector<double> sections{6.5, 13.5};
+  const input::Sections sections{.y = {6.5, 13.5}, .z = {}};
   const SampleSummary row =
       summarize(mesh.body(), result, surface, crack_lines(mesh.body(), surface), {1, 0.3, 1e-6}, sections);
 
@@ -53,9 +53,10 @@ TEST(SampleSummary, SummarisesASampleWithTwoCracks) {
   EXPECT_NEAR(row.crack_speed_ratio, 200 / (0.9274 * std::sqrt(1e6 / 2.6)), 1e-4);
   EXPECT_NEAR(row.effective_toughness, 40 / row.traced_area, 1e-12);
   EXPECT_EQ(row.wall_time, 10);
-  std::printf("z = %.12g, %.12g, %.12g, %.12g\n", row.z[0], row.z[1], row.z[2], row.z[3]);
-  EXPECT_THAT(row.z, testing::ElementsAre(testing::DoubleNear(8.5, 1e-12), testing::IsNan(),
-                                          testing::DoubleNear(15.5, 1e-12), testing::IsNan()));
+  std::printf("z = %.12g, %.12g, %.12g, %.12g\n", row.position[0], row.position[1], row.position[2],
+              row.position[3]);
+  EXPECT_THAT(row.position, testing::ElementsAre(testing::DoubleNear(8.5, 1e-12), testing::IsNan(),
+                                                 testing::DoubleNear(15.5, 1e-12), testing::IsNan()));
   EXPECT_THAT(row.branches, testing::ElementsAre(1, 0, 1, 0));
 }
 
@@ -122,7 +123,7 @@ TEST(SampleSummary, ARowWithoutResultsHasItsShape) {
   const SampleSummary row = empty_summary(2, 3, SampleStatus::failed, "reason");
   EXPECT_EQ(row.status, SampleStatus::failed);
   EXPECT_EQ(row.error, "reason");
-  EXPECT_THAT(row.z, testing::AllOf(testing::SizeIs(6), testing::Each(testing::IsNan())));
+  EXPECT_THAT(row.position, testing::AllOf(testing::SizeIs(6), testing::Each(testing::IsNan())));
   EXPECT_THAT(row.branches, testing::AllOf(testing::SizeIs(6), testing::Each(0)));
   EXPECT_TRUE(std::isnan(row.onset_force));
   EXPECT_EQ(row.outcome, -1);

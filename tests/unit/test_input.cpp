@@ -165,7 +165,67 @@ TEST(Input, SectionsAndOutput) {
   expect_close(p.sections.y[0], 7e-3);
   expect_close(p.sections.y[1], 9e-3);
   expect_close(p.sections.y[2], 12.25e-3);
+  EXPECT_TRUE(p.sections.z.empty());
   EXPECT_EQ(parse_with("[output]", "frames", "0").output.frames, 0);
+}
+
+/// With a notch in y-min, 6 mm deep, and one in z-max, 10 mm deep.
+std::vector<InputTable> tables_with_notches() {
+  auto tables = minimal_tables();
+  tables.push_back(
+      {"[[specimen.notch]]",
+       {{"face", R"("y-min")"}, {"at", R"("65 mm")"}, {"depth", R"("6 mm")"}, {"height", R"("0.6 mm")"}}});
+  tables.push_back(
+      {"[[specimen.notch]]",
+       {{"face", R"("z-max")"}, {"at", R"("12 mm")"}, {"depth", R"("10 mm")"}, {"height", R"("0.6 mm")"}}});
+  return tables;
+}
+
+TEST(Input, SectionsAreNumberedByAxis) {
+  auto tables = tables_with_notches();
+  set_key(tables, "[sections]", "z", R"(["20 mm", "129 mm"])");
+  const input::Sections sections = parse_tables(tables).sections;
+  const auto all = sections.all();
+  ASSERT_EQ(all.size(), 3U);
+  EXPECT_EQ(sections.size(), 3U);
+  EXPECT_EQ(all[0].axis, 1);
+  EXPECT_EQ(all[2].axis, 2);
+  EXPECT_EQ(input::name_of(all[0]), "y = 12.25 mm");
+  EXPECT_EQ(input::name_of(all[2]), "z = 129 mm");
+}
+
+TEST(Input, OtherSectionsAreReadLikeThoseOfTheFile) {
+  const input::Parameters p = parse_tables(tables_with_notches());
+  const auto lengths = [&](const std::vector<std::string>& given) {
+    std::vector<std::string> names;
+    for (const auto& section : input::with_sections(p, given, "--sections").sections.all())
+      names.push_back(input::name_of(section));
+    return names;
+  };
+  using ::testing::ElementsAre;
+  EXPECT_THAT(lengths({"y=7 mm,0.9 cm"}), ElementsAre("y = 7 mm", "y = 9 mm"));
+  EXPECT_THAT(lengths({"z = 1 cm", "y=7 mm", "y= 12.25 mm "}),
+              ElementsAre("y = 7 mm", "y = 12.25 mm", "z = 10 mm"));
+  EXPECT_EQ(input::with_sections(p, {"y=7 mm"}, "").text, p.text);
+  const auto errors = [&](const std::vector<std::string>& given) -> std::vector<std::string> {
+    try {
+      input::with_sections(p, given, "--sections");
+    } catch (const input::InputError& error) {
+      return error.messages();
+    }
+    return {};
+  };
+  EXPECT_THAT(errors({"y=7 mm, 3 kg"}),
+              ElementsAre("--sections: sections.y[1]: \"3 kg\" has not the dimension of a "
+                          "length; give a length such as \"1.0 mm\""));
+  EXPECT_THAT(
+      errors({"y=7 mm", "z=135 mm"}),
+      ElementsAre("--sections: sections.z[0]: no crack can arrive at 135 mm; give a length in a notch's "
+                  "ligament: between 0 and 130 mm (specimen.notch[1])"));
+  EXPECT_THAT(errors({"y=9 mm", "y=7 mm"}), ElementsAre(::testing::HasSubstr("7 mm is not above 9 mm")));
+  EXPECT_THAT(errors({"y=7 mm,"}), ElementsAre(::testing::HasSubstr("sections.y[1]: \"\" is not a number")));
+  for (const char* wrong : {"7 mm", "x=7 mm", "=7 mm", ""})
+    EXPECT_THAT(errors({wrong}), ElementsAre(::testing::HasSubstr("is not known; give y="))) << wrong;
 }
 
 /// The minimal input with a second boundary.

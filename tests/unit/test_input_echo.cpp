@@ -61,7 +61,7 @@ std::vector<InputTable> full_tables() {
             {"duration", R"("123 us")"},
             {"integrator", R"("verlet")"},
             {"arrest", R"("20 us")"}}},
-          {"[sections]", {{"y", R"(["7 mm", "9 mm", "12.25 mm"])"}}},
+          {"[sections]", {{"y", R"(["7 mm", "9 mm", "12.25 mm"])"}, {"z", R"(["11.5 mm", "30 mm"])"}}},
           {"[output]", {{"frames", "3"}}}};
 }
 
@@ -182,8 +182,9 @@ TEST(InputEcho, AndTableOfKeysNameTheSameKeys) {
     if (open != std::string::npos) key.erase(open, key.find(']') - open + 1);
     shown.insert(key);
   }
-  for (const char* unused : {"ensemble.stop.half_width", "ensemble.stop.confidence",
-                             "ensemble.stop.min_samples", "mesh.points", "fracture.toughness", "time.after_separation"}) {
+  for (const char* unused :
+       {"ensemble.stop.half_width", "ensemble.stop.confidence", "ensemble.stop.min_samples", "mesh.points",
+        "fracture.toughness", "time.after_separation"}) {
     shown.insert(unused);
   }
   const auto declared = table_keys();

@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 
@@ -50,6 +51,51 @@ TEST(InputErrors, ValuesThatDependOnAWrongOneAreNotJudged) {
   EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(HasSubstr("specimen.size[1]")));
   // Without an exponent the impulse has no dimension.
   EXPECT_THAT(errors_with("[fracture]", "exponent", R"("two")"), ElementsAre(HasSubstr("fracture.exponent")));
+}
+
+TEST(InputErrors, SectionsAreWhereACrackCanArrive) {
+  const auto errors = [](const std::string& faces, const std::string& key, const std::string& value) {
+    auto tables = minimal_tables();
+    for (auto& table : tables)
+      if (table.header == "[sections]") table.keys = {{key, value}};
+    for (const char face : faces) {  // y, Y: y-min, y-max; z, Z: z-min, z-max
+      const std::string name =
+          std::string(1, static_cast<char>(std::tolower(face))) + (face < 'a' ? "-max" : "-min");
+      tables.push_back({"[[specimen.notch]]",
+                        {{"face", '"' + name + '"'},
+                         {"at", name[0] == 'y' ? R"("65 mm")" : R"("12 mm")"},
+                         {"depth", R"("6 mm")"},
+                         {"height", R"("0.6 mm")"}}});
+    }
+    return errors_of(to_text(tables));
+  };
+  EXPECT_THAT(errors("y", "y", R"(["7 mm", "24 mm"])"), IsEmpty());
+  EXPECT_THAT(
+      errors("y", "y", R"(["3 mm", "7 mm"])"),
+      ElementsAre("test.toml:20: sections.y[0]: no crack can arrive at 3 mm; give a length in a notch's "
+                  "ligament: between 6 mm and 24.5 mm (specimen.notch[0])"));
+  EXPECT_THAT(errors("y", "y", R"(["6 mm"])"), ElementsAre(HasSubstr("no crack can arrive at 6 mm")))
+      << "the tip";
+  EXPECT_THAT(errors("Y", "y", R"(["18.5 mm"])"), ElementsAre(HasSubstr("between 0 and 18.5 mm")));
+  EXPECT_THAT(errors("yY", "y", R"(["3 mm", "21 mm"])"), IsEmpty()) << "the other notch's crack can";
+  EXPECT_THAT(errors("", "y", R"(["3 mm"])"), IsEmpty()) << "no notch, no cracks to measure";
+  EXPECT_THAT(errors("z", "z", R"(["7 mm", "139 mm"])"), IsEmpty());
+  EXPECT_THAT(errors("z", "z", R"(["140 mm"])"), ElementsAre(HasSubstr("140 mm is not inside the length")));
+  EXPECT_THAT(errors("z", "z", R"(["9 mm", "8 mm"])"), ElementsAre(HasSubstr("8 mm is not above 9 mm")));
+  EXPECT_THAT(errors("Z", "z", R"(["135 mm"])"),
+              ElementsAre(HasSubstr("between 0 and 134 mm (specimen.notch[0])")));
+  EXPECT_THAT(
+      errors("zZ", "y", R"(["7 mm", "9 mm"])"),
+      ElementsAre("test.toml:20: sections.y: no crack can arrive, since no notch is cut into a y-face; give "
+                  "sections.z instead, between 6 mm and 140 mm (specimen.notch[0]) or between 0 and 134 mm "
+                  "(specimen.notch[1])"));
+  EXPECT_THAT(errors("y", "z", R"(["7 mm"])"), ElementsAre(HasSubstr("no notch is cut into a z-face")));
+  auto tables = minimal_tables();
+  std::erase_if(tables, [](const auto& table) { return table.header == "[sections]"; });
+  EXPECT_THAT(errors_of(to_text(tables)),
+              ElementsAre(HasSubstr("sections: there are no cross-sections; give y")));
+  tables.push_back({"[sections]", {}});
+  EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(HasSubstr("test.toml:19: sections: there are no")));
 }
 
 TEST(InputErrors, ExactlyOneOfStrengthAndToughnessIsGiven) {

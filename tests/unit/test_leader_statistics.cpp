@@ -31,13 +31,13 @@ geometry::Body plate() {
 }
 
 /// 7 and 17.5 mm are each other's image, 12.25 mm its own, 9 mm has none.
-const std::vector<double> sections{7 * mm, 9 * mm, 12.25 * mm, 17.5 * mm};
+const input::Sections sections{.y = {7 * mm, 9 * mm, 12.25 * mm, 17.5 * mm}, .z = {}};
 
 input::Parameters parameters(int samples) {
   input::Parameters p;
   p.ensemble.samples = samples;
   p.specimen = {plate().size(), {plate().notch(0), plate().notch(1)}};
-  p.sections.y = sections;
+  p.sections = sections;
   return p;
 }
 
@@ -45,7 +45,7 @@ input::Parameters parameters(int samples) {
 SampleSummary row(int leading, std::vector<double> z_mm, Pattern pattern = Pattern::two_cracks) {
   SampleSummary summary = empty_summary(2, 4, SampleStatus::done);
   for (double& z : z_mm) z *= mm;
-  summary.z = std::move(z_mm);
+  summary.position = std::move(z_mm);
   summary.leading_notch = leading;
   summary.pattern = static_cast<std::int32_t>(pattern);
   return summary;
@@ -55,11 +55,11 @@ SampleSummary row(int leading, std::vector<double> z_mm, Pattern pattern = Patte
 SampleSummary turned(const SampleSummary& sample) {
   SampleSummary summary = sample;
   summary.leading_notch = 1 - sample.leading_notch;
-  summary.z.assign(8, none);
+  summary.position.assign(8, none);
   const std::array<std::size_t, 4> image{3, 4, 2, 0};  // 4: none
   for (std::size_t k = 0; k < 2; ++k)
     for (std::size_t s = 0; s < 4; ++s)
-      if (image[s] < 4) summary.z[(1 - k) * 4 + image[s]] = 140 * mm - sample.z[k * 4 + s];
+      if (image[s] < 4) summary.position[(1 - k) * 4 + image[s]] = 140 * mm - sample.position[k * 4 + s];
   return summary;
 }
 
@@ -75,11 +75,11 @@ TEST(LeaderFrame, AHalfTurnMapsTheNotchesOfThePlateOnEachOther) {
   const auto own = frame.source(0, 1, 1).value();
   EXPECT_EQ(own.notch, 1);
   EXPECT_EQ(own.section, 1);
-  EXPECT_FALSE(own.length);
+  EXPECT_FALSE(own.extent);
   const auto image = frame.source(1, 0, 0).value();
   EXPECT_EQ(image.notch, 1);
   EXPECT_EQ(image.section, 3);
-  EXPECT_EQ(image.length, 140 * mm);
+  EXPECT_EQ(image.extent, 140 * mm);
   EXPECT_EQ(frame.source(1, 1, 2)->notch, 0);
   EXPECT_EQ(frame.source(1, 1, 2)->section, 2);
   EXPECT_FALSE(frame.source(1, 0, 1)) << "no section at 15.5 mm";
@@ -88,22 +88,44 @@ TEST(LeaderFrame, AHalfTurnMapsTheNotchesOfThePlateOnEachOther) {
 TEST(LeaderFrame, ReflectionsMapTheNotchesOfOtherBodies) {
   // Opposite each other: reflected in y alone, z stays.
   const auto opposite = body({3, 16, 24}, {notch(Face::y_max, 9, 4, 0.6), notch(Face::y_min, 9, 4, 0.6)});
-  const std::vector<double> y{4 * mm, 12 * mm};
+  const input::Sections y{.y = {4 * mm, 12 * mm}, .z = {}};
   const LeaderFrame in_y(opposite, y);
   EXPECT_THAT(in_y.reference(), ElementsAre(0, 0));
   EXPECT_EQ(in_y.source(1, 0, 0)->section, 1);
-  EXPECT_FALSE(in_y.source(1, 0, 0)->length);
+  EXPECT_FALSE(in_y.source(1, 0, 0)->extent);
   // In one face: reflected in z alone, sections stay, also where they have no image.
   const auto beside = body({3, 16, 24}, {notch(Face::y_min, 7, 4, 0.6), notch(Face::y_min, 17, 4, 0.6)});
-  const LeaderFrame in_z(beside, std::vector<double>{5 * mm});
+  const LeaderFrame in_z(beside, {.y = {5 * mm}, .z = {}});
   EXPECT_THAT(in_z.reference(), ElementsAre(0, 0));
   EXPECT_EQ(in_z.source(1, 0, 0)->section, 0);
-  EXPECT_EQ(in_z.source(1, 0, 0)->length, 24 * mm);
+  EXPECT_EQ(in_z.source(1, 0, 0)->extent, 24 * mm);
   // Two pairs and one alone.
   const auto five = body({3, 16, 24}, {notch(Face::y_min, 12, 4, 0.6), notch(Face::y_min, 7, 2, 0.6),
                                        notch(Face::y_max, 3, 2, 0.6), notch(Face::y_max, 21, 2, 0.6),
                                        notch(Face::y_min, 17, 2, 0.6)});
   EXPECT_THAT(LeaderFrame(five, y).reference(), ElementsAre(0, 1, 2, 2, 1));
+}
+
+TEST(LeaderFrame, SectionsAcrossZAreTurnedLikeThoseAcrossY) {
+  // A half turn of notches in z-faces: z sections go to length - z, positions y to width - y.
+  const auto upright = body({5, 140, 24}, {notch(Face::z_min, 60, 5, 0.6), notch(Face::z_max, 80, 5, 0.6)});
+  const input::Sections both{.y = {70 * mm, 30 * mm}, .z = {8 * mm, 10 * mm, 16 * mm}};
+  const LeaderFrame frame(upright, both);
+  EXPECT_THAT(frame.reference(), ElementsAre(0, 0));
+  EXPECT_EQ(frame.n_sections(), 5);
+  EXPECT_EQ(frame.source(1, 0, 0)->section, 0) << "y = 70 mm is its own image";
+  EXPECT_EQ(frame.source(1, 0, 0)->extent, 24 * mm);
+  EXPECT_FALSE(frame.source(1, 0, 1)) << "no section at y = 110 mm";
+  EXPECT_EQ(frame.source(1, 0, 2)->notch, 1);
+  EXPECT_EQ(frame.source(1, 0, 2)->section, 4);
+  EXPECT_EQ(frame.source(1, 0, 2)->extent, 140 * mm);
+  EXPECT_FALSE(frame.source(1, 0, 3)) << "no section at z = 14 mm";
+  EXPECT_FALSE(frame.source(0, 0, 3)->extent);
+  // In one face: reflected in y alone, sections across z stay.
+  const auto beside = body({5, 140, 24}, {notch(Face::z_min, 60, 5, 0.6), notch(Face::z_min, 80, 5, 0.6)});
+  const LeaderFrame in_y(beside, {.y = {}, .z = {10 * mm}});
+  EXPECT_EQ(in_y.source(1, 0, 0)->section, 0);
+  EXPECT_EQ(in_y.source(1, 0, 0)->extent, 140 * mm);
 }
 
 TEST(LeaderFrame, WithoutSymmetryEachNotchIsAClassOfItsOwn) {
@@ -143,6 +165,25 @@ TEST(LeaderStatistics, TurnedSamplesCountAsTheirImage) {
   EXPECT_NEAR(s.follower.z_mean[3], 73.1 * mm, 1e-12);
   // All cracks of a notch, whatever they lead.
   EXPECT_THAT(s.reached, ElementsAre(3, 1, 2, 1, 0, 0, 1, 2));
+}
+
+TEST(LeaderStatistics, PositionsAtSectionsAcrossZAreTurnedInY) {
+  input::Parameters p;
+  p.ensemble.samples = 2;
+  p.specimen = {{5 * mm, 140 * mm, 24 * mm}, {plate().notch(0), plate().notch(1)}};
+  p.specimen.notches[0].face = Face::z_min;
+  p.specimen.notches[1].face = Face::z_max;
+  p.sections = {.y = {}, .z = {8 * mm, 16 * mm}};
+  SampleSummary own = empty_summary(2, 2, SampleStatus::done), other = own;
+  own.leading_notch = 0;
+  own.position = {67 * mm, 68 * mm, none, 73 * mm};
+  other.leading_notch = 1;
+  other.position = {none, none, 71 * mm, 72 * mm};
+  const Statistics s = make_statistics(std::vector{own, other}, p);
+  EXPECT_THAT(s.leader.reached, ElementsAre(2, 2));
+  EXPECT_NEAR(s.leader.z_mean[0], 67.5 * mm, 1e-12) << "72 mm is 68 mm from the other end";
+  EXPECT_NEAR(s.leader.z_mean[1], 68.5 * mm, 1e-12);
+  EXPECT_THAT(s.follower.reached, ElementsAre(0, 1));
 }
 
 TEST(LeaderStatistics, WithoutSymmetryThereAreRowsForEachLeadingNotch) {
@@ -256,11 +297,13 @@ TEST(LeaderStatistics, TheTextTellsRanksApart) {
   EXPECT_THAT(text,
               ::testing::HasSubstr("by rank; samples that notch 1 leads are turned by the body's symmetry, "
                                    "as if notch 0 did\n"));
-  EXPECT_THAT(text, ::testing::ContainsRegex("\nleader +0 +0 +7\\.000 +2 +67\\.100 +0\\.141 +1\\.271 +2\n"));
-  EXPECT_THAT(text, ::testing::ContainsRegex("\nleader, one crack +0 +0 +12\\.250 +1 +66\\.500 +- +- +1\n"));
-  EXPECT_THAT(text, ::testing::ContainsRegex("\nfollower +0 +1 +17\\.500 +2 +73\\.100 "));
+  EXPECT_THAT(text,
+              ::testing::ContainsRegex("\nleader +0 +0 +y = 7 mm +z +2 +67\\.100 +0\\.141 +1\\.271 +2\n"));
+  EXPECT_THAT(
+      text, ::testing::ContainsRegex("\nleader, one crack +0 +0 +y = 12\\.25 mm +z +1 +66\\.500 +- +- +1\n"));
+  EXPECT_THAT(text, ::testing::ContainsRegex("\nfollower +0 +1 +y = 17\\.5 mm +z +2 +73\\.100 "));
   EXPECT_THAT(text, ::testing::HasSubstr("\nall cracks of the notch, leading and following\nnotch "));
-  EXPECT_THAT(text, ::testing::ContainsRegex("\n +0 +7\\.000 +2 +66\\.900 "));
+  EXPECT_THAT(text, ::testing::ContainsRegex("\n +0 +y = 7 mm +z +2 +66\\.900 "));
   EXPECT_THAT(text, ::testing::HasSubstr(interval_scope));
 }
 

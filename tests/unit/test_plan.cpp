@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which samples a run computes, and what it refuses to start on.
 #include "crackle/ensemble/sample_plan.h"
+#include "crackle/input/reader.h"
 #include "crackle/io/checkpoint_file.h"
 #include "crackle/io/sample_file.h"
 #include "support/temporary_folder.h"
@@ -217,6 +218,50 @@ TEST_F(Plan, ResumeWithAnotherInputIsRefusedWithTheDifference) {
   const auto message = message_of([&] { plan(true); });
   EXPECT_THAT(message, HasSubstr("line 2 is 'samples = 5', not 'samples = 8'"));
   EXPECT_THAT(message, HasSubstr((folder_ / "input.toml").string()));
+}
+
+TEST_F(Plan, ResumeWithOtherSectionsOrFramesIsToldWhatIsPossible) {
+  const std::string plate = text_of(fs::path(CRACKLE_SOURCE_DIR) / "tests/support/plate.toml");
+  write(folder_ / "input.toml", plate);
+  const auto changed = [&](const std::vector<std::pair<std::string, std::string>>& changes) {
+    std::string text = plate;
+    for (const auto& [from, to] : changes) {
+      const auto at = text.find(from);
+      if (at == std::string::npos) throw std::logic_error(from);
+      text.replace(at, from.size(), to);
+    }
+    const auto parameters = input::parse(text, "plate.toml");
+    return message_of([&] { make_plan(folder_, parameters, options(true), reader()); });
+  };
+  const std::pair<std::string, std::string> sections{R"(["3 mm", "4 mm"])", R"(["3 mm", "5 mm"])"};
+  const std::pair<std::string, std::string> frames{"frames = 4", "frames = 9"};
+  const std::string of_another = folder_.string() + " holds an ensemble of another input: compared with " +
+                                 (folder_ / "input.toml").string() + ", ";
+  const std::string look = "look at other sections afterwards, with crackle stats " + folder_.string() +
+                           " --sections y=\"3 mm, 5 mm\"";
+  EXPECT_EQ(changed({}), "");
+  EXPECT_EQ(changed({sections}), of_another +
+                                     "sections.y is [3 mm, 5 mm], not [3 mm, 4 mm]; go on with the "
+                                     "folder's sections, or use another folder; " +
+                                     look);
+  EXPECT_EQ(changed({frames}), of_another +
+                                   "output.frames is 9, not 4; go on with the folder's frames, or use "
+                                   "another folder; frames cannot be changed afterwards");
+  EXPECT_EQ(changed({sections, frames}),
+            of_another +
+                "output.frames is 9, not 4, sections.y is [3 mm, 5 mm], not [3 mm, 4 mm]; go on with the "
+                "folder's sections and frames, or use another folder; " +
+                look + "; frames cannot be changed afterwards");
+  EXPECT_EQ(changed({sections, {"seed = 1", "seed = 2"}}),
+            of_another +
+                "ensemble.seed is 2, not 1, sections.y is [3 mm, 5 mm], not [3 mm, 4 mm]; use that input, "
+                "or another folder");
+  // What is no section of the other input leaves nothing to look at.
+  EXPECT_EQ(
+      changed({{"face = \"y-min\"", "face = \"z-min\""}, {"y = [\"3 mm\", \"4 mm\"]", "z = [\"3 mm\"]"}}),
+      of_another +
+          "sections.y is absent, not [3 mm, 4 mm], sections.z is [3 mm], not absent, "
+          "specimen.notch[0].face is z-min, not y-min; use that input, or another folder");
 }
 
 TEST_F(Plan, ResumeWithOtherPointsIsRefusedWithTheDifference) {

@@ -28,7 +28,7 @@ SampleReport done(std::uint64_t sample, double force, double z_middle) {
   report.summary = analysis::SampleSummary{};
   report.summary.status = analysis::SampleStatus::done;
   report.summary.onset_force = force;
-  report.summary.z = {0, z_middle, 0, 0, 0, 0};
+  report.summary.position = {0, z_middle, 0, 0, 0, 0};
   report.summary.leading_notch = 0;
   report.stored = true;
   return report;
@@ -71,6 +71,21 @@ TEST(Progress, CountsEverySampleOnce) {
   EXPECT_EQ(progress.n_failed(), 2);
   EXPECT_EQ(progress.n_running(), 1);
   EXPECT_EQ(progress.n_left(), 2);
+}
+
+TEST(Progress, WatchesASectionThatNotch0CanReach) {
+  input::Parameters parameters;
+  parameters.ensemble.samples = 2;
+  parameters.specimen = {{0.005, 0.0245, 0.14},
+                         {crackle::testing::notch(input::Face::z_min, 12, 5, 0.6),
+                          crackle::testing::notch(input::Face::y_max, 65, 5, 0.6)}};
+  parameters.sections = {.y = {0.007}, .z = {0.03, 0.04}};
+  Progress progress(2, 1, parameters);
+  auto report = done(0, 400, 0);
+  report.summary.position = {nan, 0.0121, 0.0122, 0.065, nan, nan};
+  progress.finished(report, 10);
+  EXPECT_EQ(progress.mean_position(), 0.0122);
+  EXPECT_THAT(progress.means(), HasSubstr("mean y of leaders at z = 40 mm: 12.200 mm"));
 }
 
 TEST(Progress, MeansLeaveOutWhatDidNotArrive) {
@@ -141,7 +156,7 @@ TEST(Progress, SamplesAreListedAsRanges) {
 TEST(Progress, BodyWithoutNotchesHasNoPosition) {
   Progress progress = make_progress(1, 1, 0);
   auto report = done(0, 400, 0.07);
-  report.summary.z.clear();
+  report.summary.position.clear();
   report.summary.leading_notch = -1;
   progress.finished(report, 1);
   EXPECT_EQ(progress.line(1), "1 done, 0 failed, 0 running, 0 left; median onset 400.000 N");

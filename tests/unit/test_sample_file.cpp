@@ -20,6 +20,7 @@
 #include <map>
 #include <span>
 #include <thread>
+#include <tuple>
 
 namespace crackle::io {
 namespace {
@@ -67,7 +68,7 @@ protected:
     surface = analysis::make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.onset_time);
     lines = analysis::crack_lines(mesh.body(), surface);
     summary =
-        analysis::summarize(mesh.body(), result, surface, lines, parameters.material, parameters.sections.y);
+        analysis::summarize(mesh.body(), result, surface, lines, parameters.material, parameters.sections);
   }
   void write(const fs::path& file, std::uint64_t sample = 3) const {
     write_sample(file, {parameters, sample, mesh.realization(), result, surface, lines, summary});
@@ -98,8 +99,8 @@ TEST_F(SampleFile, ReadsTheRowThatWasWritten) {
   const SampleSummary row = read_summary(file, parameters, 3);
   EXPECT_EQ(analysis::to_bytes(row), analysis::to_bytes(summary));
   EXPECT_EQ(row.wall_time, 10);
-  EXPECT_TRUE(std::isfinite(row.z.at(0)));
-  EXPECT_TRUE(std::isnan(row.z.at(3)));
+  EXPECT_TRUE(std::isfinite(row.position.at(0)));
+  EXPECT_TRUE(std::isnan(row.position.at(3)));
   EXPECT_EQ(n_entries(file.parent_path()), 1) << "a partial file is left";
 }
 
@@ -114,10 +115,10 @@ TEST_F(SampleFile, IsTheSameForTheSameContentExceptTimingAndProvenance) {
 
   result.energy[1].strain = std::nextafter(0.5, 1);
   summary.onset_time = 0;
-  summary.z[2] = 1;
+  summary.position[2] = 1;
   write(b, 4);
   EXPECT_THAT(differences(a, b),
-              testing::ElementsAre("/@sample", "/energy/strain", "/summary/onset_time", "/summary/z"));
+              testing::ElementsAre("/@sample", "/energy/strain", "/summary/onset_time", "/summary/position"));
   write_failed_sample(b, parameters, 3, summary);
   EXPECT_THAT(differences(a, b), testing::Contains("/mesh/nodes"));
   EXPECT_THROW(differences(a, folder.path() / "missing.h5"), std::runtime_error);
@@ -158,6 +159,48 @@ TEST_F(SampleFile, HoldsTheTiesWithReleaseByFacets) {
                            "/ties/load_time@units", "/ties/phase_time", "/ties/phase_time@units",
                            "/ties/released_energy", "/ties/released_energy@units", "/ties/tetrahedron"));
   EXPECT_EQ(analysis::to_bytes(read_summary(facets, parameters, 3)), analysis::to_bytes(summary));
+}
+
+TEST_F(SampleFile, CrackSurfaceIsReadBackBitByBit) {
+  write(sample_path(folder.path(), 3));
+  const StoredSample stored = read_stored_sample(folder.path(), parameters, 3);
+  EXPECT_EQ(analysis::to_bytes(stored.summary), analysis::to_bytes(summary));
+  ASSERT_EQ(stored.surface.facets.size(), surface.facets.size());
+  ASSERT_GT(surface.facets.size(), 100u);
+  for (std::size_t i = 0; i < surface.facets.size(); ++i) {
+    const analysis::CrackFacet& a = stored.surface.facets[i];
+    const analysis::CrackFacet& b = surface.facets[i];
+    EXPECT_EQ(std::tie(a.corner, a.area, a.time, a.tetrahedron, a.crack),
+              std::tie(b.corner, b.area, b.time, b.tetrahedron, b.crack));
+  }
+  ASSERT_EQ(stored.surface.cracks.size(), surface.cracks.size());
+  for (std::size_t i = 0; i < surface.cracks.size(); ++i)
+    EXPECT_EQ(stored.surface.cracks[i].notch, surface.cracks[i].notch);
+
+  // The same sections give the same row, others what the run would have found there.
+  SampleSummary row = stored.summary;
+  row.position.assign(6, -1);
+  analysis::measure_crossings(mesh.body(), stored.surface, parameters.sections, row);
+  EXPECT_EQ(analysis::to_bytes(row), analysis::to_bytes(summary));
+  const input::Sections others{.y = {5.25, 6.5}, .z = {12}};
+  analysis::measure_crossings(mesh.body(), stored.surface, others, row);
+  const SampleSummary expected =
+      analysis::summarize(mesh.body(), result, surface, lines, parameters.material, others);
+  EXPECT_EQ(analysis::to_bytes(row), analysis::to_bytes(expected));
+  EXPECT_NE(row.position, summary.position);
+}
+
+TEST_F(SampleFile, SamplesWithoutResultHaveNoCrackSurface) {
+  EXPECT_EQ(read_stored_sample(folder.path(), parameters, 3).summary.status, SampleStatus::pending);
+  write_failed_sample(sample_path(folder.path(), 3), parameters, 3,
+                      analysis::empty_summary(2, 3, SampleStatus::failed, "reason"));
+  const StoredSample failed = read_stored_sample(folder.path(), parameters, 3);
+  EXPECT_EQ(failed.summary.error, "reason");
+  EXPECT_TRUE(failed.surface.facets.empty());
+  write(sample_path(folder.path(), 3), 2);  // holds another number
+  const StoredSample refused = read_stored_sample(folder.path(), parameters, 3);
+  EXPECT_EQ(refused.summary.status, SampleStatus::pending);
+  EXPECT_THAT(refused.summary.error, testing::HasSubstr("holds sample 2 instead of 3"));
 }
 
 TEST_F(SampleFile, AFailedSampleKeepsItsReason) {
@@ -222,7 +265,7 @@ TEST(Schema, IsRaisedWithTheColumns) {
   EXPECT_EQ(
       names[2],
       "onset_time onset_force outcome pattern overlap bifurcations kinks breaks crack_area crack_speed_max "
-      "crack_speed_ratio traced_area effective_toughness energy_error z z_spread branches ");
+      "crack_speed_ratio traced_area effective_toughness energy_error position z_spread branches ");
   EXPECT_EQ(names[3],
             "first_break_time first_break_load dynamic_phases crack_area_before_onset leading_notch "
             "equilibrium_residual ")
@@ -239,8 +282,13 @@ TEST(OlderFormat, IsReadButNotGoneOnFrom) {
   EXPECT_EQ(row.status, analysis::SampleStatus::done);
   EXPECT_NEAR(row.onset_force, 126.1, 0.1);
   EXPECT_EQ(row.breaks, 70);
-  EXPECT_EQ(row.z.size(), 6U);
+  EXPECT_EQ(row.position.size(), 6U);
   EXPECT_TRUE(std::isnan(row.first_break_load));
+  const StoredSample stored = read_stored_sample(kept, parameters, 0);
+  SampleSummary again = stored.summary;
+  analysis::measure_crossings(geometry::Body(parameters.specimen), stored.surface, parameters.sections,
+                              again);
+  EXPECT_EQ(analysis::to_bytes(again), analysis::to_bytes(row)) << "crossings made anew";
   try {
     read_summary(file, parameters, 0);
     FAIL() << "not refused";
@@ -252,6 +300,9 @@ TEST(OlderFormat, IsReadButNotGoneOnFrom) {
   const EnsembleContent ensemble = read_ensemble(kept / "ensemble.h5");
   ASSERT_EQ(ensemble.samples.size(), 3U);
   EXPECT_EQ(ensemble.samples[0].onset_force, row.onset_force);
+  EXPECT_EQ(ensemble.sections.y, parameters.sections.y);
+  EXPECT_THAT(ensemble.samples[0].position,
+              testing::Pointwise(testing::NanSensitiveDoubleEq(), row.position));
   EXPECT_EQ(ensemble.samples[2].breaks, 51);
 }
 

@@ -19,7 +19,7 @@ input::Specimen one_notch() {
 
 SampleSummary done(std::vector<double> z, Pattern pattern = Pattern::one_crack, double force = 400) {
   SampleSummary row = empty_summary(1, static_cast<int>(z.size()), SampleStatus::done);
-  row.z = std::move(z);
+  row.position = std::move(z);
   row.pattern = static_cast<std::int32_t>(pattern);
   row.leading_notch = 0;
   row.onset_force = force;
@@ -101,7 +101,7 @@ TEST(Statistics, OfAnEnsembleThatStoppedTheSurplusIsLeftOut) {
   EXPECT_EQ(s.n_done, 2);
   EXPECT_EQ(s.z_mean[0], 1.5);
   EXPECT_THAT(s.running_mean, ::testing::ElementsAre(1, 1.5, 1.5, 1.5, 1.5));
-  const std::vector<double> sections{0.007};
+  const input::Sections sections{.y = {0.007}, .z = {}};
   leave_out_surplus(s, 0, samples);
   EXPECT_EQ(samples[1].status, SampleStatus::done);
   for (const int i : {2, 3, 4}) EXPECT_EQ(samples[static_cast<std::size_t>(i)].status, SampleStatus::pending);
@@ -111,11 +111,30 @@ TEST(Statistics, OfAnEnsembleThatStoppedTheSurplusIsLeftOut) {
   EXPECT_THAT(text, ::testing::HasSubstr("90 % confidence over 3 looks"));
 }
 
+TEST(Statistics, OfAnEnsembleThatEndedElsewhereAreOverItsSamples) {
+  input::Parameters parameters;
+  parameters.ensemble.samples = 5;
+  parameters.ensemble.stop = input::EnsembleStop{100, 0.9, 2};
+  parameters.specimen = one_notch();
+  parameters.sections.y = {0.007};
+  const std::vector<SampleSummary> samples{done({1}), done({2}), done({4}), done({7}),
+                                           empty_summary(1, 1, SampleStatus::pending)};
+  ASSERT_EQ(make_statistics(samples, parameters).n_needed, 2) << "the rule alone";
+  for (const int n_needed : {3, 5}) {
+    const Statistics s = make_statistics(samples, parameters, n_needed);
+    EXPECT_EQ(s.n_needed, n_needed);
+    EXPECT_EQ(s.n_looks, 3);
+    EXPECT_EQ(s.n_done, n_needed == 3 ? 3 : 4);
+    EXPECT_EQ(s.z_mean[0], n_needed == 3 ? 7.0 / 3 : 14.0 / 4);
+  }
+  EXPECT_THROW(make_statistics(samples, parameters, 6), std::invalid_argument);
+}
+
 TEST(Statistics, OnlyDoneSamplesThatArrivedCount) {
   std::vector<SampleSummary> samples{empty_summary(2, 2, SampleStatus::pending), done({3, none, 5, none}),
                                      empty_summary(2, 2, SampleStatus::failed, "broke"),
                                      done({none, none, 7, none}), done({4, none, 9, 1})};
-  samples[2].z = {100, 100, 100, 100};  // values of a failed sample mean nothing
+  samples[2].position = {100, 100, 100, 100};  // values of a failed sample mean nothing
   samples[2].pattern = 2;
   const Statistics s = make_statistics(samples, 2, 2);
   EXPECT_EQ(s.n_samples, 5);
@@ -199,12 +218,12 @@ TEST(Statistics, TableNamesEverySectionAndEveryFailure) {
                                      done({0.0663, none}, Pattern::two_cracks, 382.1),
                                      empty_summary(1, 2, SampleStatus::failed, "tetrahedron 7 is inverted"),
                                      empty_summary(1, 2, SampleStatus::pending)};
-  const std::vector<double> sections{0.007, 0.01225};
+  const input::Sections sections{.y = {0.007}, .z = {0.01225}};
   const std::string text = to_text(make_statistics(samples, 1, 2), samples, sections);
   std::printf("%s", text.c_str());
   EXPECT_THAT(text, ::testing::HasSubstr("4 samples: 2 done, 1 failed, 1 left"));
-  EXPECT_THAT(text, ::testing::ContainsRegex("0 +7\\.000 +2 +66\\.200 +0\\.141 +1\\.271"));
-  EXPECT_THAT(text, ::testing::ContainsRegex("0 +12\\.250 +0 +- +- +-"));
+  EXPECT_THAT(text, ::testing::ContainsRegex("0 +y = 7 mm +z +2 +66\\.200 +0\\.141 +1\\.271"));
+  EXPECT_THAT(text, ::testing::ContainsRegex("0 +z = 12\\.25 mm +y +0 +- +- +-"));
   EXPECT_THAT(text, ::testing::ContainsRegex("one crack +50\\.0 +9\\.5 to 90\\.5"));
   EXPECT_THAT(text, ::testing::ContainsRegex("onset force \\[N\\] +380\\.900 +381\\.200 +381\\.500"));
   EXPECT_THAT(text, ::testing::HasSubstr("failed sample 2: tetrahedron 7 is inverted"));

@@ -48,7 +48,7 @@ def _share_out(sizes: list[int], n: int) -> list[int]:
 
 
 def _spread(ensemble: Ensemble, group: list[int], count: int) -> list[int]:
-    distance = _distances(ensemble.samples.z[group].reshape(len(group), -1), ensemble.plate.size[1])
+    distance = _distances(ensemble.samples.position[group].reshape(len(group), -1), ensemble.plate.size[1])
     chosen: list[int] = []
     while len(chosen) < count:
         if chosen:

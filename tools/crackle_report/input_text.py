@@ -44,9 +44,10 @@ def plate(document: dict[str, Any]) -> Plate:
     return Plate((size[0], size[1], size[2]), notches)
 
 
-def sections(document: dict[str, Any]) -> list[float]:
-    """y of the cross-sections [m]."""
-    return [length(y) for y in document.get("sections", {}).get("y", [])]
+def sections(document: dict[str, Any]) -> list[tuple[int, float]]:
+    """Axis (1 y, 2 z) and position [m] of the cross-sections, in the order of their numbers."""
+    given = document.get("sections", {})
+    return [(axis, length(text)) for axis, name in ((1, "y"), (2, "z")) for text in given.get(name, [])]
 
 
 def has_contact(document: dict[str, Any]) -> bool:

@@ -33,7 +33,7 @@ def render(ensemble: Ensemble, sections: list[tuple[Section, list[bytes]]]) -> s
         if section.animations:
             parts.append('<figure class="animations">' + "".join(
                 _image(film.description, film.width, "gif", film.gif) for film in section.animations) + "</figure>")
-    if ensemble.n_notches and ensemble.sections.size:
+    if ensemble.n_notches and ensemble.sections:
         parts.append("<h2>Mean crack position</h2>\n" + tables.sections(ensemble))
     parts.append("<h2>Samples</h2>\n<p>A click on a column's head sorts by it.</p>\n"
                  + tables.samples(ensemble))

@@ -15,8 +15,8 @@ import numpy as np  # noqa: E402
 
 from . import input_text  # noqa: E402
 from .ranks import GROUPS, LeaderFrame, derived_leading, make_ranks  # noqa: E402
-from .results import (DONE, PENDING, CrackLine, CrackSurface, Energy, Ensemble, Frames, Ranks, Result,  # noqa: E402
-                      Samples, Statistics)
+from .results import (DONE, PENDING, CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Frames, Ranks,  # noqa: E402
+                      Result, Samples, Statistics)
 from .statistics import look_schedule, make_statistics  # noqa: E402
 from .stress import ALL_EDGES, CROSSED_EDGES  # noqa: E402
 
@@ -25,8 +25,8 @@ DEFAULT_MIN_SAMPLES = 30  # of [ensemble.stop]
 INTERVAL_SCOPE = ("Intervals cover the scatter of samples that share one set of mother points; that between such sets is "
                   "not in them.")  # of files that do not say so themselves
 ENSEMBLE_KIND, SAMPLE_KIND = "crackle ensemble", "crackle sample"
-POSITIONS = ("z", "z_spread", "branches")
-NOT_RESULTS = (*POSITIONS, "status", "error", "note", "phase_start", "time_step", "stable_step")  # that stand beside the results
+POSITIONS = ("position", "z_spread", "branches")
+NOT_RESULTS = (*POSITIONS, "z", "status", "error", "note", "phase_start", "time_step", "stable_step")  # that stand beside the results
 CATEGORIES = {"outcome": "0 unbroken, 1 arrested, 2 separated, 3 in one piece",
               "pattern": "0 none, 1 one crack, 2 two cracks, 3 other"}  # of files that do not say so themselves
 
@@ -59,7 +59,7 @@ def _read(folder: Path) -> Ensemble:
             scope = text_of(root["statistics"].attrs.get("interval_scope", INTERVAL_SCOPE))
             confidence = float(root["statistics"].attrs["confidence"])
             n_looks, n_needed = (int(root["statistics"].attrs[name]) for name in ("n_looks", "n_needed"))
-            sections = root["crack_path/section"][...]
+            sections = _read_sections(root["crack_path"])
             setting = _parse_input(file, identity)
     elif sample_files:
         first = next(iter(sample_files.values()))
@@ -68,9 +68,9 @@ def _read(folder: Path) -> Ensemble:
             results = _describe_results(root["summary"])
             types = {result.name: root["summary"][result.name].dtype for result in results}
         setting = _parse_input(first, identity)
-        sections = np.sort(input_text.sections(setting))
+        sections = tuple(CrossSection(*section) for section in input_text.sections(setting))
         n_samples = n_needed = max(int(setting["ensemble"]["samples"]), max(sample_files) + 1)
-        samples = _pending_rows(n_samples, len(setting["specimen"].get("notch", [])), sections.size, results, types)
+        samples = _pending_rows(n_samples, len(setting["specimen"].get("notch", [])), len(sections), results, types)
         statistics, ranks, scope = None, {}, INTERVAL_SCOPE
         stop = setting["ensemble"].get("stop")
         confidence = float((stop or {}).get("confidence", DEFAULT_CONFIDENCE))
@@ -182,7 +182,7 @@ def _pending_rows(n_samples: int, n_notches: int, n_sections: int, results: tupl
     return Samples(status=np.zeros(n_samples, int), error=[""] * n_samples, results=results,
                    numbers={name: np.full(n_samples, np.nan if kind.kind == "f" else 0, kind)
                             for name, kind in types.items()},
-                   z=np.full(shape, np.nan), z_spread=np.full(shape, np.nan), branches=np.zeros(shape, int))
+                   position=np.full(shape, np.nan), z_spread=np.full(shape, np.nan), branches=np.zeros(shape, int))
 
 
 def _read_rows(root: h5py.File) -> Samples:
@@ -190,7 +190,18 @@ def _read_rows(root: h5py.File) -> Samples:
     results = _describe_results(group)
     return Samples(status=group["status"][...], error=[text_of(reason) for reason in group["error"][...]],
                    results=results, numbers={result.name: group[result.name][...] for result in results},
-                   **{name: root["crack_path"][name][...] for name in POSITIONS})
+                   **_positions(root["crack_path"]))
+
+
+def _positions(group: h5py.Group) -> dict[str, np.ndarray]:
+    """What is measured at the sections; in files of version 2 all of them were y = const, and the position was z."""
+    return {name: group["z" if name == "position" and name not in group else name][...] for name in POSITIONS}
+
+
+def _read_sections(group: h5py.Group) -> tuple[CrossSection, ...]:
+    position = group["section"][...]
+    axis = group["section_axis"][...] if "section_axis" in group else np.ones(len(position), int)
+    return tuple(CrossSection(int(a), float(p)) for a, p in zip(axis, position))
 
 
 def _read_row(file: Path, samples: Samples, i: int) -> None:
@@ -200,8 +211,8 @@ def _read_row(file: Path, samples: Samples, i: int) -> None:
         group = root["summary"]
         for name, values in samples.numbers.items():
             values[i] = group[name][()]
-        for name in POSITIONS:
-            getattr(samples, name)[i] = group[name][...]
+        for name, values in _positions(group).items():
+            getattr(samples, name)[i] = values
 
 
 def _read_statistics(root: h5py.File) -> Statistics:

@@ -84,7 +84,7 @@ class Samples:
     error: list[str]
     results: tuple[Result, ...]  # in the order of tables
     numbers: dict[str, np.ndarray]  # of each result, in SI units
-    z: np.ndarray  # samples x notches x sections [m]
+    position: np.ndarray  # along the sections; samples x notches x sections [m]
     z_spread: np.ndarray  # its standard deviation through the thickness
     branches: np.ndarray  # samples x notches x sections
 
@@ -101,17 +101,40 @@ class Samples:
         """The samples 0 to n - 1."""
         return Samples(self.status[:n], self.error[:n], self.results,
                        {name: values[:n] for name, values in self.numbers.items()},
-                       self.z[:n], self.z_spread[:n], self.branches[:n])
+                       self.position[:n], self.z_spread[:n], self.branches[:n])
 
     def count(self, status: int) -> int:
         return int(np.count_nonzero(self.status == status))
+
+
+@dataclass(frozen=True)
+class CrossSection:
+    """A plane y = const or z = const at which crack paths are measured."""
+
+    axis: int  # 1: y, 2: z
+    position: float  # of the plane, along that axis [m]
+
+    @property
+    def name(self) -> str:
+        return f"{'y' if self.axis == 1 else 'z'} = {self.position * 1e3:g} mm"
+
+    @property
+    def along(self) -> str:
+        """The coordinate in which a crack's position at this section is given."""
+        return "z" if self.axis == 1 else "y"
+
+
+def along(sections: tuple[CrossSection, ...]) -> str:
+    """The coordinate of positions at these sections, for labels: "position" where it is not the same at all."""
+    names = {section.along for section in sections}
+    return names.pop() if len(names) == 1 else "position"
 
 
 @dataclass
 class Paths:
     """Statistics of crack positions over all samples done."""
 
-    z_mean: np.ndarray  # rows x sections [m]
+    z_mean: np.ndarray  # of the position, rows x sections [m]
     z_std: np.ndarray
     z_half_width: np.ndarray
     reached: np.ndarray
@@ -142,7 +165,7 @@ class Statistics(Paths):
 class Ensemble:
     folder: Path
     plate: Plate
-    sections: np.ndarray  # y of the cross-sections [m]
+    sections: tuple[CrossSection, ...]
     confidence: float
     n_looks: int  # at which the ensemble could stop; the intervals of all hold together with the confidence
     n_planned: int  # samples that the input asks for; more than len(samples) when it stopped early
@@ -190,4 +213,4 @@ class Ensemble:
 
     @property
     def n_notches(self) -> int:
-        return self.samples.z.shape[1]
+        return self.samples.position.shape[1]

@@ -52,7 +52,7 @@ def path_statistics(z: np.ndarray, confidence: float, n_looks: int = 1) -> dict[
 def make_statistics(samples: Samples, confidence: float, n_looks: int = 1) -> Statistics:
     """Over all samples done; their cracks by notch, leading and following ones together."""
     done = samples.status == DONE
-    z = np.where(done[:, None, None], samples.z, np.nan)
+    z = np.where(done[:, None, None], samples.position, np.nan)
     n_done = int(done.sum())
     count = np.bincount(samples.pattern[done], minlength=N_PATTERNS)[:N_PATTERNS]
     share = count / n_done if n_done else np.full(N_PATTERNS, np.nan)

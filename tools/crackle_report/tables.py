@@ -63,7 +63,7 @@ def samples(ensemble: Ensemble) -> str:
 def sections(ensemble: Ensemble) -> str:
     """The mean crack position at each section: of leading and following cracks, then of all cracks of each notch."""
     interval = f"{100 * ensemble.confidence:g} % interval"
-    titles = (("cracks", ""), ("section y", "mm"), ("samples that arrived", ""), ("mean z", "mm"),
+    titles = (("cracks", ""), ("section", ""), ("samples that arrived", ""), ("mean position", "mm"),
               (interval, "± mm"), ("standard deviation", "mm"),
               ("spread through the thickness", "mean over the samples, mm"))
     head = "".join(f"<th>{title}<small>{unit}</small></th>" for title, unit in titles)
@@ -92,11 +92,13 @@ def _of_group(ensemble: Ensemble, group: str, values: np.ndarray) -> np.ndarray:
 def _positions(ensemble: Ensemble, name: str, paths: Paths, row: int, spread: np.ndarray,
                counted: Optional[np.ndarray] = None) -> list[str]:
     lines = []
-    for k, y in enumerate(ensemble.sections):
+    for k, section in enumerate(ensemble.sections):
         arrived = str(int(paths.reached[row, k])) + (f" of {int(counted[k])}" if counted is not None else "")
-        cells = [f"{y / style.MILLIMETRE:g}", arrived]
+        cells = [section.name, arrived]
         cells += [_number(float(value) / style.MILLIMETRE, ".2f")
                   for value in (paths.z_mean[row, k], paths.z_half_width[row, k], paths.z_std[row, k], spread[k])]
+        if math.isfinite(paths.z_mean[row, k]):
+            cells[2] = f"{section.along} = {cells[2]}"
         lines.append(f'<tr><td class="text">{escape(name)}</td>' + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
     return lines
 

@@ -38,23 +38,26 @@ inline constexpr double overlap_distance_share = 0.1;
 /// Two developed cracks are (anti-)symmetric when their paths overlap by at least this share.
 inline constexpr double min_overlap = 0.3;
 
-/// Where the cracks of one notch cross one section y = const.
+/// Where the cracks of one notch cross one section. The position is the coordinate along the section: z where
+/// y is const, y where z is const.
 struct SectionCrossing {
-  double z;       ///< through-thickness mean of the main crossing [m]; NaN where the crack did not arrive
-  double spread;  ///< standard deviation of z through the thickness [m]; NaN likewise
+  double position;  ///< through-thickness mean of the main crossing [m]; NaN where the crack did not arrive
+  double spread;    ///< standard deviation of the position through the thickness [m]; NaN likewise
   std::int32_t branches;  ///< number of separate crossings
 };
 
-/// Crossings for every notch and section, row-major: [notch * n_sections + section].
+/// Crossings for every notch and section, row-major: [notch * n_sections + section], sections in the order of
+/// input::Sections::all.
 ///
-/// The facets of the notch's cracks meet the plane of the section in segments (x, z). Segments within
-/// branch_gap in z and hole_size in x of each other form one crossing; crossings that cover less than
+/// The facets of the notch's cracks meet the plane of the section in segments (x, position). Segments within
+/// branch_gap in position and hole_size in x of each other form one crossing; crossings that cover less than
 /// min_thickness_share of the thickness are left out. The main crossing is the one that covers most of the
-/// thickness (of equals the earliest); z is its mean over the thickness covered, where several segments lie
-/// over each other their mean, and the spread its standard deviation over that thickness. Notches in a z-face
-/// have no crossings with sections y.
+/// thickness (of equals the earliest); the position is its mean over the thickness covered, where several
+/// segments lie over each other their mean, and the spread its standard deviation over that thickness. A
+/// crack advances along the depth of its notch: notches in z-faces have no crossings with sections y, those
+/// in y-faces none with sections z.
 std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const CrackSurface& surface,
-                                               std::span<const double> sections);
+                                               const input::Sections& sections);
 
 /// Share of its ligament (from the notch's tip to the opposite face) that each notch's crack crosses, up to
 /// the farthest place where it covers min_thickness_share of the thickness; in steps of 0.02.
@@ -68,9 +71,9 @@ int leading_notch(const geometry::Body& body, const CrackSurface& surface);
 /// The leading notch as far as it follows from crossings alone, of files that do not hold it: the notch whose
 /// crack arrives at a section at least as far across its ligament as the next section at which any other
 /// notch's is missing. Nothing where the crossings leave that open.
-/// @param z notches x sections, NaN where the crack did not arrive
-std::optional<int> leading_notch(const geometry::Body& body, std::span<const double> sections,
-                                 std::span<const double> z);
+/// @param position notches x sections, NaN where the crack did not arrive
+std::optional<int> leading_notch(const geometry::Body& body, const input::Sections& sections,
+                                 std::span<const double> position);
 
 /// The crack pattern of a sample, as stored in /samples/pattern.
 enum class Pattern : std::int32_t { none = 0, one_crack = 1, two_cracks = 2, other = 3 };

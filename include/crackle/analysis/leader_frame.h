@@ -2,11 +2,11 @@
 #pragma once
 
 #include "crackle/geometry/body.h"
+#include "crackle/input/parameters.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <vector>
 
 namespace crackle::analysis {
@@ -15,21 +15,21 @@ namespace crackle::analysis {
 ///
 /// Notches that a symmetry of the body maps on each other (geometry::symmetries) form a class; its notch with
 /// the lowest number is the reference. A sample that another notch of the class leads is turned by the first
-/// symmetry that maps this notch on the reference: its other notches go to their images, z to length - z
-/// where the symmetry reflects z, and a section y to width - y where it reflects y. So a turned position
-/// belongs to the section at width - y; where the input has none there (to 1e-12 of the body's largest size),
-/// it belongs to no section, and only samples that need no turning in y count at y. A notch without an image
-/// is a class of its own.
+/// symmetry that maps this notch on the reference: its other notches go to their images, and y and z to
+/// width - y and length - z where the symmetry reflects them. So a position turned across its section belongs
+/// to the section at width - y or length - z; where the input has none there (to 1e-12 of the body's largest
+/// size), it belongs to no section, and only samples that need no turning across the section count at it. A
+/// notch without an image is a class of its own.
 class LeaderFrame {
 public:
-  /// Where a position of a turned sample comes from: z of `notch` at `section`.
+  /// Where a position of a turned sample comes from: that of `notch` at `section`.
   struct Source {
     int notch;
     int section;
-    std::optional<double> length;  ///< of the body along z, where z is reflected [m]
+    std::optional<double> extent;  ///< of the body along the position, where that is reflected [m]
   };
 
-  LeaderFrame(const geometry::Body& body, std::span<const double> sections);
+  LeaderFrame(const geometry::Body& body, const input::Sections& sections);
   /// Of a body without symmetry: each notch is a class of its own.
   LeaderFrame(int n_notches, int n_sections);
 
@@ -45,9 +45,9 @@ public:
 
 private:
   struct Turn {
-    std::optional<double> length;  ///< see Source
-    std::vector<int> notch;        ///< that each notch of the frame is in the sample
-    std::vector<int> section;      ///< likewise; -1 for none
+    std::vector<int> notch;                     ///< that each notch of the frame is in the sample
+    std::vector<int> section;                   ///< likewise; -1 for none
+    std::vector<std::optional<double>> extent;  ///< of each section, see Source
   };
 
   int n_sections_;

@@ -52,6 +52,10 @@ public:
   /// A row added later never changes it.
   std::optional<std::size_t> stopped_at() const { return stopped_at_; }
 
+  /// Makes the samples 0 to n - 1 enough, whatever the rule says of the rows: it has spoken elsewhere.
+  /// @throws std::invalid_argument when the ensemble has fewer
+  void stop_at(std::size_t n);
+
   const std::vector<SampleSummary>& rows() const { return rows_; }
 
   /// Over the rows so far; over the first n only when stopped_at() is n.

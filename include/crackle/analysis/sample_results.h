@@ -24,12 +24,15 @@ struct ResultInfo {
   const char* units;    ///< SI; "" for numbers of things
   const char* meaning;  ///< one phrase
   Reduction reduction;
-  const char* label;            ///< head of its column, for people
-  const char* shown_units;      ///< that people read it in
-  double shown_factor;          ///< from SI to these
-  const char* format;           ///< of the shown value, as in fmt and Python
-  const char* categories = "";  ///< of a number that stands for a word: "0 none, 1 ..."
-  std::int64_t since = 2;       ///< version of the file format that has it first
+  const char* label;                ///< head of its column, for people
+  const char* shown_units;          ///< that people read it in
+  double shown_factor;              ///< from SI to these
+  const char* format;               ///< of the shown value, as in fmt and Python
+  const char* categories = "";      ///< of a number that stands for a word: "0 none, 1 ..."
+  std::int64_t since = 2;           ///< version of the file format that has it first
+  const char* name_in_2 = nullptr;  ///< in files of version 2, where it had another one
+
+  const char* name_in(std::int64_t version) const { return version == 2 && name_in_2 ? name_in_2 : name; }
 };
 
 /// Words for SampleStatus, as the files carry them.
@@ -115,12 +118,14 @@ void for_each_position_result(Visit&& visit) {
   using Row = SampleSummary;
   using enum Reduction;
   visit(
-      ResultInfo{"z", "m",
-                 "through-thickness mean of the crack that starts at the notch; NaN where it did not arrive",
-                 quantiles, "z", "mm", 1e3, ".3f"},
-      &Row::z);
-  visit(ResultInfo{"z_spread", "m", "standard deviation of z through the thickness", none, "spread of z",
-                   "mm", 1e3, ".3f"},
+      ResultInfo{
+          "position", "m",
+          "coordinate along the section, z for y = const and y for z = const: through-thickness mean of "
+          "the crack that starts at the notch; NaN where it did not arrive",
+          quantiles, "position", "mm", 1e3, ".3f", "", 2, "z"},
+      &Row::position);
+  visit(ResultInfo{"z_spread", "m", "standard deviation of the position through the thickness", none,
+                   "spread of the position", "mm", 1e3, ".3f"},
         &Row::z_spread);
   visit(ResultInfo{"branches", "", "number of separate crossings there", none, "crossings", "", 1, "d"},
         &Row::branches);

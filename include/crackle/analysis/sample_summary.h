@@ -45,8 +45,8 @@ struct SampleSummary {
   double effective_toughness = none;
   double energy_error = none;
   double equilibrium_residual = none;
-  std::vector<double> z;               ///< n_notches x n_sections
-  std::vector<double> z_spread;        ///< likewise, see SectionCrossing
+  std::vector<double> position;        ///< n_notches x n_sections, see SectionCrossing
+  std::vector<double> z_spread;        ///< likewise
   std::vector<std::int32_t> branches;  ///< likewise
   double wall_time = 0;                ///< that the sample took [s]; the only field that differs between runs
 };
@@ -57,7 +57,11 @@ SampleSummary empty_summary(int n_notches, int n_sections, SampleStatus status, 
 /// @param lines crack_lines of the same surface
 SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult& result,
                         const CrackSurface& surface, const std::vector<CrackLine>& lines,
-                        const input::Material& material, std::span<const double> sections);
+                        const input::Material& material, const input::Sections& sections);
+
+/// Replaces the row's crossings by those with other sections.
+void measure_crossings(const geometry::Body& body, const CrackSurface& surface,
+                       const input::Sections& sections, SampleSummary& row);
 
 /// A row as bytes, for messages between ranks of one machine type.
 std::vector<std::byte> to_bytes(const SampleSummary& summary);

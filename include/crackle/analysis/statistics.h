@@ -22,8 +22,8 @@ inline constexpr const char* interval_scope =
     "Intervals cover the scatter of samples that share one set of mother points; that between such sets is "
     "not in them.";
 
-/// Statistics of crack positions, rows x sections, row-major. They count the samples whose crack arrived; a
-/// section that no sample reached has NaN.
+/// Statistics of crack positions (z at sections y = const, y at z = const), rows x sections, row-major. They
+/// count the samples whose crack arrived; a section that no sample reached has NaN.
 struct PathStatistics {
   std::vector<double> z_mean;  ///< [m]
   std::vector<double> z_std;   ///< sample standard deviation (n - 1) [m]; NaN for fewer than two
@@ -88,6 +88,10 @@ Statistics make_statistics(std::span<const SampleSummary> samples, int n_notches
 /// samples without): the statistics of its ensemble.h5.
 Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters);
 
+/// As above, of an ensemble that is known to need the samples 0 to n_needed - 1.
+Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters,
+                           int n_needed);
+
 /// Makes the rows of samples that an ensemble did not need pending.
 /// @param first number of the sample in rows[0]
 void leave_out_surplus(const Statistics& statistics, std::size_t first, std::vector<SampleSummary>& rows);
@@ -98,6 +102,6 @@ double quantile(std::vector<double> values, double share);
 
 /// The statistics as a table to read: crack positions, patterns, onset, samples that failed.
 std::string to_text(const Statistics& statistics, std::span<const SampleSummary> samples,
-                    std::span<const double> sections);
+                    const input::Sections& sections);
 
 }  // namespace crackle::analysis

@@ -37,7 +37,8 @@ public:
 
   /// Seconds until the last sample ends, from the mean duration and the groups; NaN before the first one has.
   double time_left(double now) const;
-  /// Of the leading cracks at the middle section [m], see RunningStatistics; NaN when none arrived.
+  /// Of the leading cracks at the middle one of the sections that the crack of notch 0 can cross [m], see
+  /// RunningStatistics; NaN when none arrived.
   double mean_position() const;
   /// Of the samples that have ended; tells whether more are needed.
   const analysis::RunningStatistics& statistics() const { return statistics_; }
@@ -53,7 +54,8 @@ private:
 
   std::size_t n_to_do_;
   int n_groups_;
-  std::vector<double> section_y_;
+  std::vector<input::Section> sections_;
+  std::size_t watched_ = 0;                  ///< section of the mean position
   std::map<std::uint64_t, double> running_;  ///< sample, time of its start
   std::string where_;                        ///< that the running sample stands; may be empty
   int n_done_ = 0, n_failed_ = 0;

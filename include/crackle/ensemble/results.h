@@ -42,4 +42,14 @@ Results write_results(const parallel::Communicator& world, const input::Paramete
                       const std::map<std::uint64_t, analysis::SampleSummary>& unstored,
                       const std::function<const geometry::MotherPoints&()>& base);
 
+/// The rows of an ensemble with their crossings at other sections, from the crack surfaces in its sample
+/// files, and the statistics of these. The samples that count are those of the ensemble as it is, also where
+/// [ensemble.stop] would have needed others for these sections. Writes nothing. Collective.
+/// @param parameters that the ensemble was computed with
+/// @param sections the same with other sections, input::with_sections
+/// @return the same on every rank
+/// @throws parallel::AgreedError on every rank when there are no sample files
+Results results_at(const parallel::Communicator& world, const input::Parameters& parameters,
+                   const input::Parameters& sections, const std::filesystem::path& folder);
+
 }  // namespace crackle::ensemble

@@ -123,9 +123,24 @@ struct Time {
       0;  ///< a dynamic phase ends this long after the body came apart [s]; 0: it does not
 };
 
+/// A plane across the body, y = const or z = const, at which crack paths are measured.
+struct Section {
+  int axis;         ///< 1: y, 2: z
+  double position;  ///< of the plane, along that axis [m]
+  bool operator==(const Section&) const = default;
+};
+
 struct Sections {
   std::vector<double> y;  ///< [m], ascending
+  std::vector<double> z;  ///< likewise
+
+  std::size_t size() const { return y.size() + z.size(); }
+  /// In the order of their numbers: y first, then z.
+  std::vector<Section> all() const;
 };
+
+/// "y = 12.25 mm"
+std::string name_of(const Section& section);
 
 struct Output {
   int frames = 11;

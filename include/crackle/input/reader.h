@@ -28,13 +28,21 @@ struct PointsFile {
 };
 
 /// Reads and validates an input file: syntax, units, dimensions, ranges, unknown and missing keys, and
-/// contradictions between keys (a notch outside the body, overlapping notches, a section outside the width).
-/// Relative file names in the input are relative to the input file.
+/// contradictions between keys (a notch outside the body, overlapping notches, a section that no crack can
+/// reach). Relative file names in the input are relative to the input file.
 /// @throws InputError with every error of the file
 Parameters read(const std::filesystem::path& file, const PointsFile& points = {});
 
 /// As read(), for a text already in memory; `name` stands for the file in messages.
 Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points = {});
+
+/// The same input with other sections, for results at sections that it was not computed with; `text` stays.
+/// @param given at least one "y=7 mm, 9 mm" or "z=30 mm", read and judged as the keys of [sections]; those of
+/// one axis are put together
+/// @param name stands for the file in messages
+/// @throws InputError with every error
+Parameters with_sections(Parameters parameters, const std::vector<std::string>& given,
+                         const std::string& name);
 
 /// The resolved input, one "key = value unit" line for each key, defaults included.
 std::string echo(const Parameters& parameters);

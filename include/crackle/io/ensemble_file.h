@@ -22,9 +22,10 @@
 /// points, input_identity |
 /// | /samples/status, error, note | N | analysis::SampleStatus; why it failed; what else is to be known |
 /// | /samples/... | N | the results of analysis::for_each_result |
-/// | /crack_path/section | S | y of the sections |
+/// | /crack_path/section, section_axis | S | where the sections lie, y first; 1 y = const, 2 z = const |
 /// | /crack_path/... | N x notches x S | the results of analysis::for_each_position_result |
-/// | /statistics/z_mean, z_std, z_half_width, reached | notches x S | see analysis::Statistics |
+/// | /crack_path/z | N x notches x sections y | position at the sections y = const |
+/// | /statistics/z_mean, z_std, z_half_width, reached | notches x S | of position, see analysis::Statistics |
 /// | /statistics/z_quantile | notches x S x 5 | least, quartiles and median, greatest |
 /// | /statistics/running_mean | N x notches x S | |
 /// | /statistics/leader, leader/one_crack, leader/two_cracks, follower | | groups with datasets as above,
@@ -62,7 +63,7 @@ void write_ensemble(const parallel::Communicator& world, const std::filesystem::
 /// What is stored in an ensemble file.
 struct EnsembleContent {
   std::string input_text;
-  std::vector<double> sections;  ///< y [m]
+  input::Sections sections;
   std::vector<analysis::SampleSummary> samples;
   analysis::Statistics statistics;
   geometry::MotherPoints base;

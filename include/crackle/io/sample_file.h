@@ -101,6 +101,17 @@ std::vector<analysis::SampleSummary> read_summaries(const std::filesystem::path&
                                                     const input::Parameters& parameters, std::uint64_t first,
                                                     std::size_t count);
 
+/// A sample as its file holds it.
+struct StoredSample {
+  analysis::SampleSummary summary;
+  analysis::CrackSurface surface;  ///< without facets unless the sample is done
+};
+
+/// As read_summaries, of one sample with its crack surface, which is that of the run bit by bit. Not
+/// collective.
+StoredSample read_stored_sample(const std::filesystem::path& folder, const input::Parameters& parameters,
+                                std::uint64_t sample);
+
 /// Whether the folder holds an ensemble's or a sample's file of an older version. Not collective.
 bool holds_older_format(const std::filesystem::path& folder);
 

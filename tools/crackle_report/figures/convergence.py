@@ -9,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 from .. import style
 from ..confidence import running_half_width, student_quantile
 from ..options import Options
-from ..results import DONE, Ensemble
+from ..results import DONE, Ensemble, along
 from ..statistics import position_confidence
 from .picture import Picture, Section
 
@@ -24,7 +24,7 @@ def section(ensemble: Ensemble, _: Options) -> Section:
         f"{100 * ensemble.confidence:g} % confidence band{_together(ensemble)}; one column for each section. Samples "
         "that another notch leads are turned by the body's symmetry where it has one; otherwise there is one row for "
         f"each leading notch. All panels span the same length.", _verdict(ensemble))
-    if ensemble.n_notches and ensemble.sections.size and len(ensemble.samples):
+    if ensemble.n_notches and ensemble.sections and len(ensemble.samples):
         result.pictures.append(Picture(
             "convergence", "Running mean of the leading crack's position with its confidence band", _draw(ensemble)))
     return result
@@ -49,8 +49,7 @@ def _verdict(ensemble: Ensemble) -> str:
     widest = np.where(counts, statistics.z_half_width, -np.inf)
     row, position = np.unravel_index(widest.argmax(), widest.shape)
     known = (f"the mean position of the leading crack is known to ±{widest[row, position] / style.MILLIMETRE:.2g} mm at "
-             f"its least certain section ({_of_class(ensemble, row)}y = "
-             f"{ensemble.sections[position] / style.MILLIMETRE:g} mm)")
+             f"its least certain section ({_of_class(ensemble, row)}{ensemble.sections[position].name})")
     wanted = f"±{target / style.MILLIMETRE:.2g} mm ({reason})"
     if widest[row, position] <= target:
         return f"Were {n_done} samples enough? Yes: {known}, and {wanted} was wanted."
@@ -83,16 +82,16 @@ def _round_up(number: float) -> int:
 
 def _draw(ensemble: Ensemble) -> Figure:
     leaders = ensemble.ranks["leader"]
-    n_rows, n_columns = len(leaders.notch), ensemble.sections.size
+    n_rows, n_columns = len(leaders.notch), len(ensemble.sections)
     n_samples = len(ensemble.samples)
     done = np.flatnonzero(ensemble.samples.status == DONE)
     last = done[-1] + 1 if done.size else 0
     number = np.arange(1, n_samples + 1)
     mean = leaders.running_mean / style.MILLIMETRE
-    z, _ = ensemble.frame.ranked(ensemble.samples.z, ensemble.leading, "leader", are_z=True)
+    position, _ = ensemble.frame.ranked(ensemble.samples.position, ensemble.leading, "leader", are_positions=True)
     confidence = position_confidence(ensemble.confidence, ensemble.n_looks)
     band = np.stack([running_half_width(column, confidence) for column in
-                     z.reshape(n_samples, -1).T], axis=1).reshape(mean.shape)
+                     position.reshape(n_samples, -1).T], axis=1).reshape(mean.shape)
     band /= style.MILLIMETRE
     span = _span(mean, band, leaders.z_std / style.MILLIMETRE)
 
@@ -106,8 +105,7 @@ def _draw(ensemble: Ensemble) -> Figure:
             axes.plot(number[:last], line, color=colour, linewidth=1.2, marker="." if n_samples < 30 else None)
             axes.fill_between(number[:last], line - half, line + half, where=np.isfinite(half), color=colour,
                               alpha=0.25, linewidth=0)
-            axes.set_title(f"{_of_class(ensemble, row)}y = {ensemble.sections[column] / style.MILLIMETRE:g} mm",
-                           fontsize=7)
+            axes.set_title(_of_class(ensemble, row) + ensemble.sections[column].name, fontsize=7)
             axes.set_xlim(1, max(n_samples, 2))
             axes.xaxis.set_major_locator(MaxNLocator(4, integer=True))
             axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
@@ -120,7 +118,7 @@ def _draw(ensemble: Ensemble) -> Figure:
                 axes.set_yticks([])
                 axes.text(0.5, 0.5, "not reached", transform=axes.transAxes, ha="center", color=style.MUTED)
             if column == 0:
-                axes.set_ylabel("mean z [mm]")
+                axes.set_ylabel(f"mean {along(ensemble.sections)} [mm]")
             if row == n_rows - 1:
                 axes.set_xlabel("samples")
     return figure

@@ -23,8 +23,8 @@ def section(ensemble: Ensemble, _: Options) -> Section:
         "Through-thickness means of the leading and of the following cracks, with their branches; samples are turned "
         "by the body's symmetry, where it has one, so that the leading cracks start at the same notch (numbered from 0, "
         "in the order of the input). Mean, interval and deviation at the cross-sections (dotted) are over the "
-        "samples whose crack arrived there; the numbers on top count these.")
-    if ensemble.n_notches and ensemble.sections.size:
+        "samples whose crack arrived there; the numbers at their ends count these.")
+    if ensemble.n_notches and ensemble.sections:
         result.pictures.append(Picture("crossings", "Crack positions of all samples at the cross-sections",
                                        _draw(ensemble)))
     return result
@@ -79,16 +79,8 @@ def _turned_lines(ensemble: Ensemble) -> dict[tuple[str, int], list[CrackLine]]:
 
 
 def _panel(axes: Axes, ensemble: Ensemble, group: str, row: int, lines: list[CrackLine]) -> None:
-    statistics = ensemble.ranks[group]
-    colour = style.notch_colour(int(statistics.notch[row]))
-    y = ensemble.sections / style.MILLIMETRE
-    mean, std, half_width = (values[row] / style.MILLIMETRE for values in
-                             (statistics.z_mean, statistics.z_std, statistics.z_half_width))
-    for position in y:
-        axes.axvline(position, color=style.MUTED, linewidth=0.4, linestyle=":", zorder=1)
-    for position, reached in zip(y, statistics.reached[row]):
-        axes.text(position, 1.01, str(reached), transform=axes.get_xaxis_transform(), ha="center", va="bottom",
-                  fontsize=7, color=style.MUTED)
+    colour = style.notch_colour(int(ensemble.ranks[group].notch[row]))
+    _sections(axes, ensemble, group, row)
     axes.set_title(ensemble.rank_name(group, row), loc="left", fontweight="bold", color=colour, pad=14)
 
     alpha = float(np.clip(12 / max(len(lines), 1), 0.12, 0.7))
@@ -96,7 +88,34 @@ def _panel(axes: Axes, ensemble: Ensemble, group: str, row: int, lines: list[Cra
         points = line.points / style.MILLIMETRE
         axes.plot(points[:, 0], points[:, 1], color=colour, linewidth=0.5 if line.is_branch else 0.8, alpha=alpha,
                   zorder=2)
-    axes.plot(y, mean, color="black", linewidth=1.0, marker="o", markersize=2.5, zorder=5)
+
+
+def _sections(axes: Axes, ensemble: Ensemble, group: str, row: int) -> None:
+    """The sections that the row's cracks can cross, and their mean path there with its band."""
+    statistics = ensemble.ranks[group]
+    is_y = ensemble.plate.notches[statistics.notch[row]].face.startswith("y")
+    axis = 1 if is_y else 2
+    chosen = [k for k, section in enumerate(ensemble.sections) if section.axis == axis]
+    at = np.array([ensemble.sections[k].position for k in chosen]) / style.MILLIMETRE
+    mean, std, half_width = (values[row, chosen] / style.MILLIMETRE for values in
+                             (statistics.z_mean, statistics.z_std, statistics.z_half_width))
+
+    def plot(position: np.ndarray, **kind: object) -> None:
+        axes.plot(*((at, position) if is_y else (position, at)), color="black", **kind)
+
+    z_low, z_high = axes.get_ylim()
+    for position, reached in zip(at, statistics.reached[row, chosen]):
+        if not is_y and not z_low <= position <= z_high:
+            continue
+        (axes.axvline if is_y else axes.axhline)(position, color=style.MUTED, linewidth=0.4, linestyle=":", zorder=1)
+        axes.text(*((position, 1.01) if is_y else (1.01, position)), str(reached),
+                  transform=axes.get_xaxis_transform() if is_y else axes.get_yaxis_transform(),
+                  ha="center" if is_y else "left", va="bottom" if is_y else "center", fontsize=7, color=style.MUTED,
+                  clip_on=False)
+    if not np.isfinite(mean).any():
+        return
+    plot(mean, linewidth=1.0, marker="o", markersize=2.5, zorder=5)
     for side in (-1, 1):
-        axes.plot(y, mean + side * std, color="black", linewidth=0.8, linestyle="--", zorder=4)
-    axes.fill_between(y, mean - half_width, mean + half_width, color="black", alpha=0.2, linewidth=0, zorder=4)
+        plot(mean + side * std, linewidth=0.8, linestyle="--", zorder=4)
+    (axes.fill_between if is_y else axes.fill_betweenx)(at, mean - half_width, mean + half_width, color="black",
+                                                        alpha=0.2, linewidth=0, zorder=4)
