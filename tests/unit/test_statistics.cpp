@@ -175,6 +175,11 @@ TEST(Statistics, WilsonIntervalsOfShares) {
   EXPECT_NEAR(s.pattern_upper[1], 0.7634, 1e-4);
   EXPECT_EQ(s.pattern_lower[0], 0);
   EXPECT_NEAR(s.pattern_upper[0], 0.2775, 1e-4);
+  // 8 of 20: 0.2188 to 0.6134, which does not lie round 0.4.
+  std::vector<SampleSummary> twenty;
+  for (int i = 0; i < 20; ++i) twenty.push_back(done({1}, i < 8 ? Pattern::one_crack : Pattern::other));
+  EXPECT_NEAR(make_statistics(twenty, 1, 1).pattern_lower[1], 0.2188, 1e-4);
+  EXPECT_NEAR(make_statistics(twenty, 1, 1).pattern_upper[1], 0.6134, 1e-4);
   samples.resize(5);
   EXPECT_EQ(make_statistics(samples, 1, 1).pattern_upper[1], 1);
 }
