@@ -248,7 +248,7 @@ TEST_F(EnsembleFile, FailuresAreTheSameOnAllRanks) {
   EnsembleBlock wrong = block(0, is_last ? 1 : 0);
   if (is_last) wrong.rows[0].position.pop_back();
   message = agreed_failure(file, wrong);
-  EXPECT_THAT(message, testing::HasSubstr("row 0: 5 values z"));
+  EXPECT_THAT(message, testing::HasSubstr("row 0: 5 values position"));
 
   // The same row on two ranks.
   if (world.size() > 1) {
