@@ -180,7 +180,7 @@ void add_waves(Rows& rows, const input::Parameters& parameters) {
                   1e6 * parameters.specimen.size[2] / dilatational,
                   1e6 * parameters.specimen.size[1] / shear));
   rows.emplace_back("arrest window",
-                    parameters.time.start == input::Start::quasi_static
+                    parameters.time.start != input::Start::rest
                         ? fmt::format("{:.4g} us without a break", 1e6 * dynamics::arrest_window(parameters))
                         : "none: with start = \"rest\" the phase lasts for the whole duration");
 }
@@ -228,7 +228,7 @@ std::string cost_text(const Subject& subject, const CheckOptions& options) {
        fmt::format("{:.3g} s for the full duration: {:.3g} ms per step, {:.3g} million tetrahedron updates "
                    "per second",
                    cost.phase, 1e3 * measured.step, rate / 1e6)}};
-  if (parameters.time.start == input::Start::quasi_static) {
+  if (parameters.time.start != input::Start::rest) {
     std::string solves =
         fmt::format("{:.3g} s: {:.3g} s for the first equilibrium", cost.quasi_static, measured.first_solve);
     if (measured.breaks)
@@ -237,14 +237,16 @@ std::string cost_text(const Subject& subject, const CheckOptions& options) {
     rows.emplace_back("quasi-static part", solves);
   }
   rows.emplace_back("sample", fmt::format("{:.3g} s with {}{}", cost.total(), phases_text(n_phases),
-                                          n_phases > 1    ? fmt::format(", of which {} arrest{} early",
-                                                                        n_phases - 1, n_phases == 2 ? "s" : "")
+                                          n_phases > 1 ? fmt::format(", of which {} arrest{}", n_phases - 1,
+                                                                     n_phases == 2 ? "s" : "")
                                           : n_phases == 0 ? ": no load of the program breaks the body"
                                                           : ""));
   rows.emplace_back("core-hours",
                     fmt::format("{:.3g} for {}, with {} each", subject.n_samples() * cost.total() / 3600,
                                 subject.samples_text(), phases_text(n_phases)));
   std::string text = aligned(rows);
+  if (!measured.overload.empty())
+    text += fmt::format("\nWarning: sample 0 will fail: {}\n", measured.overload);
   if (options.ranks > 0) text += plan_text(subject, measured, work, cost, rate, options.ranks);
   return text;
 }
@@ -280,10 +282,10 @@ void print_estimate(const input::Parameters& parameters, const CheckOptions& opt
     fmt::print("\nThe cost is not measured: {}\n", *message);
     return;
   }
-  const double wait = solves_of_a_million * std::pow(subject.n_tetrahedra() / 1e6, 4.0 / 3);
+  const bool solves = parameters.time.start != input::Start::rest;
+  const double wait = solves ? solves_of_a_million * std::pow(subject.n_tetrahedra() / 1e6, 4.0 / 3) : 0;
   fmt::print("\nTime of one core of this machine, from {}{:.2g} s of the time loop{}:\n",
-             parameters.time.start == input::Start::quasi_static ? "two static solves and " : "",
-             measured_seconds,
+             solves ? "two static solves and " : "", measured_seconds,
              wait > short_wait ? fmt::format(", which takes about {} to measure", duration_text(wait)) : "");
   std::fflush(stdout);
   try {

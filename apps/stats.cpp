@@ -2,12 +2,14 @@
 // crackle stats: the statistics of an ensemble, anew from its sample files or, without those, from its
 // results.
 #include "commands.h"
+#include "crackle/analysis/crack_path.h"
 #include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/sample_warning.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/ensemble/sample_plan.h"
+#include "crackle/geometry/body.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/ensemble_file.h"
 #include "crackle/io/sample_file.h"
@@ -88,11 +90,31 @@ std::vector<analysis::SampleSummary> stored_rows(const fs::path& folder,
   return samples;
 }
 
+/// Finds the leading notch of samples whose files do not hold it yet.
+/// @return what to tell about it
+std::string derive_leading_notches(const input::Parameters& parameters,
+                                   std::vector<analysis::SampleSummary>& rows) {
+  const geometry::Body body(parameters.specimen);
+  int n_open = 0;
+  for (analysis::SampleSummary& row : rows) {
+    if (row.status != analysis::SampleStatus::done ||
+        row.pattern == static_cast<std::int32_t>(analysis::Pattern::none))
+      continue;
+    row.leading_notch = analysis::leading_notch(body, parameters.sections, row.position).value_or(-1);
+    if (row.leading_notch < 0) ++n_open;
+  }
+  return fmt::format(
+      "The leading notch is not in these files, which are of an older format: it is taken from the sections "
+      "that the cracks reach{}.\n",
+      n_open == 0 ? "" : fmt::format(", and stays open in {}", n_open));
+}
+
 /// The statistics of an ensemble whose files stay as they are. Collective.
 int show_stored(const parallel::Communicator& world, const fs::path& folder,
                 const input::Parameters& parameters) {
   parallel::agree_on_root(world, [&] {
     auto samples = stored_rows(folder, parameters);
+    if (io::holds_older_format(folder)) fmt::print("{}", derive_leading_notches(parameters, samples));
     const analysis::Statistics statistics = analysis::make_statistics(samples, parameters);
     analysis::leave_out_surplus(statistics, 0, samples);
     print(samples, statistics, parameters);

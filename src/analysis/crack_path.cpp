@@ -16,16 +16,22 @@ namespace {
 constexpr int n_stations = 50;  // of crossed_shares and path_overlap
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-/// How far facets reach along an axis: the share of the way from `start` over the signed `length` up to the
-/// farthest station with a crossing.
-double farthest_share(const CrackSurface& surface, std::span<const std::size_t> facets, int axis, int across,
-                      double start, double length, double thickness) {
+/// How far a notch's crack has come across its ligament.
+struct Advance {
+  double share = 0;  ///< of the way, up to the farthest station with a crossing
+  double time = std::numeric_limits<double>::infinity();  ///< at which it opened there first [s]
+};
+
+Advance advance(const geometry::Body& body, const CrackSurface& surface, int notch) {
+  const NotchFrame frame = notch_frame(body, notch);
+  const std::vector<std::size_t> facets = facets_of_notch(surface, notch);
   for (int i = n_stations - 1; i >= 0 && !facets.empty(); --i) {
-    const double position = start + length * (i + 0.5) / n_stations;
-    const std::vector<Trace> traces = intersect(surface, facets, axis, across, position);
-    if (!group(traces, thickness).empty()) return (i + 1.0) / n_stations;
+    const double position = frame.tip + frame.direction * frame.ligament * (i + 0.5) / n_stations;
+    const std::vector<Trace> traces = intersect(surface, facets, frame.axis, frame.across, position);
+    if (const auto crossing = main_crossing(traces, body.size()[0]))
+      return {(i + 1.0) / n_stations, crossing->time};
   }
-  return 0;
+  return {};
 }
 
 /// Share of the body's width that the crossings of cracks without notch cover.
@@ -77,13 +83,51 @@ std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const
 
 std::vector<double> crossed_shares(const geometry::Body& body, const CrackSurface& surface) {
   std::vector<double> shares;
-  for (int notch = 0; notch < body.n_notches(); ++notch) {
-    const NotchFrame frame = notch_frame(body, notch);
-    const std::vector<std::size_t> facets = facets_of_notch(surface, notch);
-    shares.push_back(farthest_share(surface, facets, frame.axis, frame.across, frame.tip,
-                                    frame.direction * frame.ligament, body.size()[0]));
-  }
+  for (int notch = 0; notch < body.n_notches(); ++notch)
+    shares.push_back(advance(body, surface, notch).share);
   return shares;
+}
+
+int leading_notch(const geometry::Body& body, const CrackSurface& surface) {
+  int leading = -1;
+  Advance farthest{started_share};
+  for (int notch = 0; notch < body.n_notches(); ++notch) {
+    const Advance found = advance(body, surface, notch);
+    if (found.share < farthest.share || (found.share == farthest.share && !(found.time < farthest.time)))
+      continue;
+    leading = notch;
+    farthest = found;
+  }
+  return leading;
+}
+
+std::optional<int> leading_notch(const geometry::Body& body, const input::Sections& sections,
+                                 std::span<const double> position) {
+  struct Bounds {
+    double arrived = 0;  // share of the ligament at the farthest section with a crossing
+    double missing = 1;  // at the next section beyond
+  };
+  const std::vector<input::Section> planes = sections.all();
+  std::vector<Bounds> bounds(static_cast<std::size_t>(body.n_notches()));
+  for (std::size_t notch = 0; notch < bounds.size(); ++notch) {
+    const NotchFrame frame = notch_frame(body, static_cast<int>(notch));
+    const auto share = [&](std::size_t i) { return frame.advance(planes[i].position) / frame.ligament; };
+    Bounds& found = bounds[notch];
+    for (std::size_t i = 0; i < planes.size(); ++i)
+      if (!std::isnan(position[notch * planes.size() + i])) found.arrived = std::max(found.arrived, share(i));
+    for (std::size_t i = 0; i < planes.size(); ++i)
+      if (planes[i].axis == frame.axis && share(i) > found.arrived)
+        found.missing = std::min(found.missing, share(i));
+  }
+  constexpr double rounding = 1e-9;  // of shares at sections that lie symmetrically
+  for (std::size_t notch = 0; notch < bounds.size(); ++notch) {
+    if (!(bounds[notch].arrived > 0)) continue;
+    bool leads = true;
+    for (std::size_t other = 0; other < bounds.size(); ++other)
+      leads = leads && (other == notch || bounds[notch].arrived >= bounds[other].missing - rounding);
+    if (leads) return static_cast<int>(notch);
+  }
+  return std::nullopt;
 }
 
 double path_overlap(const geometry::Body& body, const CrackSurface& surface, int notch, int other) {

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <utility>
@@ -40,13 +41,21 @@ double student_half_width(double standard_deviation, int n, double confidence) {
   return boost::math::quantile(distribution, (1 + confidence) / 2) * standard_deviation / std::sqrt(n);
 }
 
-/// Half width of Wilson's score interval of a share seen in n trials.
-double wilson_half_width(double share, int n, double confidence) {
+/// Wilson's score interval of a share seen in n trials.
+struct WilsonInterval {
+  double centre;
+  double half_width;
+};
+
+WilsonInterval wilson_interval(double share, int n, double confidence) {
   const double z = boost::math::quantile(boost::math::normal(), (1 + confidence) / 2);
-  return z * std::sqrt(share * (1 - share) / n + z * z / (4.0 * n * n)) / (1 + z * z / n);
+  const double scale = 1 + z * z / n;
+  return {(share + z * z / (2.0 * n)) / scale,
+          z * std::sqrt(share * (1 - share) / n + z * z / (4.0 * n * n)) / scale};
 }
 
-void check_row(const SampleSummary& row, std::size_t sample, std::size_t n_positions) {
+void check_row(const SampleSummary& row, std::size_t sample, const Statistics& shape) {
+  const auto n_positions = static_cast<std::size_t>(shape.n_notches * shape.n_sections);
   if (row.position.size() != n_positions) {
     throw std::invalid_argument(
         fmt::format("sample {}: {} crack positions instead of {}", sample, row.position.size(), n_positions));
@@ -55,76 +64,148 @@ void check_row(const SampleSummary& row, std::size_t sample, std::size_t n_posit
     throw std::invalid_argument(
         fmt::format("sample {}: pattern {} is not one of 0 to {}", sample, row.pattern, n_patterns - 1));
   }
+  if (row.leading_notch < -1 || row.leading_notch >= shape.n_notches) {
+    throw std::invalid_argument(
+        fmt::format("sample {}: leading notch {} of {}", sample, row.leading_notch, shape.n_notches));
+  }
 }
 
-Statistics empty_statistics(std::size_t n_samples, int n_notches, int n_sections, double confidence,
-                            std::size_t n_looks) {
+/// The rows of cracks of one rank, without numbers.
+RankStatistics empty_ranks(const LeaderFrame& frame, bool leaders) {
+  RankStatistics ranks;
+  const std::vector<std::int32_t>& reference = frame.reference();
+  for (std::int32_t leading = 0; leading < frame.n_notches(); ++leading) {
+    if (reference[static_cast<std::size_t>(leading)] != leading) continue;
+    for (std::int32_t notch = 0; notch < frame.n_notches(); ++notch) {
+      if ((notch == leading) != leaders) continue;
+      ranks.leading_notch.push_back(leading);
+      ranks.notch.push_back(notch);
+    }
+  }
+  return ranks;
+}
+
+Statistics empty_statistics(std::size_t n_samples, const LeaderFrame& frame, double confidence) {
   if (!(confidence > 0 && confidence < 1)) {
     throw std::invalid_argument(fmt::format("confidence {}: must lie between 0 and 1", confidence));
   }
   Statistics statistics;
-  statistics.n_notches = n_notches;
-  statistics.n_sections = n_sections;
+  statistics.n_notches = frame.n_notches();
+  statistics.n_sections = frame.n_sections();
   statistics.n_samples = static_cast<int>(n_samples);
   statistics.n_needed = statistics.n_samples;
-  statistics.n_looks = static_cast<int>(n_looks);
   statistics.confidence = confidence;
+  statistics.reference_notch = frame.reference();
+  statistics.leader = statistics.leader_one_crack = statistics.leader_two_cracks = empty_ranks(frame, true);
+  statistics.follower = empty_ranks(frame, false);
   return statistics;
 }
 
-/// The statistics of the leading rows, which are all the ensemble has; `shape` gives shape and confidence.
-Statistics compute(const Statistics& shape, std::span<const SampleSummary> rows) {
-  Statistics statistics = shape;
-  const std::size_t n_positions =
-      static_cast<std::size_t>(shape.n_notches) * static_cast<std::size_t>(shape.n_sections);
-  statistics.n_done = 0;
-  statistics.z_mean.assign(n_positions, none);
-  statistics.z_std.assign(n_positions, none);
-  statistics.z_half_width.assign(n_positions, none);
-  statistics.reached.assign(n_positions, 0);
-  statistics.running_mean.assign(static_cast<std::size_t>(shape.n_samples) * n_positions, none);
+/// A sample's position in the frame of its leading crack.
+struct Position {
+  bool counts;   ///< whether a crack that arrives counts there
+  double value;  ///< [m]; NaN where none does
+};
 
-  std::array<int, n_patterns> pattern_count{};
-  std::vector<Moments> moments(n_positions);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const bool is_done = rows[i].status == SampleStatus::done;
-    if (is_done) {
-      ++statistics.n_done;
-      ++pattern_count[static_cast<std::size_t>(rows[i].pattern)];
-    }
-    for (std::size_t p = 0; p < n_positions; ++p) {
-      const bool arrived = is_done && !std::isnan(rows[i].position[p]);
-      if (arrived) moments[p].add(rows[i].position[p]);
-      double& mean = statistics.running_mean[i * n_positions + p];
-      mean = arrived ? moments[p].mean() : i > 0 ? statistics.running_mean[(i - 1) * n_positions + p] : none;
-    }
-  }
-  // Samples that are not needed repeat the last mean.
-  for (std::size_t k = rows.size() * n_positions; k > 0 && k < statistics.running_mean.size(); ++k) {
-    statistics.running_mean[k] = statistics.running_mean[k - n_positions];
-  }
+Position ranked_position(const LeaderFrame& frame, const RankStatistics& ranks, const SampleSummary& row,
+                         std::size_t index) {
+  const auto n_sections = static_cast<std::size_t>(frame.n_sections());
+  const std::size_t rank = index / n_sections;
+  if (row.leading_notch < 0 ||
+      frame.reference()[static_cast<std::size_t>(row.leading_notch)] != ranks.leading_notch[rank])
+    return {false, none};
+  const auto source =
+      frame.source(row.leading_notch, ranks.notch[rank], static_cast<int>(index % n_sections));
+  if (!source) return {false, none};
+  const double position =
+      row.position[static_cast<std::size_t>(source->notch * frame.n_sections() + source->section)];
+  return {true, source->extent ? *source->extent - position : position};
+}
 
+/// Statistics of the positions position_at(row, index) of the rows that are done; NaN where none arrived.
+template <class PositionAt>
+void compute_paths(PathStatistics& paths, std::size_t n_positions, const Statistics& shape,
+                   std::span<const SampleSummary> rows, PositionAt&& position_at) {
+  paths.running_mean.assign(static_cast<std::size_t>(shape.n_samples) * n_positions, none);
+  paths.z_mean.assign(n_positions, none);
+  paths.z_std.assign(n_positions, none);
+  paths.z_half_width.assign(n_positions, none);
+  paths.reached.assign(n_positions, 0);
+  paths.z_quantile.clear();
   const double confidence = 1 - (1 - shape.confidence) / shape.n_looks;
-  statistics.z_quantile.clear();
   for (std::size_t p = 0; p < n_positions; ++p) {
+    Moments moments;
     std::vector<double> values;
-    for (const SampleSummary& row : rows) {
-      if (row.status == SampleStatus::done) values.push_back(row.position[p]);
+    double running = none;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const double position = rows[i].status == SampleStatus::done ? position_at(rows[i], p) : none;
+      if (!std::isnan(position)) {
+        moments.add(position);
+        values.push_back(position);
+        running = moments.mean();
+      }
+      paths.running_mean[i * n_positions + p] = running;
     }
-    for (const double share : quantile_shares) statistics.z_quantile.push_back(quantile(values, share));
-    statistics.reached[p] = moments[p].count();
-    statistics.z_mean[p] = moments[p].mean();
-    statistics.z_std[p] = moments[p].standard_deviation();
-    if (moments[p].count() > 1) {
-      statistics.z_half_width[p] = student_half_width(statistics.z_std[p], moments[p].count(), confidence);
-    }
+    // Samples that are not needed repeat the last mean.
+    for (auto i = rows.size(); i > 0 && i < static_cast<std::size_t>(shape.n_samples); ++i)
+      paths.running_mean[i * n_positions + p] = running;
+    for (const double share : quantile_shares) paths.z_quantile.push_back(quantile(values, share));
+    paths.reached[p] = moments.count();
+    paths.z_mean[p] = moments.mean();
+    paths.z_std[p] = moments.standard_deviation();
+    if (moments.count() > 1)
+      paths.z_half_width[p] = student_half_width(paths.z_std[p], moments.count(), confidence);
   }
-  for (std::size_t k = 0; k < pattern_count.size(); ++k) {
-    const int n = statistics.n_done;
-    statistics.pattern_share[k] = n > 0 ? static_cast<double>(pattern_count[k]) / n : none;
-    statistics.pattern_half_width[k] =
-        n > 0 ? wilson_half_width(statistics.pattern_share[k], n, shape.confidence) : none;
+}
+
+/// @param pattern of the samples that count; all without
+void compute_ranks(RankStatistics& ranks, const LeaderFrame& frame, std::optional<Pattern> pattern,
+                   const Statistics& shape, std::span<const SampleSummary> rows) {
+  const std::size_t n_positions = ranks.notch.size() * static_cast<std::size_t>(frame.n_sections());
+  ranks.counted.assign(n_positions, 0);
+  compute_paths(ranks, n_positions, shape, rows, [&](const SampleSummary& row, std::size_t p) {
+    if (pattern && row.pattern != static_cast<std::int32_t>(*pattern)) return none;
+    const Position found = ranked_position(frame, ranks, row, p);
+    if (found.counts) ++ranks.counted[p];
+    return found.value;
+  });
+}
+
+void compute_shares(Statistics& statistics, std::span<const SampleSummary> rows) {
+  std::array<int, n_patterns> count{};
+  statistics.n_done = 0;
+  for (const SampleSummary& row : rows) {
+    if (row.status != SampleStatus::done) continue;
+    ++statistics.n_done;
+    ++count[static_cast<std::size_t>(row.pattern)];
   }
+  const int n = statistics.n_done;
+  statistics.pattern_share.fill(none);
+  statistics.pattern_half_width.fill(none);
+  statistics.pattern_lower.fill(none);
+  statistics.pattern_upper.fill(none);
+  if (n == 0) return;
+  for (std::size_t k = 0; k < count.size(); ++k) {
+    const double share = static_cast<double>(count[k]) / n;
+    const WilsonInterval interval = wilson_interval(share, n, statistics.confidence);
+    statistics.pattern_share[k] = share;
+    statistics.pattern_half_width[k] = interval.half_width;
+    // The ends are 0 and 1 exactly where none or all have the pattern.
+    statistics.pattern_lower[k] = count[k] == 0 ? 0 : std::max(0.0, interval.centre - interval.half_width);
+    statistics.pattern_upper[k] = count[k] == n ? 1 : std::min(1.0, interval.centre + interval.half_width);
+  }
+}
+
+/// The statistics of the first rows, which are all the ensemble has; `shape` gives shape and confidence.
+Statistics compute(const Statistics& shape, const LeaderFrame& frame, std::span<const SampleSummary> rows) {
+  Statistics statistics = shape;
+  compute_paths(statistics, static_cast<std::size_t>(shape.n_notches * shape.n_sections), shape, rows,
+                [](const SampleSummary& row, std::size_t p) { return row.position[p]; });
+  compute_ranks(statistics.leader, frame, std::nullopt, shape, rows);
+  compute_ranks(statistics.leader_one_crack, frame, Pattern::one_crack, shape, rows);
+  compute_ranks(statistics.leader_two_cracks, frame, Pattern::two_cracks, shape, rows);
+  compute_ranks(statistics.follower, frame, std::nullopt, shape, rows);
+  compute_shares(statistics, rows);
   return statistics;
 }
 
@@ -153,15 +234,19 @@ double Moments::standard_deviation() const {
   return std::sqrt(std::max(0.0, difference.value()) / n_ / (n_ - 1));
 }
 
+RunningStatistics::RunningStatistics(std::size_t n_samples, LeaderFrame frame, double confidence)
+    : frame_(std::move(frame)),
+      statistics_(empty_statistics(n_samples, frame_, confidence)),
+      rows_(n_samples, empty_summary(frame_.n_notches(), frame_.n_sections(), SampleStatus::pending)),
+      leader_moments_(statistics_.leader.notch.size() * static_cast<std::size_t>(frame_.n_sections())) {}
+
 RunningStatistics::RunningStatistics(std::size_t n_samples, int n_notches, int n_sections, double confidence)
-    : statistics_(empty_statistics(n_samples, n_notches, n_sections, confidence, 1)),
-      rows_(n_samples, empty_summary(n_notches, n_sections, SampleStatus::pending)),
-      moments_(static_cast<std::size_t>(n_notches) * static_cast<std::size_t>(n_sections)) {}
+    : RunningStatistics(n_samples, LeaderFrame(n_notches, n_sections), confidence) {}
 
 RunningStatistics::RunningStatistics(const input::Parameters& parameters)
     : RunningStatistics(
           static_cast<std::size_t>(parameters.ensemble.samples),
-          static_cast<int>(parameters.specimen.notches.size()), static_cast<int>(parameters.sections.size()),
+          LeaderFrame(geometry::Body(parameters.specimen), parameters.sections),
           parameters.ensemble.stop ? parameters.ensemble.stop->confidence : default_confidence) {
   stop_ = parameters.ensemble.stop;
   if (!stop_) return;
@@ -178,33 +263,48 @@ void RunningStatistics::add(std::size_t sample, SampleSummary row) {
     throw std::invalid_argument(fmt::format("sample {} is in the statistics already", sample));
   }
   if (row.status == SampleStatus::done) {
-    check_row(row, sample, moments_.size());
-    for (std::size_t p = 0; p < moments_.size(); ++p) {
-      if (!std::isnan(row.position[p])) moments_[p].add(row.position[p]);
+    check_row(row, sample, statistics_);
+    for (std::size_t p = 0; p < leader_moments_.size(); ++p) {
+      const double position = ranked_position(frame_, statistics_.leader, row, p).value;
+      if (!std::isnan(position)) leader_moments_[p].add(position);
     }
     ++statistics_.n_done;
   }
   rows_[sample] = std::move(row);
-  while (n_leading_ < rows_.size() && rows_[n_leading_].status != SampleStatus::pending) ++n_leading_;
+  while (n_ended_ < rows_.size() && rows_[n_ended_].status != SampleStatus::pending) ++n_ended_;
   look();
 }
 
 void RunningStatistics::look() {
   if (!stop_ || stopped_at_) return;
   // At the last look all samples are there: nothing is left to stop.
-  for (; next_look_ + 1 < looks_.size() && looks_[next_look_] <= n_leading_; ++next_look_) {
+  for (; next_look_ + 1 < looks_.size() && looks_[next_look_] <= n_ended_; ++next_look_) {
     const std::size_t n = looks_[next_look_];
-    if (is_known(compute(statistics_, std::span(rows_).first(n)), stop_->half_width)) {
+    const auto rows = std::span(rows_).first(n);
+    Statistics found = statistics_;  // what the rule looks at
+    compute_ranks(found.leader, frame_, std::nullopt, found, rows);
+    compute_shares(found, rows);
+    if (is_known(found, stop_->half_width)) {
       stopped_at_ = n;
       return;
     }
   }
 }
 
-double RunningStatistics::mean_position(int notch, int section) const {
-  if (notch >= statistics_.n_notches || section >= statistics_.n_sections) return none;
-  const auto position = static_cast<std::size_t>(notch * statistics_.n_sections + section);
-  return stopped_at_ ? statistics().z_mean[position] : moments_[position].mean();
+double RunningStatistics::mean_leader_position(int section) const {
+  if (section >= statistics_.n_sections) return none;
+  const auto n_sections = static_cast<std::size_t>(statistics_.n_sections);
+  const auto most = [&](const auto& reached) {
+    auto best = static_cast<std::size_t>(section);
+    for (std::size_t p = best; p < leader_moments_.size(); p += n_sections)
+      if (reached(p) > reached(best)) best = p;
+    return best;
+  };
+  if (leader_moments_.empty()) return none;
+  if (!stopped_at_)
+    return leader_moments_[most([&](std::size_t p) { return leader_moments_[p].count(); })].mean();
+  const Statistics end = statistics();
+  return end.leader.z_mean[most([&](std::size_t p) { return end.leader.reached[p]; })];
 }
 
 double RunningStatistics::median_onset_force() const {
@@ -224,7 +324,7 @@ void RunningStatistics::stop_at(std::size_t n) {
 Statistics RunningStatistics::statistics() const {
   Statistics shape = statistics_;
   if (stopped_at_) shape.n_needed = static_cast<int>(*stopped_at_);
-  return compute(shape, std::span(rows_).first(static_cast<std::size_t>(shape.n_needed)));
+  return compute(shape, frame_, std::span(rows_).first(static_cast<std::size_t>(shape.n_needed)));
 }
 
 }  // namespace crackle::analysis

@@ -84,6 +84,7 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   if (!std::isnan(result.phase_start)) row.crack_area_before_onset = surface.area_before_phase();
   row.outcome = static_cast<std::int32_t>(result.outcome);
   row.pattern = static_cast<std::int32_t>(classify(body, surface));
+  row.leading_notch = leading_notch(body, surface);
   row.overlap = pattern_overlap(body, surface);
   row.bifurcations = count_bifurcations(body, surface);
   row.kinks = count_kinks(lines);

@@ -22,33 +22,88 @@ std::string plural(int n, const char* noun) {
   return fmt::format("{} {}{}", n, noun, n == 1 ? "" : "s");
 }
 
-void append_positions(std::string& text, const Statistics& statistics, const input::Sections& sections) {
+/// One line of a table of positions.
+void append_position(std::string& text, const PathStatistics& paths, std::size_t p,
+                     const input::Section& section) {
   constexpr double to_mm = 1e3;
+  fmt::format_to(std::back_inserter(text), " {:>14} {:>5} {:>8} {:>10} {:>10} {:>10}",
+                 input::name_of(section), section.axis == 1 ? "z" : "y", paths.reached[p],
+                 number(paths.z_mean[p] * to_mm, 3), number(paths.z_std[p] * to_mm, 3),
+                 number(paths.z_half_width[p] * to_mm, 3));
+}
+
+constexpr const char* position_heads = "        section along  reached       mean        std         +-";
+
+void append_ranks(std::string& text, const char* label, const RankStatistics& ranks,
+                  std::span<const input::Section> sections) {
+  for (std::size_t p = 0; p < ranks.reached.size(); ++p) {
+    const std::size_t row = p / sections.size();
+    fmt::format_to(std::back_inserter(text), "{:<18} {:>7} {:>5}", label, ranks.leading_notch[row],
+                   ranks.notch[row]);
+    append_position(text, ranks, p, sections[p % sections.size()]);
+    fmt::format_to(std::back_inserter(text), " {:>10}\n", ranks.counted[p]);
+  }
+}
+
+/// "0 in 104 samples, 1 in 95, none in 1"; samples that are done.
+std::string leaders(const Statistics& statistics, std::span<const SampleSummary> samples) {
+  std::string text;
+  for (int notch = 0; notch <= statistics.n_notches; ++notch) {
+    const bool is_none = notch == statistics.n_notches;
+    const auto n = std::ranges::count_if(samples, [&](const SampleSummary& row) {
+      return row.status == SampleStatus::done && row.leading_notch == (is_none ? -1 : notch);
+    });
+    if (is_none && n == 0) continue;
+    fmt::format_to(std::back_inserter(text), "{}{} in {}", text.empty() ? "" : ", ",
+                   is_none ? "none" : fmt::to_string(notch), n);
+    if (notch == 0) text += n == 1 ? " sample" : " samples";
+  }
+  return text;
+}
+
+/// Which samples are turned.
+std::string turning(const Statistics& statistics) {
+  std::string text;
+  for (std::size_t notch = 0; notch < statistics.reference_notch.size(); ++notch) {
+    const auto reference = static_cast<std::size_t>(statistics.reference_notch[notch]);
+    if (reference != notch)
+      fmt::format_to(std::back_inserter(text),
+                     "; samples that notch {} leads are turned by the body's symmetry, as if notch {} did",
+                     notch, reference);
+  }
+  return text;
+}
+
+void append_positions(std::string& text, const Statistics& statistics, std::span<const SampleSummary> samples,
+                      std::span<const input::Section> sections) {
   auto out = std::back_inserter(text);
+  if (statistics.n_notches > 0) fmt::format_to(out, "\nleading notch: {}\n", leaders(statistics, samples));
   fmt::format_to(out, "\ncrack positions, through-thickness mean [mm]; +- at {:g} % confidence{}\n",
                  100 * statistics.confidence,
                  statistics.n_looks > 1 ? fmt::format(" over {} looks", statistics.n_looks) : "");
-  constexpr const char* form = "{:>5} {:>14} {:>5} {:>8} {:>10} {:>10} {:>10}\n";
-  fmt::format_to(out, fmt::runtime(form), "notch", "section", "along", "reached", "mean", "std", "+-");
-  const std::vector<input::Section> planes = sections.all();
-  for (int notch = 0; notch < statistics.n_notches; ++notch) {
-    for (std::size_t section = 0; section < planes.size(); ++section) {
-      const auto p = static_cast<std::size_t>(notch) * planes.size() + section;
-      fmt::format_to(out, fmt::runtime(form), notch, input::name_of(planes[section]),
-                     planes[section].axis == 1 ? "z" : "y", statistics.reached[p],
-                     number(statistics.z_mean[p] * to_mm, 3), number(statistics.z_std[p] * to_mm, 3),
-                     number(statistics.z_half_width[p] * to_mm, 3));
-    }
+  fmt::format_to(out, "{}\n", interval_scope);
+  fmt::format_to(out, "\nby rank{}\n{:<18} {:>7} {:>5}{} {:>10}\n", turning(statistics), "cracks", "leading",
+                 "notch", position_heads, "of samples");
+  append_ranks(text, "leader", statistics.leader, sections);
+  append_ranks(text, "leader, one crack", statistics.leader_one_crack, sections);
+  append_ranks(text, "leader, two cracks", statistics.leader_two_cracks, sections);
+  append_ranks(text, "follower", statistics.follower, sections);
+  fmt::format_to(out, "\nall cracks of the notch, leading and following\nnotch{}\n", position_heads);
+  for (std::size_t p = 0; p < statistics.reached.size(); ++p) {
+    fmt::format_to(out, "{:>5}", p / sections.size());
+    append_position(text, statistics, p, sections[p % sections.size()]);
+    text += '\n';
   }
 }
 
 void append_patterns(std::string& text, const Statistics& statistics) {
   constexpr std::array<const char*, n_patterns> names{"none", "one crack", "two cracks", "other"};
   auto out = std::back_inserter(text);
-  fmt::format_to(out, "\npattern        share [%]     +-\n");
+  fmt::format_to(out, "\npattern        share [%]   {:g} % interval\n", 100 * statistics.confidence);
   for (std::size_t k = 0; k < names.size(); ++k) {
-    fmt::format_to(out, "{:<12} {:>11} {:>6}\n", names[k], number(100 * statistics.pattern_share[k], 1),
-                   number(100 * statistics.pattern_half_width[k], 1));
+    fmt::format_to(out, "{:<12} {:>11}   {} to {}\n", names[k], number(100 * statistics.pattern_share[k], 1),
+                   number(100 * statistics.pattern_lower[k], 1),
+                   number(100 * statistics.pattern_upper[k], 1));
   }
 }
 
@@ -107,7 +162,7 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
     fmt::format_to(std::back_inserter(text), "stopped early: these are enough, of {}\n",
                    statistics.n_samples);
   }
-  append_positions(text, statistics, sections);
+  append_positions(text, statistics, samples, sections.all());
   append_patterns(text, statistics);
   append_shares(text, samples);
   append_quantiles(text, samples);

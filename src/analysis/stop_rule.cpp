@@ -14,12 +14,13 @@ std::vector<std::size_t> look_schedule(int samples, int min_samples) {
 }
 
 bool is_known(const Statistics& statistics, double half_width) {
+  const PathStatistics& leader = statistics.leader;
   const double n_least = std::max(2.0, min_reached_share * statistics.n_done);
   bool any = false;
-  for (std::size_t p = 0; p < statistics.reached.size(); ++p) {
-    if (statistics.reached[p] < n_least) continue;
+  for (std::size_t p = 0; p < leader.reached.size(); ++p) {
+    if (leader.reached[p] < n_least) continue;
     any = true;
-    if (!(statistics.z_half_width[p] <= half_width)) return false;
+    if (!(leader.z_half_width[p] <= half_width)) return false;
   }
   return any;
 }

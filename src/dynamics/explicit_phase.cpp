@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/explicit_phase.h"
 
+#include "crackle/dynamics/breaking_check.h"
 #include "crackle/dynamics/separation.h"
-#include "crackle/fracture/principal_stress.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/exact_sum.h"
@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -171,9 +172,10 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Tuler
   } else {
     write_outputs(0);
   }
-  std::vector<std::int32_t> breaking;  // at the end of this step
   bool awaits_first_break = options.on_first_break && last_break == 0;
   StepFailure step_failure(group);
+  BreakingCheck breaking_check(body, motion, criterion);
+  step_failure.guard([&] { breaking_check.start(); });
   bool ends = false;
   while (!ends) {
     step_failure.guard_messages([&] {
@@ -182,13 +184,8 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Tuler
     });
     ++step;
     const std::size_t n_changes = body.changes().size();
-    breaking.clear();
-    step_failure.guard([&] {
-      for (const auto t : motion.overloaded()) {
-        const double stress = fracture::largest_principal(body.elasticity()(motion.strain(t)));
-        if (criterion.advance(static_cast<std::size_t>(t), stress)) breaking.push_back(t);
-      }
-    });
+    std::span<const std::int32_t> breaking;
+    step_failure.guard([&] { breaking = breaking_check.end_step(); });
     if (awaits_first_break && parallel::largest_of_all(group, breaking.empty() ? 0 : 1) > 0) {
       awaits_first_break = false;
       parallel::agree_on_error(group, step_failure.error());
@@ -265,8 +262,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Tuler
     begin_steps();
   }
   result.time = static_cast<double>(step) * dt;
-  if (result.note.empty())
-    result.counted_time = static_cast<double>(result.arrested ? step : std::min(step, n_steps)) * dt;
+  if (result.note.empty()) result.counted_time = static_cast<double>(std::min(step, n_steps)) * dt;
   result.n_steps = step;
   result.n_forces = motion.n_forces();
   result.kinetic = result.energy.back().kinetic;

@@ -52,7 +52,8 @@ public:
         kernels_(kernels::kernels<Real>(instruction_set)),
         force_(subdomain_, context.body->operators(), context.body->elasticity(), context.body->edges(),
                context.body->integrity(), relative_inverse_mass(), scale_, instruction_set),
-        watch_(subdomain_, context.body->operators(), context.body->elasticity(), context.strength,
+        watched_stress_(watched_stress(context)),
+        watch_(subdomain_, context.body->operators(), context.body->elasticity(), watched_stress_,
                scale_.displacement, nodes_per_block, instruction_set),
         state_(subdomain_, scale_, force_.nodes(), state),
         work_(start_work(load_time, state)),
@@ -70,6 +71,8 @@ public:
 
   void step(std::span<const Stage> stages, double time_step, double time) override {
     std::feclearexcept(FE_INVALID);
+    state_.begin_step();
+    state_.keep_displacements(index(subdomain_.n_owned), subdomain_.nodes.size());
     rounds_of(stages, time_step, time, force_is_current_, rounds_);
     const std::span<const Round> rounds = rounds_;
     if (force_is_current_ && !rounds.front().has_kick) clear_forces();
@@ -95,7 +98,7 @@ public:
     const auto& body = *context_.body;
     for (const auto t : watch_.suspects(force_.nodes(), movement_)) {
       if (body.is_broken(t)) continue;
-      if (fracture::exceeds(body.elasticity()(strain(t)), context_.strength[static_cast<std::size_t>(t)]))
+      if (fracture::exceeds(body.elasticity()(strain(t)), watched_stress_[index(t)]))
         overloaded_.push_back(t);
     }
     std::ranges::fill(movement_, 0.0);
@@ -104,16 +107,15 @@ public:
 
   /// From differences, which are exact, so that a shift of the whole body changes nothing.
   mechanics::Symmetric strain(std::int32_t number) const override {
-    mechanics::TetrahedronOperator t = context_.body->operators().tetrahedra[index(number)];
-    std::array<double, 12> u{};
-    const auto& origin = force_.nodes()[index(t.nodes[0])].displacement;
-    for (std::size_t a = 1; a < 4; ++a) {
-      const auto& corner = force_.nodes()[index(t.nodes[a])].displacement;
-      for (std::size_t i = 0; i < 3; ++i)
-        u[3 * a + i] = scale_.displacement * static_cast<double>(kernels::difference(corner[i], origin[i]));
-    }
-    t.nodes = {0, 1, 2, 3};
-    return mechanics::strain(t, u);
+    return strain_of(
+        number, [&](std::int32_t node) -> const auto& { return force_.nodes()[index(node)].displacement; });
+  }
+
+  mechanics::Symmetric strain_before(std::int32_t number, int n_steps) const override {
+    return strain_of(
+        number, [&](std::int32_t node) -> const auto& {
+          return state_.displacement_before(index(node), n_steps);
+        });
   }
 
   void release(std::span<const std::int32_t> broken) override {
@@ -180,6 +182,12 @@ private:
     return std::ldexp(1.0, std::ilogb(parallel::largest_of_all(*context.group, largest)));
   }
 
+  static std::vector<double> watched_stress(const MotionContext& context) {
+    std::vector<double> stress(context.strength.begin(), context.strength.end());
+    for (double& value : stress) value *= context.watched_share;
+    return stress;
+  }
+
   static mechanics::StateRange range_at_start(const MotionContext& context, double load_time, double duration,
                                               MotionState& state) {
     set_prescribed(*context.loads, load_time, state);
@@ -201,6 +209,21 @@ private:
   ExternalWork start_work(double load_time, MotionState& state) const {
     state_.read(state);
     return ExternalWork(context_, load_time, state, driven_before_);
+  }
+
+  /// @param displacement of a local node in quanta
+  template <class Displacement>
+  mechanics::Symmetric strain_of(std::int32_t number, const Displacement& displacement) const {
+    mechanics::TetrahedronOperator t = context_.body->operators().tetrahedra[index(number)];
+    std::array<double, 12> u{};
+    const auto& origin = displacement(t.nodes[0]);
+    for (std::size_t a = 1; a < 4; ++a) {
+      const auto& corner = displacement(t.nodes[a]);
+      for (std::size_t i = 0; i < 3; ++i)
+        u[3 * a + i] = scale_.displacement * static_cast<double>(kernels::difference(corner[i], origin[i]));
+    }
+    t.nodes = {0, 1, 2, 3};
+    return mechanics::strain(t, u);
   }
 
   void clear_forces() {
@@ -299,6 +322,7 @@ private:
       if (!(static_cast<double>(largest) <= largest_force_)) largest_force_ = static_cast<double>(largest);
       boundary_.after_kick(number, round);
     }
+    if (round.is_first_drift) state_.keep_displacements(first, first + n);
     if (round.has_drift) {
       const auto factor = static_cast<Real>(round.drift * scale_.velocity / scale_.displacement);
       const double furthest = static_cast<double>(kernels_.drift(nodes, velocity, n, factor)) + 1;
@@ -313,6 +337,7 @@ private:
   mechanics::FixedPointScale scale_;
   const kernels::Kernels<Real>& kernels_;
   Force force_;
+  std::vector<double> watched_stress_;  // of each local tetrahedron
   fracture::StressWatch<Real> watch_;
   FixedPointState<Real> state_;
   ExternalWork work_;

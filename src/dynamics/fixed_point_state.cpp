@@ -22,6 +22,9 @@ FixedPointState<Real>::FixedPointState(const geometry::Subdomain& subdomain,
   for (std::size_t i = 0; i < 3 * velocity_.size(); ++i)
     velocity_[i / 3].value[i % 3] =
         quantized<Integer>(start.velocity.owned()[i], scale_.velocity, starts_in_range_);
+  before_[0].resize(nodes_.size());
+  keep_displacements(0, nodes_.size());
+  before_[1] = before_[0];
 }
 
 template <class Real>
@@ -42,11 +45,12 @@ void FixedPointState<Real>::read(MotionState& state) const {
 template <class Real>
 parallel::NumberedRows FixedPointState<Real>::rows(bool with_force) const {
   parallel::NumberedRows rows;
-  rows.width = with_force ? 9 : 6;
+  rows.width = with_force ? 12 : 9;
   for (std::size_t n = 0; n < velocity_.size(); ++n) {
     rows.numbers.push_back(subdomain_->node_number[n]);
     for (std::size_t c = 0; c < 3; ++c) rows.values.push_back(whole_displacement(3 * n + c));
     for (std::size_t c = 0; c < 3; ++c) rows.values.push_back(velocity_[n].value[c]);
+    for (std::size_t c = 0; c < 3; ++c) rows.values.push_back(before_[0][n][c]);
     for (std::size_t c = 0; c < 3 && with_force; ++c) rows.values.push_back(nodes_[n].force[c]);
   }
   return rows;
@@ -60,9 +64,10 @@ void FixedPointState<Real>::restore(const parallel::NumberedRows& rows, bool wit
     for (std::size_t c = 0; c < 3; ++c) {
       whole_[n][c] = row[c];
       nodes_[n].displacement[c] = low_digits<Real>(row[c]);
+      before_[0][n][c] = static_cast<Integer>(row[6 + c]);
       if (n >= velocity_.size()) continue;
       velocity_[n].value[c] = static_cast<Integer>(row[3 + c]);
-      if (with_force) nodes_[n].force[c] = static_cast<Integer>(row[6 + c]);
+      if (with_force) nodes_[n].force[c] = static_cast<Integer>(row[9 + c]);
     }
   }
 }

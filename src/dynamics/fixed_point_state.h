@@ -10,7 +10,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -58,6 +60,18 @@ public:
     return last + kernels::difference(nodes_[i / 3].displacement[i % 3], low_digits<Real>(last));
   }
 
+  /// Due before a step moves anything: what displacement_before() gives is now a step longer ago.
+  void begin_step() { std::swap(before_[0], before_[1]); }
+  /// Notes where local nodes [first, last) are at the start of a step; due for all of them in every step.
+  void keep_displacements(std::size_t first, std::size_t last) {
+    for (std::size_t n = first; n < last; ++n)
+      std::memcpy(before_[0][n].data(), &nodes_[n], sizeof before_[0][n]);
+  }
+  /// Low digits of a local node's displacement at the start of the last step (1) or of the one before (2).
+  const std::array<Integer, 4>& displacement_before(std::size_t node, int n_steps) const {
+    return before_[n_steps == 1 ? 0 : 1][node];
+  }
+
   /// Takes note of the digits that the records are about to lose; due before any displacement has moved on by
   /// half of the records' range.
   void unwrap();
@@ -65,7 +79,8 @@ public:
   /// Copies the state in SI units: displacements with ghosts, velocities of owned nodes.
   void read(MotionState& state) const;
 
-  /// Rows of a checkpoint for the owned nodes: displacement and velocity, and the force if it is asked for.
+  /// Rows of a checkpoint for the owned nodes: displacement, velocity and displacement at the start of the
+  /// last step, and the force if it is asked for.
   parallel::NumberedRows rows(bool with_force) const;
   /// Takes them back.
   /// @throws std::runtime_error when a local node is missing
@@ -76,6 +91,8 @@ private:
   mechanics::FixedPointScale scale_;
   std::span<kernels::NodeRecord<Real>> nodes_;
   std::vector<kernels::Velocity<Real>> velocity_;
+  // Displacements of local nodes at the starts of steps; the fourth number makes the copy one move.
+  std::array<std::vector<std::array<Integer, 4>>, 2> before_;
   std::vector<std::array<std::int64_t, 3>> whole_;  // displacements at the last unwrapping, of local nodes
   bool starts_in_range_ = true;
 };

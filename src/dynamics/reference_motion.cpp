@@ -4,8 +4,12 @@
 #include "crackle/parallel/agreement.h"
 #include "external_work.h"
 
+#include <array>
 #include <bit>
+#include <span>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 namespace crackle::dynamics {
 
@@ -27,9 +31,12 @@ public:
       inverse_mass_[i] = 1 / context.body->operators().node_mass[i / 3];
     for (const auto& motion : context.loads->motions)
       for (const auto node : motion.nodes) inverse_mass_[index(node, motion.component)] = 0;
+    before_[0].assign(state.displacement.local().begin(), state.displacement.local().end());
   }
 
   void step(std::span<const Stage> stages, double time_step, double time) override {
+    before_[1] = std::move(before_[0]);
+    before_[0].assign(state_->displacement.local().begin(), state_->displacement.local().end());
     double elapsed = 0;  // in steps, by the drifts done
     for (const Stage& stage : stages) {
       if (stage.kind == Stage::Kind::kick) {
@@ -47,7 +54,8 @@ public:
     const auto& body = *context_.body;
     for (std::int32_t t = 0; t < body.subdomain().n_tetrahedra(); ++t) {
       if (body.is_broken(t)) continue;
-      if (fracture::exceeds(body.elasticity()(strain(t)), context_.strength[static_cast<std::size_t>(t)]))
+      if (fracture::exceeds(body.elasticity()(strain(t)),
+                            context_.watched_share * context_.strength[static_cast<std::size_t>(t)]))
         overloaded_.push_back(t);
     }
     return overloaded_;
@@ -56,6 +64,11 @@ public:
   mechanics::Symmetric strain(std::int32_t tetrahedron) const override {
     return mechanics::strain(context_.body->operators().tetrahedra[static_cast<std::size_t>(tetrahedron)],
                              state_->displacement.local());
+  }
+
+  mechanics::Symmetric strain_before(std::int32_t tetrahedron, int n_steps) const override {
+    return mechanics::strain(context_.body->operators().tetrahedra[static_cast<std::size_t>(tetrahedron)],
+                             before_[n_steps == 1 ? 0 : 1]);
   }
 
   void release(std::span<const std::int32_t> broken) override {
@@ -72,11 +85,13 @@ public:
   MotionCheckpoint save() const override {
     MotionCheckpoint checkpoint;
     parallel::NumberedRows local;
-    local.width = 6;
+    local.width = 9;
     const auto u = state_->displacement.owned(), v = state_->velocity.owned();
+    const auto before = std::span<const double>(before_[0]).first(u.size());
     for (std::size_t n = 0; 3 * n < u.size(); ++n) {
       local.numbers.push_back(context_.body->subdomain().node_number[n]);
-      for (const auto values : {u, v})
+      for (const std::span<const double> values :
+           {std::span<const double>(u), std::span<const double>(v), before})
         for (std::size_t c = 0; c < 3; ++c)
           local.values.push_back(std::bit_cast<std::int64_t>(values[3 * n + c]));
     }
@@ -94,6 +109,7 @@ public:
       const auto row = checkpoint.nodes.find(context_.body->subdomain().node_number[i / 3]);
       if (row.empty()) throw std::runtime_error("the checkpoint is of another mesh");
       u[i] = std::bit_cast<double>(row[i % 3]);
+      before_[0][i] = std::bit_cast<double>(row[6 + i % 3]);
       if (i < v.size()) v[i] = std::bit_cast<double>(row[3 + i % 3]);
     }
     work_.restore(checkpoint);
@@ -158,6 +174,8 @@ private:
 
   MotionContext context_;
   MotionState* state_;
+  // Displacements of local nodes at the starts of the last step and of the one before.
+  std::array<std::vector<double>, 2> before_;
   std::vector<double> force_;
   std::vector<double> inverse_mass_;  // 0 for prescribed components
   ExternalWork work_;

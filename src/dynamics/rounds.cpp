@@ -16,6 +16,7 @@ void rounds_of(std::span<const Stage> stages, double time_step, double time, boo
     } else {
       if (rounds.empty() || rounds.back().has_drift) rounds.emplace_back();
       Round& round = rounds.back();
+      round.is_first_drift = elapsed == 0;
       elapsed += stage.fraction;
       round.has_drift = true;
       round.drift = stage.fraction * time_step;

@@ -13,8 +13,9 @@ struct Round {
   bool has_force = false;
   bool has_kick = false;
   bool has_drift = false;
-  bool keeps_force = false;  ///< for the next step, which begins with a kick from the same displacement
-  double kick = 0;           ///< duration [s]
+  bool is_first_drift = false;  ///< of its step
+  bool keeps_force = false;     ///< for the next step, which begins with a kick from the same displacement
+  double kick = 0;              ///< duration [s]
   double kick_time = 0;
   double drift = 0;       ///< duration [s]
   double drift_time = 0;  ///< at its end

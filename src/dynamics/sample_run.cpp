@@ -26,6 +26,9 @@ namespace crackle::dynamics {
 
 namespace {
 
+/// What analysing and writing a sample takes besides what the sample holds [byte].
+constexpr std::size_t room_for_keeping = std::size_t{64} << 20;
+
 /// Seconds between two lines about a running phase.
 constexpr double report_interval = 20;
 
@@ -58,7 +61,12 @@ public:
                    fracture::tetrahedron_strengths(group, parameters, subdomain, body_.operators()),
                    options_.grid.step),
         account_(group, body_),
-        context_{&group_, &body_, &loads_, parameters.material.density, criterion_.strengths()} {
+        context_{&group_,
+                 &body_,
+                 &loads_,
+                 parameters.material.density,
+                 criterion_.strengths(),
+                 criterion_.watched_share(stable_step_)} {
     result_.stable_step = stable_step_;
     if (from_ != nullptr) first_break_reaction_ = from_->first_break_reaction;
     result_.time_step = options_.grid.step;
@@ -299,7 +307,7 @@ private:
     result_.frames = from_->frames;
     result_.counts.steps += ended.n_steps;
     result_.counts.force_evaluations += ended.n_forces;
-    counted_time_ = ended.time;
+    counted_time_ = std::min(ended.time, static_cast<double>(options_.grid.n_steps) * options_.grid.step);
     PhaseResult phase;
     phase.arrested = true;
     phase.time = ended.time;
@@ -344,10 +352,14 @@ private:
   }
 
   void finish() {
-    result_.energy_error = energy_error(result_.energy);
     result_.breaks = gather_breaks(group_, body_.breaks());
     result_.ties = gather_ties(group_, body_.ties());
     // What broke when the last phase's duration was over showed only that it was the last one.
+    const bool is_last = std::ranges::none_of(
+        result_.breaks, [&](const fracture::Break& one) { return one.load_time > result_.phase_start; });
+    if (!is_last) counted_time_ = std::numeric_limits<double>::infinity();
+    std::erase_if(result_.energy, [&](const EnergyRow& row) { return row.time > counted_time_; });
+    result_.energy_error = energy_error(result_.energy);
     const auto is_later = [&](const auto& one) {
       return one.load_time == result_.phase_start && one.phase_time > counted_time_;
     };
@@ -373,6 +385,8 @@ private:
     if (!control_.failed) return;
     try {
       counted_time_ = std::numeric_limits<double>::infinity();
+      // Where it is memory that failed, there is none to keep anything with.
+      parallel::agree(group_, [] { parallel::check_room(room_for_keeping); });
       parallel::together(group_, [&] { finish(); });
       control_.failed(std::move(result_));
     } catch (...) {  // the first failure is the one to be told
@@ -465,9 +479,8 @@ SampleResult run_from_checkpoint(const parallel::Communicator& group, const inpu
 
 double arrest_window(const input::Parameters& parameters) {
   if (parameters.time.arrest) return *parameters.time.arrest;
-  auto size = parameters.specimen.size;
-  std::ranges::sort(size);
-  return size[1] / mechanics::shear_speed(parameters.material);
+  const double length = *std::ranges::max_element(parameters.specimen.size);
+  return length / std::sqrt(parameters.material.youngs_modulus / parameters.material.density);
 }
 
 std::string to_string(Outcome outcome) {

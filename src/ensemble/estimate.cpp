@@ -11,10 +11,11 @@ namespace crackle::ensemble {
 
 namespace {
 
-// Of the samples of jobs/demo.toml: an arrested phase lasts this many arrest windows, and this many
-// tetrahedra break quasi-statically for each dynamic phase.
-constexpr double windows_per_arrest = 1.6;
-constexpr double static_breaks_per_phase = 1.4;
+// Of samples of jobs/demo.toml and jobs/paper.toml, each for a dynamic phase that is not the last one: cracks
+// run for this many durations before the arrest window begins, and this many tetrahedra break
+// quasi-statically.
+constexpr double running_durations = 0.4;
+constexpr double static_breaks_per_phase = 1.5;
 
 /// Tetrahedra that break in a sample, per tetrahedron of the mesh to the power 2/3: cracks are surfaces.
 constexpr double breaks_per_section = 1.2;
@@ -39,9 +40,10 @@ PhaseWork phase_work(const input::Parameters& parameters, double stable_step) {
 }
 
 SampleWork sample_work(const input::Parameters& parameters, int phases) {
-  if (parameters.time.start != input::Start::quasi_static) return {};
+  if (parameters.time.start == input::Start::rest) return {};
   const double arrested =
-      std::min(1.0, windows_per_arrest * dynamics::arrest_window(parameters) / parameters.time.duration);
+      std::min<double>(dynamics::max_phase_durations,
+                       running_durations + dynamics::arrest_window(parameters) / parameters.time.duration);
   // One equilibrium after each quasi-static break and one after each arrest.
   const double solves = static_breaks_per_phase * phases + (phases - 1);
   return {phases, 1 + (phases - 1) * arrested, static_cast<int>(std::lround(solves))};

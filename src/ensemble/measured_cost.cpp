@@ -6,6 +6,7 @@
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/geometry/partition.h"
+#include "crackle/parallel/agreement.h"
 #include "crackle/stopwatch.h"
 
 #include <algorithm>
@@ -47,6 +48,14 @@ public:
     dynamics::QuasiStaticLoading loading(self_, body_, loads_, criterion,
                                          dynamics::arrest_window(parameters_));
     cost.first_solve = first.seconds();
+    loading.load_at_start(account_);
+    if (parameters_.time.start == input::Start::quasi_static) {
+      try {
+        loading.refuse_overload();
+      } catch (const parallel::AgreedError& error) {
+        cost.overload = error.what();
+      }
+    }
     const auto n_solves = loading.n_solves();
     const ThreadClock next;
     const auto end = loading.advance(account_, [&] { return loading.n_breaks() > 0; });
@@ -77,7 +86,7 @@ public:
     std::int64_t n_looks = 0;
     dynamics::PhaseOptions options;
     options.grid = grid_;
-    if (parameters_.time.start == input::Start::quasi_static)
+    if (parameters_.time.start != input::Start::rest)
       options.arrest_window = dynamics::arrest_window(parameters_);
     // No frames are kept, but the energies that go with each.
     options.n_energy_rows += parameters_.output.frames;
@@ -132,7 +141,7 @@ MeasuredCost measure_cost(const input::Parameters& parameters, const geometry::R
   const ThreadClock setup;
   Measurement measurement(parameters, realization, grid);
   cost.setup = setup.seconds();
-  if (parameters.time.start == input::Start::quasi_static) measurement.measure_solves(cost);
+  if (parameters.time.start != input::Start::rest) measurement.measure_solves(cost);
   measurement.measure_phase(cost, seconds);
   return cost;
 }

@@ -82,7 +82,7 @@ double Progress::time_left(double now) const {
 }
 
 double Progress::mean_position() const {
-  return statistics_.mean_position(0, static_cast<int>(watched_));
+  return statistics_.mean_leader_position(static_cast<int>(watched_));
 }
 
 std::string Progress::line(double now) const {
@@ -101,7 +101,7 @@ std::string Progress::means() const {
   std::string text;
   if (const double mean = mean_position(); std::isfinite(mean)) {
     const input::Section& section = sections_[watched_];
-    text = fmt::format("mean {} of notch 0 at {}: {:.3f} mm", section.axis == 1 ? "z" : "y",
+    text = fmt::format("mean {} of leaders at {}: {:.3f} mm", section.axis == 1 ? "z" : "y",
                        input::name_of(section), mean * 1e3);
   }
   if (const double force = statistics_.median_onset_force(); std::isfinite(force)) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/results.h"
 
+#include "crackle/analysis/crack_path.h"
 #include "crackle/ensemble/folder_lock.h"
 #include "crackle/geometry/body.h"
 #include "crackle/io/ensemble_file.h"
@@ -135,7 +136,9 @@ Results results_at(const parallel::Communicator& world, const input::Parameters&
     const geometry::Body body(parameters.specimen);
     const auto [first, end] = share_of_samples(world, parameters);
     for (std::size_t sample = first; sample < end; ++sample) {
-      const io::StoredSample found = io::read_stored_sample(folder, parameters, sample);
+      io::StoredSample found = io::read_stored_sample(folder, parameters, sample);
+      if (found.summary.status == analysis::SampleStatus::done)  // files of version 2 do not hold it
+        found.summary.leading_notch = analysis::leading_notch(body, found.surface);
       stored.push_back(found.summary);
       measured.push_back(found.summary);
       analysis::measure_crossings(body, found.surface, sections.sections, measured.back());

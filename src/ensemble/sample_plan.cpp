@@ -106,10 +106,12 @@ std::string advice(const fs::path& folder, const std::vector<Difference>& found)
                              actual.substr(1, actual.size() - 2));
   }
   std::string text =
-      fmt::format("go on with the folder's {}, or use another folder",
-                  !has_sections ? "frames" : !has_frames ? "sections" : "sections and frames");
+      fmt::format("go on with the folder's {}, or use another folder", !has_sections ? "frames"
+                                                                       : !has_frames ? "sections"
+                                                                                     : "sections and frames");
   if (!options.empty())
-    text += fmt::format("; look at other sections afterwards, with crackle stats {}{}", folder.string(), options);
+    text +=
+        fmt::format("; look at other sections afterwards, with crackle stats {}{}", folder.string(), options);
   if (has_frames) text += "; frames cannot be changed afterwards";
   return text;
 }

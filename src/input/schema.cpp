@@ -158,7 +158,7 @@ Table ensemble_table() {
 Table stop_table() {
   return {"ensemble.stop",
           Occurrence::optional,
-          "stop when the mean crack path is known well enough",
+          "stop when the mean path of the leading cracks is known well enough",
           {quantity_key("half_width", stop(&EnsembleStop::half_width),
                         with_example(length_dimension(), "0.25 mm"), positive_length, required(),
                         "of the confidence interval of the mean path, at every section"),
@@ -281,7 +281,7 @@ Table time_table() {
                "64"),
            automatic_time_key("arrest", in(&Parameters::time, &Time::arrest), "20 us",
                               "time without a break after which a dynamic phase has arrested; \"auto\" is "
-                              "what a shear wave needs across the body's middle extent"),
+                              "what a bar's longitudinal wave takes along the body's longest extent"),
            optional_quantity_key("after_separation", in(&Parameters::time, &Time::after_separation),
                                  with_example(time_dimension(), "20 us"), positive_time, optional("off"),
                                  "a dynamic phase ends this long after the body came apart")}};

@@ -144,25 +144,43 @@ std::vector<std::string> gather_texts(const parallel::Communicator& world, const
   return texts;
 }
 
+/// @param n_rows of the positions
+void write_paths(hid_t id, const analysis::PathStatistics& paths, std::size_t n_rows,
+                 const EnsembleShape& shape) {
+  const Shape positions{n_rows, shape.n_sections};
+  hdf5::write_dataset<double>(id, "z_mean", positions, paths.z_mean, "m");
+  hdf5::write_dataset<double>(id, "z_std", positions, paths.z_std, "m");
+  hdf5::write_dataset<double>(id, "z_half_width", positions, paths.z_half_width, "m");
+  hdf5::write_dataset<double>(id, "z_quantile", {n_rows, shape.n_sections, analysis::quantile_shares.size()},
+                              paths.z_quantile, "m");
+  hdf5::write_dataset<std::int32_t>(id, "reached", positions, paths.reached, "");
+  hdf5::write_dataset<double>(id, "running_mean", {shape.n_samples, n_rows, shape.n_sections},
+                              paths.running_mean, "m");
+}
+
 void write_statistics(hid_t file, const analysis::Statistics& statistics, const EnsembleShape& shape) {
   const hdf5::Handle group = hdf5::create_group(file, "statistics");
   const hid_t id = group.get();
-  const Shape positions{shape.n_notches, shape.n_sections};
   hdf5::write_attribute(id, "confidence", statistics.confidence);
+  hdf5::write_attribute(id, "interval_scope", std::string(analysis::interval_scope));
   hdf5::write_attribute(id, "n_looks", std::int64_t{statistics.n_looks});
   hdf5::write_attribute(id, "n_needed", std::int64_t{statistics.n_needed});
-  hdf5::write_dataset<double>(id, "z_mean", positions, statistics.z_mean, "m");
-  hdf5::write_dataset<double>(id, "z_std", positions, statistics.z_std, "m");
-  hdf5::write_dataset<double>(id, "z_half_width", positions, statistics.z_half_width, "m");
-  hdf5::write_dataset<double>(id, "z_quantile",
-                              {shape.n_notches, shape.n_sections, analysis::quantile_shares.size()},
-                              statistics.z_quantile, "m");
-  hdf5::write_dataset<std::int32_t>(id, "reached", positions, statistics.reached, "");
-  hdf5::write_dataset<double>(id, "running_mean", {shape.n_samples, shape.n_notches, shape.n_sections},
-                              statistics.running_mean, "m");
-  hdf5::write_dataset<double>(id, "pattern_share", {analysis::n_patterns}, statistics.pattern_share, "1");
-  hdf5::write_dataset<double>(id, "pattern_half_width", {analysis::n_patterns}, statistics.pattern_half_width,
-                              "1");
+  write_paths(id, statistics, shape.n_notches, shape);
+  for (const auto& [name, values] : {std::pair{"pattern_share", &statistics.pattern_share},
+                                     {"pattern_half_width", &statistics.pattern_half_width},
+                                     {"pattern_lower", &statistics.pattern_lower},
+                                     {"pattern_upper", &statistics.pattern_upper}})
+    hdf5::write_dataset<double>(id, name, {analysis::n_patterns}, *values, "1");
+  hdf5::write_dataset<std::int32_t>(id, "reference_notch", {shape.n_notches}, statistics.reference_notch, "");
+  analysis::for_each_rank(statistics, [&](const std::string& name, const analysis::RankStatistics& ranks) {
+    const hdf5::Handle of_rank = hdf5::create_group(id, name);
+    const std::size_t n_rows = ranks.notch.size();
+    hdf5::write_dataset<std::int32_t>(of_rank.get(), "leading_notch", {n_rows}, ranks.leading_notch, "");
+    hdf5::write_dataset<std::int32_t>(of_rank.get(), "notch", {n_rows}, ranks.notch, "");
+    hdf5::write_dataset<std::int32_t>(of_rank.get(), "counted", {n_rows, shape.n_sections}, ranks.counted,
+                                      "");
+    write_paths(of_rank.get(), ranks, n_rows, shape);
+  });
 }
 
 void write_mother_points(hid_t file, const geometry::MotherPoints& base) {

@@ -278,6 +278,7 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
   write_file(file, [&](hid_t id) {
     const dynamics::SampleResult& result = content.result;
     const hdf5::Handle summary = write_row(id, content.parameters, content.sample, content.summary);
+    hdf5::write_scalar<double>(summary.get(), "phase_start", result.phase_start, "s");
     hdf5::write_scalar<double>(summary.get(), "time_step", result.time_step, "s");
     hdf5::write_scalar<double>(summary.get(), "stable_step", result.stable_step, "s");
     write_mesh(id, content.realization);

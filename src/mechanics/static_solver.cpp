@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace crackle::mechanics {
 
@@ -85,6 +86,10 @@ public:
     check_petsc(
         MatShellSetOperation(matrix_.get(), MATOP_MULT, reinterpret_cast<void (*)(void)>(petsc_multiply)),
         "MatShellSetOperation");
+    // The iterations' own vectors sum as the residual does.
+    check_petsc(MatShellSetOperation(matrix_.get(), MATOP_CREATE_VECS,
+                                     reinterpret_cast<void (*)(void)>(petsc_create_vectors)),
+                "MatShellSetOperation");
     check_petsc(KSPCreate(group.get(), ksp_.put()), "KSPCreate");
     check_petsc(KSPSetType(ksp_.get(), KSPCG), "KSPSetType");
     check_petsc(KSPSetNormType(ksp_.get(), KSP_NORM_NATURAL), "KSPSetNormType");
@@ -162,7 +167,11 @@ private:
   double find_residual(std::span<const double> force, parallel::NodeField& displacement) {
     displacement.update_ghosts();
     const auto residual = residual_.owned();
-    product_.apply(displacement, residual);
+    try {
+      product_.apply(displacement, residual);
+    } catch (const std::runtime_error& error) {  // what it refuses, it refuses on every rank
+      throw NoEquilibrium(fmt::format("static equilibrium: {}", error.what()));
+    }
     for (std::size_t i = 0; i < residual.size(); ++i)
       residual[i] = held_[i] != 0 ? 0 : force[i] - residual[i];
     residual_.mark_changed();
@@ -240,6 +249,13 @@ private:
     });
   }
 
+  static PetscErrorCode petsc_create_vectors(Mat matrix, Vec* right, Vec* left) {
+    Problem* problem = nullptr;
+    PetscCall(MatShellGetContext(matrix, &problem));
+    for (Vec* vector : {right, left})
+      if (vector != nullptr) PetscCall(VecDuplicate(problem->residual_.vector(), vector));
+    return 0;
+  }
   static PetscErrorCode petsc_multiply(Mat matrix, Vec x, Vec y) {
     Problem* problem = nullptr;
     PetscCall(MatShellGetContext(matrix, &problem));

@@ -5,10 +5,10 @@
 //
 // Every figure is the median over rounds in which all candidates take turns. Rank 0 measures; rank 1 sleeps,
 // until both run the time loop at once, each on a body of its own.
+#include "crackle/dynamics/breaking_check.h"
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/stable_step.h"
-#include "crackle/fracture/principal_stress.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/mother_points.h"
@@ -29,6 +29,7 @@
 #include <fstream>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -78,7 +79,9 @@ struct Sample {
         loads(mechanics::make_boundary_loads(self, input, subdomain)),
         strength(fracture::tetrahedron_strengths(self, input, subdomain, body.operators())) {}
 
-  dynamics::MotionContext context() { return {&self, &body, &loads, parameters.material.density, strength}; }
+  dynamics::MotionContext context(double watched_share) {
+    return {&self, &body, &loads, parameters.material.density, strength, watched_share};
+  }
 };
 
 double triad(std::vector<double>& a, const std::vector<double>& b, const std::vector<double>& c,
@@ -174,26 +177,23 @@ public:
         step_(*sample.parameters.time.step),
         load_time_(load_time) {
     state_.displacement.assign(equilibrium);
-    motion_ = dynamics::make_fixed_point_motion(sample.context(), precision, load_time, 1e-4, state_);
+    const double stable = dynamics::stable_step(sample.parameters, sample.realization);
+    motion_ = dynamics::make_fixed_point_motion(sample.context(criterion_.watched_share(stable)), precision,
+                                                load_time, 1e-4, state_);
+    breaking_.emplace(sample.body, *motion_, criterion_);
+    breaking_->start();
   }
 
   /// @return seconds of the stages and of the breaking check
   std::array<double, 2> run(int n_steps) {
     std::array<double, 2> seconds{};
-    std::vector<std::int32_t> breaking;
     for (int i = 0; i < n_steps; ++i, ++n_) {
       const Stopwatch stages;
       motion_->step(n_ % 2 == 0 ? splitting_.even : splitting_.odd, step_, load_time_);
       seconds[0] += stages.seconds();
       const Stopwatch check;
-      breaking.clear();
-      for (const auto t : motion_->overloaded()) {
-        const auto strain = motion_->strain(t);
-        const double stress = fracture::largest_principal(sample_.body.elasticity()(strain));
-        if (!criterion_.advance(static_cast<std::size_t>(t), stress)) continue;
-        sample_.body.release(t, strain, load_time_, n_ * step_);
-        breaking.push_back(t);
-      }
+      const auto breaking = breaking_->end_step();
+      for (const auto t : breaking) sample_.body.release(t, motion_->strain(t), load_time_, n_ * step_);
       motion_->release(breaking);
       seconds[1] += check.seconds();
     }
@@ -210,6 +210,7 @@ private:
   double step_;
   double load_time_;
   std::unique_ptr<dynamics::MovingBody> motion_;
+  std::optional<dynamics::BreakingCheck> breaking_;
   int n_ = 0;
 };
 

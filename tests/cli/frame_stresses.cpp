@@ -28,7 +28,7 @@ std::vector<Value> read(hid_t file, const std::string& name) {
 struct Sample {
   explicit Sample(hid_t file)
       : parameters(input::parse(hdf5::read_text_attribute(file, "input"), "input")),
-        onset_time(read<double>(file, "summary/onset_time").front()),
+        phase_start(read<double>(file, "summary/phase_start").front()),
         time(read<double>(file, "frames/time")),
         displacement(read<float>(file, "frames/displacement")) {
     const auto nodes = read<double>(file, "mesh/nodes");
@@ -53,7 +53,7 @@ struct Sample {
   }
 
   input::Parameters parameters;
-  double onset_time;
+  double phase_start;
   geometry::Realization mesh;
   std::vector<fracture::Break> breaks;
   std::vector<fracture::Tie> ties;
@@ -68,7 +68,7 @@ void print_stresses(const std::filesystem::path& path) {
   const std::size_t n_values = 3 * sample.mesh.nodes.size();
   for (std::size_t k = 0; k < sample.time.size(); ++k) {
     const auto is_open = [&](const auto& record) {
-      return std::pair(record.load_time, record.phase_time) <= std::pair(sample.onset_time, sample.time[k]);
+      return std::pair(record.load_time, record.phase_time) <= std::pair(sample.phase_start, sample.time[k]);
     };
     std::vector<fracture::Break> breaks;
     std::vector<fracture::Tie> ties;

@@ -105,7 +105,7 @@ class Report(Ensembles):
 
         self.assertEqual(re.findall(r">[^<]*\bnan\b[^<]*<", page), [])
         for row in rows:
-            self.assertIn(f">{row['onset_force']:.1f}<", page)
+            self.assertIn(f">{row['onset_force']:.4g}<", page)
         self.assertIn("Open MPI 4.1.4, PETSc 3.18.5", page)
         self.assertIn("[[specimen.notch]]", page)
         self.assertNotIn("not finished", page)
@@ -147,6 +147,27 @@ class Report(Ensembles):
         self.assertIn("1 failed, 1 pending", page)
         self.assertIn("not finished", page)
 
+    def test_leading_and_following_cracks_are_told_apart(self):
+        write_ensemble(self.folder, 8, failed=(3,))
+        ensemble = reading.read_ensemble(self.folder)
+        self.assertTrue(ensemble.leading_is_derived)
+        self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
+        page = (self.folder / "report.html").read_text(encoding="utf-8")
+        for words in ("These results do not hold it; it is taken from the sections that the cracks reach",
+                      "samples that these notches lead: notch 1 as if notch 0 did", ">leading<", ">following<",
+                      "all of notch 1, leading and following", "that share one set of mother points"):
+            self.assertIn(words, page)
+        with h5py.File(self.folder / "ensemble.h5", "r+") as root:
+            root["samples/leading_notch"] = np.where(np.arange(8) == 3, -1, np.arange(8) % 2).astype("i4")
+            root["statistics"].attrs["interval_scope"] = "What is covered."
+        ensemble = reading.read_ensemble(self.folder)
+        self.assertEqual(ensemble.leading.tolist(), [0, 1, 0, -1, 0, 1, 0, 1])
+        self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
+        page = (self.folder / "report.html").read_text(encoding="utf-8")
+        self.assertIn("notch 0 in 4, notch 1 in 3.", page)
+        self.assertIn("What is covered.", page)
+        self.assertNotIn("do not hold it", page)
+
     def test_samples_that_ensemble_h5_lacks_come_from_their_files(self):
         write_ensemble(self.folder, 8, pending=(5, 6))
         old = reading.read_ensemble(self.folder)
@@ -170,21 +191,25 @@ class Report(Ensembles):
             group["section_axis"] = [1, 1, 1, 2, 2]
             group["section"][3:] = [70e-3, 75e-3]
             root["statistics/z_mean"][1] = [np.nan, np.nan, np.nan, 11e-3, 12.5e-3]
+            root["samples/leading_notch"] = [0, 1, 0, 1, 0, 1]
             root.attrs["input"] = root.attrs["input"].replace('"y-max"\nat = "75 mm"', '"z-max"\nat = "12 mm"')
         ensemble = reading.read_ensemble(self.folder)
         np.testing.assert_array_equal(ensemble.samples.position, old.samples.position)
         self.assertEqual([(section.name, section.along) for section in ensemble.sections][2:4],
                          [("y = 12.25 mm", "z"), ("z = 70 mm", "y")])
         rows = re.findall("<tr>.*?</tr>", tables.sections(ensemble))
-        self.assertEqual(len(rows), 11)
-        self.assertIn("<td>1</td><td>z = 75 mm</td>", rows[10])
-        self.assertIn("<td>y = 12.50</td>", rows[10])
+        self.assertEqual(len(rows), 1 + 5 * (3 * 2 + 2 + 2))  # leaders, followers, notches
+        self.assertIn('all of notch 1, leading and following</td><td>z = 75 mm</td>', rows[50])
+        self.assertIn("<td>y = 12.50</td>", rows[50])
+        leader = 1e3 * np.nanmean(ensemble.samples.position[1::2, 1], axis=0)
+        self.assertIn('leading where notch 1 leads</td><td>z = 75 mm</td>', rows[10])
+        self.assertIn(f"<td>y = {leader[4]:.2f}</td>", rows[10])
         (picture,) = crossings.section(ensemble, Options()).pictures
         means = [line for line in picture.figure.axes[1].lines if line.get_marker() == "o"]
-        np.testing.assert_allclose([means[0].get_xdata(), means[0].get_ydata()], [[11, 12.5], [70, 75]])
+        np.testing.assert_allclose([means[0].get_xdata(), means[0].get_ydata()], [leader[3:], [70, 75]])
         self.assertEqual(picture.figure.axes[0].lines[0].get_xdata(), [7, 7])
         (picture,) = convergence.section(ensemble, Options()).pictures
-        self.assertEqual([axes.get_title() for axes in picture.figure.axes][8:], ["notch 1, z = 70 mm", "notch 1, z = 75 mm"])
+        self.assertEqual([axes.get_title() for axes in picture.figure.axes][8:], ["notch 1 leads, z = 70 mm", "notch 1 leads, z = 75 mm"])
         self.assertEqual(picture.figure.axes[0].get_ylabel(), "mean position [mm]")
 
     def test_without_any_crack_or_section_there_is_still_a_page(self):
@@ -256,17 +281,17 @@ class Report(Ensembles):
         write_ensemble(self.folder, 40)
         ensemble = reading.read_ensemble(self.folder)
         self.assertRegex(convergence._verdict(ensemble), "^Were 40 samples enough[?] (Yes|No): ")
-        statistics = ensemble.statistics
+        statistics = ensemble.ranks["leader"]
         statistics.z_std[:] = 0.5e-3
         statistics.reached[:] = 40
-        statistics.reached[1, 2] = 20
+        statistics.reached[0, 2] = 20
         statistics.reached[0, 4] = 2  # hardly anything comes here
         statistics.z_half_width[:] = 2.02 * statistics.z_std / np.sqrt(statistics.reached)
         statistics.z_half_width[0, 4] = 1
         ensemble.stop_half_width = 0.1e-3
         # 1.985 * 0.5 / sqrt(98) = 0.1003, and only every second sample arrives there.
-        self.assertIn("No: the mean crack position is known to ±0.23 mm at its least certain section (notch 1, "
-                      "y = 12.25 mm); ±0.1 mm (as the input asks for) would take about 200 samples",
+        self.assertIn("No: the mean position of the leading crack is known to ±0.23 mm at its least certain "
+                      "section (y = 12.25 mm); ±0.1 mm (as the input asks for) would take about 200 samples",
                       convergence._verdict(ensemble))
         ensemble.stop_half_width = 0.23e-3
         self.assertIn("Yes: ", convergence._verdict(ensemble))

@@ -16,6 +16,8 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
 from crackle_report import confidence, input_text, reading  # noqa: E402
 from crackle_report.plate import Notch, Plate  # noqa: E402
+from crackle_report.ranks import LeaderFrame, leading_from_crossings, make_ranks  # noqa: E402
+from crackle_report.results import CrossSection  # noqa: E402
 from crackle_report.statistics import (look_schedule, make_statistics, wilson_half_width,  # noqa: E402
                                        wilson_interval)
 from synthetic_ensemble import write_ensemble  # noqa: E402
@@ -88,6 +90,76 @@ class Numbers(unittest.TestCase):
         np.testing.assert_array_equal(statistics.reached, expected)
         self.assertAlmostEqual(statistics.pattern_share.sum(), 1.0, places=14)
         self.assertEqual(statistics.running_mean.shape, samples.position.shape)
+
+
+class Ranks(unittest.TestCase):
+    notches = (Notch("y-min", 67.5e-3, 5.5e-3, 0.6e-3), Notch("y-max", 72.5e-3, 5.5e-3, 0.6e-3))
+    plate = Plate((5e-3, 24.5e-3, 140e-3), notches)
+    sections = tuple(CrossSection(1, y) for y in (7e-3, 9e-3, 12.25e-3, 17.5e-3))  # 9 mm has no image
+
+    def test_the_frame_is_that_of_the_body(self):
+        frame = LeaderFrame(self.plate, self.sections)
+        self.assertEqual(frame.reference, [0, 0])
+        self.assertEqual([(t.reflects_y, t.reflects_z, t.notch) for t in frame.turns],
+                         [(False, False, (0, 1)), (True, True, (1, 0))])
+        np.testing.assert_allclose(frame.turned(np.array([[7e-3, 73e-3]]), 1), [[17.5e-3, 67e-3]])
+        self.assertEqual([frame.row_of("leader", 1, 1), frame.row_of("leader", 1, 0), frame.row_of("follower", 1, 0)],
+                         [0, None, 0])
+        other = Plate(self.plate.size, (self.notches[0], Notch("y-max", 72.5e-3, 5e-3, 0.6e-3)))
+        self.assertEqual(LeaderFrame(other, self.sections).reference, [0, 1])
+        beside = Plate(self.plate.size, (self.notches[0], Notch("y-min", 72.5e-3, 5.5e-3, 0.6e-3)))
+        self.assertEqual([(t.reflects_y, t.reflects_z) for t in LeaderFrame(beside, self.sections).turns],
+                         [(False, False), (False, True)])
+
+    def test_statistics_are_in_the_frame_of_the_leading_crack(self):
+        with tempfile.TemporaryDirectory() as folder:
+            write_ensemble(Path(folder), 3)
+            samples = reading.read_ensemble(Path(folder)).samples
+        no = np.nan
+        samples.position = 1e-3 * np.array([[[67, 66.8, 66.5, 66.9], [no, no, no, 73]],
+                                            [[67, no, 71, no], [no, no, 73.3, 72.8]], [[68, no, no, no]] * 2])
+        samples.numbers["pattern"] = np.array([1, 2, 0])
+        frame = LeaderFrame(self.plate, self.sections)
+        ranks = make_ranks(frame, samples, np.array([0, 1, -1]), 0.95, 1)
+        leader, follower = ranks["leader"], ranks["follower"]
+        self.assertEqual(leader.reached.tolist(), [[2, 1, 2, 1]])
+        self.assertEqual(leader.counted.tolist(), [[2, 1, 2, 2]])
+        np.testing.assert_allclose(leader.z_mean, [[67.1e-3, 66.8e-3, 66.6e-3, 66.9e-3]])
+        np.testing.assert_allclose(leader.z_half_width[0, 0], 12.7062047364 * 0.1e-3)
+        self.assertEqual(follower.reached.tolist(), [[0, 0, 1, 2]])
+        np.testing.assert_allclose(follower.z_mean[0, 2:], [69e-3, 73e-3])
+        np.testing.assert_allclose(ranks["leader/one_crack"].z_mean[0, 2], 66.5e-3)
+        np.testing.assert_allclose(ranks["leader/two_cracks"].z_mean[0, 2], 66.7e-3)
+
+    def test_sections_across_z_are_turned_like_those_across_y(self):
+        upright = Plate((5e-3, 140e-3, 24e-3), (Notch("z-min", 60e-3, 5e-3, 0.6e-3), Notch("z-max", 80e-3, 5e-3, 0.6e-3)))
+        frame = LeaderFrame(upright, (CrossSection(1, 70e-3), CrossSection(2, 8e-3), CrossSection(2, 10e-3),
+                                      CrossSection(2, 16e-3)))
+        values = np.arange(16.0).reshape(2, 2, 4) * 1e-3
+        found, counts = frame.ranked(values, np.array([0, 1]), "leader", are_positions=True)
+        np.testing.assert_array_equal(found[0, 0], values[0, 0])
+        np.testing.assert_allclose(found[1, 0], [12e-3, 125e-3, np.nan, 127e-3])
+        self.assertEqual(counts[:, 0].tolist(), [[True] * 4, [True, True, False, True]])
+        found, _ = frame.ranked(values, np.array([0, 1]), "leader")
+        np.testing.assert_array_equal(found[1, 0], [values[1, 1, 0], values[1, 1, 3], np.nan, values[1, 1, 1]])
+        no = np.nan  # shares of 3/19, 5/19, 11/19 and 11/19, 9/19, 3/19
+        for position, expected in (([[1, 1, 1, 1], [1, no, no, 1]], 0), ([[1, 1, no, no], [1, 1, 1, 1]], 1)):
+            self.assertEqual(leading_from_crossings(upright, frame.sections, np.array(position)), expected)
+
+    def test_the_leading_notch_follows_from_crossings(self):
+        no = np.nan
+        for z, expected in (([[1, 1, 1, 1], [no, no, no, 1]], 0), ([[1, no, no, no], [no, 1, 1, 1]], 1),
+                            ([[1, no, 1, no], [no, no, 1, 1]], -1), ([[no] * 4] * 2, -1)):
+            self.assertEqual(leading_from_crossings(self.plate, self.sections, np.array(z, float)), expected, z)
+
+    def test_the_kept_campaign_has_its_leaders(self):
+        ensemble = reading.read_ensemble(ROOT / "jobs" / "paper")
+        leader = ensemble.ranks["leader"]
+        print("leaders", np.bincount(ensemble.leading + 1), "mean", 1e3 * leader.z_mean[0], "+-", 1e3 * leader.z_half_width)
+        if ensemble.leading_is_derived:
+            self.assertLess((ensemble.leading < 0).sum(), 0.02 * len(ensemble.samples))
+        self.assertLess(leader.z_half_width.max(), 0.1e-3)
+        self.assertGreater(ensemble.statistics.z_half_width[0, 2], 3 * leader.z_half_width[0, 2])
 
 
 if __name__ == "__main__":

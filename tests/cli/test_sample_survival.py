@@ -11,6 +11,8 @@ import struct
 import subprocess
 import termios
 
+import h5py
+import numpy as np
 import survival_fixture
 from survival_fixture import SMALL, TRIALS, SurvivalCase, environment
 
@@ -150,6 +152,16 @@ class SampleSurvival(SurvivalCase):
         print(reason)
         step = float(re.search(r"used ([\d.]+) ns", result.stdout)[1]) * 1e-3
         self.assertLess(float(re.search(r"\(([\d.]+) us after the start of the phase\)", reason)[1]), 32 * step)
+        # What there is of it is kept, marked failed.
+        with h5py.File(self.out / "samples" / "0000.h5") as root:
+            self.assertEqual(root.attrs["status"], 2)
+            self.assertRegex(root.attrs["error"], "^computation: ")
+            self.assertGreater(root["mesh/tetrahedra"].shape[0], 100)
+            self.assertGreater(root["frames/time"].size, 0)
+            self.assertGreater(root["energy/time"].size, 0)
+            self.assertIn("tetrahedron", root["breaks"])
+            self.assertIn("corners", root["crack_surface"])
+            self.assertTrue(np.isnan(root["summary/crack_area"][()]))
 
     def test_a_folder_that_vanishes(self):
         process = self.start_until_checkpoint()

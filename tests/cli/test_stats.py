@@ -17,9 +17,12 @@ import unittest
 import h5py
 import numpy as np
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
 
 from crackle_launch import environment  # noqa: E402
+from crackle_report import reading  # noqa: E402
+from crackle_report.ranks import make_ranks  # noqa: E402
 
 OPTIONS = None
 INPUT = """
@@ -72,7 +75,10 @@ def invoke(*arguments, ranks=0):
     command = [os.path.abspath(OPTIONS.program), *map(str, arguments)]
     if ranks:
         command = [*shlex.split(OPTIONS.mpirun), "-n", str(ranks), *command]
-    return subprocess.run(command, env=environment(), timeout=300, check=False, capture_output=True, text=True)
+    result = subprocess.run(command, env=environment(), timeout=300, check=False, capture_output=True, text=True)
+    # Without mpirun's own notice of a rank that ended with another status than 0.
+    result.stderr = re.sub(r"(?s)-{20,}\n.*?-{20,}\n", "", result.stderr)
+    return result
 
 
 def content(file):
@@ -164,9 +170,55 @@ class Stats(unittest.TestCase):
 
     def test_what_the_master_merged_is_what_the_files_say(self):
         text = self.stats()
-        mean = re.search(r"\n +0 +y = 4 mm +z +\d+ +(\S+) ", text)[1]
+        mean = re.search(r"\nleader +0 +0 +y = 4 mm +z +\d+ +(\S+) ", text)[1]
         median = re.search(r"\nonset force \[N\] +\S+ +\S+ +(\S+) ", text)[1]
-        self.assertIn(f"\nmean z of notch 0 at y = 4 mm: {mean} mm, median onset {median} N\n", self.log)
+        self.assertIn(f"\nmean z of leaders at y = 4 mm: {mean} mm, median onset {median} N\n", self.log)
+
+    def test_ranks_shares_and_the_scope_of_intervals_are_in_the_file(self):
+        text = self.stats()
+        with h5py.File(self.folder / "ensemble.h5") as root:
+            group = root["statistics"]
+            self.assertIn(group.attrs["interval_scope"], text)
+            leading = root["samples/leading_notch"][...]
+            z = root["crack_path/z"][...]
+            self.assertEqual(group["leader/notch"][...].tolist(), [0])
+            self.assertEqual(group["follower/notch"].shape, (0,))
+            self.assertEqual(group["leader/running_mean"].shape, (3, 1, 2))
+            np.testing.assert_array_equal(group["leader/counted"][0], [np.count_nonzero(leading == 0)] * 2)
+            np.testing.assert_allclose(group["leader/z_mean"][0], np.nanmean(z[leading == 0, 0], axis=0), rtol=1e-14)
+            lower, upper = group["pattern_lower"][...], group["pattern_upper"][...]
+            share, width = group["pattern_share"][...], group["pattern_half_width"][...]
+            np.testing.assert_allclose(upper - lower, 2 * width, rtol=1e-12)
+            self.assertTrue(((lower <= share) & (share <= upper)).all())
+            one = [f"{100 * values[1]:.1f}" for values in (share, lower, upper)]
+        self.assertRegex(text, rf"\none crack +{one[0]} +{one[1]} to {one[2]}\n")
+        ensemble = reading.read_ensemble(self.folder)
+        again = make_ranks(ensemble.frame, ensemble.samples, ensemble.leading, ensemble.confidence, ensemble.n_looks)
+        for name, ranks in ensemble.ranks.items():
+            for field, values in vars(ranks).items():
+                np.testing.assert_allclose(getattr(again[name], field), values, rtol=1e-9, err_msg=f"{name} {field}")
+
+    def test_leaders_of_an_older_ensemble_follow_from_its_crossings(self):
+        """The campaign that the project keeps: text and report say the same."""
+        kept = pathlib.Path(__file__).resolve().parents[2] / "jobs" / "paper"
+        ensemble = reading.read_ensemble(kept)
+        if not ensemble.leading_is_derived:
+            self.skipTest("the campaign holds its leading notches")
+        result = invoke("stats", kept)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertRegex(result.stdout, r"^The leading notch is not in these files, which are of an older format: it is "
+                                        r"taken from the sections that the cracks reach, and stays open in \d+\.\n")
+        counts = [int((ensemble.leading == notch).sum()) for notch in (0, 1, -1)]
+        self.assertIn(f"\nleading notch: 0 in {counts[0]} samples, 1 in {counts[1]}, none in {counts[2]}\n", result.stdout)
+        for name, title in (("leader", "leader"), ("leader/one_crack", "leader, one crack"),
+                            ("leader/two_cracks", "leader, two cracks"), ("follower", "follower")):
+            ranks = ensemble.ranks[name]
+            for k, section in enumerate(ensemble.sections):
+                shown = re.search(rf"\n{title} +0 +{ranks.notch[0]} +{section.name} +z +(.*)\n", result.stdout)[1].split()
+                numbers = [ranks.reached[0, k], *(1e3 * values[0, k] for values in
+                                                  (ranks.z_mean, ranks.z_std, ranks.z_half_width)), ranks.counted[0, k]]
+                self.assertEqual(shown, [f"{v:.3f}" if 0 < i < 4 and np.isfinite(v) else "-" if 0 < i < 4 else str(v)
+                                         for i, v in enumerate(numbers)])
 
     def test_an_ensemble_that_stopped_early_stays_as_it_is(self):
         setting = pathlib.Path(self.parent.name) / "stop.toml"
@@ -199,6 +251,7 @@ class Stats(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         expected = invoke("stats", other).stdout
         self.assertRegex(expected, r"\n +0 +y = 2\.5 mm +z +3 ")
+        self.assertRegex(expected, r"\nleader +0 +0 +y = 2\.5 mm +z +3 ")
         before = {file: file.read_bytes() for file in self.folder.rglob("*.*")}
         for ranks in (0, 2, 4):
             result = invoke("stats", self.folder, "--sections", "y=2.5 mm, 4 mm", "--sections", "y=0.6 cm", ranks=ranks)
@@ -213,12 +266,9 @@ class Stats(unittest.TestCase):
         sections = 'y=' + re.search(r"\[sections\]\s+y = \[(.*?)\]", (old / "input.toml").read_text())[1].replace('"', "")
         result = invoke("stats", old, "--sections", sections)
         self.assertEqual((result.returncode, result.stderr), (0, ""))
-        self.assertIn("3 samples: 1 done, 0 failed, 2 left\n", result.stdout)  # one has its file
-        with h5py.File(old / "ensemble.h5") as root:
-            position, y = root["crack_path/z"][0].ravel(), root["crack_path/section"][...]
-        found = re.findall(r"\n +\d+ +y = (\S+) mm +z +([01]) +(\S+)", result.stdout)
-        self.assertEqual(found, [(f"{1e3 * y[i % y.size]:g}", str(int(np.isfinite(p))), f"{1e3 * p:.3f}".replace("nan", "-"))
-                                 for i, p in enumerate(position)])
+        note, table = invoke("stats", old).stdout.split("\n", 1)
+        self.assertRegex(note, "^The leading notch is not in these files")  # here the crack surfaces tell it
+        self.assertEqual(result.stdout.split("\n\n", 1)[1], table)
 
     def test_other_sections_of_unfinished_ensembles(self):
         self.sample.write_bytes(b"no sample")
@@ -228,10 +278,9 @@ class Stats(unittest.TestCase):
         for ranks in (0, 2):
             result = invoke("stats", self.folder, "--sections", "y=3 mm", ranks=ranks)
             self.assertEqual((result.returncode, result.stdout), (1, ""))
-            self.assertEqual(len(re.findall("crackle: ", result.stderr)), 1, result.stderr)
-            self.assertTrue(result.stderr.startswith(
-                f"crackle: '{self.folder}' holds no sample files; crossings at other sections follow from the crack "
-                "surfaces in these, ensemble.h5 alone has only those of its own sections\n"), result.stderr)
+            self.assertEqual(result.stderr, f"crackle: '{self.folder}' holds no sample files; crossings at other "
+                             "sections follow from the crack surfaces in these, ensemble.h5 alone has only those of "
+                             "its own sections\n")
 
     def test_wrong_sections_are_refused(self):
         for given, reason in (("y=1 mm", r"sections.y\[0\]: no crack can arrive at 1 mm; .*between 2 mm and 8 mm"),
@@ -243,14 +292,14 @@ class Stats(unittest.TestCase):
                 result = invoke("stats", self.folder, "--sections", given, ranks=ranks)
                 self.assertEqual((result.returncode, result.stdout), (1, ""))
                 self.assertRegex(result.stderr, f"^--sections: {reason}")
-                self.assertEqual(len(re.findall("--sections: ", result.stderr)), 1, result.stderr)
+                self.assertEqual(len(result.stderr.splitlines()), 1)
         result = invoke("stats", "--columns", "--sections", "y=3 mm")
         self.assertEqual((result.returncode, result.stdout), (1, ""))
 
     def test_notches_in_z_faces_have_sections_across_z(self):
         text = INPUT.replace("samples = 3", "samples = 1").replace('"8 mm", "16 mm"', '"16 mm", "8 mm"')
         for old, new in (('"y-min"', '"z-min"'), ('on = "z-min"', 'on = "y-min"'), ('on = "z-max"', 'on = "y-max"'),
-                         ('"0 N", "100 N"', '"50 N", "0 N"'), ('"0 N/s", "5 N/s"', '"5 N/s", "0 N/s"'),
+                         ('"0 N", "100 N"', '"100 N", "0 N"'), ('"quasi-static"', '"equilibrium"'), ('"0 N/s", "5 N/s"', '"5 N/s", "0 N/s"'),
                          ('y = ["3 mm", "4 mm"]', 'z = ["3 mm", "4 mm"]')):
             self.assertIn(old, text)
             text = text.replace(old, new, 1)
@@ -265,9 +314,10 @@ class Stats(unittest.TestCase):
             self.assertEqual(paths["z"].shape, (1, 1, 0))
             position = paths["position"][0, 0]
             self.assertEqual(position.tobytes(), sample["summary/position"][0].tobytes())
-            self.assertLess(abs(position[0] - 7e-3), 1e-3)  # near the notch's plane
+            self.assertTrue(np.all(np.abs(position - 7e-3) < 2e-3), position)  # near the notch's plane
         result = invoke("stats", out)
         self.assertRegex(result.stdout, rf"\n +0 +z = 3 mm +y +1 +{position[0] * 1e3:.3f} ")
+        self.assertRegex(result.stdout, rf"\nleader +0 +0 +z = 3 mm +y +1 +{position[0] * 1e3:.3f} ")
         again = invoke("stats", out, "--sections", "z=3 mm, 4 mm")
         self.assertEqual((again.returncode, again.stderr), (0, ""))
         self.assertEqual(again.stdout.split("\n\n", 1)[1], result.stdout)
@@ -312,7 +362,31 @@ class Stats(unittest.TestCase):
     def test_files_of_another_schema_are_refused(self):
         with opened(self.sample) as root:
             root.attrs["schema_version"] = 99
-        self.assert_refused("schema version 99; this program reads version 2")
+        self.assert_refused("version 99 of the file format; this program reads versions up to 3")
+
+    def test_an_ensemble_of_an_older_version_is_shown_and_stays_as_it_is(self):
+        shutil.copytree(ROOT / "tests/support/schema-2", self.folder / "old")
+        old = self.folder / "old"
+        before = {file: file.read_bytes() for file in old.rglob("*") if file.is_file()}
+        result = invoke("stats", old)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertIn("3 samples: 3 done", result.stdout)
+        self.assertRegex(result.stdout, r"onset force \[N\] +114\.179")
+        self.assertNotIn("first break", result.stdout)
+        refused = invoke("run", old / "input.toml", "-o", old, "--resume")
+        self.assertEqual(refused.returncode, 1, refused.stdout)
+        self.assertIn("version 2 of the file format, written by version", refused.stderr)
+        self.assertIn("go on with the program that began this ensemble", refused.stderr)
+        report = subprocess.run([ROOT / "tools/crackle-report", old], capture_output=True, text=True, check=False)
+        self.assertEqual((report.returncode, report.stderr), (0, ""))
+        after = {file: file.read_bytes() for file in old.rglob("*")
+                 if file.is_file() and "report" not in str(file.relative_to(old))}
+        self.assertEqual(before, after)
+
+    def test_the_papers_stored_ensemble_is_shown(self):
+        result = invoke("stats", ROOT / "jobs/paper")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertIn("200 samples: 200 done, 0 failed, 0 left", result.stdout)
 
     def test_files_of_another_kind_are_refused(self):
         shutil.copy(self.folder / "ensemble.h5", self.sample)

@@ -125,7 +125,7 @@ CASES = [
     Case("unknown integrator", lambda t: t.set("time", "integrator", '"euler"'), "time.integrator",
          '"euler" is not known', '"bilateral4" or "verlet"'),
     Case("unknown start", lambda t: t.set("time", "start", '"quasistatic"'), "time.start",
-         '"quasi-static" or "rest"'),
+         '"quasi-static", "equilibrium" or "rest"'),
     Case("notch in an x face", lambda t: t.set("specimen.notch", "face", '"x-min"'), "specimen.notch[0].face",
          '"y-min", "y-max", "z-min" or "z-max"'),
     Case("unknown memory", lambda t: t.set("fracture", "memory", "1"), "fracture.memory",

@@ -38,6 +38,7 @@ protected:
       row.onset_time = 76 + 0.1 * i;
       row.outcome = i % 4;
       row.pattern = 1 + i % 3;
+      row.leading_notch = i % 3 - 1;
       row.overlap = 0.1 * i;
       row.bifurcations = i;
       row.kinks = 3 * i;
@@ -147,10 +148,29 @@ TEST_F(EnsembleFile, ReadsBackEverythingThatWasWritten) {
   EXPECT_EQ(found.reached, expected.reached);
   EXPECT_EQ(found.pattern_share, expected.pattern_share);
   EXPECT_EQ(found.pattern_half_width, expected.pattern_half_width);
-  for (const auto field :
-       {&analysis::Statistics::z_mean, &analysis::Statistics::z_std, &analysis::Statistics::z_half_width,
-        &analysis::Statistics::z_quantile, &analysis::Statistics::running_mean}) {
-    EXPECT_THAT(found.*field, testing::Pointwise(testing::NanSensitiveDoubleEq(), expected.*field));
+  EXPECT_EQ(found.pattern_lower, expected.pattern_lower);
+  EXPECT_EQ(found.pattern_upper, expected.pattern_upper);
+  EXPECT_EQ(found.reference_notch, expected.reference_notch);
+  const auto expect_same = [](const analysis::PathStatistics& paths, const analysis::PathStatistics& same) {
+    for (const auto field : {&analysis::PathStatistics::z_mean, &analysis::PathStatistics::z_std,
+                             &analysis::PathStatistics::z_half_width, &analysis::PathStatistics::z_quantile,
+                             &analysis::PathStatistics::running_mean}) {
+      EXPECT_THAT(paths.*field, testing::Pointwise(testing::NanSensitiveDoubleEq(), same.*field));
+    }
+    EXPECT_EQ(paths.reached, same.reached);
+  };
+  expect_same(found, expected);
+  std::vector<const analysis::RankStatistics*> of;
+  const auto collect = [&of](const char*, const analysis::RankStatistics& ranks) { of.push_back(&ranks); };
+  analysis::for_each_rank(expected, collect);
+  analysis::for_each_rank(found, collect);
+  ASSERT_EQ(of.size(), 8U);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_FALSE(of[i]->notch.empty());
+    EXPECT_EQ(of[i + 4]->leading_notch, of[i]->leading_notch);
+    EXPECT_EQ(of[i + 4]->notch, of[i]->notch);
+    EXPECT_EQ(of[i + 4]->counted, of[i]->counted);
+    expect_same(*of[i + 4], *of[i]);
   }
   const geometry::MotherPoints points = read_mother_points(file, parameters);
   for (const geometry::MotherPoints& stored : {content.base, points}) {
@@ -220,6 +240,7 @@ TEST_F(EnsembleFile, EnsembleWithoutNotchesOrSections) {
     row.position.clear();
     row.z_spread.clear();
     row.branches.clear();
+    row.leading_notch = -1;
   }
   const fs::path file = shared_folder / "ensemble.h5";
   write_ensemble(world, file, parameters, even_block(world), analysis::make_statistics(rows, 0, 3), base);

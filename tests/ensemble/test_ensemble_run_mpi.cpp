@@ -121,8 +121,8 @@ TEST_F(EnsembleRun, SameEnsembleOnAnyNumberOfRanks) {
   // What the master merged while samples ended is what the file says.
   const double median = analysis::quantile({380, 381, 382, 383, 384}, 0.5);
   EXPECT_THAT(log_.str(),
-              HasSubstr(fmt::format("\nmean z of notch 0 at y = 10 mm: {:.3f} mm, median onset {:.3f} N\n",
-                                    content.statistics.z_mean[1] * 1e3, median)));
+              HasSubstr(fmt::format("\nmean z of leaders at y = 10 mm: {:.3f} mm, median onset {:.3f} N\n",
+                                    content.statistics.leader.z_mean[1] * 1e3, median)));
   std::printf("crack areas %.3f and %.3f mm^2, first crossing at %.3f mm\n",
               content.samples[0].crack_area * 1e6, content.samples[1].crack_area * 1e6,
               content.samples[0].position.at(0) * 1e3);

@@ -41,6 +41,9 @@ public:
     fail_at(Place::strain);
     return motion_->strain(tetrahedron);
   }
+  mechanics::Symmetric strain_before(std::int32_t tetrahedron, int n_steps) const override {
+    return motion_->strain_before(tetrahedron, n_steps);
+  }
   void release(std::span<const std::int32_t> tetrahedra) override {
     fail_at(Place::release);
     motion_->release(tetrahedra);

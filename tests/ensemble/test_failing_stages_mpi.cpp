@@ -81,7 +81,7 @@ frames = 2
                       "bar.toml");
 }
 
-/// Ends the program when nothing has happened for long, and says what was under way.
+/// Ends the program when a rank of the group has entered no stage for long, and says what was under way.
 class Watchdog {
 public:
   explicit Watchdog(int rank) : thread_([this, rank](const std::stop_token& stop) { watch(stop, rank); }) {}
@@ -94,7 +94,7 @@ public:
   }
 
 private:
-  static constexpr std::chrono::seconds patience{60};
+  static constexpr std::chrono::seconds patience{180};
 
   void watch(const std::stop_token& stop, int rank) {
     std::unique_lock lock(mutex_);
@@ -129,7 +129,10 @@ class FailingStages : public testing::Test {
 protected:
   void SetUp() override {
     if (world_.size() < 3) GTEST_SKIP() << "needs a master and a group of two or three ranks";
-    if (world_.is_root()) folder_.emplace();
+    if (world_.is_root())
+      folder_.emplace();
+    else
+      watchdog_.emplace(world_.rank());
     root_ = parallel::share_text(world_, folder_ ? folder_->path().string() : "");
   }
   void TearDown() override { MPI_Barrier(world_.get()); }
@@ -173,7 +176,7 @@ protected:
   }
 
   parallel::Communicator world_{MPI_COMM_WORLD};
-  Watchdog watchdog_{world_.rank()};
+  std::optional<Watchdog> watchdog_;             // on the ranks of the group
   std::optional<test::TemporaryFolder> folder_;  // on rank 0
   fs::path root_;
   std::ostringstream log_;
@@ -181,7 +184,8 @@ protected:
 
 TEST_F(FailingStages, FailOneSampleAndEndNothingElse) {
   std::vector<std::string> entered;
-  const auto undisturbed = run("undisturbed", [&](std::uint64_t, std::string_view stage) {
+  const auto undisturbed = run("undisturbed", [&](std::uint64_t sample, std::string_view stage) {
+    watchdog_->begin(fmt::format("sample {}, '{}' (undisturbed)", sample, stage));
     if (std::ranges::find(entered, stage) == entered.end()) entered.emplace_back(stage);
   });
   ASSERT_EQ(undisturbed.done, n_faults() + 2) << log_.str();
@@ -199,7 +203,7 @@ TEST_F(FailingStages, FailOneSampleAndEndNothingElse) {
     std::map<std::uint64_t, int> n_entered;
     std::set<std::uint64_t> failed_here;
     const auto outcome = run(stage, [&](std::uint64_t sample, std::string_view now) {
-      watchdog_.begin(fmt::format("sample {}, '{}' (fault in '{}')", sample, now, stage));
+      watchdog_->begin(fmt::format("sample {}, '{}' (fault in '{}')", sample, now, stage));
       const int fault = static_cast<int>(sample) - 1;
       if (now != stage || fault < 0 || fault >= n_faults()) return;
       const bool on_all = fault == n_faults() - 1;

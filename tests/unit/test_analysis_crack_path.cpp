@@ -8,6 +8,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
 
 namespace crackle::analysis {
 namespace {
@@ -57,7 +60,8 @@ TEST_F(CrackPath, CrossingsOfAPlaneCrackLieOnItsPlane) {
   const auto crossings = section_crossings(mesh.body(), cracks, {.y = sections, .z = {}});
   ASSERT_EQ(crossings.size(), 10u);
   for (std::size_t s = 0; s < sections.size(); ++s) {
-    std::printf("y = %g: z = %.15g, branches %d\n", sections[s], crossings[s].position, crossings[s].branches);
+    std::printf("y = %g: z = %.15g, branches %d\n", sections[s], crossings[s].position,
+                crossings[s].branches);
   }
   for (const std::size_t s : {1u, 2u, 3u}) {
     EXPECT_NEAR(crossings[s].position, plane_0, 1e-12);
@@ -66,6 +70,54 @@ TEST_F(CrackPath, CrossingsOfAPlaneCrackLieOnItsPlane) {
   for (const std::size_t s : {0u, 4u, 5u, 6u, 7u, 8u, 9u}) {  // in the notch, ahead of the crack, notch 1
     EXPECT_TRUE(std::isnan(crossings[s].position));
     EXPECT_EQ(crossings[s].branches, 0);
+  }
+}
+
+TEST_F(CrackPath, TheCrackThatCrossesMostOfItsLigamentLeads) {
+  EXPECT_EQ(leading_notch(mesh.body(), two_cracks(14, 6)), 0);
+  EXPECT_EQ(leading_notch(mesh.body(), two_cracks(10, 2)), 1);
+  EXPECT_EQ(leading_notch(mesh.body(), straight(10)), 0);
+  EXPECT_EQ(leading_notch(mesh.body(), CrackSurface{}), -1);
+  EXPECT_EQ(leading_notch(mesh.body(), straight(4.9)), -1) << "less than started_share";
+  EXPECT_EQ(leading_notch(mesh.body(), two_cracks(16, 0)), 0) << "of equals at the same time the first";
+}
+
+TEST_F(CrackPath, OfEqualsTheOneThatGetsThereFirstLeads) {
+  // Both cross the whole ligament; the one of notch 1 starts later and is faster.
+  for (const double speed : {1.0, 4.0}) {
+    const CrackSurface cracks =
+        surface([](const Point& p) { return p[2] > plane_1   ? 2
+                                            : p[2] > plane_0 ? 1
+                                                             : 0; },
+                [speed](const Point& p) {
+                  if (p[2] < 12) return p[1] > 4 ? p[1] - 4 : -1.0;
+                  return p[1] < 12 ? 3 + (12 - p[1]) / speed : -1.0;
+                });
+    EXPECT_EQ(crossed_shares(mesh.body(), cracks)[0], crossed_shares(mesh.body(), cracks)[1]);
+    EXPECT_EQ(leading_notch(mesh.body(), cracks), speed > 2 ? 1 : 0);
+  }
+}
+
+TEST_F(CrackPath, TheLeadingNotchFollowsFromCrossingsWhereTheyTellItApart) {
+  const input::Sections sections{.y = {5, 8, 11},
+                                 .z = {}};  // shares of 1/12, 4/12, 7/12 and 7/12, 4/12, 1/12
+  const double no = std::numeric_limits<double>::quiet_NaN();
+  const auto found = [&](const std::vector<double>& z) { return leading_notch(mesh.body(), sections, z); };
+  EXPECT_EQ(found({8, 8, 8, no, 15, 15}), 0) << "where it arrived last the other one is missing";
+  EXPECT_EQ(found({8, no, no, no, 15, 15}), 1);
+  EXPECT_EQ(found({8, no, no, no, no, no}), 0);
+  EXPECT_EQ(found({8, 8, no, no, 15, 15}), std::nullopt) << "both came as far";
+  EXPECT_EQ(found({8, 8, 8, 15, 15, 15}), std::nullopt) << "both came to the last section";
+  EXPECT_EQ(found({no, no, no, no, no, no}), std::nullopt);
+  // A hole in the path changes nothing.
+  EXPECT_EQ(found({8, no, 8, no, 15, 15}), 0);
+  // What the crossings tell is what the surface tells.
+  for (const auto& [end_0, end_1] : {std::pair{14.0, 7.0}, {6.0, 2.0}, {12.0, 8.0}}) {
+    const CrackSurface cracks = two_cracks(end_0, end_1);
+    std::vector<double> z;
+    for (const SectionCrossing& crossing : section_crossings(mesh.body(), cracks, sections))
+      z.push_back(crossing.position);
+    EXPECT_EQ(found(z), leading_notch(mesh.body(), cracks)) << end_0;
   }
 }
 

@@ -3,6 +3,7 @@
 #include "crackle/ensemble/group_layout.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/run_log.h"
+#include "support/geometry_bodies.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -16,8 +17,8 @@
 namespace crackle::ensemble {
 namespace {
 
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
@@ -28,6 +29,7 @@ SampleReport done(std::uint64_t sample, double force, double z_middle) {
   report.summary.status = analysis::SampleStatus::done;
   report.summary.onset_force = force;
   report.summary.position = {0, z_middle, 0, 0, 0, 0};
+  report.summary.leading_notch = 0;
   report.stored = true;
   return report;
 }
@@ -45,7 +47,11 @@ SampleReport failed(std::uint64_t sample) {
 Progress make_progress(std::size_t n_to_do, int n_groups, std::size_t n_notches = 2) {
   input::Parameters parameters;
   parameters.ensemble.samples = 200;
-  parameters.specimen.notches.resize(n_notches);
+  parameters.specimen.size = {0.005, 0.0245, 0.14};
+  // Of different depths: no symmetry maps one on the other.
+  for (std::size_t i = 0; i < n_notches; ++i)
+    parameters.specimen.notches.push_back(
+        crackle::testing::notch(i == 0 ? input::Face::y_min : input::Face::y_max, 65, 5 + double(i), 0.6));
   parameters.sections.y = {0.007, 0.01225, 0.0175};
   return {n_to_do, n_groups, parameters};
 }
@@ -70,15 +76,16 @@ TEST(Progress, CountsEverySampleOnce) {
 TEST(Progress, WatchesASectionThatNotch0CanReach) {
   input::Parameters parameters;
   parameters.ensemble.samples = 2;
-  parameters.specimen.notches.resize(2);
-  parameters.specimen.notches[0].face = input::Face::z_min;
+  parameters.specimen = {{0.005, 0.0245, 0.14},
+                         {crackle::testing::notch(input::Face::z_min, 12, 5, 0.6),
+                          crackle::testing::notch(input::Face::y_max, 65, 5, 0.6)}};
   parameters.sections = {.y = {0.007}, .z = {0.03, 0.04}};
   Progress progress(2, 1, parameters);
   auto report = done(0, 400, 0);
   report.summary.position = {nan, 0.0121, 0.0122, 0.065, nan, nan};
   progress.finished(report, 10);
   EXPECT_EQ(progress.mean_position(), 0.0122);
-  EXPECT_THAT(progress.means(), HasSubstr("mean y of notch 0 at z = 40 mm: 12.200 mm"));
+  EXPECT_THAT(progress.means(), HasSubstr("mean y of leaders at z = 40 mm: 12.200 mm"));
 }
 
 TEST(Progress, MeansLeaveOutWhatDidNotArrive) {
@@ -125,7 +132,7 @@ TEST(Progress, LineSaysAll) {
   const std::string line = progress.line(120);
   std::printf("%s\n", line.c_str());
   EXPECT_EQ(line,
-            "1 done, 0 failed, 1 running, 198 left, 3 h 19 min to go; mean z of notch 0 at y = 12.25 mm: "
+            "1 done, 0 failed, 1 running, 198 left, 3 h 19 min to go; mean z of leaders at y = 12.25 mm: "
             "68.310 mm, median onset "
             "402.340 N");
 }
@@ -150,6 +157,7 @@ TEST(Progress, BodyWithoutNotchesHasNoPosition) {
   Progress progress = make_progress(1, 1, 0);
   auto report = done(0, 400, 0.07);
   report.summary.position.clear();
+  report.summary.leading_notch = -1;
   progress.finished(report, 1);
   EXPECT_EQ(progress.line(1), "1 done, 0 failed, 0 running, 0 left; median onset 400.000 N");
 }
@@ -178,8 +186,8 @@ TEST(SampleReport, OneLineForEachSample) {
   report.summary.first_break_load = 250;
   report.summary.note = "what is to be known";
   EXPECT_THAT(describe(report),
-              testing::AllOf(testing::HasSubstr("done: separated, first break at 250.0 N, one crack"),
-                             testing::EndsWith("41.0 s; what is to be known")));
+              ::testing::AllOf(::testing::HasSubstr("done: separated, first break at 250.0 N, one crack"),
+                               ::testing::EndsWith("41.0 s; what is to be known")));
   EXPECT_EQ(describe(failed(4)), "sample 4 failed after 2.0 s: computation: energy blew up");
 }
 

@@ -267,7 +267,8 @@ TEST(Schema, IsRaisedWithTheColumns) {
       "onset_time onset_force outcome pattern overlap bifurcations kinks breaks crack_area crack_speed_max "
       "crack_speed_ratio traced_area effective_toughness energy_error position z_spread branches ");
   EXPECT_EQ(names[3],
-            "first_break_time first_break_load dynamic_phases crack_area_before_onset equilibrium_residual ")
+            "first_break_time first_break_load dynamic_phases crack_area_before_onset leading_notch "
+            "equilibrium_residual ")
       << "other columns are of a new version";
   EXPECT_EQ(names.rbegin()->first, sample_schema_version);
   EXPECT_EQ(sample_schema_version, ensemble_schema_version);

@@ -22,11 +22,11 @@ TulerButcher one_tetrahedron(double time_step, input::Memory memory = input::Mem
   return {epoxy_fracture(memory), 1, time_step};
 }
 
-/// Steps until the tetrahedron breaks under stress(t).
-double breaking_time(TulerButcher criterion, auto&& stress, double dt, int max_steps) {
+/// Time at which the tetrahedron breaks under stress(t), in steps from `start` on.
+double breaking_time(TulerButcher criterion, auto&& stress, double dt, int max_steps, double start = 0) {
   for (int step = 1; step <= max_steps; ++step) {
-    const double s = stress(step * dt);
-    if (s > criterion.strength(0) && criterion.advance(0, s)) return step * dt;
+    const double time = start + step * dt;
+    if (criterion.advance(0, stress(time - 2 * dt), stress(time - dt), stress(time))) return time;
   }
   return INFINITY;
 }
@@ -51,6 +51,73 @@ TEST(TulerButcher, RampFailsAtTheCubeRoot) {
       one_tetrahedron(dt), [&](double t) { return 35e6 + rate * t; }, dt, 4000);
   std::printf("ramp: %.5g ns, exact %.5g ns\n", time * 1e9, expected * 1e9);
   EXPECT_NEAR(time, expected, 2 * dt);
+}
+
+TEST(TulerButcher, IntegralOfAStressThatChangesInProportionToTimeIsExact) {
+  // Up from below the threshold, down again with another rate, and up over a step that begins above it.
+  const double up = 2e6 / 1e-8, down = 3e6 / 1e-8;
+  const auto over = [&](double t) {
+    const double top = up * 4e-8 - 1e6;
+    return t < 4e-8 ? up * t - 1e6 : t < 7e-8 ? top - down * (t - 4e-8) : top - down * 3e-8 + up * (t - 7e-8);
+  };
+  for (const double exponent : {0.5, 1.0, 2.0, 2.5, 3.0}) {
+    input::Fracture parameters = epoxy_fracture();
+    parameters.exponent = exponent;
+    parameters.impulse = 1e300;
+    const auto part = [&](double from, double to, double rate) {  // of the integral, along one straight line
+      const auto power = [&](double x) { return std::pow(std::max(x, 0.0), exponent + 1); };
+      return (power(to) - power(from)) / (rate * (exponent + 1));
+    };
+    const double expected = part(over(0), over(4e-8), up) + part(over(4e-8), over(7e-8), -down) +
+                            part(over(7e-8), over(12e-8), up);
+    double worst = 0;
+    for (const double dt : {1e-8, 5e-9, 1e-9, 1e-10}) {
+      TulerButcher criterion(parameters, 1, dt);
+      for (int step = 0; step < std::lround(12e-8 / dt); ++step)
+        EXPECT_FALSE(criterion.advance(0, 35e6, 35e6 + over(step * dt), 35e6 + over((step + 1) * dt)));
+      worst = std::max(worst, std::abs(criterion.impulse()[0] / expected - 1));
+    }
+    std::printf("exponent %.1f: relative error of the integral with four steps at most %.1e\n", exponent,
+                worst);
+    EXPECT_LT(worst, 1e-12);
+  }
+}
+
+TEST(TulerButcher, BreaksAtTheEndOfAStepNearestToTheMomentOfFailure) {
+  // Of a ramp that passes the threshold at time 0: with some of these steps it fails before the first end of
+  // a step above the threshold.
+  const double rate = 1e6 / 1e-8;
+  for (const double exponent : {1.0, 2.0, 3.0}) {
+    input::Fracture parameters = epoxy_fracture();
+    parameters.exponent = exponent;
+    parameters.impulse = 1e4 * std::pow(1e6, exponent - 2);
+    const double expected =
+        std::pow((exponent + 1) * parameters.impulse / std::pow(rate, exponent), 1 / (exponent + 1));
+    for (const double steps : {0.2, 0.7, 1.0, 1.9, 3.0, 11.0}) {
+      const double dt = expected / steps;
+      double worst = 0, mean = 0;
+      const int n_phases = 50;
+      for (int phase = 0; phase < n_phases; ++phase) {
+        const double start = -10 * dt + (phase + 0.5) / n_phases * dt;
+        const double time = breaking_time(
+            {parameters, 1, dt}, [&](double t) { return 35e6 + rate * t; }, dt, 100, start);
+        worst = std::max(worst, std::abs(time - expected) / dt);
+        mean += (time - expected) / dt / n_phases;
+      }
+      EXPECT_LE(worst, 0.5 + 1e-6) << "exponent " << exponent << ", " << steps << " steps to failure";
+      EXPECT_NEAR(mean, 0, 1e-6) << "exponent " << exponent << ", " << steps << " steps to failure";
+    }
+  }
+}
+
+TEST(TulerButcher, WatchesWhatMayBreakWithinHalfAStep) {
+  const auto share = [](double step, input::Memory memory = input::Memory::cumulative) {
+    return one_tetrahedron(step, memory).watched_share(5e-8);
+  };
+  EXPECT_LT(share(4.5e-8), 0.85);
+  EXPECT_GT(share(4.5e-8), 0.75);
+  EXPECT_GT(share(5e-9), 0.97) << "small steps need no more than the strength";
+  EXPECT_EQ(share(4.5e-8, input::Memory::step), 1) << "the last step counts only where it ends";
 }
 
 TEST(TulerButcher, NeverFailsBelowTheThreshold) {

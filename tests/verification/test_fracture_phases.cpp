@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 namespace crackle::dynamics {
 namespace {
@@ -78,6 +79,33 @@ TEST(RunAway, WithStepMemoryIsAtTheStrengthOfOneStep) {
               1 + std::sqrt(2.0) / 35);
   EXPECT_NEAR(ratio, 1 + std::sqrt(2.0) / 35, 1e-6);
   for (const auto& one : result.breaks) EXPECT_GE(one.principal_stress, 36.41e6);
+}
+
+TEST(RunAway, BreaksAtTheSameStressesForLargeAndSmallSteps) {
+  input::Parameters parameters = pulled_bar();
+  parameters.time.integrator = input::Integrator::verlet;
+  const auto mesh =
+      test::make_box({.size = parameters.specimen.size, .cells = {6, 12, 36}, .disturbance = 0.2});
+  struct Stress {
+    double mean = 0, error = 0;  // over the strength [Pa]
+  };
+  const auto over_strength = [&](std::optional<double> step) {
+    parameters.time.step = step;
+    double n = 0, sum = 0, squares = 0;
+    for (const auto& one : run(parameters, mesh).breaks) {
+      if (one.phase_time == 0) continue;
+      const double over = one.principal_stress - parameters.fracture.strength;
+      n += 1;
+      sum += over;
+      squares += over * over;
+    }
+    const double mean = sum / n;
+    const Stress stress{mean, std::sqrt((squares / n - mean * mean) / n)};
+    std::printf("%.0f breaks %.3f +- %.3f MPa over the strength\n", n, 1e-6 * mean, 1e-6 * stress.error);
+    return stress;
+  };
+  const Stress small = over_strength(5e-9), large = over_strength(std::nullopt);
+  EXPECT_NEAR(large.mean, small.mean, 3 * std::hypot(large.error, small.error));
 }
 
 TEST(Arrest, WedgeOpenedStripCracksInManySteps) {

@@ -6,7 +6,7 @@ import numpy as np
 
 from crackle_report.confidence import running_half_width
 from crackle_report.photoelasticity import STRESS_OPTIC, WAVELENGTH
-from crackle_report.statistics import wilson_half_width
+from crackle_report.statistics import wilson_interval
 
 from .comparing import DEVELOPED, binomial_test, in_base_frame, leading_notch, leading_path, needed, of_notch, reach
 from .fringes import FringeSeries
@@ -30,6 +30,7 @@ def against_paper(rows: Rows, fringes: list[FringeSeries]) -> str:
     path = leading_path(rows)
     half_width = np.stack([running_half_width(column, 0.95) for column in path.T], axis=1)
     enough = needed(half_width, TOLERANCE)
+    one_low, one_high = wilson_interval(rows.share(1), n, 0.95)
     second_reach = reach(rows)[1]
     back = in_base_frame(rows, lead)
     leader = {name: of_notch(rows, name, lead) for name in ("kinks", "bend")}
@@ -71,7 +72,7 @@ def against_paper(rows: Rows, fringes: list[FringeSeries]) -> str:
         ["samples", "200, by the convergence of the mean crack path",
          f"{n}; for this base distribution of mother points the 95 % interval of the leading crack's mean is ± {1e3 * half_width[-1].max():.3f} mm at the worst section, "
          + (f"within ± {1e3 * TOLERANCE:g} mm at all from {enough} samples on" if enough else f"not within ± {1e3 * TOLERANCE:g} mm")
-         + f"; that of the shares ± {100 * wilson_half_width(rows.share(1) / n, n, 0.95):.0f} %"],
+         + f"; that of the share of one crack is {100 * one_low:.0f} to {100 * one_high:.0f} %"],
         ["time", "not given", f"{np.median(values['forces']):.0f} force evaluations and {np.median(rows.seconds):.0f} s per sample "
                               f"(medians), {rows.seconds.sum() / 3600:.1f} hours on one core in all"],
         ["depth and distance of the notches", "not given", "5.5 mm, for the onset; 5 mm between their mid-planes, a choice"],

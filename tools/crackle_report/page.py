@@ -21,6 +21,7 @@ def render(ensemble: Ensemble, sections: list[tuple[Section, list[bytes]]]) -> s
         '<p class="muted">Monte-Carlo ensemble of dynamic brittle fracture by PDS-FEM</p>',
         _notice(ensemble),
         tables.tiles(ensemble),
+        f"<p>{escape(ensemble.interval_scope)}</p>",
     ]
     for section, images in sections:
         parts.append(f"<h2>{escape(section.title)}</h2>\n<p>{escape(section.text)}</p>")

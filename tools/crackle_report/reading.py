@@ -14,16 +14,19 @@ import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
 from . import input_text  # noqa: E402
-from .results import (DONE, PENDING, CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Frames, Result, Samples,  # noqa: E402
-                      Statistics)
+from .ranks import GROUPS, LeaderFrame, derived_leading, make_ranks  # noqa: E402
+from .results import (DONE, PENDING, CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Frames, Ranks,  # noqa: E402
+                      Result, Samples, Statistics)
 from .statistics import look_schedule, make_statistics  # noqa: E402
 from .stress import ALL_EDGES, CROSSED_EDGES  # noqa: E402
 
 DEFAULT_CONFIDENCE = 0.95  # of the intervals while there is no ensemble.h5
 DEFAULT_MIN_SAMPLES = 30  # of [ensemble.stop]
+INTERVAL_SCOPE = ("Intervals cover the scatter of samples that share one set of mother points; that between such sets is "
+                  "not in them.")  # of files that do not say so themselves
 ENSEMBLE_KIND, SAMPLE_KIND = "crackle ensemble", "crackle sample"
 POSITIONS = ("position", "z_spread", "branches")
-NOT_RESULTS = (*POSITIONS, "z", "status", "error", "note", "time_step", "stable_step")  # that stand beside the results
+NOT_RESULTS = (*POSITIONS, "z", "status", "error", "note", "phase_start", "time_step", "stable_step")  # that stand beside the results
 CATEGORIES = {"outcome": "0 unbroken, 1 arrested, 2 separated, 3 in one piece",
               "pattern": "0 none, 1 one crack, 2 two cracks, 3 other"}  # of files that do not say so themselves
 
@@ -52,7 +55,8 @@ def _read(folder: Path) -> Ensemble:
     if file.is_file():
         with _open(file, ENSEMBLE_KIND) as root:
             identity = _identity(root)
-            samples, statistics = _read_rows(root), _read_statistics(root)
+            samples, statistics, ranks = _read_rows(root), _read_statistics(root), _read_ranks(root)
+            scope = text_of(root["statistics"].attrs.get("interval_scope", INTERVAL_SCOPE))
             confidence = float(root["statistics"].attrs["confidence"])
             n_looks, n_needed = (int(root["statistics"].attrs[name]) for name in ("n_looks", "n_needed"))
             sections = _read_sections(root["crack_path"])
@@ -67,7 +71,7 @@ def _read(folder: Path) -> Ensemble:
         sections = tuple(CrossSection(*section) for section in input_text.sections(setting))
         n_samples = n_needed = max(int(setting["ensemble"]["samples"]), max(sample_files) + 1)
         samples = _pending_rows(n_samples, len(setting["specimen"].get("notch", [])), len(sections), results, types)
-        statistics = None
+        statistics, ranks, scope = None, {}, INTERVAL_SCOPE
         stop = setting["ensemble"].get("stop")
         confidence = float((stop or {}).get("confidence", DEFAULT_CONFIDENCE))
         n_looks = len(look_schedule(n_samples, int(stop.get("min_samples", DEFAULT_MIN_SAMPLES)))) if stop else 1
@@ -77,13 +81,22 @@ def _read(folder: Path) -> Ensemble:
 
     n_planned = len(samples)
     samples, statistics = samples.first(n_needed), statistics and statistics.first(n_needed)
+    ranks = {group: of.first(n_needed) for group, of in ranks.items()}
     added = [i for i in sample_files if i < len(samples) and samples.status[i] == PENDING]
     for i in added:
         _read_row(sample_files[i], samples, i)
     if statistics is None or added:
         statistics = make_statistics(samples, confidence, n_looks)
+    plate = input_text.plate(setting)
+    frame = LeaderFrame(plate, sections)
+    is_derived = "leading_notch" not in samples.numbers
+    leading = derived_leading(plate, sections, samples) if is_derived else samples.leading_notch
+    leading = np.where(samples.status == DONE, leading, -1)
+    if not ranks or added:
+        ranks = make_ranks(frame, samples, leading, confidence, n_looks)
     return Ensemble(
-        folder=folder, plate=input_text.plate(setting), sections=sections, confidence=confidence, n_looks=n_looks, n_planned=n_planned,
+        folder=folder, plate=plate, frame=frame, leading=leading, leading_is_derived=is_derived, ranks=ranks,
+        interval_scope=scope, sections=sections, confidence=confidence, n_looks=n_looks, n_planned=n_planned,
         samples=samples, statistics=statistics, provenance=_describe(identity),
         input_text=str(identity["input"]), stop_half_width=input_text.stop_half_width(setting),
         load_crack=_loader(sample_files, _read_crack, None), load_lines=_loader(sample_files, _read_lines, []),
@@ -205,6 +218,13 @@ def _read_row(file: Path, samples: Samples, i: int) -> None:
 def _read_statistics(root: h5py.File) -> Statistics:
     group = root["statistics"]
     return Statistics(**{name: group[name][...] for name in Statistics.__dataclass_fields__})
+
+
+def _read_ranks(root: h5py.File) -> dict[str, Ranks]:
+    """Nothing of files that do not tell ranks apart."""
+    group = root["statistics"]
+    return {name: Ranks(**{field: group[name][field][...] for field in Ranks.__dataclass_fields__})
+            for name in GROUPS if "leader" in group}
 
 
 def _read_crack(root: h5py.File) -> CrackSurface:

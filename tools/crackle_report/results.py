@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Callable, Optional
+from typing import TYPE_CHECKING, Callable, Optional, TypeVar
 
 import numpy as np
 
 from .plate import Plate
 
+if TYPE_CHECKING:
+    from .ranks import LeaderFrame
+
 PENDING, DONE, FAILED = 0, 1, 2
+PathsKind = TypeVar("PathsKind", bound="Paths")
 
 
 @dataclass(frozen=True)
@@ -127,21 +131,35 @@ def along(sections: tuple[CrossSection, ...]) -> str:
 
 
 @dataclass
-class Statistics:
-    """Over all samples done, as in /statistics of ensemble.h5."""
+class Paths:
+    """Statistics of crack positions over all samples done."""
 
-    z_mean: np.ndarray  # of the position, notches x sections [m]
+    z_mean: np.ndarray  # of the position, rows x sections [m]
     z_std: np.ndarray
     z_half_width: np.ndarray
     reached: np.ndarray
-    running_mean: np.ndarray  # samples x notches x sections [m]
-    pattern_share: np.ndarray
-    pattern_half_width: np.ndarray
+    running_mean: np.ndarray  # samples x rows x sections [m]
 
-    def first(self, n: int) -> "Statistics":
+    def first(self: "PathsKind", n: int) -> "PathsKind":
         """Without the running mean of the samples from n on, which an ensemble that stopped did not need."""
         return replace(self, running_mean=self.running_mean[:n])
 
+
+@dataclass
+class Ranks(Paths):
+    """Of leading or following cracks in the frame of the leading one, as in /statistics/leader of ensemble.h5."""
+
+    leading_notch: np.ndarray  # rows; the reference notch of the class of leading notches
+    notch: np.ndarray  # rows; where the crack starts
+    counted: np.ndarray  # rows x sections; samples that would count if their crack arrived
+
+
+@dataclass
+class Statistics(Paths):
+    """As in /statistics of ensemble.h5: rows are notches, their cracks leading and following ones together."""
+
+    pattern_share: np.ndarray
+    pattern_half_width: np.ndarray
 
 @dataclass
 class Ensemble:
@@ -153,6 +171,11 @@ class Ensemble:
     n_planned: int  # samples that the input asks for; more than len(samples) when it stopped early
     samples: Samples
     statistics: Statistics
+    frame: "LeaderFrame"
+    leading: np.ndarray  # of each sample the notch whose crack leads; -1 where none does or it is not known
+    leading_is_derived: bool  # from the crossings, since the files do not hold it
+    ranks: dict[str, Ranks]  # by their groups in /statistics
+    interval_scope: str  # what the confidence intervals leave out
     provenance: dict[str, str]
     input_text: str
     stop_half_width: Optional[float]  # that the input's [ensemble.stop] asks for [m]
@@ -178,6 +201,15 @@ class Ensemble:
         if "first_break_load" in self.samples.numbers and not np.isfinite(force).any():
             return "load at the first break", self.samples.first_break_load[self.done]
         return "onset force", force
+
+    def rank_name(self, group: str, row: int) -> str:
+        """The cracks of a row of /statistics/`group`, for people."""
+        ranks = self.ranks[group]
+        names = {"leader": "leading", "leader/one_crack": "leading, of samples with one crack",
+                 "leader/two_cracks": "leading, of samples with two", "follower": "following"}
+        of_class = f" where notch {ranks.leading_notch[row]} leads" if len(set(ranks.leading_notch)) > 1 else ""
+        several = not group.startswith("leader") and self.n_notches > 2
+        return names[group] + (f", of notch {ranks.notch[row]}" if several else "") + of_class
 
     @property
     def n_notches(self) -> int:

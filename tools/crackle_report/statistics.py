@@ -30,9 +30,8 @@ def position_confidence(confidence: float, n_looks: int) -> float:
     return 1 - (1 - confidence) / n_looks
 
 
-def make_statistics(samples: Samples, confidence: float, n_looks: int = 1) -> Statistics:
-    done = samples.status == DONE
-    z = np.where(done[:, None, None], samples.position, np.nan)
+def path_statistics(z: np.ndarray, confidence: float, n_looks: int = 1) -> dict[str, np.ndarray]:
+    """Statistics of positions (samples x rows x sections), NaN where none counts, by the names of the datasets."""
     shape = z.shape[1:]
     reached = np.isfinite(z).sum(axis=0)
     mean, std, half_width = (np.full(shape, np.nan) for _ in range(3))
@@ -46,11 +45,19 @@ def make_statistics(samples: Samples, confidence: float, n_looks: int = 1) -> St
             half_width[index] = student_quantile(position_confidence(confidence, n_looks), values.size - 1) * std[index] / math.sqrt(values.size)
     running = np.stack([running_mean(column) for column in z.reshape(len(z), -1).T], axis=1) \
         if z.size else np.empty(z.shape)
+    return {"z_mean": mean, "z_std": std, "z_half_width": half_width, "reached": reached,
+            "running_mean": running.reshape(z.shape)}
+
+
+def make_statistics(samples: Samples, confidence: float, n_looks: int = 1) -> Statistics:
+    """Over all samples done; their cracks by notch, leading and following ones together."""
+    done = samples.status == DONE
+    z = np.where(done[:, None, None], samples.position, np.nan)
     n_done = int(done.sum())
     count = np.bincount(samples.pattern[done], minlength=N_PATTERNS)[:N_PATTERNS]
     share = count / n_done if n_done else np.full(N_PATTERNS, np.nan)
-    return Statistics(mean, std, half_width, reached, running.reshape(z.shape), share,
-                      np.array([wilson_half_width(s, n_done, confidence) for s in share]))
+    return Statistics(**path_statistics(z, confidence, n_looks), pattern_share=share,
+                      pattern_half_width=np.array([wilson_half_width(s, n_done, confidence) for s in share]))
 
 
 def wilson_interval(count: int, n: int, confidence: float) -> tuple[float, float]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from html import escape
-from typing import Callable, Union
+from typing import Callable, Optional, Union
 
 import numpy as np
 
 from . import style
 from .confidence import mean_of_present
-from .results import DONE, FAILED, Ensemble, Result, Samples
+from .ranks import PATTERNS
+from .results import DONE, FAILED, Ensemble, Paths, Result, Samples
 from .statistics import wilson_interval
 
 STATUS_NAMES = ("pending", "done", "failed")
@@ -60,25 +61,63 @@ def samples(ensemble: Ensemble) -> str:
 
 
 def sections(ensemble: Ensemble) -> str:
-    """The mean crack position of each notch at each section."""
-    statistics = ensemble.statistics
+    """The mean crack position at each section: of leading and following cracks, then of all cracks of each notch."""
     interval = f"{100 * ensemble.confidence:g} % interval"
-    titles = (("notch", ""), ("section", ""), ("samples that arrived", ""), ("mean position", "mm"),
+    titles = (("cracks", ""), ("section", ""), ("samples that arrived", ""), ("mean position", "mm"),
               (interval, "± mm"), ("standard deviation", "mm"),
               ("spread through the thickness", "mean over the samples, mm"))
     head = "".join(f"<th>{title}<small>{unit}</small></th>" for title, unit in titles)
     body = []
+    for group, paths in ensemble.ranks.items():
+        spread = mean_of_present(_of_group(ensemble, group, ensemble.samples.z_spread))
+        for row in range(len(paths.notch)):
+            body += _positions(ensemble, ensemble.rank_name(group, row), paths, row, spread[row], paths.counted[row])
     spread = mean_of_present(ensemble.samples.z_spread)
     for notch in range(ensemble.n_notches):
-        for k, section in enumerate(ensemble.sections):
-            numbers = (statistics.z_mean, statistics.z_half_width, statistics.z_std, spread)
-            cells = [str(notch), section.name, str(int(statistics.reached[notch, k]))]
-            cells += [_number(float(values[notch, k]) / style.MILLIMETRE, ".2f") for values in numbers]
-            if math.isfinite(statistics.z_mean[notch, k]):
-                cells[3] = f"{section.along} = {cells[3]}"
-            body.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
-    return (f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>' + "\n".join(body)
+        body += _positions(ensemble, f"all of notch {notch}, leading and following", ensemble.statistics, notch,
+                           spread[notch])
+    return (f"<p>{escape(_about_ranks(ensemble))}</p>"
+            f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>' + "\n".join(body)
             + "</tbody></table></div>")
+
+
+def _of_group(ensemble: Ensemble, group: str, values: np.ndarray) -> np.ndarray:
+    """Values of samples x notches x sections of the samples that count in a group, as samples x rows x sections."""
+    leading = ensemble.leading
+    if group in PATTERNS:
+        leading = np.where(ensemble.samples.pattern == PATTERNS[group], leading, -1)
+    return ensemble.frame.ranked(values, leading, group)[0]
+
+
+def _positions(ensemble: Ensemble, name: str, paths: Paths, row: int, spread: np.ndarray,
+               counted: Optional[np.ndarray] = None) -> list[str]:
+    lines = []
+    for k, section in enumerate(ensemble.sections):
+        arrived = str(int(paths.reached[row, k])) + (f" of {int(counted[k])}" if counted is not None else "")
+        cells = [section.name, arrived]
+        cells += [_number(float(value) / style.MILLIMETRE, ".2f")
+                  for value in (paths.z_mean[row, k], paths.z_half_width[row, k], paths.z_std[row, k], spread[k])]
+        if math.isfinite(paths.z_mean[row, k]):
+            cells[2] = f"{section.along} = {cells[2]}"
+        lines.append(f'<tr><td class="text">{escape(name)}</td>' + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+    return lines
+
+
+def _about_ranks(ensemble: Ensemble) -> str:
+    """Which samples lead, in sentences."""
+    done = ensemble.leading[ensemble.done]
+    counts = [f"notch {notch} in {int((done == notch).sum())}" for notch in range(ensemble.n_notches)]
+    text = "A sample's crack leads that crosses the largest share of its ligament: " + ", ".join(counts)
+    if (done < 0).any():
+        text += f", {'unknown or none' if ensemble.leading_is_derived else 'none'} in {int((done < 0).sum())}"
+    text += "."
+    if ensemble.leading_is_derived:
+        text += " These results do not hold it; it is taken from the sections that the cracks reach."
+    turned = [f"notch {notch} as if notch {reference} did" for notch, reference in enumerate(ensemble.frame.reference)
+              if notch != reference]
+    if turned:
+        text += f" Turned by the body's symmetry are the samples that these notches lead: {', '.join(turned)}."
+    return text
 
 
 def tiles(ensemble: Ensemble) -> str:

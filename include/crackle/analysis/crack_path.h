@@ -4,6 +4,7 @@
 #include "crackle/analysis/crack_surface.h"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -61,6 +62,18 @@ std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const
 /// Share of its ligament (from the notch's tip to the opposite face) that each notch's crack crosses, up to
 /// the farthest place where it covers min_thickness_share of the thickness; in steps of 0.02.
 std::vector<double> crossed_shares(const geometry::Body& body, const CrackSurface& surface);
+
+/// The notch whose crack leads: it crosses the largest share of its ligament (crossed_shares). Of equals, the
+/// one where the first facet at the farthest station opened first; of these the one with the lowest number.
+/// -1 where no crack has started.
+int leading_notch(const geometry::Body& body, const CrackSurface& surface);
+
+/// The leading notch as far as it follows from crossings alone, of files that do not hold it: the notch whose
+/// crack arrives at a section at least as far across its ligament as the next section at which any other
+/// notch's is missing. Nothing where the crossings leave that open.
+/// @param position notches x sections, NaN where the crack did not arrive
+std::optional<int> leading_notch(const geometry::Body& body, const input::Sections& sections,
+                                 std::span<const double> position);
 
 /// The crack pattern of a sample, as stored in /samples/pattern.
 enum class Pattern : std::int32_t { none = 0, one_crack = 1, two_cracks = 2, other = 3 };

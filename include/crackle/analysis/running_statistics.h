@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/analysis/leader_frame.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/parallel/exact_sum.h"
 
@@ -31,8 +32,9 @@ private:
 /// the ensemble has enough samples.
 class RunningStatistics {
 public:
+  /// @throws std::runtime_error when the specimen is no body
   explicit RunningStatistics(const input::Parameters& parameters);
-  /// Without a rule to stop.
+  /// Without a rule to stop, of a body without symmetry.
   RunningStatistics(std::size_t n_samples, int n_notches, int n_sections, double confidence);
 
   /// Merges the row of a sample; a pending one changes nothing.
@@ -41,8 +43,10 @@ public:
   void add(std::size_t sample, SampleSummary row);
 
   int n_done() const { return statistics_.n_done; }
-  double mean_position(int notch, int section) const;  ///< [m]; NaN while no crack arrived there
-  double median_onset_force() const;                   ///< [N]; NaN while no sample broke
+  /// Mean over the leading cracks of the class (see LeaderFrame) of which most arrived at the section [m];
+  /// NaN while none did.
+  double mean_leader_position(int section) const;
+  double median_onset_force() const;  ///< [N]; NaN while no sample broke
 
   /// The first number n at which the samples 0 to n - 1 are enough, see StopRule; nothing while that is open.
   /// A row added later never changes it.
@@ -58,14 +62,16 @@ public:
   Statistics statistics() const;
 
 private:
+  RunningStatistics(std::size_t n_samples, LeaderFrame frame, double confidence);
   void look();
 
+  LeaderFrame frame_;
   Statistics statistics_;  ///< shape and counts
   std::vector<SampleSummary> rows_;
-  std::vector<Moments> moments_;  ///< notches x sections
+  std::vector<Moments> leader_moments_;  ///< as Statistics::leader
   std::optional<input::EnsembleStop> stop_;
   std::vector<std::size_t> looks_;
-  std::size_t n_leading_ = 0;  ///< samples 0 to n_leading_ - 1 have ended
+  std::size_t n_ended_ = 0;    ///< samples 0 to n_ended_ - 1 have ended
   std::size_t next_look_ = 0;  ///< index into looks_
   std::optional<std::size_t> stopped_at_;
 };

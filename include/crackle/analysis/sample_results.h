@@ -71,6 +71,10 @@ void for_each_result(Visit&& visit) {
   visit(ResultInfo{"pattern", "", "crack pattern", none, "pattern", "", 1, "d",
                    "0 none, 1 one crack, 2 two cracks, 3 other"},
         &Row::pattern);
+  visit(ResultInfo{"leading_notch", "",
+                   "notch whose crack crosses the largest share of its ligament; -1 where none has started",
+                   none, "leading notch", "", 1, "d", "", 3},
+        &Row::leading_notch);
   visit(ResultInfo{"overlap", "1",
                    "share of the two cracks' paths in which one lies over the other turned by 180 degrees",
                    none, "overlap", "%", 100, ".0f"},

@@ -31,9 +31,10 @@ struct SampleSummary {
   double onset_force = none;
   std::int32_t dynamic_phases = 0;
   double crack_area_before_onset = none;
-  std::int32_t outcome = -1;  ///< dynamics::Outcome; -1 without results
-  std::int32_t pattern = 0;   ///< see Pattern
-  double overlap = none;      ///< see pattern_overlap
+  std::int32_t outcome = -1;        ///< dynamics::Outcome; -1 without results
+  std::int32_t pattern = 0;         ///< see Pattern
+  std::int32_t leading_notch = -1;  ///< see analysis::leading_notch
+  double overlap = none;            ///< see pattern_overlap
   std::int32_t bifurcations = 0;
   std::int32_t kinks = 0;
   std::int64_t breaks = 0;

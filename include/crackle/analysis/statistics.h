@@ -17,37 +17,74 @@ inline constexpr double default_confidence = 0.95;
 /// Shares of the quantiles: least value, quartiles and median, greatest value.
 inline constexpr std::array<double, 5> quantile_shares{0, 0.25, 0.5, 0.75, 1};
 
+/// What the confidence intervals of an ensemble leave out, for people.
+inline constexpr const char* interval_scope =
+    "Intervals cover the scatter of samples that share one set of mother points; that between such sets is "
+    "not in them.";
+
+/// Statistics of crack positions (z at sections y = const, y at z = const), rows x sections, row-major. They
+/// count the samples whose crack arrived; a section that no sample reached has NaN.
+struct PathStatistics {
+  std::vector<double> z_mean;  ///< [m]
+  std::vector<double> z_std;   ///< sample standard deviation (n - 1) [m]; NaN for fewer than two
+  /// Of the confidence interval of the mean, Student's t [m]; likewise. Each of several looks has the
+  /// confidence 1 - (1 - confidence) / n_looks, so that all of them together have the one of the ensemble.
+  std::vector<double> z_half_width;
+  std::vector<double> z_quantile;     ///< rows x sections x quantile_shares [m]
+  std::vector<std::int32_t> reached;  ///< number of samples whose crack arrived
+  std::vector<double> running_mean;   ///< n_samples x rows x sections: mean over samples 0..i [m]
+};
+
+/// Positions of cracks of one rank, in the frame of the leading crack (LeaderFrame): each row is one notch of
+/// the frame, for one class of leading notches.
+struct RankStatistics : PathStatistics {
+  std::vector<std::int32_t> leading_notch;  ///< of each row: the reference notch of the class
+  std::vector<std::int32_t> notch;          ///< of each row: where the crack starts
+  /// rows x sections: samples done that would count if their crack arrived; fewer than all of the class where
+  /// turned samples have no section
+  std::vector<std::int32_t> counted;
+};
+
 /// Statistics over all samples done; the same bits whatever the order in which they were added. Of an
-/// ensemble that stopped early (see stop_rule.h), over the samples it needed. Fields with shape notches x
-/// sections are row-major, of the positions at the sections (z for y = const, y for z = const), and count the
-/// samples whose crack arrived; a section that no sample reached has NaN.
-struct Statistics {
+/// ensemble that stopped early (see stop_rule.h), over the samples it needed. Its own positions are those of
+/// each notch's cracks, leading and following ones together: rows are notches.
+struct Statistics : PathStatistics {
   int n_notches = 0;
   int n_sections = 0;
   int n_samples = 0;  ///< rows of running_mean: all samples of the ensemble
   int n_done = 0;
   int n_needed =
       0;  ///< samples 0 to n_needed - 1 are the ensemble; fewer than n_samples when it stopped early
-  int n_looks = 1;                         ///< at which it could stop
-  double confidence = default_confidence;  ///< of the intervals below
-  std::vector<double> z_mean;              ///< [m]
-  std::vector<double> z_std;               ///< sample standard deviation (n - 1) [m]; NaN for fewer than two
-  /// Of the confidence interval of the mean, Student's t [m]; likewise. Each of several looks has the
-  /// confidence 1 - (1 - confidence) / n_looks, so that all of them together have the one above.
-  std::vector<double> z_half_width;
-  std::vector<double> z_quantile;     ///< notches x sections x quantile_shares [m]
-  std::vector<std::int32_t> reached;  ///< number of samples whose crack arrived
-  std::vector<double> running_mean;   ///< n_samples x notches x sections: mean over samples 0..i [m]
+  int n_looks = 1;                                      ///< at which it could stop
+  double confidence = default_confidence;               ///< of the intervals below
   std::array<double, n_patterns> pattern_share{};       ///< NaN when no sample is done
   std::array<double, n_patterns> pattern_half_width{};  ///< Wilson interval's half width; likewise
+  std::array<double, n_patterns> pattern_lower{};       ///< its ends: it does not lie round the share
+  std::array<double, n_patterns> pattern_upper{};
+  std::vector<std::int32_t> reference_notch;  ///< of each notch, see LeaderFrame
+  RankStatistics leader;                      ///< a row for each class
+  RankStatistics leader_one_crack;            ///< the same over samples with Pattern::one_crack
+  RankStatistics leader_two_cracks;           ///< and Pattern::two_cracks
+  RankStatistics follower;                    ///< for each class a row for each other notch
 };
 
+/// Calls visit(name, leaders or followers) for all that Statistics holds by rank; the names are those of the
+/// groups in /statistics of the ensemble's file.
+template <class Statistics, class Visit>
+void for_each_rank(Statistics& statistics, Visit&& visit) {
+  visit("leader", statistics.leader);
+  visit("leader/one_crack", statistics.leader_one_crack);
+  visit("leader/two_cracks", statistics.leader_two_cracks);
+  visit("follower", statistics.follower);
+}
+
+/// Of a body without symmetry.
 /// @param samples one row for each sample of the ensemble, in the order of their numbers
 /// @throws std::invalid_argument when a row has another shape or `confidence` is not between 0 and 1
 Statistics make_statistics(std::span<const SampleSummary> samples, int n_notches, int n_sections,
                            double confidence = default_confidence);
 
-/// As above, for the notches and sections of the input, with its [ensemble.stop] (default_confidence and all
+/// As above, for the body and sections of the input, with its [ensemble.stop] (default_confidence and all
 /// samples without): the statistics of its ensemble.h5.
 Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters);
 

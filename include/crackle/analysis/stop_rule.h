@@ -8,7 +8,9 @@
 #include <optional>
 #include <vector>
 
-/// When an ensemble with [ensemble.stop] has enough samples.
+/// When an ensemble with [ensemble.stop] has enough samples: the mean path of the leading cracks
+/// (Statistics::leader) is known. Whether and where a following crack arrives depends on how long the
+/// computation goes on.
 ///
 /// Looking at an interval again and again until it is narrow would make it too narrow: the sample at which it
 /// looks best is chosen. So the error probability 1 - confidence is shared out beforehand over a fixed
@@ -23,7 +25,8 @@
 /// to finish first plays no part.
 namespace crackle::analysis {
 
-/// A section counts for the rule when this share of the samples done has a crack there, and at least two do.
+/// A section counts for the rule when this share of the samples done has a leading crack there, and at least
+/// two do.
 inline constexpr double min_reached_share = 0.1;
 
 /// The sample numbers n of the looks, ascending; the last one is `samples`.

@@ -19,9 +19,10 @@ namespace crackle::dynamics {
 /// What a MovingBody needs to go on, besides what it is made from: by node number, so that it fits any
 /// partition. Integers as they are, floating-point numbers by their bits.
 struct MotionCheckpoint {
-  parallel::NumberedRows nodes;                   ///< displacement, velocity, force (if current) of each node
-  bool has_force = false;                         ///< nodes have nine words instead of six
-  std::vector<parallel::NumberedRows> rate_work;  ///< of each force pattern, at its nodes
+  /// Of each node: displacement, velocity, displacement at the start of the last step, force (if current).
+  parallel::NumberedRows nodes;
+  bool has_force = false;                             ///< nodes have twelve words instead of nine
+  std::vector<parallel::NumberedRows> rate_work;      ///< of each force pattern, at its nodes
   std::vector<parallel::NumberedRows> reaction_work;  ///< of each prescribed motion, at its nodes
   std::vector<parallel::NumberedRows>
       remainder;  ///< of each force pattern: what rounding kept from its nodes

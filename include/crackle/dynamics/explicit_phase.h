@@ -39,7 +39,7 @@ struct PhaseResult {
   bool separated = false;  ///< the body was apart when the phase ended
   bool parked = false;     ///< the rest is without meaning
   double time = 0;         ///< at which the phase ended, since its start [s]
-  /// Up to which its breaks count [s]: the duration, where the phase went on beyond it and did not arrest.
+  /// Up to which its breaks count, should it be the last phase: the duration at most [s].
   double counted_time = 0;
   std::string note;          ///< why it ended early, where that was no plan
   double kinetic = 0;        ///< energy then [J]

@@ -39,11 +39,17 @@ public:
   /// @param time of the load programs at the beginning of the step [s]
   virtual void step(std::span<const Stage> stages, double time_step, double time) = 0;
 
-  /// The local tetrahedra above the strength now, ascending, and among them only unbroken ones. Local.
+  /// The local tetrahedra above the watched share of their strength now, ascending, and among them only
+  /// unbroken ones. Local.
   virtual std::span<const std::int32_t> overloaded() = 0;
 
   /// Strain of a local tetrahedron now. Local.
   virtual mechanics::Symmetric strain(std::int32_t tetrahedron) const = 0;
+
+  /// Strain of a local tetrahedron at the start of the last step() or of the one before. The body is taken to
+  /// have rested before its first step. Local.
+  /// @param n_steps 1 or 2
+  virtual mechanics::Symmetric strain_before(std::int32_t tetrahedron, int n_steps) const = 0;
 
   /// Takes over that broken tetrahedra of the body carry less from now on. Local.
   virtual void release(std::span<const std::int32_t> tetrahedra) = 0;
@@ -79,6 +85,7 @@ struct MotionContext {
   const mechanics::BoundaryLoads* loads;
   double density;                    ///< [kg/m^3]
   std::span<const double> strength;  ///< of each local tetrahedron [Pa]
+  double watched_share = 1;          ///< of the strength: MovingBody::overloaded() tells what is above it
 };
 
 /// The definition: every operation in double precision, one after the other, with the plain loop over

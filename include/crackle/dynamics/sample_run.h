@@ -37,9 +37,9 @@ struct SampleControl {
   std::function<void(SampleResult partial)> failed = {};
 };
 
-/// Time without a break after which a dynamic phase has arrested [s]: the input's, or that in which a shear
-/// wave crosses the body's middle extent, so that what a break sends out has come back to the crack from the
-/// sides.
+/// Time without a break after which a dynamic phase has arrested [s]: the input's, or what a longitudinal
+/// wave in a bar takes along the body's longest extent. A crack half-way has heard by then how both ends
+/// answered its last break; what comes later has been reflected again.
 double arrest_window(const input::Parameters& parameters);
 
 /// One body's way from the unloaded state to its end: quasi-static loading, run-away, dynamic breaking,

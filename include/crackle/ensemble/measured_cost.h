@@ -6,6 +6,7 @@
 #include "crackle/input/parameters.h"
 
 #include <cstdint>
+#include <string>
 
 namespace crackle::ensemble {
 
@@ -19,6 +20,7 @@ struct MeasuredCost {
   double phase_start = 0;    ///< what a dynamic phase takes before its first step [s]
   double step = 0;           ///< of a dynamic phase: forces, breaking, energies and outputs [s]
   std::int64_t n_steps = 0;  ///< that were measured
+  std::string overload;  ///< why the sample will fail, where the loads at time 0 are above its first break
 };
 
 /// Measures them on a realization: the equilibrium of the intact body, one break with the equilibrium after

@@ -37,8 +37,9 @@ public:
 
   /// Seconds until the last sample ends, from the mean duration and the groups; NaN before the first one has.
   double time_left(double now) const;
-  double mean_position()
-      const;  ///< crack of notch 0 at the middle one of its sections [m]; NaN when none arrived
+  /// Of the leading cracks at the middle one of the sections that the crack of notch 0 can cross [m], see
+  /// RunningStatistics; NaN when none arrived.
+  double mean_position() const;
   /// Of the samples that have ended; tells whether more are needed.
   const analysis::RunningStatistics& statistics() const { return statistics_; }
 

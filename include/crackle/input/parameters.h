@@ -18,7 +18,7 @@ namespace crackle::input {
 using Vector = std::array<double, 3>;
 
 struct EnsembleStop {
-  double half_width;  ///< of the confidence interval of the mean crack position, at every section [m]
+  double half_width;  ///< of the confidence interval of the leaders' mean position, at every section [m]
   double confidence;
   int min_samples;
 };
@@ -116,8 +116,8 @@ struct Time {
   double duration = 0;         ///< of the dynamic phase [s]
   Integrator integrator = Integrator::bilateral4;
   Precision precision = Precision::mixed;
-  /// Time without a break after which a dynamic phase has arrested [s]; empty: what a shear wave needs across
-  /// the body's middle extent ("auto").
+  /// Time without a break after which a dynamic phase has arrested [s]; empty: what a bar's longitudinal wave
+  /// takes along the body's longest extent ("auto").
   std::optional<double> arrest;
   double after_separation =
       0;  ///< a dynamic phase ends this long after the body came apart [s]; 0: it does not

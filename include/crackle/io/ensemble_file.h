@@ -28,8 +28,12 @@
 /// | /statistics/z_mean, z_std, z_half_width, reached | notches x S | of position, see analysis::Statistics |
 /// | /statistics/z_quantile | notches x S x 5 | least, quartiles and median, greatest |
 /// | /statistics/running_mean | N x notches x S | |
-/// | /statistics/pattern_share, pattern_half_width | 4 | |
-/// | attributes confidence, n_looks, n_needed of /statistics | | see analysis::Statistics |
+/// | /statistics/leader, leader/one_crack, leader/two_cracks, follower | | groups with datasets as above,
+/// their rows in place of notches, and leading_notch, notch (rows), counted (rows x S): see
+/// analysis::RankStatistics |
+/// | /statistics/reference_notch | notches | see analysis::LeaderFrame |
+/// | /statistics/pattern_share, pattern_half_width, pattern_lower, pattern_upper | 4 | |
+/// | attributes confidence, interval_scope, n_looks, n_needed of /statistics | | see analysis::Statistics |
 /// | /mother_points/position, spacing, movable | M x 3, M, M | see geometry::MotherPoints |
 /// | /timing/wall_time, attributes of /provenance | N | what differs between two runs |
 ///

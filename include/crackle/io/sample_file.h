@@ -36,9 +36,10 @@
 /// | /frames/displacement, velocity | t x n x 3 | single precision |
 /// | attributes youngs_modulus [Pa], poisson_ratio of /frames | | what the stress follows from; of broken
 /// tetrahedra also from /breaks/cut, /ties and the input |
-/// | /summary/... | | the row: analysis::for_each_result, for_each_position_result; the time steps |
-/// | /counts/... | | dynamics::SampleCounts |
-/// | /timing/..., attributes of /provenance | | what differs between two runs |
+/// | /summary/... | | the row: analysis::for_each_result, for_each_position_result |
+/// | /summary/phase_start, time_step, stable_step | | load time that the times below are counted from; steps
+/// | | /counts/... | | dynamics::SampleCounts | | /timing/..., attributes of /provenance | | what differs
+/// between two runs |
 ///
 /// Behind the end of the HDF5 file stands a check sum of all its bytes: a file that was cut short, damaged or
 /// changed afterwards is not used.

@@ -20,12 +20,13 @@ DEFAULT_TARGET_SHARE = 0.01  # of the width: the half width that is enough where
 def section(ensemble: Ensemble, _: Options) -> Section:
     result = Section(
         "Convergence of the mean crack position",
-        "Running mean over the samples in order of their number, with its "
-        f"{100 * ensemble.confidence:g} % confidence band{_together(ensemble)}; one row for each notch, one column "
-        "for each section. All panels span the same length.", _verdict(ensemble))
+        "Running mean of the leading cracks over the samples in order of their number, with its "
+        f"{100 * ensemble.confidence:g} % confidence band{_together(ensemble)}; one column for each section. Samples "
+        "that another notch leads are turned by the body's symmetry where it has one; otherwise there is one row for "
+        f"each leading notch. All panels span the same length.", _verdict(ensemble))
     if ensemble.n_notches and ensemble.sections and len(ensemble.samples):
         result.pictures.append(Picture(
-            "convergence", "Running mean of the crack position with its confidence band", _draw(ensemble)))
+            "convergence", "Running mean of the leading crack's position with its confidence band", _draw(ensemble)))
     return result
 
 
@@ -37,8 +38,8 @@ def _together(ensemble: Ensemble) -> str:
 
 def _verdict(ensemble: Ensemble) -> str:
     """Were the samples enough? In one sentence."""
-    statistics, n_done = ensemble.statistics, ensemble.done.size
-    # Where hardly any crack comes, no number of samples is enough, and the mean says little.
+    statistics, n_done = ensemble.ranks["leader"], ensemble.done.size
+    # Where hardly any leading crack comes, no number of samples is enough, and the mean says little.
     counts = (statistics.reached >= max(2, LEAST_SHARE * n_done)) & np.isfinite(statistics.z_half_width)
     if not counts.any():
         return "No section has been reached by enough samples to say whether they are enough."
@@ -46,17 +47,23 @@ def _verdict(ensemble: Ensemble) -> str:
     reason = "as the input asks for" if ensemble.stop_half_width else \
         f"{100 * DEFAULT_TARGET_SHARE:g} % of the width"
     widest = np.where(counts, statistics.z_half_width, -np.inf)
-    notch, position = np.unravel_index(widest.argmax(), widest.shape)
-    known = (f"the mean crack position is known to ±{widest[notch, position] / style.MILLIMETRE:.2g} mm at its least "
-             f"certain section (notch {notch}, {ensemble.sections[position].name})")
+    row, position = np.unravel_index(widest.argmax(), widest.shape)
+    known = (f"the mean position of the leading crack is known to ±{widest[row, position] / style.MILLIMETRE:.2g} mm at "
+             f"its least certain section ({_of_class(ensemble, row)}{ensemble.sections[position].name})")
     wanted = f"±{target / style.MILLIMETRE:.2g} mm ({reason})"
-    if widest[notch, position] <= target:
+    if widest[row, position] <= target:
         return f"Were {n_done} samples enough? Yes: {known}, and {wanted} was wanted."
     confidence = position_confidence(ensemble.confidence, ensemble.n_looks)
     needed = max(_needed(float(statistics.z_std[index]), target, confidence) * n_done
                  / statistics.reached[index] for index in zip(*np.nonzero(counts)))
     return (f"Were {n_done} samples enough? No: {known}; {wanted} would take about {_round_up(needed)} samples with "
             "the scatter seen so far.")
+
+
+def _of_class(ensemble: Ensemble, row: int) -> str:
+    """Which leaders a row is of, where there are several."""
+    leading = ensemble.ranks["leader"].leading_notch
+    return f"notch {leading[row]} leads, " if len(leading) > 1 else ""
 
 
 def _needed(std: float, target: float, confidence: float) -> int:
@@ -74,29 +81,31 @@ def _round_up(number: float) -> int:
 
 
 def _draw(ensemble: Ensemble) -> Figure:
-    n_rows, n_columns = ensemble.n_notches, len(ensemble.sections)
+    leaders = ensemble.ranks["leader"]
+    n_rows, n_columns = len(leaders.notch), len(ensemble.sections)
     n_samples = len(ensemble.samples)
     done = np.flatnonzero(ensemble.samples.status == DONE)
     last = done[-1] + 1 if done.size else 0
     number = np.arange(1, n_samples + 1)
-    mean = ensemble.statistics.running_mean / style.MILLIMETRE
+    mean = leaders.running_mean / style.MILLIMETRE
+    position, _ = ensemble.frame.ranked(ensemble.samples.position, ensemble.leading, "leader", are_positions=True)
     confidence = position_confidence(ensemble.confidence, ensemble.n_looks)
     band = np.stack([running_half_width(column, confidence) for column in
-                     ensemble.samples.position.reshape(n_samples, -1).T], axis=1).reshape(mean.shape)
+                     position.reshape(n_samples, -1).T], axis=1).reshape(mean.shape)
     band /= style.MILLIMETRE
-    span = _span(mean, band, ensemble.statistics.z_std / style.MILLIMETRE)
+    span = _span(mean, band, leaders.z_std / style.MILLIMETRE)
 
     figure = Figure(figsize=(style.PAGE_WIDTH, 0.5 + 1.75 * n_rows), layout="constrained")
     grid = figure.subplots(n_rows, n_columns, squeeze=False, sharex=True)
-    for notch in range(n_rows):
+    for row in range(n_rows):
         for column in range(n_columns):
-            axes = grid[notch, column]
-            colour = style.notch_colour(notch)
-            line, half = mean[:last, notch, column], band[:last, notch, column]
+            axes = grid[row, column]
+            colour = style.notch_colour(int(leaders.notch[row]))
+            line, half = mean[:last, row, column], band[:last, row, column]
             axes.plot(number[:last], line, color=colour, linewidth=1.2, marker="." if n_samples < 30 else None)
             axes.fill_between(number[:last], line - half, line + half, where=np.isfinite(half), color=colour,
                               alpha=0.25, linewidth=0)
-            axes.set_title(f"notch {notch}, {ensemble.sections[column].name}", fontsize=7)
+            axes.set_title(_of_class(ensemble, row) + ensemble.sections[column].name, fontsize=7)
             axes.set_xlim(1, max(n_samples, 2))
             axes.xaxis.set_major_locator(MaxNLocator(4, integer=True))
             axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
@@ -110,7 +119,7 @@ def _draw(ensemble: Ensemble) -> Figure:
                 axes.text(0.5, 0.5, "not reached", transform=axes.transAxes, ha="center", color=style.MUTED)
             if column == 0:
                 axes.set_ylabel(f"mean {along(ensemble.sections)} [mm]")
-            if notch == n_rows - 1:
+            if row == n_rows - 1:
                 axes.set_xlabel("samples")
     return figure
 

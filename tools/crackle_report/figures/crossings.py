@@ -2,6 +2,8 @@
 """Where the cracks of all samples cross the sections, with their mean and its band."""
 from __future__ import annotations
 
+from collections import defaultdict
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -18,8 +20,9 @@ from .picture import Picture, Section
 def section(ensemble: Ensemble, _: Options) -> Section:
     result = Section(
         "All cracks over each other",
-        "Through-thickness means of the cracks that start at each notch (numbered from 0, in the order of the "
-        "input), with their branches. Mean, interval and deviation at the cross-sections (dotted) are over the "
+        "Through-thickness means of the leading and of the following cracks, with their branches; samples are turned "
+        "by the body's symmetry, where it has one, so that the leading cracks start at the same notch (numbered from 0, "
+        "in the order of the input). Mean, interval and deviation at the cross-sections (dotted) are over the "
         "samples whose crack arrived there; the numbers at their ends count these.")
     if ensemble.n_notches and ensemble.sections:
         result.pictures.append(Picture("crossings", "Crack positions of all samples at the cross-sections",
@@ -28,10 +31,11 @@ def section(ensemble: Ensemble, _: Options) -> Section:
 
 
 def _draw(ensemble: Ensemble) -> Figure:
-    lines = [line for i in ensemble.done for line in ensemble.load_lines(i)]
-    z_range = window(ensemble.plate, [line.points[:, 1] for line in lines])
-    n_columns = min(ensemble.n_notches, 3)
-    n_rows = -(-ensemble.n_notches // n_columns)
+    panels = [(group, row) for group in ("leader", "follower") for row in range(len(ensemble.ranks[group].notch))]
+    lines = _turned_lines(ensemble)
+    z_range = window(ensemble.plate, [line.points[:, 1] for of_panel in lines.values() for line in of_panel])
+    n_columns = min(len(panels), 3)
+    n_rows = -(-len(panels) // n_columns)
     left, right, top, bottom, gap_x, gap_y = 0.6, 0.15, 0.75, 0.5, 0.5, 0.9
     panel_width = min((style.PAGE_WIDTH - left - right - (n_columns - 1) * gap_x) / n_columns, 4.2)
     proportion = (z_range[1] - z_range[0]) / (1.08 * ensemble.plate.size[1] / style.MILLIMETRE)
@@ -40,8 +44,8 @@ def _draw(ensemble: Ensemble) -> Figure:
     height = top + bottom + n_rows * panel_height + (n_rows - 1) * gap_y
 
     figure = Figure(figsize=(width, height))
-    for notch in range(ensemble.n_notches):
-        row, column = divmod(notch, n_columns)
+    for number, panel in enumerate(panels):
+        row, column = divmod(number, n_columns)
         axes = figure.add_axes((
             (left + column * (panel_width + gap_x)) / width,
             1 - (top + (row + 1) * panel_height + row * gap_y) / height,
@@ -49,7 +53,7 @@ def _draw(ensemble: Ensemble) -> Figure:
         draw_plate(axes, ensemble.plate, z_range)
         axes.set_xlabel("y [mm]")
         axes.set_ylabel("z [mm]")
-        _notch(axes, ensemble, notch, [line for line in lines if line.notch == notch])
+        _panel(axes, ensemble, *panel, lines[panel])
     figure.legend(handles=[
         Line2D([], [], color=style.MUTED, linewidth=0.7, alpha=0.6, label="a sample's crack"),
         Line2D([], [], color="black", linewidth=1.0, marker="o", markersize=2.5, label="mean"),
@@ -60,10 +64,24 @@ def _draw(ensemble: Ensemble) -> Figure:
     return figure
 
 
-def _notch(axes: Axes, ensemble: Ensemble, notch: int, lines: list[CrackLine]) -> None:
-    colour = style.notch_colour(notch)
-    _sections(axes, ensemble, notch)
-    axes.set_title(f"notch {notch}", loc="left", fontweight="bold", color=colour, pad=14)
+def _turned_lines(ensemble: Ensemble) -> dict[tuple[str, int], list[CrackLine]]:
+    """The lines of each panel: group and row, in the frame of the leading crack."""
+    lines = defaultdict(list)
+    for i in ensemble.done:
+        leading = int(ensemble.leading[i])
+        for line in ensemble.load_lines(i) if leading >= 0 else []:
+            for group in ("leader", "follower"):
+                row = ensemble.frame.row_of(group, leading, line.notch) if line.notch >= 0 else None
+                if row is not None:
+                    points = ensemble.frame.turned(line.points, leading)
+                    lines[group, row].append(CrackLine(line.notch, line.is_branch, points))
+    return lines
+
+
+def _panel(axes: Axes, ensemble: Ensemble, group: str, row: int, lines: list[CrackLine]) -> None:
+    colour = style.notch_colour(int(ensemble.ranks[group].notch[row]))
+    _sections(axes, ensemble, group, row)
+    axes.set_title(ensemble.rank_name(group, row), loc="left", fontweight="bold", color=colour, pad=14)
 
     alpha = float(np.clip(12 / max(len(lines), 1), 0.12, 0.7))
     for line in lines:
@@ -72,21 +90,21 @@ def _notch(axes: Axes, ensemble: Ensemble, notch: int, lines: list[CrackLine]) -
                   zorder=2)
 
 
-def _sections(axes: Axes, ensemble: Ensemble, notch: int) -> None:
-    """The sections that the notch's crack can cross, and its mean path there with its band."""
-    is_y = ensemble.plate.notches[notch].face.startswith("y")
+def _sections(axes: Axes, ensemble: Ensemble, group: str, row: int) -> None:
+    """The sections that the row's cracks can cross, and their mean path there with its band."""
+    statistics = ensemble.ranks[group]
+    is_y = ensemble.plate.notches[statistics.notch[row]].face.startswith("y")
     axis = 1 if is_y else 2
     chosen = [k for k, section in enumerate(ensemble.sections) if section.axis == axis]
-    statistics = ensemble.statistics
     at = np.array([ensemble.sections[k].position for k in chosen]) / style.MILLIMETRE
-    mean, std, half_width = (values[notch, chosen] / style.MILLIMETRE for values in
+    mean, std, half_width = (values[row, chosen] / style.MILLIMETRE for values in
                              (statistics.z_mean, statistics.z_std, statistics.z_half_width))
 
     def plot(position: np.ndarray, **kind: object) -> None:
         axes.plot(*((at, position) if is_y else (position, at)), color="black", **kind)
 
     z_low, z_high = axes.get_ylim()
-    for position, reached in zip(at, statistics.reached[notch, chosen]):
+    for position, reached in zip(at, statistics.reached[row, chosen]):
         if not is_y and not z_low <= position <= z_high:
             continue
         (axes.axvline if is_y else axes.axhline)(position, color=style.MUTED, linewidth=0.4, linestyle=":", zorder=1)

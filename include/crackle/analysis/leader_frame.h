@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/body.h"
+#include "crackle/input/parameters.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace crackle::analysis {
+
+/// Crack positions in the frame of the leading crack.
+///
+/// Notches that a symmetry of the body maps on each other (geometry::symmetries) form a class; its notch with
+/// the lowest number is the reference. A sample that another notch of the class leads is turned by the first
+/// symmetry that maps this notch on the reference: its other notches go to their images, and y and z to
+/// width - y and length - z where the symmetry reflects them. So a position turned across its section belongs
+/// to the section at width - y or length - z; where the input has none there (to 1e-12 of the body's largest
+/// size), it belongs to no section, and only samples that need no turning across the section count at it. A
+/// notch without an image is a class of its own.
+class LeaderFrame {
+public:
+  /// Where a position of a turned sample comes from: that of `notch` at `section`.
+  struct Source {
+    int notch;
+    int section;
+    std::optional<double> extent;  ///< of the body along the position, where that is reflected [m]
+  };
+
+  LeaderFrame(const geometry::Body& body, const input::Sections& sections);
+  /// Of a body without symmetry: each notch is a class of its own.
+  LeaderFrame(int n_notches, int n_sections);
+
+  int n_notches() const { return static_cast<int>(reference_.size()); }
+  int n_sections() const { return n_sections_; }
+
+  /// Of each notch the reference notch of its class.
+  const std::vector<std::int32_t>& reference() const { return reference_; }
+
+  /// The crack of `notch` at `section` in the frame of a sample that `leading` leads; nothing where such a
+  /// sample does not count.
+  std::optional<Source> source(int leading, int notch, int section) const;
+
+private:
+  struct Turn {
+    std::vector<int> notch;                     ///< that each notch of the frame is in the sample
+    std::vector<int> section;                   ///< likewise; -1 for none
+    std::vector<std::optional<double>> extent;  ///< of each section, see Source
+  };
+
+  int n_sections_;
+  std::vector<std::int32_t> reference_;
+  std::vector<Turn> turns_;  ///< of a sample by its leading notch
+};
+
+}  // namespace crackle::analysis

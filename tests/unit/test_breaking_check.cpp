@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What breaks at the ends of steps, with stresses that follow a script.
+#include "crackle/dynamics/breaking_check.h"
+#include "support/box_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace crackle::dynamics {
+namespace {
+
+constexpr double strength = 35e6, stable_step = 6e-8;
+constexpr std::int32_t loaded = 2;
+
+/// One tetrahedron under uniaxial tension that depends on time alone, the others without load.
+class ScriptedMotion final : public MovingBody {
+public:
+  ScriptedMotion(const fracture::BreakableBody& body, std::function<double(double)> stress, double share)
+      : body_(&body), stress_(std::move(stress)), share_(share) {}
+
+  void step(std::span<const Stage>, double time_step, double) override {
+    before_ = {time_, before_[0]};
+    time_ += time_step;
+  }
+  std::span<const std::int32_t> overloaded() override {
+    overloaded_.clear();
+    if (!body_->is_broken(loaded) && stress_(time_) > share_ * strength) overloaded_.push_back(loaded);
+    return overloaded_;
+  }
+  mechanics::Symmetric strain(std::int32_t) const override { return strain_at(time_); }
+  mechanics::Symmetric strain_before(std::int32_t, int n_steps) const override {
+    return strain_at(before_[n_steps == 1 ? 0 : 1]);
+  }
+  void release(std::span<const std::int32_t>) override {}
+  void read(MotionState&) const override {}
+  double external_work(double, const MotionState&) const override { return 0; }
+  MotionCheckpoint save() const override { return {}; }
+  void restore(const MotionCheckpoint&) override {}
+  std::int64_t n_forces() const override { return 0; }
+
+  double time() const { return time_; }
+
+private:
+  mechanics::Symmetric strain_at(double time) const {
+    const auto epoxy = test::epoxy();
+    const double along = stress_(time) / epoxy.youngs_modulus, across = -epoxy.poisson_ratio * along;
+    return {across, across, along, 0, 0, 0};
+  }
+
+  const fracture::BreakableBody* body_;
+  std::function<double(double)> stress_;
+  double share_;
+  std::array<double, 2> before_{};
+  double time_ = 0;
+  std::vector<std::int32_t> overloaded_;
+};
+
+class ScriptedBreaking : public testing::Test {
+protected:
+  struct End {
+    double break_time;  // or infinity
+    double impulse;
+  };
+
+  /// @param stress as a function of time; from time 0 on
+  /// @param restart the check is made anew after this many steps
+  End run(const std::function<double(double)>& stress, double step, int n_steps, double impulse = 1e4,
+          int restart = -1) const {
+    const auto mesh = test::make_box({.cells = {1, 1, 1}});
+    const auto subdomain = test::whole(mesh);
+    fracture::BreakableBody body(subdomain, test::epoxy());
+    fracture::TulerButcher criterion({.strength = strength, .exponent = 2, .impulse = impulse},
+                                     subdomain.tetrahedra.size(), step);
+    ScriptedMotion motion(body, stress, criterion.watched_share(stable_step));
+    std::optional<BreakingCheck> check;
+    for (int i = 0; i < n_steps && body.breaks().empty(); ++i) {
+      if (i == 0 || i == restart) check.emplace(body, motion, criterion).start();
+      motion.step({}, step, 0);
+      for (const auto t : check->end_step()) body.release(t, motion.strain(t), 0, motion.time());
+    }
+    return {body.breaks().empty() ? INFINITY : body.breaks()[0].phase_time, criterion.impulse()[loaded]};
+  }
+};
+
+TEST_F(ScriptedBreaking, OfConstantRateIsAtTheEndOfAStepNearestToTheMomentOfFailure) {
+  const double rate = 3e6 / 5e-8;
+  const double needed = std::cbrt(3 * 1e4 / (rate * rate));  // from the strength on
+  for (const double step : {1e-9, 5e-9, 1.3e-8, 2.7e-8, 5.4e-8}) {
+    double mean = 0;
+    const int n_phases = 40;
+    for (int phase = 0; phase < n_phases; ++phase) {
+      const double crossing = (8 + (phase + 0.5) / n_phases) * step;
+      const auto stress = [&](double t) { return strength + rate * (t - crossing); };
+      const double late = run(stress, step, 200).break_time - (crossing + needed);
+      EXPECT_LE(std::abs(late), (0.5 + 1e-6) * step) << "step " << step << ", phase " << phase;
+      mean += late / n_phases;
+    }
+    std::printf("step %4.1f ns: %+.4f steps late on average\n", 1e9 * step, mean / step);
+    EXPECT_NEAR(mean, 0, 0.03 * step);  // 40 phases
+  }
+}
+
+TEST_F(ScriptedBreaking, ForeseesAStressThatRisesFasterAndFaster) {
+  // At rest 5 MPa below the strength, and some 200 ns later past it at 3.5 MPa in 50 ns, as at a crack front.
+  const double step = 5.4e-8;
+  double mean = 0;
+  const int n_phases = 40;
+  for (int phase = 0; phase < n_phases; ++phase) {
+    const double start = (2 + (phase + 0.5) / n_phases) * step;
+    const auto stress = [&](double t) {
+      const double since = std::max(t - start, 0.0) / 1.5e-7;
+      return strength - 5e6 + 5e6 * since * since;
+    };
+    mean += (run(stress, step, 20).break_time - run(stress, 1e-10, 10000).break_time) / n_phases;
+  }
+  std::printf("%+.3f steps late on average\n", mean / step);
+  EXPECT_NEAR(mean, 0, 0.05 * step);
+}
+
+TEST_F(ScriptedBreaking, CountsTheStepInWhichTheStressFalls) {
+  // From 5 MPa below the strength up to 2 MPa above and down again.
+  const double rate = 7e6 / 3e-8;
+  const auto stress = [&](double t) { return strength + 2e6 - rate * std::abs(t - 3e-8); };
+  const double expected = 2 * std::pow(2e6, 3) / (3 * rate);
+  for (const int n_steps : {2, 6, 60}) {
+    const double step = 6e-8 / n_steps;
+    EXPECT_NEAR(run(stress, step, n_steps, 1e9).impulse, expected, 1e-9 * expected) << n_steps << " steps";
+    for (int restart = 1; restart < n_steps; ++restart)
+      EXPECT_NEAR(run(stress, step, n_steps, 1e9, restart).impulse, expected, 1e-9 * expected)
+          << n_steps << " steps, made anew after " << restart;
+  }
+}
+
+TEST_F(ScriptedBreaking, IsNotForAStressThatStaysBelowTheStrength) {
+  const auto stress = [](double t) { return 0.999 * strength * (1 - std::exp(-t / 1e-6)); };
+  EXPECT_EQ(run(stress, 5.4e-8, 1000).break_time, INFINITY);
+}
+
+}  // namespace
+}  // namespace crackle::dynamics

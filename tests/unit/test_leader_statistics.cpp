@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Statistics of leading and following cracks, in the frame of the leading one.
+#include "crackle/analysis/leader_frame.h"
+#include "crackle/analysis/running_statistics.h"
+#include "crackle/parallel/random.h"
+#include "support/geometry_bodies.h"
+
+#include <gmock/gmock.h>
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace crackle::analysis {
+namespace {
+
+using crackle::testing::body;
+using crackle::testing::mm;
+using crackle::testing::notch;
+using input::Face;
+using ::testing::ElementsAre;
+using ::testing::IsNan;
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+/// The paper's plate: a half-turn maps one notch on the other.
+geometry::Body plate() {
+  return body({5, 24.5, 140}, {notch(Face::y_min, 67.5, 5.5, 0.6), notch(Face::y_max, 72.5, 5.5, 0.6)});
+}
+
+/// 7 and 17.5 mm are each other's image, 12.25 mm its own, 9 mm has none.
+const input::Sections sections{.y = {7 * mm, 9 * mm, 12.25 * mm, 17.5 * mm}, .z = {}};
+
+input::Parameters parameters(int samples) {
+  input::Parameters p;
+  p.ensemble.samples = samples;
+  p.specimen = {plate().size(), {plate().notch(0), plate().notch(1)}};
+  p.sections = sections;
+  return p;
+}
+
+/// @param z_mm of both notches at all sections
+SampleSummary row(int leading, std::vector<double> z_mm, Pattern pattern = Pattern::two_cracks) {
+  SampleSummary summary = empty_summary(2, 4, SampleStatus::done);
+  for (double& z : z_mm) z *= mm;
+  summary.position = std::move(z_mm);
+  summary.leading_notch = leading;
+  summary.pattern = static_cast<std::int32_t>(pattern);
+  return summary;
+}
+
+/// The same sample turned by 180 degrees.
+SampleSummary turned(const SampleSummary& sample) {
+  SampleSummary summary = sample;
+  summary.leading_notch = 1 - sample.leading_notch;
+  summary.position.assign(8, none);
+  const std::array<std::size_t, 4> image{3, 4, 2, 0};  // 4: none
+  for (std::size_t k = 0; k < 2; ++k)
+    for (std::size_t s = 0; s < 4; ++s)
+      if (image[s] < 4) summary.position[(1 - k) * 4 + image[s]] = 140 * mm - sample.position[k * 4 + s];
+  return summary;
+}
+
+std::vector<std::uint64_t> bits(const std::vector<double>& values) {
+  std::vector<std::uint64_t> result;
+  for (const double value : values) result.push_back(std::bit_cast<std::uint64_t>(value));
+  return result;
+}
+
+TEST(LeaderFrame, AHalfTurnMapsTheNotchesOfThePlateOnEachOther) {
+  const LeaderFrame frame(plate(), sections);
+  EXPECT_THAT(frame.reference(), ElementsAre(0, 0));
+  const auto own = frame.source(0, 1, 1).value();
+  EXPECT_EQ(own.notch, 1);
+  EXPECT_EQ(own.section, 1);
+  EXPECT_FALSE(own.extent);
+  const auto image = frame.source(1, 0, 0).value();
+  EXPECT_EQ(image.notch, 1);
+  EXPECT_EQ(image.section, 3);
+  EXPECT_EQ(image.extent, 140 * mm);
+  EXPECT_EQ(frame.source(1, 1, 2)->notch, 0);
+  EXPECT_EQ(frame.source(1, 1, 2)->section, 2);
+  EXPECT_FALSE(frame.source(1, 0, 1)) << "no section at 15.5 mm";
+}
+
+TEST(LeaderFrame, ReflectionsMapTheNotchesOfOtherBodies) {
+  // Opposite each other: reflected in y alone, z stays.
+  const auto opposite = body({3, 16, 24}, {notch(Face::y_max, 9, 4, 0.6), notch(Face::y_min, 9, 4, 0.6)});
+  const input::Sections y{.y = {4 * mm, 12 * mm}, .z = {}};
+  const LeaderFrame in_y(opposite, y);
+  EXPECT_THAT(in_y.reference(), ElementsAre(0, 0));
+  EXPECT_EQ(in_y.source(1, 0, 0)->section, 1);
+  EXPECT_FALSE(in_y.source(1, 0, 0)->extent);
+  // In one face: reflected in z alone, sections stay, also where they have no image.
+  const auto beside = body({3, 16, 24}, {notch(Face::y_min, 7, 4, 0.6), notch(Face::y_min, 17, 4, 0.6)});
+  const LeaderFrame in_z(beside, {.y = {5 * mm}, .z = {}});
+  EXPECT_THAT(in_z.reference(), ElementsAre(0, 0));
+  EXPECT_EQ(in_z.source(1, 0, 0)->section, 0);
+  EXPECT_EQ(in_z.source(1, 0, 0)->extent, 24 * mm);
+  // Two pairs and one alone.
+  const auto five = body({3, 16, 24}, {notch(Face::y_min, 12, 4, 0.6), notch(Face::y_min, 7, 2, 0.6),
+                                       notch(Face::y_max, 3, 2, 0.6), notch(Face::y_max, 21, 2, 0.6),
+                                       notch(Face::y_min, 17, 2, 0.6)});
+  EXPECT_THAT(LeaderFrame(five, y).reference(), ElementsAre(0, 1, 2, 2, 1));
+}
+
+TEST(LeaderFrame, SectionsAcrossZAreTurnedLikeThoseAcrossY) {
+  // A half turn of notches in z-faces: z sections go to length - z, positions y to width - y.
+  const auto upright = body({5, 140, 24}, {notch(Face::z_min, 60, 5, 0.6), notch(Face::z_max, 80, 5, 0.6)});
+  const input::Sections both{.y = {70 * mm, 30 * mm}, .z = {8 * mm, 10 * mm, 16 * mm}};
+  const LeaderFrame frame(upright, both);
+  EXPECT_THAT(frame.reference(), ElementsAre(0, 0));
+  EXPECT_EQ(frame.n_sections(), 5);
+  EXPECT_EQ(frame.source(1, 0, 0)->section, 0) << "y = 70 mm is its own image";
+  EXPECT_EQ(frame.source(1, 0, 0)->extent, 24 * mm);
+  EXPECT_FALSE(frame.source(1, 0, 1)) << "no section at y = 110 mm";
+  EXPECT_EQ(frame.source(1, 0, 2)->notch, 1);
+  EXPECT_EQ(frame.source(1, 0, 2)->section, 4);
+  EXPECT_EQ(frame.source(1, 0, 2)->extent, 140 * mm);
+  EXPECT_FALSE(frame.source(1, 0, 3)) << "no section at z = 14 mm";
+  EXPECT_FALSE(frame.source(0, 0, 3)->extent);
+  // In one face: reflected in y alone, sections across z stay.
+  const auto beside = body({5, 140, 24}, {notch(Face::z_min, 60, 5, 0.6), notch(Face::z_min, 80, 5, 0.6)});
+  const LeaderFrame in_y(beside, {.y = {}, .z = {10 * mm}});
+  EXPECT_EQ(in_y.source(1, 0, 0)->section, 0);
+  EXPECT_EQ(in_y.source(1, 0, 0)->extent, 140 * mm);
+}
+
+TEST(LeaderFrame, WithoutSymmetryEachNotchIsAClassOfItsOwn) {
+  const auto other_depth =
+      body({5, 24.5, 140}, {notch(Face::y_min, 67.5, 5.5, 0.6), notch(Face::y_max, 72.5, 5.4, 0.6)});
+  for (const LeaderFrame& frame : {LeaderFrame(other_depth, sections), LeaderFrame(2, 4)}) {
+    EXPECT_THAT(frame.reference(), ElementsAre(0, 1));
+    EXPECT_EQ(frame.source(1, 1, 1)->notch, 1);
+    EXPECT_EQ(frame.source(1, 1, 1)->section, 1);
+  }
+}
+
+TEST(LeaderStatistics, TurnedSamplesCountAsTheirImage) {
+  const std::vector<SampleSummary> samples{
+      row(0, {67, 66.8, 66.5, 66.9, none, none, none, 73}),
+      turned(row(0, {67.2, none, 66.7, none, none, none, 69, 73.2})),
+      row(-1, {68, none, none, none, none, none, none, none}),
+  };
+  const Statistics s = make_statistics(samples, parameters(3));
+  EXPECT_THAT(s.reference_notch, ElementsAre(0, 0));
+  EXPECT_THAT(s.leader.leading_notch, ElementsAre(0));
+  EXPECT_THAT(s.leader.notch, ElementsAre(0));
+  EXPECT_THAT(s.leader.reached, ElementsAre(2, 1, 2, 1));
+  EXPECT_THAT(s.leader.counted, ElementsAre(2, 1, 2, 2)) << "at 9 mm only samples that are not turned";
+  EXPECT_NEAR(s.leader.z_mean[0], 67.1 * mm, 1e-12);
+  EXPECT_EQ(s.leader.z_mean[1], 66.8 * mm);
+  EXPECT_NEAR(s.leader.z_mean[2], 66.6 * mm, 1e-12);
+  EXPECT_NEAR(s.leader.z_std[0], 0.2 * mm / std::sqrt(2.0), 1e-12);
+  // Student's t for one degree of freedom and 95 % is 12.7062047364.
+  EXPECT_NEAR(s.leader.z_half_width[0], 12.7062047364 * 0.1 * mm, 1e-10);
+  EXPECT_EQ(s.leader.z_quantile.size(), 20U);
+  EXPECT_NEAR(s.leader.running_mean[4], 67.1 * mm, 1e-12);
+  EXPECT_EQ(s.leader.running_mean[8], s.leader.running_mean[4]) << "where nothing leads nothing is added";
+  EXPECT_THAT(s.follower.leading_notch, ElementsAre(0));
+  EXPECT_THAT(s.follower.notch, ElementsAre(1));
+  EXPECT_THAT(s.follower.reached, ElementsAre(0, 0, 1, 2));
+  EXPECT_NEAR(s.follower.z_mean[3], 73.1 * mm, 1e-12);
+  // All cracks of a notch, whatever they lead.
+  EXPECT_THAT(s.reached, ElementsAre(3, 1, 2, 1, 0, 0, 1, 2));
+}
+
+TEST(LeaderStatistics, PositionsAtSectionsAcrossZAreTurnedInY) {
+  input::Parameters p;
+  p.ensemble.samples = 2;
+  p.specimen = {{5 * mm, 140 * mm, 24 * mm}, {plate().notch(0), plate().notch(1)}};
+  p.specimen.notches[0].face = Face::z_min;
+  p.specimen.notches[1].face = Face::z_max;
+  p.sections = {.y = {}, .z = {8 * mm, 16 * mm}};
+  SampleSummary own = empty_summary(2, 2, SampleStatus::done), other = own;
+  own.leading_notch = 0;
+  own.position = {67 * mm, 68 * mm, none, 73 * mm};
+  other.leading_notch = 1;
+  other.position = {none, none, 71 * mm, 72 * mm};
+  const Statistics s = make_statistics(std::vector{own, other}, p);
+  EXPECT_THAT(s.leader.reached, ElementsAre(2, 2));
+  EXPECT_NEAR(s.leader.z_mean[0], 67.5 * mm, 1e-12) << "72 mm is 68 mm from the other end";
+  EXPECT_NEAR(s.leader.z_mean[1], 68.5 * mm, 1e-12);
+  EXPECT_THAT(s.follower.reached, ElementsAre(0, 1));
+}
+
+TEST(LeaderStatistics, WithoutSymmetryThereAreRowsForEachLeadingNotch) {
+  const std::vector<SampleSummary> samples{row(0, {67, 66, 65, 64, none, none, none, 73}),
+                                           row(1, {68, none, none, none, 70, 71, 72, 73})};
+  const Statistics s = make_statistics(samples, 2, 4);
+  EXPECT_THAT(s.leader.leading_notch, ElementsAre(0, 1));
+  EXPECT_THAT(s.leader.notch, ElementsAre(0, 1));
+  EXPECT_THAT(s.leader.reached, ElementsAre(1, 1, 1, 1, 1, 1, 1, 1));
+  EXPECT_EQ(s.leader.z_mean[7], 73 * mm);
+  EXPECT_THAT(s.follower.leading_notch, ElementsAre(0, 1));
+  EXPECT_THAT(s.follower.notch, ElementsAre(1, 0));
+  EXPECT_THAT(s.follower.reached, ElementsAre(0, 0, 0, 1, 1, 0, 0, 0));
+  EXPECT_EQ(s.follower.z_mean[4], 68 * mm);
+}
+
+TEST(LeaderStatistics, PatternsHaveTheirOwnMeanPath) {
+  const std::vector<SampleSummary> samples{
+      row(0, {67, 67, 67, 67, none, none, none, none}, Pattern::one_crack),
+      turned(row(0, {66, 66, 66, 66, none, none, none, none}, Pattern::two_cracks)),
+      row(0, {65, 65, 65, 65, none, none, none, none}, Pattern::other)};
+  const Statistics s = make_statistics(samples, parameters(3));
+  EXPECT_EQ(s.leader_one_crack.z_mean[2], 67 * mm);
+  EXPECT_THAT(s.leader_one_crack.counted, ElementsAre(1, 1, 1, 1));
+  EXPECT_NEAR(s.leader_two_cracks.z_mean[2], 66 * mm, 1e-12);
+  EXPECT_THAT(s.leader_two_cracks.counted, ElementsAre(1, 0, 1, 1));
+  EXPECT_NEAR(s.leader.z_mean[2], 66 * mm, 1e-12);
+  EXPECT_THAT(s.leader.reached, ElementsAre(3, 2, 3, 3));
+}
+
+TEST(LeaderStatistics, TheOrderOfFinishingPlaysNoPart) {
+  const int n = 60;
+  parallel::RandomStream random(1, 0, "test");
+  std::vector<SampleSummary> rows;
+  for (int i = 0; i < n; ++i) {
+    std::vector<double> z(8, none);
+    for (double& value : z)
+      if (random.uniform() < 0.8) value = 65 + 10 * random.uniform();
+    rows.push_back(row(static_cast<int>(random.bits() % 3) - 1, z, static_cast<Pattern>(random.bits() % 4)));
+  }
+  rows[9] = empty_summary(2, 4, SampleStatus::failed, "broke");
+  const Statistics expected = make_statistics(rows, parameters(n));
+  std::vector<std::size_t> order(n);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  for (int trial = 0; trial < 5; ++trial) {
+    for (std::size_t i = order.size(); i-- > 1;) std::swap(order[i], order[random.bits() % (i + 1)]);
+    RunningStatistics running(parameters(n));
+    for (const std::size_t i : order) running.add(i, rows[i]);
+    Statistics found = running.statistics();
+    std::vector<const RankStatistics*> of;
+    for_each_rank(expected, [&](const char*, const RankStatistics& ranks) { of.push_back(&ranks); });
+    std::size_t next = 0;
+    for_each_rank(found, [&](const char* name, const RankStatistics& ranks) {
+      const RankStatistics& same = *of[next++];
+      for (const auto field : {&PathStatistics::z_mean, &PathStatistics::z_std, &PathStatistics::z_half_width,
+                               &PathStatistics::z_quantile, &PathStatistics::running_mean})
+        EXPECT_EQ(bits(ranks.*field), bits(same.*field)) << name;
+      EXPECT_EQ(ranks.reached, same.reached) << name;
+      EXPECT_EQ(ranks.counted, same.counted) << name;
+    });
+    EXPECT_EQ(running.mean_leader_position(2), expected.leader.z_mean[2]);
+  }
+}
+
+TEST(LeaderStatistics, TheRunningMeanIsThatOfTheClassThatArrivesMost) {
+  RunningStatistics running(3, 2, 4, 0.95);
+  EXPECT_TRUE(std::isnan(running.mean_leader_position(0)));
+  running.add(0, row(1, {none, none, none, none, 70, 71, 72, 73}));
+  EXPECT_EQ(running.mean_leader_position(2), 72 * mm);
+  running.add(1, row(0, {67, 67, 67, 67, none, none, none, none}));
+  EXPECT_EQ(running.mean_leader_position(2), 67 * mm) << "of equals the first";
+  running.add(2, row(1, {none, none, none, none, 70, 71, 74, 73}));
+  EXPECT_NEAR(running.mean_leader_position(2), 73 * mm, 1e-12);
+}
+
+TEST(LeaderStatistics, LeadersThatAreNoNotchAreRefused) {
+  for (const int leading : {-2, 2})
+    EXPECT_THROW(make_statistics(std::vector{row(leading, std::vector<double>(8, none))}, 2, 4),
+                 std::invalid_argument);
+}
+
+TEST(LeaderStatistics, TheRuleToStopLooksAtLeaders) {
+  // Leaders of either notch lie close together, followers do not.
+  const int n = 100;
+  const auto rows = [&](double of_leaders, double of_followers) {
+    parallel::RandomStream random(7, 0, "test");
+    std::vector<SampleSummary> result;
+    for (int i = 0; i < n; ++i) {
+      std::vector<double> z;
+      for (int p = 0; p < 8; ++p)
+        z.push_back(p < 4 ? 67 + of_leaders * random.uniform() : 73 + of_followers * random.uniform());
+      result.push_back(row(0, z));
+      if (random.uniform() < 0.5) result.back() = turned(result.back());
+    }
+    return result;
+  };
+  input::Parameters p = parameters(n);
+  p.ensemble.stop = input::EnsembleStop{0.1 * mm, 0.95, 20};
+  EXPECT_EQ(make_statistics(rows(0.1, 4), p).n_needed, 20);
+  EXPECT_EQ(make_statistics(rows(4, 0.1), p).n_needed, n);
+}
+
+TEST(LeaderStatistics, TheTextTellsRanksApart) {
+  const std::vector<SampleSummary> samples{
+      row(0, {67, 66.8, 66.5, 66.9, none, none, none, 73}, Pattern::one_crack),
+      turned(row(0, {67.2, none, 66.7, none, none, none, 69, 73.2})),
+      row(-1, std::vector<double>(8, none), Pattern::none)};
+  const std::string text = to_text(make_statistics(samples, parameters(3)), samples, sections);
+  std::printf("%s", text.c_str());
+  EXPECT_THAT(text, ::testing::HasSubstr("\nleading notch: 0 in 1 sample, 1 in 1, none in 1\n"));
+  EXPECT_THAT(text,
+              ::testing::HasSubstr("by rank; samples that notch 1 leads are turned by the body's symmetry, "
+                                   "as if notch 0 did\n"));
+  EXPECT_THAT(text,
+              ::testing::ContainsRegex("\nleader +0 +0 +y = 7 mm +z +2 +67\\.100 +0\\.141 +1\\.271 +2\n"));
+  EXPECT_THAT(
+      text, ::testing::ContainsRegex("\nleader, one crack +0 +0 +y = 12\\.25 mm +z +1 +66\\.500 +- +- +1\n"));
+  EXPECT_THAT(text, ::testing::ContainsRegex("\nfollower +0 +1 +y = 17\\.5 mm +z +2 +73\\.100 "));
+  EXPECT_THAT(text, ::testing::HasSubstr("\nall cracks of the notch, leading and following\nnotch "));
+  EXPECT_THAT(text, ::testing::ContainsRegex("\n +0 +y = 7 mm +z +2 +66\\.900 "));
+  EXPECT_THAT(text, ::testing::HasSubstr(interval_scope));
+}
+
+}  // namespace
+}  // namespace crackle::analysis
