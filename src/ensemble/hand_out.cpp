@@ -84,6 +84,9 @@ void serve_groups(const parallel::Communicator& world, int n_groups, Realization
       back_off.reset();
     }
   }
+  // What was told of the last samples and overtaken by their reports must not reach a later hand-out.
+  while (poll_progress(world)) {
+  }
 }
 
 /// @param tells_progress to the master
