@@ -109,6 +109,8 @@ SampleReport run_single_sample(const parallel::Communicator& ranks, const input:
       report = prepared.failed() ? report_failure(steps, options.sample, prepared.error, prepared.seconds)
                                  : lead_sample(group, steps, std::move(prepared));
     }
+    // Another rank may have seen the time limit first; this one says why the sample was parked.
+    if (report.parked) stop();
     send_end(group);
   } else {
     follow_samples(group, steps);
