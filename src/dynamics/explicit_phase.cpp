@@ -109,10 +109,6 @@ std::vector<std::int64_t> frame_steps(int n_frames, std::int64_t n_steps) {
   return steps;
 }
 
-}  // namespace
-
-namespace {
-
 /// @param result is there in part when this throws
 void run_phase(const MotionContext& context, MovingBody& motion, fracture::TulerButcher& criterion,
                const Splitting& splitting, const EnergyAccount& account, double load_time,

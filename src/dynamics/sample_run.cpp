@@ -111,7 +111,7 @@ private:
     const PhaseResult phase = move(0, state);
     if (phase.parked) return false;
     result_.outcome = !has_broken()     ? Outcome::unbroken
-                      : is_apart(phase) ? Outcome::separated
+                      : phase.separated ? Outcome::separated
                                         : Outcome::running;
     return true;
   }
@@ -153,9 +153,10 @@ private:
         return false;
       }
       if (end != QuasiStaticEnd::run_away) {
-        result_.outcome = !has_broken()                                        ? Outcome::unbroken
-                          : end == QuasiStaticEnd::separated || is_apart_now() ? Outcome::separated
-                                                                               : Outcome::arrested;
+        result_.outcome = !has_broken() ? Outcome::unbroken
+                          : end == QuasiStaticEnd::separated || is_separated(group_, body_, loads_)
+                              ? Outcome::separated
+                              : Outcome::arrested;
         if (result_.energy.empty()) {
           result_.energy.push_back(account_.row(0, 0, 0, loading.displacement()));
         }
@@ -192,8 +193,6 @@ private:
     parallel::agree(group_);
     return parallel::largest_of_all(group_, body_.breaks().empty() ? 0 : 1) > 0;
   }
-  bool is_apart_now() const { return is_separated(group_, body_, loads_); }
-  bool is_apart(const PhaseResult& phase) const { return phase.separated || is_apart_now(); }
 
   MotionState at_rest() const {
     return {parallel::NodeField(group_, subdomain_), parallel::NodeField(group_, subdomain_)};
@@ -240,7 +239,7 @@ private:
       result_.energy = std::move(partial.energy);
       result_.frames = std::move(partial.frames);
     };
-    const double duration = static_cast<double>(options_.grid.n_steps) * options_.grid.step;
+    const double duration = options_.grid.duration();
     const double first_time =
         options.from != nullptr ? static_cast<double>(options.from->running->step) * options_.grid.step : 0;
     options.on_row = [&](const EnergyRow& row) {
@@ -307,7 +306,7 @@ private:
     result_.frames = from_->frames;
     result_.counts.steps += ended.n_steps;
     result_.counts.force_evaluations += ended.n_forces;
-    counted_time_ = std::min(ended.time, static_cast<double>(options_.grid.n_steps) * options_.grid.step);
+    counted_time_ = std::min(ended.time, options_.grid.duration());
     PhaseResult phase;
     phase.arrested = true;
     phase.time = ended.time;

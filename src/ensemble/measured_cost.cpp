@@ -73,13 +73,12 @@ public:
     std::vector<double> weakened = strength_;
     for (double& value : weakened) value /= overload;
     fracture::TulerButcher criterion(parameters_.fracture, weakened, grid_.step);
-    const double duration = static_cast<double>(grid_.n_steps) * grid_.step;
     const dynamics::MotionContext context{&self_, &body_, &loads_, parameters_.material.density,
                                           criterion.strengths()};
     agitate();
     const ThreadClock start;
-    const auto motion =
-        dynamics::make_fixed_point_motion(context, parameters_.time.precision, load_time_, duration, state_);
+    const auto motion = dynamics::make_fixed_point_motion(context, parameters_.time.precision, load_time_,
+                                                          grid_.duration(), state_);
     cost.phase_start = start.seconds();
     const ThreadClock loop;
     double measured = 0;

@@ -100,6 +100,14 @@ TEST(ResultList, NamesItsCategories) {
   EXPECT_EQ(n_categories(""), 0);
 }
 
+TEST(ResultList, NamesOutcomesAsTheLogDoes) {
+  for_each_result([](const ResultInfo& info, auto) {
+    if (std::string(info.name) != "outcome") return;
+    for (int k = 0; k < n_categories(info.categories); ++k)
+      EXPECT_EQ(category_name(info.categories, k), to_string(static_cast<dynamics::Outcome>(k)));
+  });
+}
+
 TEST(ResultList, HasARowForEachResult) {
   const std::string table = result_table();
   for_each_result([&](const ResultInfo& info, auto) {

@@ -24,6 +24,8 @@ double stable_step(const input::Parameters& parameters, const geometry::Realizat
 struct TimeGrid {
   double step;           ///< [s]
   std::int64_t n_steps;  ///< a whole number of the integrator's cycles, covering the duration
+
+  double duration() const { return static_cast<double>(n_steps) * step; }  ///< [s]
 };
 
 /// The input's step, or with "auto" the largest that stays below 0.9 of the stable one and divides the
