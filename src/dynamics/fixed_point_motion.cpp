@@ -301,8 +301,8 @@ private:
           const auto force = quantized<Integer>(t.volume * traction[i], scale_.force, contacts_are_in_range_);
           auto& one = nodes[index(t.nodes[a])].force[i];
           auto& other = nodes[index(t.nodes[0])].force[i];
-          // Forces of several contacts may wrap around where each of them fits. Those on ghosts are never used,
-          // and never cleared.
+          // Forces of several contacts may wrap around where each of them fits. Those on ghosts are never
+          // used, and never cleared.
           if (t.nodes[a] < subdomain_.n_owned && __builtin_add_overflow(one, force, &one))
             contacts_are_in_range_ = false;
           if (t.nodes[0] < subdomain_.n_owned && __builtin_sub_overflow(other, force, &other))
