@@ -217,8 +217,8 @@ std::string phases_text(int n) {
 
 std::string cost_text(const Subject& subject, const CheckOptions& options) {
   const auto& parameters = subject.parameters;
-  const auto measured =
-      ensemble::measure_cost(parameters, subject.realization, subject.phase.grid, measured_seconds);
+  const auto measured = ensemble::measure_cost(parameters, subject.realization, subject.stable_step,
+                                               subject.phase.grid, measured_seconds);
   const auto work = ensemble::sample_work(parameters, options.phases);
   const auto cost = ensemble::sample_cost(measured, subject.phase, work, subject.rest_seconds);
   const double rate = forces_per_step(subject.phase) * subject.n_tetrahedra() / measured.step;

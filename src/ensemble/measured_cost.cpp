@@ -32,8 +32,9 @@ constexpr double energy_of_running_cracks = 0.02;
 class Measurement {
 public:
   Measurement(const input::Parameters& parameters, const geometry::Realization& realization,
-              const dynamics::TimeGrid& grid)
+              double stable_step, const dynamics::TimeGrid& grid)
       : parameters_(parameters),
+        stable_step_(stable_step),
         grid_(grid),
         subdomain_(geometry::split(realization, geometry::partition(realization, 1)).front()),
         body_(subdomain_, parameters.material, parameters.fracture.release, parameters.fracture.contact),
@@ -73,8 +74,12 @@ public:
     std::vector<double> weakened = strength_;
     for (double& value : weakened) value /= overload;
     fracture::TulerButcher criterion(parameters_.fracture, weakened, grid_.step);
-    const dynamics::MotionContext context{&self_, &body_, &loads_, parameters_.material.density,
-                                          criterion.strengths()};
+    const dynamics::MotionContext context{&self_,
+                                          &body_,
+                                          &loads_,
+                                          parameters_.material.density,
+                                          criterion.strengths(),
+                                          criterion.watched_share(stable_step_)};
     agitate();
     const ThreadClock start;
     const auto motion = dynamics::make_fixed_point_motion(context, parameters_.time.precision, load_time_,
@@ -122,6 +127,7 @@ private:
 
   parallel::Communicator self_{MPI_COMM_SELF};
   const input::Parameters& parameters_;
+  double stable_step_;
   dynamics::TimeGrid grid_;
   geometry::Subdomain subdomain_;
   fracture::BreakableBody body_;
@@ -135,10 +141,10 @@ private:
 }  // namespace
 
 MeasuredCost measure_cost(const input::Parameters& parameters, const geometry::Realization& realization,
-                          const dynamics::TimeGrid& grid, double seconds) {
+                          double stable_step, const dynamics::TimeGrid& grid, double seconds) {
   MeasuredCost cost;
   const ThreadClock setup;
-  Measurement measurement(parameters, realization, grid);
+  Measurement measurement(parameters, realization, stable_step, grid);
   cost.setup = setup.seconds();
   if (parameters.time.start != input::Start::rest) measurement.measure_solves(cost);
   measurement.measure_phase(cost, seconds);
