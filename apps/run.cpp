@@ -39,7 +39,7 @@ std::optional<ensemble::SampleRange> sample_range(const std::string& text) {
   const auto last =
       dash == std::string_view::npos ? first : whole_number<std::uint64_t>(all.substr(dash + 1));
   if (first && last) return ensemble::SampleRange{*first, *last};
-  throw CLI::ValidationError("--samples: '" + text + "' is no range; give one such as 0-49");
+  throw CLI::ValidationError("'" + text + "' is no range; give one such as 0-49");
 }
 
 /// A part of the samples, as the command line has it.
