@@ -11,6 +11,7 @@
 #include "crackle/fracture/toughness.h"
 #include "crackle/fracture/tuler_butcher.h"
 #include "crackle/geometry/body.h"
+#include "crackle/geometry/mesh_regions.h"
 #include "crackle/geometry/mesh_statistics.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/partition.h"
@@ -136,6 +137,21 @@ double sample_memory(const input::Parameters& parameters, const ensemble::Memory
 
 using Rows = std::vector<std::pair<std::string, std::string>>;
 
+/// Where the mesh is fine, and what stands there.
+void add_regions(Rows& rows, const Subject& subject) {
+  const auto& mesh = subject.parameters.mesh;
+  if (mesh.regions.empty()) return;
+  const auto contents =
+      geometry::region_contents(subject.realization, geometry::Body(subject.parameters.specimen), mesh);
+  for (std::size_t i = 0; i < contents.size(); ++i) {
+    const bool is_rest = i == mesh.regions.size();
+    const char* const rest = subject.parameters.specimen.notches.empty() ? "rest" : "notches and rest";
+    rows.emplace_back(is_rest ? rest : fmt::format("mesh.region[{}]", i),
+                      fmt::format("{} nodes, {} tetrahedra{}", contents[i].nodes, contents[i].tetrahedra,
+                                  is_rest ? "" : fmt::format(" at {:.4g} mm", mesh.regions[i].spacing * 1e3)));
+  }
+}
+
 /// What the criterion means on this mesh: strength and toughness follow from each other and the local
 /// spacing.
 void add_criterion(Rows& rows, const Subject& subject) {
@@ -197,6 +213,7 @@ Rows subject_rows(const Subject& subject, double memory, double available) {
                                  subject.realization.report.min_quality)},
       {"boundary triangles", fmt::format("{}", subject.realization.boundary.size())},
   };
+  add_regions(rows, subject);
   add_criterion(rows, subject);
   add_waves(rows, parameters);
   rows.insert(rows.end(),

@@ -32,6 +32,12 @@ std::vector<InputTable> full_tables() {
             {"growth", "0.07"},
             {"perturbation", "0.15"},
             {"min_quality", "0.21"}}},
+          {"[[mesh.region]]",
+           {{"x", R"(["-1 mm", "2 mm"])"},
+            {"y", R"(["0 mm", "24.5 mm"])"},
+            {"z", R"(["60 mm", "80 mm"])"},
+            {"spacing", R"("0.31 mm")"}}},
+          {"[[mesh.region]]", {{"z", R"(["20 mm", "30 mm"])"}, {"spacing", R"("0.5 mm")"}}},
           {"[material]",
            {{"youngs_modulus", R"("210 GPa")"}, {"poisson_ratio", "0.3"}, {"density", R"("7850 kg/m^3")"}}},
           {"[fracture]",
@@ -131,6 +137,11 @@ TEST(InputEcho, KeepsTheValues) {
   expect_near(again.specimen.notches.at(0).depth, 6.21e-3);
   expect_near(again.specimen.notches.at(1).height, 50e-6);
   expect_near(again.time.duration, 123e-6);
+  ASSERT_EQ(again.mesh.regions.size(), 2U);
+  expect_near(again.mesh.regions[0].box[2].second, 80e-3);
+  expect_near(again.mesh.regions[0].spacing, 0.31e-3);
+  EXPECT_EQ(again.mesh.regions[1].box[0], input::unbounded);
+  expect_near(again.mesh.regions[1].box[2].first, 20e-3);
   expect_near(again.boundaries.at(1).region[1].first, -1e-3);
   expect_near(again.boundaries.at(1).rate[1], 1e-3);
   expect_near(again.boundaries.at(2).value[1], 3e3);

@@ -13,8 +13,8 @@
 
 namespace crackle::geometry {
 
-/// The target distance between neighbouring mother points: `notch_spacing` at a notch tip, growing with
-/// `growth` per unit distance up to `spacing`.
+/// The target distance between neighbouring mother points: `notch_spacing` at a notch tip and the spacing of
+/// a region in its box, growing with `growth` per unit distance from either up to `spacing`.
 ///
 /// Where the body itself is finer, the spacing follows it, because Delaunay tetrahedra conform to a wall only
 /// if its points are about as close to each other as to the next wall: at most the height and the depth of
