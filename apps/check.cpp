@@ -146,10 +146,30 @@ void add_regions(Rows& rows, const Subject& subject) {
   for (std::size_t i = 0; i < contents.size(); ++i) {
     const bool is_rest = i == mesh.regions.size();
     const char* const rest = subject.parameters.specimen.notches.empty() ? "rest" : "notches and rest";
-    rows.emplace_back(is_rest ? rest : fmt::format("mesh.region[{}]", i),
-                      fmt::format("{} nodes, {} tetrahedra{}", contents[i].nodes, contents[i].tetrahedra,
-                                  is_rest ? "" : fmt::format(" at {:.4g} mm", mesh.regions[i].spacing * 1e3)));
+    rows.emplace_back(
+        is_rest ? rest : fmt::format("mesh.region[{}]", i),
+        fmt::format("{} nodes, {} tetrahedra{}", contents[i].nodes, contents[i].tetrahedra,
+                    is_rest ? "" : fmt::format(" at {:.4g} mm", mesh.regions[i].spacing * 1e3)));
   }
+}
+
+/// From here on the mesh, not the material, decides where cracks run fast; greatest over least.
+constexpr double uneven_toughness = 4.0 / 3;
+
+/// A warning where one strength makes the body tougher along the way of the cracks; empty otherwise.
+std::string uneven_toughness_text(const Subject& subject) {
+  const auto& parameters = subject.parameters;
+  // Points from a file have the spacings of the file.
+  if (parameters.fracture.toughness > 0 || parameters.mesh.points) return {};
+  const fracture::TulerButcher criterion(parameters.fracture, 1, subject.phase.grid.step);
+  const auto range = fracture::toughness_along_ligaments(parameters, geometry::Body(parameters.specimen),
+                                                         criterion.strength(0));
+  if (!range || range->greatest <= uneven_toughness * range->least) return {};
+  return fmt::format(
+      "\nWarning: with one strength the toughness follows the spacing, {:.3g} to {:.3g} J/m^2 along the "
+      "ligaments; make the spacing even there with [[mesh.region]], or give fracture.toughness instead of "
+      "fracture.strength\n",
+      range->least, range->greatest);
 }
 
 /// What the criterion means on this mesh: strength and toughness follow from each other and the local
@@ -280,7 +300,7 @@ void print_estimate(const input::Parameters& parameters, const CheckOptions& opt
   const double memory =
       sample_memory(parameters, ensemble::memory_demand(parameters, subject.n_nodes(), subject.n_tetrahedra(),
                                                         layout_of_sample(parameters)));
-  fmt::print("{}", aligned(subject_rows(subject, memory, available.bytes)));
+  fmt::print("{}{}", aligned(subject_rows(subject, memory, available.bytes)), uneven_toughness_text(subject));
   const int n_ranks = parameters.ensemble.ranks_per_sample;
   const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
   if (const auto message = ensemble::shortage(memory, whose, available))

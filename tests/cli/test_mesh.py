@@ -107,6 +107,19 @@ class Mesh(unittest.TestCase):
         self.assertEqual((result.returncode, result.stdout), (1, ""))
         self.assertRegex(result.stderr, r"^crackle-mesh-picture: .*\n$")
 
+    def test_one_strength_on_a_graded_mesh_is_warned_of(self):
+        plate = self.folder / "plate.toml"
+        graded = DEMO.read_text()
+        even = graded + '[[mesh.region]]\ny = ["0 mm", "24.5 mm"]\nz = ["64 mm", "76 mm"]\nspacing = "0.6 mm"\n'
+        tough = re.sub("(?m)^strength = .*$", 'toughness = "87 J/m^2"', graded)
+        warning = (r"(?m)^Warning: with one strength the toughness follows the spacing, 87 to 219 J/m\^2 along the ligaments; "
+                   r"make .* \[\[mesh\.region\]\], or give fracture\.toughness instead of fracture\.strength$")
+        for text, warned in ((graded, True), (even, False), (tough, False)):
+            plate.write_text(text)
+            result = run_program("check", "--no-measure", plate)
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            (self.assertRegex if warned else self.assertNotRegex)(result.stdout, warning if warned else "Warning")
+
     def test_survey_counts_what_it_lists(self):
         table = self.folder / "survey.csv"
         result = invoke(DEMO, "--survey", 5, "--table", table)
