@@ -82,14 +82,17 @@ struct Subject {
 };
 
 Subject make_subject(const input::Parameters& parameters, const geometry::Body& body) {
+  const bool is_own = parameters.mesh.base == input::Base::own;
+  const ThreadClock all_clock;
   const auto base = ensemble::make_base_points(body, parameters, tell);
+  const double base_seconds = is_own ? all_clock.seconds() : 0;  // otherwise once for all samples
   const ThreadClock clock;
   auto realization = geometry::make_realization(body, base, parameters.mesh, parameters.ensemble.seed, 0);
   const double stable_step = dynamics::stable_step(parameters, realization);
   const auto phase = ensemble::phase_work(parameters, stable_step);
   const double analysis = static_cast<double>(realization.tetrahedra.size()) /
                           ensemble::Machine(parameters.time.precision).root_updates_per_second;
-  return {parameters, std::move(realization), stable_step, phase, clock.seconds() + analysis};
+  return {parameters, std::move(realization), stable_step, phase, base_seconds + clock.seconds() + analysis};
 }
 
 double forces_per_step(const ensemble::PhaseWork& phase) {

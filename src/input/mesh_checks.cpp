@@ -86,6 +86,10 @@ void check_region(const Parameters& parameters, std::size_t i, Findings& finding
 void check_mesh(const Parameters& parameters, Findings& findings) {
   const Mesh& mesh = parameters.mesh;
   for (std::size_t i = 0; i < mesh.regions.size(); ++i) check_region(parameters, i, findings);
+  if (mesh.points && mesh.base == Base::own)
+    findings.report(
+        "mesh.base",
+        "\"own\" places points for each sample, but mesh.points gives them; leave out one of the two");
   if (findings.faulty("mesh.spacing")) return;
   if (!findings.faulty("mesh.notch_spacing") && mesh.notch_spacing > mesh.spacing) {
     findings.report("mesh.notch_spacing", fmt::format("{} is over mesh.spacing; give at most {}",

@@ -187,25 +187,31 @@ Table notch_table() {
 }
 
 Table mesh_table() {
-  return {"mesh",
-          Occurrence::once,
-          "the mother points and their tessellation",
-          {quantity_key("spacing", in(&Parameters::mesh, &Mesh::spacing), length_dimension(), positive_length,
-                        required(), "distance of the points far from notches and regions"),
-           quantity_key("notch_spacing", in(&Parameters::mesh, &Mesh::notch_spacing),
-                        with_example(length_dimension(), "0.3 mm"), positive_length, optional("as spacing"),
-                        "distance of the points at the notch tips"),
-           number_key("growth", in(&Parameters::mesh, &Mesh::growth), {0, 1}, by_default("0.03"),
-                      "increase of the spacing per unit distance from a notch tip or a region"),
-           number_key("perturbation", in(&Parameters::mesh, &Mesh::perturbation), {0, 0.4}, by_default("0.2"),
-                      "amplitude of the disturbance, in local spacings"),
-           number_key("min_quality", in(&Parameters::mesh, &Mesh::min_quality), {0, 0.5}, by_default("0.2"),
-                      "mean-ratio quality that every tetrahedron keeps"),
-           choice_key<Turn>("turn", in(&Parameters::mesh, &Mesh::turn),
-                            {{"random", Turn::random}, {"none", Turn::none}}, by_default("\"random\""),
-                            "where reflections or half-turns map the body on itself, each realization takes "
-                            "one of them, so that equal notches have equal chances"),
-           points_key()}};
+  return {
+      "mesh",
+      Occurrence::once,
+      "the mother points and their tessellation",
+      {quantity_key("spacing", in(&Parameters::mesh, &Mesh::spacing), length_dimension(), positive_length,
+                    required(), "distance of the points far from notches and regions"),
+       quantity_key("notch_spacing", in(&Parameters::mesh, &Mesh::notch_spacing),
+                    with_example(length_dimension(), "0.3 mm"), positive_length, optional("as spacing"),
+                    "distance of the points at the notch tips"),
+       number_key("growth", in(&Parameters::mesh, &Mesh::growth), {0, 1}, by_default("0.03"),
+                  "increase of the spacing per unit distance from a notch tip or a region"),
+       number_key("perturbation", in(&Parameters::mesh, &Mesh::perturbation), {0, 0.4}, by_default("0.2"),
+                  "amplitude of the disturbance, in local spacings"),
+       number_key("min_quality", in(&Parameters::mesh, &Mesh::min_quality), {0, 0.5}, by_default("0.2"),
+                  "mean-ratio quality that every tetrahedron keeps"),
+       choice_key<Turn>("turn", in(&Parameters::mesh, &Mesh::turn),
+                        {{"random", Turn::random}, {"none", Turn::none}}, by_default("\"random\""),
+                        "where reflections or half-turns map the body on itself, each realization takes "
+                        "one of them, so that equal notches have equal chances"),
+       choice_key<Base>(
+           "base", in(&Parameters::mesh, &Mesh::base), {{"shared", Base::shared}, {"own", Base::own}},
+           by_default("\"shared\""),
+           "base mother points that samples disturb: one set for all, or a set of its own for each, which "
+           "makes them independent"),
+       points_key()}};
 }
 
 Table region_table() {

@@ -227,6 +227,8 @@ CASES = [
     Case("one region of the mesh in single brackets",
          lambda t: t.append("[mesh.region]", 'z = ["60 mm", "80 mm"]', 'spacing = "1 mm"'), "mesh.region",
          "write [[mesh.region]], in double brackets"),
+    Case("own base from a file", lambda t: t.set("mesh", "points", '"/dev/null"').set("mesh", "base", '"own"'), "mesh.base",
+         '"own" places points for each sample', "leave out one of the two", errors=2),
     Case("no file of points", lambda t: t.set("mesh", "points", '"nowhere.txt"'), "mesh.points",
          'there is no file "', "nowhere.txt"),
     Case("points in a folder", lambda t: t.set("mesh", "points", '"."'), "mesh.points", "there is no file"),

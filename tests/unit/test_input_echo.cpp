@@ -2,8 +2,11 @@
 // The echo of the resolved input is itself a complete description of it, and the table of keys names them
 // all.
 #include "crackle/input/reader.h"
+#include "crackle/parallel/checksum.h"
 #include "unit/input_samples.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
 
 #include <charconv>
@@ -31,7 +34,8 @@ std::vector<InputTable> full_tables() {
             {"notch_spacing", R"("0.3 mm")"},
             {"growth", "0.07"},
             {"perturbation", "0.15"},
-            {"min_quality", "0.21"}}},
+            {"min_quality", "0.21"},
+            {"base", R"("own")"}}},
           {"[[mesh.region]]",
            {{"x", R"(["-1 mm", "2 mm"])"},
             {"y", R"(["0 mm", "24.5 mm"])"},
@@ -150,6 +154,19 @@ TEST(InputEcho, KeepsTheValues) {
   expect_near(again.boundaries.at(4).rate[0], 3e-6);
   EXPECT_EQ(again.boundaries.at(4).components, p.boundaries.at(4).components);
   EXPECT_EQ(again.ensemble.seed, 2012U);
+}
+
+TEST(InputEcho, AnOwnBaseMakesOtherSamples) {
+  const auto with = [](const std::string& base) { return parse_with("[mesh]", "base", base); };
+  const auto minimal = parse_tables(minimal_tables());
+  EXPECT_THAT(input::sample_settings(minimal), ::testing::Contains("mesh.base = shared"));
+  EXPECT_EQ(input::sample_identity(with(R"("shared")")), input::sample_identity(minimal));
+  EXPECT_NE(input::sample_identity(with(R"("own")")), input::sample_identity(minimal));
+  // As of files from before there was this key.
+  auto settings = input::sample_settings(minimal);
+  std::erase(settings, "mesh.base = shared");
+  EXPECT_EQ(input::sample_identity(minimal),
+            fmt::format("FNV-1a {:016x}", parallel::checksum(fmt::format("{}", fmt::join(settings, "\n")))));
 }
 
 TEST(InputEcho, ShowsReadableUnitsInAlignedLines) {

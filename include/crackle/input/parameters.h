@@ -55,6 +55,12 @@ enum class Turn {
   none,    ///< all as the base distribution lies
 };
 
+/// Whose base mother points a sample disturbs.
+enum class Base {
+  shared,  ///< one set for all samples
+  own,     ///< each sample's own, so that samples are independent
+};
+
 /// A box in which the mesh is fine.
 struct MeshRegion {
   Region box = everywhere;
@@ -68,6 +74,7 @@ struct Mesh {
   double perturbation = 0;   ///< amplitude of the disturbance in local spacings
   double min_quality = 0;    ///< mean-ratio quality that every tetrahedron keeps
   Turn turn = Turn::random;
+  Base base = Base::shared;
   std::optional<std::filesystem::path> points;  ///< base mother points from a file instead
   std::string points_digest;  ///< of that file's content, which is part of the input; empty without a file
   std::vector<MeshRegion> regions;
