@@ -11,6 +11,7 @@
 #include "crackle/fracture/toughness.h"
 #include "crackle/fracture/tuler_butcher.h"
 #include "crackle/geometry/body.h"
+#include "crackle/geometry/mesh_regions.h"
 #include "crackle/geometry/mesh_statistics.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/partition.h"
@@ -81,14 +82,17 @@ struct Subject {
 };
 
 Subject make_subject(const input::Parameters& parameters, const geometry::Body& body) {
+  const bool is_own = parameters.mesh.base == input::Base::own;
+  const ThreadClock all_clock;
   const auto base = ensemble::make_base_points(body, parameters, tell);
+  const double base_seconds = is_own ? all_clock.seconds() : 0;  // otherwise once for all samples
   const ThreadClock clock;
   auto realization = geometry::make_realization(body, base, parameters.mesh, parameters.ensemble.seed, 0);
   const double stable_step = dynamics::stable_step(parameters, realization);
   const auto phase = ensemble::phase_work(parameters, stable_step);
   const double analysis = static_cast<double>(realization.tetrahedra.size()) /
                           ensemble::Machine(parameters.time.precision).root_updates_per_second;
-  return {parameters, std::move(realization), stable_step, phase, clock.seconds() + analysis};
+  return {parameters, std::move(realization), stable_step, phase, base_seconds + clock.seconds() + analysis};
 }
 
 double forces_per_step(const ensemble::PhaseWork& phase) {
@@ -135,6 +139,41 @@ double sample_memory(const input::Parameters& parameters, const ensemble::Memory
 }
 
 using Rows = std::vector<std::pair<std::string, std::string>>;
+
+/// Where the mesh is fine, and what stands there.
+void add_regions(Rows& rows, const Subject& subject) {
+  const auto& mesh = subject.parameters.mesh;
+  if (mesh.regions.empty()) return;
+  const auto contents =
+      geometry::region_contents(subject.realization, geometry::Body(subject.parameters.specimen), mesh);
+  for (std::size_t i = 0; i < contents.size(); ++i) {
+    const bool is_rest = i == mesh.regions.size();
+    const char* const rest = subject.parameters.specimen.notches.empty() ? "rest" : "notches and rest";
+    rows.emplace_back(
+        is_rest ? rest : fmt::format("mesh.region[{}]", i),
+        fmt::format("{} nodes, {} tetrahedra{}", contents[i].nodes, contents[i].tetrahedra,
+                    is_rest ? "" : fmt::format(" at {:.4g} mm", mesh.regions[i].spacing * 1e3)));
+  }
+}
+
+/// From here on the mesh, not the material, decides where cracks run fast; greatest over least.
+constexpr double uneven_toughness = 4.0 / 3;
+
+/// A warning where one strength makes the body tougher along the way of the cracks; empty otherwise.
+std::string uneven_toughness_text(const Subject& subject) {
+  const auto& parameters = subject.parameters;
+  // Points from a file have the spacings of the file.
+  if (parameters.fracture.toughness > 0 || parameters.mesh.points) return {};
+  const fracture::TulerButcher criterion(parameters.fracture, 1, subject.phase.grid.step);
+  const auto range = fracture::toughness_along_ligaments(parameters, geometry::Body(parameters.specimen),
+                                                         criterion.strength(0));
+  if (!range || range->greatest <= uneven_toughness * range->least) return {};
+  return fmt::format(
+      "\nWarning: with one strength the toughness follows the spacing, {:.3g} to {:.3g} J/m^2 along the "
+      "ligaments; make the spacing even there with [[mesh.region]], or give fracture.toughness instead of "
+      "fracture.strength\n",
+      range->least, range->greatest);
+}
 
 /// What the criterion means on this mesh: strength and toughness follow from each other and the local
 /// spacing.
@@ -197,6 +236,7 @@ Rows subject_rows(const Subject& subject, double memory, double available) {
                                  subject.realization.report.min_quality)},
       {"boundary triangles", fmt::format("{}", subject.realization.boundary.size())},
   };
+  add_regions(rows, subject);
   add_criterion(rows, subject);
   add_waves(rows, parameters);
   rows.insert(rows.end(),
@@ -263,7 +303,7 @@ void print_estimate(const input::Parameters& parameters, const CheckOptions& opt
   const double memory =
       sample_memory(parameters, ensemble::memory_demand(parameters, subject.n_nodes(), subject.n_tetrahedra(),
                                                         layout_of_sample(parameters)));
-  fmt::print("{}", aligned(subject_rows(subject, memory, available.bytes)));
+  fmt::print("{}{}", aligned(subject_rows(subject, memory, available.bytes)), uneven_toughness_text(subject));
   const int n_ranks = parameters.ensemble.ranks_per_sample;
   const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
   if (const auto message = ensemble::shortage(memory, whose, available))

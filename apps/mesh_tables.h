@@ -39,7 +39,7 @@ std::string mesh_table(const input::Parameters& parameters, std::uint64_t sample
 
 /// What a survey has found.
 struct SurveyFigures {
-  std::size_t n_nodes;  ///< of every realization
+  std::size_t n_nodes;  ///< of every realization; with mesh.base own of sample 0
   double base_seconds;  ///< that the mother points took [s]
   geometry::OrientationMoments base_orientation;
   std::vector<geometry::SurveyRow> rows;  ///< failed ones too

@@ -144,7 +144,9 @@ std::string survey_table(const input::Parameters& parameters, const SurveyFigure
   table.row("realizations",
             fmt::format("{} of seed {}: {} conform, {} failed", figures.rows.size(), parameters.ensemble.seed,
                         rows.size(), figures.rows.size() - rows.size()));
-  table.row("nodes", fmt::format("{}, made in {:.1f} s", figures.n_nodes, figures.base_seconds));
+  table.row("nodes", fmt::format("{}{}, made in {:.1f} s", figures.n_nodes,
+                                 parameters.mesh.base == input::Base::own ? " in sample 0" : "",
+                                 figures.base_seconds));
   if (rows.empty()) return table.text();
   const auto quality = [&](auto geometry::Quantiles::*member) {
     return spread_text(column(rows, [=](const SurveyRow& row) { return row.mesh.quality.*member; }), 1, 4);
@@ -162,7 +164,7 @@ std::string survey_table(const input::Parameters& parameters, const SurveyFigure
   table.row("smallest angle", angle(&geometry::MeshStatistics::smallest_angle) + " degrees (dihedral)");
   table.row("largest angle", angle(&geometry::MeshStatistics::largest_angle) + " degrees");
   const std::vector<double> share = column(rows, [&](const SurveyRow& row) {
-    return static_cast<double>(row.report.redrawn_points) / static_cast<double>(figures.n_nodes);
+    return static_cast<double>(row.report.redrawn_points) / static_cast<double>(row.n_nodes);
   });
   const std::vector<double> rounds = column(rows, [](const SurveyRow& row) { return row.report.rounds; });
   table.row("redrawn points", fmt::format("mean {:.3f} %, max {:.3f} %", 100 * mean_and_spread(share).mean,

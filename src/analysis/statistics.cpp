@@ -19,7 +19,9 @@ Statistics make_statistics(std::span<const SampleSummary> samples, int n_notches
 Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters) {
   RunningStatistics running(parameters);
   for (std::size_t i = 0; i < samples.size(); ++i) running.add(i, samples[i]);
-  return running.statistics();
+  Statistics statistics = running.statistics();
+  statistics.base = parameters.mesh.base;
+  return statistics;
 }
 
 Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters,
@@ -27,7 +29,9 @@ Statistics make_statistics(std::span<const SampleSummary> samples, const input::
   RunningStatistics running(parameters);
   running.stop_at(static_cast<std::size_t>(n_needed));
   for (std::size_t i = 0; i < samples.size(); ++i) running.add(i, samples[i]);
-  return running.statistics();
+  Statistics statistics = running.statistics();
+  statistics.base = parameters.mesh.base;
+  return statistics;
 }
 
 void leave_out_surplus(const Statistics& statistics, std::size_t first, std::vector<SampleSummary>& rows) {

@@ -81,7 +81,7 @@ void append_positions(std::string& text, const Statistics& statistics, std::span
   fmt::format_to(out, "\ncrack positions, through-thickness mean [mm]; +- at {:g} % confidence{}\n",
                  100 * statistics.confidence,
                  statistics.n_looks > 1 ? fmt::format(" over {} looks", statistics.n_looks) : "");
-  fmt::format_to(out, "{}\n", interval_scope);
+  fmt::format_to(out, "{}\n", interval_scope(statistics.base));
   fmt::format_to(out, "\nby rank{}\n{:<18} {:>7} {:>5}{} {:>10}\n", turning(statistics), "cracks", "leading",
                  "notch", position_heads, "of samples");
   append_ranks(text, "leader", statistics.leader, sections);

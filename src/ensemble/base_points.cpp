@@ -18,22 +18,54 @@ constexpr double short_wait = 5;                    // [s]
 
 }  // namespace
 
+double placing_seconds(double n_mother_points) {
+  return seconds_per_mother_point * n_mother_points;
+}
+
 std::string waiting_notice(double n_mother_points) {
-  const double seconds = seconds_per_mother_point * n_mother_points;
+  const double seconds = placing_seconds(n_mother_points);
   if (seconds < short_wait) return {};
   return fmt::format("placing some {:.2g} million mother points takes about {}", n_mother_points / 1e6,
                      format_duration(seconds));
 }
 
 geometry::MotherPoints make_base_points(const geometry::Body& body, const input::Parameters& parameters,
-                                        const std::function<void(const std::string&)>& say) {
-  return geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed, [&](double n_points) {
+                                        const std::function<void(const std::string&)>& say,
+                                        std::uint64_t sample) {
+  const auto expects = [&](double n_points) {
     const std::string notice = waiting_notice(n_points);
     if (say && !notice.empty()) say(notice);
-  });
+  };
+  return geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed, expects, sample);
+}
+
+geometry::MotherPoints make_shared_points(const geometry::Body& body, const input::Parameters& parameters,
+                                          const std::function<void(const std::string&)>& say) {
+  if (parameters.mesh.base == input::Base::own) {
+    const double n_points = geometry::checked_n_points(body, parameters.mesh);
+    if (say)
+      say(fmt::format("base mesh: each sample has its own, of some {:.0f} mother points, placed in about {}",
+                      n_points, format_duration(placing_seconds(n_points))));
+    return {};
+  }
+  geometry::MotherPoints points = make_base_points(body, parameters, say);
+  if (say) say(fmt::format("base mesh: {} mother points", points.size()));
+  return points;
+}
+
+geometry::Realization make_sample_mesh(const geometry::Body& body, const geometry::MotherPoints& shared,
+                                       const input::Parameters& parameters, std::uint64_t sample,
+                                       int attempt) {
+  const auto& mesh = parameters.mesh;
+  const std::uint64_t seed = parameters.ensemble.seed;
+  if (mesh.base == input::Base::shared)
+    return geometry::make_realization(body, shared, mesh, seed, sample, attempt);
+  const auto own = geometry::make_mother_points(body, mesh, seed, {}, sample, attempt);
+  return geometry::make_realization(body, own, mesh, seed, sample, attempt);
 }
 
 geometry::MotherPoints base_points(const std::filesystem::path& folder, const input::Parameters& parameters) {
+  if (parameters.mesh.base == input::Base::own) return {};
   try {
     return io::read_mother_points(results_file(folder), parameters);
   } catch (const std::runtime_error&) {

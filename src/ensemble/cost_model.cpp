@@ -3,6 +3,7 @@
 
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/integrator.h"
+#include "crackle/ensemble/base_points.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/geometry/subdomain.h"
 
@@ -60,8 +61,9 @@ std::vector<GroupPlan> make_plans(const geometry::Realization& realization,
                                   std::int64_t samples) {
   const auto precision = parameters.time.precision;
   const double forces_per_step = dynamics::splitting(parameters.time.integrator).forces_per_step;
-  const double mesh_seconds =
-      static_cast<double>(realization.tetrahedra.size()) / machine.mesh_updates_per_second;
+  double mesh_seconds = static_cast<double>(realization.tetrahedra.size()) / machine.mesh_updates_per_second;
+  if (parameters.mesh.base == input::Base::own)
+    mesh_seconds += placing_seconds(static_cast<double>(realization.nodes.size()));
   const double root_seconds =
       static_cast<double>(realization.tetrahedra.size()) / machine.root_updates_per_second;
   std::vector<GroupPlan> plans;

@@ -40,7 +40,7 @@ double seconds_now() {
 /// What the master knows of the run, on rank 0.
 struct Ledger {
   SamplePlan plan;
-  geometry::MotherPoints base;
+  geometry::MotherPoints base;  // that all samples share
   std::optional<FolderLock> lock;
   std::optional<Progress> progress;
   std::set<std::uint64_t> pending;  // of those to do
@@ -57,9 +57,8 @@ void prepare_run(const input::Parameters& parameters, const geometry::Body& body
   };
   say(describe(layout));
   const auto& plan = ledger.plan;
-  ledger.base =
-      plan.to_do.empty() ? base_points(options.folder, parameters) : make_base_points(body, parameters, say);
-  say(fmt::format("base mesh: {} mother points", ledger.base.size()));
+  ledger.base = plan.to_do.empty() ? base_points(options.folder, parameters)
+                                   : make_shared_points(body, parameters, say);
   const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
   ledger.lock.emplace(options.folder, options.plan.range.value_or(SampleRange{0, n_samples - 1}));
   for (const auto& line : ledger.lock->taken_over()) say(line);

@@ -71,7 +71,8 @@ double sample_file_size(const input::Parameters& parameters, double n_nodes, dou
 double ensemble_file_size(const input::Parameters& parameters, double n_nodes) {
   const auto n_crossings =
       static_cast<double>(parameters.specimen.notches.size() * parameters.sections.size());
-  return of_structure + of_mother_point * n_nodes +
+  const double n_mother_points = parameters.mesh.base == input::Base::shared ? n_nodes : 0;
+  return of_structure + of_mother_point * n_mother_points +
          parameters.ensemble.samples * (of_row + of_crossing * n_crossings);
 }
 

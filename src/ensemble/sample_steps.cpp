@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/crack_surface.h"
+#include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/sample_task.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/io/checkpoint_file.h"
@@ -15,7 +16,7 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
                               int n_ranks, SampleFunction compute) {
   SampleSteps steps;
   steps.make = with_retries([&](std::uint64_t sample, int attempt) {
-    return geometry::make_realization(body, base, parameters.mesh, parameters.ensemble.seed, sample, attempt);
+    return make_sample_mesh(body, base, parameters, sample, attempt);
   });
   steps.split = [](const geometry::Realization& realization, int n_parts) {
     return geometry::split(realization, geometry::partition(realization, n_parts));

@@ -88,7 +88,7 @@ SampleReport run_single_sample(const parallel::Communicator& ranks, const input:
   parallel::agree_on_root(ranks, [&] { plan = plan_sample(parameters, options); });
   check_memory(ranks, parameters, body, one_group(ranks.size()), !plan.to_do.empty());
   parallel::agree_on_root(ranks, [&] {
-    if (!plan.to_do.empty()) base = make_base_points(body, parameters, say);
+    if (!plan.to_do.empty()) base = make_shared_points(body, parameters, say);
     lock.emplace(options.folder, SampleRange{options.sample, options.sample});
     for (const auto& line : lock->taken_over()) say(line);
     // Another run may have come and gone since the plan was made.

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/fracture/toughness.h"
 
+#include "crackle/geometry/mother_points.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/node_field.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace crackle::fracture {
 
@@ -23,6 +26,30 @@ double toughness_of(const input::Material& material, double strength, double spa
 
 double strength_of(const input::Material& material, double toughness, double spacing) {
   return std::sqrt(toughness / (energy_factor(material) * spacing));
+}
+
+std::optional<ToughnessRange> toughness_along_ligaments(const input::Parameters& parameters,
+                                                        const geometry::Body& body, double strength) {
+  if (body.n_notches() == 0) return std::nullopt;
+  const geometry::SpacingField spacing(body, parameters.mesh);
+  constexpr int n_steps = 200;  // from the tip to the face
+  ToughnessRange range{std::numeric_limits<double>::infinity(), 0};
+  for (const geometry::SlotSection& slot : body.sections()) {
+    const auto along = static_cast<std::size_t>(slot.depth_axis);
+    const double end = slot.tip > slot.mouth ? body.size()[along] : 0;
+    for (int layer = 0; layer <= 2; ++layer) {
+      geometry::Point p{};
+      p[0] = layer * body.size()[0] / 2;
+      p[static_cast<std::size_t>(slot.at_axis)] = (slot.lower + slot.upper) / 2;
+      for (int step = 0; step <= n_steps; ++step) {
+        p[along] = slot.tip + step * (end - slot.tip) / n_steps;
+        if (!body.contains(p)) break;
+        const double local = toughness_of(parameters.material, strength, spacing(p));
+        range = {std::min(range.least, local), std::max(range.greatest, local)};
+      }
+    }
+  }
+  return range;
 }
 
 std::vector<double> local_spacings(const parallel::Communicator& group, const geometry::Subdomain& subdomain,

@@ -225,20 +225,29 @@ double estimate_n_points(const Body& body, const input::Mesh& mesh) {
   return sum + expected_points(spacing, {{0, 0, 0}, body.size()}, accepts, max_mother_points - sum);
 }
 
+double checked_n_points(const Body& body, const input::Mesh& mesh) {
+  const double n_points = estimate_n_points(body, mesh);
+  if (n_points > max_mother_points)
+    throw std::runtime_error(
+        fmt::format("mesh: more than {:.0e} mother points would be needed: {}; use coarser spacings, or "
+                    "leave out what is finer",
+                    max_mother_points, SpacingField(body, mesh).range_text()));
+  return n_points;
+}
+
 MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed,
-                                const std::function<void(double n_points)>& expects) {
+                                const std::function<void(double n_points)>& expects, std::uint64_t sample,
+                                int attempt) {
   const SpacingField spacing(body, mesh);
-  const parallel::RandomStream stream(seed, 0, "mother points");
+  const parallel::RandomStream stream =
+      mesh.base == input::Base::shared
+          ? parallel::RandomStream(seed, 0, "mother points")
+          : parallel::RandomStream(seed, sample, fmt::format("own mother points, attempt {}", attempt));
   Collection collection{body, spacing, {}, {}};
   if (mesh.points) {
     for (const Point& p : read_points(*mesh.points, body)) collection.add(p, -1);
   } else {
-    const double n_points = estimate_n_points(body, mesh);
-    if (n_points > max_mother_points)
-      throw std::runtime_error(
-          fmt::format("mesh: more than {:.0e} mother points would be needed: {}; use coarser spacings, or "
-                      "leave out what is finer",
-                      max_mother_points, spacing.range_text()));
+    const double n_points = checked_n_points(body, mesh);
     if (expects) expects(n_points);
     generate(collection, stream);
   }

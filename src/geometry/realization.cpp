@@ -61,11 +61,11 @@ void sort_cells(std::vector<Tetrahedron>& cells, std::size_t n_nodes) {
   cells.swap(sorted);
 }
 
-/// The symmetry of the body by which a sample is set into it.
+/// The symmetry of body and spacing by which a sample is set into it.
 std::uint8_t chosen_symmetry(const Body& body, const input::Mesh& mesh, std::uint64_t seed,
                              std::uint64_t sample) {
   if (mesh.turn == input::Turn::none || mesh.perturbation == 0) return 0;
-  const std::vector<std::uint8_t> all = symmetries(body);
+  const std::vector<std::uint8_t> all = symmetries(body, mesh);
   return all[static_cast<std::size_t>(parallel::RandomStream(seed, sample, "turn").bits() % all.size())];
 }
 

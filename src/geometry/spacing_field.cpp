@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/geometry/mesh_regions.h"
 #include "crackle/geometry/mother_points.h"
 
 #include <fmt/format.h>
@@ -35,6 +36,9 @@ SpacingField::SpacingField(const Body& body, const input::Mesh& mesh) {
   const auto add = [&](const Box& region, double spacing, double rate, std::string reason) {
     if (spacing < far_) sources_.push_back({region, spacing, rate, std::move(reason)});
   };
+  for (std::size_t i = 0; i < mesh.regions.size(); ++i)
+    add(box_of(mesh.regions[i], body.size()), mesh.regions[i].spacing, mesh.growth,
+        fmt::format("mesh.region[{}]", i));
   for (int i = 0; i < body.n_notches(); ++i) {
     const Box& slot = body.slot(i);
     add(body.surfaces()[static_cast<std::size_t>(8 + 3 * i)].extent, mesh.notch_spacing, mesh.growth,

@@ -68,20 +68,25 @@ SurveyRow Survey::measure(std::uint64_t sample, const std::function<void(const R
   SurveyRow row;
   row.sample = sample;
   Realization realization;
+  MotherPoints own;
+  const bool is_own = mesh_.base == input::Base::own;
+  const MotherPoints& base = is_own ? own : base_;
   try {
     const ThreadClock clock;
-    realization = make_realization(body_, base_, mesh_, seed_, sample);
+    if (is_own) own = make_mother_points(body_, mesh_, seed_, {}, sample);
+    realization = make_realization(body_, base, mesh_, seed_, sample);
     row.seconds = clock.seconds();
   } catch (const std::runtime_error& error) {
     row.error = error.what();
     return row;
   }
   if (look) look(realization);
+  row.n_nodes = static_cast<std::int64_t>(realization.nodes.size());
   row.n_tetrahedra = static_cast<std::int64_t>(realization.tetrahedra.size());
   row.report = realization.report;
   row.mesh = mesh_statistics(realization);
   row.orientation = orientation_moments(realization, [&](const Point& p) { return zone_.contains(p); });
-  row.displacement = displacement_sums(body_, base_, realization, mesh_.perturbation);
+  row.displacement = displacement_sums(body_, base, realization, mesh_.perturbation);
   row.delaunay_seconds = plain_delaunay(realization.nodes).seconds;
   return row;
 }

@@ -14,8 +14,6 @@ namespace crackle::input {
 
 namespace {
 
-using Box = std::array<std::pair<double, double>, 3>;
-
 constexpr std::array<const char*, 3> axis_names{"x", "y", "z"};
 
 std::string boundary_key(std::size_t i) {
@@ -32,8 +30,8 @@ bool prescribes_motion(const Boundary& condition) {
 }
 
 /// The part of its face that a condition holds on; along the face's normal the face's position twice.
-Box part_of_face(const Boundary& condition, const Vector& size) {
-  Box part;
+Region part_of_face(const Boundary& condition, const Vector& size) {
+  Region part;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     part[axis] = {std::max(condition.region[axis].first, 0.0),
                   std::min(condition.region[axis].second, size[axis])};
@@ -88,7 +86,7 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
                                 axis_names[normal], show(position), show(lower), show(upper)));
     return;
   }
-  const Box part = part_of_face(condition, specimen.size);
+  const Region part = part_of_face(condition, specimen.size);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (axis != normal && part[axis].first >= part[axis].second) {
       findings.report(key + ".region." + axis_names[axis],
@@ -101,7 +99,7 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
   for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
     const std::string notch = fmt::format("specimen.notch[{}]", i);
     if (specimen.notches[i].face != condition.on || findings.faulty(notch)) continue;
-    const Box slot = slot_of(specimen.notches[i], specimen.size);
+    const Region slot = slot_of(specimen.notches[i], specimen.size);
     bool inside = true;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       inside = inside && part[axis].first >= slot[axis].first && part[axis].second <= slot[axis].second;
@@ -115,13 +113,13 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
 /// Two conditions that prescribe the same component of the same points, other than to fix it twice.
 void check_conflicts(const Parameters& parameters, std::size_t i, Findings& findings) {
   const Boundary& condition = parameters.boundaries[i];
-  const Box part = part_of_face(condition, parameters.specimen.size);
+  const Region part = part_of_face(condition, parameters.specimen.size);
   const auto normal = static_cast<std::size_t>(axis_of(condition.on));
   for (std::size_t j = 0; j < i; ++j) {
     const Boundary& other = parameters.boundaries[j];
     if (other.on != condition.on || findings.faulty(boundary_key(j)) || !prescribes_motion(other)) continue;
     if (condition.kind == BoundaryKind::fix && other.kind == BoundaryKind::fix) continue;
-    const Box other_part = part_of_face(other, parameters.specimen.size);
+    const Region other_part = part_of_face(other, parameters.specimen.size);
     bool overlap = true;
     std::vector<std::string> shared;
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -105,31 +105,11 @@ Key on_key() {
 }
 
 Key region_key(std::size_t axis) {
-  const std::string form = "two lengths, the smaller one first, such as [\"50 mm\", \"100 mm\"]";
-  return {"region." + axis_names[axis],
-          "length",
-          optional("whole face"),
-          form,
-          "restricts the condition to the part of the face between these coordinates",
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            const auto ends = read_elements(source, 2, form);
-            if (!ends) return;
-            const auto lower = read_quantity((*ends)[0], length_dimension(), coordinate);
-            const auto upper = read_quantity((*ends)[1], length_dimension(), coordinate);
-            if (!lower || !upper) return;
-            if (*lower >= *upper) {
-              source.report(fmt::format("{} is not below {}; give {}", (*ends)[0].value.source,
-                                        (*ends)[1].value.source, form));
-              return;
-            }
-            boundary(parameters, i).region[axis] = {*lower, *upper};
-          },
-          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            const auto [lower, upper] = boundary(parameters, i).region[axis];
-            if (lower == -infinity) return {};
-            return bracketed(
-                {format_quantity(lower, length_dimension()), format_quantity(upper, length_dimension())});
-          }};
+  return range_key(
+      "region." + axis_names[axis],
+      [=](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).region[axis]; },
+      {"50 mm", "100 mm"}, "whole face",
+      "restricts the condition to the part of the face between these coordinates");
 }
 
 Key fix_key() {

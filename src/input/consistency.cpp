@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "consistency.h"
-
-#include "crackle/input/limits.h"
 #include "dimension.h"
 
 #include <fmt/format.h>
@@ -21,12 +19,6 @@ constexpr double touching = 1e-6;
 
 std::string show(double length) {
   return format_quantity(length, length_dimension());
-}
-
-/// To two figures, for advice.
-double rounded_up(double value) {
-  const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
-  return std::ceil(value / unit) * unit;
 }
 
 std::string notch_key(std::size_t i) {
@@ -67,18 +59,6 @@ void check_notch_in_body(const Notch& notch, const std::string& key, const Vecto
 std::pair<double, double> ligament_of(const Notch& notch, const Vector& size) {
   const double extent = size[static_cast<std::size_t>(axis_of(notch.face))];
   return is_upper(notch.face) ? std::pair{0.0, extent - notch.depth} : std::pair{notch.depth, extent};
-}
-
-/// Of the body without its notches, which must not overlap [m^3].
-double material_volume(const Specimen& specimen) {
-  const Vector& size = specimen.size;
-  double volume = size[0] * size[1] * size[2];
-  for (const Notch& notch : specimen.notches) {
-    double slot_volume = 1;
-    for (const auto& [from, to] : slot_of(notch, size)) slot_volume *= to - from;
-    volume -= slot_volume;
-  }
-  return volume;
 }
 
 /// The ligaments of the notches whose cracks advance along an axis, from the tip to the opposite face, for
@@ -143,8 +123,8 @@ void check_sections_along(int axis, const std::vector<double>& positions, const 
 
 }  // namespace
 
-std::array<std::pair<double, double>, 3> slot_of(const Notch& notch, const Vector& size) {
-  std::array<std::pair<double, double>, 3> slot;
+Region slot_of(const Notch& notch, const Vector& size) {
+  Region slot;
   slot[0] = {0, size[0]};
   const auto depth_axis = static_cast<std::size_t>(axis_of(notch.face));
   const double extent = size[depth_axis];
@@ -180,35 +160,6 @@ void check_specimen(const Parameters& parameters, Findings& findings) {
         break;
       }
     }
-  }
-}
-
-void check_mesh(const Parameters& parameters, Findings& findings) {
-  const Mesh& mesh = parameters.mesh;
-  if (findings.faulty("mesh.spacing")) return;
-  if (!findings.faulty("mesh.notch_spacing") && mesh.notch_spacing > mesh.spacing) {
-    findings.report("mesh.notch_spacing", fmt::format("{} is over mesh.spacing; give at most {}",
-                                                      show(mesh.notch_spacing), show(mesh.spacing)));
-  }
-  if (findings.faulty("specimen.size")) return;
-  const Vector& size = parameters.specimen.size;
-  const double smallest = *std::min_element(size.begin(), size.end());
-  if (mesh.spacing > smallest) {
-    findings.report("mesh.spacing", fmt::format("{} is over the smallest edge of the body; give at most {}",
-                                                show(mesh.spacing), show(smallest)));
-    return;
-  }
-  if (findings.faulty("specimen.notch")) return;
-  // At least one mother point stands in each spacing^3; finer spacings near notches are counted when the mesh
-  // is made.
-  const double volume = material_volume(parameters.specimen);
-  const double n_points = volume / std::pow(mesh.spacing, 3);
-  if (!(n_points <= max_mother_points) && !mesh.points) {
-    findings.report(
-        "mesh.spacing",
-        fmt::format("{} gives {:.0e} mother points or more, and at most {:.0e} can be made; give at least {}",
-                    show(mesh.spacing), n_points, max_mother_points,
-                    show(rounded_up(std::cbrt(volume / max_mother_points)))));
   }
 }
 

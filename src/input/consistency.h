@@ -15,6 +15,6 @@ void check_boundaries(const Parameters& parameters, Findings& findings);
 void check_time(const Parameters& parameters, Findings& findings);
 
 /// The closed intervals of x, y and z that a notch removes.
-std::array<std::pair<double, double>, 3> slot_of(const Notch& notch, const Vector& size);
+Region slot_of(const Notch& notch, const Vector& size);
 
 }  // namespace crackle::input

@@ -187,25 +187,57 @@ Table notch_table() {
 }
 
 Table mesh_table() {
-  return {"mesh",
-          Occurrence::once,
-          "the mother points and their tessellation",
-          {quantity_key("spacing", in(&Parameters::mesh, &Mesh::spacing), length_dimension(), positive_length,
-                        required(), "distance of the points far from the notches"),
-           quantity_key("notch_spacing", in(&Parameters::mesh, &Mesh::notch_spacing),
-                        with_example(length_dimension(), "0.3 mm"), positive_length, optional("as spacing"),
-                        "distance of the points at the notch tips"),
-           number_key("growth", in(&Parameters::mesh, &Mesh::growth), {0, 1}, by_default("0.03"),
-                      "increase of the spacing per unit distance from a notch tip"),
-           number_key("perturbation", in(&Parameters::mesh, &Mesh::perturbation), {0, 0.4}, by_default("0.2"),
-                      "amplitude of the disturbance, in local spacings"),
-           number_key("min_quality", in(&Parameters::mesh, &Mesh::min_quality), {0, 0.5}, by_default("0.2"),
-                      "mean-ratio quality that every tetrahedron keeps"),
-           choice_key<Turn>("turn", in(&Parameters::mesh, &Mesh::turn),
-                            {{"random", Turn::random}, {"none", Turn::none}}, by_default("\"random\""),
-                            "where reflections or half-turns map the body on itself, each realization takes "
-                            "one of them, so that equal notches have equal chances"),
-           points_key()}};
+  return {
+      "mesh",
+      Occurrence::once,
+      "the mother points and their tessellation",
+      {quantity_key("spacing", in(&Parameters::mesh, &Mesh::spacing), length_dimension(), positive_length,
+                    required(), "distance of the points far from notches and regions"),
+       quantity_key("notch_spacing", in(&Parameters::mesh, &Mesh::notch_spacing),
+                    with_example(length_dimension(), "0.3 mm"), positive_length, optional("as spacing"),
+                    "distance of the points at the notch tips"),
+       number_key("growth", in(&Parameters::mesh, &Mesh::growth), {0, 1}, by_default("0.03"),
+                  "increase of the spacing per unit distance from a notch tip or a region"),
+       number_key("perturbation", in(&Parameters::mesh, &Mesh::perturbation), {0, 0.4}, by_default("0.2"),
+                  "amplitude of the disturbance, in local spacings"),
+       number_key("min_quality", in(&Parameters::mesh, &Mesh::min_quality), {0, 0.5}, by_default("0.2"),
+                  "mean-ratio quality that every tetrahedron keeps"),
+       choice_key<Turn>("turn", in(&Parameters::mesh, &Mesh::turn),
+                        {{"random", Turn::random}, {"none", Turn::none}}, by_default("\"random\""),
+                        "where reflections or half-turns map the body on itself, each realization takes "
+                        "one of them, so that equal notches have equal chances"),
+       choice_key<Base>(
+           "base", in(&Parameters::mesh, &Mesh::base), {{"shared", Base::shared}, {"own", Base::own}},
+           by_default("\"shared\""),
+           "base mother points that samples disturb: one set for all, or a set of its own for each, which "
+           "makes them independent"),
+       points_key()}};
+}
+
+Table region_table() {
+  const auto range = [](std::size_t axis, const char* name, std::pair<std::string, std::string> example,
+                        const char* extent) {
+    return range_key(
+        name,
+        [=](Parameters & parameters, std::size_t i) -> auto& {
+          return parameters.mesh.regions.at(i).box[axis];
+        },
+        example, fmt::format("whole {}", extent), fmt::format("extent of the box along {}", name));
+  };
+  return {"mesh.region",
+          Occurrence::many,
+          "a box in which the mesh is fine; at least one of x, y, z",
+          {range(0, "x", {"0 mm", "2 mm"}, "thickness"), range(1, "y", {"0 mm", "24.5 mm"}, "width"),
+           range(2, "z", {"60 mm", "80 mm"}, "length"),
+           quantity_key(
+               "spacing",
+               [](Parameters& parameters, std::size_t i) -> double& {
+                 return parameters.mesh.regions.at(i).spacing;
+               },
+               with_example(length_dimension(), "0.3 mm"), positive_length, required(),
+               "largest distance of the points in the box")},
+          [](const Parameters& parameters) { return parameters.mesh.regions.size(); },
+          [](Parameters& parameters) { parameters.mesh.regions.emplace_back(); }};
 }
 
 Table material_table() {
@@ -304,6 +336,7 @@ const std::vector<Table>& schema() {
       {"specimen", Occurrence::once, "the body: a box with notches", {size_key()}},
       notch_table(),
       mesh_table(),
+      region_table(),
       material_table(),
       fracture_table(),
       boundary_table(),
@@ -381,6 +414,36 @@ Key number_key(std::string name, Access<double> access, Range range, Presence pr
             if (const auto value = read_number(source, range)) access(parameters, i) = *value;
           },
           [=](Parameters& parameters, std::size_t i) { return format_number(access(parameters, i)); }};
+}
+
+Key range_key(std::string name, Access<std::pair<double, double>> access,
+              const std::pair<std::string, std::string>& example, std::string whole, std::string help) {
+  const std::string form = fmt::format("two lengths, the smaller one first, such as [\"{}\", \"{}\"]",
+                                       example.first, example.second);
+  return {std::move(name),
+          "length",
+          optional(std::move(whole)),
+          form,
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            const auto ends = read_elements(source, 2, form);
+            if (!ends) return;
+            const auto lower = read_quantity((*ends)[0], length_dimension(), coordinate);
+            const auto upper = read_quantity((*ends)[1], length_dimension(), coordinate);
+            if (!lower || !upper) return;
+            if (*lower >= *upper) {
+              source.report(fmt::format("{} is not below {}; give {}", (*ends)[0].value.source,
+                                        (*ends)[1].value.source, form));
+              return;
+            }
+            access(parameters, i) = {*lower, *upper};
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const auto [lower, upper] = access(parameters, i);
+            if (lower == -infinity) return {};
+            return bracketed(
+                {format_quantity(lower, length_dimension()), format_quantity(upper, length_dimension())});
+          }};
 }
 
 }  // namespace crackle::input

@@ -76,6 +76,11 @@ Key optional_quantity_key(std::string name, Access<double> access, const Dimensi
 Key automatic_time_key(std::string name, Access<std::optional<double>> access, const std::string& example,
                        std::string help);
 Key number_key(std::string name, Access<double> access, Range range, Presence presence, std::string help);
+/// An interval of a coordinate that may be left out; then it stays unbounded and is not shown.
+/// @param example its two lengths
+/// @param whole what is meant without it
+Key range_key(std::string name, Access<std::pair<double, double>> access,
+              const std::pair<std::string, std::string>& example, std::string whole, std::string help);
 
 template <class Integer>
 Key integer_key(std::string name, Access<Integer> access, std::int64_t lower, std::int64_t upper,

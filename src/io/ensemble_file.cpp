@@ -162,7 +162,7 @@ void write_statistics(hid_t file, const analysis::Statistics& statistics, const 
   const hdf5::Handle group = hdf5::create_group(file, "statistics");
   const hid_t id = group.get();
   hdf5::write_attribute(id, "confidence", statistics.confidence);
-  hdf5::write_attribute(id, "interval_scope", std::string(analysis::interval_scope));
+  hdf5::write_attribute(id, "interval_scope", std::string(analysis::interval_scope(statistics.base)));
   hdf5::write_attribute(id, "n_looks", std::int64_t{statistics.n_looks});
   hdf5::write_attribute(id, "n_needed", std::int64_t{statistics.n_needed});
   write_paths(id, statistics, shape.n_notches, shape);
@@ -246,7 +246,7 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts&
         describe_result(file.get(), name, info, n_columns++);
       });
   write_statistics(file.get(), statistics, shape);
-  write_mother_points(file.get(), base);
+  if (parameters.mesh.base == input::Base::shared) write_mother_points(file.get(), base);
   write_provenance(file.get(), n_ranks);
   return file.finish();
 }

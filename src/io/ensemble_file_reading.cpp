@@ -159,7 +159,7 @@ EnsembleContent read_ensemble(const std::filesystem::path& file) {
     content.statistics.n_done = static_cast<int>(std::count_if(
         content.samples.begin(), content.samples.end(),
         [](const SampleSummary& sample) { return sample.status == analysis::SampleStatus::done; }));
-    content.base = read_mother_points(id);
+    if (H5Lexists(id, "mother_points", H5P_DEFAULT) > 0) content.base = read_mother_points(id);
     return content;
   });
 }

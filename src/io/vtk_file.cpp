@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/vtk_file.h"
 
+#include "crackle/geometry/mesh_regions.h"
+#include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/quality.h"
 #include "hdf5.h"
 #include "memory_file.h"
@@ -13,6 +15,8 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <variant>
 #include <vector>
 
 namespace crackle::io {
@@ -27,11 +31,26 @@ void write_list(hid_t group, const char* name, const std::vector<Value>& values)
   hdf5::write_dataset<Value>(group, name, {values.size()}, values, "");
 }
 
-template <class Value>
+/// A name with one value for each point or cell.
+using Field = std::pair<const char*, std::variant<std::vector<double>, std::vector<std::int32_t>>>;
+
+struct Fields {
+  std::vector<Field> of_points;
+  std::vector<Field> of_cells;
+};
+
+void write_fields(hid_t parent, const char* name, const std::vector<Field>& fields) {
+  if (fields.empty()) return;
+  const hdf5::Handle group = hdf5::create_group(parent, name);
+  for (const auto& [field_name, field] : fields)
+    std::visit(
+        [&, field_name = field_name](const auto& values) { write_list(group.get(), field_name, values); },
+        field);
+}
+
 std::vector<std::byte> make_grid(const std::vector<geometry::Point>& points,
                                  const std::vector<std::array<std::int32_t, 4>>& cells,
-                                 std::uint8_t cell_type, const char* field_name,
-                                 const std::vector<Value>& field) {
+                                 std::uint8_t cell_type, const Fields& fields) {
   std::vector<double> coordinates;
   coordinates.reserve(3 * points.size());
   for (const geometry::Point& p : points) coordinates.insert(coordinates.end(), p.begin(), p.end());
@@ -58,37 +77,45 @@ std::vector<std::byte> make_grid(const std::vector<geometry::Point>& points,
     write_list(id, "Connectivity", connectivity);
     write_list(id, "Offsets", offsets);
     write_list(id, "Types", std::vector<std::uint8_t>(cells.size(), cell_type));
-    const hdf5::Handle fields = hdf5::create_group(id, "CellData");
-    write_list(fields.get(), field_name, field);
+    write_fields(id, "PointData", fields.of_points);
+    write_fields(id, "CellData", fields.of_cells);
   }
   return file.finish();
 }
 
-template <class Value>
 void write_grid(const std::filesystem::path& file, const std::vector<geometry::Point>& points,
                 const std::vector<std::array<std::int32_t, 4>>& cells, std::uint8_t cell_type,
-                const char* field_name, const std::vector<Value>& field) {
+                const Fields& fields) {
   const std::filesystem::path folder = file.parent_path();
   if (!folder.empty() && !std::filesystem::is_directory(folder)) {
     throw std::runtime_error(
         fmt::format("cannot write '{}': there is no folder '{}'", file.string(), folder.string()));
   }
-  write_whole_file(file, make_grid(points, cells, cell_type, field_name, field));
+  write_whole_file(file, make_grid(points, cells, cell_type, fields));
 }
 
 }  // namespace
 
-void write_vtk_mesh(const std::filesystem::path& file, const geometry::Realization& realization) {
+void write_vtk_mesh(const std::filesystem::path& file, const geometry::Realization& realization,
+                    const geometry::Body& body, const input::Mesh& mesh) {
+  const geometry::SpacingField wanted(body, mesh);
+  std::vector<double> spacing;
+  spacing.reserve(realization.nodes.size());
+  for (const geometry::Point& p : realization.nodes) spacing.push_back(wanted(p));
   std::vector<double> quality;
   quality.reserve(realization.tetrahedra.size());
   const auto node = [&](std::int32_t i) { return realization.nodes[static_cast<std::size_t>(i)]; };
   for (const geometry::Tetrahedron& t : realization.tetrahedra)
     quality.push_back(geometry::mean_ratio(node(t[0]), node(t[1]), node(t[2]), node(t[3])));
-  write_grid(file, realization.nodes, realization.tetrahedra, vtk_tetra, "quality", quality);
+  write_grid(
+      file, realization.nodes, realization.tetrahedra, vtk_tetra,
+      {{{"spacing", std::move(spacing)}, {"region", geometry::region_numbers(realization.nodes, body, mesh)}},
+       {{"quality", std::move(quality)}}});
 }
 
 void write_vtk_dual_surface(const std::filesystem::path& file, const geometry::DualSurface& surface) {
-  write_grid(file, surface.points, surface.quadrilaterals, vtk_quad, "tetrahedron", surface.tetrahedron);
+  write_grid(file, surface.points, surface.quadrilaterals, vtk_quad,
+             {{}, {{"tetrahedron", surface.tetrahedron}}});
 }
 
 }  // namespace crackle::io

@@ -12,6 +12,7 @@ import tempfile
 import unittest
 
 import h5py
+from PIL import Image
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 
@@ -22,9 +23,31 @@ DEMO = pathlib.Path(__file__).resolve().parents[2] / "jobs" / "demo.toml"
 TIMES = ("mesh_s", "delaunay_s")
 
 
-def invoke(*arguments):
-    return subprocess.run([PROGRAM, "mesh", *map(str, arguments)], env=environment(), timeout=300, check=False,
+ROOT = DEMO.parents[1]
+PICTURE = ROOT / "tools" / "crackle-mesh-picture"
+REGIONS = """
+[[mesh.region]]
+y = ["6 mm", "18.5 mm"]
+z = ["64 mm", "76 mm"]
+spacing = "0.8 mm"
+[[mesh.region]]
+z = ["60 mm", "80 mm"]
+spacing = "1.5 mm"
+"""
+
+
+def run_program(command, *arguments):
+    return subprocess.run([PROGRAM, command, *map(str, arguments)], env=environment(), timeout=300, check=False,
                           capture_output=True, text=True)
+
+
+def invoke(*arguments):
+    return run_program("mesh", *arguments)
+
+
+def draw(*arguments):
+    return subprocess.run([PICTURE, *map(str, arguments)], timeout=300, check=False, capture_output=True, text=True,
+                          env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
 
 
 class Mesh(unittest.TestCase):
@@ -49,6 +72,53 @@ class Mesh(unittest.TestCase):
         with h5py.File(mesh) as root:
             self.assertEqual(len(root["VTKHDF/Points"]), int(re.search(r"nodes +(\d+)", result.stdout)[1]))
         self.assertNotIn("partition", invoke(DEMO, "-o", mesh).stdout)
+
+    def test_regions_are_counted_and_drawn(self):
+        plate, mesh, picture = (self.folder / name for name in ("plate.toml", "mesh.vtkhdf", "mesh.png"))
+        plate.write_text(DEMO.read_text() + REGIONS)
+        result = invoke(plate, "-o", mesh)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        with h5py.File(mesh) as root:
+            points, region = (root[f"VTKHDF/{name}"][...] for name in ("Points", "PointData/region"))
+            cells = root["VTKHDF/Connectivity"][...].reshape(-1, 4)
+
+        def number(places):
+            y, z = 1e3 * places[:, 1], 1e3 * places[:, 2]
+            inner = (6 <= y) & (y <= 18.5) & (64 <= z) & (z <= 76)
+            return [-1 if not outer else 0 if inner else 1 for inner, outer in zip(inner, (60 <= z) & (z <= 80))]
+
+        self.assertEqual(region.tolist(), number(points))
+        of_cells = number(points[cells].mean(axis=1))
+        result = run_program("check", "--no-measure", plate)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        for name, which, spacing in ((r"mesh\.region\[0\]", 0, " at 0.8 mm"), (r"mesh\.region\[1\]", 1, " at 1.5 mm"),
+                                     ("notches and rest", -1, "")):
+            self.assertRegex(result.stdout, rf"(?m)^{name} += {region.tolist().count(which)} nodes, "
+                                            rf"{of_cells.count(which)} tetrahedra{spacing}$")
+        self.assertGreater(of_cells.count(0), 1000)
+        self.assertNotIn("notches and rest", run_program("check", "--no-measure", DEMO).stdout)
+
+        result = draw(plate, mesh)
+        self.assertEqual((result.returncode, result.stdout, result.stderr), (0, f"{picture}\n", ""))
+        with Image.open(picture) as image:
+            self.assertGreater(image.width, 1000)
+            self.assertGreater(len(image.getcolors(256)), 50)
+        result = draw(plate, plate)
+        self.assertEqual((result.returncode, result.stdout), (1, ""))
+        self.assertRegex(result.stderr, r"^crackle-mesh-picture: .*\n$")
+
+    def test_one_strength_on_a_graded_mesh_is_warned_of(self):
+        plate = self.folder / "plate.toml"
+        graded = DEMO.read_text()
+        even = graded + '[[mesh.region]]\ny = ["0 mm", "24.5 mm"]\nz = ["64 mm", "76 mm"]\nspacing = "0.6 mm"\n'
+        tough = re.sub("(?m)^strength = .*$", 'toughness = "87 J/m^2"', graded)
+        warning = (r"(?m)^Warning: with one strength the toughness follows the spacing, 87 to 219 J/m\^2 along the ligaments; "
+                   r"make .* \[\[mesh\.region\]\], or give fracture\.toughness instead of fracture\.strength$")
+        for text, warned in ((graded, True), (even, False), (tough, False)):
+            plate.write_text(text)
+            result = run_program("check", "--no-measure", plate)
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            (self.assertRegex if warned else self.assertNotRegex)(result.stdout, warning if warned else "Warning")
 
     def test_survey_counts_what_it_lists(self):
         table = self.folder / "survey.csv"

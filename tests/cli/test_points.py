@@ -17,6 +17,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 
 from crackle_launch import environment  # noqa: E402
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 OPTIONS = None
 SIZE = (3, 8, 16)
 INPUT = """
@@ -108,6 +109,46 @@ class Points(unittest.TestCase):
         self.assert_refused((0, "the corner (0, 0, 0) mm"))
         self.cloud.write_bytes(b"\x89HDF\r\n\x1a\n\0\0\n")
         self.assert_refused((1, "not a point"), (2, "not a point"), (3, "not a point"))
+
+    def test_samples_with_points_of_their_own(self):
+        self.plate.write_text(INPUT.replace("[mesh]", '[mesh]\nbase = "own"'))
+        result = invoke("run", self.plate, "-o", self.out)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertIn("base mesh: each sample has its own", result.stdout)
+        with h5py.File(self.out / "ensemble.h5") as root:
+            self.assertNotIn("mother_points", root)
+            scope = root["statistics"].attrs["interval_scope"]
+        self.assertIn("independent samples", scope)
+        nodes = []
+        for sample in (0, 1):
+            mesh = self.folder / "mesh.vtkhdf"
+            result = invoke("mesh", self.plate, "--sample", sample, "-o", mesh)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            with h5py.File(mesh) as root, h5py.File(self.out / "samples" / f"000{sample}.h5") as stored:
+                nodes.append(root["VTKHDF/Points"][...])
+                np.testing.assert_array_equal(nodes[-1], stored["mesh/nodes"][...])
+        # Another sample of the same base would have a node within a tenth of the spacing of each, or near its mirror image.
+        images = np.concatenate([np.where(axes, np.array(SIZE) * 1e-3 - nodes[1], nodes[1])
+                                 for axes in np.ndindex(2, 2, 2)])
+        inner = nodes[0][((nodes[0] > 0) & (nodes[0] < np.array(SIZE) * 1e-3)).all(axis=1)]
+        nearest = np.linalg.norm(inner[:, None] - images.reshape(8, 1, -1, 3), axis=3).min(axis=2)
+        self.assertGreater(nearest.max(axis=1).min(), 0.3e-3)
+
+        (self.out / "ensemble.h5").unlink()
+        result = invoke("stats", self.out)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn(scope, result.stdout)
+        with h5py.File(self.out / "ensemble.h5") as root:
+            self.assertNotIn("mother_points", root)
+        (self.out / "samples" / "0001.h5").unlink()
+        result = invoke("run", self.plate, "-o", self.out, "--resume")
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        for kept in (True, False):  # a report of the files that a run leaves, and of one that has not come to its end
+            if not kept:
+                (self.out / "ensemble.h5").unlink()
+            report = subprocess.run([ROOT / "tools" / "crackle-report", self.out], capture_output=True, text=True, check=False)
+            self.assertEqual((report.returncode, report.stderr), (0, ""))
+            self.assertIn(scope, (self.out / "report.html").read_text())
 
     def test_an_ensemble_keeps_to_its_points(self):
         self.write_generated_points()

@@ -143,6 +143,40 @@ TEST_F(EnsembleRun, SameEnsembleWithTwoRanksPerSample) {
   expect_same_ensemble(root_ / "all", root_ / "alone", 3);
 }
 
+/// The same plate, each sample with base points of its own.
+input::Parameters with_own_base(const input::Parameters& parameters) {
+  std::string text = parameters.text;
+  const std::string table = "[mesh]\n";
+  return input::parse(text.insert(text.find(table) + table.size(), "base = \"own\"\n"), "plate.toml");
+}
+
+TEST_F(EnsembleRun, SamplesWithABaseOfTheirOwnAreTheSameOnAnyNumberOfRanks) {
+  const auto parameters = with_own_base(plate(4, 1));
+  EXPECT_EQ(run("all", parameters, false).done, 4);
+  const auto report =
+      run_single_sample(world_, parameters, {.folder = root_ / "one", .sample = 2}, strip, {});
+  EXPECT_EQ(report.summary.status, SampleStatus::done);
+  if (world_.is_root()) {
+    EXPECT_THAT(log_.str(), HasSubstr("base mesh: each sample has its own, of some "));
+    EXPECT_THAT(io::differences(io::sample_path(root_ / "one", 2), io::sample_path(root_ / "all", 2)),
+                IsEmpty());
+    EXPECT_EQ(io::read_ensemble(root_ / "all" / "ensemble.h5").base.size(), 0u);
+    run_on(parallel::Communicator(MPI_COMM_SELF), "alone", parameters, false);
+    expect_same_ensemble(root_ / "all", root_ / "alone", 4);
+    fs::copy(root_ / "all", root_ / "cut", fs::copy_options::recursive);
+    fs::remove(root_ / "cut" / "ensemble.h5");
+    fs::remove(io::sample_path(root_ / "cut", 1));
+  }
+  MPI_Barrier(world_.get());
+  EXPECT_EQ(run("cut", parameters, true, recording(strip)).done, 4);
+  EXPECT_THAT(computed(), ElementsAre(1));
+  if (world_.is_root()) expect_same_ensemble(root_ / "all", root_ / "cut", 4);
+  // Samples of the other kind do not belong to it.
+  MPI_Barrier(world_.get());
+  EXPECT_THAT([&] { run("cut", plate(4, 1), true); },
+              testing::ThrowsMessage<parallel::AgreedError>(HasSubstr("mesh.base is shared, not own")));
+}
+
 TEST_F(EnsembleRun, PoisonedSampleFailsAlone) {
   const auto parameters = plate(4, 1);
   const auto outcome =

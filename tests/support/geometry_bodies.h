@@ -27,7 +27,17 @@ inline input::Mesh mesh(double spacing_mm, double notch_spacing_mm, double growt
           .perturbation = 0.2,
           .min_quality = 0.2,
           .points = {},
-          .points_digest = {}};
+          .points_digest = {},
+          .regions = {}};
+}
+
+/// @param box and spacing in mm
+inline input::MeshRegion region(input::Region box_mm, double spacing_mm) {
+  for (auto& [lower, upper] : box_mm) {
+    lower *= mm;
+    upper *= mm;
+  }
+  return {box_mm, spacing_mm * mm};
 }
 
 /// The plate of the paper, shortened, with its two anti-symmetric notches: some 6,000 nodes with

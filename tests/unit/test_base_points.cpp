@@ -29,6 +29,41 @@ TEST(BasePoints, WaitIsToldBeforeIt) {
   EXPECT_EQ(heard.substr(0, 15), "placing some 1.") << heard;
 }
 
+input::Parameters small_plate(input::Base base) {
+  input::Parameters parameters;
+  parameters.ensemble.seed = 3;
+  parameters.specimen.size = {2e-3, 6e-3, 8e-3};
+  parameters.mesh.spacing = parameters.mesh.notch_spacing = 1e-3;
+  parameters.mesh.min_quality = 0.1;
+  parameters.mesh.base = base;
+  return parameters;
+}
+
+TEST(BasePoints, AreSharedOrEachSamplesOwn) {
+  const auto nodes = [](input::Base base, std::uint64_t sample, int attempt = 0) {
+    const auto parameters = small_plate(base);  // undisturbed: the nodes are the base points
+    const geometry::Body body(parameters.specimen);
+    const auto shared = make_shared_points(body, parameters);
+    EXPECT_EQ(shared.size() == 0, base == input::Base::own);
+    return make_sample_mesh(body, shared, parameters, sample, attempt).nodes;
+  };
+  EXPECT_EQ(nodes(input::Base::shared, 0), nodes(input::Base::shared, 1));
+  const auto first = nodes(input::Base::own, 0);
+  EXPECT_EQ(first, nodes(input::Base::own, 0));
+  EXPECT_NE(first, nodes(input::Base::own, 1));
+  EXPECT_NE(first, nodes(input::Base::own, 0, 1)) << "another attempt places other points";
+  EXPECT_NE(first, nodes(input::Base::shared, 0));
+  const auto parameters = small_plate(input::Base::own);
+  EXPECT_EQ(make_base_points(geometry::Body(parameters.specimen), parameters, {}, 1).position,
+            nodes(input::Base::own, 1));
+}
+
+TEST(BasePoints, OfEachSampleAreRefusedBeforeAnySampleIsMade) {
+  auto parameters = small_plate(input::Base::own);
+  parameters.mesh.spacing = parameters.mesh.notch_spacing = 1e-6;
+  EXPECT_THROW(make_shared_points(geometry::Body(parameters.specimen), parameters), std::runtime_error);
+}
+
 TEST(BasePoints, NoWaitIsToldOfWhatIsRefused) {
   input::Parameters parameters;
   parameters.specimen.size = {0.1, 0.1, 0.1};

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/cost_model.h"
+
+#include "crackle/ensemble/base_points.h"
 #include "support/box_mesh.h"
 
 #include <gtest/gtest.h>
@@ -76,6 +78,25 @@ TEST(CostModel, KnowsWhenTheMasterIsTooSlow) {
   const auto many = plans(100'000, 100'000, machine);
   EXPECT_TRUE(many.front().waits_for_master);
   EXPECT_GE(many.front().wall_seconds, 100'000 * 60000.0 / machine.mesh_updates_per_second);
+}
+
+TEST(CostModel, MeshesWithABaseOfTheirOwnTakeLonger) {
+  input::Parameters parameters;
+  const Machine machine;
+  const auto with = [&](input::Base base) {
+    parameters.mesh.base = base;
+    return make_plans(bar(), parameters, 80000, 1.5, machine, 33, 200).front();
+  };
+  const GroupPlan shared = with(input::Base::shared), own = with(input::Base::own);
+  EXPECT_FALSE(shared.waits_for_master);
+  EXPECT_DOUBLE_EQ(own.sample_seconds, shared.sample_seconds);
+  const double placing = placing_seconds(static_cast<double>(bar().nodes.size()));
+  EXPECT_GT(placing, 0.3);
+  EXPECT_NEAR(own.wall_seconds,
+              own.waits_for_master
+                  ? 200 * (placing + 60000 / machine.mesh_updates_per_second) + own.sample_seconds
+                  : shared.wall_seconds + placing,
+              1e-9);
 }
 
 TEST(CostModel, SlowNetworksMakeGroupsSmaller) {

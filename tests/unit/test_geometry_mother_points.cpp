@@ -49,6 +49,21 @@ TEST(SpacingField, FollowsTheBodyWhereThatIsFiner) {
   EXPECT_EQ(SpacingField(body({2, 30, 30}), mesh(9, 9))({mm, mm, mm}), 2 * mm);
 }
 
+TEST(SpacingField, IsFineInRegionsAndGrowsFromThem) {
+  const Body notched = body({10, 60, 80}, {notch(Face::y_min, 40, 10, 2)});
+  input::Mesh parameters = mesh(4, 0.5, 0.1);
+  parameters.regions = {testing::region({input::unbounded, {10, 50}, {30, 50}}, 1),
+                        testing::region({input::unbounded, input::unbounded, {70, 200}}, 2),
+                        testing::region({input::unbounded, {20, 30}, {70, 80}}, 3)};
+  const SpacingField spacing(notched, parameters);
+  EXPECT_DOUBLE_EQ(spacing({mm, 10 * mm, 40 * mm}), 0.5 * mm);  // a notch stays as fine as it is
+  EXPECT_DOUBLE_EQ(spacing({mm, 40 * mm, 30 * mm}), 1 * mm);
+  EXPECT_DOUBLE_EQ(spacing({mm, 53 * mm, 54 * mm}), 1.5 * mm);
+  EXPECT_DOUBLE_EQ(spacing({mm, 25 * mm, 75 * mm}), 2 * mm);  // the finer one of two
+  EXPECT_DOUBLE_EQ(spacing({mm, 59 * mm, 65 * mm}), 2.5 * mm);
+  EXPECT_DOUBLE_EQ(spacing({mm, 59 * mm, 1 * mm}), 4 * mm);
+}
+
 TEST(SpacingField, ChangesNoFasterThanItsLargestGrowth) {
   const Body notched = testing::four_notches();
   const SpacingField spacing(notched, mesh(1.5, 0.2, 0.3));
@@ -168,6 +183,37 @@ TEST_F(Plate, DependsOnTheSeedOnly) {
   EXPECT_EQ(again.spacing, points().spacing);
   EXPECT_EQ(again.movable, points().movable);
   EXPECT_NE(make_mother_points(plate, testing::plate_mesh(), 2013).position, points().position);
+}
+
+double nearest_neighbour(const MotherPoints& points, std::size_t i) {
+  double nearest = 1;
+  for (std::size_t j = 0; j < points.size(); ++j)
+    if (i != j) nearest = std::min(nearest, squared_distance(points.position[i], points.position[j]));
+  return std::sqrt(nearest);
+}
+
+TEST(MotherPoints, KeepTheSpacingOfARegion) {
+  const Body plate = testing::short_plate();
+  input::Mesh parameters = mesh(1.5, 0.3, 0.2);
+  parameters.regions = {testing::region({input::unbounded, input::unbounded, {17, 20}}, 0.5)};
+  const MotherPoints points = make_mother_points(plate, parameters, 2012);
+  EXPECT_NEAR(estimate_n_points(plate, parameters) / static_cast<double>(points.size()), 1, 0.05);
+  std::vector<double> inside, beyond;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double z = points.position[i][2] / mm;
+    // Here the notches, at 9 and 15 mm, ask for coarser points.
+    if (points.position[i][1] < 6 * mm && z > 17.25 && z < 19.75)
+      inside.push_back(nearest_neighbour(points, i));
+    if (points.position[i][1] < 6 * mm && z > 21.5 && z < 23)  // 0.8 to 1.1 mm are asked for
+      beyond.push_back(nearest_neighbour(points, i) / points.spacing[i]);
+  }
+  std::sort(inside.begin(), inside.end());
+  std::sort(beyond.begin(), beyond.end());
+  ASSERT_GT(inside.size(), 200u);
+  ASSERT_GT(beyond.size(), 15u);
+  EXPECT_NEAR(inside[inside.size() / 2], 0.45 * mm, 0.05 * mm);
+  EXPECT_LT(inside.back(), 0.65 * mm);
+  EXPECT_NEAR(beyond[beyond.size() / 2], 0.9, 0.1);
 }
 
 TEST(MotherPoints, RefusesMeshesThatAreTooLarge) {

@@ -26,9 +26,21 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
+geometry::Body small_body() {
+  return testing::body({1, 4, 5}, {testing::notch(input::Face::y_min, 2, 1.5, 0.5)});
+}
+
+/// With two regions, of which the second one holds the first.
+input::Mesh small_mesh() {
+  input::Mesh mesh = testing::mesh(0.7, 0.25);
+  mesh.regions = {testing::region({input::unbounded, {3, 4}, {3, 4}}, 0.3),
+                  testing::region({input::unbounded, input::unbounded, {2.5, 5}}, 0.5)};
+  return mesh;
+}
+
 geometry::Realization small() {
-  const geometry::Body body = testing::body({1, 4, 5}, {testing::notch(input::Face::y_min, 2, 1.5, 0.5)});
-  const input::Mesh mesh = testing::mesh(0.7, 0.25);
+  const geometry::Body body = small_body();
+  const input::Mesh mesh = small_mesh();
   return geometry::make_realization(body, geometry::make_mother_points(body, mesh, 1), mesh, 1, 0);
 }
 
@@ -90,7 +102,7 @@ print(grid.GetNumberOfPoints(), grid.GetNumberOfCells(), grid.GetCellType(0), fi
 TEST_F(VtkFile, MeshIsReadByVtk) {
   const geometry::Realization mesh = small();
   const std::filesystem::path file = folder_ / "mesh.vtkhdf";
-  write_vtk_mesh(file, mesh);
+  write_vtk_mesh(file, mesh, small_body(), small_mesh());
   EXPECT_EQ(n_files(), 1u);
   if (!has_vtk()) GTEST_SKIP() << "python3-vtk9 is not installed";
   double worst = 1;
@@ -105,6 +117,40 @@ TEST_F(VtkFile, MeshIsReadByVtk) {
   }
   EXPECT_EQ(python(reader, file), fmt::format("{} {} 10 quality {:.6e} {:.6e} {:.6e}\n", mesh.nodes.size(),
                                               mesh.tetrahedra.size(), worst, best, volume));
+}
+
+constexpr const char* point_reader = R"(
+import sys
+from vtkmodules.vtkIOHDF import vtkHDFReader
+reader = vtkHDFReader()
+reader.SetFileName(sys.argv[1])
+reader.Update()
+fields = reader.GetOutput().GetPointData()
+spacing, region = fields.GetArray("spacing"), fields.GetArray("region")
+number = [region.GetValue(i) for i in range(region.GetNumberOfTuples())]
+print(len(number), spacing.GetNumberOfTuples(), "%.6e %.6e" % spacing.GetRange(),
+      *(number.count(which) for which in (0, 1, -1)))
+)";
+
+TEST_F(VtkFile, PointsHaveTheSpacingAskedForAndTheirRegion) {
+  const geometry::Realization mesh = small();
+  const std::filesystem::path file = folder_ / "mesh.vtkhdf";
+  write_vtk_mesh(file, mesh, small_body(), small_mesh());
+  if (!has_vtk()) GTEST_SKIP() << "python3-vtk9 is not installed";
+  std::array<int, 3> n{};
+  for (const geometry::Point& p : mesh.nodes) {
+    const bool first = p[1] >= 3e-3 && p[2] >= 3e-3 && p[2] <= 4e-3;
+    ++n[first ? 0 : p[2] >= 2.5e-3 ? 1 : 2];
+  }
+  EXPECT_GT(n[0], 10);
+  const geometry::SpacingField field(small_body(), small_mesh());
+  double least = 1, greatest = 0;
+  for (const geometry::Point& p : mesh.nodes) {
+    least = std::min(least, field(p));
+    greatest = std::max(greatest, field(p));
+  }
+  EXPECT_EQ(python(point_reader, file), fmt::format("{0} {0} {1:.6e} {2:.6e} {3} {4} {5}\n",
+                                                    mesh.nodes.size(), least, greatest, n[0], n[1], n[2]));
 }
 
 TEST_F(VtkFile, DualSurfaceIsReadByVtk) {
@@ -122,18 +168,18 @@ TEST_F(VtkFile, DualSurfaceIsReadByVtk) {
 TEST_F(VtkFile, ReplacesAnExistingFile) {
   const std::filesystem::path file = folder_ / "mesh.vtkhdf";
   std::ofstream(file) << "something else";
-  write_vtk_mesh(file, small());
+  write_vtk_mesh(file, small(), small_body(), small_mesh());
   EXPECT_GT(std::filesystem::file_size(file), 10000u);
   EXPECT_EQ(n_files(), 1u);
 }
 
 TEST_F(VtkFile, FailuresNameTheFileAndLeaveNothing) {
   const geometry::Realization mesh = small();
-  EXPECT_THAT([&] { write_vtk_mesh(folder_ / "missing" / "mesh.vtkhdf", mesh); },
+  EXPECT_THAT([&] { write_vtk_mesh(folder_ / "missing" / "mesh.vtkhdf", mesh, small_body(), small_mesh()); },
               ThrowsMessage<std::runtime_error>(
                   AllOf(HasSubstr("missing/mesh.vtkhdf': "), HasSubstr("there is no folder"))));
   std::filesystem::create_directories(folder_ / "taken" / "inside");
-  EXPECT_THAT([&] { write_vtk_mesh(folder_ / "taken", mesh); },
+  EXPECT_THAT([&] { write_vtk_mesh(folder_ / "taken", mesh, small_body(), small_mesh()); },
               ThrowsMessage<std::runtime_error>(HasSubstr("taken': ")));
   EXPECT_EQ(n_files(), 1u);
 }

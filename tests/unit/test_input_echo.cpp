@@ -2,8 +2,11 @@
 // The echo of the resolved input is itself a complete description of it, and the table of keys names them
 // all.
 #include "crackle/input/reader.h"
+#include "crackle/parallel/checksum.h"
 #include "unit/input_samples.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
 
 #include <charconv>
@@ -31,7 +34,14 @@ std::vector<InputTable> full_tables() {
             {"notch_spacing", R"("0.3 mm")"},
             {"growth", "0.07"},
             {"perturbation", "0.15"},
-            {"min_quality", "0.21"}}},
+            {"min_quality", "0.21"},
+            {"base", R"("own")"}}},
+          {"[[mesh.region]]",
+           {{"x", R"(["-1 mm", "2 mm"])"},
+            {"y", R"(["0 mm", "24.5 mm"])"},
+            {"z", R"(["60 mm", "80 mm"])"},
+            {"spacing", R"("0.31 mm")"}}},
+          {"[[mesh.region]]", {{"z", R"(["20 mm", "30 mm"])"}, {"spacing", R"("0.5 mm")"}}},
           {"[material]",
            {{"youngs_modulus", R"("210 GPa")"}, {"poisson_ratio", "0.3"}, {"density", R"("7850 kg/m^3")"}}},
           {"[fracture]",
@@ -131,6 +141,11 @@ TEST(InputEcho, KeepsTheValues) {
   expect_near(again.specimen.notches.at(0).depth, 6.21e-3);
   expect_near(again.specimen.notches.at(1).height, 50e-6);
   expect_near(again.time.duration, 123e-6);
+  ASSERT_EQ(again.mesh.regions.size(), 2U);
+  expect_near(again.mesh.regions[0].box[2].second, 80e-3);
+  expect_near(again.mesh.regions[0].spacing, 0.31e-3);
+  EXPECT_EQ(again.mesh.regions[1].box[0], input::unbounded);
+  expect_near(again.mesh.regions[1].box[2].first, 20e-3);
   expect_near(again.boundaries.at(1).region[1].first, -1e-3);
   expect_near(again.boundaries.at(1).rate[1], 1e-3);
   expect_near(again.boundaries.at(2).value[1], 3e3);
@@ -139,6 +154,19 @@ TEST(InputEcho, KeepsTheValues) {
   expect_near(again.boundaries.at(4).rate[0], 3e-6);
   EXPECT_EQ(again.boundaries.at(4).components, p.boundaries.at(4).components);
   EXPECT_EQ(again.ensemble.seed, 2012U);
+}
+
+TEST(InputEcho, AnOwnBaseMakesOtherSamples) {
+  const auto with = [](const std::string& base) { return parse_with("[mesh]", "base", base); };
+  const auto minimal = parse_tables(minimal_tables());
+  EXPECT_THAT(input::sample_settings(minimal), ::testing::Contains("mesh.base = shared"));
+  EXPECT_EQ(input::sample_identity(with(R"("shared")")), input::sample_identity(minimal));
+  EXPECT_NE(input::sample_identity(with(R"("own")")), input::sample_identity(minimal));
+  // As of files from before there was this key.
+  auto settings = input::sample_settings(minimal);
+  std::erase(settings, "mesh.base = shared");
+  EXPECT_EQ(input::sample_identity(minimal),
+            fmt::format("FNV-1a {:016x}", parallel::checksum(fmt::format("{}", fmt::join(settings, "\n")))));
 }
 
 TEST(InputEcho, ShowsReadableUnitsInAlignedLines) {

@@ -304,7 +304,7 @@ TEST(LeaderStatistics, TheTextTellsRanksApart) {
   EXPECT_THAT(text, ::testing::ContainsRegex("\nfollower +0 +1 +y = 17\\.5 mm +z +2 +73\\.100 "));
   EXPECT_THAT(text, ::testing::HasSubstr("\nall cracks of the notch, leading and following\nnotch "));
   EXPECT_THAT(text, ::testing::ContainsRegex("\n +0 +y = 7 mm +z +2 +66\\.900 "));
-  EXPECT_THAT(text, ::testing::HasSubstr(interval_scope));
+  EXPECT_THAT(text, ::testing::HasSubstr(interval_scope(input::Base::shared)));
 }
 
 }  // namespace

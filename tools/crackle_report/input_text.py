@@ -10,7 +10,7 @@ import re
 import tomllib
 from typing import Any, Optional
 
-from .plate import Notch, Plate
+from .plate import MeshRegion, Notch, Plate
 
 _METRES = {"m": 1.0, "meter": 1.0, "meters": 1.0, "metre": 1.0, "metres": 1.0,
            "inch": 0.0254, "inches": 0.0254, "in": 0.0254, "foot": 0.3048, "feet": 0.3048, "ft": 0.3048,
@@ -42,6 +42,18 @@ def plate(document: dict[str, Any]) -> Plate:
                     for n in specimen.get("notch", []))
     size = tuple(length(edge) for edge in specimen["size"])
     return Plate((size[0], size[1], size[2]), notches)
+
+
+def mesh_regions(document: dict[str, Any]) -> list[MeshRegion]:
+    """The boxes in which the mesh is fine, in the order of their numbers, clipped to the body."""
+    size = plate(document).size
+
+    def interval(region: dict[str, Any], axis: int) -> tuple[float, float]:
+        low, high = (length(end) for end in region.get("xyz"[axis], ("0 m", f"{size[axis]!r} m")))
+        return max(low, 0.0), min(high, size[axis])
+
+    return [MeshRegion((interval(r, 0), interval(r, 1), interval(r, 2)), length(r["spacing"]))
+            for r in document["mesh"].get("region", [])]
 
 
 def sections(document: dict[str, Any]) -> list[tuple[int, float]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Optional
 
 # A folder on a network file system may not be locked for reading.
 os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
@@ -20,6 +21,8 @@ class Mesh:
     nodes: np.ndarray  # n x 3 [m]
     tetrahedra: np.ndarray  # m x 4
     quality: np.ndarray  # m, mean ratio
+    spacing: Optional[np.ndarray] = None  # n, that the input asks for there [m]
+    region: Optional[np.ndarray] = None  # n, number of the mesh's region that holds the node, -1: none
 
     def dual_facets(self) -> np.ndarray:
         """Vector areas of the six dual facets of each tetrahedron, m x 6 x 3 [m^2]."""
@@ -54,5 +57,6 @@ def read_mesh(file: Path) -> Mesh:
     """Reads a file of `crackle mesh -o`."""
     with h5py.File(file, "r") as root:
         group = root["VTKHDF"]
-        return Mesh(group["Points"][...], group["Connectivity"][...].reshape(-1, 4),
-                    group["CellData/quality"][...])
+        at_nodes = {name: group[f"PointData/{name}"][...] for name in ("spacing", "region") if f"PointData/{name}" in group}
+        return Mesh(group["Points"][...], group["Connectivity"][...].reshape(-1, 4), group["CellData/quality"][...],
+                    **at_nodes)

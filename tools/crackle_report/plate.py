@@ -18,6 +18,14 @@ class Notch:
 
 
 @dataclass(frozen=True)
+class MeshRegion:
+    """A box in which the mesh is fine: its extents along x, y and z, and the spacing in it [m]."""
+
+    box: tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
+    spacing: float
+
+
+@dataclass(frozen=True)
 class Plate:
     """The specimen: a box (x = thickness, y = width, z = length) with slots [m]."""
 

@@ -22,8 +22,10 @@ from .stress import ALL_EDGES, CROSSED_EDGES  # noqa: E402
 
 DEFAULT_CONFIDENCE = 0.95  # of the intervals while there is no ensemble.h5
 DEFAULT_MIN_SAMPLES = 30  # of [ensemble.stop]
-INTERVAL_SCOPE = ("Intervals cover the scatter of samples that share one set of mother points; that between such sets is "
-                  "not in them.")  # of files that do not say so themselves
+INTERVAL_SCOPES = {  # by mesh.base; of files that do not say so themselves
+    "shared": "Intervals cover the scatter of samples that share one set of mother points; that between such sets is not in "
+              "them.",
+    "own": "Intervals cover the scatter of independent samples, each with a set of mother points of its own."}
 ENSEMBLE_KIND, SAMPLE_KIND = "crackle ensemble", "crackle sample"
 POSITIONS = ("position", "z_spread", "branches")
 NOT_RESULTS = (*POSITIONS, "z", "status", "error", "note", "phase_start", "time_step", "stable_step")  # that stand beside the results
@@ -56,7 +58,7 @@ def _read(folder: Path) -> Ensemble:
         with _open(file, ENSEMBLE_KIND) as root:
             identity = _identity(root)
             samples, statistics, ranks = _read_rows(root), _read_statistics(root), _read_ranks(root)
-            scope = text_of(root["statistics"].attrs.get("interval_scope", INTERVAL_SCOPE))
+            scope = text_of(root["statistics"].attrs.get("interval_scope", INTERVAL_SCOPES["shared"]))
             confidence = float(root["statistics"].attrs["confidence"])
             n_looks, n_needed = (int(root["statistics"].attrs[name]) for name in ("n_looks", "n_needed"))
             sections = _read_sections(root["crack_path"])
@@ -71,7 +73,7 @@ def _read(folder: Path) -> Ensemble:
         sections = tuple(CrossSection(*section) for section in input_text.sections(setting))
         n_samples = n_needed = max(int(setting["ensemble"]["samples"]), max(sample_files) + 1)
         samples = _pending_rows(n_samples, len(setting["specimen"].get("notch", [])), len(sections), results, types)
-        statistics, ranks, scope = None, {}, INTERVAL_SCOPE
+        statistics, ranks, scope = None, {}, INTERVAL_SCOPES[setting.get("mesh", {}).get("base", "shared")]
         stop = setting["ensemble"].get("stop")
         confidence = float((stop or {}).get("confidence", DEFAULT_CONFIDENCE))
         n_looks = len(look_schedule(n_samples, int(stop.get("min_samples", DEFAULT_MIN_SAMPLES)))) if stop else 1

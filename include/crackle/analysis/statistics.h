@@ -18,9 +18,13 @@ inline constexpr double default_confidence = 0.95;
 inline constexpr std::array<double, 5> quantile_shares{0, 0.25, 0.5, 0.75, 1};
 
 /// What the confidence intervals of an ensemble leave out, for people.
-inline constexpr const char* interval_scope =
-    "Intervals cover the scatter of samples that share one set of mother points; that between such sets is "
-    "not in them.";
+constexpr const char* interval_scope(input::Base base) {
+  return base == input::Base::shared ? "Intervals cover the scatter of samples that share one set of mother "
+                                       "points; that between such "
+                                       "sets is not in them."
+                                     : "Intervals cover the scatter of independent samples, each with a set "
+                                       "of mother points of its own.";
+}
 
 /// Statistics of crack positions (z at sections y = const, y at z = const), rows x sections, row-major. They
 /// count the samples whose crack arrived; a section that no sample reached has NaN.
@@ -57,6 +61,7 @@ struct Statistics : PathStatistics {
       0;  ///< samples 0 to n_needed - 1 are the ensemble; fewer than n_samples when it stopped early
   int n_looks = 1;                                      ///< at which it could stop
   double confidence = default_confidence;               ///< of the intervals below
+  input::Base base = input::Base::shared;               ///< of the samples: what the intervals cover
   std::array<double, n_patterns> pattern_share{};       ///< NaN when no sample is done
   std::array<double, n_patterns> pattern_half_width{};  ///< Wilson interval's half width; likewise
   std::array<double, n_patterns> pattern_lower{};       ///< its ends: it does not lie round the share

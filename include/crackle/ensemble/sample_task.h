@@ -80,6 +80,7 @@ struct SampleSteps {
 
 /// The steps of a real sample: geometry, crack surface and summary, files in `folder`/samples.
 /// The references must outlive the steps.
+/// @param base points that all samples share; not looked at with mesh.base own
 /// @param n_ranks of a group, for the files' provenance
 SampleSteps make_sample_steps(const input::Parameters& parameters, const geometry::Body& body,
                               const geometry::MotherPoints& base, const std::filesystem::path& folder,

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/geometry/body.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
 #include "crackle/mechanics/operators.h"
 #include "crackle/parallel/communicator.h"
 
+#include <optional>
 #include <vector>
 
 namespace crackle::fracture {
@@ -22,6 +24,17 @@ double toughness_of(const input::Material& material, double strength, double spa
 
 /// Strength that gives an energy per crack area at a spacing [Pa].
 double strength_of(const input::Material& material, double toughness, double spacing);
+
+/// Energy per crack area that follows from one strength, over a range of places [J/m^2].
+struct ToughnessRange {
+  double least = 0;
+  double greatest = 0;
+};
+
+/// The toughness that a strength [Pa] has at the spacings that the input asks for along the ligaments:
+/// straight on from each notch's tip, to the opposite face or the next notch. Nothing without notches.
+std::optional<ToughnessRange> toughness_along_ligaments(const input::Parameters& parameters,
+                                                        const geometry::Body& body, double strength);
 
 /// Local spacing at each local tetrahedron: the mean over its corners of the edge of the regular tetrahedron
 /// that has the mean volume of the tetrahedra round the corner [m]. Collective; equal bits for any number of

@@ -13,8 +13,8 @@
 
 namespace crackle::geometry {
 
-/// The target distance between neighbouring mother points: `notch_spacing` at a notch tip, growing with
-/// `growth` per unit distance up to `spacing`.
+/// The target distance between neighbouring mother points: `notch_spacing` at a notch tip and the spacing of
+/// a region in its box, growing with `growth` per unit distance from either up to `spacing`.
 ///
 /// Where the body itself is finer, the spacing follows it, because Delaunay tetrahedra conform to a wall only
 /// if its points are about as close to each other as to the next wall: at most the height and the depth of
@@ -44,7 +44,8 @@ private:
   std::vector<Source> sources_;
 };
 
-/// The base distribution: one per ensemble, in slab order along the longest edge of the body.
+/// The base distribution: one per ensemble, or one per sample with `mesh.base` own; in slab order along the
+/// longest edge of the body.
 ///
 /// Bit i of `movable` is set where coordinate i may be disturbed: a point in the interior has all three bits,
 /// one on a plane of the body two, one on an edge one, a corner none. So the disturbance keeps the geometry.
@@ -60,20 +61,26 @@ struct MotherPoints {
 /// @throws std::runtime_error where an edge is more than a million spacings long
 double estimate_n_points(const Body& body, const input::Mesh& mesh);
 
+/// The same. @throws std::runtime_error where make_mother_points refuses this number, too
+double checked_n_points(const Body& body, const input::Mesh& mesh);
+
 /// Graded blue noise in the body: corners, then edges, surfaces and interior by weighted sample elimination
 /// from random candidates, improved by a few rounds of optimal Delaunay triangulation that keep the geometry,
 /// then by local moves until every tetrahedron of the tessellation has a good shape and conforms to the
 /// notches.
 ///
-/// Deterministic: depends on the body, the mesh parameters and the seed only. With `mesh.points` the points
+/// Deterministic: depends on the body, the mesh parameters and the seed only, with `mesh.base` own also on
+/// sample and attempt. With `mesh.points` the points
 /// come from that file (read_points), and only points at tetrahedra that do not conform or fall below
 /// `min_quality` are moved.
 /// @param expects hears about how many points will be placed, before that begins
+/// @param sample whose points these are, and its attempt: without effect unless `mesh.base` is own
 /// @throws std::runtime_error naming the reason where the body cannot be meshed with this spacing and
 /// quality,
 ///   or would take more than 2e7 points
 MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::uint64_t seed,
-                                const std::function<void(double n_points)>& expects = {});
+                                const std::function<void(double n_points)>& expects = {},
+                                std::uint64_t sample = 0, int attempt = 0);
 
 /// Reads mother points from a text file: one point "x y z" in millimetres per line, separated by blanks or
 /// commas; text after '#' and empty lines are skipped. A coordinate within 1e-9 of the body's largest size of

@@ -47,8 +47,8 @@ struct Realization {
 ///
 /// One base distribution is not the same at equivalent places of the body, such as two equal notches, and a
 /// small disturbance leaves it so. With `mesh.turn` random and a perturbation the finished realization is
-/// therefore set into the body by one of the body's symmetries, each with the same probability, from the
-/// stream (seed, sample, "turn").
+/// therefore set into the body by one of the symmetries that body and mesh regions share, each with the same
+/// probability, from the stream (seed, sample, "turn").
 /// @param base points whose own tessellation conforms, as make_mother_points gives them
 /// @param sample selects the random stream (seed, sample, "disturbance")
 /// @param attempt others than 0 take a stream of their own, for a sample that could not be made

@@ -43,6 +43,7 @@ struct DisplacementSums {
 struct SurveyRow {
   std::uint64_t sample = 0;
   std::string error;  ///< why there is no conforming realization; then the rest is empty
+  std::int64_t n_nodes = 0;
   std::int64_t n_tetrahedra = 0;
   RealizationReport report;
   MeshStatistics mesh;
@@ -57,6 +58,7 @@ struct SurveyRow {
 class Survey {
 public:
   /// The references must outlive the survey.
+  /// @param base of all samples; with `mesh.base` own that of sample 0, the others make theirs
   Survey(const Body& body, const MotherPoints& base, const input::Mesh& mesh, std::uint64_t seed);
   /// @param look called with the realization, if that conforms
   SurveyRow measure(std::uint64_t sample, const std::function<void(const Realization&)>& look = {}) const;

@@ -17,6 +17,12 @@ namespace crackle::input {
 
 using Vector = std::array<double, 3>;
 
+/// Closed intervals of x, y and z [m]; infinite where a coordinate is not bounded.
+using Region = std::array<std::pair<double, double>, 3>;
+inline constexpr std::pair<double, double> unbounded{-std::numeric_limits<double>::infinity(),
+                                                     std::numeric_limits<double>::infinity()};
+inline constexpr Region everywhere{unbounded, unbounded, unbounded};
+
 struct EnsembleStop {
   double half_width;  ///< of the confidence interval of the leaders' mean position, at every section [m]
   double confidence;
@@ -49,15 +55,29 @@ enum class Turn {
   none,    ///< all as the base distribution lies
 };
 
+/// Whose base mother points a sample disturbs.
+enum class Base {
+  shared,  ///< one set for all samples
+  own,     ///< each sample's own, so that samples are independent
+};
+
+/// A box in which the mesh is fine.
+struct MeshRegion {
+  Region box = everywhere;
+  double spacing = 0;  ///< at most, inside [m]
+};
+
 struct Mesh {
-  double spacing = 0;        ///< far from the notches [m]
+  double spacing = 0;        ///< far from notches and regions [m]
   double notch_spacing = 0;  ///< at the notch tips [m]
-  double growth = 0;         ///< increase of spacing per unit distance from a notch tip
+  double growth = 0;         ///< increase of spacing per unit distance from a notch tip or a region
   double perturbation = 0;   ///< amplitude of the disturbance in local spacings
   double min_quality = 0;    ///< mean-ratio quality that every tetrahedron keeps
   Turn turn = Turn::random;
+  Base base = Base::shared;
   std::optional<std::filesystem::path> points;  ///< base mother points from a file instead
   std::string points_digest;  ///< of that file's content, which is part of the input; empty without a file
+  std::vector<MeshRegion> regions;
 };
 
 struct Material {
@@ -95,10 +115,7 @@ enum class BoundaryKind {
 /// interpolated linearly in the history (constant before its first and after its last entry).
 struct Boundary {
   Face on = Face::z_min;
-  std::array<std::pair<double, double>, 3> region{
-      std::pair{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()},
-      std::pair{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()},
-      std::pair{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()}};
+  Region region = everywhere;
   BoundaryKind kind = BoundaryKind::fix;
   std::array<bool, 3> components{};  ///< the components that are prescribed (fix, velocity, displacement)
   Vector value{};

@@ -34,8 +34,8 @@
 /// | /statistics/reference_notch | notches | see analysis::LeaderFrame |
 /// | /statistics/pattern_share, pattern_half_width, pattern_lower, pattern_upper | 4 | |
 /// | attributes confidence, interval_scope, n_looks, n_needed of /statistics | | see analysis::Statistics |
-/// | /mother_points/position, spacing, movable | M x 3, M, M | see geometry::MotherPoints |
-/// | /timing/wall_time, attributes of /provenance | N | what differs between two runs |
+/// | /mother_points/position, spacing, movable | M x 3, M, M | see geometry::MotherPoints; absent where each
+/// sample has its own | | /timing/wall_time, attributes of /provenance | N | what differs between two runs |
 ///
 /// Attributes of each result's dataset say what it means and how it is shown, see analysis::ResultInfo.
 namespace crackle::io {
@@ -66,7 +66,7 @@ struct EnsembleContent {
   input::Sections sections;
   std::vector<analysis::SampleSummary> samples;
   analysis::Statistics statistics;
-  geometry::MotherPoints base;
+  geometry::MotherPoints base;  ///< empty where each sample has its own
 };
 
 /// Not collective. What an older file does not have yet is as in a row without results.

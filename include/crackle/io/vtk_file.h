@@ -3,16 +3,20 @@
 
 #include "crackle/geometry/dual_facets.h"
 #include "crackle/geometry/realization.h"
+#include "crackle/input/parameters.h"
 
 #include <filesystem>
 
 namespace crackle::io {
 
-/// Writes a realization as a VTKHDF 1.0 unstructured grid: points in metres, tetrahedra with the cell field
-/// "quality" (mean ratio). Readable by ParaView and VTK 9.1. Written under another name and renamed when
-/// whole, so an existing file is replaced by a whole one or not at all. Not collective.
+/// Writes a realization as a VTKHDF 1.0 unstructured grid: points in metres with the spacing that the input
+/// asks for there ("spacing", in metres) and the first region of the mesh that holds them ("region", -1 for
+/// none), tetrahedra with the cell field "quality" (mean ratio). Readable by ParaView and VTK 9.1. Written
+/// under another name and renamed when whole, so an existing file is replaced by a whole one or not at all.
+/// Not collective.
 /// @throws std::runtime_error naming the file and what failed; nothing is left behind
-void write_vtk_mesh(const std::filesystem::path& file, const geometry::Realization& realization);
+void write_vtk_mesh(const std::filesystem::path& file, const geometry::Realization& realization,
+                    const geometry::Body& body, const input::Mesh& mesh);
 
 /// As write_vtk_mesh, for the dual facets: quadrilaterals with the cell field "tetrahedron".
 void write_vtk_dual_surface(const std::filesystem::path& file, const geometry::DualSurface& surface);

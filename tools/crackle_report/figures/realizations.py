@@ -2,24 +2,28 @@
 """Base points, one realization's cut, and where the candidate crack facets point."""
 from __future__ import annotations
 
+import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
-from matplotlib.colors import BoundaryNorm, LogNorm
+from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 
 from .. import style
 from ..drawing import draw_plate
 from ..mesh import Mesh
-from ..plate import Plate
+from ..plate import MeshRegion, Plate
 from .picture import Picture
 
 HALF_THICKNESS_OF_SECTION = 0.5  # [mm]
 SURROUNDINGS = 4.0  # of the notches that are shown [mm]
 N_BINS = 48  # across the map of directions
 QUALITY_LEVELS = np.linspace(0.2, 1.0, 9)
+# Without viridis's dark end, in which the edges vanish.
+SPACING_COLOURS = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.35, 1.0, 256)))
 LARGEST_DENSITY = 5.0  # that is shown, and its reciprocal the smallest
 
 
@@ -61,6 +65,41 @@ def cut(plate: Plate, mesh: Mesh, sample: int) -> Picture:
                    figure)
 
 
+def spacing(plate: Plate, mesh: Mesh, regions: list[MeshRegion]) -> Picture:
+    """The tetrahedra cut at mid-thickness, coloured by the spacing asked for: the whole plate, and the ligament."""
+    polygons, numbers = mesh.cut(0, plate.size[0] / 2)
+    polygons = [polygon / style.MILLIMETRE for polygon in polygons]
+    wanted = mesh.spacing[mesh.tetrahedra[numbers]].mean(axis=1) / style.MILLIMETRE
+    least, greatest = mesh.spacing.min() / style.MILLIMETRE, mesh.spacing.max() / style.MILLIMETRE
+    norm = LogNorm(least, greatest if greatest > least else 1.1 * least)
+    length = plate.size[2] / style.MILLIMETRE
+    height = 9.0
+    figure = Figure(figsize=(style.PAGE_WIDTH, height), layout="constrained")
+    whole, near = figure.subplots(1, 2, width_ratios=(1, 3.2))
+    for axes, z_range, width in ((whole, (-1.0, length + 1.0), 0.08), (near, _ligament(plate, regions), 0.2)):
+        draw_plate(axes, plate, z_range)
+        shown = [i for i, polygon in enumerate(polygons)
+                 if polygon[:, 1].max() >= z_range[0] and polygon[:, 1].min() <= z_range[1]]
+        collection = PolyCollection([polygons[i] for i in shown], array=wanted[shown], cmap=SPACING_COLOURS, norm=norm,
+                                    edgecolors=style.OUTLINE, linewidths=width, rasterized=True)
+        axes.add_collection(collection, autolim=False)
+        axes.set_xlabel("y [mm]")
+        for number, region in enumerate(regions):
+            (y, y_end), (z, z_end) = (np.array(extent) / style.MILLIMETRE for extent in region.box[1:])
+            axes.add_patch(Rectangle((y, z), y_end - y, z_end - z, fill=False, edgecolor=style.NOTCH_COLOURS[1],
+                                     linewidth=1.2, zorder=3))
+            if axes is near:
+                _label_region(axes, number, region, int(np.count_nonzero(mesh.region == number)), (y, y_end), (z, z_end))
+    whole.set_ylabel("z [mm]")
+    whole.set_title("whole plate")
+    near.set_title(f"ligament; {_grouped(len(mesh.nodes))} points, {_grouped(len(mesh.tetrahedra))} tetrahedra in all")
+    bar = figure.colorbar(collection, ax=[whole, near], shrink=0.5, label="spacing asked for [mm]")
+    ticks = sorted({float(f"{value:.2g}") for value in np.geomspace(norm.vmin, norm.vmax, 5)})
+    bar.set_ticks(ticks, labels=[f"{tick:g}" for tick in ticks], minor=False)
+    bar.minorticks_off()
+    return Picture("mesh", "Tetrahedra of one realization, cut at mid-thickness", figure)
+
+
 def orientations(facets: dict[str, np.ndarray], perturbation: float) -> Picture:
     """Density of the candidates' area over the directions of their normals, one map for each mesh.
 
@@ -96,6 +135,32 @@ def fourth_order_bias(areas: np.ndarray) -> float:
     isotropic = (np.einsum("ij,kl->ijkl", delta, delta) + np.einsum("ik,jl->ijkl", delta, delta)
                  + np.einsum("il,jk->ijkl", delta, delta)) / 15
     return float(np.linalg.norm(fourth - isotropic) / np.linalg.norm(isotropic))
+
+
+def _grouped(number: int) -> str:
+    return f"{number:,}".replace(",", "\u2009")
+
+
+def _ligament(plate: Plate, regions: list[MeshRegion]) -> tuple[float, float]:
+    """The surroundings of the notches with the regions there, as far as a plate's width from the middle."""
+    low, high = _near_notches(plate)
+    middle, width = (low + high) / 2, plate.size[1] / style.MILLIMETRE
+    for region in regions:
+        start, end = (z / style.MILLIMETRE for z in region.box[2])
+        if start < high and end > low:
+            low, high = min(low, start - 1), max(high, end + 1)
+    return max(low, middle - width), min(high, middle + width)
+
+
+def _label_region(axes: Axes, number: int, region: MeshRegion, n_points: int, y: tuple[float, float],
+                  z: tuple[float, float]) -> None:
+    """Names a region in its upper left corner, or where that comes into view."""
+    text = f"region {number}: {region.spacing / style.MILLIMETRE:.3g} mm, {_grouped(n_points)} points"
+    low, high = axes.get_ylim()
+    axes.text(y[0] + 0.01 * (axes.get_xlim()[1] - axes.get_xlim()[0]), np.clip(z[1], low, high) - 0.01 * (high - low), text,
+              ha="left", va="top", fontsize=8, zorder=4, clip_on=True,
+              bbox={"facecolor": "w", "alpha": 0.85, "edgecolor": style.NOTCH_COLOURS[1], "linewidth": 0.6,
+                    "boxstyle": "round,pad=0.2"})
 
 
 def _near_notches(plate: Plate) -> tuple[float, float]:

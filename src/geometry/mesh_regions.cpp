@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/geometry/mesh_regions.h"
+
+#include <algorithm>
+
+namespace crackle::geometry {
+
+Box box_of(const input::MeshRegion& region, const Point& size) {
+  Box box{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    box.lower[i] = std::max(region.box[i].first, 0.0);
+    box.upper[i] = std::min(region.box[i].second, size[i]);
+  }
+  return box;
+}
+
+std::vector<std::int32_t> region_numbers(std::span<const Point> points, const Body& body,
+                                         const input::Mesh& mesh) {
+  std::vector<Box> boxes;
+  for (const input::MeshRegion& region : mesh.regions) boxes.push_back(box_of(region, body.size()));
+  std::vector<std::int32_t> numbers;
+  numbers.reserve(points.size());
+  for (const Point& p : points) {
+    const auto found = std::ranges::find_if(boxes, [&](const Box& box) { return box.contains(p); });
+    numbers.push_back(found == boxes.end() ? -1 : static_cast<std::int32_t>(found - boxes.begin()));
+  }
+  return numbers;
+}
+
+std::vector<RegionContent> region_contents(const Realization& realization, const Body& body,
+                                           const input::Mesh& mesh) {
+  std::vector<Point> centroids;
+  centroids.reserve(realization.tetrahedra.size());
+  for (const Tetrahedron& t : realization.tetrahedra) {
+    Point centroid{};
+    for (const std::int32_t node : t)
+      for (std::size_t i = 0; i < 3; ++i)
+        centroid[i] += realization.nodes[static_cast<std::size_t>(node)][i] / 4;
+    centroids.push_back(centroid);
+  }
+  std::vector<RegionContent> contents(mesh.regions.size() + 1);
+  const auto of = [&](std::int32_t number) -> RegionContent& {
+    return number < 0 ? contents.back() : contents[static_cast<std::size_t>(number)];
+  };
+  for (const auto number : region_numbers(realization.nodes, body, mesh)) ++of(number).nodes;
+  for (const auto number : region_numbers(centroids, body, mesh)) ++of(number).tetrahedra;
+  return contents;
+}
+
+}  // namespace crackle::geometry

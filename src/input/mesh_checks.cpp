@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "consistency.h"
+#include "crackle/input/limits.h"
+#include "dimension.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace crackle::input {
+
+namespace {
+
+std::string show(double length) {
+  return format_quantity(length, length_dimension());
+}
+
+/// To two figures, for advice.
+double rounded_up(double value) {
+  const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
+  return std::ceil(value / unit) * unit;
+}
+
+/// Of what both boxes have [m^3]; 0 where they do not meet.
+double common_volume(const Region& a, const Region& b) {
+  double volume = 1;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    volume *=
+        std::max(0.0, std::min(a[axis].second, b[axis].second) - std::max(a[axis].first, b[axis].first));
+  return volume;
+}
+
+/// Of the body in a box, without its notches, which must not overlap [m^3].
+double material_volume(const Specimen& specimen, const Region& box) {
+  const Vector& size = specimen.size;
+  double volume = common_volume(box, {{{0, size[0]}, {0, size[1]}, {0, size[2]}}});
+  for (const Notch& notch : specimen.notches) volume -= common_volume(box, slot_of(notch, size));
+  return volume;
+}
+
+/// Refuses a spacing with which more points than can be made stand in a box: at least one in each spacing^3;
+/// what is finer elsewhere is counted when the mesh is made.
+void check_number(const Mesh& mesh, double spacing, double volume, const std::string& key,
+                  Findings& findings) {
+  const double n_points = volume / std::pow(spacing, 3);
+  if (n_points <= max_mother_points || mesh.points) return;
+  findings.report(
+      key,
+      fmt::format("{} gives {:.0e} mother points or more, and at most {:.0e} can be made; give at least {}",
+                  show(spacing), n_points, max_mother_points,
+                  show(rounded_up(std::cbrt(volume / max_mother_points)))));
+}
+
+void check_region(const Parameters& parameters, std::size_t i, Findings& findings) {
+  const MeshRegion& region = parameters.mesh.regions[i];
+  const std::string key = fmt::format("mesh.region[{}]", i);
+  if (!findings.given(key + ".x") && !findings.given(key + ".y") && !findings.given(key + ".z"))
+    findings.report(key,
+                    "has no bounds; give at least one of x, y and z, such as z = [\"60 mm\", \"80 mm\"]");
+  if (!findings.faulty(key + ".spacing") && !findings.faulty("mesh.spacing") &&
+      region.spacing > parameters.mesh.spacing)
+    findings.report(key + ".spacing",
+                    fmt::format("{} is over mesh.spacing, which holds everywhere; give at most {}",
+                                show(region.spacing), show(parameters.mesh.spacing)));
+  if (findings.faulty(key) || findings.faulty("specimen.size")) return;
+  const Vector& size = parameters.specimen.size;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto [lower, upper] = region.box[axis];
+    if (lower < size[axis] && upper > 0) continue;
+    findings.report(fmt::format("{}.{}", key, "xyz"[axis]),
+                    fmt::format("the region from {} to {} is outside the body; give a part of 0 to {}",
+                                show(lower), show(upper), show(size[axis])));
+  }
+  if (findings.faulty(key) || findings.faulty("specimen.notch")) return;
+  const double volume = material_volume(parameters.specimen, region.box);
+  if (volume <= 1e-12 * size[0] * size[1] * size[2])
+    findings.report(key, "lies in a notch, where there is nothing to mesh; give a box in the body");
+  else
+    check_number(parameters.mesh, region.spacing, volume, key + ".spacing", findings);
+}
+
+}  // namespace
+
+void check_mesh(const Parameters& parameters, Findings& findings) {
+  const Mesh& mesh = parameters.mesh;
+  for (std::size_t i = 0; i < mesh.regions.size(); ++i) check_region(parameters, i, findings);
+  if (mesh.points && mesh.base == Base::own)
+    findings.report(
+        "mesh.base",
+        "\"own\" places points for each sample, but mesh.points gives them; leave out one of the two");
+  if (findings.faulty("mesh.spacing")) return;
+  if (!findings.faulty("mesh.notch_spacing") && mesh.notch_spacing > mesh.spacing) {
+    findings.report("mesh.notch_spacing", fmt::format("{} is over mesh.spacing; give at most {}",
+                                                      show(mesh.notch_spacing), show(mesh.spacing)));
+  }
+  if (findings.faulty("specimen.size")) return;
+  const Vector& size = parameters.specimen.size;
+  const double smallest = *std::min_element(size.begin(), size.end());
+  if (mesh.spacing > smallest) {
+    findings.report("mesh.spacing", fmt::format("{} is over the smallest edge of the body; give at most {}",
+                                                show(mesh.spacing), show(smallest)));
+    return;
+  }
+  if (findings.faulty("specimen.notch")) return;
+  check_number(mesh, mesh.spacing, material_volume(parameters.specimen, everywhere), "mesh.spacing",
+               findings);
+}
+
+}  // namespace crackle::input
