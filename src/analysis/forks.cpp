@@ -200,14 +200,14 @@ private:
     return next;
   }
 
-  /// From run i of station k on until the way is min_arm_length long; empty when it ends before.
+  /// From run i of station k on until the way is min_gap_length long; empty when it ends before.
   Way way_from(std::size_t k, std::size_t i) const {
     Way way{{i}};
     const double start = middle(k, way.front());
     for (std::size_t last = k;; ++last) {
       const double length =
           std::hypot(static_cast<double>(way.size()) * step_, middle(last, way.back()) - start);
-      if (length >= min_arm_length * spacing_[k]) return way;
+      if (length >= min_gap_length * spacing_[k]) return way;
       if (last + 1 >= runs_.size()) return {};
       Level next = ahead(last, way.back());
       if (next.empty()) return {};
@@ -221,22 +221,15 @@ private:
     for (const std::size_t j : run.next) {
       Way way = way_from(k + 1, j);
       if (way.empty()) continue;
-      // Ways are in order across, so one that meets several earlier ones meets the last of them.
-      while (!ways.empty() && meet(ways.back(), way)) {
+      // Ways are in order across, so one that is one with several earlier ones is one with the last of them.
+      while (!ways.empty() &&
+             (meet(ways.back(), way) || widest_gap(k + 1, ways.back(), way) < min_arm_distance)) {
         Way& earlier = ways.back();
         if (earlier.size() > way.size()) way.resize(earlier.size());
         for (std::size_t level = 0; level < earlier.size(); ++level) add(way[level], earlier[level]);
         ways.pop_back();
       }
       ways.push_back(std::move(way));
-    }
-    // Of neighbours that do not part far enough the longer one stays.
-    for (std::size_t j = 0; j + 1 < ways.size();) {
-      if (widest_gap(k + 1, ways[j], ways[j + 1]) >= min_arm_distance) {
-        ++j;
-      } else {
-        ways.erase(ways.begin() + static_cast<std::ptrdiff_t>(j));
-      }
     }
     return ways;
   }
@@ -328,7 +321,7 @@ private:
 
   /// Whether run i of station k, where ways part, follows soon after the place where the arms of a fork met.
   bool goes_on(const Sighting& fork, std::size_t k, std::size_t i) const {
-    const auto soon = static_cast<std::size_t>(max_reunion * spacing_[k] / step_);
+    const auto soon = static_cast<std::size_t>(reunion_length * spacing_[k] / step_);
     if (fork.together.empty() || k < fork.last || k > fork.last + soon) return false;
     Level level = fork.together;
     for (std::size_t station = fork.last; station < k; ++station) level = ahead(station, level);
@@ -373,7 +366,9 @@ public:
     std::stable_sort(forks.begin(), forks.end(), [](const Merged& a, const Merged& b) {
       return std::pair(a.advance, a.across) < std::pair(b.advance, b.across);
     });
-    for (const Merged& fork : forks) add_fork(found, fork);
+    for (const Merged& fork : forks) {
+      if (is_long(fork)) add_fork(found, fork);
+    }
   }
 
 private:
@@ -383,6 +378,7 @@ private:
     double across = 0;
     double angle = 0;
     std::array<Arm, 2> arms;
+    bool ends_apart = false;  ///< the arms do not meet again
     bool is_in_projection = false;
     bool is_in_space = false;
   };
@@ -482,6 +478,7 @@ private:
     for (const std::size_t i : group) {
       const Sighting& one = seen[i];
       for (std::size_t side = 0; side < 2; ++side) add_arm(fork.arms[side], one.arms[side]);
+      fork.ends_apart = fork.ends_apart || one.together.empty();
       (one.window == projection ? fork.is_in_projection : fork.is_in_space) = true;
       // The projection comes first, and has all of the fork.
       if (fork.is_in_projection && n > 0) continue;
@@ -491,6 +488,12 @@ private:
       fork.angle += (one.angle - fork.angle) / n;
     }
     return fork;
+  }
+
+  bool is_long(const Merged& fork) const {
+    const auto station = static_cast<std::size_t>(fork.advance / step_);
+    return std::min(fork.arms[0].length, fork.arms[1].length) >=
+           (fork.ends_apart ? min_arm_length : reunion_length) * spacing_.at(station);
   }
 
   double area(const Facets& facets) const {

@@ -9,10 +9,10 @@
 
 #include <gmock/gmock.h>
 
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <string>
 #include <vector>
 
 namespace crackle::analysis {
@@ -57,23 +57,23 @@ private:
 /// A crack along z = plane with arms that leave it; lengths in spacings, angles in degrees.
 struct Made {
   const char* name = "";
-  int arms = 2;              ///< 1: no fork
-  double length = 10;        ///< of the shorter arms
-  double half_angle = 20;    ///< between neighbouring arms
-  double share = 1;          ///< of the thickness that the shorter arms cross
-  double roughness = 0.2;    ///< standard deviation of the surfaces' heights
-  double touching = 0.1;     ///< share of the tetrahedra beside the crack that break
-  double strays = 0;         ///< single breaks for each spacing of the crack's way
-  double distance = 0;       ///< the arms run side by side at this distance instead of at an angle
-  double s_shape = 0;        ///< amplitude of the path
-  double tilt = 0;           ///< of the crack through the thickness
-  bool is_twisted = false;   ///< each half of the thickness has one of the arms
-  bool has_spurs = false;    ///< arms of 2 spacings at several places
+  int arms = 2;             ///< 1: no fork
+  double length = 10;       ///< of the shorter arms
+  double half_angle = 20;   ///< between neighbouring arms
+  double share = 1;         ///< of the thickness that the shorter arms cross
+  double roughness = 0.2;   ///< standard deviation of the surfaces' heights
+  double touching = 0.1;    ///< share of the tetrahedra beside the crack that break
+  double strays = 0;        ///< single breaks for each spacing of the crack's way
+  double distance = 0;      ///< the arms run side by side at this distance instead of at an angle
+  double s_shape = 0;       ///< amplitude of the path
+  double tilt = 0;          ///< of the crack through the thickness
+  bool is_twisted = false;  ///< each half of the thickness has one of the arms
+  bool has_spurs = false;   ///< arms of 2 spacings at several places
 };
 
 struct Counts {
   int samples = 0;
-  int projected = 0;   ///< samples with as many forks as were made
+  int projected = 0;  ///< samples with as many forks as were made
   int in_space = 0;
   int any_projected = 0;  ///< samples with a fork
   int any_in_space = 0;
@@ -97,8 +97,10 @@ protected:
       realizations.push_back(geometry::make_realization(*body, base, mesh, 1, static_cast<std::uint64_t>(i)));
     const CrackSurface straight = make({.arms = 1, .roughness = 0, .touching = 0}, 0);
     double mean = 0;
-    for (const CrackFacet& facet : straight.facets) mean += local_spacing(facet) / static_cast<double>(straight.facets.size());
-    std::printf("%zu tetrahedra; mean local spacing %.3f\n", realizations[0].tetrahedra.size(), mean / spacing);
+    for (const CrackFacet& facet : straight.facets)
+      mean += local_spacing(facet) / static_cast<double>(straight.facets.size());
+    std::printf("%zu tetrahedra; mean local spacing %.3f\n", realizations[0].tetrahedra.size(),
+                mean / spacing);
   }
   static void TearDownTestSuite() {
     realizations.clear();
@@ -145,7 +147,8 @@ protected:
       // Most nodes are far from all arms.
       const double away = std::abs(p[2] / spacing - trunk(p[0] / spacing, p[1] / spacing));
       const double way = std::max(0.0, p[1] / spacing - tip - fork);
-      if (away > 3 + 4 * made.roughness + (made.arms == 1 ? 0 : std::max(made.distance, way * slope * (made.arms - 1))))
+      if (away > 3 + 4 * made.roughness +
+                     (made.arms == 1 ? 0 : std::max(made.distance, way * slope * (made.arms - 1))))
         return p[2] / spacing > trunk(p[0] / spacing, p[1] / spacing) ? made.arms : 0;
       const auto z = heights(p);
       int label = 0;
@@ -164,7 +167,8 @@ protected:
         } else if (arm == main) {
           return true;
         } else if (x >= first_x && x <= first_x + covered) {
-          if (made.has_spurs ? std::fmod(way, 6) < made.length : way * (made.distance > 0 ? 1 : std::hypot(1, slope)) < made.length)
+          if (made.has_spurs ? std::fmod(way, 6) < made.length
+                             : way * (made.distance > 0 ? 1 : std::hypot(1, slope)) < made.length)
             return true;
         }
       }
@@ -185,13 +189,9 @@ protected:
 
   static Counts count(const Made& made, int n) {
     Counts counts;
-    static double seconds = 0;
     const int expected = made.has_spurs ? 0 : made.arms - 1;
     for (int i = 0; i < n; ++i) {
-      const CrackSurface surface = make(made, static_cast<std::uint64_t>(i));
-      const auto start = std::chrono::steady_clock::now();
-      const CrackArms arms = find_forks(*body, surface);
-      seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      const CrackArms arms = find_forks(*body, make(made, static_cast<std::uint64_t>(i)));
       ++counts.samples;
       counts.projected += arms.n_projected() == expected;
       counts.in_space += arms.n_in_space() == expected;
@@ -201,7 +201,6 @@ protected:
     std::printf("%-52s | %3d | %5.1f %5.1f | %5.1f %5.1f\n", made.name, n, 100.0 * counts.projected / n,
                 100.0 * counts.in_space / n, 100.0 * counts.any_projected / n,
                 100.0 * counts.any_in_space / n);
-    std::printf("%g s\n", seconds);
     return counts;
   }
   static void head() {
@@ -213,47 +212,82 @@ protected:
   static inline std::vector<geometry::Realization> realizations;
 };
 
+// In spacings. The rows say which share of them must be found right, in the projection and in space [%].
+struct Row {
+  Made made;
+  double projected;
+  double in_space;
+};
+
+// Arms that are two spacings and more apart over four: these are found.
+const std::vector<Row> forks{
+    {{.name = "half angle 20 degrees, 7 long", .length = 6.9}, 90, 95},
+    {{.name = "half angle 30 degrees, 6 long", .length = 6, .half_angle = 30}, 95, 95},
+    {{.name = "half angle 45 degrees, 5.4 long", .length = 5.4, .half_angle = 45}, 95, 95},
+    {{.name = "side by side at 4, 4 long", .length = 4, .distance = 4}, 95, 95},
+    {{.name = "over half of the thickness", .share = 0.5}, 95, 95},
+    {{.name = "over 0.3 of the thickness", .share = 0.3}, 95, 95},
+    {{.name = "roughness 0.4", .roughness = 0.4}, 95, 90},
+    {{.name = "wide", .touching = 0.3}, 95, 95},
+    {{.name = "many strays", .strays = 3}, 90, 95},
+    {{.name = "three arms", .arms = 3}, 95, 95},
+    {{.name = "tilted by 1:2", .tilt = 0.5}, 0, 95},
+};
+
+// Where the arms' own thickness and roughness close the gap; stated, not asserted.
+const std::vector<Row> at_the_limit{
+    {{.name = "half angle 10 degrees, 9.8 long", .length = 9.8, .half_angle = 10}, 0, 0},
+    {{.name = "half angle 20 degrees, 4 long", .length = 4}, 0, 0},
+    {{.name = "half angle 20 degrees, 5 long", .length = 5}, 0, 0},
+    {{.name = "half angle 20 degrees, 10 long", .length = 10}, 0, 0},
+    {{.name = "side by side at 2, 4 long", .length = 4, .distance = 2}, 0, 0},
+    {{.name = "side by side at 2, 6 long", .length = 6, .distance = 2}, 0, 0},
+    {{.name = "side by side at 3, 4 long", .length = 4, .distance = 3}, 0, 0},
+    {{.name = "side by side at 3, 6 long", .length = 6, .distance = 3}, 0, 0},
+    {{.name = "over 0.15 of the thickness", .share = 0.15}, 0, 0},
+    {{.name = "three arms over half of the thickness", .arms = 3, .share = 0.5}, 0, 0},
+    {{.name = "roughness 0.6, wide, many strays", .roughness = 0.6, .touching = 0.3, .strays = 3}, 0, 0},
+};
+
+const std::vector<Row> no_forks{
+    {{.name = "straight", .arms = 1}, 99, 99},
+    {{.name = "straight, rough, wide", .arms = 1, .roughness = 0.4, .touching = 0.3}, 99, 99},
+    {{.name = "straight, many strays", .arms = 1, .strays = 3}, 99, 99},
+    {{.name = "S-shaped, rough, strays", .arms = 1, .roughness = 0.4, .strays = 1, .s_shape = 4}, 99, 99},
+    {{.name = "tilted", .arms = 1, .tilt = 0.7}, 99, 99},
+    {{.name = "spurs of 2", .length = 2, .has_spurs = true}, 95, 95},
+};
+
 TEST_F(MadeForks, AreFound) {
   head();
-  for (const Made& made : {Made{.name = "half angle 10 degrees, 10 long", .length = 9.8, .half_angle = 10},
-                           Made{.name = "half angle 20 degrees, 7 long", .length = 6.9},
-                           Made{.name = "half angle 30 degrees, 6 long", .length = 6, .half_angle = 30},
-                           Made{.name = "half angle 45 degrees, 5.5 long", .length = 5.4, .half_angle = 45},
-                           Made{.name = "side by side at 2, 4 long", .length = 4, .distance = 2},
-                           
-                           
-                           Made{.name = "side by side at 3, 4 long", .length = 4, .distance = 3},
-                           Made{.name = "side by side at 2, 4 long, smooth", .length = 4, .roughness = 0, .distance = 2},
-                           Made{.name = "side by side at 4, 4 long", .length = 4, .distance = 4},
-                           Made{.name = "over half of the thickness", .share = 0.5},
-                           Made{.name = "over 0.3 of the thickness", .share = 0.3},
-                           Made{.name = "smooth", .roughness = 0, .touching = 0},
-                           Made{.name = "roughness 0.4", .roughness = 0.4},
-                           Made{.name = "wide", .touching = 0.3},
-                           Made{.name = "strays", .strays = 1},
-                           Made{.name = "many strays", .strays = 3},
-                           Made{.name = "three arms", .arms = 3, .length = 10},
-                           Made{.name = "tilted by 1:2", .tilt = 0.5},
-                           }) {
-    count(made, 20);
+  for (const Row& row : forks) {
+    const Counts found = count(row.made, 12);
+    EXPECT_GE(found.projected, row.projected / 100 * found.samples) << row.made.name;
+    EXPECT_GE(found.in_space, row.in_space / 100 * found.samples) << row.made.name;
   }
 }
 
-TEST_F(MadeForks, AreNotFoundWhereThereAreNone) {
+TEST_F(MadeForks, AreNotFoundInOneCrack) {
   head();
-  for (const Made& made : {Made{.name = "straight", .arms = 1},
-                           Made{.name = "straight, roughness 0.4", .arms = 1, .roughness = 0.4},
-                           Made{.name = "straight, wide", .arms = 1, .roughness = 0.4, .touching = 0.3},
-                           Made{.name = "straight, strays", .arms = 1, .strays = 1},
-                           Made{.name = "straight, many strays", .arms = 1, .strays = 3},
-                           Made{.name = "S-shaped", .arms = 1, .s_shape = 4},
-                           Made{.name = "S-shaped, rough, strays", .arms = 1, .roughness = 0.4, .strays = 1, .s_shape = 4},
-                           Made{.name = "spurs of 2", .length = 2, .has_spurs = true},
-                           Made{.name = "twisted", .is_twisted = true},
-                           Made{.name = "tilted", .arms = 1, .tilt = 0.7},
-                           }) {
-    count(made, 30);
+  for (const Row& row : no_forks) {
+    const Counts found = count(row.made, row.made.name == std::string("straight") ? 200 : 12);
+    EXPECT_GE(found.projected, row.projected / 100 * found.samples) << row.made.name;
+    EXPECT_GE(found.in_space, row.in_space / 100 * found.samples) << row.made.name;
   }
+}
+
+TEST_F(MadeForks, OfATwistedCrackAreInTheProjectionOnly) {
+  head();
+  const Counts found = count({.name = "twisted", .length = 20, .is_twisted = true}, 10);
+  EXPECT_EQ(found.projected, 10);
+  EXPECT_EQ(found.any_projected, 10);
+}
+
+// All rows with 200 samples each: some minutes.
+TEST_F(MadeForks, DISABLED_Table) {
+  head();
+  for (const auto* rows : {&forks, &at_the_limit, &no_forks})
+    for (const Row& row : *rows) count(row.made, 200);
 }
 
 }  // namespace

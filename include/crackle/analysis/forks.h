@@ -13,13 +13,16 @@ namespace crackle::analysis {
 
 /// Opened facets this close to each other across the crack, seen in a window, are one arm.
 inline constexpr double arm_gap = 0.4;
-/// Both arms of a fork have a gap between them over this length: an arm is longer by the way on which the
-/// arms' own thickness hides the gap, 1 to 2 spacings.
+/// Both arms of a fork have a gap between them over this length.
+inline constexpr double min_gap_length = 2;
+/// Each arm ends at least this far from where the gap begins: from where the crack parts it is 1 to 2
+/// spacings longer, on which the arms' own thickness hides the gap.
 inline constexpr double min_arm_length = 2.5;
 /// Somewhere on that length the gap between the arms is this wide.
 inline constexpr double min_arm_distance = 0.75;
-/// Arms that meet for no longer than this and part again are the same arms.
-inline constexpr double max_reunion = 4;
+/// Arms that meet for no longer than this and part again are the same arms; arms that are apart for less than
+/// this and stay together from there on are a hole in the crack.
+inline constexpr double reunion_length = 4;
 /// Connected pieces of the crack that extend over less are stray breaks.
 inline constexpr double stray_size = 2;
 /// Thickness of the windows in which forks in space are looked for; each overlaps half of the next.
@@ -52,10 +55,10 @@ struct CrackArms {
 /// A crack is looked at in windows through the thickness (for forks in space) and as a whole (for those of
 /// its projection). In each the facets are projected on the plane of the plate, and cut at stations a quarter
 /// of a spacing apart along the advance of the crack; facets within arm_gap of each other form a run. A run
-/// that goes on in several ways is a fork when at least two of them are min_arm_length long, have no run in
+/// that goes on in several ways is a fork when at least two of them are min_gap_length long, have no run in
 /// common on that length, and are min_arm_distance apart somewhere on it. Ways that meet and part once more
-/// within max_reunion are the same arms. Forks of different windows, and of the projection, are one when each
-/// of their arms has facets in common. Of the arms the main one is the one that comes farthest along the
+/// within reunion_length are the same arms. Forks of different windows, and of the projection, are one when
+/// each of their arms has facets in common. Of the arms the main one is the one that comes farthest along the
 /// notch's direction, of two that end within min_arm_length of each other the one with the larger area; the
 /// other one leaves.
 CrackArms find_forks(const geometry::Body& body, const CrackSurface& surface);
