@@ -63,7 +63,7 @@ std::vector<double> offsets_from_plane(const geometry::Body& body, const CrackSu
 }  // namespace
 
 std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const CrackSurface& surface,
-                                               const input::Sections& sections) {
+                                               const CrackArms& arms, const input::Sections& sections) {
   std::vector<SectionCrossing> crossings;
   for (int notch = 0; notch < body.n_notches(); ++notch) {
     const NotchFrame frame = notch_frame(body, notch);
@@ -72,10 +72,10 @@ std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const
       std::optional<Crossing> crossing;
       if (section.axis == frame.axis) {
         const auto traces = intersect(surface, facets, frame.axis, frame.across, section.position);
-        crossing = main_crossing(traces, body.size()[0]);
+        crossing = main_crossing(traces, body.size()[0], arms.arm);
       }
-      crossings.push_back(crossing ? SectionCrossing{crossing->mean, crossing->spread, crossing->n_groups}
-                                   : SectionCrossing{none, none, 0});
+      crossings.push_back(crossing ? SectionCrossing{crossing->mean, crossing->spread, crossing->arms}
+                                   : SectionCrossing{none, none, {}});
     }
   }
   return crossings;

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crossings.h"
 
-#include "crackle/analysis/crack_path.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 namespace crackle::analysis {
@@ -154,21 +153,34 @@ double covered(std::span<const Trace> traces, std::span<const std::size_t> membe
   return integrate(traces, members).length;
 }
 
-std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thickness) {
-  const auto groups = group(traces, thickness);
+std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thickness,
+                                      std::span<const std::int32_t> arm) {
   std::optional<Crossing> main;
-  // Traces are in order of breaking and groups in order of their first trace, so of groups that cover the
+  std::vector<ArmCrossing> all;
+  // Traces are in order of breaking and groups in order of their first trace, so of parts that cover the
   // same length the earliest stays.
+  bool is_of_main_arm = false;
   double longest = 0;
-  for (const auto& members : groups) {
-    const Integrals found = integrate(traces, members);
-    if (found.length <= longest) continue;
-    longest = found.length;
-    const double mean = found.first / found.length;
-    const double variance = std::max(0.0, found.second / found.length - mean * mean);
-    const Trace& earliest = traces[members.front()];
-    main = {earliest.across[0] + mean, std::sqrt(variance), earliest.time, static_cast<int>(groups.size())};
+  for (const auto& group_members : group(traces, thickness)) {
+    std::map<std::int32_t, std::vector<std::size_t>> parts;
+    for (const std::size_t i : group_members) parts[arm.empty() ? 0 : arm[traces[i].facet]].push_back(i);
+    for (const auto& [number, members] : parts) {
+      const Integrals found = integrate(traces, members);
+      if (found.length < min_arm_share * thickness) continue;
+      const double mean = found.first / found.length;
+      const double position = traces[members.front()].across[0] + mean;
+      all.push_back({position, found.length / thickness, number});
+      if ((is_of_main_arm && number != 0) || (is_of_main_arm == (number == 0) && found.length <= longest))
+        continue;
+      is_of_main_arm = number == 0;
+      longest = found.length;
+      const double variance = std::max(0.0, found.second / found.length - mean * mean);
+      main = {position, std::sqrt(variance), traces[group_members.front()].time, {}};
+    }
   }
+  if (!main) return main;
+  std::ranges::stable_sort(all, {}, &ArmCrossing::position);
+  main->arms = std::move(all);
   return main;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/analysis/crack_surface.h"
+#include "crackle/analysis/crack_path.h"
 #include "notch_frame.h"
 
 #include <cstdint>
@@ -45,11 +45,13 @@ double covered(std::span<const Trace> traces, std::span<const std::size_t> membe
 struct Crossing {
   double mean;    ///< over the covered x of the mean of the traces that lie over each other there [m]
   double spread;  ///< standard deviation of that mean over the covered x [m]
-  double time;    ///< at which the first of its facets opened [s]
-  int n_groups;   ///< separate crossings
+  double time;    ///< at which the first facet of its group opened [s]
+  std::vector<ArmCrossing> arms;  ///< all separate crossings, ascending
 };
 
-/// The group that covers most of the thickness (of equals the earliest); nothing where no group counts.
-std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thickness);
+/// The main crossing (see section_crossings); nothing where no group counts.
+/// @param arm of each facet; all belong to the main arm without it
+std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thickness,
+                                      std::span<const std::int32_t> arm = {});
 
 }  // namespace crackle::analysis

@@ -41,19 +41,6 @@ double student_half_width(double standard_deviation, int n, double confidence) {
   return boost::math::quantile(distribution, (1 + confidence) / 2) * standard_deviation / std::sqrt(n);
 }
 
-/// Wilson's score interval of a share seen in n trials.
-struct WilsonInterval {
-  double centre;
-  double half_width;
-};
-
-WilsonInterval wilson_interval(double share, int n, double confidence) {
-  const double z = boost::math::quantile(boost::math::normal(), (1 + confidence) / 2);
-  const double scale = 1 + z * z / n;
-  return {(share + z * z / (2.0 * n)) / scale,
-          z * std::sqrt(share * (1 - share) / n + z * z / (4.0 * n * n)) / scale};
-}
-
 void check_row(const SampleSummary& row, std::size_t sample, const Statistics& shape) {
   const auto n_positions = static_cast<std::size_t>(shape.n_notches * shape.n_sections);
   if (row.position.size() != n_positions) {
@@ -210,6 +197,13 @@ Statistics compute(const Statistics& shape, const LeaderFrame& frame, std::span<
 }
 
 }  // namespace
+
+WilsonInterval wilson_interval(double share, int n, double confidence) {
+  const double z = boost::math::quantile(boost::math::normal(), (1 + confidence) / 2);
+  const double scale = 1 + z * z / n;
+  return {(share + z * z / (2.0 * n)) / scale,
+          z * std::sqrt(share * (1 - share) / n + z * z / (4.0 * n * n)) / scale};
+}
 
 void Moments::add(double value) {
   first_.add(value);

@@ -55,6 +55,17 @@ double traced_length(const std::vector<CrackLine>& lines) {
   return length;
 }
 
+void set_crossings(const std::vector<SectionCrossing>& crossings, SampleSummary& row) {
+  row.position.clear();
+  row.z_spread.clear();
+  row.branches.clear();
+  for (const SectionCrossing& crossing : crossings) {
+    row.position.push_back(crossing.position);
+    row.z_spread.push_back(crossing.spread);
+    row.branches.push_back(static_cast<std::int32_t>(crossing.arms.size()));
+  }
+}
+
 }  // namespace
 
 SampleSummary empty_summary(int n_notches, int n_sections, SampleStatus status, std::string error) {
@@ -72,7 +83,8 @@ SampleSummary empty_summary(int n_notches, int n_sections, SampleStatus status, 
 
 SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult& result,
                         const CrackSurface& surface, const std::vector<CrackLine>& lines,
-                        const input::Material& material, const input::Sections& sections) {
+                        const CrackArms& arms, const std::vector<SectionCrossing>& crossings,
+                        const input::Material& material) {
   SampleSummary row;
   row.status = SampleStatus::done;
   row.note = result.note;
@@ -86,7 +98,8 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.pattern = static_cast<std::int32_t>(classify(body, surface));
   row.leading_notch = leading_notch(body, surface);
   row.overlap = pattern_overlap(body, surface);
-  row.bifurcations = count_bifurcations(body, surface);
+  row.bifurcations = arms.n_in_space();
+  row.bifurcations_projected = arms.n_projected();
   row.kinks = count_kinks(lines);
   row.breaks = static_cast<std::int64_t>(result.breaks.size());
   row.crack_area = surface.area();
@@ -98,7 +111,7 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.effective_toughness = row.traced_area > 0 && !result.energy.empty()
                                 ? result.energy.back().released / row.traced_area
                                 : std::numeric_limits<double>::quiet_NaN();
-  measure_crossings(body, surface, sections, row);
+  set_crossings(crossings, row);
   const dynamics::SampleTimings& timings = result.timings;
   row.wall_time = timings.mesh + timings.setup + timings.quasi_static + timings.dynamic;
   return row;
@@ -106,14 +119,7 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
 
 void measure_crossings(const geometry::Body& body, const CrackSurface& surface,
                        const input::Sections& sections, SampleSummary& row) {
-  row.position.clear();
-  row.z_spread.clear();
-  row.branches.clear();
-  for (const SectionCrossing& crossing : section_crossings(body, surface, sections)) {
-    row.position.push_back(crossing.position);
-    row.z_spread.push_back(crossing.spread);
-    row.branches.push_back(crossing.branches);
-  }
+  set_crossings(section_crossings(body, surface, find_forks(body, surface), sections), row);
 }
 
 std::vector<std::byte> to_bytes(const SampleSummary& summary) {

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 
 namespace crackle::analysis {
 
@@ -131,6 +132,28 @@ void append_shares(std::string& text, std::span<const SampleSummary> samples) {
   });
 }
 
+void append_counts(std::string& text, std::span<const SampleSummary> samples, double confidence) {
+  bool is_first = true;
+  for_each_result([&](const ResultInfo& info, auto member) {
+    if (info.reduction != Reduction::counts) return;
+    const auto values = shown_values(samples, info, member);
+    if (values.empty()) return;
+    auto out = std::back_inserter(text);
+    if (is_first)
+      fmt::format_to(out, "\n{:<20} {:>6} {:>24}   {:g} % interval\n", "", "mean", "samples with any [%]",
+                     100 * confidence);
+    is_first = false;
+    const auto n = static_cast<double>(values.size());
+    const auto n_any = std::ranges::count_if(values, [](double value) { return value > 0; });
+    const double share = static_cast<double>(n_any) / n;
+    const WilsonInterval interval = wilson_interval(share, static_cast<int>(values.size()), confidence);
+    fmt::format_to(out, "{:<20} {:>6.2f} {:>24.1f}   {:.1f} to {:.1f}\n", info.label,
+                   std::accumulate(values.begin(), values.end(), 0.0) / n, 100 * share,
+                   100 * std::max(0.0, interval.centre - interval.half_width),
+                   100 * std::min(1.0, interval.centre + interval.half_width));
+  });
+}
+
 void append_quantiles(std::string& text, std::span<const SampleSummary> samples) {
   fmt::format_to(std::back_inserter(text), "\n{:<30} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "", "least",
                  "25 %", "median", "75 %", "greatest");
@@ -165,6 +188,7 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
   append_positions(text, statistics, samples, sections.all());
   append_patterns(text, statistics);
   append_shares(text, samples);
+  append_counts(text, samples, statistics.confidence);
   append_quantiles(text, samples);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     auto out = std::back_inserter(text);

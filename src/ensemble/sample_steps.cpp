@@ -26,8 +26,11 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
     SampleAnalysis analysis;
     analysis.surface = analysis::make_crack_surface(body, realization, result.breaks, result.phase_start);
     analysis.lines = analysis::crack_lines(body, analysis.surface);
-    analysis.summary = analysis::summarize(body, result, analysis.surface, analysis.lines,
-                                           parameters.material, parameters.sections);
+    analysis.arms = analysis::find_forks(body, analysis.surface);
+    analysis.crossings =
+        analysis::section_crossings(body, analysis.surface, analysis.arms, parameters.sections);
+    analysis.summary = analysis::summarize(body, result, analysis.surface, analysis.lines, analysis.arms,
+                                           analysis.crossings, parameters.material);
     return analysis;
   };
   steps.write = [&parameters, folder, n_ranks](std::uint64_t sample, const geometry::Realization& realization,
@@ -35,7 +38,7 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
                                                const SampleAnalysis& analysis) {
     io::write_sample(io::sample_path(folder, sample),
                      {parameters, sample, realization, result, analysis.surface, analysis.lines,
-                      analysis.summary, n_ranks});
+                      analysis.arms, analysis.crossings, analysis.summary, n_ranks});
   };
   steps.write_failure = [&parameters, folder, n_ranks](std::uint64_t sample,
                                                        const analysis::SampleSummary& failure,
@@ -45,7 +48,8 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
       io::write_failed_sample(file, parameters, sample, failure);
     } else {
       io::write_sample(file, {parameters, sample, partial->realization, partial->result,
-                              partial->analysis.surface, partial->analysis.lines, failure, n_ranks});
+                              partial->analysis.surface, partial->analysis.lines, partial->analysis.arms,
+                              partial->analysis.crossings, failure, n_ranks});
     }
   };
   const auto checkpoint = [folder](std::uint64_t sample) { return io::checkpoint_path(folder, sample); };

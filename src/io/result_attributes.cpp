@@ -22,4 +22,9 @@ void describe_result(hid_t parent, const std::string& dataset, const analysis::R
   if (*info.categories != 0) hdf5::write_attribute(id, "categories", std::string(info.categories));
 }
 
+void describe_dataset(hid_t parent, const std::string& dataset, const std::string& meaning) {
+  const hdf5::Handle object(H5Dopen2(parent, dataset.c_str(), H5P_DEFAULT), H5Dclose, "dataset " + dataset);
+  hdf5::write_attribute(object.get(), "meaning", meaning);
+}
+
 }  // namespace crackle::io

@@ -12,6 +12,9 @@ namespace crackle::io {
 /// shown_factor, format, and categories where its numbers stand for words. `units` are there already.
 void describe_result(hid_t parent, const std::string& dataset, const analysis::ResultInfo& info, int column);
 
+/// The attribute `meaning` of a dataset that is no result.
+void describe_dataset(hid_t parent, const std::string& dataset, const std::string& meaning);
+
 /// The dataset `status`: 0 pending, 1 done, 2 failed.
 extern const analysis::ResultInfo status_info;
 /// The dataset `wall_time`.

@@ -66,7 +66,8 @@ void write_mesh(hid_t file, const geometry::Realization& realization) {
   hdf5::write_attribute(group.get(), "min_quality", realization.report.min_quality);
 }
 
-void write_crack_surface(hid_t file, const analysis::CrackSurface& surface) {
+void write_crack_surface(hid_t file, const analysis::CrackSurface& surface,
+                         const std::vector<std::int32_t>& arm) {
   using analysis::Crack;
   using analysis::CrackFacet;
   const hdf5::Handle group = hdf5::create_group(file, "crack_surface");
@@ -89,6 +90,7 @@ void write_crack_surface(hid_t file, const analysis::CrackSurface& surface) {
       id, "tetrahedron", facets, [](const CrackFacet& f) { return f.tetrahedron; }, "");
   write_column<std::int32_t>(
       id, "crack", facets, [](const CrackFacet& f) { return f.crack; }, "");
+  hdf5::write_dataset<std::int32_t>(id, "arm", {arm.size()}, arm, "", Storage::compressed);
 
   const hdf5::Handle table = hdf5::create_group(id, "cracks");
   write_column<std::int32_t>(
@@ -99,6 +101,73 @@ void write_crack_surface(hid_t file, const analysis::CrackSurface& surface) {
       table.get(), "first_time", surface.cracks, [](const Crack& c) { return c.first_time; }, "s");
   write_column<double>(
       table.get(), "last_time", surface.cracks, [](const Crack& c) { return c.last_time; }, "s");
+}
+
+template <class Value, class Row, class Function>
+void write_described_column(hid_t group, const char* name, const std::vector<Row>& rows, Function value,
+                            const std::string& units, const std::string& meaning) {
+  write_column<Value>(group, name, rows, value, units);
+  describe_dataset(group, name, meaning);
+}
+
+void write_forks(hid_t file, const std::vector<analysis::Fork>& forks) {
+  using analysis::Fork;
+  const hdf5::Handle group = hdf5::create_group(file, "forks");
+  const hid_t id = group.get();
+  std::vector<double> position;
+  for (const Fork& fork : forks) position.insert(position.end(), {fork.y, fork.z});
+  hdf5::write_dataset<double>(id, "position", {forks.size(), 2}, position, "m", Storage::compressed);
+  describe_dataset(id, "position", "y, z where the gap between the arms begins");
+  write_described_column<double>(
+      id, "x", forks, [](const Fork& f) { return f.x; }, "m",
+      "middle of the range that the arm which leaves spans through the thickness");
+  write_described_column<double>(
+      id, "time", forks, [](const Fork& f) { return f.time; }, "s",
+      "when the later arm opened, since the onset of the last dynamic phase");
+  write_described_column<double>(
+      id, "length", forks, [](const Fork& f) { return f.length; }, "m",
+      "of the arm that leaves, from the fork straight to its end");
+  write_described_column<double>(
+      id, "angle", forks, [](const Fork& f) { return f.angle; }, "rad", "between the arms where they part");
+  write_described_column<double>(
+      id, "share", forks, [](const Fork& f) { return f.share; }, "1",
+      "of the thickness: the range that the arm which leaves spans");
+  write_described_column<std::int32_t>(
+      id, "notch", forks, [](const Fork& f) { return f.notch; }, "", "that the crack started at");
+  write_described_column<std::uint8_t>(
+      id, "in_projection", forks, [](const Fork& f) { return f.is_in_projection; }, "",
+      "1 where the crack projected on the plane of the plate shows it");
+  write_described_column<std::uint8_t>(
+      id, "in_space", forks, [](const Fork& f) { return f.is_in_space; }, "",
+      "1 where a window through the thickness shows it");
+}
+
+/// Rows are the separate crossings of each notch and section.
+void write_crossings(hid_t file, const std::vector<analysis::SectionCrossing>& crossings,
+                     std::size_t n_sections) {
+  struct Row {
+    std::size_t notch, section;
+    analysis::ArmCrossing crossing;
+  };
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < crossings.size(); ++i)
+    for (const analysis::ArmCrossing& arm : crossings[i].arms)
+      rows.push_back({i / n_sections, i % n_sections, arm});
+  const hdf5::Handle group = hdf5::create_group(file, "crossings");
+  const hid_t id = group.get();
+  write_described_column<double>(
+      id, "position", rows, [](const Row& r) { return r.crossing.position; }, "m",
+      "coordinate along the section, through-thickness mean");
+  write_described_column<double>(
+      id, "share", rows, [](const Row& r) { return r.crossing.share; }, "1",
+      "of the thickness that it covers");
+  write_described_column<std::int32_t>(
+      id, "arm", rows, [](const Row& r) { return r.crossing.arm; }, "",
+      "0 for the main arm, i + 1 for the one that leaves at fork i");
+  write_described_column<std::int32_t>(
+      id, "notch", rows, [](const Row& r) { return r.notch; }, "", "that the crack started at");
+  write_described_column<std::int32_t>(
+      id, "section", rows, [](const Row& r) { return r.section; }, "", "number of the section");
 }
 
 void write_crack_lines(hid_t file, const std::vector<analysis::CrackLine>& lines) {
@@ -282,8 +351,10 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     hdf5::write_scalar<double>(summary.get(), "time_step", result.time_step, "s");
     hdf5::write_scalar<double>(summary.get(), "stable_step", result.stable_step, "s");
     write_mesh(id, content.realization);
-    write_crack_surface(id, content.surface);
+    write_crack_surface(id, content.surface, content.arms.arm);
     write_crack_lines(id, content.lines);
+    write_forks(id, content.arms.forks);
+    write_crossings(id, content.crossings, content.parameters.sections.size());
     write_breaks(id, result.breaks);
     if (content.parameters.fracture.release == input::Release::facet) write_ties(id, result.ties);
     write_energy(id, result.energy);

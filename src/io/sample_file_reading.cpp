@@ -123,6 +123,26 @@ analysis::CrackSurface read_surface(hid_t root) {
   return surface;
 }
 
+std::vector<analysis::Fork> read_forks(hid_t root) {
+  const hdf5::Handle group = hdf5::open_group(root, "forks");
+  const hid_t id = group.get();
+  const auto n = hdf5::read_shape(id, "x").at(0);
+  const auto position = hdf5::read_dataset<double>(id, "position", {n, 2});
+  const auto x = hdf5::read_dataset<double>(id, "x", {n});
+  const auto time = hdf5::read_dataset<double>(id, "time", {n});
+  const auto length = hdf5::read_dataset<double>(id, "length", {n});
+  const auto angle = hdf5::read_dataset<double>(id, "angle", {n});
+  const auto share = hdf5::read_dataset<double>(id, "share", {n});
+  const auto notch = hdf5::read_dataset<std::int32_t>(id, "notch", {n});
+  const auto in_projection = hdf5::read_dataset<std::uint8_t>(id, "in_projection", {n});
+  const auto in_space = hdf5::read_dataset<std::uint8_t>(id, "in_space", {n});
+  std::vector<analysis::Fork> forks;
+  for (std::size_t i = 0; i < n; ++i)
+    forks.push_back({notch[i], x[i], position[2 * i], position[2 * i + 1], time[i], length[i], angle[i],
+                     share[i], in_projection[i] != 0, in_space[i] != 0});
+  return forks;
+}
+
 /// Version of a whole file's format; nothing when it cannot be used.
 std::optional<std::int64_t> version_of(const std::filesystem::path& file, const char* kind,
                                        std::int64_t newest) {
@@ -184,6 +204,7 @@ StoredSample read_stored_sample(const std::filesystem::path& folder, const input
     return read_file(path, oldest_schema_version, [&](hid_t root, std::int64_t version) {
       SampleSummary row = read_row(root, version, parameters, sample);
       if (row.status == analysis::SampleStatus::done) stored.surface = read_surface(root);
+      if (row.status == analysis::SampleStatus::done && version >= 3) stored.forks = read_forks(root);
       return row;
     });
   });

@@ -48,7 +48,8 @@ protected:
                    });
   }
   SectionCrossing crossing(const CrackSurface& cracks, int notch, double y) const {
-    return section_crossings(mesh.body(), cracks, {.y = {y}, .z = {}}).at(static_cast<std::size_t>(notch));
+    return section_crossings(mesh.body(), cracks, find_forks(mesh.body(), cracks), {.y = {y}, .z = {}})
+        .at(static_cast<std::size_t>(notch));
   }
 
   StructuredMesh mesh{test::notched_plate()};
@@ -57,19 +58,20 @@ protected:
 TEST_F(CrackPath, CrossingsOfAPlaneCrackLieOnItsPlane) {
   const CrackSurface cracks = straight(10);
   const std::vector<double> sections{3.5, 4.5, 6.5, 9.5, 10.5};
-  const auto crossings = section_crossings(mesh.body(), cracks, {.y = sections, .z = {}});
+  const auto crossings =
+      section_crossings(mesh.body(), cracks, find_forks(mesh.body(), cracks), {.y = sections, .z = {}});
   ASSERT_EQ(crossings.size(), 10u);
   for (std::size_t s = 0; s < sections.size(); ++s) {
-    std::printf("y = %g: z = %.15g, branches %d\n", sections[s], crossings[s].position,
-                crossings[s].branches);
+    std::printf("y = %g: z = %.15g, branches %zu\n", sections[s], crossings[s].position,
+                crossings[s].arms.size());
   }
   for (const std::size_t s : {1u, 2u, 3u}) {
     EXPECT_NEAR(crossings[s].position, plane_0, 1e-12);
-    EXPECT_EQ(crossings[s].branches, 1);
+    EXPECT_EQ(crossings[s].arms.size(), 1U);
   }
   for (const std::size_t s : {0u, 4u, 5u, 6u, 7u, 8u, 9u}) {  // in the notch, ahead of the crack, notch 1
     EXPECT_TRUE(std::isnan(crossings[s].position));
-    EXPECT_EQ(crossings[s].branches, 0);
+    EXPECT_EQ(crossings[s].arms.size(), 0U);
   }
 }
 
@@ -115,7 +117,8 @@ TEST_F(CrackPath, TheLeadingNotchFollowsFromCrossingsWhereTheyTellItApart) {
   for (const auto& [end_0, end_1] : {std::pair{14.0, 7.0}, {6.0, 2.0}, {12.0, 8.0}}) {
     const CrackSurface cracks = two_cracks(end_0, end_1);
     std::vector<double> z;
-    for (const SectionCrossing& crossing : section_crossings(mesh.body(), cracks, sections))
+    for (const SectionCrossing& crossing :
+         section_crossings(mesh.body(), cracks, find_forks(mesh.body(), cracks), sections))
       z.push_back(crossing.position);
     EXPECT_EQ(found(z), leading_notch(mesh.body(), cracks)) << end_0;
   }
@@ -130,7 +133,7 @@ TEST_F(CrackPath, CrossingsFollowASkewedCrack) {
     const SectionCrossing found = crossing(cracks, 0, y);
     std::printf("y = %g: z = %.15g, expected %.15g\n", y, found.position, plane_0 + 0.3 * y);
     EXPECT_NEAR(found.position, plane_0 + 0.3 * y, 1e-12);
-    EXPECT_EQ(found.branches, 1);
+    EXPECT_EQ(found.arms.size(), 1U);
     // 0.2 (x - 2) over x = 0..4, on top of what the cubes' own roughness adds.
     EXPECT_GT(found.spread, 0.8 / std::sqrt(12.0) - 1e-12);
     EXPECT_LT(found.spread, 0.8 / std::sqrt(12.0) + 0.05);
@@ -160,9 +163,9 @@ TEST_F(CrackPath, TheMeanIsTakenOverTheThicknessCovered) {
   const CrackSurface cracks = surface([](const Point& p) { return p[2] > (p[0] < 2.5 ? 8.5 : 9.5) ? 1 : 0; },
                                       [](const Point& p) { return p[1] > 4 ? 0.0 : -1.0; });
   const SectionCrossing found = crossing(cracks, 0, 8.5);
-  std::printf("step: z = %.15g, branches %d\n", found.position, found.branches);
+  std::printf("step: z = %.15g, branches %zu\n", found.position, found.arms.size());
   EXPECT_NEAR(found.position, 8.5 * 0.625 + 9.5 * 0.375, 0.1);
-  EXPECT_EQ(found.branches, 1);
+  EXPECT_EQ(found.arms.size(), 1U);
 }
 
 TEST_F(CrackPath, ACrackOverASmallPartOfTheThicknessHasNotArrived) {
@@ -175,7 +178,7 @@ TEST_F(CrackPath, ACrackOverASmallPartOfTheThicknessHasNotArrived) {
     const SectionCrossing found = crossing(cracks, 0, 10.5);
     std::printf("covering %g of 4: z = %g\n", width, found.position);
     EXPECT_EQ(std::isnan(found.position), width < min_thickness_share * 4);
-    EXPECT_EQ(found.branches, width < min_thickness_share * 4 ? 0 : 1);
+    EXPECT_EQ(found.arms.size(), width < min_thickness_share * 4 ? 0 : 1);
   }
 }
 
@@ -185,7 +188,7 @@ TEST_F(CrackPath, AHoleInTheCrackIsNoBranch) {
               [](const Point& p) { return p[1] > 4 && std::abs(p[0] - 2) > 0.5 ? 0.0 : -1.0; });
   const SectionCrossing found = crossing(cracks, 0, 8.5);
   EXPECT_NEAR(found.position, plane_0, 0.1);
-  EXPECT_EQ(found.branches, 1);
+  EXPECT_EQ(found.arms.size(), 1U);
 }
 
 TEST_F(CrackPath, StrayBreaksBesideTheCrackDoNotCount) {
@@ -210,10 +213,10 @@ TEST_F(CrackPath, StrayBreaksBesideTheCrackDoNotCount) {
   ASSERT_EQ(with_stray.cracks.size(), 1u);  // the chain is part of the crack of notch 0
   ASSERT_EQ(with_stray.cracks[0].notch, 0);
   const SectionCrossing found = crossing(with_stray, 0, y);
-  std::printf("with stray breaks: z = %g, branches %d\n", found.position, found.branches);
+  std::printf("with stray breaks: z = %g, branches %zu\n", found.position, found.arms.size());
   EXPECT_NEAR(found.position, plane_0, 0.35);
-  EXPECT_EQ(found.branches, 1);
-  EXPECT_EQ(count_bifurcations(mesh.body(), with_stray), 0);
+  EXPECT_EQ(found.arms.size(), 1U);
+  EXPECT_EQ(find_forks(mesh.body(), with_stray).n_in_space(), 0);
   EXPECT_EQ(classify(mesh.body(), with_stray), classify(mesh.body(), clean));
 }
 
@@ -227,22 +230,45 @@ TEST_F(CrackPath, OfTwoBranchesTheOneThatCoversMoreIsTheMainCrossing) {
         return p[1] > 4 && !(p[2] > 10 && p[1] > 8 && p[0] > 3) ? (p[2] > 10 ? 0.0 : 1.0) : -1.0;
       });
   const SectionCrossing found = crossing(cracks, 0, 10.5);
-  std::printf("fork: z = %g, branches %d\n", found.position, found.branches);
-  EXPECT_EQ(found.branches, 2);
+  std::printf("fork: z = %g, branches %zu\n", found.position, found.arms.size());
+  EXPECT_EQ(found.arms.size(), 2U);
   EXPECT_NEAR(found.position, plane_0, 1e-12);
 }
 
-TEST_F(CrackPath, OfEqualBranchesTheEarlierIsTheMainCrossing) {
+TEST_F(CrackPath, OfEqualCrossingsOfOneArmTheEarlierIsTheMainCrossing) {
   for (const bool upper_first : {false, true}) {
     const CrackSurface cracks = surface(
-        [](const Point& p) { return p[2] > (p[1] > 6.5 ? 13.5 : plane_0) ? 2
-                                    : p[2] > plane_0                     ? 1
-                                                                         : 0; },
+        [&](const Point& p) { return p[2] > (p[1] > 6.5 ? 13.5 : plane_0) ? 2
+                                     : p[2] > plane_0                     ? 1
+                                                                          : 0; },
         [=](const Point& p) { return p[1] > 4 ? ((p[2] > 10) == upper_first ? 0.0 : 1.0) : -1.0; });
-    const SectionCrossing found = crossing(cracks, 0, 12.5);
-    EXPECT_EQ(found.branches, 2);
+    const CrackArms one{{}, std::vector<std::int32_t>(cracks.facets.size(), 0)};
+    const SectionCrossing found = section_crossings(mesh.body(), cracks, one, {.y = {12.5}, .z = {}}).at(0);
+    EXPECT_EQ(found.arms.size(), 2U);
     EXPECT_NEAR(found.position, upper_first ? 13.5 : plane_0, 1e-12);
   }
+}
+
+TEST_F(CrackPath, CrossesAtTheMainArmWhereArmsLieOverEachOther) {
+  // From y = 6.5 on a second arm runs at z = 13.5; the first one ends at y = 13.
+  const CrackSurface cracks = surface(
+      [&](const Point& p) { return p[2] > (p[1] > 6.5 ? 13.5 : plane_0) ? 2
+                                   : p[2] > plane_0                     ? 1
+                                                                        : 0; },
+      [](const Point& p) { return p[1] > 4 && (p[2] > 12 || p[1] < 13) ? 0.0 : -1.0; });
+  const CrackArms arms = find_forks(mesh.body(), cracks);
+  ASSERT_EQ(arms.forks.size(), 1U);
+  EXPECT_TRUE(arms.forks[0].is_in_projection && arms.forks[0].is_in_space);
+  EXPECT_NEAR(arms.forks[0].y, 7, 1);
+  EXPECT_NEAR(arms.forks[0].z, 11, 1);
+  EXPECT_EQ(arms.forks[0].share, 1);
+  const SectionCrossing found = crossing(cracks, 0, 10.5);
+  ASSERT_EQ(found.arms.size(), 2U);
+  EXPECT_NEAR(found.position, 13.5, 1e-12) << "the arm that goes on";
+  EXPECT_EQ(found.arms[0].arm, 1);
+  EXPECT_NEAR(found.arms[0].position, plane_0, 1e-12);
+  EXPECT_EQ(found.arms[0].share, 1);
+  EXPECT_EQ(found.arms[1].arm, 0);
 }
 
 TEST_F(CrackPath, PatternsFollowTheSharesOfTheLigaments) {
@@ -331,7 +357,7 @@ TEST_F(CrackPath, BifurcationsAreForksWithLongBranches) {
                                      : p[2] > plane_0                        ? 1
                                                                              : 0; },
         [&](const Point& p) { return p[1] > 4 && !(p[2] > 12 && p[1] > c.end) ? 0.0 : -1.0; });
-    const int found = count_bifurcations(mesh.body(), cracks);
+    const int found = find_forks(mesh.body(), cracks).n_in_space();
     std::printf("%s branch: %d bifurcations\n", c.name, found);
     EXPECT_EQ(found, c.expected);
   }
@@ -346,10 +372,10 @@ TEST_F(CrackPath, BranchesThatSoonMeetAgainAreNoBifurcation) {
           return island ? 1 : p[2] > plane_0 ? 2 : 0;
         },
         [](const Point& p) { return p[1] > 4 ? 0.0 : -1.0; });
-    const int found = count_bifurcations(mesh.body(), cracks);
+    const int found = find_forks(mesh.body(), cracks).n_in_space();
     std::printf("island of %g m: %d bifurcations\n", length, found);
     EXPECT_EQ(found, length > 5 ? 1 : 0);
-    EXPECT_EQ(crossing(cracks, 0, 7.5).branches, 2);
+    EXPECT_EQ(crossing(cracks, 0, 7.5).arms.size(), 2U);
   }
 }
 
@@ -361,8 +387,8 @@ TEST_F(CrackPath, AThreefoldForkIsTwoBifurcations) {
         return p[2] > high ? 3 : p[2] > plane_0 ? 2 : p[2] > low ? 1 : 0;
       },
       [](const Point& p) { return p[1] > 4 ? 0.0 : -1.0; });
-  EXPECT_EQ(count_bifurcations(mesh.body(), cracks), 2);
-  EXPECT_EQ(crossing(cracks, 0, 12.5).branches, 3);
+  EXPECT_EQ(find_forks(mesh.body(), cracks).n_in_space(), 2);
+  EXPECT_EQ(crossing(cracks, 0, 12.5).arms.size(), 3U);
 }
 
 TEST_F(CrackPath, ACrackThatTurnsBackIsNoBifurcation) {
@@ -370,8 +396,8 @@ TEST_F(CrackPath, ACrackThatTurnsBackIsNoBifurcation) {
   const CrackSurface cracks =
       surface([](const Point& p) { return p[1] < 12.5 && p[2] > plane_0 && p[2] < 13.5 ? 1 : 0; },
               [](const Point& p) { return p[1] > (p[2] > 12 ? 6 : 4) ? 0.0 : -1.0; });
-  EXPECT_EQ(crossing(cracks, 0, 9.5).branches, 2);
-  EXPECT_EQ(count_bifurcations(mesh.body(), cracks), 0);
+  EXPECT_EQ(crossing(cracks, 0, 9.5).arms.size(), 2U);
+  EXPECT_EQ(find_forks(mesh.body(), cracks).n_in_space(), 0);
 }
 
 TEST_F(CrackPath, SpeedOfAnEvenFrontIsExact) {
@@ -580,14 +606,15 @@ protected:
 };
 
 TEST_F(CrackPathAtZFace, CrossesTheSectionsAlongItsWay) {
-  const auto crossings = section_crossings(mesh.body(), cracks, {.y = {8.6, 14.5}, .z = {6.5, 8.5, 9.5}});
+  const auto crossings = section_crossings(mesh.body(), cracks, find_forks(mesh.body(), cracks),
+                                           {.y = {8.6, 14.5}, .z = {6.5, 8.5, 9.5}});
   ASSERT_EQ(crossings.size(), 10u);
   for (const SectionCrossing& found : crossings)
-    std::printf("position %.15g, branches %d\n", found.position, found.branches);
+    std::printf("position %.15g, branches %zu\n", found.position, found.arms.size());
   // Of notch 0 the sections z = 6.5 and 8.5, at y; of notch 1 the section y = 14.5, at z.
   for (std::size_t i = 0; i < crossings.size(); ++i) {
     const bool arrived = i == 2 || i == 3 || i == 6;
-    EXPECT_EQ(crossings[i].branches, arrived ? 1 : 0) << i;
+    EXPECT_EQ(crossings[i].arms.size(), arrived ? 1 : 0) << i;
     if (arrived) {
       EXPECT_NEAR(crossings[i].position, i == 6 ? 11.5 : 8.5, 1e-12) << i;
     } else {
@@ -597,8 +624,10 @@ TEST_F(CrackPathAtZFace, CrossesTheSectionsAlongItsWay) {
 }
 
 TEST_F(CrackPathAtZFace, SectionsOfOneAxisDoNotDependOnTheOther) {
-  const auto both = section_crossings(mesh.body(), cracks, {.y = {14.5}, .z = {6.5}});
-  const auto only_z = section_crossings(mesh.body(), cracks, {.y = {}, .z = {6.5}});
+  const auto both =
+      section_crossings(mesh.body(), cracks, find_forks(mesh.body(), cracks), {.y = {14.5}, .z = {6.5}});
+  const auto only_z =
+      section_crossings(mesh.body(), cracks, find_forks(mesh.body(), cracks), {.y = {}, .z = {6.5}});
   EXPECT_EQ(only_z.at(0).position, both.at(1).position);
   EXPECT_EQ(only_z.at(0).spread, both.at(1).spread);
 }

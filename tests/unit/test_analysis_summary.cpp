@@ -33,8 +33,10 @@ TEST(SampleSummary, SummarisesASampleWithTwoCracks) {
   const CrackSurface surface =
       make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.onset_time);
   const input::Sections sections{.y = {6.5, 13.5}, .z = {}};
+  const CrackArms arms = find_forks(mesh.body(), surface);
   const SampleSummary row =
-      summarize(mesh.body(), result, surface, crack_lines(mesh.body(), surface), {1, 0.3, 1e-6}, sections);
+      summarize(mesh.body(), result, surface, crack_lines(mesh.body(), surface), arms,
+                section_crossings(mesh.body(), surface, arms, sections), {1, 0.3, 1e-6});
 
   EXPECT_EQ(row.status, SampleStatus::done);
   EXPECT_EQ(row.error, "");

@@ -67,11 +67,13 @@ protected:
     result.timings = {1, 2, 3, 4, 5e6};
     surface = analysis::make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.onset_time);
     lines = analysis::crack_lines(mesh.body(), surface);
-    summary =
-        analysis::summarize(mesh.body(), result, surface, lines, parameters.material, parameters.sections);
+    arms = analysis::find_forks(mesh.body(), surface);
+    crossings = analysis::section_crossings(mesh.body(), surface, arms, parameters.sections);
+    summary = analysis::summarize(mesh.body(), result, surface, lines, arms, crossings, parameters.material);
   }
   void write(const fs::path& file, std::uint64_t sample = 3) const {
-    write_sample(file, {parameters, sample, mesh.realization(), result, surface, lines, summary});
+    write_sample(file,
+                 {parameters, sample, mesh.realization(), result, surface, lines, arms, crossings, summary});
   }
   std::string refusal(const fs::path& file, std::uint64_t sample = 3) const {
     try {
@@ -89,6 +91,8 @@ protected:
   dynamics::SampleResult result;
   analysis::CrackSurface surface;
   std::vector<analysis::CrackLine> lines;
+  analysis::CrackArms arms;
+  std::vector<analysis::SectionCrossing> crossings;
   SampleSummary summary;
 };
 
@@ -184,8 +188,9 @@ TEST_F(SampleFile, CrackSurfaceIsReadBackBitByBit) {
   EXPECT_EQ(analysis::to_bytes(row), analysis::to_bytes(summary));
   const input::Sections others{.y = {5.25, 6.5}, .z = {12}};
   analysis::measure_crossings(mesh.body(), stored.surface, others, row);
-  const SampleSummary expected =
-      analysis::summarize(mesh.body(), result, surface, lines, parameters.material, others);
+  const SampleSummary expected = analysis::summarize(
+      mesh.body(), result, surface, lines, arms,
+      analysis::section_crossings(mesh.body(), surface, arms, others), parameters.material);
   EXPECT_EQ(analysis::to_bytes(row), analysis::to_bytes(expected));
   EXPECT_NE(row.position, summary.position);
 }
@@ -268,6 +273,7 @@ TEST(Schema, IsRaisedWithTheColumns) {
       "crack_speed_ratio traced_area effective_toughness energy_error position z_spread branches ");
   EXPECT_EQ(names[3],
             "first_break_time first_break_load dynamic_phases crack_area_before_onset leading_notch "
+            "bifurcations_projected "
             "equilibrium_residual ")
       << "other columns are of a new version";
   EXPECT_EQ(names.rbegin()->first, sample_schema_version);

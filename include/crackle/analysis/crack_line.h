@@ -38,10 +38,13 @@ struct CrackLine {
 
 /// The lines of all notches' cracks, each main line before its branches.
 ///
-/// Slabs and pieces are those of count_bifurcations, so stray breaks do not count. The main line starts in
-/// the piece nearest to the tip from which the longest way leads on, and takes at every parting the longest
-/// way (of equals the first). Where separate ways part from a line, every other one is a branch, until it
-/// meets a line that is there already.
+/// The body is cut across the advance of the crack in slabs as thick as the mean local spacing. In each slab
+/// the facets form pieces as in section_crossings, so stray breaks do not count; pieces of neighbouring slabs
+/// are connected when they share a facet. Ways from a piece are separate when each is at least
+/// min_branch_length long and they have no piece in common on that length. The main line starts in the piece
+/// nearest to the tip from which the longest way leads on, and takes at every parting the longest way (of
+/// equals the first). Where separate ways part from a line, every other one is a branch, until it meets a
+/// line that is there already.
 std::vector<CrackLine> crack_lines(const geometry::Body& body, const CrackSurface& surface);
 
 /// Number of kinks of all lines.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "crackle/analysis/crack_surface.h"
+#include "crackle/analysis/forks.h"
 
 #include <cstdint>
 #include <optional>
@@ -20,6 +21,8 @@ inline constexpr double branch_gap = 0.6;
 inline constexpr double hole_size = 1.5;
 /// A crossing that covers a smaller share of the thickness is a stray break and does not count.
 inline constexpr double min_thickness_share = 0.3;
+/// An arm's part of a crossing that covers a smaller share of the thickness does not count.
+inline constexpr double min_arm_share = 0.1;
 /// A crack that crosses this share of its notch's ligament is developed.
 inline constexpr double developed_share = 0.4;
 /// A developed crack that crosses this share of the ligament is a main crack.
@@ -38,12 +41,19 @@ inline constexpr double overlap_distance_share = 0.1;
 /// Two developed cracks are (anti-)symmetric when their paths overlap by at least this share.
 inline constexpr double min_overlap = 0.3;
 
+/// Where one arm crosses a section.
+struct ArmCrossing {
+  double position;   ///< through-thickness mean [m]
+  double share;      ///< of the thickness that it covers
+  std::int32_t arm;  ///< see CrackArms
+};
+
 /// Where the cracks of one notch cross one section. The position is the coordinate along the section: z where
 /// y is const, y where z is const.
 struct SectionCrossing {
   double position;  ///< through-thickness mean of the main crossing [m]; NaN where the crack did not arrive
   double spread;    ///< standard deviation of the position through the thickness [m]; NaN likewise
-  std::int32_t branches;  ///< number of separate crossings
+  std::vector<ArmCrossing> arms;  ///< the separate crossings, in ascending order of their positions
 };
 
 /// Crossings for every notch and section, row-major: [notch * n_sections + section], sections in the order of
@@ -51,13 +61,14 @@ struct SectionCrossing {
 ///
 /// The facets of the notch's cracks meet the plane of the section in segments (x, position). Segments within
 /// branch_gap in position and hole_size in x of each other form one crossing; crossings that cover less than
-/// min_thickness_share of the thickness are left out. The main crossing is the one that covers most of the
-/// thickness (of equals the earliest); the position is its mean over the thickness covered, where several
-/// segments lie over each other their mean, and the spread its standard deviation over that thickness. A
-/// crack advances along the depth of its notch: notches in z-faces have no crossings with sections y, those
-/// in y-faces none with sections z.
+/// min_thickness_share of the thickness are left out. What different arms have in one of them are separate
+/// crossings, without those that cover less than min_arm_share. The main crossing is that of the main arm, or
+/// where it has none the one that covers most of the thickness (of equals the earliest); the position is its
+/// mean over the thickness covered, where several segments lie over each other their mean, and the spread its
+/// standard deviation over that thickness. A crack advances along the depth of its notch: notches in z-faces
+/// have no crossings with sections y, those in y-faces none with sections z.
 std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const CrackSurface& surface,
-                                               const input::Sections& sections);
+                                               const CrackArms& arms, const input::Sections& sections);
 
 /// Share of its ligament (from the notch's tip to the opposite face) that each notch's crack crosses, up to
 /// the farthest place where it covers min_thickness_share of the thickness; in steps of 0.02.
@@ -96,14 +107,6 @@ double pattern_overlap(const geometry::Body& body, const CrackSurface& surface);
 /// min_overlap, or NaN; none when no crack has started; other in all other cases. A crack that belongs to no
 /// notch counts when it covers developed_share of the width: then the pattern is other.
 Pattern classify(const geometry::Body& body, const CrackSurface& surface);
-
-/// Number of places where a crack parts in two branches on its way from its notch.
-///
-/// The body is cut across the advance of the crack in slabs as thick as the mean local spacing. In each slab
-/// the facets form pieces as in section_crossings; pieces of neighbouring slabs are connected when they share
-/// a facet. A piece from which k > 1 ways lead on, each at least min_branch_length long and without a common
-/// piece on that length, counts as k - 1.
-std::int32_t count_bifurcations(const geometry::Body& body, const CrackSurface& surface);
 
 /// Largest speed of the crack fronts along the notch's direction over a window [m/s]; 0 when no front
 /// advances by a window during the dynamic phase.

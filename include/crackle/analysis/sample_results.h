@@ -15,6 +15,7 @@ namespace crackle::analysis {
 enum class Reduction {
   none,       ///< nothing
   quantiles,  ///< least, quartiles, median, greatest
+  counts,     ///< mean, and the share of samples that have any
   shares,     ///< how many samples have each of its categories
 };
 
@@ -79,8 +80,13 @@ void for_each_result(Visit&& visit) {
                    "share of the two cracks' paths in which one lies over the other turned by 180 degrees",
                    none, "overlap", "%", 100, ".0f"},
         &Row::overlap);
-  visit(ResultInfo{"bifurcations", "", "number of branchings", none, "branchings", "", 1, "d"},
+  visit(ResultInfo{"bifurcations", "", "number of forks in space, seen in windows through the thickness",
+                   counts, "forks in space", "", 1, "d"},
         &Row::bifurcations);
+  visit(ResultInfo{"bifurcations_projected", "",
+                   "number of forks of the crack projected on the plane of the plate", counts,
+                   "forks in projection", "", 1, "d", "", 3},
+        &Row::bifurcations_projected);
   visit(ResultInfo{"kinks", "",
                    "number of kinks of all crack lines: turns of 26 degrees or more within 0.08 ligaments",
                    none, "kinks", "", 1, "d"},
@@ -121,13 +127,14 @@ void for_each_position_result(Visit&& visit) {
       ResultInfo{
           "position", "m",
           "coordinate along the section, z for y = const and y for z = const: through-thickness mean of "
-          "the crack that starts at the notch; NaN where it did not arrive",
+          "the main arm of the crack that starts at the notch; NaN where it did not arrive",
           quantiles, "position", "mm", 1e3, ".3f", "", 2, "z"},
       &Row::position);
   visit(ResultInfo{"z_spread", "m", "standard deviation of the position through the thickness", none,
                    "spread of the position", "mm", 1e3, ".3f"},
         &Row::z_spread);
-  visit(ResultInfo{"branches", "", "number of separate crossings there", none, "crossings", "", 1, "d"},
+  visit(ResultInfo{"branches", "", "number of separate crossings there, of all arms", none, "crossings", "",
+                   1, "d"},
         &Row::branches);
 }
 

@@ -36,6 +36,7 @@ struct SampleSummary {
   std::int32_t leading_notch = -1;  ///< see analysis::leading_notch
   double overlap = none;            ///< see pattern_overlap
   std::int32_t bifurcations = 0;
+  std::int32_t bifurcations_projected = 0;
   std::int32_t kinks = 0;
   std::int64_t breaks = 0;
   double crack_area = none;
@@ -55,9 +56,12 @@ struct SampleSummary {
 SampleSummary empty_summary(int n_notches, int n_sections, SampleStatus status, std::string error = {});
 
 /// @param lines crack_lines of the same surface
+/// @param arms find_forks of it
+/// @param crossings section_crossings of it
 SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult& result,
                         const CrackSurface& surface, const std::vector<CrackLine>& lines,
-                        const input::Material& material, const input::Sections& sections);
+                        const CrackArms& arms, const std::vector<SectionCrossing>& crossings,
+                        const input::Material& material);
 
 /// Replaces the row's crossings by those with other sections.
 void measure_crossings(const geometry::Body& body, const CrackSurface& surface,

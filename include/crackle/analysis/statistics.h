@@ -101,6 +101,15 @@ Statistics make_statistics(std::span<const SampleSummary> samples, const input::
 /// @param first number of the sample in rows[0]
 void leave_out_surplus(const Statistics& statistics, std::size_t first, std::vector<SampleSummary>& rows);
 
+/// Wilson's score interval of a share.
+struct WilsonInterval {
+  double centre;
+  double half_width;
+};
+
+/// Of a share seen in n trials.
+WilsonInterval wilson_interval(double share, int n, double confidence);
+
 /// The value below which a share of the values lies, linear between neighbours in rank (Hyndman and Fan's
 /// type 7). NaN values are left out; NaN when none is left.
 double quantile(std::vector<double> values, double share);

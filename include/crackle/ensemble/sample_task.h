@@ -27,6 +27,8 @@ using SampleFunction = std::function<dynamics::SampleResult(
 struct SampleAnalysis {
   analysis::CrackSurface surface;
   std::vector<analysis::CrackLine> lines;
+  analysis::CrackArms arms;
+  std::vector<analysis::SectionCrossing> crossings;  ///< notches x sections
   analysis::SampleSummary summary;
 };
 

@@ -25,10 +25,14 @@
 /// | /mesh/boundary, boundary_surface | k x 3, k | boundary triangles and their geometry::SurfaceId |
 /// | /crack_surface/corners | f x 4 x 3 | opened dual facets, in order of breaking |
 /// | /crack_surface/time, area, tetrahedron, crack | f | see analysis::CrackFacet |
+/// | /crack_surface/arm | f | see analysis::CrackArms |
 /// | /crack_surface/cracks/notch, area, first_time, last_time | c | see analysis::Crack |
 /// | /crack_lines/position (y, z), spread, time | p x 2, p | points of all lines, see analysis::LinePoint |
 /// | /crack_lines/lines/first, count | l | the points of each line |
 /// | /crack_lines/lines/notch, parent, kinks, bend | l | see analysis::CrackLine |
+/// | /forks/position (y, z), x, time, length, angle, share, notch, in_projection, in_space | k x 2, k | see
+/// analysis::Fork |
+/// | /crossings/position, share, arm, notch, section | q | see analysis::ArmCrossing |
 /// | /breaks/... | b | the columns of fracture::Break |
 /// | /ties/... | r | the columns of fracture::Tie; with release by facets only |
 /// | /energy/... | e | the columns of dynamics::EnergyRow |
@@ -68,6 +72,8 @@ struct SampleFileContent {
   const dynamics::SampleResult& result;
   const analysis::CrackSurface& surface;
   const std::vector<analysis::CrackLine>& lines;
+  const analysis::CrackArms& arms;
+  const std::vector<analysis::SectionCrossing>& crossings;  ///< notches x sections
   const analysis::SampleSummary& summary;
   int n_ranks = 1;  ///< that computed the sample; for /provenance
 };
@@ -104,7 +110,8 @@ std::vector<analysis::SampleSummary> read_summaries(const std::filesystem::path&
 /// A sample as its file holds it.
 struct StoredSample {
   analysis::SampleSummary summary;
-  analysis::CrackSurface surface;  ///< without facets unless the sample is done
+  analysis::CrackSurface surface;     ///< without facets unless the sample is done
+  std::vector<analysis::Fork> forks;  ///< none of files of version 2, which do not have them
 };
 
 /// As read_summaries, of one sample with its crack surface, which is that of the run bit by bit. Not

@@ -1,0 +1,588 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/forks.h"
+
+#include "crossings.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <utility>
+
+namespace crackle::analysis {
+
+namespace {
+
+constexpr double stations_per_spacing = 4;
+/// The window that is the whole thickness.
+constexpr int projection = -1;
+/// Forks seen in two windows, which have at most half of their facets in common, are one from this share on.
+constexpr double min_likeness = 0.1;
+
+using Facets = std::vector<std::size_t>;  // ascending, each once
+
+void sort_out(Facets& facets) {
+  std::sort(facets.begin(), facets.end());
+  facets.erase(std::unique(facets.begin(), facets.end()), facets.end());
+}
+
+bool have_common(const Facets& a, const Facets& b) {
+  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();) {
+    if (*i == *j) return true;
+    *i < *j ? ++i : ++j;
+  }
+  return false;
+}
+
+void add(Facets& to, const Facets& from) {
+  to.insert(to.end(), from.begin(), from.end());
+  sort_out(to);
+}
+
+/// The facets that belong to pieces of at least stray_size; connected are those of one tetrahedron and those
+/// of one edge.
+Facets without_strays(const CrackSurface& surface, const Facets& facets) {
+  std::vector<std::size_t> parent(facets.size());
+  std::iota(parent.begin(), parent.end(), std::size_t{0});
+  const auto root = [&](std::size_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  std::map<geometry::Point, std::size_t> at_edge;
+  std::map<std::int64_t, std::size_t> in_tetrahedron;
+  for (std::size_t i = 0; i < facets.size(); ++i) {
+    const CrackFacet& facet = surface.facets[facets[i]];
+    for (const std::size_t other : {at_edge.try_emplace(facet.corner[0], i).first->second,
+                                    in_tetrahedron.try_emplace(facet.tetrahedron, i).first->second}) {
+      const auto [low, high] = std::minmax({root(i), root(other)});
+      parent[high] = low;
+    }
+  }
+  struct Box {
+    geometry::Point low, high;
+    double spacing = 0;
+    int n = 0;
+  };
+  std::vector<Box> boxes(facets.size());
+  for (std::size_t i = 0; i < facets.size(); ++i) {
+    Box& box = boxes[root(i)];
+    const CrackFacet& facet = surface.facets[facets[i]];
+    for (const geometry::Point& p : facet.corner) {
+      const bool is_first = box.n == 0 && &p == facet.corner.data();
+      for (std::size_t k = 0; k < 3; ++k) {
+        box.low[k] = is_first ? p[k] : std::min(box.low[k], p[k]);
+        box.high[k] = is_first ? p[k] : std::max(box.high[k], p[k]);
+      }
+    }
+    box.spacing += local_spacing(facet);
+    ++box.n;
+  }
+  Facets kept;
+  for (std::size_t i = 0; i < facets.size(); ++i) {
+    const Box& box = boxes[root(i)];
+    double size = 0;
+    for (std::size_t k = 0; k < 3; ++k) size = std::max(size, box.high[k] - box.low[k]);
+    if (size >= stray_size * box.spacing / box.n) kept.push_back(facets[i]);
+  }
+  return kept;
+}
+
+/// What is seen of a crack at one station: an interval across its advance without a gap.
+struct Run {
+  double low;
+  double high;
+  Facets facets;
+  std::vector<std::size_t> next;  ///< runs at the next station that overlap with it, ascending
+};
+
+using Level = std::vector<std::size_t>;  ///< runs of one station, ascending
+using Way = std::vector<Level>;          ///< levels at consecutive stations
+
+struct Arm {
+  Facets facets;
+  Facets first;                                 ///< of them those on the first min_arm_length
+  std::vector<std::pair<double, double>> line;  ///< advance, across: middle at every station
+  double reach = 0;                             ///< advance of its end [m]
+  double length = 0;                            ///< from the fork straight to its end [m]
+};
+
+/// A fork seen in one window; arms 0 and 1 are the one at lower and at higher values across.
+struct Sighting {
+  double advance;  ///< where the arms part
+  double across;
+  double angle;
+  std::array<Arm, 2> arms;
+  int window = 0;        ///< that shows it
+  std::size_t last = 0;  ///< station of the last levels
+  Level together;        ///< the runs there where the arms have met again
+};
+
+void add_arm(Arm& to, const Arm& from) {
+  add(to.facets, from.facets);
+  add(to.first, from.first);
+  to.reach = std::max(to.reach, from.reach);
+  to.length = std::max(to.length, from.length);
+}
+
+/// A crack between two planes x = const, projected on the plane of the plate.
+class Window {
+public:
+  Window(const NotchFrame& frame, double step, const std::vector<double>& spacing,
+         const std::vector<std::vector<Trace>>& traces, double x_low, double x_high)
+      : frame_(frame), step_(step), spacing_(spacing), runs_(traces.size()) {
+    std::vector<std::pair<std::pair<double, double>, std::size_t>> seen;
+    for (std::size_t k = 0; k < traces.size(); ++k) {
+      seen.clear();
+      for (std::size_t j = k == 0 ? 0 : k - 1; j <= k + 1 && j < traces.size(); ++j) {
+        for (const Trace& trace : traces[j]) {
+          const double middle = (trace.x[0] + trace.x[1]) / 2;
+          if (middle >= x_low && middle <= x_high)
+            seen.push_back({std::minmax(trace.across[0], trace.across[1]), trace.facet});
+        }
+      }
+      std::sort(seen.begin(), seen.end());
+      for (const auto& [range, facet] : seen) {
+        if (runs_[k].empty() || range.first > runs_[k].back().high + arm_gap * spacing_[k])
+          runs_[k].push_back({range.first, range.second, {}, {}});
+        Run& run = runs_[k].back();
+        run.high = std::max(run.high, range.second);
+        run.facets.push_back(facet);
+      }
+      for (Run& run : runs_[k]) sort_out(run.facets);
+    }
+    for (std::size_t k = 0; k + 1 < runs_.size(); ++k) {
+      for (Run& run : runs_[k]) {
+        for (std::size_t j = 0; j < runs_[k + 1].size(); ++j) {
+          if (runs_[k + 1][j].low <= run.high && run.low <= runs_[k + 1][j].high) run.next.push_back(j);
+        }
+      }
+    }
+  }
+
+  std::vector<Sighting> forks() const {
+    std::vector<Sighting> found;
+    for (std::size_t k = 0; k + 1 < runs_.size(); ++k) {
+      for (std::size_t i = 0; i < runs_[k].size(); ++i) {
+        if (runs_[k][i].next.size() < 2) continue;
+        const std::vector<Way> ways = separate_ways(k, runs_[k][i]);
+        for (std::size_t j = 0; j + 1 < ways.size(); ++j) {
+          Sighting fork = follow(k + 1, ways[j], ways[j + 1]);
+          const auto earlier =
+              std::find_if(found.begin(), found.end(), [&](const Sighting& f) { return goes_on(f, k, i); });
+          if (earlier == found.end()) {
+            found.push_back(std::move(fork));
+          } else {
+            for (std::size_t side = 0; side < 2; ++side) add_arm(earlier->arms[side], fork.arms[side]);
+            earlier->last = fork.last;
+            earlier->together = std::move(fork.together);
+          }
+        }
+      }
+    }
+    return found;
+  }
+
+private:
+  double middle(std::size_t k, const Level& level) const {
+    return (runs_[k][level.front()].low + runs_[k][level.back()].high) / 2;
+  }
+
+  Level ahead(std::size_t k, const Level& level) const {
+    Level next;
+    for (const std::size_t i : level)
+      next.insert(next.end(), runs_[k][i].next.begin(), runs_[k][i].next.end());
+    std::sort(next.begin(), next.end());
+    next.erase(std::unique(next.begin(), next.end()), next.end());
+    return next;
+  }
+
+  /// From run i of station k on until the way is min_gap_length long; empty when it ends before.
+  Way way_from(std::size_t k, std::size_t i) const {
+    Way way{{i}};
+    const double start = middle(k, way.front());
+    for (std::size_t last = k;; ++last) {
+      const double length =
+          std::hypot(static_cast<double>(way.size()) * step_, middle(last, way.back()) - start);
+      if (length >= min_gap_length * spacing_[k]) return way;
+      if (last + 1 >= runs_.size()) return {};
+      Level next = ahead(last, way.back());
+      if (next.empty()) return {};
+      way.push_back(std::move(next));
+    }
+  }
+
+  /// The ways on from a run that are long enough and have no run in common, in ascending order across.
+  std::vector<Way> separate_ways(std::size_t k, const Run& run) const {
+    std::vector<Way> ways;
+    for (const std::size_t j : run.next) {
+      Way way = way_from(k + 1, j);
+      if (way.empty()) continue;
+      // Ways are in order across, so one that is one with several earlier ones is one with the last of them.
+      while (!ways.empty() &&
+             (meet(ways.back(), way) || widest_gap(k + 1, ways.back(), way) < min_arm_distance)) {
+        Way& earlier = ways.back();
+        if (earlier.size() > way.size()) way.resize(earlier.size());
+        for (std::size_t level = 0; level < earlier.size(); ++level) add(way[level], earlier[level]);
+        ways.pop_back();
+      }
+      ways.push_back(std::move(way));
+    }
+    return ways;
+  }
+
+  static bool meet(const Way& a, const Way& b) {
+    for (std::size_t level = 0; level < std::min(a.size(), b.size()); ++level)
+      if (have_common(a[level], b[level])) return true;
+    return false;
+  }
+
+  /// In spacings.
+  double widest_gap(std::size_t k, const Way& lower, const Way& upper) const {
+    double widest = 0;
+    for (std::size_t level = 0; level < std::min(lower.size(), upper.size()); ++level) {
+      const double gap =
+          runs_[k + level][upper[level].front()].low - runs_[k + level][lower[level].back()].high;
+      widest = std::max(widest, gap / spacing_[k + level]);
+    }
+    return widest;
+  }
+
+  /// Follows both arms from station k until they end or meet.
+  Sighting follow(std::size_t k, const Way& lower, const Way& upper) const {
+    Sighting fork{};
+    fork.advance = (static_cast<double>(k) + 0.5) * step_;
+    fork.across = (runs_[k][lower.front().back()].high + runs_[k][upper.front().front()].low) / 2;
+    std::array<Level, 2> level{lower.front(), upper.front()};
+    std::size_t station = k;
+    for (;;) {
+      for (std::size_t side = 0; side < 2; ++side) {
+        Arm& arm = fork.arms[side];
+        if (level[side].empty()) continue;
+        const double across = middle(station, level[side]);
+        const double advance = (static_cast<double>(station) + 0.5) * step_;
+        arm.line.emplace_back(advance, across);
+        arm.reach = advance;
+        const bool is_first = std::hypot(advance - arm.line.front().first,
+                                         across - arm.line.front().second) <= min_arm_length * spacing_[k];
+        for (const std::size_t i : level[side]) {
+          const Facets& facets = runs_[station][i].facets;
+          arm.facets.insert(arm.facets.end(), facets.begin(), facets.end());
+          if (is_first) arm.first.insert(arm.first.end(), facets.begin(), facets.end());
+        }
+      }
+      if (station + 1 >= runs_.size()) break;
+      std::array<Level, 2> next{ahead(station, level[0]), ahead(station, level[1])};
+      if (next[0].empty() && next[1].empty()) break;
+      ++station;
+      if (have_common(next[0], next[1])) {
+        std::set_intersection(next[0].begin(), next[0].end(), next[1].begin(), next[1].end(),
+                              std::back_inserter(fork.together));
+        break;
+      }
+      level = std::move(next);
+    }
+    fork.last = station;
+    std::array<double, 2> direction{};
+    for (std::size_t side = 0; side < 2; ++side) {
+      Arm& arm = fork.arms[side];
+      sort_out(arm.facets);
+      sort_out(arm.first);
+      arm.length = std::hypot(arm.line.back().first - fork.advance, arm.line.back().second - fork.across);
+      direction[side] = std::atan(slope(arm.line, fork.advance + min_arm_length * spacing_[k]));
+    }
+    fork.angle = std::abs(direction[1] - direction[0]);
+    return fork;
+  }
+
+  /// Of the line's part up to this advance, by least squares.
+  static double slope(const std::vector<std::pair<double, double>>& line, double until) {
+    double n = 0;
+    double s = 0;
+    double t = 0;
+    double ss = 0;
+    double st = 0;
+    for (const auto& [advance, across] : line) {
+      if (advance > until) break;
+      const double a = advance - line.front().first;
+      const double b = across - line.front().second;
+      n += 1;
+      s += a;
+      t += b;
+      ss += a * a;
+      st += a * b;
+    }
+    const double variance = n * ss - s * s;
+    return variance > 0 ? (n * st - s * t) / variance : 0;
+  }
+
+  /// Whether run i of station k, where ways part, follows soon after the place where the arms of a fork met.
+  bool goes_on(const Sighting& fork, std::size_t k, std::size_t i) const {
+    const auto soon = static_cast<std::size_t>(reunion_length * spacing_[k] / step_);
+    if (fork.together.empty() || k < fork.last || k > fork.last + soon) return false;
+    Level level = fork.together;
+    for (std::size_t station = fork.last; station < k; ++station) level = ahead(station, level);
+    return std::binary_search(level.begin(), level.end(), i);
+  }
+
+  const NotchFrame& frame_;
+  double step_;
+  const std::vector<double>& spacing_;  ///< local, at every station
+  std::vector<std::vector<Run>> runs_;
+};
+
+/// The forks of one notch's crack.
+class ForkFinder {
+public:
+  ForkFinder(const geometry::Body& body, const CrackSurface& surface, int notch, const Facets& facets)
+      : surface_(surface),
+        notch_(notch),
+        frame_(notch_frame(body, notch)),
+        thickness_(body.size()[0]),
+        mean_spacing_(mean_spacing(surface, facets)),
+        step_(mean_spacing_ / stations_per_spacing),
+        traces_(static_cast<std::size_t>(std::ceil(frame_.ligament / step_))) {
+    for (const std::size_t i : without_strays(surface, facets)) add_traces(i);
+    measure_spacing();
+  }
+
+  void add_to(CrackArms& found) const {
+    const int n_windows =
+        std::max(1, static_cast<int>(2 * thickness_ / (window_thickness * mean_spacing_)) - 1);
+    const double half = thickness_ / (n_windows + 1);
+    std::vector<Sighting> seen;
+    const auto look = [&](int window, double low, double high) {
+      for (Sighting& fork : Window(frame_, step_, spacing_, traces_, low, high).forks()) {
+        fork.window = window;
+        seen.push_back(std::move(fork));
+      }
+    };
+    look(projection, 0, thickness_);
+    for (int w = 0; w < n_windows; ++w) look(w, w * half, (w + 2) * half);
+    std::vector<Merged> forks = merge(seen);
+    std::stable_sort(forks.begin(), forks.end(), [](const Merged& a, const Merged& b) {
+      return std::pair(a.advance, a.across) < std::pair(b.advance, b.across);
+    });
+    for (const Merged& fork : forks) {
+      if (is_long(fork)) add_fork(found, fork);
+    }
+  }
+
+private:
+  /// All sightings of one fork.
+  struct Merged {
+    double advance = 0;
+    double across = 0;
+    double angle = 0;
+    std::array<Arm, 2> arms;
+    bool ends_apart = false;  ///< the arms do not meet again
+    bool is_in_projection = false;
+    bool is_in_space = false;
+  };
+
+  void add_traces(std::size_t facet) {
+    const auto axis = static_cast<std::size_t>(frame_.axis);
+    double low = frame_.advance(surface_.facets[facet].corner[0][axis]);
+    double high = low;
+    for (const geometry::Point& corner : surface_.facets[facet].corner) {
+      low = std::min(low, frame_.advance(corner[axis]));
+      high = std::max(high, frame_.advance(corner[axis]));
+    }
+    const std::size_t one[] = {facet};
+    const auto last = static_cast<double>(traces_.size()) - 1;
+    for (double k = std::max(0.0, std::floor(low / step_)); k <= std::min(high / step_, last); ++k) {
+      const double position = frame_.tip + frame_.direction * (k + 0.5) * step_;
+      for (const Trace& trace : intersect(surface_, one, frame_.axis, frame_.across, position))
+        traces_[static_cast<std::size_t>(k)].push_back(trace);
+    }
+  }
+
+  /// Mean over the traces within two mean spacings of each station.
+  void measure_spacing() {
+    std::vector<double> sum{0};
+    std::vector<double> n{0};
+    for (const auto& at_station : traces_) {
+      sum.push_back(sum.back());
+      n.push_back(n.back() + static_cast<double>(at_station.size()));
+      for (const Trace& trace : at_station) sum.back() += trace.spacing;
+    }
+    constexpr auto reach = static_cast<std::size_t>(2 * stations_per_spacing);
+    for (std::size_t k = 0; k < traces_.size(); ++k) {
+      const std::size_t low = k > reach ? k - reach : 0;
+      const std::size_t high = std::min(k + reach + 1, traces_.size());
+      spacing_.push_back(n[high] > n[low] ? (sum[high] - sum[low]) / (n[high] - n[low]) : mean_spacing_);
+    }
+  }
+
+  /// How much of the smaller of both forks' arms is the same.
+  static double likeness(const Sighting& a, const Sighting& b) {
+    double least = 1;
+    for (std::size_t side = 0; side < 2; ++side) {
+      const Facets& mine = a.arms[side].facets;
+      const Facets& other = b.arms[side].facets;
+      Facets both;
+      std::set_intersection(mine.begin(), mine.end(), other.begin(), other.end(), std::back_inserter(both));
+      least = std::min(
+          least, static_cast<double>(both.size()) / static_cast<double>(std::min(mine.size(), other.size())));
+    }
+    return least;
+  }
+
+  /// Whether one window shows both at the same advance: then they are different forks. Behind each other
+  /// they can be one, whose arms meet in between.
+  static bool are_beside(const Sighting& a, const Sighting& b) {
+    const auto end = [](const Sighting& s) { return std::min(s.arms[0].reach, s.arms[1].reach); };
+    return a.window == b.window && a.advance <= end(b) && b.advance <= end(a);
+  }
+
+  /// The forks that these are sightings of: the most alike come together first.
+  static std::vector<Merged> merge(const std::vector<Sighting>& seen) {
+    struct Pair {
+      double likeness;
+      std::size_t i, j;
+    };
+    std::vector<Pair> pairs;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        if (const double found = likeness(seen[i], seen[j]); found >= min_likeness)
+          pairs.push_back({found, i, j});
+      }
+    }
+    std::ranges::stable_sort(pairs, std::greater(), &Pair::likeness);
+    std::vector<Facets> groups(seen.size());  // of numbers of sightings
+    std::vector<std::size_t> group_of(seen.size());
+    for (std::size_t i = 0; i < seen.size(); ++i) groups[group_of[i] = i] = {i};
+    for (const Pair& pair : pairs) {
+      Facets& mine = groups[group_of[pair.i]];
+      Facets& other = groups[group_of[pair.j]];
+      const bool is_other_fork = std::ranges::any_of(mine, [&](std::size_t i) {
+        return std::ranges::any_of(other, [&](std::size_t j) { return are_beside(seen[i], seen[j]); });
+      });
+      if (&mine == &other || is_other_fork) continue;
+      for (const std::size_t j : other) group_of[j] = group_of[pair.i];
+      add(mine, std::exchange(other, {}));
+    }
+    std::vector<Merged> forks;
+    for (const Facets& group : groups) {
+      if (!group.empty()) forks.push_back(merged(seen, group));
+    }
+    return forks;
+  }
+
+  static Merged merged(const std::vector<Sighting>& seen, const Facets& group) {
+    Merged fork;
+    double n = 0;
+    for (const std::size_t i : group) {
+      const Sighting& one = seen[i];
+      for (std::size_t side = 0; side < 2; ++side) add_arm(fork.arms[side], one.arms[side]);
+      fork.ends_apart = fork.ends_apart || one.together.empty();
+      (one.window == projection ? fork.is_in_projection : fork.is_in_space) = true;
+      // The projection comes first, and has all of the fork.
+      if (fork.is_in_projection && n > 0) continue;
+      n += 1;
+      fork.advance += (one.advance - fork.advance) / n;
+      fork.across += (one.across - fork.across) / n;
+      fork.angle += (one.angle - fork.angle) / n;
+    }
+    return fork;
+  }
+
+  bool is_long(const Merged& fork) const {
+    const auto station = static_cast<std::size_t>(fork.advance / step_);
+    return std::min(fork.arms[0].length, fork.arms[1].length) >=
+           (fork.ends_apart ? min_arm_length : reunion_length) * spacing_.at(station);
+  }
+
+  double area(const Facets& facets) const {
+    double sum = 0;
+    for (const std::size_t i : facets) sum += surface_.facets[i].area;
+    return sum;
+  }
+
+  double median_time(const Facets& facets) const {
+    std::vector<double> times;
+    for (const std::size_t i : facets) times.push_back(surface_.facets[i].time);
+    const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
+    std::nth_element(times.begin(), middle, times.end());
+    return *middle;
+  }
+
+  /// The arm that most of these facets are told to belong to so far.
+  static std::int32_t arm_of(const CrackArms& found, const Facets& facets) {
+    std::map<std::int32_t, std::size_t> n;
+    for (const std::size_t i : facets) ++n[found.arm[i]];
+    return std::max_element(n.begin(), n.end(),
+                            [](const auto& a, const auto& b) { return a.second < b.second; })
+        ->first;
+  }
+
+  void add_fork(CrackArms& found, const Merged& seen) const {
+    const double ahead = seen.arms[1].reach - seen.arms[0].reach;
+    const bool upper_is_main = std::abs(ahead) > min_arm_length * mean_spacing_
+                                   ? ahead > 0
+                                   : area(seen.arms[1].facets) > area(seen.arms[0].facets);
+    std::size_t leaving = upper_is_main ? 0 : 1;
+    // Of three arms the one in the middle can have been told apart from this one already.
+    const std::array<std::int32_t, 2> known{arm_of(found, seen.arms[0].facets),
+                                            arm_of(found, seen.arms[1].facets)};
+    if (known[leaving] > known[1 - leaving]) leaving = 1 - leaving;
+
+    const Arm& arm = seen.arms[leaving];
+    found.forks.emplace_back();
+    Fork& fork = found.forks.back();
+    fork.notch = notch_;
+    const double along = frame_.tip + frame_.direction * seen.advance;
+    fork.y = frame_.axis == 1 ? along : seen.across;
+    fork.z = frame_.axis == 1 ? seen.across : along;
+    fork.time = std::max(median_time(seen.arms[0].first), median_time(seen.arms[1].first));
+    fork.length = arm.length;
+    fork.angle = seen.angle;
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (const std::size_t i : arm.facets) {
+      found.arm[i] = static_cast<std::int32_t>(found.forks.size());
+      for (const geometry::Point& p : surface_.facets[i].corner) {
+        low = std::min(low, p[0]);
+        high = std::max(high, p[0]);
+      }
+    }
+    fork.x = (low + high) / 2;
+    fork.share = (high - low) / thickness_;
+    fork.is_in_projection = seen.is_in_projection;
+    fork.is_in_space = seen.is_in_space;
+  }
+
+  const CrackSurface& surface_;
+  int notch_;
+  NotchFrame frame_;
+  double thickness_;
+  double mean_spacing_;
+  double step_;  ///< from station to station [m]
+  std::vector<std::vector<Trace>> traces_;
+  std::vector<double> spacing_;
+};
+
+}  // namespace
+
+std::int32_t CrackArms::n_projected() const {
+  return static_cast<std::int32_t>(std::ranges::count_if(forks, &Fork::is_in_projection));
+}
+
+std::int32_t CrackArms::n_in_space() const {
+  return static_cast<std::int32_t>(std::ranges::count_if(forks, &Fork::is_in_space));
+}
+
+CrackArms find_forks(const geometry::Body& body, const CrackSurface& surface) {
+  CrackArms found;
+  found.arm.assign(surface.facets.size(), 0);
+  for (int notch = 0; notch < body.n_notches(); ++notch) {
+    const Facets facets = facets_of_notch(surface, notch);
+    if (!facets.empty()) ForkFinder(body, surface, notch, facets).add_to(found);
+  }
+  return found;
+}
+
+}  // namespace crackle::analysis
