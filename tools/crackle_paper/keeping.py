@@ -16,7 +16,7 @@ from crackle_report.writing import put_between_marks, write_light_figure
 from . import campaign, figures, fringes, rows, tables
 from .against_paper import against_paper
 from .rows import Rows
-from .studies import CAMPAIGN, DISTANCE, FAST_CAMPAIGN, PERTURBATION, PERTURBATIONS, STUDIES
+from .studies import CAMPAIGN, DISTANCE, FAST_FROM_ZERO, PERTURBATION, PERTURBATIONS, STUDIES
 
 
 def keep(studies: list[str], output: Path, folder: Path, front_page: Path | None) -> None:
@@ -71,7 +71,7 @@ def _notches(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
 def _bases(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
     mine = list(kept["bases"].values())
     _put(folder, "bases", tables.bases(mine))
-    if fast := kept.get("convergence", {}).get(FAST_CAMPAIGN.name):
+    if fast := kept.get("convergence", {}).get(FAST_FROM_ZERO.name):
         _put(folder, "turning", tables.turning(mine[0], fast))
 
 
@@ -112,7 +112,7 @@ def _on_bases(study: str, title: str, usual: str, place: int) -> Callable[[dict[
 
 
 def _rate(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
-    fast = kept.get("convergence", {}).get(FAST_CAMPAIGN.name)
+    fast = kept.get("convergence", {}).get(FAST_FROM_ZERO.name)
     if fast is None:
         return
     slow, mine = replace(fast, label="5 N/s"), list(kept["rate"].values())

@@ -27,18 +27,18 @@ def is_finished(folder: Path) -> bool:
         return bool(np.all(ensemble["samples/status"][...] != 0))
 
 
-def compute(run: Run, paper: str, output: Path, program: Path, ranks: int, deadline: float | None) -> bool:
+def compute(run: Run, output: Path, program: Path, ranks: int, deadline: float | None) -> bool:
     """Goes on with a run until it is finished or the deadline [s, time.monotonic()] is near.
 
     @return whether it is finished
     """
     folder = output / run.name
     results = folder / "out"
-    text = run.input_text(paper)
+    text = run.input_text()
     folder.mkdir(parents=True, exist_ok=True)
     source = folder / "input.toml"
     if source.is_file() and source.read_text() != text:
-        raise RunError(f"{source} is of another input of the paper's; remove {folder} to compute it again")
+        raise RunError(f"{source} is of another input than {run.source_file} now gives; remove {folder} to compute it again")
     source.write_text(text)
     if is_finished(results):
         return True

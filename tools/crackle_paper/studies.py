@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The runs of each study, as changes of jobs/paper.toml.
+"""The runs of each study, as changes of jobs/paper.toml or of an input beside it, in jobs/paper.
 
 Runs with the paper's seed, body and mesh section have the same bodies: two settings can be compared sample by sample. What
 changes the mesh changes the base distribution of mother points too, and bases differ; so such settings are computed on
@@ -9,9 +9,13 @@ from __future__ import annotations
 
 import math
 import re
+import tomllib
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from crackle_verification.runs import with_keys
+
+JOBS = Path(__file__).resolve().parents[2] / "jobs"
 
 FAST = {"time.integrator": '"verlet"', "time.step": '"auto"', "output.frames": "2"}
 """A time integration at a sixth of the cost; the study `convergence` compares it with the campaign's."""
@@ -31,17 +35,34 @@ class Run:
     distance: float | None = None  # of their mid-planes along the plate [mm]; else the input's
     rate: float | None = None  # of the load [N/s]; else the input's
     reference: str = "fast"  # the run that differs in nothing but this run's point
+    source: str = "paper/clock-from-zero"  # the input in jobs/ that is changed
+    load: float | None = None  # at time 0 [N]; else the input's
+    thickness: float | None = None  # of the plate [mm], loads in proportion; else the input's
+    tables: str = ""  # further ones
 
-    def input_text(self, paper: str) -> str:
-        text = with_keys(paper, {"ensemble.samples": str(self.samples), **self.keys})
+    @property
+    def source_file(self) -> Path:
+        return JOBS / f"{self.source}.toml"
+
+    def input_text(self) -> str:
+        text = with_keys(self.source_file.read_text(), {"ensemble.samples": str(self.samples), **self.keys})
         if self.depth is not None:
             text = re.sub(r"(?m)^depth = .*$", f'depth = "{self.depth:g} mm"', text)
         if self.distance is not None:
             places = iter((70 - self.distance / 2, 70 + self.distance / 2))
             text = re.sub(r"(?m)^at = .*$", lambda _: f'at = "{next(places):g} mm"', text)
-        if self.rate is not None:
-            text = re.sub(r"(?m)^rate = .*$", f'rate = ["0 N/s", "0 N/s", "{self.rate:g} N/s"]', text)
-        return text
+        rate, load = self.rate, self.load
+        if self.thickness is not None:
+            size = tomllib.loads(text)["specimen"]["size"]
+            share = self.thickness / float(size[0].split()[0])
+            text = with_keys(text, {"specimen.size": f'["{self.thickness:g} mm", "{size[1]}", "{size[2]}"]'})
+            pull = tomllib.loads(text)["boundary"][1]
+            rate, load = (share * float(pull[key][2].split()[0]) for key in ("rate", "force"))
+        if rate is not None:
+            text = re.sub(r"(?m)^rate = .*$", f'rate = ["0 N/s", "0 N/s", "{rate:g} N/s"]', text)
+        if load is not None:
+            text = re.sub(r"(?m)^force = .*$", f'force = ["0 N", "0 N", "{load:g} N"]', text)
+        return text + self.tables
 
 
 TARGET_LOAD = 380.9  # [N]: the paper's t0 = 76.179191 s at 5 N/s
@@ -56,8 +77,9 @@ PER_BASE = 10  # samples
 MESH_SEEDS = range(1, 9)  # bases that other meshes are compared on
 PER_MESH_BASE = 4
 
-CAMPAIGN = Run("campaign", "5 ns, `bilateral4`", 200, reference="campaign")
-FAST_CAMPAIGN = Run("fast", "`auto` (47 ns), `verlet`", 100, FAST, reference="campaign")
+CAMPAIGN = Run("campaign", "`auto`, `bilateral4`", 200, {"time.step": '"auto"'}, source="paper")
+FROM_ZERO = Run("clock-from-zero", "5 ns, `bilateral4`", 200, reference="clock-from-zero")
+FAST_FROM_ZERO = Run("fast", "`auto` (47 ns), `verlet`", 100, FAST, reference="clock-from-zero")
 
 
 def _on_bases(name: str, label: str, keys: dict[str, str]) -> list[Run]:
@@ -86,19 +108,54 @@ def _rate(rate: float, overload: float) -> Run:
     return Run(f"rate-{factor}e{exponent}", f"{factor}·10^{exponent} N/s", 24 if rate < 1e6 else 40, keys, rate=rate)
 
 
+PAPER_DISTANCE, PAPER_DEPTH = 7.0, 3.0  # of the notches in jobs/paper.toml [mm]
+
+
+def _varied(name: str, label: str, keys: dict[str, str | None] | None = None, samples: int = 8, **more: object) -> Run:
+    """One factor changed in jobs/paper.toml; the samples are of the study's own seed."""
+    return Run(f"branching-{name}", label, samples, {**FAST, "ensemble.seed": STUDY_SEED, **(keys or {})},
+               **{"source": "paper", **more})
+
+
+def _corridor(spacing: float, low: float = 62, high: float = 78) -> str:
+    """The cracks' way at one spacing [mm]."""
+    return f'\n[[mesh.region]]\nz = ["{low:g} mm", "{high:g} mm"]\nspacing = "{spacing:g} mm"\n'
+
+
+STUDY_SEED = "1"
+UNIFORM = {"mesh.growth": "0.1"}  # outside the corridor
+STRENGTH = {"fracture.toughness": None, "fracture.strength": '"35 MPa"'}
+EQUILIBRIUM = {"time.start": '"equilibrium"'}
+
 STUDIES: dict[str, list[Run]] = {
+    "branching": [
+        _varied("center", "`jobs/paper.toml`", samples=16),
+        *(_varied(f"distance-{d:g}", f"{d:g} mm apart", depth=PAPER_DEPTH, distance=d) for d in (3.0, 5.0, 10.0, 15.0)),
+        *(_varied(f"depth-{d:g}", f"{d:g} mm deep", depth=d, distance=PAPER_DISTANCE) for d in (2.5, 3.5)),
+        _varied("own", "`base = \"own\"`", {"mesh.base": '"own"'}, samples=16),
+        _varied("thin", "1 mm thick", thickness=1.0),
+        _varied("thin-fine", "1 mm thick, 0.15 mm at the tips", {"mesh.notch_spacing": '"0.15 mm"'}, thickness=1.0),
+        _varied("from-zero", "clock from no load: 5.5 mm deep, 5 mm apart", depth=5.5, distance=5.0, load=0.0),
+        *(_varied(f"overload-{d:g}", f"all start at 516 N: 5.5 mm deep, {d:g} mm apart", EQUILIBRIUM, depth=5.5, distance=d,
+                  load=516.0) for d in (5.0, 10.0)),
+        _varied("overload-strength", "the same, 5 mm apart, 35 MPa", {**EQUILIBRIUM, **STRENGTH}, depth=5.5, distance=5.0,
+                load=516.0),
+        *(_varied(f"corridor-{h:g}", f"{h:g} mm all the way", UNIFORM, tables=_corridor(h)) for h in (0.7, 0.5, 0.4, 0.3)),
+        _varied("strength", "35 MPa, 0.3 mm all the way", {**UNIFORM, **STRENGTH}, tables=_corridor(0.3)),
+    ],
     "notches": [Run(f"depth-{depth:g}-distance-{distance:g}", f"{depth:g} mm, {distance:g} mm",
                     42 if (depth, distance) == (5.6, 5) else 12, UNTURNED, depth, distance)
                 for distance, depths in DEPTHS_AT_DISTANCE.items() for depth in depths],
     "bases": [Run("base-2012", "2012", 200, UNTURNED),
               *(Run(f"base-{seed}", f"{seed}", PER_BASE, {**UNTURNED, "ensemble.seed": str(seed)}) for seed in SEEDS)],
     "campaign": [CAMPAIGN],
+    "clock-from-zero": [FROM_ZERO],
     "convergence": [
-        FAST_CAMPAIGN,
-        Run("step-2.5ns", "2.5 ns, `bilateral4`", 12, {"time.step": '"2.5 ns"', "output.frames": "2"}, reference="campaign"),
+        FAST_FROM_ZERO,
+        Run("step-2.5ns", "2.5 ns, `bilateral4`", 12, {"time.step": '"2.5 ns"', "output.frames": "2"}, reference="clock-from-zero"),
         Run("bilateral4-auto", "`auto` (37 ns), `bilateral4`", 24, {"time.step": '"auto"', "output.frames": "2"},
-            reference="campaign"),
-        Run("verlet-5ns", "5 ns, `verlet`", 24, {"time.integrator": '"verlet"', "output.frames": "2"}, reference="campaign"),
+            reference="clock-from-zero"),
+        Run("verlet-5ns", "5 ns, `verlet`", 24, {"time.integrator": '"verlet"', "output.frames": "2"}, reference="clock-from-zero"),
         Run("memory-step", "5 ns, `verlet`, `memory = \"step\"`", 12,
             {"time.integrator": '"verlet"', "fracture.memory": '"step"', "output.frames": "2"}, reference="verlet-5ns"),
         Run("double", "`precision = \"double\"`", 20, {**FAST, "time.precision": '"double"'}),
