@@ -11,7 +11,7 @@ namespace crackle::ensemble {
 
 namespace {
 
-// Of samples of jobs/demo.toml and jobs/paper.toml, each for a dynamic phase that is not the last one: cracks
+// Of samples of jobs/demo.toml and jobs/paper/clock-from-zero.toml, each for a dynamic phase that is not the last one: cracks
 // run for this many durations before the arrest window begins, and this many tetrahedra break
 // quasi-statically.
 constexpr double running_durations = 0.4;
@@ -20,7 +20,7 @@ constexpr double static_breaks_per_phase = 1.5;
 /// Tetrahedra that break in a sample, per tetrahedron of the mesh to the power 2/3: cracks are surfaces.
 constexpr double breaks_per_section = 1.2;
 
-// Bytes in a sample's file after compression, of files of jobs/demo.toml and jobs/paper.toml.
+// Bytes in a sample's file after compression, of files of jobs/demo.toml and jobs/paper/clock-from-zero.toml.
 constexpr double of_frame_node = 17;
 constexpr double of_node = 20;
 constexpr double of_tetrahedron = 4.7;  // boundary triangles included

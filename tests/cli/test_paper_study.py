@@ -10,6 +10,7 @@ import tempfile
 import time
 import tomllib
 import unittest
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,8 +26,6 @@ from crackle_paper.studies import STUDIES, TARGET_LOAD, Run  # noqa: E402
 from crackle_report.photoelasticity import Grid  # noqa: E402
 from crackle_verification.runs import RunError  # noqa: E402
 
-PAPER = (ROOT / "jobs" / "paper.toml").read_text()
-
 
 def make_rows(z, label="5 mm, 5 mm", onset=None, pattern=None):
     n = len(z)
@@ -38,16 +37,18 @@ def make_rows(z, label="5 mm, 5 mm", onset=None, pattern=None):
 
 class Inputs(unittest.TestCase):
     def test_every_run_changes_what_it_says_and_nothing_else(self):
-        before = tomllib.loads(PAPER)
         for run in (run for study in STUDIES.values() for run in study):
-            after = tomllib.loads(run.input_text(PAPER))
+            before = tomllib.loads(run.source_file.read_text())
+            after = tomllib.loads(run.input_text())
             self.assertEqual(after["ensemble"]["samples"], run.samples, run.name)
             if "ensemble.seed" not in run.keys:
                 self.assertEqual(after["ensemble"]["seed"], before["ensemble"]["seed"])
             for key, value in run.keys.items():
                 table, name = key.split(".")
-                self.assertEqual(after[table][name], tomllib.loads(f"x = {value}")["x"], run.name)
-                after[table].pop(name)
+                if value is None:
+                    self.assertNotIn(name, after[table], run.name)
+                else:
+                    self.assertEqual(after[table].pop(name), tomllib.loads(f"x = {value}")["x"], run.name)
                 before_table = dict(before[table])
                 before_table.pop(name, None)
                 before[table] = before_table
@@ -57,13 +58,20 @@ class Inputs(unittest.TestCase):
                 places = [float(notch["at"].split()[0]) for notch in notches]
                 self.assertAlmostEqual(places[1] - places[0], run.distance)
                 self.assertAlmostEqual(sum(places), 140)
+            elif run.thickness is not None:
+                self.assertEqual(after["specimen"]["size"], [f"{run.thickness:g} mm", *before["specimen"]["size"][1:]])
+                self.assertEqual(after["specimen"]["notch"], before["specimen"]["notch"])
+                for key in ("rate", "force"):
+                    whole, part = (float(one["boundary"][1][key][2].split()[0]) for one in (before, after))
+                    self.assertAlmostEqual(part / whole, run.thickness / 5)
             else:
                 self.assertEqual(after["specimen"], before["specimen"], run.name)
-            if run.rate is not None:
-                self.assertEqual(after["boundary"][1]["rate"][2], f"{run.rate:g} N/s")
-            else:
+            for key, value, unit in (("rate", run.rate, "N/s"), ("force", run.load, "N")):
+                if value is not None:
+                    self.assertEqual(after["boundary"][1][key][2], f"{value:g} {unit}")
+            if run.rate is run.load is run.thickness is None:
                 self.assertEqual(after["boundary"], before["boundary"])
-            before = tomllib.loads(PAPER)
+            self.assertEqual(run.tables == "", after["mesh"].get("region") == before["mesh"].get("region"), run.name)
 
     def test_names_of_runs_differ(self):
         names = [run.name for study in STUDIES.values() for run in study]
@@ -73,7 +81,7 @@ class Inputs(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             for study in STUDIES.values():
                 file = Path(folder) / "input.toml"
-                file.write_text(study[-1].input_text(PAPER))
+                file.write_text(study[-1].input_text())
                 result = subprocess.run([OPTIONS.program, "check", "--no-measure", str(file)], capture_output=True, text=True)
                 self.assertEqual(result.returncode, 0, result.stderr)
 
@@ -199,7 +207,7 @@ class Course(unittest.TestCase):
         self.assertTrue(np.all(np.isinf(course.arrivals(np.empty((0, 4)), np.empty((0, 4)), np.empty(0)))))
 
     def test_the_campaigns_groups_are_the_programs_patterns(self):
-        (found,) = rows.read_csv(ROOT / "jobs" / "paper" / "campaign.csv")
+        (found,) = rows.read_csv(ROOT / "jobs" / "paper" / "clock-from-zero.csv")
         one, two, other = comparing.groups(found, comparing.DEVELOPED)
         print(f"one / two / other: {one} / {two} / {other}, patterns {[found.share(p) for p in (1, 2, 3)]}")
         self.assertAlmostEqual(one / len(found), found.share(1) / len(found), delta=0.02)
@@ -245,27 +253,26 @@ class Fringes(unittest.TestCase):
 
 class Running(unittest.TestCase):
     def test_a_run_that_was_stopped_goes_on(self):
-        demo = (ROOT / "jobs" / "demo.toml").read_text()
-        run = Run("small", "small", 3, {"mesh.notch_spacing": '"1.2 mm"', "time.duration": '"90 us"'})
+        run = Run("small", "small", 3, {"mesh.notch_spacing": '"1.2 mm"', "time.duration": '"90 us"'}, source="demo")
         with tempfile.TemporaryDirectory() as folder:
             output = Path(folder)
-            self.assertFalse(compute(run, demo, output, OPTIONS.program, 1, time.monotonic() + 1), "no time to start")
+            self.assertFalse(compute(run, output, OPTIONS.program, 1, time.monotonic() + 1), "no time to start")
             subprocess.run([OPTIONS.program, "run", output / "small" / "input.toml", "-o", output / "small" / "out",
                             "--samples", "0-0"], capture_output=True, check=False)
-            self.assertTrue(compute(run, demo, output, OPTIONS.program, 2, None))
+            self.assertTrue(compute(run, output, OPTIONS.program, 2, None))
             log = (output / "small" / "log.txt").read_text()
             self.assertIn("2 of 3 samples to do", log)
-            self.assertTrue(compute(run, demo, output, OPTIONS.program, 2, None))
+            self.assertTrue(compute(run, output, OPTIONS.program, 2, None))
             self.assertEqual((output / "small" / "log.txt").read_text(), log, "a finished run is not started again")
-            (output / "campaign").symlink_to("small")
-            (output / "fast").symlink_to("small")
+            for name in ("campaign", "clock-from-zero", "fast", "branching-center", "branching-own"):
+                (output / name).symlink_to("small")
             for name in ("base-2012", "base-1", "base-2", "perturbation-0.1-base-1", "perturbation-0.1-base-2",
                          "spacing-0.4-base-1", "spacing-0.4-base-2"):
                 (output / name).symlink_to("small")
             (output / "rate-1e6").symlink_to("small")
-            keep(["bases", "campaign", "convergence", "spacing", "disturbance", "rate"], output, output / "kept", None)
+            keep(["branching", "bases", "campaign", "clock-from-zero", "convergence", "spacing", "disturbance", "rate"], output, output / "kept", None)
             kept = {file.name for file in (output / "kept").iterdir()}
-            self.assertLessEqual({"ensemble.h5", "campaign.csv", "convergence.csv", "fringes.csv", "fringes.png",
+            self.assertLessEqual({"ensemble.h5", "branching.csv", "branching.png", "campaign.csv", "convergence.csv", "fringes.csv", "fringes.png",
                                   "second-crack.png", "spacing.png", "disturbance.png", "rate.png", "crossings.png",
                                   "growth-1.png"}, kept)
             found = rows.read(run, output / "small" / "out")
@@ -274,7 +281,7 @@ class Running(unittest.TestCase):
             self.assertEqual(found.sample.tolist(), [0, 1, 2])
             self.assertTrue(np.all(found.values["onset_force"] > 0))
             with self.assertRaises(RunError):
-                compute(run, demo.replace("35 MPa", "36 MPa"), output, OPTIONS.program, 2, None)
+                compute(replace(run, keys={**run.keys, "fracture.strength": '"36 MPa"'}), output, OPTIONS.program, 2, None)
 
 
 if __name__ == "__main__":

@@ -100,7 +100,7 @@ TEST(Estimate, CostIsTheSumOfItsParts) {
 TEST(Estimate, OutputGrowsWithFramesNodesAndTetrahedra) {
   auto parameters = paper_like();
   const double with_frames = sample_file_size(parameters, 54695, 293700);
-  // Of sample 0 of jobs/paper.toml.
+  // Of sample 0 of jobs/paper/clock-from-zero.toml.
   EXPECT_NEAR(with_frames, 13.27e6, 0.25 * 13.27e6);
   parameters.output.frames = 0;
   const double without = sample_file_size(parameters, 54695, 293700);

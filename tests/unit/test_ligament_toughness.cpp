@@ -16,7 +16,7 @@ ToughnessRange along_ligaments(const input::Parameters& parameters) {
 }
 
 TEST(LigamentToughness, GrowsWithTheSpacingOfAGradedMesh) {
-  const auto parameters = test::job("paper.toml");
+  const auto parameters = test::job("paper/clock-from-zero.toml");
   const ToughnessRange range = along_ligaments(parameters);
   EXPECT_DOUBLE_EQ(range.least, toughness_of(parameters.material, parameters.fracture.strength,
                                              parameters.mesh.notch_spacing));
@@ -25,7 +25,7 @@ TEST(LigamentToughness, GrowsWithTheSpacingOfAGradedMesh) {
 }
 
 TEST(LigamentToughness, IsEvenInACorridor) {
-  auto parameters = test::job("paper.toml");
+  auto parameters = test::job("paper/clock-from-zero.toml");
   parameters.mesh.regions = {testing::region({input::unbounded, input::unbounded, {60, 80}}, 0.3)};
   const ToughnessRange range = along_ligaments(parameters);
   EXPECT_DOUBLE_EQ(range.greatest, range.least);
@@ -35,7 +35,7 @@ TEST(LigamentToughness, IsEvenInACorridor) {
 }
 
 TEST(LigamentToughness, EndsAtTheNextNotch) {
-  input::Parameters parameters = test::job("paper.toml");
+  input::Parameters parameters = test::job("paper/clock-from-zero.toml");
   parameters.specimen.notches = {testing::notch(input::Face::y_min, 70, 10, 0.6),
                                  testing::notch(input::Face::y_max, 70, 10, 0.6)};
   const ToughnessRange range = along_ligaments(parameters);

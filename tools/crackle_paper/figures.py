@@ -9,6 +9,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 from crackle_report import style
+from crackle_report.statistics import wilson_interval
 
 from .comparing import leading_path, mean_interval, reach
 from .course import FAR
@@ -42,6 +43,27 @@ def onset_against_depth(all_rows: list[Rows]) -> Figure:
     axes.set_xlabel("depth of both notches [mm]")
     axes.set_ylabel("load at onset [N]")
     axes.legend()
+    return figure
+
+
+def forks(all_rows: list[Rows]) -> Figure:
+    """Setting by setting, the share of samples with forks in the projection, with its interval, and every crack's speed."""
+    figure = Figure(figsize=(style.PAGE_WIDTH, 0.8 + 0.24 * len(all_rows)), layout="constrained")
+    shares, speeds = figure.subplots(1, 2, sharey=True)
+    for number, rows in enumerate(all_rows):
+        forked = rows.values["bifurcations_projected"] > 0
+        low, high = wilson_interval(int(forked.sum()), len(rows), 0.95)
+        shares.plot([100 * low, 100 * high], [number, number], color="black", linewidth=0.9)
+        shares.plot(100 * forked.mean(), number, "o", color=style.notch_colour(0), markersize=4)
+        for chosen, colour, label in ((~forked, style.MUTED, "without forks"), (forked, style.notch_colour(1), "with forks")):
+            speeds.plot(rows.values["crack_speed_ratio"][chosen], np.full(int(chosen.sum()), number), ".", color=colour,
+                        markersize=4, label=label if number == 0 else None)
+    shares.set_yticks(range(len(all_rows)), [f"{rows.label} ({len(rows)})".replace("`", "") for rows in all_rows], fontsize="small")
+    shares.invert_yaxis()
+    shares.set_xlim(0, 100)
+    shares.set_xlabel("samples with forks in the projection [%]")
+    speeds.set_xlabel("largest crack speed over Rayleigh's")
+    speeds.legend(fontsize="small")
     return figure
 
 

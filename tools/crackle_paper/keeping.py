@@ -16,7 +16,7 @@ from crackle_report.writing import put_between_marks, write_light_figure
 from . import campaign, figures, fringes, rows, tables
 from .against_paper import against_paper
 from .rows import Rows
-from .studies import CAMPAIGN, DISTANCE, FAST_FROM_ZERO, PERTURBATION, PERTURBATIONS, STUDIES
+from .studies import CAMPAIGN, DISTANCE, FAST_FROM_ZERO, FROM_ZERO, PERTURBATION, PERTURBATIONS, STUDIES
 
 
 def keep(studies: list[str], output: Path, folder: Path, front_page: Path | None) -> None:
@@ -56,6 +56,12 @@ def _fringes(folder: Path) -> list[fringes.FringeSeries]:
     return fringes.read_csv(file) if file.is_file() else []
 
 
+def _branching(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
+    mine = list(kept["branching"].values())
+    _put(folder, "branching", tables.branching(mine))
+    write_light_figure(figures.forks(mine), folder / "branching.png")
+
+
 def _notches(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
     mine = list(kept["notches"].values())
     chosen = [one for one in mine if one.label.endswith(f", {DISTANCE:g} mm")]
@@ -86,8 +92,8 @@ def _campaign(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
 
 
 def _convergence(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
-    mine = kept.get("campaign", {}) | kept["convergence"]
-    runs = [(run, mine[run.name]) for run in (CAMPAIGN, *STUDIES["convergence"]) if run.name in mine]
+    mine = kept.get("clock-from-zero", {}) | kept["convergence"]
+    runs = [(run, mine[run.name]) for run in (FROM_ZERO, *STUDIES["convergence"]) if run.name in mine]
     _put(folder, "convergence", tables.comparison(mine, runs))
 
 
@@ -121,7 +127,8 @@ def _rate(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
     write_light_figure(figures.reach_and_paths(labelled, "other_when_far"), folder / "rate.png")
 
 
-SHOW = {"notches": _notches, "bases": _bases, "campaign": _campaign, "convergence": _convergence,
+SHOW = {"branching": _branching, "notches": _notches, "bases": _bases, "campaign": _campaign,
+        "clock-from-zero": lambda kept, folder: None, "convergence": _convergence,
         "spacing": _on_bases("spacing", "spacing", "0.3 mm at the tips", 0),
         "disturbance": _on_bases("disturbance", "perturbation", f"{PERTURBATION:g}",
                                  sum(p < PERTURBATION for p in PERTURBATIONS)),

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-BAR_SPEED = math.sqrt(3.3e9 / 1180)  # of waves along the plate, in jobs/paper.toml's material [m/s]
+BAR_SPEED = math.sqrt(3.3e9 / 1180)  # of waves along the plate, in jobs/paper/clock-from-zero.toml's material [m/s]
 
 
 def section_load(rate: float, time: np.ndarray, place: float, length: float) -> np.ndarray:

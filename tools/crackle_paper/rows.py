@@ -16,7 +16,7 @@ from . import course, ramp
 from .studies import Run
 
 SECTIONS = ("7", "9", "12.25", "15.5", "17.5")  # y [mm]
-SUMMARY = ("onset_force", "onset_time", "outcome", "pattern", "overlap", "bifurcations", "kinks", "breaks", "crack_area",
+SUMMARY = ("onset_force", "onset_time", "outcome", "pattern", "overlap", "bifurcations", "bifurcations_projected", "kinks", "breaks", "crack_area",
            "crack_speed_ratio", "energy_error")  # of ensemble.h5
 FIELDS = SUMMARY + course.FIELDS
 
@@ -77,6 +77,7 @@ def write_csv(rows: list[Rows], file: Path) -> None:
 
 
 def read_csv(file: Path) -> list[Rows]:
+    """What an older file does not have is NaN."""
     with open(file, newline="") as stream:
         lines = list(csv.DictReader(stream))
     result = []
@@ -84,7 +85,7 @@ def read_csv(file: Path) -> list[Rows]:
         mine = [line for line in lines if line["run"] == name]
         z = [[float(line[f"z_{notch}_{y}mm"]) for notch in range(2) for y in SECTIONS] for line in mine]
         result.append(Rows(name, mine[0]["label"], np.array([int(line["sample"]) for line in mine]),
-                           {field: np.array([float(line[field]) for line in mine]) for field in FIELDS},
+                           {field: np.array([float(line.get(field, "nan")) for line in mine]) for field in FIELDS},
                            np.array(z).reshape(len(mine), 2, len(SECTIONS)),
                            np.array([float(line["seconds"]) for line in mine])))
     return result

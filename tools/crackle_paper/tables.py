@@ -50,6 +50,21 @@ def notches(all_rows: list[Rows]) -> str:
                      "overlap", "speed over Rayleigh's"], lines)
 
 
+def branching(all_rows: list[Rows]) -> str:
+    """What makes cracks fork."""
+    lines = []
+    for rows in all_rows:
+        v, n = rows.values, len(rows)
+        lines.append([
+            rows.label, str(n), f"{np.median(v['onset_force']):.0f} ({v['onset_force'].min():.0f} to {v['onset_force'].max():.0f})",
+            f"{np.median(v['onset_time']):.1f}", patterns(rows), share(int((v["bifurcations_projected"] > 0).sum()), n),
+            share(int((v["bifurcations"] > 0).sum()), n), f"{v['bifurcations_projected'].mean():.1f}",
+            spread(v["crack_speed_ratio"], ".2f"), spread(v["overlap"], ".2f"), f"{np.median(rows.seconds):.0f} s"])
+    return markdown(["setting", "samples", "onset [N], median (range)", "t₀ [s], median", "one / two cracks / other / none",
+                     "with forks in the projection", "with forks in space", "forks in the projection per sample",
+                     "speed over Rayleigh's", "overlap", "median time"], lines)
+
+
 def median_curve(all_rows: list[Rows]) -> tuple[np.ndarray, float]:
     """A parabola through all onset loads of rows with one distance over depth [mm], by least absolute deviations as
     medians have them; and the depth at which it is at the target load.

@@ -11,7 +11,7 @@ namespace crackle::ensemble {
 
 /// Dynamic phases of a sample that starts quasi-statically, where nothing better is known; the last of them
 /// has the full duration. Samples of jobs/demo.toml have 1 to 6, 3.3 in the mean, those of
-/// jobs/paper.toml 1.5.
+/// jobs/paper/clock-from-zero.toml 1.5.
 inline constexpr int usual_phases = 2;
 
 /// Work of one dynamic phase that lasts for the full duration.
