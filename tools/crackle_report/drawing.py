@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 
 from . import style
 from .plate import Plate
-from .results import CrackSurface
+from .results import CrackSurface, Forks
 
 MARGIN = 3.0  # round notches and cracks [mm]
 N_SHADES = 200
@@ -86,3 +86,10 @@ def draw_facets(axes: Axes, crack: CrackSurface, colours: Normalize, until: floa
         shades.append(style.BEFORE_ONSET if value < 0 else style.TIME_COLOURS((value + 0.5) / N_SHADES))
     axes.add_collection(PathCollection(paths, facecolors=shades, edgecolors=shades, linewidths=0.3,
                                        rasterized=True), autolim=False)
+
+
+def draw_forks(axes: Axes, forks: Forks) -> None:
+    """A ring round each fork: whole where the projection shows it, dotted where only a window through the thickness does."""
+    for (y, z), in_projection in zip(forks.position / style.MILLIMETRE, forks.in_projection):
+        axes.scatter([y], [z], s=80, facecolors="none", edgecolors=style.FORK, linewidths=1.0,
+                     linestyles="-" if in_projection else ":", zorder=5)

@@ -16,3 +16,4 @@ class Options:
     reverse: bool = False  # colours, as prints of dark pictures often are
     product: bool = True  # of Jones matrices, or the integrated form
     animation: bool = True
+    each_crack: bool = False  # also pictures of every sample's crack alone, with and without the forks counted

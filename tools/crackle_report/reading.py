@@ -15,7 +15,7 @@ import numpy as np  # noqa: E402
 
 from . import input_text  # noqa: E402
 from .ranks import GROUPS, LeaderFrame, derived_leading, make_ranks  # noqa: E402
-from .results import (DONE, PENDING, CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Frames, Ranks,  # noqa: E402
+from .results import (DONE, PENDING, CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Forks, Frames, Ranks,  # noqa: E402
                       Result, Samples, Statistics)
 from .statistics import look_schedule, make_statistics  # noqa: E402
 from .stress import ALL_EDGES, CROSSED_EDGES  # noqa: E402
@@ -102,7 +102,7 @@ def _read(folder: Path) -> Ensemble:
         samples=samples, statistics=statistics, provenance=_describe(identity),
         input_text=str(identity["input"]), stop_half_width=input_text.stop_half_width(setting),
         load_crack=_loader(sample_files, _read_crack, None), load_lines=_loader(sample_files, _read_lines, []),
-        load_energy=_loader(sample_files, _read_energy, None),
+        load_forks=_loader(sample_files, _read_forks, None), load_energy=_loader(sample_files, _read_energy, None),
         load_frames=_loader(sample_files, _read_frames, None))
 
 
@@ -241,6 +241,13 @@ def _read_lines(root: h5py.File) -> list[CrackLine]:
     position, table = group["position"][...], group["lines"]
     return [CrackLine(int(notch), parent >= 0, position[first:first + count]) for notch, parent, first, count in
             zip(*(table[name][...] for name in ("notch", "parent", "first", "count")))]
+
+
+def _read_forks(root: h5py.File) -> Forks | None:
+    """Nothing of files of version 2."""
+    if "forks" not in root:
+        return None
+    return Forks(**{name: root["forks"][name][...] for name in Forks.__dataclass_fields__})
 
 
 def _read_energy(root: h5py.File) -> Energy:

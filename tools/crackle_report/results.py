@@ -36,6 +36,21 @@ class CrackLine:
 
 
 @dataclass(frozen=True)
+class Forks:
+    """Where one crack becomes two, of one sample."""
+
+    position: np.ndarray  # n x 2: y, z where the gap between the arms begins [m]
+    x: np.ndarray  # middle of the range through the thickness [m]
+    time: np.ndarray  # when the later arm opened, since onset [s]
+    length: np.ndarray  # of the arm that leaves [m]
+    angle: np.ndarray  # between the arms [rad]
+    share: np.ndarray  # of the thickness that the arm which leaves spans
+    notch: np.ndarray
+    in_projection: np.ndarray  # 0 or 1
+    in_space: np.ndarray  # 0 or 1
+
+
+@dataclass(frozen=True)
 class Energy:
     """The energy account over the last dynamic phase [J], counted from the unloaded body."""
 
@@ -181,6 +196,7 @@ class Ensemble:
     stop_half_width: Optional[float]  # that the input's [ensemble.stop] asks for [m]
     load_crack: Callable[[int], Optional[CrackSurface]] = field(repr=False)
     load_lines: Callable[[int], list[CrackLine]] = field(repr=False)
+    load_forks: Callable[[int], Optional[Forks]] = field(repr=False)
     load_energy: Callable[[int], Optional[Energy]] = field(repr=False)
     load_frames: Callable[[int], Optional[Frames]] = field(repr=False)
 

@@ -135,9 +135,9 @@ def tiles(ensemble: Ensemble) -> str:
             low, high = wilson_interval(count, int(done.sum()), ensemble.confidence)
             entries.append((f"{100 * count / done.sum():.0f} %",
                             f"{style.pattern_name(pattern)} ({100 * low:.0f} to {100 * high:.0f} %)"))
-    branched = int(np.count_nonzero(table.bifurcations[done] > 0))
-    if done.any():
-        entries.append((str(branched), "samples with branchings"))
+    for name, label in (("bifurcations_projected", "forks in the projection"), ("bifurcations", "forks in space")):
+        if done.any() and name in table.numbers:
+            entries.append((str(int(np.count_nonzero(table.numbers[name][done] > 0))), f"samples with {label}"))
     return '<div class="tiles">' + "".join(
         f'<div class="tile"><b>{escape(value)}</b><span>{escape(label)}</span></div>'
         for value, label in entries) + "</div>"

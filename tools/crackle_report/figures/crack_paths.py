@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 
 from .. import style
 from ..choosing import typical_samples
-from ..drawing import draw_facets, draw_plate, time_bar, time_colours, window
+from ..drawing import draw_facets, draw_forks, draw_plate, time_bar, time_colours, window
 from ..options import Options
 from ..results import DONE, FAILED, CrackSurface, Ensemble
 from .picture import Picture, Section
@@ -20,7 +20,8 @@ PANELS_PER_SHEET = 60
 N_TYPICAL = 8
 
 EXPLANATION = ("The opened dual facets, projected on the YZ plane and coloured by the time they opened, counted "
-               "from the onset of the last dynamic phase. Grey facets opened before it.")
+               "from the onset of the last dynamic phase. Grey facets opened before it. Rings are round the forks that are "
+               "counted: whole ones show in this projection, dotted ones only in a window through the thickness.")
 
 
 def typical(ensemble: Ensemble, _: Options) -> Section:
@@ -43,6 +44,22 @@ def every(ensemble: Ensemble, _: Options) -> Section | None:
         return None
     sheets = [numbers[first:first + PANELS_PER_SHEET] for first in range(0, len(numbers), PANELS_PER_SHEET)]
     return _section(ensemble, "Crack paths of all samples", EXPLANATION, sheets)
+
+
+def alone(ensemble: Ensemble, number: int, marked: bool) -> Figure:
+    """One sample's crack on a page of its own, with or without the forks that the program counts."""
+    crack = ensemble.load_crack(number)
+    has_crack = crack is not None and crack.time.size > 0
+    z_range = window(ensemble.plate, [crack.corner[:, :, 2]] if has_crack else [])
+    proportion = (z_range[1] - z_range[0]) / (1.08 * ensemble.plate.size[1] / style.MILLIMETRE)
+    figure = Figure(figsize=(style.PAGE_WIDTH, 0.8 + 0.9 * style.PAGE_WIDTH * proportion))
+    axes = figure.add_subplot()
+    _panel(axes, ensemble, number, crack if has_crack else None,
+           time_colours(float(crack.time.max()) if has_crack else 0.0), z_range, marked)
+    _title(axes, ensemble, number, small=False)
+    axes.set_xlabel("y [mm]")
+    axes.set_ylabel("z [mm]")
+    return figure
 
 
 def _section(ensemble: Ensemble, title: str, text: str, sheets: list[list[int]]) -> Section:
@@ -108,7 +125,7 @@ def _title(axes: Axes, ensemble: Ensemble, number: int, small: bool) -> None:
 
 
 def _panel(axes: Axes, ensemble: Ensemble, number: int, crack: CrackSurface | None, colours: Normalize,
-           z_range: tuple[float, float]) -> None:
+           z_range: tuple[float, float], marked: bool = True) -> None:
     samples = ensemble.samples
     done = samples.status[number] == DONE
     draw_plate(axes, ensemble.plate, z_range, faint=not done)
@@ -120,3 +137,6 @@ def _panel(axes: Axes, ensemble: Ensemble, number: int, crack: CrackSurface | No
         return
 
     draw_facets(axes, crack, colours)
+    forks = ensemble.load_forks(number) if marked else None
+    if forks is not None:
+        draw_forks(axes, forks)
