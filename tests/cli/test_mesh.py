@@ -12,6 +12,7 @@ import tempfile
 import unittest
 
 import h5py
+import numpy as np
 from PIL import Image
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
@@ -87,7 +88,7 @@ class Mesh(unittest.TestCase):
             inner = (6 <= y) & (y <= 18.5) & (64 <= z) & (z <= 76)
             return [-1 if not outer else 0 if inner else 1 for inner, outer in zip(inner, (60 <= z) & (z <= 80))]
 
-        self.assertEqual(region.tolist(), number(points))
+        np.testing.assert_array_equal(region, number(points))
         of_cells = number(points[cells].mean(axis=1))
         result = run_program("check", "--no-measure", plate)
         self.assertEqual((result.returncode, result.stderr), (0, ""))

@@ -26,7 +26,8 @@ inline geometry::Realization irregular_box(const geometry::Point& size, double s
                      .perturbation = 0.2,
                      .min_quality = 0.2,
                      .points = {},
-                     .points_digest = {}};
+                     .points_digest = {},
+                     .regions = {}};
   return realization(parameters, sample);
 }
 
