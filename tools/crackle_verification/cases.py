@@ -139,6 +139,89 @@ def _branching(y: np.ndarray, z: np.ndarray, time: np.ndarray) -> tuple[float, f
     return None
 
 
+TRAVELS = (0.030, 0.035, 0.038, 0.040, 0.045, 0.050)  # of each long edge of the PMMA strip [mm]
+STRIP_SPACINGS = (0.25, 0.17)  # [mm]
+FORK_WINDOW = 2 * MILLIMETRE  # along the crack, over which its speed where it forks is measured
+
+
+@dataclass(frozen=True)
+class StripCrack:
+    """What a crack did in the PMMA strip."""
+
+    ran: bool  # through more than half of the strip
+    forks: int  # in the projection
+    place: float  # y of the first fork, from the tip of the slit [mm]; NaN where there is none
+    angle: float  # between its arms [degrees]
+    speed_there: float  # over Rayleigh's, on the way to it
+    largest_speed: float  # the same, of all the way
+
+
+def _strip_crack(sample: Sample, tip: float, width: float) -> StripCrack:
+    y = sample.facet_corners[:, :, 1].mean(axis=1)
+    ran = y.size > 0 and float(y.max()) > (tip + width) / 2
+    seen = np.flatnonzero(sample.forks["in_projection"] == 1)
+    place = angle = speed = math.nan
+    if seen.size:
+        first = seen[np.argmin(sample.forks["position"][seen, 0])]
+        at = float(sample.forks["position"][first, 0])
+        place, angle = (at - tip) / MILLIMETRE, math.degrees(sample.forks["angle"][first])
+        speed = _front_speed(y, sample.facet_time, at) * sample.summary["crack_speed_ratio"] / sample.summary["crack_speed_max"]
+    return StripCrack(ran, seen.size, place, angle, speed, float(sample.summary["crack_speed_ratio"]))
+
+
+def _front_speed(y: np.ndarray, time: np.ndarray, at: float) -> float:
+    """Slope of a line through the facets that opened on the last FORK_WINDOW before `at` [m/s]."""
+    here = (y > at - FORK_WINDOW) & (y <= at)
+    slope = np.polyfit(y[here], time[here], 1)[0] if here.sum() > 10 else math.nan
+    return 1 / slope if slope > 0 else math.nan
+
+
+def _threshold(load: np.ndarray, forked: np.ndarray) -> tuple[float, float, float]:
+    """Load at which half of the samples fork, by logistic regression, and its 95 % interval by profile likelihood."""
+    grid = np.linspace(load.min(), load.max(), 401)
+    widths = np.geomspace(1e-3, 1, 200) * (load.max() - load.min())
+    x = (load[:, None, None] - grid[None, :, None]) / widths[None, None, :]
+    likelihood = -np.where(forked[:, None, None], np.logaddexp(0, -x), np.logaddexp(0, x)).sum(axis=0)
+    profile = likelihood.max(axis=1)
+    inside = grid[profile > profile.max() - 1.92]  # half of the 95 % quantile of chi squared with one degree of freedom
+    best = grid[profile > profile.max() - 1e-6]  # a plateau where the shares jump from none to all
+    return float(best.mean()), float(inside.min()), float(inside.max())
+
+
+def pmma_strip(folder: Path, program: Path) -> list[Figure]:
+    text = (JOBS / "pmma-strip.toml").read_text()
+    figures = []
+    for spacing in STRIP_SPACINGS:
+        cracks: dict[float, list[StripCrack]] = {}
+        case = f"Prestrained strip of PMMA, Bleyer et al. 2017, spacing {spacing} mm"
+        for travel in TRAVELS:
+            keys = {"mesh.spacing": f'"{spacing} mm"', "specimen.notch.height": f'"{spacing} mm"'}
+            setting = with_keys(text, keys).replace("0.040 mm", f"{travel:.3f} mm")
+            samples = run(setting, folder / f"pmma-strip-{spacing}-{travel:.3f}", program)
+            cracks[travel] = [_strip_crack(sample, 4 * MILLIMETRE, 32 * MILLIMETRE) for sample in samples]
+        ran = [(travel, crack) for travel, some in cracks.items() for crack in some if crack.ran]
+        forked = np.array([crack.forks > 0 for _, crack in ran])
+        middle, low, high = _threshold(np.array([travel for travel, _ in ran]), forked)
+        shares = ", ".join(f"{sum(c.ran and c.forks > 0 for c in some)}/{sum(c.ran for c in some)}"
+                           for some in cracks.values())
+        loads = ", ".join(f"{travel:.3f}" for travel in TRAVELS)
+        first = [crack for _, crack in ran if crack.forks > 0]
+        figures += [
+            Figure(case, f"samples with forks of those that crack, each edge moved by {loads} mm", shares,
+                   "none up to 0.038 mm, all from 0.040 mm on"),
+            Figure(case, "travel at which half of them fork (95 % interval)", f"{middle:.4f} mm ({low:.4f} to {high:.4f})",
+                   "0.038 to 0.040 mm"),
+            *(Figure(case, f"first fork from the slit's tip, at {travel:.3f} mm",
+                     _range([c.place if c.forks else None for c in some if c.ran], ".1f", " mm"), "decreases with the travel")
+              for travel, some in cracks.items() if any(c.forks for c in some)),
+            Figure(case, "speed over Rayleigh's on the 2 mm before it", _range([c.speed_there for c in first], ".2f"),
+                   "0.55, Katzav et al. 2007"),
+            Figure(case, "angle between its arms", _range([c.angle for c in first], ".0f", "°"), "some 30° "),
+            Figure(case, "largest speed over Rayleigh's, with forks", _range([c.largest_speed for c in first], ".2f"), "0.6 to 0.7"),
+        ]
+    return figures
+
+
 def notched_strip(folder: Path, program: Path) -> list[Figure]:
     text = (JOBS / "notched-strip.toml").read_text()
     stress, half_width, thickness, modulus, nu = 1e6, 20e-3, 1e-3, 3300e6, 0.3
@@ -303,4 +386,4 @@ def table(figures: list[Figure]) -> str:
 
 
 __all__ = ["Figure", "Sample", "draw_cracks", "glass_plate", "glass_plate_variants", "griffith_strip", "notched_strip",
-           "slow_growth", "table", "test_programs"]
+           "pmma_strip", "slow_growth", "table", "test_programs"]

@@ -52,6 +52,7 @@ class Sample:
     facet_corners: np.ndarray  # n x 4 x 3 [m]
     facet_time: np.ndarray  # [s]
     facet_area: np.ndarray  # [m^2]
+    forks: dict[str, np.ndarray]  # as the group /forks has them
     parameters: dict  # the input
 
 
@@ -91,4 +92,4 @@ def read(file: Path) -> Sample:
         energy = {name: values[...] for name, values in root["energy"].items()}
         surface = root["crack_surface"]
         return Sample(summary, energy, surface["corners"][...], surface["time"][...], surface["area"][...],
-                      tomllib.loads(root.attrs["input"]))
+                      {name: values[...] for name, values in root["forks"].items()}, tomllib.loads(root.attrs["input"]))
