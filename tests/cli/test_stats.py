@@ -165,6 +165,8 @@ class Stats(unittest.TestCase):
         with h5py.File(self.folder / "ensemble.h5") as root:
             mean, reached = root["statistics/z_mean"][0, 0], root["statistics/reached"][0, 0]
             median = np.median(root["samples/onset_force"][...])
+            forks = root["samples/bifurcations_projected"][...]
+        self.assertRegex(text, rf"\nforks in projection +{forks.mean():.2f} +{100 * (forks > 0).mean():.1f}   [0-9.]+ to [0-9.]+\n")
         self.assertRegex(text, rf"\n +0 +y = 3 mm +z +{reached} +{mean * 1e3:.3f} ")
         self.assertRegex(text, rf"\nonset force \[N\] +\S+ +\S+ +{median:.3f} ")
 
@@ -193,6 +195,8 @@ class Stats(unittest.TestCase):
             one = [f"{100 * values[1]:.1f}" for values in (share, lower, upper)]
         self.assertRegex(text, rf"\none crack +{one[0]} +{one[1]} to {one[2]}\n")
         ensemble = reading.read_ensemble(self.folder)
+        for i in ensemble.done:
+            self.assertEqual(ensemble.load_forks(i).in_space.sum(), ensemble.samples.bifurcations[i])
         again = make_ranks(ensemble.frame, ensemble.samples, ensemble.leading, ensemble.confidence, ensemble.n_looks)
         for name, ranks in ensemble.ranks.items():
             for field, values in vars(ranks).items():

@@ -4,16 +4,15 @@
 #include "crackle/analysis/crack_path.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
-#include "crackle/parallel/random.h"
+
+#include "support/cut_realization.h"
 
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <memory>
-#include <set>
 
 namespace crackle::analysis {
 namespace {
@@ -51,32 +50,11 @@ protected:
   /// the crack breaks too.
   static CrackSurface crack(const std::function<int(const Point&)>& label,
                             const std::function<bool(const Point&)>& is_cracked, double stray_share) {
-    parallel::RandomStream random(7, 0, "crack");
-    std::vector<char> at_crack(realization->nodes.size(), 0);
-    std::vector<char> broken(realization->tetrahedra.size(), 0);
-    for (std::size_t t = 0; t < broken.size(); ++t) {
-      const auto& nodes = realization->tetrahedra[t];
-      std::set<int> labels;
-      Point centroid{};
-      for (const auto node : nodes) {
-        const Point& p = realization->nodes[static_cast<std::size_t>(node)];
-        labels.insert(label(p));
-        for (std::size_t i = 0; i < 3; ++i) centroid[i] += p[i] / 4;
-      }
-      if (labels.size() == 1 || !is_cracked(centroid)) continue;
-      broken[t] = 1;
-      for (const auto node : nodes) at_crack[static_cast<std::size_t>(node)] = 1;
-    }
-    std::vector<fracture::Break> breaks;
-    for (std::size_t t = 0; t < broken.size(); ++t) {
-      const auto& nodes = realization->tetrahedra[t];
-      const bool near = std::any_of(nodes.begin(), nodes.end(),
-                                    [&](auto node) { return at_crack[static_cast<std::size_t>(node)] != 0; });
-      const bool breaks_here = broken[t] || (near && random.uniform() < stray_share);
-      const auto cut = static_cast<std::int32_t>(random.uniform() * fracture::n_cuts);
-      if (breaks_here) breaks.push_back({static_cast<std::int64_t>(t), 0, 0, 1, 1, cut});
-    }
-    return make_crack_surface(*body, *realization, breaks, 0);
+    return test::cut(*body, *realization,
+                     {.label = label,
+                      .is_cracked = [&](const Point& p, const auto&) { return is_cracked(p); },
+                      .touching = stray_share},
+                     parallel::RandomStream(7, 0, "crack"));
   }
 
   static inline std::unique_ptr<geometry::Body> body;

@@ -195,6 +195,35 @@ TEST_F(SampleFile, CrackSurfaceIsReadBackBitByBit) {
   EXPECT_NE(row.position, summary.position);
 }
 
+TEST_F(SampleFile, GivesTheForksOfTheRun) {
+  result.breaks = mesh.break_between(
+      [](const geometry::Point& p) { return p[2] > (p[1] > 6.5 ? 13.5 : 8.5) ? 2
+                                            : p[2] > 8.5                     ? 1
+                                                                             : 0; },
+      [](const geometry::Point& p) { return p[1] > 4 ? p[1] : -1.0; });
+  surface = analysis::make_crack_surface(mesh.body(), mesh.realization(), result.breaks, 0);
+  arms = analysis::find_forks(mesh.body(), surface);
+  crossings = analysis::section_crossings(mesh.body(), surface, arms, parameters.sections);
+  ASSERT_EQ(arms.forks.size(), 1U);
+  summary = analysis::summarize(mesh.body(), result, surface, lines, arms, crossings, parameters.material);
+  EXPECT_EQ(summary.bifurcations, 1);
+  EXPECT_EQ(summary.bifurcations_projected, 1);
+  EXPECT_EQ(summary.branches, (std::vector<std::int32_t>{1, 2, 2, 0, 0, 0}));
+  write(sample_path(folder.path(), 3));
+  const StoredSample stored = read_stored_sample(folder.path(), parameters, 3);
+  ASSERT_EQ(stored.forks.size(), 1U) << stored.summary.error;
+  const analysis::Fork& found = stored.forks[0];
+  const analysis::Fork& fork = arms.forks[0];
+  const auto numbers = [](const analysis::Fork& f) {
+    return std::vector<double>{f.x, f.y, f.z, f.time, f.length, f.angle, f.share};
+  };
+  EXPECT_EQ(numbers(found), numbers(fork));
+  EXPECT_GT(fork.time, 4);
+  EXPECT_EQ(found.notch, 0);
+  EXPECT_TRUE(found.is_in_projection);
+  EXPECT_TRUE(found.is_in_space);
+}
+
 TEST_F(SampleFile, SamplesWithoutResultHaveNoCrackSurface) {
   EXPECT_EQ(read_stored_sample(folder.path(), parameters, 3).summary.status, SampleStatus::pending);
   write_failed_sample(sample_path(folder.path(), 3), parameters, 3,
@@ -223,6 +252,8 @@ TEST_F(SampleFile, EmptyTablesAreWritten) {
   surface = {};
   parameters.specimen.notches.clear();
   parameters.sections.y.clear();
+  arms = {};
+  crossings.clear();
   summary = analysis::empty_summary(0, 0, SampleStatus::done);
   const fs::path file = folder.path() / "empty.h5";
   write(file);
