@@ -4,6 +4,7 @@ tables of its README.md.
 """
 from __future__ import annotations
 
+import csv
 from dataclasses import replace
 from pathlib import Path
 from typing import Callable, Iterable
@@ -60,6 +61,9 @@ def _branching(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
     mine = list(kept["branching"].values())
     _put(folder, "branching", tables.branching(mine))
     write_light_figure(figures.forks(mine), folder / "branching.png")
+    if (by_eye := folder / "forks-by-eye.csv").is_file():
+        with open(by_eye, newline="") as stream:
+            _put(folder, "by-eye", tables.by_eye(list(csv.DictReader(stream)), mine))
 
 
 def _notches(kept: dict[str, dict[str, Rows]], folder: Path) -> None:

@@ -130,6 +130,8 @@ EQUILIBRIUM = {"time.start": '"equilibrium"'}
 STUDIES: dict[str, list[Run]] = {
     "branching": [
         _varied("center", "`jobs/paper.toml`", samples=16),
+        _varied("weaker", "2.75 mm deep, 39.6 J/m²", {"fracture.toughness": '"39.6 J/m^2"'}, samples=16, depth=2.75,
+                distance=PAPER_DISTANCE),
         *(_varied(f"distance-{d:g}", f"{d:g} mm apart", depth=PAPER_DEPTH, distance=d) for d in (3.0, 5.0, 10.0, 15.0)),
         *(_varied(f"depth-{d:g}", f"{d:g} mm deep", depth=d, distance=PAPER_DISTANCE) for d in (2.5, 3.5)),
         _varied("own", "`base = \"own\"`", {"mesh.base": '"own"'}, samples=16),

@@ -65,6 +65,36 @@ def branching(all_rows: list[Rows]) -> str:
                      "speed over Rayleigh's", "overlap", "median time"], lines)
 
 
+def by_eye(counts: list[dict[str, str]], all_rows: list[Rows]) -> str:
+    """The program's count of forks in the projection beside two counts by eye of the same pictures, without its marks.
+
+    @param counts lines of forks-by-eye.csv: run, sample, and of each reader the number of forks and whether it is doubtful
+    """
+    found = {(rows.name, int(sample)): int(count) for rows in all_rows
+             for sample, count in zip(rows.sample, rows.values["bifurcations_projected"])}
+    lines = [line for line in counts if (line["run"], int(line["sample"])) in found]
+    program = np.array([found[line["run"], int(line["sample"])] > 0 for line in lines], bool)
+    readers = {name: np.array([int(line[name]) > 0 for line in lines], bool) for name in ("first", "second")}
+    sure = np.array([line["first_doubtful"] == line["second_doubtful"] == "0" for line in lines], bool)
+    pairs = [("program", "first reader", program, readers["first"]), ("program", "second reader", program, readers["second"]),
+             ("first reader", "second reader", readers["first"], readers["second"])]
+    table = []
+    for one, other, a, b in pairs:
+        for label, chosen in (("all", np.ones(len(lines), bool)), ("neither reader in doubt", sure)):
+            x, y = a[chosen], b[chosen]
+            table.append([f"{one}, {other}", label, str(len(x)), str(int((x & y).sum())), str(int((~x & ~y).sum())),
+                          str(int((x & ~y).sum())), str(int((~x & y).sum())), share(int((x == y).sum()), len(x)),
+                          f"{_kappa(x, y):.2f}"])
+    return markdown(["who", "pictures", "number", "both see forks", "neither does", "only the former", "only the latter",
+                     "agree", "Cohen's kappa"], table)
+
+
+def _kappa(one: np.ndarray, other: np.ndarray) -> float:
+    """Agreement beyond what two independent readers with these shares would have."""
+    chance = one.mean() * other.mean() + (1 - one.mean()) * (1 - other.mean()) if len(one) else 1
+    return ((one == other).mean() - chance) / (1 - chance) if chance < 1 else math.nan
+
+
 def median_curve(all_rows: list[Rows]) -> tuple[np.ndarray, float]:
     """A parabola through all onset loads of rows with one distance over depth [mm], by least absolute deviations as
     medians have them; and the depth at which it is at the target load.
