@@ -155,33 +155,42 @@ double covered(std::span<const Trace> traces, std::span<const std::size_t> membe
 
 std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thickness,
                                       std::span<const std::int32_t> arm) {
-  std::optional<Crossing> main;
-  std::vector<ArmCrossing> all;
-  // Traces are in order of breaking and groups in order of their first trace, so of parts that cover the
-  // same length the earliest stays.
-  bool is_of_main_arm = false;
-  double longest = 0;
+  struct Part {
+    ArmCrossing crossing;
+    double spread;
+    double time;
+  };
+  std::vector<Part> parts;
+  std::map<std::int32_t, double> largest;  // share of each arm
   for (const auto& group_members : group(traces, thickness)) {
-    std::map<std::int32_t, std::vector<std::size_t>> parts;
-    for (const std::size_t i : group_members) parts[arm.empty() ? 0 : arm[traces[i].facet]].push_back(i);
-    for (const auto& [number, members] : parts) {
+    std::map<std::int32_t, std::vector<std::size_t>> arms;
+    for (const std::size_t i : group_members) arms[arm.empty() ? 0 : arm[traces[i].facet]].push_back(i);
+    for (const auto& [number, members] : arms) {
       const Integrals found = integrate(traces, members);
-      if (found.length < min_arm_share * thickness) continue;
+      if (!(found.length > 0)) continue;
       const double mean = found.first / found.length;
-      const double position = traces[members.front()].across[0] + mean;
-      all.push_back({position, found.length / thickness, number});
-      if ((is_of_main_arm && number != 0) || (is_of_main_arm == (number == 0) && found.length <= longest))
-        continue;
-      is_of_main_arm = number == 0;
-      longest = found.length;
       const double variance = std::max(0.0, found.second / found.length - mean * mean);
-      main = {position, std::sqrt(variance), traces[group_members.front()].time, {}};
+      const double share = found.length / thickness;
+      parts.push_back({{traces[members.front()].across[0] + mean, share, number},
+                       std::sqrt(variance),
+                       traces[group_members.front()].time});
+      largest[number] = std::max(largest[number], share);
     }
   }
-  if (!main) return main;
-  std::ranges::stable_sort(all, {}, &ArmCrossing::position);
-  main->arms = std::move(all);
-  return main;
+  // What is left of an arm beside another one is no crossing of its own.
+  std::erase_if(parts, [&](const Part& part) {
+    const double share = part.crossing.share;
+    return share < (share == largest[part.crossing.arm] ? min_arm_share : min_thickness_share);
+  });
+  if (parts.empty()) return std::nullopt;
+  // Traces are in order of breaking and groups in order of their first trace, so of parts that cover the
+  // same length the earliest is the main one.
+  const auto rank = [](const Part& part) { return std::pair(part.crossing.arm == 0, part.crossing.share); };
+  const Part& main = *std::ranges::max_element(parts, {}, rank);
+  Crossing crossing{main.crossing.position, main.spread, main.time, {}};
+  for (const Part& part : parts) crossing.arms.push_back(part.crossing);
+  std::ranges::stable_sort(crossing.arms, {}, &ArmCrossing::position);
+  return crossing;
 }
 
 }  // namespace crackle::analysis

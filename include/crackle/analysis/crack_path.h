@@ -21,7 +21,7 @@ inline constexpr double branch_gap = 0.6;
 inline constexpr double hole_size = 1.5;
 /// A crossing that covers a smaller share of the thickness is a stray break and does not count.
 inline constexpr double min_thickness_share = 0.3;
-/// An arm's part of a crossing that covers a smaller share of the thickness does not count.
+/// An arm whose crossing covers a smaller share of the thickness does not count.
 inline constexpr double min_arm_share = 0.1;
 /// A crack that crosses this share of its notch's ligament is developed.
 inline constexpr double developed_share = 0.4;
@@ -62,11 +62,12 @@ struct SectionCrossing {
 /// The facets of the notch's cracks meet the plane of the section in segments (x, position). Segments within
 /// branch_gap in position and hole_size in x of each other form one crossing; crossings that cover less than
 /// min_thickness_share of the thickness are left out. What different arms have in one of them are separate
-/// crossings, without those that cover less than min_arm_share. The main crossing is that of the main arm, or
-/// where it has none the one that covers most of the thickness (of equals the earliest); the position is its
-/// mean over the thickness covered, where several segments lie over each other their mean, and the spread its
-/// standard deviation over that thickness. A crack advances along the depth of its notch: notches in z-faces
-/// have no crossings with sections y, those in y-faces none with sections z.
+/// crossings: of each arm the largest when it covers min_arm_share, others that cover min_thickness_share.
+/// The main crossing is that of the main arm, or where it has none the one that covers most of the thickness
+/// (of equals the earliest); the position is its mean over the thickness covered, where several segments lie
+/// over each other their mean, and the spread its standard deviation over that thickness. A crack advances
+/// along the depth of its notch: notches in z-faces have no crossings with sections y, those in y-faces none
+/// with sections z.
 std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const CrackSurface& surface,
                                                const CrackArms& arms, const input::Sections& sections);
 
