@@ -132,6 +132,8 @@ STUDIES: dict[str, list[Run]] = {
         _varied("center", "`jobs/paper.toml`", samples=16),
         _varied("weaker", "2.75 mm deep, 39.6 J/m²", {"fracture.toughness": '"39.6 J/m^2"'}, samples=16, depth=2.75,
                 distance=PAPER_DISTANCE),
+        _varied("weakest", "2.5 mm deep, 6 mm apart, 35.5 J/m²", {"fracture.toughness": '"35.5 J/m^2"'}, samples=16, depth=2.5,
+                distance=6.0),
         *(_varied(f"distance-{d:g}", f"{d:g} mm apart", depth=PAPER_DEPTH, distance=d) for d in (3.0, 5.0, 10.0, 15.0)),
         *(_varied(f"depth-{d:g}", f"{d:g} mm deep", depth=d, distance=PAPER_DISTANCE) for d in (2.5, 3.5)),
         _varied("own", "`base = \"own\"`", {"mesh.base": '"own"'}, samples=16),
