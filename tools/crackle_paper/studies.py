@@ -108,13 +108,13 @@ def _rate(rate: float, overload: float) -> Run:
     return Run(f"rate-{factor}e{exponent}", f"{factor}·10^{exponent} N/s", 24 if rate < 1e6 else 40, keys, rate=rate)
 
 
-PAPER_DISTANCE, PAPER_DEPTH = 7.0, 3.0  # of the notches in jobs/paper.toml [mm]
+STUDY_DISTANCE, STUDY_DEPTH = 7.0, 3.0  # of the notches in jobs/paper/study.toml [mm]
 
 
 def _varied(name: str, label: str, keys: dict[str, str | None] | None = None, samples: int = 8, **more: object) -> Run:
-    """One factor changed in jobs/paper.toml; the samples are of the study's own seed."""
+    """A change of jobs/paper/study.toml; the samples are of the study's own seed."""
     return Run(f"branching-{name}", label, samples, {**FAST, "ensemble.seed": STUDY_SEED, **(keys or {})},
-               **{"source": "paper", **more})
+               **{"source": "paper/study", **more})
 
 
 def _corridor(spacing: float, low: float = 62, high: float = 78) -> str:
@@ -129,13 +129,13 @@ EQUILIBRIUM = {"time.start": '"equilibrium"'}
 
 STUDIES: dict[str, list[Run]] = {
     "branching": [
-        _varied("center", "`jobs/paper.toml`", samples=16),
+        _varied("center", "7 mm apart, 3 mm deep, 43.5 J/m²", samples=16),
         _varied("weaker", "2.75 mm deep, 39.6 J/m²", {"fracture.toughness": '"39.6 J/m^2"'}, samples=16, depth=2.75,
-                distance=PAPER_DISTANCE),
-        _varied("weakest", "2.5 mm deep, 6 mm apart, 35.5 J/m²", {"fracture.toughness": '"35.5 J/m^2"'}, samples=16, depth=2.5,
-                distance=6.0),
-        *(_varied(f"distance-{d:g}", f"{d:g} mm apart", depth=PAPER_DEPTH, distance=d) for d in (3.0, 5.0, 10.0, 15.0)),
-        *(_varied(f"depth-{d:g}", f"{d:g} mm deep", depth=d, distance=PAPER_DISTANCE) for d in (2.5, 3.5)),
+                distance=STUDY_DISTANCE),
+        _varied("chosen", "`jobs/paper.toml`: 6 mm apart, 2.5 mm deep, 35.5 J/m²", {"fracture.toughness": '"35.5 J/m^2"'},
+                samples=16, depth=2.5, distance=6.0),
+        *(_varied(f"distance-{d:g}", f"{d:g} mm apart", depth=STUDY_DEPTH, distance=d) for d in (3.0, 5.0, 10.0, 15.0)),
+        *(_varied(f"depth-{d:g}", f"{d:g} mm deep", depth=d, distance=STUDY_DISTANCE) for d in (2.5, 3.5)),
         _varied("own", "`base = \"own\"`", {"mesh.base": '"own"'}, samples=16),
         _varied("thin", "1 mm thick", thickness=1.0),
         _varied("thin-fine", "1 mm thick, 0.15 mm at the tips", {"mesh.notch_spacing": '"0.15 mm"'}, thickness=1.0),
