@@ -11,9 +11,9 @@ namespace crackle::ensemble {
 
 namespace {
 
-// Of samples of jobs/demo.toml and jobs/paper/clock-from-zero.toml, each for a dynamic phase that is not the last one: cracks
-// run for this many durations before the arrest window begins, and this many tetrahedra break
-// quasi-statically.
+// Of samples of jobs/demo.toml and jobs/paper/clock-from-zero.toml, each for a dynamic phase that is not the
+// last one: cracks run for this many durations before the arrest window begins, and this many tetrahedra
+// break quasi-statically.
 constexpr double running_durations = 0.4;
 constexpr double static_breaks_per_phase = 1.5;
 
