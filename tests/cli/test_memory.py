@@ -64,7 +64,7 @@ class Memory(unittest.TestCase):
                 ("demo", 1, setting("demo.toml")),
                 ("between, many frames", 1, setting("demo.toml", ("1.6 mm", "0.5 mm"), frames=60, growth=0.05)),
                 ("between", 2, setting("demo.toml", ("1.6 mm", "0.5 mm"), growth=0.05, ranks_per_sample=2)),
-                ("paper", 1, setting("paper.toml"))):
+                ("paper", 1, setting("paper/clock-from-zero.toml"))):
             with self.subTest(name, ranks=n_ranks):
                 (self.folder / "plate.toml").write_text(text)
                 check = self.call("check", "--no-measure", "plate.toml")
@@ -110,7 +110,7 @@ class Memory(unittest.TestCase):
     def test_what_cannot_fit_is_refused_before_anything_is_made(self):
         # All frames of a fine mesh, terabytes.
         for text in (setting("demo.toml", ("0.5 mm", "0.3 mm"), frames=100000),
-                     setting("paper.toml", ("0.12 mm", "0.1 mm"), frames=100000)):
+                     setting("paper/clock-from-zero.toml", ("0.12 mm", "0.1 mm"), frames=100000)):
             (self.folder / "plate.toml").write_text(text)
             for command in (("sample", "--sample", "0", "-o", "out"), ("run", "-o", "out")):
                 result = self.call(command[0], "plate.toml", *command[1:])
