@@ -18,7 +18,8 @@ STARTED = 0.06  # share of the ligament that a crack has crossed when it counts 
 FAR = 0.8  # that the first crack has crossed when the other one is looked at
 
 FIELDS = ("start_0", "start_1", "reach_0", "reach_1", "other_when_far", "kinks_0", "kinks_1", "bend_0", "bend_1", "turned",
-          "forces")
+          "forces", "long_forks")
+LONG_ARM = 2e-3  # [m]
 
 
 def read(sample: Path, plate: Plate) -> dict[str, float]:
@@ -28,14 +29,16 @@ def read(sample: Path, plate: Plate) -> dict[str, float]:
     last dynamic phase (0 if before it), or since the load began to grow where the body was at rest; `reach` the share
     that it has crossed at the end; `kinks` and `bend` [rad] those of its crack line. `other_when_far` is what the other
     crack has crossed when the first one has crossed FAR. `turned` is 1 where the mesh is turned by 180 degrees against
-    the base, and `forces` counts evaluations of the force. What did not happen is NaN.
+    the base, `forces` counts evaluations of the force, and `long_forks` the forks in the projection whose arms are LONG_ARM or
+    more, whatever the spacing. What did not happen is NaN.
     """
     with h5py.File(sample) as root:
         lines = {name: column[...] for name, column in root["crack_lines/lines"].items()}
         crack, time = root["crack_surface/crack"][...], root["crack_surface/time"][...]
         corners, notch_of = root["crack_surface/corners"][...], root["crack_surface/cracks/notch"][...]
         result = {"turned": float((int(root["mesh"].attrs.get("reflected_axes", 0)) & 4) != 0),
-                  "forces": float(root["counts/force_evaluations"][()])}
+                  "forces": float(root["counts/force_evaluations"][()]),
+                  "long_forks": _long_forks(root) if "forks" in root else math.nan}
     shares = []
     for notch in range(2):
         mine = notch_of[crack] == notch
@@ -52,6 +55,11 @@ def read(sample: Path, plate: Plate) -> dict[str, float]:
     first = int(np.argmin(np.nan_to_num(far, nan=math.inf)))
     result["other_when_far"] = math.nan if math.isnan(far[first]) else reach_at(shares[1 - first], far[first])
     return result
+
+
+def _long_forks(root: h5py.File) -> float:
+    forks = root["forks"]
+    return float(np.count_nonzero((forks["in_projection"][...] == 1) & (forks["length"][...] >= LONG_ARM)))
 
 
 def arrivals(x: np.ndarray, y: np.ndarray, time: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ from crackle_report.statistics import wilson_interval
 
 from .comparing import (binomial_test, difference, distances, groups, in_base_frame, leading_notch, leading_path,
                         mean_interval, path_distance, reach, same_path_test, same_share_test, scatter_of_means)
+from .course import LONG_ARM
 from .rows import SECTIONS, Rows
 from .studies import TARGET_LOAD, Run
 
@@ -58,10 +59,10 @@ def branching(all_rows: list[Rows]) -> str:
         lines.append([
             rows.label, str(n), f"{np.median(v['onset_force']):.0f} ({v['onset_force'].min():.0f} to {v['onset_force'].max():.0f})",
             f"{np.median(v['onset_time']):.1f}", patterns(rows), share(int((v["bifurcations_projected"] > 0).sum()), n),
-            share(int((v["bifurcations"] > 0).sum()), n), f"{v['bifurcations_projected'].mean():.1f}",
+            share(int((v["long_forks"] > 0).sum()), n), share(int((v["bifurcations"] > 0).sum()), n),
             spread(v["crack_speed_ratio"], ".2f"), spread(v["overlap"], ".2f"), f"{np.median(rows.seconds):.0f} s"])
     return markdown(["setting", "samples", "onset [N], median (range)", "t₀ [s], median", "one / two cracks / other / none",
-                     "with forks in the projection", "with forks in space", "forks in the projection per sample",
+                     "with forks in the projection", f"with arms of {1e3 * LONG_ARM:g} mm", "with forks in space",
                      "speed over Rayleigh's", "overlap", "median time"], lines)
 
 
