@@ -178,8 +178,9 @@ def _front_speed(y: np.ndarray, time: np.ndarray, at: float) -> float:
 
 def _threshold(load: np.ndarray, forked: np.ndarray) -> tuple[float, float, float]:
     """Load at which half of the samples fork, by logistic regression, and its 95 % interval by profile likelihood."""
-    grid = np.linspace(load.min(), load.max(), 401)
-    widths = np.geomspace(1e-3, 1, 200) * (load.max() - load.min())
+    extent = load.max() - load.min()
+    grid = np.linspace(load.min() - extent / 2, load.max() + extent / 2, 801)
+    widths = np.geomspace(1e-3, 1, 200) * extent
     x = (load[:, None, None] - grid[None, :, None]) / widths[None, None, :]
     likelihood = -np.where(forked[:, None, None], np.logaddexp(0, -x), np.logaddexp(0, x)).sum(axis=0)
     profile = likelihood.max(axis=1)
@@ -216,7 +217,7 @@ def pmma_strip(folder: Path, program: Path) -> list[Figure]:
               for travel, some in cracks.items() if any(c.forks for c in some)),
             Figure(case, "speed over Rayleigh's on the 2 mm before it", _range([c.speed_there for c in first], ".2f"),
                    "0.55, Katzav et al. 2007"),
-            Figure(case, "angle between its arms", _range([c.angle for c in first], ".0f", "°"), "some 30° "),
+            Figure(case, "angle between its arms", _range([c.angle for c in first], ".0f", "°"), "some 30°"),
             Figure(case, "largest speed over Rayleigh's, with forks", _range([c.largest_speed for c in first], ".2f"), "0.6 to 0.7"),
         ]
     return figures
