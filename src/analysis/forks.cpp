@@ -23,14 +23,15 @@ constexpr int projection = -1;
 /// Forks seen in two windows, which have at most half of their facets in common, are one from this share on.
 constexpr double min_likeness = 0.1;
 
-using Facets = std::vector<std::size_t>;  // ascending, each once
+using Numbers = std::vector<std::size_t>;  // ascending, each once
+using Facets = Numbers;
 
-void sort_out(Facets& facets) {
-  std::sort(facets.begin(), facets.end());
-  facets.erase(std::unique(facets.begin(), facets.end()), facets.end());
+void sort_out(Numbers& numbers) {
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
 }
 
-bool have_common(const Facets& a, const Facets& b) {
+bool have_common(const Numbers& a, const Numbers& b) {
   for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();) {
     if (*i == *j) return true;
     *i < *j ? ++i : ++j;
@@ -38,7 +39,7 @@ bool have_common(const Facets& a, const Facets& b) {
   return false;
 }
 
-void add(Facets& to, const Facets& from) {
+void add(Numbers& to, const Numbers& from) {
   to.insert(to.end(), from.begin(), from.end());
   sort_out(to);
 }
@@ -99,8 +100,8 @@ struct Run {
   std::vector<std::size_t> next;  ///< runs at the next station that overlap with it, ascending
 };
 
-using Level = std::vector<std::size_t>;  ///< runs of one station, ascending
-using Way = std::vector<Level>;          ///< levels at consecutive stations
+using Level = Numbers;           ///< runs of one station
+using Way = std::vector<Level>;  ///< levels at consecutive stations
 
 struct Arm {
   Facets facets;
@@ -195,8 +196,7 @@ private:
     Level next;
     for (const std::size_t i : level)
       next.insert(next.end(), runs_[k][i].next.begin(), runs_[k][i].next.end());
-    std::sort(next.begin(), next.end());
-    next.erase(std::unique(next.begin(), next.end()), next.end());
+    sort_out(next);
     return next;
   }
 
@@ -452,12 +452,12 @@ private:
       }
     }
     std::ranges::stable_sort(pairs, std::greater(), &Pair::likeness);
-    std::vector<Facets> groups(seen.size());  // of numbers of sightings
+    std::vector<Numbers> groups(seen.size());  // of sightings
     std::vector<std::size_t> group_of(seen.size());
     for (std::size_t i = 0; i < seen.size(); ++i) groups[group_of[i] = i] = {i};
     for (const Pair& pair : pairs) {
-      Facets& mine = groups[group_of[pair.i]];
-      Facets& other = groups[group_of[pair.j]];
+      Numbers& mine = groups[group_of[pair.i]];
+      Numbers& other = groups[group_of[pair.j]];
       const bool is_other_fork = std::ranges::any_of(mine, [&](std::size_t i) {
         return std::ranges::any_of(other, [&](std::size_t j) { return are_beside(seen[i], seen[j]); });
       });
@@ -466,13 +466,13 @@ private:
       add(mine, std::exchange(other, {}));
     }
     std::vector<Merged> forks;
-    for (const Facets& group : groups) {
+    for (const Numbers& group : groups) {
       if (!group.empty()) forks.push_back(merged(seen, group));
     }
     return forks;
   }
 
-  static Merged merged(const std::vector<Sighting>& seen, const Facets& group) {
+  static Merged merged(const std::vector<Sighting>& seen, const Numbers& group) {
     Merged fork;
     double n = 0;
     for (const std::size_t i : group) {

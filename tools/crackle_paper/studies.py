@@ -13,9 +13,7 @@ import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from crackle_verification.runs import with_keys
-
-JOBS = Path(__file__).resolve().parents[2] / "jobs"
+from crackle_verification.runs import ROOT, with_keys
 
 FAST = {"time.integrator": '"verlet"', "time.step": '"auto"', "output.frames": "2"}
 """A time integration at a sixth of the cost; the study `convergence` compares it with the campaign's."""
@@ -42,7 +40,7 @@ class Run:
 
     @property
     def source_file(self) -> Path:
-        return JOBS / f"{self.source}.toml"
+        return ROOT / "jobs" / f"{self.source}.toml"
 
     def input_text(self) -> str:
         text = with_keys(self.source_file.read_text(), {"ensemble.samples": str(self.samples), **self.keys})
@@ -117,9 +115,9 @@ def _varied(name: str, label: str, keys: dict[str, str | None] | None = None, sa
                **{"source": "paper/study", **more})
 
 
-def _corridor(spacing: float, low: float = 62, high: float = 78) -> str:
+def _corridor(spacing: float) -> str:
     """The cracks' way at one spacing [mm]."""
-    return f'\n[[mesh.region]]\nz = ["{low:g} mm", "{high:g} mm"]\nspacing = "{spacing:g} mm"\n'
+    return f'\n[[mesh.region]]\nz = ["62 mm", "78 mm"]\nspacing = "{spacing:g} mm"\n'
 
 
 STUDY_SEED = "1"
