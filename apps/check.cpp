@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle check: validates an input file and says what running it will take.
-#include "commands.h"
+#include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/ensemble/base_points.h"
@@ -19,7 +19,8 @@
 #include "crackle/input/reader.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
-#include "crackle/stopwatch.h"
+
+#include "commands.h"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle mesh: makes one realization and writes it with its quality table, or surveys many.
-#include "commands.h"
+#include "crackle/common/stopwatch.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/dual_facets.h"
@@ -8,7 +8,8 @@
 #include "crackle/geometry/realization.h"
 #include "crackle/io/vtk_file.h"
 #include "crackle/parallel/agreement.h"
-#include "crackle/stopwatch.h"
+
+#include "commands.h"
 #include "mesh_tables.h"
 
 #include <fmt/format.h>

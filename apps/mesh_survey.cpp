@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Makes many realizations for their statistics.
+#include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/run_log.h"
 #include "crackle/geometry/survey.h"
 #include "crackle/io/text_file.h"
-#include "crackle/stopwatch.h"
+
 #include "mesh_tables.h"
 #include "parallel_command.h"
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The table of one realization.
+#include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/geometry/mesh_statistics.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/geometry/subdomain.h"
-#include "crackle/stopwatch.h"
+
 #include "mesh_tables.h"
 
 #include <fmt/format.h>
@@ -40,7 +41,7 @@ void add_partition(TextTable& table, const geometry::Realization& realization, i
   std::int64_t n_ghosts = 0;
   for (const geometry::Subdomain& part : subdomains) {
     n_computed += part.n_tetrahedra();
-    n_ghosts = std::max<std::int64_t>(n_ghosts, part.n_local() - part.n_owned);
+    n_ghosts = std::max<std::int64_t>(n_ghosts, part.n_local() - part.layout.n_owned);
   }
   const auto n_tetrahedra = static_cast<double>(realization.tetrahedra.size());
   table.row("partition",

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle run: the ensemble.
+#include "crackle/common/whole_number.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/ensemble/ensemble_run.h"
 #include "crackle/parallel/agreement.h"
-#include "crackle/whole_number.h"
+
 #include "parallel_command.h"
 
 #include <unistd.h>

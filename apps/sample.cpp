@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle sample: one realization on all ranks as one group.
 #include "crackle/analysis/sample_warning.h"
+#include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/ensemble/run_log.h"
 #include "crackle/ensemble/single_sample.h"
 #include "crackle/io/sample_file.h"
-#include "crackle/stopwatch.h"
+
 #include "parallel_command.h"
 
 #include <fmt/format.h>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/common/whole_number.h"
+
 #include "commands.h"
-#include "crackle/whole_number.h"
 
 #include <CLI/CLI.hpp>
 

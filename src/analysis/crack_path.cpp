@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/crack_path.h"
 
+#include "crackle/common/index.h"
+
 #include "crossings.h"
 
 #include <algorithm>
@@ -152,9 +154,8 @@ double pattern_overlap(const geometry::Body& body, const CrackSurface& surface) 
   if (shares.size() < 2) return none;
   std::vector<int> notches(shares.size());
   std::iota(notches.begin(), notches.end(), 0);
-  std::stable_sort(notches.begin(), notches.end(), [&](int a, int b) {
-    return shares[static_cast<std::size_t>(a)] > shares[static_cast<std::size_t>(b)];
-  });
+  std::stable_sort(notches.begin(), notches.end(),
+                   [&](int a, int b) { return shares[index(a)] > shares[index(b)]; });
   return path_overlap(body, surface, notches[0], notches[1]);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/crack_path.h"
+#include "crackle/common/index.h"
 
 #include "crossings.h"
 
@@ -187,7 +188,7 @@ std::vector<Opened> opened_by(const CrackSurface& surface, std::span<const std::
       const CrackFacet& facet = surface.facets[facets[i]];
       if (facet.tetrahedron != first.tetrahedron || facet.time != first.time) break;
       for (const geometry::Point& corner : facet.corner) {
-        opened.advance += frame.advance(corner[static_cast<std::size_t>(frame.axis)]);
+        opened.advance += frame.advance(corner[index(frame.axis)]);
         opened.x[0] = std::min(opened.x[0], corner[0]);
         opened.x[1] = std::max(opened.x[1], corner[0]);
         ++n_corners;

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/crack_surface.h"
 
+#include "crackle/common/disjoint_sets.h"
+#include "crackle/common/index.h"
+#include "crackle/common/vector.h"
+
 #include "notch_frame.h"
 
 #include <fmt/format.h>
@@ -19,18 +23,6 @@ using geometry::Point;
 using geometry::Realization;
 using geometry::Tetrahedron;
 
-Point operator-(const Point& a, const Point& b) {
-  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-
-double norm(const Point& a) {
-  return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
-}
-
-Point cross(const Point& a, const Point& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
 /// The two groups of local nodes that a cut separates; the first `n_first` of `node` are one group.
 struct Cut {
   std::array<int, 4> node;
@@ -48,14 +40,14 @@ constexpr std::array<Cut, fracture::n_cuts> cuts{{{{0, 1, 2, 3}, 1},
 /// The dual facet between local nodes a and b.
 CrackFacet dual_facet(const Realization& realization, const Tetrahedron& tetrahedron, int a, int b) {
   std::array<Point, 4> p;
-  for (std::size_t k = 0; k < 4; ++k) p[k] = realization.nodes[static_cast<std::size_t>(tetrahedron[k])];
+  for (std::size_t k = 0; k < 4; ++k) p[k] = realization.nodes[index(tetrahedron[k])];
   std::array<std::size_t, 2> other{};
   std::size_t n_other = 0;
   for (int k = 0; k < 4; ++k) {
     if (k != a && k != b) other[n_other++] = static_cast<std::size_t>(k);
   }
-  const Point& pa = p[static_cast<std::size_t>(a)];
-  const Point& pb = p[static_cast<std::size_t>(b)];
+  const Point& pa = p[index(a)];
+  const Point& pb = p[index(b)];
   CrackFacet facet{};
   for (std::size_t i = 0; i < 3; ++i) {
     facet.corner[0][i] = (pa[i] + pb[i]) / 2;
@@ -63,7 +55,9 @@ CrackFacet dual_facet(const Realization& realization, const Tetrahedron& tetrahe
     facet.corner[2][i] = (p[0][i] + p[1][i] + p[2][i] + p[3][i]) / 4;
     facet.corner[3][i] = (pa[i] + pb[i] + p[other[1]][i]) / 3;
   }
-  facet.area = norm(cross(facet.corner[2] - facet.corner[0], facet.corner[3] - facet.corner[1])) / 2;
+  facet.area = norm(cross(difference(facet.corner[2], facet.corner[0]),
+                          difference(facet.corner[3], facet.corner[1]))) /
+               2;
   return facet;
 }
 
@@ -76,7 +70,7 @@ std::vector<std::int32_t> notch_of_nodes(const geometry::Body& body, const Reali
     const NotchFrame frame = notch_frame(body, notch);
     for (const std::int32_t node : triangle.nodes) {
       const auto i = static_cast<std::size_t>(node);
-      const double behind_tip = -frame.advance(realization.nodes[i][static_cast<std::size_t>(frame.axis)]);
+      const double behind_tip = -frame.advance(realization.nodes[i][index(frame.axis)]);
       if (behind_tip <= body.notch(notch).height) notch_of[i] = notch;
     }
   }
@@ -87,20 +81,13 @@ std::vector<std::int32_t> notch_of_nodes(const geometry::Body& body, const Reali
 /// break.
 class CrackForest {
 public:
-  explicit CrackForest(std::size_t n_breaks) : parent_(n_breaks), notch_(n_breaks, -1) {}
+  explicit CrackForest(std::size_t n_breaks) : cracks_(n_breaks), notch_(n_breaks, -1) {}
 
-  std::size_t crack_of(std::size_t i) {
-    while (parent_[i] != i) {
-      parent_[i] = parent_[parent_[i]];
-      i = parent_[i];
-    }
-    return i;
-  }
+  std::size_t crack_of(std::size_t i) { return cracks_.smallest(i); }
   std::int32_t notch_of(std::size_t i) { return notch_[crack_of(i)]; }
 
   /// Adds break i, which touches the earlier breaks `touched` and, unless -1, a notch.
   void add(std::size_t i, const std::vector<std::size_t>& touched, std::int32_t own_notch) {
-    parent_[i] = i;
     // The latest touched break that belongs to a notch decides where several cracks meet.
     std::size_t latest = i;
     for (const std::size_t j : touched) {
@@ -109,18 +96,12 @@ public:
     const std::int32_t notch = latest == i ? own_notch : notch_of(latest);
     notch_[i] = notch;
     for (const std::size_t j : touched) {
-      if (notch_of(j) == -1 || notch_of(j) == notch) join(i, j, notch);
+      if (notch_of(j) == -1 || notch_of(j) == notch) notch_[cracks_.join(i, j)] = notch;
     }
   }
 
 private:
-  void join(std::size_t i, std::size_t j, std::int32_t notch) {
-    const auto [first, second] = std::minmax({crack_of(i), crack_of(j)});
-    parent_[second] = first;
-    notch_[first] = notch;
-  }
-
-  std::vector<std::size_t> parent_;
+  DisjointSets cracks_;
   std::vector<std::int32_t> notch_;  ///< valid at a crack's first break
 };
 
@@ -131,10 +112,10 @@ CrackForest connect(const geometry::Body& body, const Realization& realization,
   std::unordered_map<std::uint64_t, std::vector<std::size_t>> breaks_at_edge;
   std::vector<std::size_t> touched;
   for (std::size_t i = 0; i < breaks.size(); ++i) {
-    const Tetrahedron& nodes = realization.tetrahedra[static_cast<std::size_t>(breaks[i].tetrahedron)];
+    const Tetrahedron& nodes = realization.tetrahedra[index(breaks[i].tetrahedron)];
     std::int32_t own_notch = -1;
     for (const std::int32_t node : nodes) {
-      const std::int32_t notch = notch_of_node[static_cast<std::size_t>(node)];
+      const std::int32_t notch = notch_of_node[index(node)];
       if (notch >= 0 && (own_notch < 0 || notch < own_notch)) own_notch = notch;
     }
     touched.clear();
@@ -155,7 +136,7 @@ CrackForest connect(const geometry::Body& body, const Realization& realization,
 }  // namespace
 
 double local_spacing(const CrackFacet& facet) {
-  return 3 * norm(facet.corner[3] - facet.corner[1]);
+  return 3 * norm(difference(facet.corner[3], facet.corner[1]));
 }
 
 double CrackSurface::area() const {
@@ -200,14 +181,13 @@ CrackSurface make_crack_surface(const geometry::Body& body, const Realization& r
       surface.cracks.push_back({forest.notch_of(i), 0, time, time});
     }
     id[i] = id[first];
-    Crack& crack = surface.cracks[static_cast<std::size_t>(id[i])];
+    Crack& crack = surface.cracks[index(id[i])];
     crack.last_time = std::max(crack.last_time, time);
-    const Cut& cut = cuts[static_cast<std::size_t>(broken.cut)];
+    const Cut& cut = cuts[index(broken.cut)];
     for (int a = 0; a < cut.n_first; ++a) {
       for (int b = cut.n_first; b < 4; ++b) {
-        CrackFacet facet =
-            dual_facet(realization, realization.tetrahedra[static_cast<std::size_t>(broken.tetrahedron)],
-                       cut.node[static_cast<std::size_t>(a)], cut.node[static_cast<std::size_t>(b)]);
+        CrackFacet facet = dual_facet(realization, realization.tetrahedra[index(broken.tetrahedron)],
+                                      cut.node[index(a)], cut.node[index(b)]);
         facet.time = time;
         facet.tetrahedron = broken.tetrahedron;
         facet.crack = id[i];

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crossings.h"
 
+#include "crackle/common/disjoint_sets.h"
+#include "crackle/common/index.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -73,7 +76,7 @@ Integrals integrate(std::span<const Trace> traces, std::span<const std::size_t> 
 std::vector<std::size_t> facets_of_notch(const CrackSurface& surface, std::int32_t notch) {
   std::vector<std::size_t> facets;
   for (std::size_t i = 0; i < surface.facets.size(); ++i) {
-    if (surface.cracks[static_cast<std::size_t>(surface.facets[i].crack)].notch == notch) facets.push_back(i);
+    if (surface.cracks[index(surface.facets[i].crack)].notch == notch) facets.push_back(i);
   }
   return facets;
 }
@@ -128,21 +131,13 @@ Trace extent(const CrackSurface& surface, std::size_t facet, int across) {
 }
 
 std::vector<std::vector<std::size_t>> group(std::span<const Trace> traces, double thickness) {
-  std::vector<std::size_t> parent(traces.size());
-  std::iota(parent.begin(), parent.end(), std::size_t{0});
-  const auto root = [&](std::size_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
+  DisjointSets sets(traces.size());
   for (std::size_t i = 0; i < traces.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      if (!are_near(traces[i], traces[j])) continue;
-      const auto [low, high] = std::minmax({root(i), root(j)});
-      parent[high] = low;
-    }
+    for (std::size_t j = 0; j < i; ++j)
+      if (are_near(traces[i], traces[j])) sets.join(i, j);
   }
   std::vector<std::vector<std::size_t>> members(traces.size());
-  for (std::size_t i = 0; i < traces.size(); ++i) members[root(i)].push_back(i);
+  for (std::size_t i = 0; i < traces.size(); ++i) members[sets.smallest(i)].push_back(i);
   std::erase_if(members, [&](const auto& some) {
     return some.empty() || covered(traces, some) < min_thickness_share * thickness;
   });

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/forks.h"
 
+#include "crackle/common/disjoint_sets.h"
+#include "crackle/common/index.h"
+
 #include "crossings.h"
 
 #include <algorithm>
@@ -47,21 +50,14 @@ void add(Numbers& to, const Numbers& from) {
 /// The facets that belong to pieces of at least stray_size; connected are those of one tetrahedron and those
 /// of one edge.
 Facets without_strays(const CrackSurface& surface, const Facets& facets) {
-  std::vector<std::size_t> parent(facets.size());
-  std::iota(parent.begin(), parent.end(), std::size_t{0});
-  const auto root = [&](std::size_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
+  DisjointSets pieces(facets.size());
   std::map<geometry::Point, std::size_t> at_edge;
   std::map<std::int64_t, std::size_t> in_tetrahedron;
   for (std::size_t i = 0; i < facets.size(); ++i) {
     const CrackFacet& facet = surface.facets[facets[i]];
     for (const std::size_t other : {at_edge.try_emplace(facet.corner[0], i).first->second,
-                                    in_tetrahedron.try_emplace(facet.tetrahedron, i).first->second}) {
-      const auto [low, high] = std::minmax({root(i), root(other)});
-      parent[high] = low;
-    }
+                                    in_tetrahedron.try_emplace(facet.tetrahedron, i).first->second})
+      pieces.join(i, other);
   }
   struct Box {
     geometry::Point low, high;
@@ -70,7 +66,7 @@ Facets without_strays(const CrackSurface& surface, const Facets& facets) {
   };
   std::vector<Box> boxes(facets.size());
   for (std::size_t i = 0; i < facets.size(); ++i) {
-    Box& box = boxes[root(i)];
+    Box& box = boxes[pieces.smallest(i)];
     const CrackFacet& facet = surface.facets[facets[i]];
     for (const geometry::Point& p : facet.corner) {
       const bool is_first = box.n == 0 && &p == facet.corner.data();
@@ -84,7 +80,7 @@ Facets without_strays(const CrackSurface& surface, const Facets& facets) {
   }
   Facets kept;
   for (std::size_t i = 0; i < facets.size(); ++i) {
-    const Box& box = boxes[root(i)];
+    const Box& box = boxes[pieces.smallest(i)];
     double size = 0;
     for (std::size_t k = 0; k < 3; ++k) size = std::max(size, box.high[k] - box.low[k]);
     if (size >= stray_size * box.spacing / box.n) kept.push_back(facets[i]);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/leader_frame.h"
 
+#include "crackle/common/index.h"
 #include "crackle/geometry/symmetry.h"
 
 #include <algorithm>
@@ -34,7 +35,7 @@ std::vector<int> mirrored(const geometry::Body& body, const std::vector<input::S
   const double near = tolerance * *std::max_element(body.size().begin(), body.size().end());
   std::vector<int> images;
   for (const input::Section& section : sections) {
-    const double mirror = body.size()[static_cast<std::size_t>(section.axis)] - section.position;
+    const double mirror = body.size()[index(section.axis)] - section.position;
     const auto image = std::find_if(sections.begin(), sections.end(), [&](const input::Section& other) {
       return other.axis == section.axis && std::abs(mirror - other.position) <= near;
     });
@@ -62,14 +63,13 @@ LeaderFrame::LeaderFrame(const geometry::Body& body, const input::Sections& sect
     Turn turn;
     turn.notch.resize(static_cast<std::size_t>(body.n_notches()));
     for (int notch = 0; notch < body.n_notches(); ++notch)
-      turn.notch[static_cast<std::size_t>(image_of(body, axes, notch))] = notch;
+      turn.notch[index(image_of(body, axes, notch))] = notch;
     const auto reflects = [axes](int axis) { return (axes >> axis & 1u) != 0; };
     for (int section = 0; section < n_sections_; ++section) {
       const auto i = static_cast<std::size_t>(section);
       const int along = 3 - planes[i].axis;
       turn.section.push_back(reflects(planes[i].axis) ? mirror[i] : section);
-      turn.extent.push_back(reflects(along) ? std::optional(body.size()[static_cast<std::size_t>(along)])
-                                            : std::nullopt);
+      turn.extent.push_back(reflects(along) ? std::optional(body.size()[index(along)]) : std::nullopt);
     }
     reference_.push_back(reference);
     turns_.push_back(std::move(turn));
@@ -87,11 +87,10 @@ LeaderFrame::LeaderFrame(int n_notches, int n_sections)
 }
 
 std::optional<LeaderFrame::Source> LeaderFrame::source(int leading, int notch, int section) const {
-  const Turn& turn = turns_[static_cast<std::size_t>(leading)];
-  const int there = turn.section[static_cast<std::size_t>(section)];
+  const Turn& turn = turns_[index(leading)];
+  const int there = turn.section[index(section)];
   if (there < 0) return std::nullopt;
-  return Source{turn.notch[static_cast<std::size_t>(notch)], there,
-                turn.extent[static_cast<std::size_t>(section)]};
+  return Source{turn.notch[index(notch)], there, turn.extent[index(section)]};
 }
 
 }  // namespace crackle::analysis

@@ -2,10 +2,10 @@
 #include "crackle/analysis/sample_summary.h"
 
 #include "crackle/analysis/sample_results.h"
+#include "crackle/common/packing.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
-#include "crackle/parallel/packing.h"
 
 #include <climits>
 #include <cmath>
@@ -21,7 +21,7 @@ namespace {
 /// Takes fields out of a message in the order of for_each_field.
 class FieldReader {
 public:
-  explicit FieldReader(parallel::Unpacker& unpacker) : unpacker_(unpacker) {}
+  explicit FieldReader(Unpacker& unpacker) : unpacker_(unpacker) {}
   template <class Value>
   void operator()(Value& value) {
     value = unpacker_.get<Value>();
@@ -33,7 +33,7 @@ public:
   }
 
 private:
-  parallel::Unpacker& unpacker_;
+  Unpacker& unpacker_;
 };
 
 /// Visits every field, in the order of the message.
@@ -123,7 +123,7 @@ void measure_crossings(const geometry::Body& body, const CrackSurface& surface,
 }
 
 std::vector<std::byte> to_bytes(const SampleSummary& summary) {
-  parallel::Packer packer;
+  Packer packer;
   const auto put = [&packer](const auto& field) { packer.put(field); };
   for_each_field(summary, put);
   return packer.bytes();
@@ -131,7 +131,7 @@ std::vector<std::byte> to_bytes(const SampleSummary& summary) {
 
 SampleSummary summary_from_bytes(std::span<const std::byte> bytes) {
   SampleSummary row;
-  parallel::Unpacker unpacker(bytes);
+  Unpacker unpacker(bytes);
   FieldReader get(unpacker);
   for_each_field(row, get);
   if (!unpacker.empty()) throw std::runtime_error("message with a sample's row is too long");
@@ -140,7 +140,7 @@ SampleSummary summary_from_bytes(std::span<const std::byte> bytes) {
 
 std::vector<SampleSummary> all_gather(const parallel::Communicator& group,
                                       std::span<const SampleSummary> rows) {
-  parallel::Packer packer;
+  Packer packer;
   packer.put<std::uint64_t>(rows.size());
   for (const SampleSummary& row : rows) packer.put(to_bytes(row));
   const std::vector<std::byte>& mine = packer.bytes();
@@ -154,7 +154,7 @@ std::vector<SampleSummary> all_gather(const parallel::Communicator& group,
   const auto all = parallel::gather_all<std::byte>(group, mine);
 
   std::vector<SampleSummary> gathered;
-  parallel::Unpacker unpacker(all);
+  Unpacker unpacker(all);
   while (!unpacker.empty()) {
     const auto n_rows = unpacker.get<std::uint64_t>();
     for (std::uint64_t i = 0; i < n_rows; ++i)

@@ -1,18 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "boundary_nodes.h"
 
+#include "crackle/common/index.h"
+
 #include <algorithm>
 #include <cmath>
 
 namespace crackle::dynamics {
 
-namespace {
-
-constexpr std::size_t index(std::int32_t i) {
-  return static_cast<std::size_t>(i);
-}
-
-}  // namespace
+namespace {}  // namespace
 
 template <class Real>
 BoundaryNodes<Real>::BoundaryNodes(const MotionContext& context, const mechanics::FixedPointScale& scale,
@@ -77,7 +73,7 @@ void BoundaryNodes<Real>::save(MotionCheckpoint& checkpoint) const {
 
 template <class Real>
 void BoundaryNodes<Real>::restore(const MotionCheckpoint& checkpoint) {
-  const auto& number = context_.body->subdomain().node_number;
+  const auto& number = context_.body->subdomain().layout.number;
   for (Block& block : blocks_)
     for (Entry& entry : block.loaded)
       entry.remainder = checkpoint.remainder.at(entry.condition).number_at(number[index(entry.node)]);

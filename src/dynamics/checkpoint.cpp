@@ -12,9 +12,6 @@ namespace crackle::dynamics {
 
 namespace {
 
-using parallel::Packer;
-using parallel::Unpacker;
-
 void put(Packer& packer, const MotionCheckpoint& motion) {
   parallel::put(packer, motion.nodes);
   packer.put(motion.has_force);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/energy_account.h"
 
+#include "crackle/common/index.h"
 #include "crackle/parallel/exact_sum.h"
 
 #include <fmt/format.h>
@@ -20,9 +21,8 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
   for (const auto& pattern : loads.forces) {
     terms.clear();
     for (std::size_t i = 0; i < pattern.nodes.size(); ++i) {
-      terms.push_back(
-          pattern.weight[i] *
-          u[3 * static_cast<std::size_t>(pattern.nodes[i]) + static_cast<std::size_t>(pattern.component)]);
+      terms.push_back(pattern.weight[i] *
+                      u[3 * index(pattern.nodes[i]) + static_cast<std::size_t>(pattern.component)]);
     }
     state.amplitude.push_back(pattern.amplitude.at(time));
     state.position.push_back(parallel::exact_sum(group, terms));

@@ -70,10 +70,10 @@ Frame make_frame(const MotionContext& context, const MotionState& state, double 
     return result;
   };
   Frame frame{time, {}, {}, n_broken};
-  frame.displacement =
-      to_float(parallel::gather_nodes(*context.group, context.body->subdomain(), state.displacement.owned()));
-  frame.velocity =
-      to_float(parallel::gather_nodes(*context.group, context.body->subdomain(), state.velocity.owned()));
+  frame.displacement = to_float(
+      parallel::gather_nodes(*context.group, context.body->subdomain().layout, state.displacement.owned()));
+  frame.velocity = to_float(
+      parallel::gather_nodes(*context.group, context.body->subdomain().layout, state.velocity.owned()));
   return frame;
 }
 

@@ -1,26 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "external_work.h"
 
+#include "crackle/common/index.h"
 #include "crackle/parallel/exact_sum.h"
 
 #include <stdexcept>
 
 namespace crackle::dynamics {
 
-namespace {
-
-std::size_t index(std::int32_t node, int component) {
-  return 3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(component);
-}
-
-}  // namespace
-
 std::vector<double> driven_kinetic(const MotionContext& context, const MotionState& state) {
   std::vector<double> terms;
   for (const auto& motion : context.loads->motions) {
     for (const auto node : motion.nodes) {
       const double v = state.velocity.owned()[index(node, motion.component)];
-      terms.push_back(0.5 * context.body->operators().node_mass[static_cast<std::size_t>(node)] * v * v);
+      terms.push_back(0.5 * context.body->operators().node_mass[index(node)] * v * v);
     }
   }
   return terms;
@@ -60,7 +53,7 @@ void take_out(const MotionContext& context, const NodeLists& nodes,
   for (std::size_t k = 0; k < values.size(); ++k) {
     for (std::size_t n = 0; n < values[k].size(); ++n) {
       const auto node = static_cast<std::size_t>((*nodes[k])[n]);
-      values[k][n] = tables[k].number_at(context.body->subdomain().node_number[node]);
+      values[k][n] = tables[k].number_at(context.body->subdomain().layout.number[node]);
     }
   }
 }
@@ -74,7 +67,7 @@ std::vector<parallel::NumberedRows> gather_at_nodes(const MotionContext& context
     parallel::NumberedRows local;
     for (std::size_t n = 0; n < values[k].size(); ++n) {
       const auto node = static_cast<std::size_t>((*nodes[k])[n]);
-      local.add(context.body->subdomain().node_number[node], values[k][n]);
+      local.add(context.body->subdomain().layout.number[node], values[k][n]);
     }
     tables.push_back(parallel::gather_rows(*context.group, local));
   }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/common/index.h"
 #include "crackle/dynamics/moving_body.h"
-
-#include "boundary_nodes.h"
 #include "crackle/fracture/principal_stress.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
+
+#include "boundary_nodes.h"
 #include "fixed_point_state.h"
 #include "ghost_displacements.h"
 #include "rounds.h"
@@ -24,10 +25,6 @@ namespace crackle::dynamics {
 
 namespace {
 
-constexpr std::size_t index(std::int32_t i) {
-  return static_cast<std::size_t>(i);
-}
-
 template <class Real>
 class FixedPointMotion final : public MovingBody {
   using Integer = kernels::Integer<Real>;
@@ -43,7 +40,7 @@ class FixedPointMotion final : public MovingBody {
 
 public:
   FixedPointMotion(const MotionContext& context, double load_time, double duration, MotionState& state,
-                   mechanics::InstructionSet instruction_set)
+                   InstructionSet instruction_set)
       : context_(context),
         subdomain_(context.body->subdomain()),
         driven_before_(driven_kinetic(context, state)),
@@ -59,7 +56,7 @@ public:
         work_(start_work(load_time, state)),
         boundary_(context, scale_, nodes_per_block, state_, work_),
         movement_(index(force_.n_blocks()) + n_ghost_blocks()),
-        ghosts_(*context.group, subdomain_, force_.nodes(),
+        ghosts_(*context.group, subdomain_.layout, force_.nodes(),
                 std::span(movement_).subspan(index(force_.n_blocks())), index(nodes_per_block)) {
     for (const auto node : ghosts_.sent_nodes())
       sent_blocks_ = std::max(sent_blocks_, force_.block_of(node) + 1);
@@ -72,7 +69,7 @@ public:
   void step(std::span<const Stage> stages, double time_step, double time) override {
     std::feclearexcept(FE_INVALID);
     state_.begin_step();
-    state_.keep_displacements(index(subdomain_.n_owned), subdomain_.nodes.size());
+    state_.keep_displacements(index(subdomain_.layout.n_owned), subdomain_.nodes.size());
     rounds_of(stages, time_step, time, force_is_current_, rounds_);
     const std::span<const Round> rounds = rounds_;
     if (force_is_current_ && !rounds.front().has_kick) clear_forces();
@@ -197,7 +194,8 @@ private:
   }
 
   std::size_t n_ghost_blocks() const {
-    return (subdomain_.nodes.size() - index(subdomain_.n_owned) + nodes_per_block - 1) / nodes_per_block;
+    return (subdomain_.nodes.size() - index(subdomain_.layout.n_owned) + nodes_per_block - 1) /
+           nodes_per_block;
   }
 
   std::vector<double> relative_inverse_mass() const {
@@ -303,9 +301,9 @@ private:
           auto& other = nodes[index(t.nodes[0])].force[i];
           // Forces of several contacts may wrap around where each of them fits. Those on ghosts are never
           // used, and never cleared.
-          if (t.nodes[a] < subdomain_.n_owned && __builtin_add_overflow(one, force, &one))
+          if (t.nodes[a] < subdomain_.layout.n_owned && __builtin_add_overflow(one, force, &one))
             contacts_are_in_range_ = false;
-          if (t.nodes[0] < subdomain_.n_owned && __builtin_sub_overflow(other, force, &other))
+          if (t.nodes[0] < subdomain_.layout.n_owned && __builtin_sub_overflow(other, force, &other))
             contacts_are_in_range_ = false;
         }
       }
@@ -365,7 +363,7 @@ private:
 
 std::unique_ptr<MovingBody> make_fixed_point_motion(const MotionContext& context, input::Precision precision,
                                                     double load_time, double duration, MotionState& state,
-                                                    mechanics::InstructionSet instruction_set) {
+                                                    InstructionSet instruction_set) {
   if (precision == input::Precision::mixed)
     return std::make_unique<FixedPointMotion<float>>(context, load_time, duration, state, instruction_set);
   return std::make_unique<FixedPointMotion<double>>(context, load_time, duration, state, instruction_set);

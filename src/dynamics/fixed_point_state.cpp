@@ -12,7 +12,7 @@ FixedPointState<Real>::FixedPointState(const geometry::Subdomain& subdomain,
     : subdomain_(&subdomain),
       scale_(scale),
       nodes_(nodes),
-      velocity_(static_cast<std::size_t>(subdomain.n_owned)),
+      velocity_(static_cast<std::size_t>(subdomain.layout.n_owned)),
       whole_(nodes.size()) {
   for (std::size_t i = 0; i < 3 * nodes_.size(); ++i) {
     whole_[i / 3][i % 3] =
@@ -47,7 +47,7 @@ parallel::NumberedRows FixedPointState<Real>::rows(bool with_force) const {
   parallel::NumberedRows rows;
   rows.width = with_force ? 12 : 9;
   for (std::size_t n = 0; n < velocity_.size(); ++n) {
-    rows.numbers.push_back(subdomain_->node_number[n]);
+    rows.numbers.push_back(subdomain_->layout.number[n]);
     for (std::size_t c = 0; c < 3; ++c) rows.values.push_back(whole_displacement(3 * n + c));
     for (std::size_t c = 0; c < 3; ++c) rows.values.push_back(velocity_[n].value[c]);
     for (std::size_t c = 0; c < 3; ++c) rows.values.push_back(before_[0][n][c]);
@@ -59,7 +59,7 @@ parallel::NumberedRows FixedPointState<Real>::rows(bool with_force) const {
 template <class Real>
 void FixedPointState<Real>::restore(const parallel::NumberedRows& rows, bool with_force) {
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
-    const auto row = rows.find(subdomain_->node_number[n]);
+    const auto row = rows.find(subdomain_->layout.number[n]);
     if (row.empty()) throw std::runtime_error("the checkpoint is of another mesh");
     for (std::size_t c = 0; c < 3; ++c) {
       whole_[n][c] = row[c];

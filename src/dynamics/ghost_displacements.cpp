@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ghost_displacements.h"
 
-#include "crackle/stopwatch.h"
+#include "crackle/common/index.h"
+#include "crackle/common/stopwatch.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,14 +11,14 @@ namespace crackle::dynamics {
 
 template <class Real>
 GhostDisplacements<Real>::GhostDisplacements(const parallel::Communicator& group,
-                                             const geometry::Subdomain& subdomain,
+                                             const parallel::NodeLayout& layout,
                                              std::span<kernels::NodeRecord<Real>> nodes,
                                              std::span<double> movement, std::size_t nodes_per_block)
     : nodes_(nodes),
-      ghosts_(nodes.subspan(static_cast<std::size_t>(subdomain.n_owned))),
+      ghosts_(nodes.subspan(static_cast<std::size_t>(layout.n_owned))),
       movement_(movement),
       nodes_per_block_(nodes_per_block) {
-  if (group.size() > 1) exchange_.emplace(group, subdomain);
+  if (group.size() > 1) exchange_.emplace(group, layout);
 }
 
 template <class Real>
@@ -32,7 +33,7 @@ void GhostDisplacements<Real>::begin() {
   const Stopwatch watch;
   const auto sent = exchange_->sent_nodes();
   for (std::size_t i = 0; i < sent.size(); ++i)
-    std::copy_n(nodes_[static_cast<std::size_t>(sent[i])].displacement, 3, exchange_->sent()[i].begin());
+    std::copy_n(nodes_[index(sent[i])].displacement, 3, exchange_->sent()[i].begin());
   exchange_->begin();
   is_under_way_ = true;
   seconds_ += watch.seconds();

@@ -6,6 +6,7 @@
 
 #include "kernels/kernels.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -22,7 +23,7 @@ public:
   /// @param nodes records of the local nodes
   /// @param movement of each block of ghosts: what arrives is added by the component that moved furthest, in
   /// quanta
-  GhostDisplacements(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+  GhostDisplacements(const parallel::Communicator& group, const parallel::NodeLayout& layout,
                      std::span<kernels::NodeRecord<Real>> nodes, std::span<double> movement,
                      std::size_t nodes_per_block);
 
@@ -39,7 +40,7 @@ private:
   std::span<kernels::NodeRecord<Real>> ghosts_;
   std::span<double> movement_;
   std::size_t nodes_per_block_;
-  std::optional<parallel::GhostExchange<kernels::Integer<Real>>> exchange_;
+  std::optional<parallel::GhostExchange<std::array<kernels::Integer<Real>, 3>>> exchange_;
   bool is_under_way_ = false;
   double seconds_ = 0;
 };

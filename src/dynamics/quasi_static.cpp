@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/quasi_static.h"
 
+#include "crackle/common/index.h"
 #include "crackle/dynamics/separation.h"
 #include "crackle/fracture/principal_stress.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
+#include "crackle/parallel/ghost_exchange.h"
 
 #include "fracture/first_crossing.h"
 
@@ -25,16 +27,19 @@ constexpr double mechanism_displacement = 0.2;
 mechanics::HeldComponents held_components(const parallel::Communicator& group,
                                           const geometry::Subdomain& subdomain,
                                           const mechanics::BoundaryLoads& loads) {
-  parallel::NodeField marks(group, subdomain);
+  using OfNode = std::array<std::uint8_t, 3>;
+  std::vector<OfNode> marks(subdomain.nodes.size());
   for (const auto& motion : loads.motions) {
     for (const auto node : motion.nodes) {
-      marks.local()[3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(motion.component)] = 1;
+      marks[index(node)][index(motion.component)] = 1;
     }
   }
+  parallel::GhostExchange<OfNode> exchange(group, subdomain.layout);
   parallel::agree(group);
-  marks.update_ghosts();
-  mechanics::HeldComponents held(marks.local().size());
-  std::ranges::transform(marks.local(), held.begin(), [](double mark) { return mark != 0 ? 1 : 0; });
+  exchange.update(marks);
+  mechanics::HeldComponents held;
+  held.reserve(3 * marks.size());
+  for (const OfNode& mark : marks) held.insert(held.end(), mark.begin(), mark.end());
   return held;
 }
 
@@ -50,18 +55,18 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
       patience_(patience),
       solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.edges(), body.integrity(),
               held_components(group, body.subdomain(), loads)),
-      displacement_(group, body.subdomain()) {
+      displacement_(group, body.subdomain().layout) {
   for (const auto& node : body.subdomain().nodes) {
     for (const double x : node) extent_ = std::max(extent_, x);
   }
   parallel::agree(group);
   extent_ = parallel::largest_of_all(group, extent_);
-  for (std::size_t i = 0; i < loads.forces.size(); ++i) unit_.emplace_back(group, body.subdomain());
+  for (std::size_t i = 0; i < loads.forces.size(); ++i) unit_.emplace_back(group, body.subdomain().layout);
   for (const auto& motion : loads.motions) {
     if (motion.is_fixed) continue;
-    auto& unit = unit_.emplace_back(group, body.subdomain());
+    auto& unit = unit_.emplace_back(group, body.subdomain().layout);
     for (const auto node : motion.nodes) {
-      unit.local()[3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(motion.component)] = 1;
+      unit.local()[index(node, motion.component)] = 1;
     }
   }
   group.enter("static solve");
@@ -77,8 +82,7 @@ void QuasiStaticLoading::solve_unit_problems() {
     if (k < loads_->forces.size()) {
       const auto& pattern = loads_->forces[k];
       for (std::size_t n = 0; n < pattern.nodes.size(); ++n) {
-        force[3 * static_cast<std::size_t>(pattern.nodes[n]) + static_cast<std::size_t>(pattern.component)] =
-            pattern.weight[n];
+        force[3 * index(pattern.nodes[n]) + static_cast<std::size_t>(pattern.component)] = pattern.weight[n];
       }
     }
     n_iterations_ += solver_.solve(force, unit_[k]);
@@ -113,7 +117,7 @@ bool QuasiStaticLoading::update_after_breaks() {
   solver_.release(changes.subspan(n_changes_solved_));
   n_changes_solved_ = changes.size();
   if (!loads_are_held(*group_, *body_, *loads_)) return false;
-  parallel::NodeField last(*group_, body_->subdomain());
+  parallel::NodeField last(*group_, body_->subdomain().layout);
   last.assign(displacement_);
   group_->enter("static solve");
   std::exception_ptr no_equilibrium;
@@ -175,7 +179,7 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
     const double load = fracture::largest_principal(sigma) / strength;
     if (best.number < 0 || load > best.value) {
       best.value = load;
-      best.number = body_->subdomain().tetrahedron_number[static_cast<std::size_t>(t)];
+      best.number = body_->subdomain().tetrahedron_number[index(t)];
     }
   }
   return agree(best, false);
@@ -192,7 +196,7 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
     if (body_->is_broken(t)) continue;
     first.see(body_->stress(t, u), body_->stress(t, rate), criterion_->strength(static_cast<std::size_t>(t)),
-              body_->subdomain().tetrahedron_number[static_cast<std::size_t>(t)]);
+              body_->subdomain().tetrahedron_number[index(t)]);
   }
   return agree({first.value(), first.number()}, true);
 }
@@ -266,7 +270,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
     parallel::agree(*group_);
     body_->tie(*group_, time_, 0, [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
     ++n_breaks_;
-    parallel::NodeField before(*group_, body_->subdomain());
+    parallel::NodeField before(*group_, body_->subdomain().layout);
     before.assign(displacement_);
     if (!update_after_breaks()) return QuasiStaticEnd::separated;
     account.add_relaxation(0, before, displacement_);

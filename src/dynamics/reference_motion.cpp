@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/common/index.h"
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/fracture/principal_stress.h"
 #include "crackle/parallel/agreement.h"
+
 #include "external_work.h"
 
 #include <array>
@@ -14,10 +16,6 @@
 namespace crackle::dynamics {
 
 namespace {
-
-std::size_t index(std::int32_t node, int component) {
-  return 3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(component);
-}
 
 class ReferenceMotion final : public MovingBody {
 public:
@@ -55,19 +53,19 @@ public:
     for (std::int32_t t = 0; t < body.subdomain().n_tetrahedra(); ++t) {
       if (body.is_broken(t)) continue;
       if (fracture::exceeds(body.elasticity()(strain(t)),
-                            context_.watched_share * context_.strength[static_cast<std::size_t>(t)]))
+                            context_.watched_share * context_.strength[index(t)]))
         overloaded_.push_back(t);
     }
     return overloaded_;
   }
 
   mechanics::Symmetric strain(std::int32_t tetrahedron) const override {
-    return mechanics::strain(context_.body->operators().tetrahedra[static_cast<std::size_t>(tetrahedron)],
+    return mechanics::strain(context_.body->operators().tetrahedra[index(tetrahedron)],
                              state_->displacement.local());
   }
 
   mechanics::Symmetric strain_before(std::int32_t tetrahedron, int n_steps) const override {
-    return mechanics::strain(context_.body->operators().tetrahedra[static_cast<std::size_t>(tetrahedron)],
+    return mechanics::strain(context_.body->operators().tetrahedra[index(tetrahedron)],
                              before_[n_steps == 1 ? 0 : 1]);
   }
 
@@ -89,7 +87,7 @@ public:
     const auto u = state_->displacement.owned(), v = state_->velocity.owned();
     const auto before = std::span<const double>(before_[0]).first(u.size());
     for (std::size_t n = 0; 3 * n < u.size(); ++n) {
-      local.numbers.push_back(context_.body->subdomain().node_number[n]);
+      local.numbers.push_back(context_.body->subdomain().layout.number[n]);
       for (const std::span<const double> values :
            {std::span<const double>(u), std::span<const double>(v), before})
         for (std::size_t c = 0; c < 3; ++c)
@@ -106,7 +104,7 @@ public:
     const auto u = state_->displacement.local();
     const auto v = state_->velocity.owned();
     for (std::size_t i = 0; i < u.size(); ++i) {
-      const auto row = checkpoint.nodes.find(context_.body->subdomain().node_number[i / 3]);
+      const auto row = checkpoint.nodes.find(context_.body->subdomain().layout.number[i / 3]);
       if (row.empty()) throw std::runtime_error("the checkpoint is of another mesh");
       u[i] = std::bit_cast<double>(row[i % 3]);
       before_[0][i] = std::bit_cast<double>(row[6 + i % 3]);

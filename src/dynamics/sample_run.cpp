@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/sample_run.h"
 
+#include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/checkpoint.h"
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/quasi_static.h"
@@ -9,7 +10,6 @@
 #include "crackle/fracture/toughness.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
-#include "crackle/stopwatch.h"
 
 #include <fmt/format.h>
 
@@ -72,7 +72,7 @@ public:
     result_.time_step = options_.grid.step;
     result_.timings.setup = setup_watch_.seconds();
     say(fmt::format("{} nodes, {} tetrahedra; stable step {:.3g} ns, used {:.4g} ns, {} steps",
-                    subdomain.n_nodes_global, subdomain.n_tetrahedra_global, 1e9 * result_.stable_step,
+                    subdomain.layout.n_global, subdomain.n_tetrahedra_global, 1e9 * result_.stable_step,
                     1e9 * result_.time_step, options_.grid.n_steps));
   }
 
@@ -195,7 +195,7 @@ private:
   }
 
   MotionState at_rest() const {
-    return {parallel::NodeField(group_, subdomain_), parallel::NodeField(group_, subdomain_)};
+    return {parallel::NodeField(group_, subdomain_.layout), parallel::NodeField(group_, subdomain_.layout)};
   }
 
   PhaseResult move(double load_time, MotionState& state) {
@@ -290,14 +290,14 @@ private:
 
   /// What an earlier run has computed of an arrested phase.
   PhaseResult replay(const EndedPhase& ended, double load_time, MotionState& state) {
-    const auto n_nodes = static_cast<std::size_t>(subdomain_.n_nodes_global);
+    const auto n_nodes = static_cast<std::size_t>(subdomain_.layout.n_global);
     if (ended.load_time != load_time || ended.displacement.numbers.size() != n_nodes)
       throw CheckpointMismatch(mismatch_text);
     say(fmt::format("dynamic phase {} is taken from the checkpoint", result_.counts.dynamic_phases));
     body_.restore(ended.releases.breaks, ended.releases.ties);
     const auto u = state.displacement.local();
     for (std::size_t i = 0; i < u.size(); ++i) {
-      const auto row = ended.displacement.find(subdomain_.node_number[i / 3]);
+      const auto row = ended.displacement.find(subdomain_.layout.number[i / 3]);
       u[i] = std::bit_cast<double>(row[i % 3]);
     }
     ended_.push_back(ended);
@@ -320,7 +320,7 @@ private:
     local.width = 3;
     const auto u = state.displacement.owned();
     for (std::size_t n = 0; 3 * n < u.size(); ++n) {
-      local.numbers.push_back(subdomain_.node_number[n]);
+      local.numbers.push_back(subdomain_.layout.number[n]);
       for (std::size_t c = 0; c < 3; ++c) local.values.push_back(std::bit_cast<std::int64_t>(u[3 * n + c]));
     }
     return parallel::gather_rows(group_, local);

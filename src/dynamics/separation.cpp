@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/separation.h"
 
+#include "crackle/common/index.h"
 #include "crackle/fracture/connectivity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
@@ -29,8 +30,7 @@ std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
   const auto mine = parallel::agree(group, [&] {
     std::set<std::pair<std::int64_t, std::int64_t>> found;
     const auto add = [&](std::size_t condition, const std::vector<std::int32_t>& nodes) {
-      for (const auto node : nodes)
-        found.emplace(static_cast<std::int64_t>(condition), labels[static_cast<std::size_t>(node)]);
+      for (const auto node : nodes) found.emplace(static_cast<std::int64_t>(condition), labels[index(node)]);
     };
     for (std::size_t k = 0; k < loads.forces.size(); ++k) add(k, loads.forces[k].nodes);
     for (std::size_t k = 0; k < loads.motions.size(); ++k)
@@ -42,8 +42,7 @@ std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
   const auto all = parallel::gather_all<std::int64_t>(group, mine);
   return parallel::agree(group, [&] {
     std::vector<Pieces> pieces(n_conditions);
-    for (std::size_t i = 0; i < all.size(); i += 2)
-      pieces[static_cast<std::size_t>(all[i])].insert(all[i + 1]);
+    for (std::size_t i = 0; i < all.size(); i += 2) pieces[index(all[i])].insert(all[i + 1]);
     return pieces;
   });
 }

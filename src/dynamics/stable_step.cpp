@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/stable_step.h"
 
+#include "crackle/common/random.h"
 #include "crackle/dynamics/integrator.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/exact_sum.h"
 #include "crackle/parallel/node_field.h"
-#include "crackle/parallel/random.h"
 
 #include <fmt/format.h>
 #include <Eigen/Eigenvalues>
@@ -28,20 +28,21 @@ constexpr double fraction_of_stable_step = 0.9;
 
 double largest_frequency(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                          const mechanics::PdsOperators& operators, const mechanics::InternalForce& force) {
-  const auto n = 3 * static_cast<std::size_t>(subdomain.n_owned);
+  const auto n = 3 * static_cast<std::size_t>(subdomain.layout.n_owned);
   std::vector<double> scale(n);  // M^-1/2
   for (std::size_t i = 0; i < n; ++i) scale[i] = 1 / std::sqrt(operators.node_mass[i / 3]);
 
   std::vector<double> current(n), previous(n, 0.0), next(n);
-  const parallel::RandomStream stream(0, 0, "lanczos");
+  const RandomStream stream(0, 0, "lanczos");
   for (std::size_t i = 0; i < n; ++i) {
-    auto node_stream = stream.substream(static_cast<std::uint64_t>(3 * subdomain.node_number[i / 3]) + i % 3);
+    auto node_stream =
+        stream.substream(static_cast<std::uint64_t>(3 * subdomain.layout.number[i / 3]) + i % 3);
     current[i] = node_stream.uniform(-1, 1);
   }
   const double length = std::sqrt(parallel::exact_dot(group, current, current));
   for (auto& value : current) value /= length;
 
-  parallel::NodeField displacement(group, subdomain);
+  parallel::NodeField displacement(group, subdomain.layout);
   std::vector<double> internal(3 * subdomain.nodes.size());
   std::vector<double> alpha, beta;
   double estimate = 0;

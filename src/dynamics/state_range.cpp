@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "state_range.h"
 
+#include "crackle/common/index.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/exact_sum.h"
 
@@ -21,10 +22,6 @@ constexpr double largest_strain = 0.05;
 constexpr double largest_turn = 4;
 constexpr double velocity_room = 32;
 constexpr double force_room = 4;
-
-constexpr std::size_t index(std::int32_t i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Largest magnitude of a program's quantity between two times: at their ends and at the kinks between.
 template <class Quantity>
@@ -125,9 +122,8 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
     for (const auto number : edges.round(static_cast<std::int32_t>(i))) {
       const auto& t = body.operators().tetrahedra[index(number)];
       const auto gradient = [&](std::int32_t node) {
-        const auto& g =
-            t.gradient[static_cast<std::size_t>(std::ranges::find(t.nodes, node) - t.nodes.begin())];
-        return std::sqrt(mechanics::dot(g, g));
+        const auto& g = t.gradient[index(std::ranges::find(t.nodes, node) - t.nodes.begin())];
+        return std::sqrt(dot(g, g));
       };
       // The two gradients first: a and b change places from rank to rank.
       stiffness += t.volume * (std::abs(lambda) + 2 * mu) * (gradient(a) * gradient(b));

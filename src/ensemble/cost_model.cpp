@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/cost_model.h"
 
+#include "crackle/common/index.h"
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/integrator.h"
 #include "crackle/ensemble/base_points.h"
@@ -29,10 +30,10 @@ Share largest_share(const geometry::Realization& realization, int ranks) {
   const auto partition = geometry::partition(realization, ranks);
   for (const auto& part : geometry::split(realization, partition)) {
     share.tetrahedra = std::max<std::int64_t>(share.tetrahedra, part.n_tetrahedra());
-    share.ghosts = std::max<std::int64_t>(share.ghosts, part.n_local() - part.n_owned);
+    share.ghosts = std::max<std::int64_t>(share.ghosts, part.n_local() - part.layout.n_owned);
     std::set<std::int32_t> owners;
-    for (auto i = static_cast<std::size_t>(part.n_owned); i < part.nodes.size(); ++i)
-      owners.insert(partition.node_part[static_cast<std::size_t>(part.node_number[i])]);
+    for (auto i = static_cast<std::size_t>(part.layout.n_owned); i < part.nodes.size(); ++i)
+      owners.insert(partition.node_part[index(part.layout.number[i])]);
     share.neighbours = std::max(share.neighbours, static_cast<int>(owners.size()));
   }
   return share;

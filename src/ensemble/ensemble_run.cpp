@@ -3,6 +3,7 @@
 
 #include "crackle/analysis/sample_warning.h"
 #include "crackle/analysis/statistics.h"
+#include "crackle/common/index.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/hand_out.h"
 #include "crackle/ensemble/memory.h"
@@ -263,7 +264,7 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
     if (world.is_root() && outcome.file_error.empty())
       remove_surplus_files(results.statistics, options.folder);
     for (int i = 0; i < results.statistics.n_needed; ++i) {
-      count(results.rows[static_cast<std::size_t>(i)].status, outcome);
+      count(results.rows[index(i)].status, outcome);
     }
   } catch (const parallel::AgreedError& error) {
     outcome = share_counts(world, ledger.progress);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/hand_out.h"
 
+#include "crackle/common/stopwatch.h"
 #include "crackle/parallel/sleeping_wait.h"
-#include "crackle/stopwatch.h"
+
 #include "sample_message.h"
 
 #include <deque>

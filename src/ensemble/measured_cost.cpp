@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/measured_cost.h"
 
+#include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/parallel/agreement.h"
-#include "crackle/stopwatch.h"
 
 #include <algorithm>
 #include <cmath>
@@ -41,7 +41,8 @@ public:
         loads_(mechanics::make_boundary_loads(self_, parameters, subdomain_)),
         strength_(fracture::tetrahedron_strengths(self_, parameters, subdomain_, body_.operators())),
         account_(self_, body_),
-        state_{parallel::NodeField(self_, subdomain_), parallel::NodeField(self_, subdomain_)} {}
+        state_{parallel::NodeField(self_, subdomain_.layout), parallel::NodeField(self_, subdomain_.layout)} {
+  }
 
   void measure_solves(MeasuredCost& cost) {
     const fracture::TulerButcher criterion(parameters_.fracture, strength_, grid_.step);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/sample_group.h"
 
+#include "crackle/common/index.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/message.h"
 
@@ -17,8 +18,9 @@ constexpr const char* sharing_stage = "sharing";
 template <class Subdomain, class Work>
 void for_each_array(Subdomain& part, const Work& work) {
   work(part.nodes);
-  work(part.node_number);
-  work(part.distributed_number);
+  work(part.layout.number);
+  work(part.layout.ghosts);
+  work(part.layout.first_owned);
   work(part.tetrahedra);
   work(part.tetrahedron_number);
   work(part.counted);
@@ -38,15 +40,15 @@ void SampleGroup::renew() {
 void send_shares(const SampleGroup& group, std::uint64_t sample, std::span<geometry::Subdomain> parts) {
   const auto& control = group.control();
   for (int rank = 1; rank < group.size(); ++rank) {
-    const auto& part = parts[static_cast<std::size_t>(rank)];
-    ShareHeader header{sample, part.n_nodes_global, part.n_tetrahedra_global, part.n_owned, {}};
+    const auto& part = parts[index(rank)];
+    ShareHeader header{sample, part.layout.n_global, part.n_tetrahedra_global, part.layout.n_owned, {}};
     std::size_t i = 0;
     for_each_array(part, [&](const auto& array) { header.lengths[i++] = array.size(); });
     parallel::send_bytes(control, std::as_bytes(std::span(&header, 1)), rank, share_tag);
   }
   parallel::agree(control, [&] { group.computation().enter(sharing_stage); });
   for (int rank = 1; rank < group.size(); ++rank) {
-    auto& part = parts[static_cast<std::size_t>(rank)];
+    auto& part = parts[index(rank)];
     for_each_array(part, [&](const auto& array) { parallel::send_array(control, array, rank, share_tag); });
     part = {};
   }
@@ -66,9 +68,9 @@ std::optional<ShareHeader> receive_header(const SampleGroup& group) {
 geometry::Subdomain receive_share(const SampleGroup& group, const ShareHeader& header) {
   const auto& control = group.control();
   geometry::Subdomain part;
-  part.n_nodes_global = header.n_nodes_global;
+  part.layout.n_global = header.n_nodes_global;
   part.n_tetrahedra_global = header.n_tetrahedra_global;
-  part.n_owned = static_cast<std::int32_t>(header.n_owned);
+  part.layout.n_owned = static_cast<std::int32_t>(header.n_owned);
   parallel::agree(control, [&] {
     group.computation().enter(sharing_stage);
     std::size_t i = 0;

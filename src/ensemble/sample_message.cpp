@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "sample_message.h"
 
+#include "crackle/common/packing.h"
 #include "crackle/parallel/message.h"
-#include "crackle/parallel/packing.h"
 #include "crackle/parallel/sleeping_wait.h"
 
 #include <vector>
@@ -34,7 +34,7 @@ std::optional<Request> poll_request(const parallel::Communicator& world) {
 }
 
 void send_work(const parallel::Communicator& world, int rank, const PreparedSample& prepared) {
-  parallel::Packer header;
+  Packer header;
   header.put(prepared.sample);
   header.put(prepared.seconds);
   header.put(prepared.realization.report);
@@ -76,7 +76,7 @@ std::optional<std::string> poll_progress(const parallel::Communicator& world) {
 std::optional<PreparedSample> receive_work(const parallel::Communicator& world) {
   const auto bytes = parallel::receive_array<std::byte>(world, master, work_tag);
   if (bytes.empty()) return std::nullopt;
-  parallel::Unpacker header(bytes);
+  Unpacker header(bytes);
   PreparedSample prepared;
   prepared.sample = header.get<std::uint64_t>();
   prepared.seconds = header.get<double>();

@@ -2,7 +2,7 @@
 #include "crackle/ensemble/sample_report.h"
 
 #include "crackle/analysis/sample_results.h"
-#include "crackle/parallel/packing.h"
+#include "crackle/common/packing.h"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 namespace crackle::ensemble {
 
 std::vector<std::byte> to_bytes(const SampleReport& report) {
-  parallel::Packer packer;
+  Packer packer;
   packer.put(report.sample);
   packer.put(report.stored);
   packer.put(report.parked);
@@ -24,7 +24,7 @@ std::vector<std::byte> to_bytes(const SampleReport& report) {
 }
 
 SampleReport report_from_bytes(std::span<const std::byte> bytes) {
-  parallel::Unpacker unpacker(bytes);
+  Unpacker unpacker(bytes);
   SampleReport report;
   report.sample = unpacker.get<std::uint64_t>();
   report.stored = unpacker.get<bool>();

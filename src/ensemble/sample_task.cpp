@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/sample_task.h"
 
+#include "crackle/common/stopwatch.h"
 #include "crackle/parallel/agreement.h"
-#include "crackle/stopwatch.h"
 
 #include <fmt/format.h>
 

@@ -13,7 +13,6 @@
 namespace crackle::fracture {
 
 using mechanics::Symmetric;
-using mechanics::Vector;
 
 std::array<Vector, n_cuts> cut_areas(const mechanics::TetrahedronOperator& t) {
   std::array<Vector, n_cuts> areas{};
@@ -30,7 +29,7 @@ int most_loaded_cut(const mechanics::TetrahedronOperator& tetrahedron, const Sym
   double best_traction = 0;
   for (int cut = 0; cut < n_cuts; ++cut) {
     const Vector& area = areas[static_cast<std::size_t>(cut)];
-    const double traction = mechanics::dot(area, mechanics::apply(sigma, area)) / mechanics::dot(area, area);
+    const double traction = dot(area, mechanics::apply(sigma, area)) / dot(area, area);
     if (cut == 0 || traction > best_traction) {
       best = cut;
       best_traction = traction;
@@ -83,7 +82,7 @@ void BreakableBody::open(std::int32_t tetrahedron, int cut) {
   order_.push_back(tetrahedron);
   if (contact_ == input::Contact::frictionless) {
     Vector normal = cut_areas(operators_.tetrahedra[index])[static_cast<std::size_t>(cut)];
-    const double area = std::sqrt(mechanics::dot(normal, normal));
+    const double area = std::sqrt(dot(normal, normal));
     for (double& component : normal) component /= area;
     integrity_.add_contact(tetrahedron, normal);
   }
@@ -135,7 +134,7 @@ std::vector<BreakableBody::LooseEdge> BreakableBody::find_loose_edges() const {
       const auto [a, b] = geometry::dual_facet_nodes[static_cast<std::size_t>(k)];
       const Vector area =
           mechanics::dual_facet_area(operators_.tetrahedra[index], static_cast<int>(a), static_cast<int>(b));
-      const double size = std::sqrt(mechanics::dot(area, area));
+      const double size = std::sqrt(dot(area, area));
       all += size;
       if (broken_[index] == 0)
         unbroken += size;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "stress_watch.h"
 
+#include "crackle/common/index.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -17,17 +19,13 @@ double reference(std::span<const double> strength) {
   return strength.empty() ? 1 : strength.front();
 }
 
-constexpr std::size_t index(std::int32_t i) {
-  return static_cast<std::size_t>(i);
-}
-
 }  // namespace
 
 template <class Real>
 StressWatch<Real>::StressWatch(const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
                                const mechanics::IsotropicElasticity& elasticity,
                                std::span<const double> strength, double displacement_quantum,
-                               std::int32_t nodes_per_block, mechanics::InstructionSet instruction_set)
+                               std::int32_t nodes_per_block, InstructionSet instruction_set)
     : n_tetrahedra_(subdomain.n_tetrahedra()),
       instruction_set_(instruction_set),
       stiffness_{static_cast<Real>(elasticity.lambda / reference(strength)),
@@ -47,7 +45,7 @@ StressWatch<Real>::StressWatch(const geometry::Subdomain& subdomain, const mecha
     double sum = 0;
     for (std::size_t a = 0; a < 4; ++a) {
       group.corner[a][lane] = tetrahedron.nodes[a];
-      sum += std::sqrt(mechanics::dot(tetrahedron.gradient[a], tetrahedron.gradient[a]));
+      sum += std::sqrt(dot(tetrahedron.gradient[a], tetrahedron.gradient[a]));
       for (std::size_t i = 0; i < 3 && a > 0; ++i)
         group.gradient[3 * (a - 1) + i][lane] =
             static_cast<Real>(tetrahedron.gradient[a][i] * displacement_quantum * relative);
@@ -56,10 +54,11 @@ StressWatch<Real>::StressWatch(const geometry::Subdomain& subdomain, const mecha
     group.sensitivity[lane] = static_cast<Real>(per_gradient * sum * relative * (1 + 0x1p-20));
   }
 
-  const auto n_owned_blocks = (subdomain.n_owned + nodes_per_block - 1) / nodes_per_block;
+  const auto n_owned_blocks = (subdomain.layout.n_owned + nodes_per_block - 1) / nodes_per_block;
   const auto block_of = [&](std::int32_t node) {
-    return node < subdomain.n_owned ? node / nodes_per_block
-                                    : n_owned_blocks + (node - subdomain.n_owned) / nodes_per_block;
+    return node < subdomain.layout.n_owned
+               ? node / nodes_per_block
+               : n_owned_blocks + (node - subdomain.layout.n_owned) / nodes_per_block;
   };
   for (std::size_t first = 0; first < groups_.size(); first += groups_per_chunk) {
     Chunk chunk{first, std::min(first + groups_per_chunk, groups_.size()), {}};

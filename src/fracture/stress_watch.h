@@ -29,8 +29,7 @@ public:
   ///   their own
   StressWatch(const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
               const mechanics::IsotropicElasticity& elasticity, std::span<const double> strength,
-              double displacement_quantum, std::int32_t nodes_per_block,
-              mechanics::InstructionSet instruction_set);
+              double displacement_quantum, std::int32_t nodes_per_block, InstructionSet instruction_set);
 
   /// The tetrahedra that must be looked at after a step, ascending; among them all above the strength, and
   /// also broken ones.
@@ -51,7 +50,7 @@ private:
   };
 
   std::int32_t n_tetrahedra_;
-  mechanics::InstructionSet instruction_set_;
+  InstructionSet instruction_set_;
   kernels::RelativeStiffness<Real> stiffness_;
   std::vector<kernels::TetrahedronGroup<Real>> groups_;
   std::vector<double> deadline_;  // of each group, on its chunk's clock

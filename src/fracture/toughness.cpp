@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/fracture/toughness.h"
 
+#include "crackle/common/index.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/parallel/agreement.h"
-#include "crackle/parallel/node_field.h"
+#include "crackle/parallel/ghost_exchange.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,7 +41,7 @@ std::optional<ToughnessRange> toughness_along_ligaments(const input::Parameters&
     for (int layer = 0; layer <= 2; ++layer) {
       geometry::Point p{};
       p[0] = layer * body.size()[0] / 2;
-      p[static_cast<std::size_t>(slot.at_axis)] = (slot.lower + slot.upper) / 2;
+      p[index(slot.at_axis)] = (slot.lower + slot.upper) / 2;
       for (int step = 0; step <= n_steps; ++step) {
         p[along] = slot.tip + step * (end - slot.tip) / n_steps;
         if (!body.contains(p)) break;
@@ -54,21 +55,22 @@ std::optional<ToughnessRange> toughness_along_ligaments(const input::Parameters&
 
 std::vector<double> local_spacings(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                                    const mechanics::PdsOperators& operators) {
-  parallel::NodeField at_node(group, subdomain);
+  std::vector<double> at_node(subdomain.nodes.size());
   const auto round_node = mechanics::node_tetrahedra(subdomain);
-  for (std::int32_t node = 0; node < subdomain.n_owned; ++node) {
+  for (std::int32_t node = 0; node < subdomain.layout.n_owned; ++node) {
     double volume = 0;
-    for (const auto t : round_node[node]) volume += operators.tetrahedra[static_cast<std::size_t>(t)].volume;
+    for (const auto t : round_node[node]) volume += operators.tetrahedra[index(t)].volume;
     volume /= static_cast<double>(round_node[node].size());
-    at_node.local()[3 * static_cast<std::size_t>(node)] = std::cbrt(6 * std::sqrt(2.0) * volume);
+    at_node[index(node)] = std::cbrt(6 * std::sqrt(2.0) * volume);
   }
+  parallel::GhostExchange<double> exchange(group, subdomain.layout);
   parallel::agree(group);
-  at_node.update_ghosts();
+  exchange.update(at_node);
   std::vector<double> spacings;
   spacings.reserve(operators.tetrahedra.size());
   for (const auto& t : operators.tetrahedra) {
     double sum = 0;
-    for (const auto node : t.nodes) sum += at_node.local()[3 * static_cast<std::size_t>(node)];
+    for (const auto node : t.nodes) sum += at_node[index(node)];
     spacings.push_back(sum / 4);
   }
   return spacings;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "blue_noise.h"
 
+#include "crackle/common/vector.h"
+
 #include "point_tree.h"
-#include "vector_algebra.h"
 
 #include <algorithm>
 #include <cmath>
@@ -56,8 +57,7 @@ bool subdivide(const SpacingField& spacing, const Box& region, const Visit& visi
 }
 
 SpacedPoints candidates(const SpacingField& spacing, const Box& region,
-                        const std::function<bool(const Point&, double)>& accepts,
-                        parallel::RandomStream& stream) {
+                        const std::function<bool(const Point&, double)>& accepts, RandomStream& stream) {
   const bool flat = is_flat(region);
   const double density = candidates_per_point * (flat ? surface_density : interior_density);
   SpacedPoints result;
@@ -93,7 +93,7 @@ double weight(double distance, double spacing_sum, double reach) {
 
 std::vector<Point> blue_noise(const SpacingField& spacing, const Box& region,
                               const std::function<bool(const Point&, double spacing)>& accepts,
-                              const SpacedPoints& fixed, parallel::RandomStream stream) {
+                              const SpacedPoints& fixed, RandomStream stream) {
   SpacedPoints pool = candidates(spacing, region, accepts, stream);
   const std::size_t n_candidates = pool.position.size();
   const auto n_wanted = static_cast<std::size_t>(

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/random.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/mother_points.h"
-#include "crackle/parallel/random.h"
 
 #include <functional>
 #include <span>
@@ -28,7 +28,7 @@ inline constexpr double interior_density = 1.07;
 /// preferred directions.
 std::vector<Point> blue_noise(const SpacingField& spacing, const Box& region,
                               const std::function<bool(const Point&, double spacing)>& accepts,
-                              const SpacedPoints& fixed, parallel::RandomStream stream);
+                              const SpacedPoints& fixed, RandomStream stream);
 
 /// The number of points that blue_noise would give, to a few percent, from a quadrature; stops when it
 /// exceeds the limit.

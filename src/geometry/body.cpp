@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/body.h"
 
+#include "crackle/common/index.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -208,7 +210,7 @@ std::vector<Point> Body::corners() const {
 double Body::distance_to_notch_tip(const Point& p) const {
   double nearest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < n_notches(); ++i)
-    nearest = std::min(nearest, distance(p, surfaces_[static_cast<std::size_t>(8 + 3 * i)].extent));
+    nearest = std::min(nearest, distance(p, surfaces_[index(8 + 3 * i)].extent));
   return nearest;
 }
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "displacement.h"
 
+
 namespace crackle::geometry {
 
 Point displaced(const Body& body, const Point& centre, std::uint8_t movable, double radius,
-                parallel::RandomStream stream) {
+                RandomStream stream) {
   if (movable == 0 || radius == 0) return centre;
   // The centre is in the body, so at least an eighth of the ball is: this many draws fail with probability
   // 1e-30.

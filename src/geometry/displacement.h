@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/random.h"
 #include "crackle/geometry/body.h"
-#include "crackle/parallel/random.h"
 
 #include <cstdint>
 
@@ -11,6 +11,6 @@ namespace crackle::geometry {
 /// A point uniformly distributed within `radius` of `centre` along its movable axes: in a ball, a disc or a
 /// segment. Positions outside the body or on another surface are drawn again.
 Point displaced(const Body& body, const Point& centre, std::uint8_t movable, double radius,
-                parallel::RandomStream stream);
+                RandomStream stream);
 
 }  // namespace crackle::geometry

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/dual_facets.h"
 
-#include "vector_algebra.h"
+#include "crackle/common/index.h"
+#include "crackle/common/vector.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,10 +11,6 @@
 namespace crackle::geometry {
 
 namespace {
-
-constexpr std::size_t index(std::int32_t number) {
-  return static_cast<std::size_t>(number);
-}
 
 double kronecker(std::size_t i, std::size_t j) {
   return i == j ? 1.0 : 0.0;

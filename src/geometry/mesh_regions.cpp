@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/mesh_regions.h"
 
+#include "crackle/common/index.h"
+
 #include <algorithm>
 
 namespace crackle::geometry {
@@ -34,13 +36,12 @@ std::vector<RegionContent> region_contents(const Realization& realization, const
   for (const Tetrahedron& t : realization.tetrahedra) {
     Point centroid{};
     for (const std::int32_t node : t)
-      for (std::size_t i = 0; i < 3; ++i)
-        centroid[i] += realization.nodes[static_cast<std::size_t>(node)][i] / 4;
+      for (std::size_t i = 0; i < 3; ++i) centroid[i] += realization.nodes[index(node)][i] / 4;
     centroids.push_back(centroid);
   }
   std::vector<RegionContent> contents(mesh.regions.size() + 1);
   const auto of = [&](std::int32_t number) -> RegionContent& {
-    return number < 0 ? contents.back() : contents[static_cast<std::size_t>(number)];
+    return number < 0 ? contents.back() : contents[index(number)];
   };
   for (const auto number : region_numbers(realization.nodes, body, mesh)) ++of(number).nodes;
   for (const auto number : region_numbers(centroids, body, mesh)) ++of(number).tetrahedra;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/mesh_statistics.h"
 
+#include "crackle/common/index.h"
+#include "crackle/common/vector.h"
 #include "crackle/geometry/quality.h"
-#include "vector_algebra.h"
 
 #include <algorithm>
 #include <numbers>
@@ -26,7 +27,7 @@ MeshStatistics mesh_statistics(const Realization& realization) {
   for (const Tetrahedron& t : realization.tetrahedra) {
     std::array<Point, 4> corner{};
     for (std::size_t i = 0; i < 4; ++i) {
-      corner[i] = realization.nodes[static_cast<std::size_t>(t[i])];
+      corner[i] = realization.nodes[index(t[i])];
       for (std::size_t j = 0; j < i; ++j) edges.push_back(std::minmax(t[i], t[j]));
     }
     quality.push_back(mean_ratio(corner[0], corner[1], corner[2], corner[3]));
@@ -40,8 +41,7 @@ MeshStatistics mesh_statistics(const Realization& realization) {
   std::vector<double> length;
   length.reserve(edges.size());
   for (const auto& [a, b] : edges)
-    length.push_back(norm(difference(realization.nodes[static_cast<std::size_t>(a)],
-                                     realization.nodes[static_cast<std::size_t>(b)])));
+    length.push_back(norm(difference(realization.nodes[index(a)], realization.nodes[index(b)])));
   statistics.n_edges = static_cast<std::int64_t>(edges.size());
   statistics.edge_length = quantiles(std::move(length));
   statistics.quality = quantiles(std::move(quality));

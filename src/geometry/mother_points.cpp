@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/mother_points.h"
 
+#include "crackle/common/index.h"
+#include "crackle/common/vector.h"
 #include "crackle/input/limits.h"
 
 #include "blue_noise.h"
@@ -9,7 +11,6 @@
 #include "redraw.h"
 #include "relaxation.h"
 #include "slab_order.h"
-#include "vector_algebra.h"
 #include "wall_points.h"
 
 #include <fmt/format.h>
@@ -81,7 +82,7 @@ std::vector<double> n_edge_spacings(const SpacingField& spacing, const Edge& edg
   return count;
 }
 
-void place_on_edge(Collection& collection, const Edge& edge, parallel::RandomStream stream) {
+void place_on_edge(Collection& collection, const Edge& edge, RandomStream stream) {
   const auto axis = static_cast<std::size_t>(edge.axis);
   const std::vector<double> count = n_edge_spacings(collection.spacing, edge);
   const double step = (edge.to[axis] - edge.from[axis]) / static_cast<double>(count.size() - 1);
@@ -98,8 +99,8 @@ void place_on_edge(Collection& collection, const Edge& edge, parallel::RandomStr
   }
 }
 
-void place_on_surface(Collection& collection, SurfaceId id, parallel::RandomStream stream) {
-  const Surface& surface = collection.body.surfaces()[static_cast<std::size_t>(id)];
+void place_on_surface(Collection& collection, SurfaceId id, RandomStream stream) {
+  const Surface& surface = collection.body.surfaces()[index(id)];
   SpacedPoints fixed;
   for (std::size_t i = 0; i < collection.points.size(); ++i) {
     if (!surface.extent.contains(collection.points.position[i])) continue;
@@ -113,7 +114,7 @@ void place_on_surface(Collection& collection, SurfaceId id, parallel::RandomStre
     collection.add(p, id);
 }
 
-void place_in_interior(Collection& collection, parallel::RandomStream stream) {
+void place_in_interior(Collection& collection, RandomStream stream) {
   const Body& body = collection.body;
   const auto accepts = [&](const Point& p, double spacing) {
     return body.distance_to_surface(p) >= surface_margin * spacing;
@@ -143,7 +144,7 @@ void relax(Collection& collection) {
 /// @return the cells that stay bad; nothing is moved when they are more than the points, which moves cannot
 /// cure
 std::vector<Tetrahedron> improve(const Body& body, MotherPoints& points, double goal, double min_quality,
-                                 const parallel::RandomStream& stream) {
+                                 const RandomStream& stream) {
   Tessellation tessellation(body, points.position, min_quality);
   std::vector<Tetrahedron> bad = tessellation.bad_cells();
   if (bad.size() > points.size()) return bad;
@@ -167,9 +168,7 @@ std::vector<Tetrahedron> improve(const Body& body, MotherPoints& points, double 
 
 [[noreturn]] void refuse(const Body& body, const MotherPoints& points, double min_quality,
                          const std::vector<Tetrahedron>& bad) {
-  const auto corner = [&](std::size_t i) {
-    return points.position[static_cast<std::size_t>(bad.front()[i])];
-  };
+  const auto corner = [&](std::size_t i) { return points.position[index(bad.front()[i])]; };
   const bool crossing =
       place(body.sections(), {corner(0), corner(1), corner(2), corner(3)}) == Place::crossing;
   throw std::runtime_error(fmt::format(
@@ -182,7 +181,7 @@ std::vector<Tetrahedron> improve(const Body& body, MotherPoints& points, double 
 }
 
 /// Blue noise on edges, surfaces and in the interior, relaxed.
-void generate(Collection& collection, const parallel::RandomStream& stream) {
+void generate(Collection& collection, const RandomStream& stream) {
   const Body& body = collection.body;
   for (const Point& p : body.corners()) collection.add(p, -1);
   std::uint64_t item = 0;
@@ -239,10 +238,10 @@ MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::
                                 const std::function<void(double n_points)>& expects, std::uint64_t sample,
                                 int attempt) {
   const SpacingField spacing(body, mesh);
-  const parallel::RandomStream stream =
+  const RandomStream stream =
       mesh.base == input::Base::shared
-          ? parallel::RandomStream(seed, 0, "mother points")
-          : parallel::RandomStream(seed, sample, fmt::format("own mother points, attempt {}", attempt));
+          ? RandomStream(seed, 0, "mother points")
+          : RandomStream(seed, sample, fmt::format("own mother points, attempt {}", attempt));
   Collection collection{body, spacing, {}, {}};
   if (mesh.points) {
     for (const Point& p : read_points(*mesh.points, body)) collection.add(p, -1);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/partition.h"
 
+#include "crackle/common/index.h"
+
 #include <fmt/format.h>
 #include <metis.h>
 
@@ -13,10 +15,6 @@
 namespace crackle::geometry {
 
 namespace {
-
-constexpr std::size_t index(std::int32_t number) {
-  return static_cast<std::size_t>(number);
-}
 
 void check_metis(int code) {
   if (code == METIS_OK) return;

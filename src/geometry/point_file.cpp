@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/common/index.h"
+#include "crackle/common/vector.h"
 #include "crackle/geometry/mother_points.h"
+
 #include "point_tree.h"
-#include "vector_algebra.h"
 
 #include <fmt/format.h>
 
@@ -43,10 +45,10 @@ std::optional<double> number(std::string_view word) {
 /// Sets coordinates that lie within the tolerance of a plane of the body exactly on it.
 Point snapped(const Body& body, Point p, double tolerance) {
   for (const Surface& surface : body.surfaces()) {
-    double& coordinate = p[static_cast<std::size_t>(surface.axis)];
+    double& coordinate = p[index(surface.axis)];
     if (std::abs(coordinate - surface.position) > tolerance) continue;
     Point q = p;
-    q[static_cast<std::size_t>(surface.axis)] = surface.position;
+    q[index(surface.axis)] = surface.position;
     if (distance(q, surface.extent) <= tolerance) coordinate = surface.position;
   }
   return p;
@@ -113,8 +115,7 @@ std::vector<Point> read_points(const std::filesystem::path& file, const Body& bo
   for (std::size_t i = 0; i < points.size(); ++i) {
     tree.find(points[i], tolerance, near);
     if (static_cast<std::size_t>(near.front()) < i)
-      messages.add(lines[i], fmt::format("the same point as in line {}",
-                                         lines[static_cast<std::size_t>(near.front())]));
+      messages.add(lines[i], fmt::format("the same point as in line {}", lines[index(near.front())]));
   }
   messages.throw_if_any();
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "point_tree.h"
 
+#include "crackle/common/index.h"
+
 #include <algorithm>
 #include <numeric>
 
@@ -18,10 +20,10 @@ PointTree::PointTree(std::span<const Point> points)
 
 void PointTree::build(std::size_t begin, std::size_t end) {
   if (end - begin <= leaf_size) return;
-  Point lower = points_[static_cast<std::size_t>(order_[begin])];
+  Point lower = points_[index(order_[begin])];
   Point upper = lower;
   for (std::size_t i = begin; i < end; ++i) {
-    const Point& p = points_[static_cast<std::size_t>(order_[i])];
+    const Point& p = points_[index(order_[i])];
     for (std::size_t axis = 0; axis < 3; ++axis) {
       lower[axis] = std::min(lower[axis], p[axis]);
       upper[axis] = std::max(upper[axis], p[axis]);
@@ -33,7 +35,7 @@ void PointTree::build(std::size_t begin, std::size_t end) {
   const std::size_t middle = begin + (end - begin) / 2;
   const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
   std::nth_element(at(begin), at(middle), at(end), [&](std::int32_t a, std::int32_t b) {
-    return points_[static_cast<std::size_t>(a)][widest] < points_[static_cast<std::size_t>(b)][widest];
+    return points_[index(a)][widest] < points_[index(b)][widest];
   });
   split_axis_[middle] = static_cast<std::uint8_t>(widest);
   build(begin, middle);
@@ -49,7 +51,7 @@ void PointTree::find(const Point& p, double radius, std::vector<std::int32_t>& f
 void PointTree::collect(std::size_t begin, std::size_t end, const Point& p, double radius,
                         std::vector<std::int32_t>& found) const {
   const auto examine = [&](std::size_t i) {
-    const Point& q = points_[static_cast<std::size_t>(order_[i])];
+    const Point& q = points_[index(order_[i])];
     const double dx = q[0] - p[0];
     const double dy = q[1] - p[1];
     const double dz = q[2] - p[2];
@@ -61,7 +63,7 @@ void PointTree::collect(std::size_t begin, std::size_t end, const Point& p, doub
   }
   const std::size_t middle = begin + (end - begin) / 2;
   const std::size_t axis = split_axis_[middle];
-  const double offset = p[axis] - points_[static_cast<std::size_t>(order_[middle])][axis];
+  const double offset = p[axis] - points_[index(order_[middle])][axis];
   examine(middle);
   if (offset <= radius) collect(begin, middle, p, radius, found);
   if (offset >= -radius) collect(middle + 1, end, p, radius, found);

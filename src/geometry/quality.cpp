@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/quality.h"
 
-#include "vector_algebra.h"
+#include "crackle/common/vector.h"
 
 #include <cmath>
 

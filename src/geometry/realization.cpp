@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/realization.h"
 
+#include "crackle/common/index.h"
 #include "crackle/geometry/quality.h"
 #include "crackle/geometry/symmetry.h"
+
 #include "displacement.h"
 #include "redraw.h"
 
@@ -20,16 +22,12 @@ namespace {
 
 constexpr int max_rounds = 200;
 
-constexpr std::size_t index(std::int32_t node) {
-  return static_cast<std::size_t>(node);
-}
-
 /// The same tetrahedron with its smallest node first and the smallest of the others second.
 Tetrahedron canonical(const Tetrahedron& t) {
   // The even permutations that bring each corner to the front; then the other three turn.
   constexpr std::array<std::array<std::size_t, 4>, 4> to_front{
       {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 3, 0, 1}, {3, 2, 1, 0}}};
-  const auto& order = to_front[static_cast<std::size_t>(std::min_element(t.begin(), t.end()) - t.begin())];
+  const auto& order = to_front[index(std::min_element(t.begin(), t.end()) - t.begin())];
   Tetrahedron result{t[order[0]], t[order[1]], t[order[2]], t[order[3]]};
   std::rotate(result.begin() + 1, std::min_element(result.begin() + 1, result.end()), result.end());
   return result;
@@ -66,7 +64,7 @@ std::uint8_t chosen_symmetry(const Body& body, const input::Mesh& mesh, std::uin
                              std::uint64_t sample) {
   if (mesh.turn == input::Turn::none || mesh.perturbation == 0) return 0;
   const std::vector<std::uint8_t> all = symmetries(body, mesh);
-  return all[static_cast<std::size_t>(parallel::RandomStream(seed, sample, "turn").bits() % all.size())];
+  return all[index(RandomStream(seed, sample, "turn").bits() % all.size())];
 }
 
 /// Maps a tessellation by a symmetry of the body.
@@ -92,7 +90,7 @@ SurfaceId surface_of(const Body& body, const std::vector<Point>& nodes, const Tr
 Realization make_realization(const Body& body, const MotherPoints& base, const input::Mesh& mesh,
                              std::uint64_t seed, std::uint64_t sample, int attempt) {
   const std::string suffix = attempt == 0 ? "" : fmt::format(", attempt {}", attempt);
-  const parallel::RandomStream stream(seed, sample, "disturbance" + suffix);
+  const RandomStream stream(seed, sample, "disturbance" + suffix);
   const auto draw = [&](std::size_t i, std::int32_t number, double amplitude) {
     return displaced(body, base.position[i], base.movable[i], amplitude * mesh.perturbation * base.spacing[i],
                      stream.substream(i).substream(static_cast<std::uint64_t>(number)));
@@ -102,12 +100,12 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
   for (std::size_t i = 0; i < base.size(); ++i) realization.nodes[i] = draw(i, 0, 1);
 
   Tessellation tessellation(body, realization.nodes, mesh.min_quality);
-  const RedrawOutcome outcome = redraw(
-      tessellation, base.movable,
-      [&](std::int32_t node, std::int32_t number, double amplitude) {
-        return draw(index(node), number, amplitude);
-      },
-      parallel::RandomStream(seed, sample, "choice of redrawn points" + suffix), {.max_rounds = max_rounds});
+  const RedrawOutcome outcome =
+      redraw(tessellation, base.movable,
+             [&](std::int32_t node, std::int32_t number, double amplitude) {
+               return draw(index(node), number, amplitude);
+             },
+             RandomStream(seed, sample, "choice of redrawn points" + suffix), {.max_rounds = max_rounds});
   if (!outcome.remaining.empty())
     throw std::runtime_error(fmt::format(
         "sample {}: after {} rounds of redrawing, {} tetrahedra are still below min_quality = {} or "

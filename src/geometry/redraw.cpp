@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "redraw.h"
 
+#include "crackle/common/index.h"
+
 #include <algorithm>
 #include <bit>
 #include <limits>
@@ -19,10 +21,6 @@ constexpr int max_rings = 3;
 constexpr int resistance_until_reset = 12;
 constexpr std::size_t many_cells = 100;
 
-constexpr std::size_t index(std::int32_t node) {
-  return static_cast<std::size_t>(node);
-}
-
 double amplitude_of(int attempt) {
   if (attempt >= attempts_until_zero) return 0;
   double amplitude = 1;
@@ -33,7 +31,7 @@ double amplitude_of(int attempt) {
 class Redrawing {
 public:
   Redrawing(Tessellation& tessellation, std::span<const std::uint8_t> movable, const Draw& draw,
-            parallel::RandomStream choice, const RedrawRules& rules)
+            RandomStream choice, const RedrawRules& rules)
       : tessellation_(tessellation),
         movable_(movable),
         draw_(draw),
@@ -119,7 +117,7 @@ private:
       lowest = std::min(lowest, handicap);
       if (handicap == lowest) best.push_back(node);
     }
-    return best[static_cast<std::size_t>(choice_.bits() % best.size())];
+    return best[index(choice_.bits() % best.size())];
   }
 
   void redraw(std::int32_t node) {
@@ -147,7 +145,7 @@ private:
   Tessellation& tessellation_;
   std::span<const std::uint8_t> movable_;
   const Draw& draw_;
-  parallel::RandomStream choice_;
+  RandomStream choice_;
   const RedrawRules& rules_;
   std::vector<int> resistance_;  ///< times that a bad cell was found at the point
   std::vector<int> attempts_;    ///< times that the point was redrawn
@@ -159,7 +157,7 @@ private:
 }  // namespace
 
 RedrawOutcome redraw(Tessellation& tessellation, std::span<const std::uint8_t> movable, const Draw& draw,
-                     parallel::RandomStream choice, const RedrawRules& rules) {
+                     RandomStream choice, const RedrawRules& rules) {
   return Redrawing(tessellation, movable, draw, choice, rules).run();
 }
 

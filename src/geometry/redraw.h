@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/parallel/random.h"
+#include "crackle/common/random.h"
+
 #include "tessellation.h"
 
 #include <cstdint>
@@ -43,6 +44,6 @@ struct RedrawOutcome {
 /// examined. A cell that resists has its other points, then their neighbours redrawn.
 /// @param choice decides between points that are equally suitable
 RedrawOutcome redraw(Tessellation& tessellation, std::span<const std::uint8_t> movable, const Draw& draw,
-                     parallel::RandomStream choice, const RedrawRules& rules);
+                     RandomStream choice, const RedrawRules& rules);
 
 }  // namespace crackle::geometry

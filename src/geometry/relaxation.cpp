@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "relaxation.h"
 
+#include "crackle/common/index.h"
+#include "crackle/common/vector.h"
+
 #include "tessellation.h"
-#include "vector_algebra.h"
 
 #include <bit>
 #include <utility>
@@ -10,10 +12,6 @@
 namespace crackle::geometry {
 
 namespace {
-
-constexpr std::size_t index(std::int32_t node) {
-  return static_cast<std::size_t>(node);
-}
 
 /// A weight and the weighted vector from the first corner to the circumcentre.
 struct Pull {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "slab_order.h"
 
+#include "crackle/common/index.h"
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -14,9 +16,7 @@ namespace {
 /// Sorts by the first axis, cuts into layers of one mean spacing, and sorts each by the remaining axes.
 void sort_in_layers(const MotherPoints& points, std::span<const std::size_t> axes,
                     std::span<std::int32_t> order) {
-  const auto coordinate = [&](std::int32_t i) {
-    return points.position[static_cast<std::size_t>(i)][axes[0]];
-  };
+  const auto coordinate = [&](std::int32_t i) { return points.position[index(i)][axes[0]]; };
   std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
     return coordinate(a) != coordinate(b) ? coordinate(a) < coordinate(b) : a < b;
   });
@@ -28,7 +28,7 @@ void sort_in_layers(const MotherPoints& points, std::span<const std::size_t> axe
       if (end > begin &&
           (coordinate(order[end]) - coordinate(order[begin])) * static_cast<double>(end - begin) > sum)
         break;
-      sum += points.spacing[static_cast<std::size_t>(order[end])];
+      sum += points.spacing[index(order[end])];
     }
     sort_in_layers(points, axes.subspan(1), order.subspan(begin, end - begin));
     begin = end;
@@ -49,9 +49,9 @@ MotherPoints in_slab_order(const MotherPoints& points, const Point& size) {
   sorted.spacing.reserve(points.size());
   sorted.movable.reserve(points.size());
   for (const std::int32_t i : order) {
-    sorted.position.push_back(points.position[static_cast<std::size_t>(i)]);
-    sorted.spacing.push_back(points.spacing[static_cast<std::size_t>(i)]);
-    sorted.movable.push_back(points.movable[static_cast<std::size_t>(i)]);
+    sorted.position.push_back(points.position[index(i)]);
+    sorted.spacing.push_back(points.spacing[index(i)]);
+    sorted.movable.push_back(points.movable[index(i)]);
   }
   return sorted;
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/common/index.h"
 #include "crackle/geometry/mesh_regions.h"
 #include "crackle/geometry/mother_points.h"
 
@@ -41,7 +42,7 @@ SpacingField::SpacingField(const Body& body, const input::Mesh& mesh) {
         fmt::format("mesh.region[{}]", i));
   for (int i = 0; i < body.n_notches(); ++i) {
     const Box& slot = body.slot(i);
-    add(body.surfaces()[static_cast<std::size_t>(8 + 3 * i)].extent, mesh.notch_spacing, mesh.growth,
+    add(body.surfaces()[index(8 + 3 * i)].extent, mesh.notch_spacing, mesh.growth,
         fmt::format("notch_spacing at notch {}", i + 1));
     const bool shallow = body.notch(i).depth < body.notch(i).height;
     add(slot, std::min(body.notch(i).height, body.notch(i).depth), growth,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/subdomain.h"
 
+#include "crackle/common/index.h"
+
 #include <algorithm>
 #include <array>
 #include <span>
@@ -8,10 +10,6 @@
 namespace crackle::geometry {
 
 namespace {
-
-constexpr std::size_t index(std::int64_t number) {
-  return static_cast<std::size_t>(number);
-}
 
 /// Calls visit(part) once for each part that owns one of the nodes.
 template <class Visit>
@@ -32,7 +30,7 @@ void for_owning_parts(std::span<const std::int32_t> nodes, const std::vector<std
 /// numbers, and gives those local ones.
 /// @param local scratch, -1 for every node of the realization; left so
 void number_locally(const Realization& realization, std::vector<std::int32_t>& local, Subdomain& subdomain) {
-  auto& numbers = subdomain.node_number;  // the owned nodes so far
+  auto& numbers = subdomain.layout.number;  // the owned nodes so far
   for (std::size_t i = 0; i < numbers.size(); ++i) local[index(numbers[i])] = static_cast<std::int32_t>(i);
   const std::size_t n_owned = numbers.size();
   for (const Tetrahedron& t : subdomain.tetrahedra)
@@ -61,14 +59,16 @@ std::vector<Subdomain> split(const Realization& realization, const Partition& pa
   const auto& node_part = partition.node_part;
   std::vector<Subdomain> parts(index(partition.n_parts));
   for (std::size_t node = 0; node < realization.nodes.size(); ++node)
-    parts[index(node_part[node])].node_number.push_back(static_cast<std::int64_t>(node));
-  std::vector<std::int64_t> distributed(realization.nodes.size());
-  std::int64_t next = 0;
+    parts[index(node_part[node])].layout.number.push_back(static_cast<std::int64_t>(node));
+  std::vector<std::int32_t> number_at_owner(realization.nodes.size());
+  std::vector<std::int64_t> first_owned{0};
   for (Subdomain& part : parts) {
-    part.n_nodes_global = static_cast<std::int64_t>(realization.nodes.size());
+    part.layout.n_global = static_cast<std::int64_t>(realization.nodes.size());
     part.n_tetrahedra_global = static_cast<std::int64_t>(realization.tetrahedra.size());
-    part.n_owned = static_cast<std::int32_t>(part.node_number.size());
-    for (const std::int64_t number : part.node_number) distributed[index(number)] = next++;
+    part.layout.n_owned = static_cast<std::int32_t>(part.layout.number.size());
+    for (std::int32_t i = 0; i < part.layout.n_owned; ++i)
+      number_at_owner[index(part.layout.number[index(i)])] = i;
+    first_owned.push_back(first_owned.back() + part.layout.n_owned);
   }
 
   for (std::size_t i = 0; i < realization.tetrahedra.size(); ++i) {
@@ -91,9 +91,11 @@ std::vector<Subdomain> split(const Realization& realization, const Partition& pa
   std::vector<std::int32_t> local(realization.nodes.size(), -1);
   for (Subdomain& part : parts) {
     number_locally(realization, local, part);
-    part.distributed_number.reserve(part.node_number.size());
-    for (const std::int64_t number : part.node_number)
-      part.distributed_number.push_back(distributed[index(number)]);
+    part.layout.first_owned = first_owned;
+    for (std::size_t i = index(part.layout.n_owned); i < part.layout.number.size(); ++i) {
+      const std::size_t node = index(part.layout.number[i]);
+      part.layout.ghosts.push_back({node_part[node], number_at_owner[node]});
+    }
   }
   return parts;
 }

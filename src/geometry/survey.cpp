@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/survey.h"
 
+#include "crackle/common/index.h"
+#include "crackle/common/stopwatch.h"
 #include "crackle/geometry/plain_delaunay.h"
 #include "crackle/geometry/symmetry.h"
-#include "crackle/stopwatch.h"
 
 #include <bit>
 #include <stdexcept>
@@ -22,7 +23,7 @@ std::array<DisplacementSums, 3> displacement_sums(const Body& body, const Mother
   for (std::size_t k = 0; k < base.size(); ++k) {
     const unsigned movable = base.movable[k];
     if (movable == 0) continue;
-    DisplacementSums& own = sums[static_cast<std::size_t>(std::popcount(movable)) - 1];
+    DisplacementSums& own = sums[index(std::popcount(movable)) - 1];
     const double amplitude = perturbation * base.spacing[k];
     const Point node = reflected(body, realization.report.reflected_axes, realization.nodes[k]);
     for (std::size_t i = 0; i < 3; ++i) {

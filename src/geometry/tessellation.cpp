@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tessellation.h"
 
+#include "crackle/common/index.h"
 #include "crackle/geometry/quality.h"
+
 #include "notch_crossing.h"
 
 #include <CGAL/Delaunay_triangulation_3.h>
@@ -37,10 +39,6 @@ using Facet = Delaunay::Facet;
 
 /// Corners of the face opposite to corner i of a positively oriented cell, with the normal outwards.
 constexpr std::array<std::array<int, 3>, 4> outward_face{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
-
-constexpr std::size_t index(std::int32_t node) {
-  return static_cast<std::size_t>(node);
-}
 
 Kernel::Point_3 kernel_point(const Point& p) {
   return {p[0], p[1], p[2]};
@@ -273,7 +271,7 @@ TessellationContent Tessellation::content() const {
       Triangle face{};
       bool on_surface = true;
       for (std::size_t k = 0; k < 3; ++k) {
-        face[k] = nodes[static_cast<std::size_t>(outward_face[i][k])];
+        face[k] = nodes[index(outward_face[i][k])];
         on_surface = on_surface && data.on_surface[index(face[k])];
       }
       if (!on_surface) continue;

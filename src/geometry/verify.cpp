@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/common/index.h"
+#include "crackle/common/vector.h"
 #include "crackle/geometry/quality.h"
 #include "crackle/geometry/realization.h"
+
 #include "notch_crossing.h"
-#include "vector_algebra.h"
 
 #include <fmt/format.h>
 
@@ -17,10 +19,6 @@ namespace crackle::geometry {
 namespace {
 
 constexpr double relative_tolerance = 1e-12;
-
-constexpr std::size_t index(std::int32_t node) {
-  return static_cast<std::size_t>(node);
-}
 
 template <class... Arguments>
 [[noreturn]] void violation(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
@@ -161,7 +159,7 @@ void check_boundary(const Realization& realization, const Body& body) {
     const Point& a = realization.nodes[index(t[0])];
     const Point normal =
         cross(difference(realization.nodes[index(t[1])], a), difference(realization.nodes[index(t[2])], a));
-    const double projected = surface.outward * normal[static_cast<std::size_t>(surface.axis)] / 2;
+    const double projected = surface.outward * normal[index(surface.axis)] / 2;
     if (!(projected > 0)) violation("boundary triangle {} is not oriented outwards", i);
     area[index(id)].add(projected);
   }

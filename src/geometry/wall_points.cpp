@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "wall_points.h"
 
+#include "crackle/common/index.h"
+#include "crackle/common/vector.h"
+
 #include "notch_crossing.h"
-#include "vector_algebra.h"
 
 #include <algorithm>
 #include <array>
@@ -13,10 +15,6 @@
 namespace crackle::geometry {
 
 namespace {
-
-constexpr std::size_t index(std::int32_t number) {
-  return static_cast<std::size_t>(number);
-}
 
 /// The point where the segment passes through the surface, with the exact coordinate of the plane.
 std::optional<Point> passage(const Surface& surface, const Point& p, const Point& q) {

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "consistency.h"
+
+#include "crackle/common/index.h"
+
 #include "dimension.h"
 
 #include <fmt/format.h>
@@ -32,8 +35,8 @@ const char* extent_name(int axis) {
 void check_notch_in_body(const Notch& notch, const std::string& key, const Vector& size, Findings& findings) {
   const int depth_axis = axis_of(notch.face);
   const int axis = position_axis(notch.face);
-  const double depth_extent = size[static_cast<std::size_t>(depth_axis)];
-  const double extent = size[static_cast<std::size_t>(axis)];
+  const double depth_extent = size[index(depth_axis)];
+  const double extent = size[index(axis)];
   if (!findings.faulty(key + ".depth") && notch.depth >= depth_extent * (1 - touching)) {
     findings.report(key + ".depth",
                     fmt::format("{} cuts the body in two; give less than its {} of {}", show(notch.depth),
@@ -57,7 +60,7 @@ void check_notch_in_body(const Notch& notch, const std::string& key, const Vecto
 
 /// From the tip to the opposite face, along the axis of the notch's depth.
 std::pair<double, double> ligament_of(const Notch& notch, const Vector& size) {
-  const double extent = size[static_cast<std::size_t>(axis_of(notch.face))];
+  const double extent = size[index(axis_of(notch.face))];
   return is_upper(notch.face) ? std::pair{0.0, extent - notch.depth} : std::pair{notch.depth, extent};
 }
 
@@ -81,7 +84,7 @@ std::string describe_ligaments(const Specimen& specimen, int axis) {
 }
 
 bool can_arrive(const Specimen& specimen, int axis, double position) {
-  const double gap = touching * specimen.size[static_cast<std::size_t>(axis)];
+  const double gap = touching * specimen.size[index(axis)];
   return std::ranges::any_of(specimen.notches, [&](const Notch& notch) {
     if (axis_of(notch.face) != axis) return false;
     const auto [from, to] = ligament_of(notch, specimen.size);
@@ -91,7 +94,7 @@ bool can_arrive(const Specimen& specimen, int axis, double position) {
 
 void check_sections_along(int axis, const std::vector<double>& positions, const std::string& name,
                           const Specimen& specimen, Findings& findings) {
-  const double extent = specimen.size[static_cast<std::size_t>(axis)];
+  const double extent = specimen.size[index(axis)];
   const bool has_size = !findings.faulty("specimen.size");
   // A body without notches has no crack paths, wherever its sections are.
   const bool has_notches = has_size && !findings.faulty("specimen.notch") && !specimen.notches.empty();
@@ -130,8 +133,7 @@ Region slot_of(const Notch& notch, const Vector& size) {
   const double extent = size[depth_axis];
   slot[depth_axis] =
       is_upper(notch.face) ? std::pair{extent - notch.depth, extent} : std::pair{0.0, notch.depth};
-  slot[static_cast<std::size_t>(position_axis(notch.face))] = {notch.at - notch.height / 2,
-                                                               notch.at + notch.height / 2};
+  slot[index(position_axis(notch.face))] = {notch.at - notch.height / 2, notch.at + notch.height / 2};
   return slot;
 }
 

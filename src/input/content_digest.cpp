@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "content_digest.h"
 
-#include "crackle/parallel/checksum.h"
+#include "crackle/common/checksum.h"
 
 #include <fmt/format.h>
 
@@ -16,12 +16,12 @@ std::optional<std::string> content_digest(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) return std::nullopt;
   std::vector<char> buffer(std::size_t{1} << 16);
-  std::uint64_t hash = parallel::empty_checksum;
+  std::uint64_t hash = empty_checksum;
   std::uint64_t n_bytes = 0;
   while (stream) {
     stream.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
     const auto n_read = static_cast<std::size_t>(stream.gcount());
-    hash = parallel::checksum(std::as_bytes(std::span(buffer).first(n_read)), hash);
+    hash = checksum(std::as_bytes(std::span(buffer).first(n_read)), hash);
     n_bytes += n_read;
   }
   if (stream.bad()) return std::nullopt;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/common/checksum.h"
 #include "crackle/input/reader.h"
-#include "crackle/parallel/checksum.h"
+
 #include "schema.h"
 
 #include <fmt/format.h>
@@ -60,7 +61,7 @@ std::string sample_identity(const Parameters& parameters) {
   std::vector<std::string> settings = sample_settings(parameters);
   // Files from before there was this key have the samples of its default.
   std::erase(settings, "mesh.base = shared");
-  return fmt::format("FNV-1a {:016x}", parallel::checksum(fmt::format("{}", fmt::join(settings, "\n"))));
+  return fmt::format("FNV-1a {:016x}", checksum(fmt::format("{}", fmt::join(settings, "\n"))));
 }
 
 std::string key_table() {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "checked_file.h"
 
-#include "crackle/parallel/checksum.h"
+#include "crackle/common/checksum.h"
+
 #include "partial_file.h"
 
 #include <fmt/format.h>
@@ -21,7 +22,7 @@ namespace {
 constexpr std::size_t trailer_length = 32;
 
 std::string trailer(std::span<const std::byte> bytes) {
-  return fmt::format("\ncrackle FNV-1a {:016x}", parallel::checksum(bytes));
+  return fmt::format("\ncrackle FNV-1a {:016x}", checksum(bytes));
 }
 
 }  // namespace

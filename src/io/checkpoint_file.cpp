@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/checkpoint_file.h"
 
-#include "checked_file.h"
+#include "crackle/common/packing.h"
 #include "crackle/input/reader.h"
-#include "crackle/parallel/packing.h"
 #include "crackle/version.h"
+
+#include "checked_file.h"
 
 #include <fmt/format.h>
 
@@ -35,7 +36,7 @@ std::filesystem::path checkpoint_path(const std::filesystem::path& folder, std::
 
 void write_checkpoint(const std::filesystem::path& file, const input::Parameters& parameters,
                       std::uint64_t sample, std::span<const std::byte> checkpoint) {
-  parallel::Packer packer;
+  Packer packer;
   for (const auto& [text, complaint] : identity(parameters, sample)) packer.put(text);
   std::vector<std::byte> bytes = packer.bytes();
   bytes.insert(bytes.end(), checkpoint.begin(), checkpoint.end());
@@ -45,7 +46,7 @@ void write_checkpoint(const std::filesystem::path& file, const input::Parameters
 std::vector<std::byte> read_checkpoint(const std::filesystem::path& file, const input::Parameters& parameters,
                                        std::uint64_t sample) {
   std::vector<std::byte> bytes = read_checked_file(file);
-  parallel::Unpacker unpacker(bytes);
+  Unpacker unpacker(bytes);
   std::size_t length = 0;
   for (const auto& [text, complaint] : identity(parameters, sample)) {
     if (unpacker.get_string() != text) throw std::runtime_error(complaint);

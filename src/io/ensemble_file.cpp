@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/ensemble_file.h"
 
+#include "crackle/common/packing.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
-#include "crackle/parallel/packing.h"
 #include "crackle/parallel/petsc.h"
+
 #include "hdf5.h"
 #include "memory_file.h"
 #include "partial_file.h"
@@ -128,7 +129,7 @@ void check_disjoint(const parallel::Communicator& world, const EnsembleBlock& bl
 /// A text of each sample, on the root. Collective.
 std::vector<std::string> gather_texts(const parallel::Communicator& world, const EnsembleBlock& block,
                                       std::string SampleSummary::*text, std::size_t n_samples) {
-  parallel::Packer packer;
+  Packer packer;
   for (std::size_t i = 0; i < block.rows.size(); ++i) {
     if ((block.rows[i].*text).empty()) continue;
     packer.put<std::uint64_t>(block.first + i);
@@ -136,7 +137,7 @@ std::vector<std::string> gather_texts(const parallel::Communicator& world, const
   }
   const auto gathered = parallel::gather_on_root<std::byte>(world, packer.bytes());
   std::vector<std::string> texts(n_samples);
-  parallel::Unpacker unpacker(gathered);
+  Unpacker unpacker(gathered);
   while (!unpacker.empty()) {
     const auto sample = unpacker.get<std::uint64_t>();
     texts[sample] = unpacker.get_string();

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/vtk_file.h"
 
+#include "crackle/common/index.h"
 #include "crackle/geometry/mesh_regions.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/quality.h"
+
 #include "hdf5.h"
 #include "memory_file.h"
 #include "partial_file.h"
@@ -104,7 +106,7 @@ void write_vtk_mesh(const std::filesystem::path& file, const geometry::Realizati
   for (const geometry::Point& p : realization.nodes) spacing.push_back(wanted(p));
   std::vector<double> quality;
   quality.reserve(realization.tetrahedra.size());
-  const auto node = [&](std::int32_t i) { return realization.nodes[static_cast<std::size_t>(i)]; };
+  const auto node = [&](std::int32_t i) { return realization.nodes[index(i)]; };
   for (const geometry::Tetrahedron& t : realization.tetrahedra)
     quality.push_back(geometry::mean_ratio(node(t[0]), node(t[1]), node(t[2]), node(t[3])));
   write_grid(

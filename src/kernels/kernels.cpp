@@ -5,8 +5,6 @@
 
 namespace crackle::kernels {
 
-using mechanics::InstructionSet;
-
 template <>
 const Kernels<float>& kernels<float>([[maybe_unused]] InstructionSet set) {
 #if defined(__x86_64__)

@@ -3,7 +3,7 @@
 // order. Compiled once for each instruction set; all give the same bits.
 #pragma once
 
-#include "crackle/mechanics/instruction_set.h"
+#include "crackle/common/instruction_set.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -115,6 +115,6 @@ struct Kernels {
 
 /// @pre the machine has the instruction set
 template <class Real>
-const Kernels<Real>& kernels(mechanics::InstructionSet set);
+const Kernels<Real>& kernels(InstructionSet set);
 
 }  // namespace crackle::kernels

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/mechanics/boundary_loads.h"
 
+#include "crackle/common/index.h"
 #include "crackle/mechanics/tensor.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/exact_sum.h"
@@ -35,9 +36,9 @@ struct TriangleGeometry {
 };
 
 TriangleGeometry measure(const geometry::Subdomain& subdomain, const geometry::Triangle& nodes) {
-  const auto& a = subdomain.nodes[static_cast<std::size_t>(nodes[0])];
-  const auto& b = subdomain.nodes[static_cast<std::size_t>(nodes[1])];
-  const auto& c = subdomain.nodes[static_cast<std::size_t>(nodes[2])];
+  const auto& a = subdomain.nodes[index(nodes[0])];
+  const auto& b = subdomain.nodes[index(nodes[1])];
+  const auto& c = subdomain.nodes[index(nodes[2])];
   const Vector n = cross({b[0] - a[0], b[1] - a[1], b[2] - a[2]}, {c[0] - a[0], c[1] - a[1], c[2] - a[2]});
   return {{(a[0] + b[0] + c[0]) / 3, (a[1] + b[1] + c[1]) / 3, (a[2] + b[2] + c[2]) / 3},
           std::sqrt(dot(n, n)) / 2};
@@ -46,8 +47,8 @@ TriangleGeometry measure(const geometry::Subdomain& subdomain, const geometry::T
 /// The rank that owns a triangle's lowest node counts the triangle.
 bool counts(const geometry::Subdomain& subdomain, const geometry::Triangle& nodes) {
   const auto lowest = *std::ranges::min_element(
-      nodes, {}, [&](std::int32_t node) { return subdomain.node_number[static_cast<std::size_t>(node)]; });
-  return lowest < subdomain.n_owned;
+      nodes, {}, [&](std::int32_t node) { return subdomain.layout.number[index(node)]; });
+  return lowest < subdomain.layout.n_owned;
 }
 
 /// The part of a condition's face on this rank: tributary areas of its owned nodes.
@@ -67,7 +68,7 @@ LoadedFace loaded_face(const parallel::Communicator& group, const input::Boundar
     if (!inside(condition, centroid)) continue;
     if (counts(subdomain, triangle.nodes)) counted_areas.push_back(area);
     for (const auto node : triangle.nodes) {
-      if (node < subdomain.n_owned) tributary[node] += area / 3;
+      if (node < subdomain.layout.n_owned) tributary[node] += area / 3;
     }
   }
   LoadedFace face;
@@ -84,7 +85,7 @@ std::vector<std::int32_t> held_nodes(const input::Boundary& condition, const geo
   for (const auto& triangle : subdomain.boundary) {
     if (triangle.surface != static_cast<geometry::SurfaceId>(condition.on)) continue;
     for (const auto node : triangle.nodes) {
-      if (node < subdomain.n_owned && inside(condition, subdomain.nodes[static_cast<std::size_t>(node)])) {
+      if (node < subdomain.layout.n_owned && inside(condition, subdomain.nodes[index(node)])) {
         nodes.insert(node);
       }
     }
@@ -170,7 +171,7 @@ void BoundaryLoads::add_forces(double time, std::span<double> force) const {
   for (const auto& pattern : forces) {
     const double amplitude = pattern.amplitude.at(time);
     for (std::size_t i = 0; i < pattern.nodes.size(); ++i) {
-      force[3 * static_cast<std::size_t>(pattern.nodes[i]) + static_cast<std::size_t>(pattern.component)] +=
+      force[3 * index(pattern.nodes[i]) + static_cast<std::size_t>(pattern.component)] +=
           amplitude * pattern.weight[i];
     }
   }
@@ -180,7 +181,7 @@ void BoundaryLoads::set_displacements(double time, std::span<double> displacemen
   for (const auto& motion : motions) {
     const double value = motion.displacement(time);
     for (const auto node : motion.nodes) {
-      displacement[3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(motion.component)] = value;
+      displacement[index(node, motion.component)] = value;
     }
   }
 }

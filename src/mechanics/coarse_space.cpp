@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "coarse_space.h"
 
+#include "crackle/common/index.h"
 #include "crackle/parallel/collectives.h"
 
 #include <Eigen/SparseCholesky>
@@ -101,7 +102,7 @@ void CoarseSpace::find_cells() {
 
   std::vector<std::int64_t> codes;
   for (const auto& node : subdomain_->nodes) codes.push_back(code_of(node));
-  const std::vector<std::int64_t> mine(codes.begin(), codes.begin() + subdomain_->n_owned);
+  const std::vector<std::int64_t> mine(codes.begin(), codes.begin() + subdomain_->layout.n_owned);
   auto all = parallel::gather_all<std::int64_t>(*group_, mine);
   std::ranges::sort(all);
 
@@ -128,8 +129,8 @@ void CoarseSpace::find_cells() {
     cell_[n] =
         static_cast<std::int32_t>(std::ranges::upper_bound(first_code, codes[n]) - first_code.begin()) - 1;
   std::vector<double> extremes(static_cast<std::size_t>(6 * n_cells_), -infinity);
-  for (std::size_t n = 0; n < static_cast<std::size_t>(subdomain_->n_owned); ++n) {
-    double* extreme = &extremes[6 * static_cast<std::size_t>(cell_[n])];
+  for (std::size_t n = 0; n < static_cast<std::size_t>(subdomain_->layout.n_owned); ++n) {
+    double* extreme = &extremes[6 * index(cell_[n])];
     for (std::size_t i = 0; i < 3; ++i) {
       extreme[i] = std::max(extreme[i], -subdomain_->nodes[n][i]);
       extreme[3 + i] = std::max(extreme[3 + i], subdomain_->nodes[n][i]);
@@ -142,7 +143,7 @@ void CoarseSpace::find_cells() {
                       "MPI_Allreduce");
   arm_.resize(codes.size());
   for (std::size_t n = 0; n < codes.size(); ++n) {
-    const double* extreme = &extremes[6 * static_cast<std::size_t>(cell_[n])];
+    const double* extreme = &extremes[6 * index(cell_[n])];
     double size = 0;
     for (std::size_t i = 0; i < 3; ++i) size = std::max(size, extreme[3 + i] + extreme[i]);
     for (std::size_t i = 0; i < 3; ++i)
@@ -200,7 +201,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
     std::array<std::array<Symmetric, n_motions>, 4> of_cell{};
     std::size_t n_here = 0;
     for (std::size_t a = 0; a < 4; ++a) {
-      const std::int32_t cell = cell_[static_cast<std::size_t>(t.nodes[a])];
+      const std::int32_t cell = cell_[index(t.nodes[a])];
       const auto place = static_cast<std::size_t>(
           std::find(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(n_here), cell) -
           cells.begin());
@@ -243,7 +244,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
       for (int n = 0; n < n_motions; ++n) {
         const int row = n_motions * cells.first + m, column = n_motions * cells.second + n;
         if (column > row) continue;
-        const double value = static_cast<double>(block[static_cast<std::size_t>(n_motions * m + n)]) / scale;
+        const double value = static_cast<double>(block[index(n_motions * m + n)]) / scale;
         entries.emplace_back(row, column, value);
         largest_entry = std::max(largest_entry, std::abs(value));
       }

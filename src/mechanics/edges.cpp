@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/mechanics/edges.h"
 
+#include "crackle/common/index.h"
 #include "crackle/geometry/dual_facets.h"
 
 #include <algorithm>
@@ -9,10 +10,6 @@
 namespace crackle::mechanics {
 
 namespace {
-
-constexpr std::size_t index(std::int32_t i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// One side of a tetrahedron on its way to its edge.
 struct Side {
@@ -33,7 +30,7 @@ Edges make_edges(const geometry::Subdomain& subdomain) {
       for (std::size_t k = 0; k < 6; ++k) {
         const auto [i, j] = geometry::dual_facet_nodes[k];
         const auto [a, b] = std::minmax(subdomain.tetrahedra[t][i], subdomain.tetrahedra[t][j]);
-        if (a < subdomain.n_owned) visit(a, Side{b, static_cast<std::int32_t>(6 * t + k)});
+        if (a < subdomain.layout.n_owned) visit(a, Side{b, static_cast<std::int32_t>(6 * t + k)});
       }
     }
   };
@@ -45,7 +42,7 @@ Edges make_edges(const geometry::Subdomain& subdomain) {
 
   edges.offset.push_back(0);
   edges.tetrahedron.reserve(sides.size());
-  for (std::int32_t a = 0; a < subdomain.n_owned; ++a) {
+  for (std::int32_t a = 0; a < subdomain.layout.n_owned; ++a) {
     const auto first = sides.begin() + begin[index(a)];
     const auto last = sides.begin() + begin[index(a) + 1];
     std::sort(first, last, [](const Side& x, const Side& y) {
@@ -70,7 +67,7 @@ Edges make_edges(const geometry::Subdomain& subdomain) {
       const std::array<std::int32_t, 2> pair{a, b};
       const auto place = std::ranges::lower_bound(edges.nodes, pair);
       if (place != edges.nodes.end() && *place == pair)
-        edges.is_inner[static_cast<std::size_t>(place - edges.nodes.begin())] = 0;
+        edges.is_inner[index(place - edges.nodes.begin())] = 0;
     }
   }
   return edges;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fixed_point_force.h"
 
+#include "crackle/common/index.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -16,10 +18,6 @@ using kernels::GeneralEdges;
 using kernels::NodeRecord;
 
 namespace {
-
-constexpr std::size_t index(std::int32_t i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Gives each edge to one of its nodes so that nearly all nodes own a multiple of four: a node keeps as many
 /// of the edges to later nodes as that allows and leaves the rest to them.
@@ -66,7 +64,7 @@ FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, con
       scale_(scale),
       kernels_(&kernels::kernels<Real>(instruction_set)),
       nodes_(subdomain.nodes.size(), NodeRecord<Real>{}),
-      blocks_((index(subdomain.n_owned) + nodes_per_block - 1) / nodes_per_block),
+      blocks_((index(subdomain.layout.n_owned) + nodes_per_block - 1) / nodes_per_block),
       block_number_(blocks_.size()),
       block_of_edge_(edges.size(), 0),
       pair_place_(edges.size(), -1),
@@ -82,9 +80,9 @@ FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, con
     const auto [a, b] = edges.nodes[index(edge)];
     return std::abs(a - b) <= pair_reach;
   };
-  const auto whole = owned_edges(edges, subdomain.n_owned,
+  const auto whole = owned_edges(edges, subdomain.layout.n_owned,
                                  [&](std::int32_t edge) { return fits_pair(edge) && is_whole(edge); });
-  const auto other = owned_edges(edges, subdomain.n_owned,
+  const auto other = owned_edges(edges, subdomain.layout.n_owned,
                                  [&](std::int32_t edge) { return fits_pair(edge) && !is_whole(edge); });
   for (std::int32_t b = 0; b < n_blocks(); ++b) {
     Block& block = blocks_[index(b)];
@@ -115,7 +113,7 @@ void FixedPointForce<Real>::number_blocks() {
   std::vector<std::int32_t> reached;
   for (const auto [first, second] : edges_->nodes) {
     const std::int32_t block = first / nodes_per_block;
-    if (second < subdomain_->n_owned) {
+    if (second < subdomain_->layout.n_owned) {
       const std::int32_t other = second / nodes_per_block;
       if (block == other) continue;
       neighbours[index(block)].push_back(other);
@@ -149,7 +147,7 @@ void FixedPointForce<Real>::lay_out_pairs(std::int32_t block,
     ends_.back().target[lane++] = static_cast<std::int16_t>(node - ends_.back().owner);
   };
   std::int32_t owner = first_node(block);
-  for (const std::int32_t last = std::min(owner + nodes_per_block, subdomain_->n_owned); owner < last;
+  for (const std::int32_t last = std::min(owner + nodes_per_block, subdomain_->layout.n_owned); owner < last;
        ++owner) {
     const auto& edges = owned_edges[index(owner)];
     for (std::size_t i = 0; i < edges.size(); ++i) {
@@ -242,7 +240,7 @@ void FixedPointForce<Real>::find_reach() {
     const std::int32_t toucher = block_of_edge_[e];
     auto& reach = blocks_[index(toucher)].reach;
     for (const std::int32_t node : edges_->nodes[e]) {
-      if (node >= subdomain_->n_owned) {
+      if (node >= subdomain_->layout.n_owned) {
         reach.has_ghosts = true;
         continue;
       }
@@ -272,12 +270,12 @@ void FixedPointForce<Real>::evaluate() {
       std::ranges::fill(node.force, Integer(0));
   };
   const auto n_local = static_cast<std::int32_t>(nodes_.size());
-  clear(subdomain_->n_owned, n_local);
+  clear(subdomain_->layout.n_owned, n_local);
   // A block is cleared just before it is touched first, while its nodes are needed anyway.
   std::int32_t n_clear = 0;
   for (std::int32_t b = 0; b < n_blocks(); ++b) {
     for (; n_clear <= reach(b).last_owned; ++n_clear)
-      clear(first_node(n_clear), std::min(first_node(n_clear) + nodes_per_block, subdomain_->n_owned));
+      clear(first_node(n_clear), std::min(first_node(n_clear) + nodes_per_block, subdomain_->layout.n_owned));
     add_block(b);
   }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/index.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/mechanics/edges.h"
 #include "crackle/mechanics/fixed_point_scale.h"
@@ -53,17 +54,13 @@ public:
   std::span<const kernels::NodeRecord<Real>> nodes() const { return nodes_; }
 
   std::int32_t n_blocks() const { return static_cast<std::int32_t>(blocks_.size()); }  ///< of owned nodes
-  const Reach& reach(std::int32_t block) const { return blocks_[static_cast<std::size_t>(block)].reach; }
-  std::int32_t first_node(std::int32_t block) const {
-    return blocks_[static_cast<std::size_t>(block)].first_node;
-  }
+  const Reach& reach(std::int32_t block) const { return blocks_[index(block)].reach; }
+  std::int32_t first_node(std::int32_t block) const { return blocks_[index(block)].first_node; }
   std::int32_t block_of(std::int32_t owned_node) const {
-    return block_number_[static_cast<std::size_t>(owned_node / nodes_per_block)];
+    return block_number_[index(owned_node / nodes_per_block)];
   }
   /// The last block whose edges touch a node of this block.
-  std::int32_t last_toucher(std::int32_t block) const {
-    return blocks_[static_cast<std::size_t>(block)].last_toucher;
-  }
+  std::int32_t last_toucher(std::int32_t block) const { return blocks_[index(block)].last_toucher; }
 
   /// Adds what the edges of a block hand on to the nodes' forces.
   void add_block(std::int32_t block);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/mechanics/integrity.h"
 
+#include "crackle/common/index.h"
 #include "crackle/geometry/dual_facets.h"
 
 namespace crackle::mechanics {
@@ -144,8 +145,7 @@ void Integrity::release(std::int32_t tetrahedron, EdgeSet edges) {
     place_[i] = static_cast<std::int32_t>(partial_.size());
     partial_.emplace_back();
   }
-  partial_[static_cast<std::size_t>(place_[i])] =
-      edge_stiffness(operators_->tetrahedra[i], elasticity_, released_[i]);
+  partial_[index(place_[i])] = edge_stiffness(operators_->tetrahedra[i], elasticity_, released_[i]);
 }
 
 }  // namespace crackle::mechanics

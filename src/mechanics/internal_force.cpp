@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/mechanics/internal_force.h"
 
+#include "crackle/common/index.h"
+
 #include <algorithm>
 
 namespace crackle::mechanics {
@@ -14,7 +16,7 @@ void ReferenceForce::evaluate(std::span<const double> displacement, std::span<do
     const Symmetric sigma = integrity_->stress(tetrahedron, strain(t, displacement));
     for (std::size_t a = 0; a < 4; ++a) {
       const Vector traction = apply(sigma, t.gradient[a]);
-      double* f = &force[3 * static_cast<std::size_t>(t.nodes[a])];
+      double* f = &force[3 * index(t.nodes[a])];
       for (std::size_t i = 0; i < 3; ++i) f[i] += t.volume * traction[i];
     }
   }

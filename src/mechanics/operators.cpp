@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/mechanics/operators.h"
 
+#include "crackle/common/index.h"
+
 #include <numeric>
 
 namespace crackle::mechanics {
@@ -35,22 +37,21 @@ TetrahedronOperator tetrahedron_operator(const geometry::Tetrahedron& nodes,
 PdsOperators make_operators(const geometry::Subdomain& subdomain, double density) {
   PdsOperators operators;
   operators.tetrahedra.reserve(subdomain.tetrahedra.size());
-  operators.node_mass.assign(static_cast<std::size_t>(subdomain.n_owned), 0.0);
+  operators.node_mass.assign(static_cast<std::size_t>(subdomain.layout.n_owned), 0.0);
   for (const auto& nodes : subdomain.tetrahedra) {
     std::array<geometry::Point, 4> x{};
-    for (std::size_t a = 0; a < 4; ++a) x[a] = subdomain.nodes[static_cast<std::size_t>(nodes[a])];
+    for (std::size_t a = 0; a < 4; ++a) x[a] = subdomain.nodes[index(nodes[a])];
     const auto& t = operators.tetrahedra.emplace_back(tetrahedron_operator(nodes, x));
     for (const auto node : nodes) {
-      if (node < subdomain.n_owned)
-        operators.node_mass[static_cast<std::size_t>(node)] += density * t.volume / 4;
+      if (node < subdomain.layout.n_owned) operators.node_mass[index(node)] += density * t.volume / 4;
     }
   }
   return operators;
 }
 
 Vector dual_facet_area(const TetrahedronOperator& tetrahedron, int a, int b) {
-  const Vector& from = tetrahedron.gradient[static_cast<std::size_t>(a)];
-  const Vector& to = tetrahedron.gradient[static_cast<std::size_t>(b)];
+  const Vector& from = tetrahedron.gradient[index(a)];
+  const Vector& to = tetrahedron.gradient[index(b)];
   const double factor = tetrahedron.volume / 4;
   return {factor * (to[0] - from[0]), factor * (to[1] - from[1]), factor * (to[2] - from[2])};
 }
@@ -59,15 +60,14 @@ NodeTetrahedra node_tetrahedra(const geometry::Subdomain& subdomain) {
   NodeTetrahedra result;
   result.offset.assign(subdomain.nodes.size() + 1, 0);
   for (const auto& nodes : subdomain.tetrahedra) {
-    for (const auto node : nodes) ++result.offset[static_cast<std::size_t>(node) + 1];
+    for (const auto node : nodes) ++result.offset[index(node) + 1];
   }
   std::partial_sum(result.offset.begin(), result.offset.end(), result.offset.begin());
   result.tetrahedron.resize(static_cast<std::size_t>(result.offset.back()));
   auto next = result.offset;
   for (std::size_t t = 0; t < subdomain.tetrahedra.size(); ++t) {
     for (const auto node : subdomain.tetrahedra[t]) {
-      result.tetrahedron[static_cast<std::size_t>(next[static_cast<std::size_t>(node)]++)] =
-          static_cast<std::int32_t>(t);
+      result.tetrahedron[index(next[index(node)]++)] = static_cast<std::int32_t>(t);
     }
   }
   return result;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/mechanics/static_solver.h"
 
-#include "coarse_space.h"
+#include "crackle/common/index.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/reproducible.h"
+
+#include "coarse_space.h"
 #include "stiffness_product.h"
 
 #include <fmt/format.h>
@@ -73,14 +75,14 @@ public:
         round_node_(node_tetrahedra(subdomain)),
         product_(group, subdomain, operators, elasticity, edges, integrity),
         coarse_(group, subdomain, held_),
-        inverse_block_(static_cast<std::size_t>(subdomain.n_owned)),
-        residual_(group, subdomain),
-        correction_(group, subdomain),
-        operand_(group, subdomain) {
-    for (std::int32_t node = 0; node < subdomain.n_owned; ++node) update_block(node);
+        inverse_block_(static_cast<std::size_t>(subdomain.layout.n_owned)),
+        residual_(group, subdomain.layout),
+        correction_(group, subdomain.layout),
+        operand_(group, subdomain.layout) {
+    for (std::int32_t node = 0; node < subdomain.layout.n_owned; ++node) update_block(node);
     parallel::make_reproducible(residual_.vector());
     parallel::make_reproducible(correction_.vector());
-    const PetscInt n = 3 * subdomain.n_owned;
+    const PetscInt n = 3 * subdomain.layout.n_owned;
     check_petsc(MatCreateShell(group.get(), n, n, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.put()),
                 "MatCreateShell");
     check_petsc(
@@ -105,8 +107,8 @@ public:
   void release(std::span<const std::int32_t> tetrahedra) {
     product_.update(tetrahedra);
     for (const auto t : tetrahedra)
-      for (const auto node : subdomain_->tetrahedra[static_cast<std::size_t>(t)])
-        if (node < subdomain_->n_owned) update_block(node);
+      for (const auto node : subdomain_->tetrahedra[index(t)])
+        if (node < subdomain_->layout.n_owned) update_block(node);
   }
 
   double residual() const { return final_residual_; }
@@ -199,7 +201,7 @@ private:
     Symmetric k{};
     for (const auto number : round_node_[node]) {
       if (!integrity_->carries(number)) continue;
-      const auto& t = operators_->tetrahedra[static_cast<std::size_t>(number)];
+      const auto& t = operators_->tetrahedra[index(number)];
       const auto corner = static_cast<std::size_t>(std::ranges::find(t.nodes, node) - t.nodes.begin());
       if (!integrity_->is_intact(number)) {
         const Matrix m = integrity_->partial(number).coupling(corner, corner);
@@ -219,8 +221,7 @@ private:
       k[4] += mean * (g[0] * g[2]);
       k[5] += mean * (g[0] * g[1]);
     }
-    inverse_block_[static_cast<std::size_t>(node)] =
-        inverse_on_free(k, &held_[3 * static_cast<std::size_t>(node)]);
+    inverse_block_[index(node)] = inverse_on_free(k, &held_[3 * index(node)]);
   }
 
   void multiply(std::span<const double> x, std::span<double> y) {

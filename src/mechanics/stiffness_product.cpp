@@ -43,7 +43,7 @@ StiffnessProduct::StiffnessProduct(const parallel::Communicator& group, const ge
                                    const Edges& edges, const Integrity& integrity)
     : group_(&group),
       unit_(std::ldexp(1.0, std::ilogb(stiffest_entry(group, operators, elasticity, edges, integrity)) + 3)) {
-  const std::vector<double> no_mass(static_cast<std::size_t>(subdomain.n_owned), 1.0);
+  const std::vector<double> no_mass(static_cast<std::size_t>(subdomain.layout.n_owned), 1.0);
   force_ =
       std::make_unique<FixedPointForce<double>>(subdomain, operators, elasticity, edges, integrity, no_mass,
                                                 FixedPointScale{1, 1, unit_}, best_instruction_set());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/parallel/exact_sum.h"
 
+#include "crackle/common/index.h"
 #include "crackle/parallel/agreement.h"
 
 #include <algorithm>
@@ -49,9 +50,9 @@ void ExactSum::add(double term) {
                                  static_cast<std::int64_t>((low >> 32) + (high & 0xffffffffULL)),
                                  static_cast<std::int64_t>(high >> 32)};
   if (term > 0) {
-    for (int i = 0; i < 3; ++i) digit_[static_cast<std::size_t>(first + i)] += parts[i];
+    for (int i = 0; i < 3; ++i) digit_[index(first + i)] += parts[i];
   } else {
-    for (int i = 0; i < 3; ++i) digit_[static_cast<std::size_t>(first + i)] -= parts[i];
+    for (int i = 0; i < 3; ++i) digit_[index(first + i)] -= parts[i];
   }
   if (++terms_since_carry_ == max_terms_before_carry) carry();
 }
@@ -83,11 +84,10 @@ double ExactSum::value() const {
   }
   // Three leading digits hold at least 65 significant bits; what follows cannot change the result by an ulp.
   int top = n_digits - 1;
-  while (top > 0 && normal.digit_[static_cast<std::size_t>(top)] == 0) --top;
+  while (top > 0 && normal.digit_[index(top)] == 0) --top;
   double sum = 0;
   for (int d = std::max(0, top - 2); d <= top; ++d) {
-    sum += std::ldexp(static_cast<double>(normal.digit_[static_cast<std::size_t>(d)]),
-                      bits_per_digit * d + lowest_exponent);
+    sum += std::ldexp(static_cast<double>(normal.digit_[index(d)]), bits_per_digit * d + lowest_exponent);
   }
   return negative ? -sum : sum;
 }

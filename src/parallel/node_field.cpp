@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/parallel/node_field.h"
 
+#include "crackle/common/index.h"
 #include "crackle/parallel/agreement.h"
 
 #include <algorithm>
@@ -17,12 +18,14 @@ constexpr std::size_t bytes_per_vector = 1 << 18;
 
 }  // namespace
 
-NodeField::NodeField(const Communicator& group, const geometry::Subdomain& subdomain) {
-  const auto first_ghost = subdomain.distributed_number.begin() + subdomain.n_owned;
-  std::vector<PetscInt> ghosts(first_ghost, subdomain.distributed_number.end());
-  check_room(bytes_per_node * subdomain.nodes.size() + bytes_per_ghost * ghosts.size() + bytes_per_vector);
+NodeField::NodeField(const Communicator& group, const NodeLayout& layout) {
+  std::vector<PetscInt> ghosts;
+  ghosts.reserve(layout.ghosts.size());
+  for (const auto& ghost : layout.ghosts)
+    ghosts.push_back(static_cast<PetscInt>(layout.first_owned[index(ghost.rank)] + ghost.node));
+  check_room(bytes_per_node * layout.number.size() + bytes_per_ghost * ghosts.size() + bytes_per_vector);
   agree(group);
-  n_owned_ = 3 * static_cast<std::size_t>(subdomain.n_owned);
+  n_owned_ = 3 * index(layout.n_owned);
   check_petsc(VecCreateGhostBlock(group.get(), 3, static_cast<PetscInt>(n_owned_), PETSC_DECIDE,
                                   static_cast<PetscInt>(ghosts.size()), ghosts.data(), global_.put()),
               "VecCreateGhostBlock");
@@ -32,7 +35,7 @@ NodeField::NodeField(const Communicator& group, const geometry::Subdomain& subdo
   check_petsc(VecGetArray(ghosted_, &values), "VecGetArray");
   // PETSc keeps the storage in place for the vector's life; the array is returned at once so that PETSc's own
   // operations on the vector find it free.
-  values_ = {values, 3 * subdomain.nodes.size()};
+  values_ = {values, 3 * layout.number.size()};
   check_petsc(VecRestoreArray(ghosted_, &values), "VecRestoreArray");
   // The first exchange allocates, the later ones do not.
   update_ghosts();
@@ -64,9 +67,9 @@ void NodeField::assign(const NodeField& other) {
   std::ranges::copy(other.values_, values_.begin());
 }
 
-std::vector<double> gather_nodes(const Communicator& group, const geometry::Subdomain& subdomain,
+std::vector<double> gather_nodes(const Communicator& group, const NodeLayout& layout,
                                  std::span<const double> owned) {
-  const int n_owned = subdomain.n_owned;
+  const int n_owned = layout.n_owned;
   std::vector<int> counts(static_cast<std::size_t>(group.size()));
   agree(group);
   check_mpi(MPI_Gather(&n_owned, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, group.get()), "MPI_Gather");
@@ -76,11 +79,11 @@ std::vector<double> gather_nodes(const Communicator& group, const geometry::Subd
   agree(group, [&] {
     offsets.resize(counts.size());
     if (!group.is_root()) return;
-    numbers.resize(static_cast<std::size_t>(subdomain.n_nodes_global));
+    numbers.resize(static_cast<std::size_t>(layout.n_global));
     values.resize(3 * numbers.size());
   });
   std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
-  check_mpi(MPI_Gatherv(subdomain.node_number.data(), n_owned, MPI_INT64_T, numbers.data(), counts.data(),
+  check_mpi(MPI_Gatherv(layout.number.data(), n_owned, MPI_INT64_T, numbers.data(), counts.data(),
                         offsets.data(), MPI_INT64_T, 0, group.get()),
             "MPI_Gatherv");
   for (std::size_t rank = 0; rank < counts.size(); ++rank) {

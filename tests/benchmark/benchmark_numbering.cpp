@@ -3,12 +3,12 @@
 // numbered as crackle does (slabs), as CGAL's tessellation holds it (Hilbert curve), and at random.
 //
 //   benchmark_numbering INPUT [options of Google Benchmark]
+#include "crackle/common/random.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/geometry/plain_delaunay.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/reader.h"
 #include "crackle/mechanics/internal_force.h"
-#include "crackle/parallel/random.h"
 
 #include <benchmark/benchmark.h>
 
@@ -54,12 +54,12 @@ Numbering of_tessellation(const Realization& realization) {
 }
 
 template <class Value>
-void shuffle(std::vector<Value>& values, parallel::RandomStream& stream) {
+void shuffle(std::vector<Value>& values, RandomStream& stream) {
   for (std::size_t i = values.size(); i > 1; --i) std::swap(values[i - 1], values[stream.bits() % i]);
 }
 
 Numbering at_random(const Realization& realization) {
-  parallel::RandomStream stream(1, 0, "numbering");
+  RandomStream stream(1, 0, "numbering");
   std::vector<std::int32_t> number(realization.nodes.size());
   std::iota(number.begin(), number.end(), 0);
   shuffle(number, stream);
@@ -81,7 +81,7 @@ void evaluate_forces(benchmark::State& state, const Numbering& numbering, const 
   const mechanics::Integrity intact(operators, mechanics::IsotropicElasticity(material));
   const mechanics::ReferenceForce force(operators, intact);
   std::vector<double> displacement(3 * realization.nodes.size());
-  parallel::RandomStream stream(2, 0, "displacement");
+  RandomStream stream(2, 0, "displacement");
   for (double& u : displacement) u = 1e-6 * stream.uniform(-1, 1);
   std::vector<double> result(displacement.size());
   for (auto step : state) {

@@ -5,6 +5,7 @@
 //
 // Every figure is the median over rounds in which all candidates take turns. Rank 0 measures; rank 1 sleeps,
 // until both run the time loop at once, each on a body of its own.
+#include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/breaking_check.h"
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/quasi_static.h"
@@ -17,7 +18,7 @@
 #include "crackle/geometry/realization.h"
 #include "crackle/input/reader.h"
 #include "crackle/parallel/sleeping_wait.h"
-#include "crackle/stopwatch.h"
+
 #include "mechanics/fixed_point_force.h"
 
 #include <fmt/format.h>
@@ -99,7 +100,7 @@ class PetscProduct {
 public:
   PetscProduct(Sample& sample, MatType type) {
     const auto& operators = sample.body.operators();
-    const PetscInt n = 3 * sample.subdomain.n_owned;
+    const PetscInt n = 3 * sample.subdomain.layout.n_owned;
     MatCreateSeqAIJ(MPI_COMM_SELF, n, n, 60, nullptr, &matrix_);
     MatSetBlockSize(matrix_, 3);
     MatSetOption(matrix_, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE);
@@ -114,7 +115,7 @@ public:
             for (std::size_t j = 0; j < 3; ++j) {
               const auto& g = t.gradient;
               double k = c.lambda * g[a][i] * g[b][j] + c.mu * g[b][i] * g[a][j];
-              if (i == j) k += c.mu * mechanics::dot(g[a], g[b]);
+              if (i == j) k += c.mu * dot(g[a], g[b]);
               block[12 * (3 * a + i) + 3 * b + j] = t.volume * k;
             }
       }
@@ -148,9 +149,9 @@ public:
   explicit FastForce(Sample& sample)
       : force_(sample.subdomain, sample.body.operators(), sample.body.elasticity(), sample.body.edges(),
                sample.body.integrity(),
-               std::vector<double>(static_cast<std::size_t>(sample.subdomain.n_owned), 1.0),
+               std::vector<double>(static_cast<std::size_t>(sample.subdomain.layout.n_owned), 1.0),
                mechanics::fixed_point_scale<Real>({.stretch = 1e-3, .velocity = 1000, .force = 1e4}),
-               mechanics::best_instruction_set()) {
+               best_instruction_set()) {
     std::int32_t seed = 1;
     for (auto& node : force_.nodes())
       for (auto& u : node.displacement) u = (seed = seed * 1103515245 + 12345) >> 16;
@@ -172,8 +173,8 @@ public:
         splitting_(dynamics::splitting(integrator)),
         criterion_(sample.parameters.fracture, sample.subdomain.tetrahedra.size(),
                    *sample.parameters.time.step),
-        state_{parallel::NodeField(sample.self, sample.subdomain),
-               parallel::NodeField(sample.self, sample.subdomain)},
+        state_{parallel::NodeField(sample.self, sample.subdomain.layout),
+               parallel::NodeField(sample.self, sample.subdomain.layout)},
         step_(*sample.parameters.time.step),
         load_time_(load_time) {
     state_.displacement.assign(equilibrium);
@@ -239,7 +240,7 @@ void measure(const parallel::Communicator& world, const Options& options) {
     dynamics::EnergyAccount account(of.self, of.body);
     loading.advance(account);
     load_time = overload * loading.time();
-    parallel::NodeField u(of.self, of.subdomain);
+    parallel::NodeField u(of.self, of.subdomain.layout);
     u.assign(loading.displacement());
     for (auto& value : u.local()) value *= overload;
     return u;
@@ -352,7 +353,7 @@ void measure(const parallel::Communicator& world, const Options& options) {
     results["two_processes_over_one"] = world.size() * rounds.median("alone") / rounds.median("together");
 
   fmt::print("{} nodes, {:.0f} tetrahedra, {}\n", sample.subdomain.nodes.size(), n_tetrahedra,
-             mechanics::to_string(mechanics::best_instruction_set()));
+             to_string(best_instruction_set()));
   for (const auto& [name, value] : results) fmt::print("{:<36} {:.4g}\n", name, value);
   if (options.json.empty()) return;
   std::ofstream file(options.json);

@@ -3,6 +3,7 @@
 // frames x tetrahedra x 6 numbers in native doubles.
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/input/reader.h"
+
 #include "io/hdf5.h"
 #include "support/box_mesh.h"
 
@@ -80,7 +81,7 @@ void print_stresses(const std::filesystem::path& path) {
     body.restore(breaks, ties);
     std::vector<double> u(n_values);
     for (std::size_t i = 0; i < n_values; ++i) {
-      const auto node = static_cast<std::size_t>(subdomain.node_number[i / 3]);
+      const auto node = static_cast<std::size_t>(subdomain.layout.number[i / 3]);
       u[i] = static_cast<double>(sample.displacement[k * n_values + 3 * node + i % 3]);
     }
     std::vector<mechanics::Symmetric> stress(subdomain.tetrahedra.size());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/index.h"
 #include "crackle/ensemble/sample_task.h"
 #include "crackle/input/reader.h"
 
@@ -75,8 +76,8 @@ inline dynamics::SampleResult break_strip(const parallel::Communicator& group, s
     if (subdomain.counted[i] == 0) continue;
     double y = 0, z = 0;
     for (const auto node : subdomain.tetrahedra[i]) {
-      y += subdomain.nodes[static_cast<std::size_t>(node)][1] / 4;
-      z += subdomain.nodes[static_cast<std::size_t>(node)][2] / 4;
+      y += subdomain.nodes[index(node)][1] / 4;
+      z += subdomain.nodes[index(node)][2] / 4;
     }
     if (y > 4e-3 && std::abs(z - 13e-3) < 1.5e-3) mine.push_back(subdomain.tetrahedron_number[i]);
   }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A sample that is parked and continued again and again, on changing numbers of ranks, ends with the same
 // bits as an undisturbed one.
+#include "crackle/common/index.h"
 #include "crackle/dynamics/checkpoint.h"
 #include "crackle/dynamics/sample_run.h"
+
 #include "support/box_mesh.h"
 #include "support/same_result.h"
 
@@ -71,8 +73,7 @@ input::Parameters jerked_bar() {
 class Checkpoints : public testing::Test {
 protected:
   geometry::Subdomain part(const parallel::Communicator& group) const {
-    return geometry::split(mesh_,
-                           geometry::partition(mesh_, group.size()))[static_cast<std::size_t>(group.rank())];
+    return geometry::split(mesh_, geometry::partition(mesh_, group.size()))[index(group.rank())];
   }
 
   /// The sample in pieces, each asked to park when it has been looked at often enough. Complete on rank 0.

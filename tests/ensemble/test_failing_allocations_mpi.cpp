@@ -3,6 +3,7 @@
 // group. The allocations of this program's own code fail one after the other, each in a run of its own; those
 // of libraries do not.
 #include "crackle/parallel/agreement.h"
+
 #include "support/box_mesh.h"
 #include "two_pieces.h"
 
@@ -126,8 +127,7 @@ TEST(FailingAllocation, EndsTheSampleOnAllRanks) {
   const auto parameters = pulled_bar();
   const auto mesh =
       test::make_box({.size = parameters.specimen.size, .cells = {2, 3, 6}, .disturbance = 0.2});
-  const auto part =
-      geometry::split(mesh, geometry::partition(mesh, world.size()))[static_cast<std::size_t>(world.rank())];
+  const auto part = geometry::split(mesh, geometry::partition(mesh, world.size()))[index(world.rank())];
   void* first = nullptr;
   backtrace(&first, 1);  // allocates at its first call
 
@@ -169,8 +169,7 @@ TEST(FailingAllocation, EndsTheSampleOnAllRanks) {
     for (std::int64_t i = 0; i < n_here; ++i) {
       allocations.n = 0;
       allocations.failed_for = nullptr;
-      allocations.failing =
-          rank == world.rank() ? allocations.places[static_cast<std::size_t>(i * n_places / n_here)] : -1;
+      allocations.failing = rank == world.rank() ? allocations.places[index(i * n_places / n_here)] : -1;
       if (is_told && rank == world.rank()) {
         std::fprintf(stderr, "rank %d, allocation %lld\n", rank, static_cast<long long>(allocations.failing));
       }

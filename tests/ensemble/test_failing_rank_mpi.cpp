@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What fails on one rank in the middle of a step ends the phase on all ranks of the group, soon and with the
 // same words.
+#include "crackle/common/index.h"
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/parallel/agreement.h"
+
 #include "support/box_mesh.h"
 
 #include <gtest/gtest.h>
@@ -84,8 +86,7 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
   parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::traction, {}, {0, 3e6, 22e6}));
   const auto mesh =
       test::make_box({.size = parameters.specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
-  const auto part =
-      geometry::split(mesh, geometry::partition(mesh, world.size()))[static_cast<std::size_t>(world.rank())];
+  const auto part = geometry::split(mesh, geometry::partition(mesh, world.size()))[index(world.rank())];
   constexpr std::int64_t failing_step = 400;
 
   for (const Place place : {Place::stages, Place::check, Place::strain, Place::release}) {
@@ -96,7 +97,7 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
         5e-9);
     const MotionContext context{&world, &body, &loads, parameters.material.density, criterion.strengths()};
     const EnergyAccount account(world, body);
-    MotionState state{parallel::NodeField(world, part), parallel::NodeField(world, part)};
+    MotionState state{parallel::NodeField(world, part.layout), parallel::NodeField(world, part.layout)};
     const auto motion = make_fixed_point_motion(context, input::Precision::double_, 0, 5e-5, state);
     const bool fails = world.rank() == world.size() - 1;
     FailingMotion failing(*motion, place, fails ? failing_step : std::int64_t{1} << 60);

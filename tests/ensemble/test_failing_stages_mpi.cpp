@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Whatever stage of a sample fails on whichever rank of its group: the sample fails with stage and reason,
 // the other samples of the ensemble have the bits of an undisturbed run, and nothing waits for ever.
+#include "crackle/common/index.h"
 #include "crackle/ensemble/ensemble_run.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/result_comparison.h"
@@ -8,6 +9,7 @@
 #include "crackle/mechanics/static_solver.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
+
 #include "support/temporary_folder.h"
 #include "two_pieces.h"
 
@@ -236,7 +238,7 @@ TEST_F(FailingStages, FailOneSampleAndEndNothingElse) {
     EXPECT_EQ(outcome.file_error, "");
     if (!world_.is_root()) continue;
     for (int sample = 1; sample <= static_cast<int>(faults.size()); ++sample) {
-      const Fault& fault = faults[static_cast<std::size_t>(sample) - 1];
+      const Fault& fault = faults[index(sample) - 1];
       if (!comes(fault)) {
         expect_same(stage, sample);
         continue;

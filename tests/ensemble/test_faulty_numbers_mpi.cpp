@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Numbers that are not finite, on one rank: no sum loses them, no rank waits for another, no solver takes
 // them for an equilibrium.
+#include "crackle/common/index.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/mechanics/boundary_loads.h"
 #include "crackle/mechanics/static_solver.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/exact_sum.h"
 #include "crackle/parallel/reproducible.h"
+
 #include "support/box_mesh.h"
 
 #include <gtest/gtest.h>
@@ -44,8 +46,8 @@ protected:
   parallel::Communicator world_{MPI_COMM_WORLD};
   std::vector<double> ones_ = std::vector<double>(20, 1.0);
   geometry::Realization mesh_ = test::make_box({.size = {0.004, 0.006, 0.02}, .cells = {3, 4, 8}});
-  geometry::Subdomain part_ = geometry::split(
-      mesh_, geometry::partition(mesh_, world_.size()))[static_cast<std::size_t>(world_.rank())];
+  geometry::Subdomain part_ =
+      geometry::split(mesh_, geometry::partition(mesh_, world_.size()))[index(world_.rank())];
 };
 
 TEST_F(FaultyNumbers, AreInDotProducts) {
@@ -86,7 +88,7 @@ TEST_F(FaultyNumbers, InTheMeshEndTheLoads) {
   // Far out, so that the triangle is within every region, and its area is not finite.
   if (is_last()) {
     for (const auto& triangle : part_.boundary)
-      for (const auto node : triangle.nodes) part_.nodes[static_cast<std::size_t>(node)][1] *= 1e200;
+      for (const auto node : triangle.nodes) part_.nodes[index(node)][1] *= 1e200;
   }
   EXPECT_THROW(mechanics::make_boundary_loads(world_, parameters, part_), parallel::AgreedError);
 }
@@ -101,7 +103,7 @@ TEST_F(FaultyNumbers, AreNoEquilibrium) {
   for (std::size_t n = 0; n < part_.nodes.size(); ++n)
     if (part_.nodes[n][2] == 0) held[3 * n] = held[3 * n + 1] = held[3 * n + 2] = 1;
   mechanics::StaticSolver solver(world_, part_, operators, elasticity, edges, intact, held);
-  const auto n_owned = static_cast<std::size_t>(part_.n_owned);
+  const auto n_owned = static_cast<std::size_t>(part_.layout.n_owned);
   std::size_t free = 0;
   while (free < 3 * n_owned && held[free] != 0) ++free;
   const std::vector<double> good(3 * n_owned, 1.0);
@@ -109,7 +111,7 @@ TEST_F(FaultyNumbers, AreNoEquilibrium) {
   for (const double fault : {nan, infinity, 1e200}) {
     auto force = good;
     if (is_last() && free < force.size()) force[free] = fault;
-    parallel::NodeField displacement(world_, part_);
+    parallel::NodeField displacement(world_, part_.layout);
     std::string message;
     try {
       solver.solve(force, displacement);
@@ -120,11 +122,11 @@ TEST_F(FaultyNumbers, AreNoEquilibrium) {
     if (world_.is_root()) std::printf("force %g: %s\n", fault, message.c_str());
   }
   // A guess that is no number, as a solver leaves that has diverged.
-  parallel::NodeField displacement(world_, part_);
+  parallel::NodeField displacement(world_, part_.layout);
   if (is_last() && free < 3 * n_owned) displacement.owned()[free] = nan;
   EXPECT_THROW(solver.solve(good, displacement), mechanics::NoEquilibrium);
   // The solver is none the worse for it.
-  parallel::NodeField fresh(world_, part_);
+  parallel::NodeField fresh(world_, part_.layout);
   EXPECT_GT(solver.solve(good, fresh), 0);
 }
 
@@ -138,7 +140,7 @@ TEST(WithoutExceptions, ReturnsTheErrorCodeOfPetsc) {
 /// A vector whose values PETSc cannot give fails within the operations that PETSc calls.
 TEST_F(FaultyNumbers, VectorsThatFailDoNotThrowThroughPetsc) {
   parallel::check_petsc(PetscPushErrorHandler(PetscReturnErrorHandler, nullptr), "PetscPushErrorHandler");
-  parallel::NodeField x(world_, part_), y(world_, part_);
+  parallel::NodeField x(world_, part_.layout), y(world_, part_.layout);
   parallel::make_reproducible(x.vector());
   parallel::make_reproducible(y.vector());
   double result = 0;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Arrays in pieces, shares of a group, waits that sleep, failures of the root that all ranks throw.
+#include "crackle/common/packing.h"
 #include "crackle/ensemble/sample_group.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/message.h"
-#include "crackle/parallel/packing.h"
 #include "crackle/parallel/sleeping_wait.h"
+
 #include "support/cpu_time.h"
 
 #include <gmock/gmock.h>
@@ -49,12 +50,12 @@ TEST(Message, LengthThatIsNoWholeNumberOfElementsIsRefused) {
 }
 
 TEST(Packing, ValuesComeOutAsTheyWentIn) {
-  parallel::Packer packer;
+  Packer packer;
   packer.put(std::int32_t{-7});
   packer.put(std::string("a reason"));
   packer.put(std::vector<double>{1.5, -2.5});
   packer.put(true);
-  parallel::Unpacker unpacker(packer.bytes());
+  Unpacker unpacker(packer.bytes());
   EXPECT_EQ(unpacker.get<std::int32_t>(), -7);
   EXPECT_EQ(unpacker.get_string(), "a reason");
   EXPECT_EQ(unpacker.get_vector<double>(), (std::vector<double>{1.5, -2.5}));
@@ -64,9 +65,9 @@ TEST(Packing, ValuesComeOutAsTheyWentIn) {
 }
 
 TEST(Packing, LengthBeyondTheEndIsRefused) {
-  parallel::Packer packer;
+  Packer packer;
   packer.put(std::uint64_t{1} << 62);
-  parallel::Unpacker unpacker(packer.bytes());
+  Unpacker unpacker(packer.bytes());
   EXPECT_THROW(unpacker.get_vector<double>(), std::runtime_error);
 }
 
@@ -75,12 +76,13 @@ TEST(SampleGroup, SharesArriveWhole) {
   ensemble::SampleGroup group(world);
   const auto share_of = [](int rank) {
     geometry::Subdomain subdomain;
-    subdomain.n_nodes_global = std::int64_t{5'000'000'000} + rank;
+    subdomain.layout.n_global = std::int64_t{5'000'000'000} + rank;
     subdomain.n_tetrahedra_global = 7;
-    subdomain.n_owned = rank;
+    subdomain.layout.n_owned = rank;
     subdomain.nodes = {{0.5, 1.5, rank + 0.25}, {1, 2, 3}};
-    subdomain.node_number = {3, 9};
-    subdomain.distributed_number = {1, 0};
+    subdomain.layout.number = {3, 9};
+    subdomain.layout.ghosts = {{rank, 5}};
+    subdomain.layout.first_owned = {0, 6, 7};
     subdomain.tetrahedra = {{0, 1, 1, rank}};
     subdomain.tetrahedron_number = {11};
     subdomain.counted = {1};
@@ -100,12 +102,15 @@ TEST(SampleGroup, SharesArriveWhole) {
   EXPECT_EQ(header->sample, 42u);
   const auto share = ensemble::receive_share(group, *header);
   const auto expected = share_of(group.control().rank());
-  EXPECT_EQ(share.n_nodes_global, expected.n_nodes_global);
+  EXPECT_EQ(share.layout.n_global, expected.layout.n_global);
   EXPECT_EQ(share.n_tetrahedra_global, expected.n_tetrahedra_global);
-  EXPECT_EQ(share.n_owned, expected.n_owned);
+  EXPECT_EQ(share.layout.n_owned, expected.layout.n_owned);
   EXPECT_EQ(share.nodes, expected.nodes);
-  EXPECT_EQ(share.node_number, expected.node_number);
-  EXPECT_EQ(share.distributed_number, expected.distributed_number);
+  EXPECT_EQ(share.layout.number, expected.layout.number);
+  ASSERT_EQ(share.layout.ghosts.size(), 1u);
+  EXPECT_EQ(share.layout.ghosts[0].rank, group.control().rank());
+  EXPECT_EQ(share.layout.ghosts[0].node, 5);
+  EXPECT_EQ(share.layout.first_owned, expected.layout.first_owned);
   EXPECT_EQ(share.tetrahedra, expected.tetrahedra);
   EXPECT_EQ(share.tetrahedron_number, expected.tetrahedron_number);
   EXPECT_EQ(share.counted, expected.counted);

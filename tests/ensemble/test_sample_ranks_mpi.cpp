@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // One sample shared by the ranks of a group: the same bits as on one rank.
+#include "crackle/common/index.h"
 #include "crackle/dynamics/sample_run.h"
+
 #include "support/box_mesh.h"
 #include "support/partitions.h"
 #include "support/same_result.h"
@@ -48,12 +50,12 @@ dynamics::SampleResult compare(const input::Parameters& parameters, std::size_t 
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto partition = make_partition(mesh, world.size());
   const auto parts = geometry::split(mesh, partition);
-  const auto shared = run_sample(world, parameters, parts[static_cast<std::size_t>(world.rank())]);
+  const auto shared = run_sample(world, parameters, parts[index(world.rank())]);
   if (!world.is_root()) return shared;
   const auto alone = run_sample(self, parameters, test::whole(mesh));
 
   const auto part_of = [&](const fracture::Break& record) {
-    return partition.tetrahedron_part[static_cast<std::size_t>(record.tetrahedron)];
+    return partition.tetrahedron_part[index(record.tetrahedron)];
   };
   const auto breaks_elsewhere =
       std::ranges::count_if(alone.breaks, [&](const auto& record) { return part_of(record) != 0; });
@@ -239,12 +241,11 @@ TEST_P(SampleOnManyRanks, ExchangesGhostsOnceForEachForce) {
   const auto mesh =
       test::make_box({.size = parameters.specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
   const parallel::Communicator world(MPI_COMM_WORLD);
-  const auto part =
-      geometry::split(mesh, geometry::partition(mesh, world.size()))[static_cast<std::size_t>(world.rank())];
+  const auto part = geometry::split(mesh, geometry::partition(mesh, world.size()))[index(world.rank())];
   for (const auto integrator : {input::Integrator::bilateral4, input::Integrator::verlet}) {
     parameters.time.integrator = integrator;
     const auto result = run_sample(world, parameters, part);
-    const auto n_ghosts = static_cast<std::int64_t>(part.nodes.size()) - part.n_owned;
+    const auto n_ghosts = static_cast<std::int64_t>(part.nodes.size()) - part.layout.n_owned;
     const std::int64_t number = GetParam() == input::Precision::mixed ? 4 : 8;
     const auto& traffic = result.timings.traffic;
     std::printf("rank %d: %lld forces, %lld exchanges of %lld bytes for %lld ghosts\n", world.rank(),

@@ -2,8 +2,8 @@
 // A family of random bodies with meshes, and the reasons to refuse one, found independently of the geometry.
 #pragma once
 
+#include "crackle/common/random.h"
 #include "crackle/input/parameters.h"
-#include "crackle/parallel/random.h"
 
 #include <algorithm>
 #include <array>
@@ -21,7 +21,7 @@ struct MeshProblem {
 /// Bodies from 0.1 mm to 8 mm thick with up to five notches in all four faces, a few of which lie wrong;
 /// spacings coarse and fine, perturbations from 0 to 0.35.
 /// @param absurd with a notch so thin, or a spacing so small, that hardly any computer could mesh it
-inline MeshProblem random_problem(parallel::RandomStream stream, bool absurd) {
+inline MeshProblem random_problem(RandomStream stream, bool absurd) {
   const auto log_uniform = [&](double lower, double upper) {
     return lower * std::exp(stream.uniform(0, std::log(upper / lower)));
   };

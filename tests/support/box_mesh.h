@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/index.h"
+#include "crackle/common/random.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
-#include "crackle/parallel/random.h"
 
 #include <algorithm>
 #include <array>
@@ -33,7 +34,7 @@ inline geometry::Realization make_box(const BoxMesh& box) {
       for (int i = 0; i <= nx; ++i) {
         const std::array<int, 3> index{i, j, k};
         geometry::Point p{};
-        parallel::RandomStream stream(1, 0, "box");
+        RandomStream stream(1, 0, "box");
         stream = stream.substream(static_cast<std::uint64_t>(number(i, j, k)));
         for (std::size_t a = 0; a < 3; ++a) {
           const double h = box.size[a] / box.cells[a];
@@ -59,7 +60,7 @@ inline geometry::Realization make_box(const BoxMesh& box) {
           std::array<int, 3> at{i, j, k};
           geometry::Tetrahedron t{number(i, j, k), 0, 0, 0};
           for (std::size_t s = 0; s < 3; ++s) {
-            ++at[static_cast<std::size_t>(orders[o][s])];
+            ++at[index(orders[o][s])];
             t[s + 1] = number(at[0], at[1], at[2]);
           }
           const bool odd = o == 1 || o == 2 || o == 5;
@@ -72,7 +73,7 @@ inline geometry::Realization make_box(const BoxMesh& box) {
   // Only nodes that a tetrahedron uses stay.
   std::vector<std::int32_t> renumbered(grid.size(), -1);
   for (const auto& t : mesh.tetrahedra) {
-    for (const auto node : t) renumbered[static_cast<std::size_t>(node)] = 0;
+    for (const auto node : t) renumbered[index(node)] = 0;
   }
   for (std::size_t n = 0; n < grid.size(); ++n) {
     if (renumbered[n] < 0) continue;
@@ -80,7 +81,7 @@ inline geometry::Realization make_box(const BoxMesh& box) {
     mesh.nodes.push_back(grid[n]);
   }
   for (auto& t : mesh.tetrahedra) {
-    for (auto& node : t) node = renumbered[static_cast<std::size_t>(node)];
+    for (auto& node : t) node = renumbered[index(node)];
   }
   std::map<std::array<std::int32_t, 3>, std::pair<int, geometry::Triangle>> faces;
   constexpr std::array<std::array<std::size_t, 3>, 4> outward{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
@@ -99,9 +100,8 @@ inline geometry::Realization make_box(const BoxMesh& box) {
     geometry::SurfaceId surface = 6;  // a cut-out's wall
     for (std::size_t axis = 0; axis < 3; ++axis) {
       for (const double side : {0.0, 1.0}) {
-        const bool on_side = std::ranges::all_of(key, [&](std::int32_t node) {
-          return mesh.nodes[static_cast<std::size_t>(node)][axis] == side * box.size[axis];
-        });
+        const bool on_side = std::ranges::all_of(
+            key, [&](std::int32_t node) { return mesh.nodes[index(node)][axis] == side * box.size[axis]; });
         if (on_side) surface = static_cast<geometry::SurfaceId>(2 * axis + (side > 0 ? 1 : 0));
       }
     }

@@ -2,7 +2,9 @@
 #pragma once
 
 #include "crackle/analysis/crack_surface.h"
-#include "crackle/parallel/random.h"
+#include "crackle/common/index.h"
+#include "crackle/common/random.h"
+
 #include "support/structured_mesh.h"
 
 #include <algorithm>
@@ -22,14 +24,14 @@ struct Cutting {
   /// Share of the tetrahedra touching the crack that break with it.
   double touching = 0;
   /// Whether a tetrahedron away from the crack breaks on its own.
-  std::function<bool(const geometry::Point&, parallel::RandomStream&)> is_stray = {};
+  std::function<bool(const geometry::Point&, RandomStream&)> is_stray = {};
   /// Share of the broken tetrahedra that open by any of the seven cuts instead of the one along the crack.
   double random_cuts = 1;
 };
 
 /// The crack surface when all break at time 0, as the program would open it.
 inline analysis::CrackSurface cut(const geometry::Body& body, const geometry::Realization& realization,
-                                  const Cutting& cutting, parallel::RandomStream random) {
+                                  const Cutting& cutting, RandomStream random) {
   const auto& tetrahedra = realization.tetrahedra;
   std::vector<int> label;
   for (const geometry::Point& p : realization.nodes) label.push_back(cutting.label(p));
@@ -46,15 +48,14 @@ inline analysis::CrackSurface cut(const geometry::Body& body, const geometry::Re
     const int found = StructuredMesh::cut_between(labels);
     if (found < 0 || !cutting.is_cracked(centroid[t], labels)) continue;
     cut_of[t] = found;
-    for (const auto node : tetrahedra[t]) at_crack[static_cast<std::size_t>(node)] = 1;
+    for (const auto node : tetrahedra[t]) at_crack[index(node)] = 1;
   }
   std::vector<fracture::Break> breaks;
   for (std::size_t t = 0; t < tetrahedra.size(); ++t) {
     const auto& nodes = tetrahedra[t];
     if (cut_of[t] < 0) {
-      const bool touches = std::any_of(nodes.begin(), nodes.end(), [&](auto node) {
-        return at_crack[static_cast<std::size_t>(node)] != 0;
-      });
+      const bool touches =
+          std::any_of(nodes.begin(), nodes.end(), [&](auto node) { return at_crack[index(node)] != 0; });
       const bool breaks_too = touches ? cutting.touching > 0 && random.uniform() < cutting.touching
                                       : cutting.is_stray && cutting.is_stray(centroid[t], random);
       if (!breaks_too) continue;

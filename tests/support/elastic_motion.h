@@ -3,6 +3,7 @@
 
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/stable_step.h"
+
 #include "support/job.h"
 
 #include <gtest/gtest.h>
@@ -42,7 +43,7 @@ public:
         body_(subdomain_, parameters.material),
         loads_(mechanics::make_boundary_loads(self_, parameters, subdomain_)),
         strength_(subdomain_.tetrahedra.size(), 1e15),
-        state_{parallel::NodeField(self_, subdomain_), parallel::NodeField(self_, subdomain_)},
+        state_{parallel::NodeField(self_, subdomain_.layout), parallel::NodeField(self_, subdomain_.layout)},
         map_(dynamics::splitting(integrator)),
         stable_step_(map_.stability_limit /
                      dynamics::largest_frequency(self_, subdomain_, body_.operators(), body_.force())) {}

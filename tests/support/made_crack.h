@@ -2,7 +2,9 @@
 #pragma once
 
 #include "crackle/analysis/crack_surface.h"
-#include "crackle/parallel/random.h"
+#include "crackle/common/index.h"
+#include "crackle/common/random.h"
+
 #include "support/structured_mesh.h"
 
 #include <algorithm>
@@ -16,7 +18,7 @@
 namespace crackle::test {
 
 /// A normally distributed number.
-inline double normal(parallel::RandomStream& stream) {
+inline double normal(RandomStream& stream) {
   const double u = 1 - stream.uniform();
   return std::sqrt(-2 * std::log(u)) * std::cos(2 * std::numbers::pi * stream.uniform());
 }
@@ -37,7 +39,7 @@ public:
     double least;    ///< of its first node [mm]
   };
   /// When a tetrahedron breaks [s]; it does not when negative.
-  using Time = std::function<double(const Tetrahedron&, parallel::RandomStream& noise)>;
+  using Time = std::function<double(const Tetrahedron&, RandomStream& noise)>;
 
   /// @param spacing mean local spacing of the facets [mm]
   /// @param path z - plane over the advance from the tip [mm]
@@ -74,14 +76,14 @@ public:
   const geometry::Body& body() const { return mesh_.body(); }
 
   analysis::CrackSurface surface(
-      const Time& time = [](const Tetrahedron& t, parallel::RandomStream&) { return t.advance; },
+      const Time& time = [](const Tetrahedron& t, RandomStream&) { return t.advance; },
       std::uint64_t noise = 0) const {
     std::vector<fracture::Break> breaks;
-    const parallel::RandomStream all(seed_, noise, "noise");
+    const RandomStream all(seed_, noise, "noise");
     for (fracture::Break broken : breaks_) {
       Tetrahedron t{0, 0, std::numeric_limits<double>::infinity()};
-      for (const auto node : mesh_.realization().tetrahedra[static_cast<std::size_t>(broken.tetrahedron)]) {
-        const geometry::Point& p = mesh_.realization().nodes[static_cast<std::size_t>(node)];
+      for (const auto node : mesh_.realization().tetrahedra[index(broken.tetrahedron)]) {
+        const geometry::Point& p = mesh_.realization().nodes[index(node)];
         t.x += p[0] / body().size()[0] / 4;
         t.advance += advance_of(p) / 4;
         t.least = std::min(t.least, advance_of(p));
@@ -109,7 +111,7 @@ private:
   geometry::Point displaced(geometry::Point p) const {
     constexpr double largest = 0.25;
     if (advance_of(p) <= 0) return p;
-    auto stream = parallel::RandomStream(seed_, 0, "nodes")
+    auto stream = RandomStream(seed_, 0, "nodes")
                       .substream(static_cast<std::uint64_t>(p[0]))
                       .substream(static_cast<std::uint64_t>(p[1]))
                       .substream(static_cast<std::uint64_t>(p[2]));

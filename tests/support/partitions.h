@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/index.h"
+#include "crackle/common/random.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/geometry/realization.h"
-#include "crackle/parallel/random.h"
 
 #include <algorithm>
 #include <functional>
@@ -26,7 +27,7 @@ inline MakePartition by_position(const std::function<int(const geometry::Point&,
     for (const auto& t : mesh.tetrahedra) {
       geometry::Point centre{};
       for (const auto node : t)
-        for (std::size_t i = 0; i < 3; ++i) centre[i] += 0.25 * mesh.nodes[static_cast<std::size_t>(node)][i];
+        for (std::size_t i = 0; i < 3; ++i) centre[i] += 0.25 * mesh.nodes[index(node)][i];
       parts.push_back(part(centre, parts.size(), n_parts));
     }
     return geometry::partition_of(mesh, std::move(parts), n_parts);
@@ -43,7 +44,7 @@ inline std::vector<NamedPartition> hostile_partitions(const geometry::Point& siz
       {"along the axis", by_position([slab](const auto& p, std::size_t, int n) { return slab(p, 1, n); })},
       {"disconnected", by_position([slab](const auto& p, std::size_t, int n) { return slab(p, 2, 14) % n; })},
       {"scattered", by_position([](const auto&, std::size_t t, int n) {
-         auto stream = parallel::RandomStream(7, 0, "parts").substream(t);
+         auto stream = RandomStream(7, 0, "parts").substream(t);
          return std::min(n - 1, static_cast<int>(stream.uniform(0, n)));
        })},
       {"all on the last", by_position([](const auto&, std::size_t, int n) { return n - 1; })},

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/index.h"
 #include "crackle/fracture/break_record.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/realization.h"
@@ -53,8 +54,8 @@ public:
 
   geometry::Point centroid(std::int64_t tetrahedron) const {
     geometry::Point c{};
-    for (const auto node : realization_.tetrahedra[static_cast<std::size_t>(tetrahedron)]) {
-      for (std::size_t i = 0; i < 3; ++i) c[i] += reference_[static_cast<std::size_t>(node)][i] / 4;
+    for (const auto node : realization_.tetrahedra[index(tetrahedron)]) {
+      for (std::size_t i = 0; i < 3; ++i) c[i] += reference_[index(node)][i] / 4;
     }
     return c;
   }
@@ -68,7 +69,7 @@ public:
     for (std::size_t t = 0; t < realization_.tetrahedra.size(); ++t) {
       std::array<int, 4> labels{};
       for (std::size_t a = 0; a < 4; ++a) {
-        labels[a] = label(reference_[static_cast<std::size_t>(realization_.tetrahedra[t][a])]);
+        labels[a] = label(reference_[index(realization_.tetrahedra[t][a])]);
       }
       const int cut = cut_between(labels);
       const double time = time_at_centroid(centroid(static_cast<std::int64_t>(t)));
@@ -84,7 +85,7 @@ public:
     const int lowest = *std::min_element(labels.begin(), labels.end());
     std::vector<int> low;
     std::vector<int> high;
-    for (int a = 0; a < 4; ++a) (labels[static_cast<std::size_t>(a)] == lowest ? low : high).push_back(a);
+    for (int a = 0; a < 4; ++a) (labels[index(a)] == lowest ? low : high).push_back(a);
     if (low.size() == 1) return low[0];
     if (high.size() == 1) return high[0];
     if (high.empty()) return -1;
@@ -139,7 +140,7 @@ private:
         }
         geometry::Point c{};
         for (const auto a : face) {
-          for (std::size_t i = 0; i < 3; ++i) c[i] += realization_.nodes[static_cast<std::size_t>(a)][i] / 3;
+          for (std::size_t i = 0; i < 3; ++i) c[i] += realization_.nodes[index(a)][i] / 3;
         }
         const int notch = notch_at(c);
         if (notch < 0) continue;

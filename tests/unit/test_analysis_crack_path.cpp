@@ -482,7 +482,7 @@ protected:
     for (int i = 0; i < n_samples; ++i) {
       const test::MadeCrack crack(spacing, thickness, static_cast<std::uint64_t>(i));
       const CrackSurface surface =
-          crack.surface([&](const test::MadeCrack::Tetrahedron& t, parallel::RandomStream& noise) {
+          crack.surface([&](const test::MadeCrack::Tetrahedron& t, RandomStream& noise) {
             const double place = (rule == Rule::centroid ? t.advance : t.least) +
                                  (scatter > 0 ? scatter * spacing * test::normal(noise) : 0);
             return arrival(std::max(place, 1e-3));
@@ -575,11 +575,10 @@ TEST_F(MadeFronts, ThatJumpOverWhatOpenedAhead) {
 
 TEST_F(MadeFronts, DoNotDependOnTheOrderOfWhatBreaksAtOneTime) {
   const test::MadeCrack crack(0.6, 2, 1);
-  CrackSurface surface =
-      crack.surface([](const test::MadeCrack::Tetrahedron& t, parallel::RandomStream& noise) {
-        const double place = t.advance + 0.3 * test::normal(noise);
-        return std::ceil(std::max(place + (noise.uniform() < 0.02 ? -4 : 0), 0.1) / 0.4);
-      });
+  CrackSurface surface = crack.surface([](const test::MadeCrack::Tetrahedron& t, RandomStream& noise) {
+    const double place = t.advance + 0.3 * test::normal(noise);
+    return std::ceil(std::max(place + (noise.uniform() < 0.02 ? -4 : 0), 0.1) / 0.4);
+  });
   const double found = max_crack_speed(crack.body(), surface);
   std::reverse(surface.facets.begin(), surface.facets.end());
   std::stable_sort(surface.facets.begin(), surface.facets.end(),

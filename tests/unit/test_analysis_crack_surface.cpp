@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/crack_surface.h"
+#include "crackle/common/index.h"
 
 #include "support/structured_mesh.h"
 
@@ -59,7 +60,7 @@ TEST(CrackSurface, EachCutOpensTheFacetsBetweenItsTwoGroups) {
         if (first_group[cut].contains(b)) continue;
         Point midpoint{};
         for (std::size_t i = 0; i < 3; ++i) {
-          midpoint[i] = (p[static_cast<std::size_t>(a)][i] + p[static_cast<std::size_t>(b)][i]) / 2;
+          midpoint[i] = (p[index(a)][i] + p[index(b)][i]) / 2;
         }
         expected.insert(midpoint);
       }
@@ -179,9 +180,9 @@ protected:
   /// Whether a tetrahedron shares an edge with one of the others.
   bool touches(std::int64_t tetrahedron, const std::vector<std::int64_t>& others) const {
     const auto& all = mesh.realization().tetrahedra;
-    const auto& nodes = all[static_cast<std::size_t>(tetrahedron)];
+    const auto& nodes = all[index(tetrahedron)];
     return std::any_of(others.begin(), others.end(), [&](std::int64_t other) {
-      const auto& theirs = all[static_cast<std::size_t>(other)];
+      const auto& theirs = all[index(other)];
       return std::count_if(nodes.begin(), nodes.end(), [&](std::int32_t node) {
                return std::find(theirs.begin(), theirs.end(), node) != theirs.end();
              }) >= 2;

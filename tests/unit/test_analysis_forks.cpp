@@ -2,6 +2,7 @@
 // How many of the forks that there are are found, and how many that are not: on tetrahedra of disturbed
 // Delaunay tessellations that made surfaces cut.
 #include "crackle/analysis/forks.h"
+#include "crackle/common/index.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
 
@@ -32,7 +33,7 @@ constexpr double of_points = spacing / 1.16;
 /// A random smooth surface height over x and y [spacings].
 class Roughness {
 public:
-  Roughness(double amplitude, parallel::RandomStream& random) {
+  Roughness(double amplitude, RandomStream& random) {
     constexpr int n = 12;
     for (int i = 0; i < n; ++i) {
       const double wave = 2 * std::numbers::pi / random.uniform(3, 12);
@@ -108,7 +109,7 @@ protected:
   }
 
   static CrackSurface make(const Made& made, std::uint64_t seed) {
-    parallel::RandomStream random(seed, 0, "made fork");
+    RandomStream random(seed, 0, "made fork");
     const double fork = made.has_spurs ? 6 : random.uniform(5, 8);
     const double above = random.uniform(-0.5, 0.5);
     const double phase = random.uniform(0, 2 * std::numbers::pi);
@@ -152,7 +153,7 @@ protected:
         return p[2] / spacing > trunk(p[0] / spacing, p[1] / spacing) ? made.arms : 0;
       const auto z = heights(p);
       int label = 0;
-      for (int i = 0; i < made.arms; ++i) label += p[2] / spacing > z[static_cast<std::size_t>(i)] ? 1 : 0;
+      for (int i = 0; i < made.arms; ++i) label += p[2] / spacing > z[index(i)] ? 1 : 0;
       return label;
     };
     cutting.is_cracked = [&](const Point& p, const std::array<int, 4>& labels) {
@@ -176,7 +177,7 @@ protected:
     };
     cutting.touching = made.touching;
     if (made.strays > 0) {
-      cutting.is_stray = [&](const Point& p, parallel::RandomStream& stream) {
+      cutting.is_stray = [&](const Point& p, RandomStream& stream) {
         const double y = p[1] / spacing;
         if (y < tip || std::abs(p[2] / spacing - trunk(p[0] / spacing, y)) > 4) return false;
         // There are some 9 tetrahedra to a cube of one spacing.

@@ -54,7 +54,7 @@ protected:
                      {.label = label,
                       .is_cracked = [&](const Point& p, const auto&) { return is_cracked(p); },
                       .touching = stray_share},
-                     parallel::RandomStream(7, 0, "crack"));
+                     RandomStream(7, 0, "crack"));
   }
 
   static inline std::unique_ptr<geometry::Body> body;

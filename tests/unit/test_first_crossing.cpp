@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which tetrahedron reaches its strength first, in whatever order and shares they are looked at.
+#include "crackle/common/random.h"
 #include "crackle/fracture/principal_stress.h"
-#include "crackle/parallel/random.h"
+
 #include "fracture/first_crossing.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +24,7 @@ struct Loaded {
   mechanics::Symmetric stress, rate;
 };
 
-mechanics::Symmetric random_tensor(parallel::RandomStream& stream, double size) {
+mechanics::Symmetric random_tensor(RandomStream& stream, double size) {
   mechanics::Symmetric tensor{};
   for (double& component : tensor) component = size * stream.uniform(-1, 1);
   return tensor;
@@ -32,7 +33,7 @@ mechanics::Symmetric random_tensor(parallel::RandomStream& stream, double size) 
 /// Many that cross within a small share of each other, some that are as good as at their strength, and some
 /// that do not cross.
 std::vector<Loaded> loaded(std::uint64_t number, double spread) {
-  auto stream = parallel::RandomStream(5, 0, "crossing").substream(number);
+  auto stream = RandomStream(5, 0, "crossing").substream(number);
   std::vector<Loaded> all;
   while (all.size() < 200) {
     Loaded one{random_tensor(stream, 10e6), random_tensor(stream, 1e5)};
@@ -52,8 +53,7 @@ std::vector<Loaded> loaded(std::uint64_t number, double spread) {
 
 FirstCrossing look(const std::vector<Loaded>& all, const std::vector<std::int64_t>& order, double limit) {
   FirstCrossing first(limit);
-  for (const auto i : order)
-    first.see(all[static_cast<std::size_t>(i)].stress, all[static_cast<std::size_t>(i)].rate, strength, i);
+  for (const auto i : order) first.see(all[static_cast<std::size_t>(i)].stress, all[static_cast<std::size_t>(i)].rate, strength, i);
   return first;
 }
 
@@ -73,7 +73,7 @@ TEST(FirstCrossing, IsTheSameInEveryOrderAndShare) {
         smallest = std::min(smallest, crossing(one.stress, one.rate, strength, limit));
       EXPECT_EQ(reference.value(), smallest) << number;
       n_searched += std::isfinite(smallest) ? 1 : 0;
-      auto stream = parallel::RandomStream(6, 0, "order").substream(number);
+      auto stream = RandomStream(6, 0, "order").substream(number);
       for (int trial = 0; trial < 8; ++trial) {
         for (std::size_t i = order.size(); i > 1; --i)
           std::swap(order[i - 1], order[static_cast<std::size_t>(stream.uniform(0, static_cast<double>(i)))]);

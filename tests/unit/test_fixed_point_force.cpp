@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The fast force, edge by edge in integers, against the plain loop over tetrahedra.
+#include "crackle/common/index.h"
+#include "crackle/common/instruction_set.h"
 #include "crackle/fracture/breakable_body.h"
-#include "crackle/mechanics/instruction_set.h"
+
 #include "mechanics/fixed_point_force.h"
 #include "support/box_mesh.h"
 
@@ -30,8 +32,8 @@ protected:
   std::vector<double> random_displacement(double shift) const {
     std::vector<double> u;
     for (std::size_t n = 0; n < subdomain_.nodes.size(); ++n) {
-      parallel::RandomStream stream = parallel::RandomStream(3, 0, "state")
-                                          .substream(static_cast<std::uint64_t>(subdomain_.node_number[n]));
+      RandomStream stream =
+          RandomStream(3, 0, "state").substream(static_cast<std::uint64_t>(subdomain_.layout.number[n]));
       for (std::size_t i = 0; i < 3; ++i) u.push_back(shift + 1e-5 * stream.uniform(-1, 1));
     }
     return u;
@@ -47,7 +49,7 @@ protected:
   FixedPointForce<Real> make(const geometry::Subdomain& subdomain, const fracture::BreakableBody& body,
                              InstructionSet set = best_instruction_set(),
                              std::int32_t pair_reach = FixedPointForce<Real>::largest_reach) const {
-    const std::vector<double> no_mass(static_cast<std::size_t>(subdomain.n_owned), 1.0);
+    const std::vector<double> no_mass(static_cast<std::size_t>(subdomain.layout.n_owned), 1.0);
     const auto scale = fixed_point_scale<Real>({.stretch = 1e-4, .velocity = 1, .force = 4000});
     return FixedPointForce<Real>(subdomain, body.operators(), body.elasticity(), body.edges(),
                                  body.integrity(), no_mass, scale, set, pair_reach);
@@ -144,32 +146,32 @@ TEST_F(FixedPointForceTest, RenumberedNodesGetTheSameBits) {
   auto renumbered = subdomain_;
   std::vector<std::int32_t> place(subdomain_.nodes.size());  // new number of each node
   std::iota(place.begin(), place.end(), 0);
-  parallel::RandomStream stream(5, 0, "renumbering");
+  RandomStream stream(5, 0, "renumbering");
   for (std::size_t i = place.size() - 1; i > 0; --i)
     std::swap(
         place[i],
         place[std::min(i, static_cast<std::size_t>(stream.uniform(0, 1) * static_cast<double>(i + 1)))]);
   for (std::size_t n = 0; n < place.size(); ++n) {
-    renumbered.nodes[static_cast<std::size_t>(place[n])] = subdomain_.nodes[n];
-    renumbered.node_number[static_cast<std::size_t>(place[n])] = subdomain_.node_number[n];
+    renumbered.nodes[index(place[n])] = subdomain_.nodes[n];
+    renumbered.layout.number[index(place[n])] = subdomain_.layout.number[n];
   }
   for (auto& t : renumbered.tetrahedra)
-    for (auto& node : t) node = place[static_cast<std::size_t>(node)];
+    for (auto& node : t) node = place[index(node)];
   for (auto& triangle : renumbered.boundary)
-    for (auto& node : triangle.nodes) node = place[static_cast<std::size_t>(node)];
+    for (auto& node : triangle.nodes) node = place[index(node)];
   fracture::BreakableBody body(renumbered, test::epoxy());
   for (const auto t : body_.broken_tetrahedra()) body.release(t, {}, 0, 0);
 
   const auto u = random_displacement(0);
   std::vector<double> moved(u.size());
-  for (std::size_t i = 0; i < u.size(); ++i) moved[3 * static_cast<std::size_t>(place[i / 3]) + i % 3] = u[i];
+  for (std::size_t i = 0; i < u.size(); ++i) moved[3 * index(place[i / 3]) + i % 3] = u[i];
   auto force = make<float>(subdomain_, body_);
   auto other = make<float>(renumbered, body);
   set_displacement(force, u);
   set_displacement(other, moved);
   const auto f = evaluate(force), g = evaluate(other);
   for (std::size_t i = 0; i < f.size(); ++i)
-    ASSERT_EQ(f[i], g[3 * static_cast<std::size_t>(place[i / 3]) + i % 3]) << "component " << i;
+    ASSERT_EQ(f[i], g[3 * index(place[i / 3]) + i % 3]) << "component " << i;
 }
 
 TEST_F(FixedPointForceTest, UpdateAfterBreaksEqualsARebuild) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The candidate crack facets have no preferred planes.
+#include "crackle/common/index.h"
 #include "crackle/geometry/dual_facets.h"
+
 #include "support/geometry_bodies.h"
 
 #include <gtest/gtest.h>
@@ -140,8 +142,7 @@ TEST(DualFacets, AreTheQuadrilateralsOfTheBarycentricDual) {
   ASSERT_EQ(surface.quadrilaterals.size(), 6u);
   for (std::size_t facet = 0; facet < 6; ++facet) {
     std::array<Point, 4> p{};
-    for (std::size_t k = 0; k < 4; ++k)
-      p[k] = surface.points[static_cast<std::size_t>(surface.quadrilaterals[facet][k])];
+    for (std::size_t k = 0; k < 4; ++k) p[k] = surface.points[index(surface.quadrilaterals[facet][k])];
     Point twice{};
     for (std::size_t i = 0; i < 3; ++i) {
       const std::size_t j = (i + 1) % 3;

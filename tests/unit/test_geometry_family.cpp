@@ -4,10 +4,11 @@
 //
 // CRACKLE_FAMILY=300 in the environment gives the number of bodies, CRACKLE_FAMILY_POINTS=200000 the most
 // points that one may have; tools/realization-campaign sets both.
+#include "crackle/common/stopwatch.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/input/limits.h"
-#include "crackle/stopwatch.h"
+
 #include "support/body_family.h"
 
 #include <gtest/gtest.h>
@@ -39,7 +40,7 @@ struct Verdict {
 
 /// A body of the family with at most `max_points` points; absurd ones may have any number.
 MeshProblem draw(std::uint64_t number, double max_points) {
-  const parallel::RandomStream stream(1, number, "random bodies");
+  const RandomStream stream(1, number, "random bodies");
   const bool absurd = number % 15 == 0;
   for (std::uint64_t attempt = 0;; ++attempt) {
     MeshProblem problem = testing::random_problem(stream.substream(attempt), absurd);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/common/index.h"
+#include "crackle/common/random.h"
 #include "crackle/geometry/mother_points.h"
 
-#include "crackle/parallel/random.h"
 #include "support/geometry_bodies.h"
 
 #include <gmock/gmock.h>
@@ -67,7 +68,7 @@ TEST(SpacingField, IsFineInRegionsAndGrowsFromThem) {
 TEST(SpacingField, ChangesNoFasterThanItsLargestGrowth) {
   const Body notched = testing::four_notches();
   const SpacingField spacing(notched, mesh(1.5, 0.2, 0.3));
-  parallel::RandomStream stream(1, 1, "points");
+  RandomStream stream(1, 1, "points");
   const auto point = [&] {
     return Point{stream.uniform(0, 2 * mm), stream.uniform(0, 10 * mm), stream.uniform(0, 12 * mm)};
   };
@@ -101,7 +102,7 @@ TEST_F(Plate, PointsLieInTheBodyAndAreClassified) {
   for (std::size_t i = 0; i < points().size(); ++i) {
     EXPECT_TRUE(plate.contains(points().position[i]));
     EXPECT_EQ(points().movable[i], plate.movable_axes(points().position[i]));
-    ++count[static_cast<std::size_t>(std::popcount(points().movable[i]))];
+    ++count[index(std::popcount(points().movable[i]))];
   }
   std::printf("corners %d, edges %d, surfaces %d, interior %d\n", count[0], count[1], count[2], count[3]);
   EXPECT_EQ(count[0], 24);
@@ -119,7 +120,7 @@ TEST_F(Plate, NumberIsTheEstimate) {
 // Two cells over the height of the notch: one point inside each of the two upright edges of a tip.
 TEST_F(Plate, TwoCellsOverTheNotchHeight) {
   for (int i = 0; i < 2; ++i) {
-    const SlotSection& slot = plate.sections()[static_cast<std::size_t>(i)];
+    const SlotSection& slot = plate.sections()[index(i)];
     for (const double x : {0.0, plate.size()[0]}) {
       const auto on_edge =
           std::count_if(points().position.begin(), points().position.end(), [&](const Point& p) {

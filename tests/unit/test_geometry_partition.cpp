@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/partition.h"
-
 #include "crackle/geometry/subdomain.h"
+
 #include "support/geometry_bodies.h"
 
 #include <gtest/gtest.h>
@@ -112,9 +112,10 @@ TEST(Subdomain, OnePartIsTheRealization) {
   ASSERT_EQ(parts.size(), 1u);
   EXPECT_EQ(parts[0].nodes, plate().nodes);
   EXPECT_EQ(parts[0].tetrahedra, plate().tetrahedra);
-  EXPECT_EQ(parts[0].n_owned, parts[0].n_local());
+  EXPECT_EQ(parts[0].layout.n_owned, parts[0].n_local());
   EXPECT_EQ(parts[0].boundary.size(), plate().boundary.size());
-  EXPECT_EQ(parts[0].node_number, parts[0].distributed_number);
+  EXPECT_TRUE(parts[0].layout.ghosts.empty());
+  EXPECT_EQ(parts[0].layout.first_owned, (std::vector<std::int64_t>{0, parts[0].n_local()}));
 }
 
 void check_split(const Realization& realization, int n_parts) {
@@ -123,7 +124,6 @@ void check_split(const Realization& realization, int n_parts) {
   const std::vector<Subdomain> subdomains = split(realization, parts);
   std::vector<int> owners(realization.nodes.size(), 0);
   std::vector<int> counted(realization.tetrahedra.size(), 0);
-  std::vector<std::int64_t> distributed(realization.nodes.size(), -1);
   std::vector<std::size_t> valence(realization.nodes.size(), 0);
   std::vector<std::size_t> boundary_valence(realization.nodes.size(), 0);
   for (const Tetrahedron& t : realization.tetrahedra)
@@ -131,33 +131,36 @@ void check_split(const Realization& realization, int n_parts) {
   for (const BoundaryTriangle& t : realization.boundary)
     for (const std::int32_t node : t.nodes) ++boundary_valence[index(node)];
 
-  std::int64_t next = 0;
   for (std::size_t rank = 0; rank < subdomains.size(); ++rank) {
     const Subdomain& part = subdomains[rank];
-    EXPECT_EQ(part.n_nodes_global, static_cast<std::int64_t>(realization.nodes.size()));
+    EXPECT_EQ(part.layout.n_global, static_cast<std::int64_t>(realization.nodes.size()));
     EXPECT_EQ(part.n_tetrahedra_global, static_cast<std::int64_t>(realization.tetrahedra.size()));
-    ASSERT_EQ(part.node_number.size(), part.nodes.size());
-    ASSERT_EQ(part.distributed_number.size(), part.nodes.size());
+    ASSERT_EQ(part.layout.number.size(), part.nodes.size());
+    ASSERT_EQ(index(part.layout.n_owned) + part.layout.ghosts.size(), part.nodes.size());
+    ASSERT_EQ(part.layout.first_owned.size(), subdomains.size() + 1);
+    EXPECT_EQ(part.layout.first_owned[rank + 1] - part.layout.first_owned[rank], part.layout.n_owned);
     ASSERT_EQ(part.tetrahedron_number.size(), part.tetrahedra.size());
     ASSERT_EQ(part.counted.size(), part.tetrahedra.size());
     ASSERT_EQ(part.boundary_number.size(), part.boundary.size());
-    const auto first_ghost = part.node_number.begin() + part.n_owned;
-    EXPECT_TRUE(std::is_sorted(part.node_number.begin(), first_ghost));
-    EXPECT_TRUE(std::is_sorted(first_ghost, part.node_number.end()));
+    const auto first_ghost = part.layout.number.begin() + part.layout.n_owned;
+    EXPECT_TRUE(std::is_sorted(part.layout.number.begin(), first_ghost));
+    EXPECT_TRUE(std::is_sorted(first_ghost, part.layout.number.end()));
     EXPECT_TRUE(std::is_sorted(part.tetrahedron_number.begin(), part.tetrahedron_number.end()));
     EXPECT_TRUE(std::is_sorted(part.boundary_number.begin(), part.boundary_number.end()));
 
     for (std::size_t i = 0; i < part.nodes.size(); ++i) {
-      const std::size_t node = index(part.node_number[i]);
+      const std::size_t node = index(part.layout.number[i]);
       EXPECT_EQ(part.nodes[i], realization.nodes[node]);
-      const bool owned = i < index(part.n_owned);
+      const bool owned = i < index(part.layout.n_owned);
       EXPECT_EQ(owned, parts.node_part[node] == static_cast<std::int32_t>(rank));
       if (owned) {
         ++owners[node];
-        EXPECT_EQ(part.distributed_number[i], next++);
+      } else {
+        const auto [owner, at_owner] = part.layout.ghosts[i - index(part.layout.n_owned)];
+        EXPECT_EQ(owner, parts.node_part[node]);
+        EXPECT_LT(at_owner, subdomains[index(owner)].layout.n_owned);
+        EXPECT_EQ(subdomains[index(owner)].layout.number[index(at_owner)], part.layout.number[i]);
       }
-      if (distributed[node] < 0) distributed[node] = part.distributed_number[i];
-      EXPECT_EQ(part.distributed_number[i], distributed[node]);
     }
 
     std::vector<std::size_t> seen(part.nodes.size(), 0);
@@ -165,8 +168,8 @@ void check_split(const Realization& realization, int n_parts) {
       const Tetrahedron& global = realization.tetrahedra[index(part.tetrahedron_number[i])];
       bool touches_owned = false;
       for (std::size_t k = 0; k < 4; ++k) {
-        EXPECT_EQ(part.node_number[index(part.tetrahedra[i][k])], global[k]);
-        touches_owned = touches_owned || part.tetrahedra[i][k] < part.n_owned;
+        EXPECT_EQ(part.layout.number[index(part.tetrahedra[i][k])], global[k]);
+        touches_owned = touches_owned || part.tetrahedra[i][k] < part.layout.n_owned;
         ++seen[index(part.tetrahedra[i][k])];
       }
       EXPECT_TRUE(touches_owned);
@@ -177,16 +180,16 @@ void check_split(const Realization& realization, int n_parts) {
       const BoundaryTriangle& global = realization.boundary[index(part.boundary_number[i])];
       EXPECT_EQ(part.boundary[i].surface, global.surface);
       for (std::size_t k = 0; k < 3; ++k) {
-        EXPECT_EQ(part.node_number[index(part.boundary[i].nodes[k])], global.nodes[k]);
+        EXPECT_EQ(part.layout.number[index(part.boundary[i].nodes[k])], global.nodes[k]);
         ++seen_boundary[index(part.boundary[i].nodes[k])];
       }
     }
-    for (std::size_t i = 0; i < index(part.n_owned); ++i) {
-      EXPECT_EQ(seen[i], valence[index(part.node_number[i])]);
-      EXPECT_EQ(seen_boundary[i], boundary_valence[index(part.node_number[i])]);
+    for (std::size_t i = 0; i < index(part.layout.n_owned); ++i) {
+      EXPECT_EQ(seen[i], valence[index(part.layout.number[i])]);
+      EXPECT_EQ(seen_boundary[i], boundary_valence[index(part.layout.number[i])]);
     }
   }
-  EXPECT_EQ(next, static_cast<std::int64_t>(realization.nodes.size()));
+  EXPECT_EQ(subdomains.back().layout.first_owned.back(), static_cast<std::int64_t>(realization.nodes.size()));
   EXPECT_TRUE(std::all_of(owners.begin(), owners.end(), [](int n) { return n == 1; }));
   EXPECT_TRUE(std::all_of(counted.begin(), counted.end(), [](int n) { return n == 1; }));
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/geometry/realization.h"
-
+#include "crackle/common/random.h"
 #include "crackle/geometry/quality.h"
+#include "crackle/geometry/realization.h"
 #include "crackle/geometry/symmetry.h"
-#include "crackle/parallel/random.h"
+
 #include "support/geometry_bodies.h"
 
 #include <gmock/gmock.h>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/common/index.h"
+#include "crackle/geometry/plain_delaunay.h"
 #include "crackle/geometry/survey.h"
 
-#include "crackle/geometry/plain_delaunay.h"
 #include "support/geometry_bodies.h"
 
 #include <gtest/gtest.h>
@@ -83,7 +84,7 @@ TEST_F(SurveyOfPlate, PlainTessellationHasTheSameTetrahedra) {
   const PlainDelaunay plain = plain_delaunay(made.nodes);
   const auto corners = [](const std::vector<Point>& nodes, const Tetrahedron& t) {
     std::array<Point, 4> points{};
-    for (std::size_t k = 0; k < 4; ++k) points[k] = nodes[static_cast<std::size_t>(t[k])];
+    for (std::size_t k = 0; k < 4; ++k) points[k] = nodes[index(t[k])];
     std::sort(points.begin(), points.end());
     return points;
   };

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The VTK files, read back by VTK itself where its Python module is installed.
+#include "crackle/common/index.h"
+#include "crackle/geometry/quality.h"
 #include "crackle/io/vtk_file.h"
 
-#include "crackle/geometry/quality.h"
 #include "support/geometry_bodies.h"
 
 #include <fmt/format.h>
@@ -109,7 +110,7 @@ TEST_F(VtkFile, MeshIsReadByVtk) {
   double best = 0;
   double volume = 0;
   for (const auto& t : mesh.tetrahedra) {
-    const auto node = [&](std::size_t i) { return mesh.nodes[static_cast<std::size_t>(t[i])]; };
+    const auto node = [&](std::size_t i) { return mesh.nodes[index(t[i])]; };
     const double quality = geometry::mean_ratio(node(0), node(1), node(2), node(3));
     worst = std::min(worst, quality);
     best = std::max(best, quality);

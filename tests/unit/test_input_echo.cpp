@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The echo of the resolved input is itself a complete description of it, and the table of keys names them
 // all.
+#include "crackle/common/checksum.h"
 #include "crackle/input/reader.h"
-#include "crackle/parallel/checksum.h"
+
 #include "unit/input_samples.h"
 
 #include <fmt/format.h>
@@ -166,7 +167,7 @@ TEST(InputEcho, AnOwnBaseMakesOtherSamples) {
   auto settings = input::sample_settings(minimal);
   std::erase(settings, "mesh.base = shared");
   EXPECT_EQ(input::sample_identity(minimal),
-            fmt::format("FNV-1a {:016x}", parallel::checksum(fmt::format("{}", fmt::join(settings, "\n")))));
+            fmt::format("FNV-1a {:016x}", checksum(fmt::format("{}", fmt::join(settings, "\n")))));
 }
 
 TEST(InputEcho, ShowsReadableUnitsInAlignedLines) {

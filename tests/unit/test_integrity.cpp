@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What broken tetrahedra carry with release by facets: nothing in rigid rotations, symmetric and positive
 // semi-definite, never more energy, and nothing at all across a crack that is through.
+#include "crackle/common/index.h"
 #include "crackle/dynamics/energy_account.h"
 #include "crackle/fracture/connectivity.h"
 #include "crackle/parallel/exact_sum.h"
+
 #include "mechanics/fixed_point_force.h"
 #include "support/box_mesh.h"
 
@@ -23,7 +25,7 @@ TetrahedronOperator some_tetrahedron() {
                               {{{0, 0, 0}, {1e-3, 1e-4, 0}, {2e-4, 9e-4, -1e-4}, {3e-4, 2e-4, 8e-4}}});
 }
 
-Symmetric random_strain(parallel::RandomStream& stream) {
+Symmetric random_strain(RandomStream& stream) {
   Symmetric strain{};
   for (double& e : strain) e = stream.uniform(-1e-3, 1e-3);
   return strain;
@@ -32,7 +34,7 @@ Symmetric random_strain(parallel::RandomStream& stream) {
 TEST(EdgeStiffness, IsTheMaterialsWhenNothingIsReleased) {
   const IsotropicElasticity elasticity(test::epoxy());
   const EdgeStiffness intact = edge_stiffness(some_tetrahedron(), elasticity, no_edge);
-  parallel::RandomStream stream(1, 0, "strain");
+  RandomStream stream(1, 0, "strain");
   double worst = 0;
   for (int i = 0; i < 20; ++i) {
     const Symmetric strain = random_strain(stream);
@@ -71,7 +73,7 @@ TEST(EdgeStiffness, IsPositiveSemiDefiniteWithTheRankOfItsKeptEdges) {
 TEST(EdgeStiffness, OfEveryReleaseLowersTheEnergy) {
   const IsotropicElasticity elasticity(test::epoxy());
   const TetrahedronOperator t = some_tetrahedron();
-  parallel::RandomStream stream(2, 0, "strain");
+  RandomStream stream(2, 0, "strain");
   double highest = -1;
   for (int i = 0; i < 20; ++i) {
     const Symmetric strain = random_strain(stream);
@@ -90,11 +92,11 @@ TEST(EdgeStiffness, OfEveryReleaseLowersTheEnergy) {
 TEST(EdgeStiffness, OfAMembraneHasNoTractionOnItsPlane) {
   const IsotropicElasticity elasticity(test::epoxy());
   const TetrahedronOperator t = some_tetrahedron();
-  parallel::RandomStream stream(3, 0, "strain");
+  RandomStream stream(3, 0, "strain");
   for (int corner = 0; corner < 4; ++corner) {
     const EdgeStiffness membrane = edge_stiffness(t, elasticity, fracture::crossed_edges(corner));
     const Symmetric sigma = membrane.stress(random_strain(stream));
-    const Vector traction = apply(sigma, t.gradient[static_cast<std::size_t>(corner)]);
+    const Vector traction = apply(sigma, t.gradient[index(corner)]);
     EXPECT_LT(std::sqrt(dot(traction, traction)), 1e-9 * std::sqrt(contract(sigma, sigma)) * 1e3);
     EXPECT_GT(std::sqrt(contract(sigma, sigma)), 1e5);
   }
@@ -117,7 +119,7 @@ protected:
     return u;
   }
   std::vector<double> random_displacement() const {
-    parallel::RandomStream stream(5, 0, "displacement");
+    RandomStream stream(5, 0, "displacement");
     return displacement([&](const auto&) {
       return Vector{stream.uniform(-1e-6, 1e-6), stream.uniform(-1e-6, 1e-6), stream.uniform(-1e-6, 1e-6)};
     });
@@ -186,9 +188,9 @@ TEST_F(FacetBody, CrackRightThroughCarriesNothing) {
   const auto u = random_displacement();  // neighbours choose different cuts
   break_where(
       [&](std::int32_t t) {
-        const auto& nodes = subdomain_.tetrahedra[static_cast<std::size_t>(t)];
+        const auto& nodes = subdomain_.tetrahedra[index(t)];
         const auto n = std::ranges::count_if(
-            nodes, [&](std::int32_t n) { return is_upper(subdomain_.nodes[static_cast<std::size_t>(n)]); });
+            nodes, [&](std::int32_t n) { return is_upper(subdomain_.nodes[index(n)]); });
         return n > 0 && n < 4;
       },
       u);

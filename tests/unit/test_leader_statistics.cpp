@@ -2,7 +2,8 @@
 // Statistics of leading and following cracks, in the frame of the leading one.
 #include "crackle/analysis/leader_frame.h"
 #include "crackle/analysis/running_statistics.h"
-#include "crackle/parallel/random.h"
+#include "crackle/common/random.h"
+
 #include "support/geometry_bodies.h"
 
 #include <gmock/gmock.h>
@@ -216,7 +217,7 @@ TEST(LeaderStatistics, PatternsHaveTheirOwnMeanPath) {
 
 TEST(LeaderStatistics, TheOrderOfFinishingPlaysNoPart) {
   const int n = 60;
-  parallel::RandomStream random(1, 0, "test");
+  RandomStream random(1, 0, "test");
   std::vector<SampleSummary> rows;
   for (int i = 0; i < n; ++i) {
     std::vector<double> z(8, none);
@@ -269,7 +270,7 @@ TEST(LeaderStatistics, TheRuleToStopLooksAtLeaders) {
   // Leaders of either notch lie close together, followers do not.
   const int n = 100;
   const auto rows = [&](double of_leaders, double of_followers) {
-    parallel::RandomStream random(7, 0, "test");
+    RandomStream random(7, 0, "test");
     std::vector<SampleSummary> result;
     for (int i = 0; i < n; ++i) {
       std::vector<double> z;

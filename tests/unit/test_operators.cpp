@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/common/index.h"
 #include "crackle/mechanics/internal_force.h"
 #include "crackle/mechanics/operators.h"
+
 #include "support/box_mesh.h"
 
 #include <gtest/gtest.h>
@@ -51,8 +53,7 @@ TEST(Operators, GradientIsThatOfLinearShapeFunctions) {
       for (std::size_t b = 1; b < 4; ++b) {
         Vector edge{};
         for (std::size_t i = 0; i < 3; ++i) {
-          edge[i] = subdomain.nodes[static_cast<std::size_t>(t.nodes[b])][i] -
-                    subdomain.nodes[static_cast<std::size_t>(t.nodes[0])][i];
+          edge[i] = subdomain.nodes[index(t.nodes[b])][i] - subdomain.nodes[index(t.nodes[0])][i];
         }
         const double expected = (a == b ? 1.0 : 0.0) - (a == 0 ? 1.0 : 0.0);
         worst = std::max(worst, std::abs(dot(t.gradient[a], edge) - expected));
@@ -69,7 +70,7 @@ TEST(Operators, FacetFormEqualsGradientForm) {
   double worst = 0;
   for (const auto& t : make_operators(subdomain, 1).tetrahedra) {
     std::array<Point, 4> x{};
-    for (std::size_t a = 0; a < 4; ++a) x[a] = subdomain.nodes[static_cast<std::size_t>(t.nodes[a])];
+    for (std::size_t a = 0; a < 4; ++a) x[a] = subdomain.nodes[index(t.nodes[a])];
     const double scale = std::cbrt(t.volume) * std::cbrt(t.volume);
     for (int a = 0; a < 4; ++a) {
       Vector sum{};
@@ -94,8 +95,7 @@ TEST(Operators, FacetFormEqualsGradientForm) {
           worst = std::max(worst, std::abs(sign * facet[i] - area[i]) / scale);
       }
       for (std::size_t i = 0; i < 3; ++i) {
-        worst =
-            std::max(worst, std::abs(sum[i] + t.volume * t.gradient[static_cast<std::size_t>(a)][i]) / scale);
+        worst = std::max(worst, std::abs(sum[i] + t.volume * t.gradient[index(a)][i]) / scale);
       }
     }
   }
@@ -176,7 +176,7 @@ TEST_F(Forces, RigidMotionsGiveNoForce) {
 }
 
 TEST_F(Forces, TotalForceAndMomentVanishForAnyDisplacementAndBrokenSet) {
-  parallel::RandomStream stream(3, 0, "forces");
+  RandomStream stream(3, 0, "forces");
   for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); t += 5) integrity_.release(t, all_edges);
   const auto u = displacement_of([&](const Point&) {
     return Vector{stream.uniform(-1e-5, 1e-5), stream.uniform(-1e-5, 1e-5), stream.uniform(-1e-5, 1e-5)};

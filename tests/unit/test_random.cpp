@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/parallel/random.h"
+#include "crackle/common/random.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/statistics.h"
+#include "crackle/common/index.h"
 
 #include "support/geometry_bodies.h"
 
@@ -104,7 +105,7 @@ TEST(Statistics, OfAnEnsembleThatStoppedTheSurplusIsLeftOut) {
   const input::Sections sections{.y = {0.007}, .z = {}};
   leave_out_surplus(s, 0, samples);
   EXPECT_EQ(samples[1].status, SampleStatus::done);
-  for (const int i : {2, 3, 4}) EXPECT_EQ(samples[static_cast<std::size_t>(i)].status, SampleStatus::pending);
+  for (const int i : {2, 3, 4}) EXPECT_EQ(samples[index(i)].status, SampleStatus::pending);
   const std::string text = to_text(s, samples, sections);
   EXPECT_THAT(text, ::testing::HasSubstr(
                         "2 samples: 2 done, 0 failed, 0 left\nstopped early: these are enough, of 5"));

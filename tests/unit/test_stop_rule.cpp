@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Ensembles that stop early: their interval must keep its confidence although it is looked at again and
 // again.
-#include "crackle/analysis/stop_rule.h"
-
 #include "crackle/analysis/running_statistics.h"
-#include "crackle/parallel/random.h"
+#include "crackle/analysis/stop_rule.h"
+#include "crackle/common/random.h"
+
 #include "support/geometry_bodies.h"
 
 #include <gmock/gmock.h>
@@ -43,7 +43,7 @@ std::vector<std::uint64_t> bits(const std::vector<double>& values) {
   return result;
 }
 
-double normal(parallel::RandomStream& random) {
+double normal(RandomStream& random) {
   return std::sqrt(-2 * std::log(1 - random.uniform())) * std::cos(2 * M_PI * random.uniform());
 }
 
@@ -57,7 +57,7 @@ TEST(StopRule, LooksGrowByHalf) {
 TEST(StopRule, TheOrderOfFinishingPlaysNoPart) {
   const int n = 120;
   const auto p = parameters(n, 0.25, 2);
-  parallel::RandomStream random(1, 0, "test");
+  RandomStream random(1, 0, "test");
   std::vector<SampleSummary> rows;
   for (int i = 0; i < n; ++i) rows.push_back(row({normal(random), i % 3 == 0 ? none : 0.3 * normal(random)}));
   rows[7] = empty_summary(1, 2, SampleStatus::failed, "broke");
@@ -99,7 +99,7 @@ TEST(StopRule, WaitsForEarlierSamples) {
 TEST(StopRule, EverySectionThatIsOftenReachedMustBeKnown) {
   const auto p = parameters(400, 0.2, 2);
   const auto stops_at = [&](double deviation, int every) {
-    parallel::RandomStream random(2, 0, "test");
+    RandomStream random(2, 0, "test");
     RunningStatistics running(p);
     for (std::size_t i = 0; i < 400; ++i) {
       const double other = deviation * normal(random);
@@ -117,12 +117,12 @@ TEST(StopRule, EverySectionThatIsOftenReachedMustBeKnown) {
 }
 
 /// Share of ensembles whose interval holds the true mean 0, and the mean number of samples at the end.
-std::pair<double, double> coverage(const std::function<double(parallel::RandomStream&)>& draw, int trials) {
+std::pair<double, double> coverage(const std::function<double(RandomStream&)>& draw, int trials) {
   const auto p = parameters(500, 0.25);
   int n_hold = 0;
   double n_samples = 0;
   for (int trial = 0; trial < trials; ++trial) {
-    parallel::RandomStream random(3, static_cast<std::uint64_t>(trial), "coverage");
+    RandomStream random(3, static_cast<std::uint64_t>(trial), "coverage");
     RunningStatistics running(p);
     for (std::size_t i = 0; i < 500 && !running.stopped_at(); ++i) running.add(i, row({draw(random)}));
     const Statistics end = running.statistics();
@@ -135,7 +135,7 @@ std::pair<double, double> coverage(const std::function<double(parallel::RandomSt
 TEST(StopRule, KeepsItsConfidence) {
   struct Case {
     const char* name;
-    std::function<double(parallel::RandomStream&)> draw;
+    std::function<double(RandomStream&)> draw;
   };
   const std::vector<Case> cases{
       {"normal", [](auto& r) { return normal(r); }},
@@ -159,7 +159,7 @@ TEST(StopRule, LookingAfterEverySampleWithoutCorrectionWouldNot) {
   constexpr int trials = 400;
   int n_hold = 0;
   for (int trial = 0; trial < trials; ++trial) {
-    parallel::RandomStream random(4, static_cast<std::uint64_t>(trial), "naive");
+    RandomStream random(4, static_cast<std::uint64_t>(trial), "naive");
     Moments moments;
     bool hold = true;
     for (int i = 0; i < 500; ++i) {
@@ -177,7 +177,7 @@ TEST(StopRule, LookingAfterEverySampleWithoutCorrectionWouldNot) {
   // With the schedule the intervals of all looks hold together.
   n_hold = 0;
   for (int trial = 0; trial < trials; ++trial) {
-    parallel::RandomStream random(4, static_cast<std::uint64_t>(trial), "naive");
+    RandomStream random(4, static_cast<std::uint64_t>(trial), "naive");
     std::vector<SampleSummary> rows;
     for (int i = 0; i < 500; ++i) rows.push_back(row({normal(random)}));
     bool hold = true;

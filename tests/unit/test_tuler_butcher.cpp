@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/common/random.h"
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/fracture/principal_stress.h"
 #include "crackle/fracture/tuler_butcher.h"
-#include "crackle/parallel/random.h"
+
 #include "support/box_mesh.h"
 
 #include <gtest/gtest.h>
@@ -169,7 +170,7 @@ TEST(PrincipalStress, MatchesTensorsOfKnownValues) {
   EXPECT_NEAR(largest_principal({0, 0, 0, 2, 0, 0}), 2, 1e-15);
   EXPECT_NEAR(largest_principal({3, 3, 1, 0, 0, 0}), 3, 1e-15);
   EXPECT_NEAR(largest_principal({-1, -1, -1, 0, 0, 0}), -1, 1e-15);
-  parallel::RandomStream stream(4, 0, "stress");
+  RandomStream stream(4, 0, "stress");
   double worst = 0;
   for (int i = 0; i < 1000; ++i) {
     mechanics::Symmetric s{};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The boundary list at work in dynamics: motions of a part of a face, loads with a history, free flight.
 #include "crackle/parallel/exact_sum.h"
+
 #include "support/elastic_motion.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +14,6 @@ namespace {
 
 using input::BoundaryKind;
 using input::Face;
-using mechanics::Vector;
 
 constexpr geometry::Point size{0.003, 0.004, 0.008};
 
@@ -44,7 +44,7 @@ public:
   /// About the origin, with the undeformed positions: that is what linear elasticity keeps exactly.
   Vector angular_momentum() const {
     return sum_over_nodes(
-        [&](std::size_t n) { return times_mass(n, mechanics::cross(subdomain().nodes[n], velocity_of(n))); });
+        [&](std::size_t n) { return times_mass(n, cross(subdomain().nodes[n], velocity_of(n))); });
   }
 
 private:
@@ -69,7 +69,7 @@ TEST(FreeFlight, KeepsMomentumAndAngularMomentum) {
   for (std::size_t n = 0; n < block.subdomain().nodes.size(); ++n) {
     // Flies, turns slowly, and vibrates.
     const auto& p = block.subdomain().nodes[n];
-    const Vector turning = mechanics::cross({1, 2, -1}, p);
+    const Vector turning = cross({1, 2, -1}, p);
     for (std::size_t i = 0; i < 3; ++i)
       block.state().velocity.local()[3 * n + i] =
           2.0 + static_cast<double>(i) + turning[i] + 0.5 * std::sin(900 * p[i]);
@@ -81,7 +81,7 @@ TEST(FreeFlight, KeepsMomentumAndAngularMomentum) {
     std::printf("axis %zu: momentum changed by %.1e of %.3e N s, angular momentum by %.1e of %.3e N m s\n", i,
                 later[i] - momentum[i], momentum[i], angular_later[i] - angular[i], angular[i]);
     EXPECT_NEAR(later[i], momentum[i], 1e-9 * std::abs(momentum[i]));
-    EXPECT_NEAR(angular_later[i], angular[i], 1e-9 * std::sqrt(mechanics::dot(angular, angular)));
+    EXPECT_NEAR(angular_later[i], angular[i], 1e-9 * std::sqrt(dot(angular, angular)));
   }
 }
 

@@ -5,6 +5,7 @@
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/geometry/mother_points.h"
+
 #include "support/box_mesh.h"
 #include "support/temporary_folder.h"
 
@@ -182,7 +183,7 @@ TEST(CalculiX, GivesTheSameDisplacementHistory) {
   fracture::TulerButcher criterion({.strength = 1e15, .exponent = 2, .impulse = 1e4},
                                    subdomain.tetrahedra.size(), 5e-9);
   const MotionContext context{&self, &body, &loads, parameters.material.density, criterion.strengths()};
-  MotionState state{parallel::NodeField(self, subdomain), parallel::NodeField(self, subdomain)};
+  MotionState state{parallel::NodeField(self, subdomain.layout), parallel::NodeField(self, subdomain.layout)};
   const auto motion = make_fixed_point_motion(context, input::Precision::double_, 0, duration, state);
   const auto& map = splitting(input::Integrator::verlet);
   const double stable =

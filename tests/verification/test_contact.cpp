@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A bar is broken in two and pushed together again: with contact the crack carries compression, and only
 // that.
+#include "crackle/common/index.h"
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/mechanics/elasticity.h"
+
 #include "support/box_mesh.h"
 
 #include <gtest/gtest.h>
@@ -40,19 +42,17 @@ Pushed push(double strain, Contact contact, input::Release release, bool is_brok
   const parallel::Communicator self(MPI_COMM_SELF);
   fracture::BreakableBody body(subdomain, parameters.material, release, contact);
   const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
-  const auto is_upper = [&](std::int32_t n) {
-    return subdomain.nodes[static_cast<std::size_t>(n)][2] > 0.0049;
-  };
+  const auto is_upper = [&](std::int32_t n) { return subdomain.nodes[index(n)][2] > 0.0049; };
   const mechanics::Symmetric tension{-0.38e-3, -0.38e-3, 1e-3, 0, 0, 0};
   for (std::int32_t t = 0; is_broken && t < subdomain.n_tetrahedra(); ++t) {
-    const auto n = std::ranges::count_if(subdomain.tetrahedra[static_cast<std::size_t>(t)], is_upper);
+    const auto n = std::ranges::count_if(subdomain.tetrahedra[index(t)], is_upper);
     if (n > 0 && n < 4) body.release(t, tension, 0, 0);
   }
   body.tie(self, 0, 0, [&](std::int32_t) { return mechanics::Symmetric{}; });
 
   fracture::TulerButcher criterion({.strength = 1e15, .exponent = 2, .impulse = 1e4},
                                    subdomain.tetrahedra.size(), 5e-9);
-  MotionState state{parallel::NodeField(self, subdomain), parallel::NodeField(self, subdomain)};
+  MotionState state{parallel::NodeField(self, subdomain.layout), parallel::NodeField(self, subdomain.layout)};
   const MotionContext context{&self, &body, &loads, parameters.material.density, criterion.strengths()};
   const auto& map = splitting(input::Integrator::bilateral4);
   PhaseOptions options;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Time integration against the exact motion of a small elastic body, known from its eigenmodes, and against
 // waves.
+#include "crackle/common/index.h"
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/stable_step.h"
+
 #include "support/box_mesh.h"
 
 #include <gtest/gtest.h>
@@ -37,13 +39,13 @@ public:
     std::vector<double> u(static_cast<std::size_t>(n)), f(static_cast<std::size_t>(n));
     for (Eigen::Index column = 0; column < n; ++column) {
       std::ranges::fill(u, 0.0);
-      u[static_cast<std::size_t>(column)] = 1;
+      u[index(column)] = 1;
       body_.force().evaluate(u, f);
       stiffness.col(column) = Eigen::Map<Eigen::VectorXd>(f.data(), n);
     }
     root_mass_.resize(n);
     for (Eigen::Index i = 0; i < n; ++i) {
-      root_mass_[i] = std::sqrt(body_.operators().node_mass[static_cast<std::size_t>(i) / 3]);
+      root_mass_[i] = std::sqrt(body_.operators().node_mass[index(i) / 3]);
     }
     const Eigen::VectorXd inverse = root_mass_.cwiseInverse();
     const Eigen::MatrixXd scaled =
@@ -82,7 +84,8 @@ public:
     const mechanics::BoundaryLoads no_loads;
     fracture::TulerButcher criterion(unbreakable(), subdomain_.tetrahedra.size(), 5e-9);
     const EnergyAccount account(self_, body_);
-    MotionState state{parallel::NodeField(self_, subdomain_), parallel::NodeField(self_, subdomain_)};
+    MotionState state{parallel::NodeField(self_, subdomain_.layout),
+                      parallel::NodeField(self_, subdomain_.layout)};
     for (std::size_t i = 0; i < state.displacement.local().size(); ++i) {
       state.displacement.local()[i] = start[static_cast<Eigen::Index>(i)];
       state.velocity.local()[i] = initial_velocity * static_cast<double>(i % 3);

@@ -4,6 +4,7 @@
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/fracture/principal_stress.h"
+
 #include "dynamics/fixed_point_state.h"
 #include "support/box_mesh.h"
 
@@ -41,7 +42,8 @@ protected:
   }
 
   MotionState start(double strain, double velocity) const {
-    MotionState state{parallel::NodeField(self_, subdomain_), parallel::NodeField(self_, subdomain_)};
+    MotionState state{parallel::NodeField(self_, subdomain_.layout),
+                      parallel::NodeField(self_, subdomain_.layout)};
     for (std::size_t n = 0; n < subdomain_.nodes.size(); ++n) {
       const auto& p = subdomain_.nodes[n];
       state.displacement.local()[3 * n + 2] = strain * 0.004 * std::sin(p[2] / 0.002);
@@ -53,7 +55,7 @@ protected:
   }
 
   std::unique_ptr<MovingBody> fixed_point(Precision precision, MotionState& state, double strength = 35e6,
-                                          mechanics::InstructionSet set = mechanics::best_instruction_set(),
+                                          InstructionSet set = best_instruction_set(),
                                           double watched_share = 1) {
     return make_fixed_point_motion(context(strength, watched_share), precision, 0, 1e-4, state, set);
   }
@@ -119,16 +121,15 @@ TEST_F(VibratingBlock, RunsBackToItsStartBitByBit) {
 TEST_F(VibratingBlock, HasTheSameBitsWithEveryInstructionSet) {
   for (const auto precision : {Precision::mixed, Precision::double_}) {
     std::vector<double> first;
-    for (const auto set : mechanics::available_instruction_sets()) {
+    for (const auto set : available_instruction_sets()) {
       auto state = start(0.002, 1);
       const auto motion = fixed_point(precision, state, 35e6, set);
       run(*motion, 300);
       motion->read(state);
       if (first.empty()) first = values(state);
-      EXPECT_EQ(values(state), first) << name(precision) << ", " << mechanics::to_string(set);
+      EXPECT_EQ(values(state), first) << name(precision) << ", " << to_string(set);
     }
-    std::printf("%s: %zu instruction sets compared\n", name(precision),
-                mechanics::available_instruction_sets().size());
+    std::printf("%s: %zu instruction sets compared\n", name(precision), available_instruction_sets().size());
   }
 }
 
@@ -181,7 +182,7 @@ TEST_F(VibratingBlock, NoOverloadedTetrahedronIsMissed) {
   const double strength = 15e6, share = 0.8;
   for (const auto precision : {Precision::mixed, Precision::double_}) {
     auto state = start(0.002, 1);
-    const auto motion = fixed_point(precision, state, strength, mechanics::best_instruction_set(), share);
+    const auto motion = fixed_point(precision, state, strength, best_instruction_set(), share);
     const Splitting& map = splitting(Integrator::bilateral4);
     std::size_t n_overloaded = 0, n_quiet_steps = 0;
     for (int step = 0; step < 400; ++step) {
@@ -312,7 +313,8 @@ TEST(FixedPointContact, ForcesBeyondTheRangeAreReported) {
                                  input::Contact::frictionless);
     // A crack through everything: the range follows from what is whole.
     for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) body.release(t, {1e-3, 0, 0, 0, 0, 0}, 0, 0);
-    MotionState state{parallel::NodeField(self, subdomain), parallel::NodeField(self, subdomain)};
+    MotionState state{parallel::NodeField(self, subdomain.layout),
+                      parallel::NodeField(self, subdomain.layout)};
     const MotionContext context{&self, &body, &loads, test::epoxy().density, strength};
     state.displacement.local()[0] = closing * 0.001;
     const auto motion = make_fixed_point_motion(context, Precision::mixed, 0, 1e-4, state);

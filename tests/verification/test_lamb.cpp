@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Lamb's problem: a force at one place of the free surface of a half space, against the closed form of
 // Pekeris (1955) and Mooney (1974) for Poisson's ratio 1/4.
+#include "crackle/common/index.h"
+
 #include "support/elastic_motion.h"
 
 #include <algorithm>
@@ -93,7 +95,7 @@ private:
     parameters.specimen.size = size;
     for (const auto& [face, axis] : {std::pair{Face::x_min, 0}, {Face::y_min, 1}}) {
       std::array<bool, 3> held{};
-      held[static_cast<std::size_t>(axis)] = true;
+      held[index(axis)] = true;
       parameters.boundaries.push_back(test::boundary(face, BoundaryKind::fix, held));
     }
     auto force = test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, total_force / 4});
@@ -113,7 +115,7 @@ private:
     const auto& pattern = motion_.loads().forces.back();
     double sum = 0;
     for (std::size_t i = 0; i < pattern.nodes.size(); ++i) {
-      const auto& at = motion_.subdomain().nodes[static_cast<std::size_t>(pattern.nodes[i])];
+      const auto& at = motion_.subdomain().nodes[index(pattern.nodes[i])];
       for (const double sx : {-1.0, 1.0}) {
         for (const double sy : {-1.0, 1.0}) {
           const double r = std::hypot(x[0] - sx * at[0], x[1] - sy * at[1]);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How samples end, and what is their first break and their onset.
+#include "crackle/common/index.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/separation.h"
 #include "crackle/parallel/agreement.h"
+
 #include "support/box_mesh.h"
 #include "support/job.h"
 
@@ -281,9 +283,9 @@ TEST(Separation, CountsPiecesByTheirVolume) {
     fracture::BreakableBody body(subdomain, parameters.material);
     for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
       double low = 1, high = 0;
-      for (const auto node : subdomain.tetrahedra[static_cast<std::size_t>(t)]) {
-        low = std::min(low, subdomain.nodes[static_cast<std::size_t>(node)][2]);
-        high = std::max(high, subdomain.nodes[static_cast<std::size_t>(node)][2]);
+      for (const auto node : subdomain.tetrahedra[index(t)]) {
+        low = std::min(low, subdomain.nodes[index(node)][2]);
+        high = std::max(high, subdomain.nodes[index(node)][2]);
       }
       if (low < z && high > z) body.release(t, {1e-3, 0, 0, 0, 0, 0}, 0, 0);
     }

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Every sum, product, bound and solve that ranks share: the bits of one rank for any partition, with numbers
 // that do not add up exactly, and bodies in which some tetrahedra are broken in part.
+#include "crackle/common/index.h"
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/mechanics/static_solver.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/exact_sum.h"
 #include "crackle/parallel/reproducible.h"
+
 #include "dynamics/state_range.h"
 #include "mechanics/coarse_space.h"
 #include "mechanics/fixed_point_force.h"
@@ -52,29 +54,27 @@ struct Share {
   Share(MPI_Comm communicator, const geometry::Realization& mesh, const test::MakePartition& partition,
         double poisson_ratio = 0.38)
       : group(communicator),
-        subdomain(
-            geometry::split(mesh, partition(mesh, group.size()))[static_cast<std::size_t>(group.rank())]),
+        subdomain(geometry::split(mesh, partition(mesh, group.size()))[index(group.rank())]),
         parameters(held_and_loaded(poisson_ratio)),
         body(subdomain, parameters.material, input::Release::facet, input::Contact::none),
         loads(mechanics::make_boundary_loads(group, parameters, subdomain)) {}
 
-  parallel::RandomStream stream(const char* name, std::int64_t number) const {
-    return parallel::RandomStream(3, 0, name).substream(static_cast<std::uint64_t>(number));
+  RandomStream stream(const char* name, std::int64_t number) const {
+    return RandomStream(3, 0, name).substream(static_cast<std::uint64_t>(number));
   }
 
   /// Breaks some tetrahedra, the same in every partition. Collective.
   /// @return local numbers
   std::vector<std::int32_t> break_some(std::int64_t first) {
     const auto strain = [&](std::int32_t t) {
-      auto random = stream("strain", subdomain.tetrahedron_number[static_cast<std::size_t>(t)]);
+      auto random = stream("strain", subdomain.tetrahedron_number[index(t)]);
       mechanics::Symmetric eps{};
       for (double& component : eps) component = 0.01 * random.uniform(-1, 1);
       return eps;
     };
     const auto n_before = body.changes().size();
     for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t)
-      if (subdomain.tetrahedron_number[static_cast<std::size_t>(t)] % 9 == first)
-        body.release(t, strain(t), 0, 0);
+      if (subdomain.tetrahedron_number[index(t)] % 9 == first) body.release(t, strain(t), 0, 0);
     body.tie(group, 0, 0, strain);
     const auto changes = body.changes().subspan(n_before);
     return {changes.begin(), changes.end()};
@@ -83,9 +83,9 @@ struct Share {
   /// A field's values, from the realization's node number and the position; ghosts up to date. Collective.
   template <class Value>
   NodeField field(const Value& value) const {
-    NodeField result(group, subdomain);
-    for (std::size_t n = 0; n < static_cast<std::size_t>(subdomain.n_owned); ++n) {
-      const std::array<double, 3> at_node = value(subdomain.node_number[n], subdomain.nodes[n]);
+    NodeField result(group, subdomain.layout);
+    for (std::size_t n = 0; n < static_cast<std::size_t>(subdomain.layout.n_owned); ++n) {
+      const std::array<double, 3> at_node = value(subdomain.layout.number[n], subdomain.nodes[n]);
       std::ranges::copy(at_node, result.local().begin() + static_cast<std::ptrdiff_t>(3 * n));
     }
     result.update_ghosts();
@@ -108,7 +108,7 @@ struct Share {
 
 /// Operands unlike each other in size and kind, so that the scale of one does not suit the next.
 std::array<double, 3> operand(int number, std::int64_t node, const Point& p) {
-  auto stream = parallel::RandomStream(11, 0, "operand")
+  auto stream = RandomStream(11, 0, "operand")
                     .substream(static_cast<std::uint64_t>(number))
                     .substream(static_cast<std::uint64_t>(node));
   const double scale = std::pow(10.0, (number * 7) % 23 - 15) * (1 + 0.1 * number);
@@ -150,11 +150,11 @@ protected:
   static std::int64_t n_different(const Share& shared, std::span<const double> mine, const Share& alone,
                                   std::span<const double> all) {
     std::int64_t n = 0;
-    for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(shared.subdomain.n_owned); ++i) {
+    for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(shared.subdomain.layout.n_owned); ++i) {
       const auto place =
-          std::ranges::lower_bound(alone.subdomain.node_number, shared.subdomain.node_number[i / 3]) -
-          alone.subdomain.node_number.begin();
-      n += mine[i] != all[3 * static_cast<std::size_t>(place) + i % 3] ? 1 : 0;
+          std::ranges::lower_bound(alone.subdomain.layout.number, shared.subdomain.layout.number[i / 3]) -
+          alone.subdomain.layout.number.begin();
+      n += mine[i] != all[3 * index(place) + i % 3] ? 1 : 0;
     }
     return n;
   }
@@ -218,7 +218,7 @@ TEST_F(PartitionBits, AnOperandThatIsNotFiniteIsRefusedByAll) {
   const auto partition = test::hostile_partitions(size).front().make;
   const Share shared(MPI_COMM_WORLD, mesh_, partition);
   const auto product = product_of(shared);
-  std::vector<double> force(3 * static_cast<std::size_t>(shared.subdomain.n_owned));
+  std::vector<double> force(3 * static_cast<std::size_t>(shared.subdomain.layout.n_owned));
   for (const double wrong : {std::nan(""), std::numeric_limits<double>::infinity()}) {
     const NodeField operand = shared.field([&](std::int64_t node, const Point&) {
       return std::array<double, 3>{0, node == 100 ? wrong : 1, 0};
@@ -236,14 +236,14 @@ TEST_F(PartitionBits, StaticSolves) {
     };
     make(shared, shared_solver);
     make(alone, solver);
-    NodeField mine(shared.group, shared.subdomain), all(alone.group, alone.subdomain);
+    NodeField mine(shared.group, shared.subdomain.layout), all(alone.group, alone.subdomain.layout);
     for (int number = 0; number < 3; ++number) {
       if (number > 0) {
         shared_solver->release(shared.break_some(number));
         solver->release(alone.break_some(number));
       }
       const auto force_of = [&](const Share& share) {
-        std::vector<double> force(3 * static_cast<std::size_t>(share.subdomain.n_owned));
+        std::vector<double> force(3 * static_cast<std::size_t>(share.subdomain.layout.n_owned));
         share.loads.add_forces(0, force);
         return force;
       };
@@ -307,14 +307,14 @@ TEST_F(PartitionBits, Bounds) {
     for (int number = 0; number < 12; ++number) {
       expect_equal_ranges(shared, alone, number);
       const auto stretch = [&](const Share& share) {
-        const std::vector<double> no_mass(static_cast<std::size_t>(share.subdomain.n_owned), 1.0);
+        const std::vector<double> no_mass(static_cast<std::size_t>(share.subdomain.layout.n_owned), 1.0);
         mechanics::FixedPointForce<double> force(
             share.subdomain, share.body.operators(), share.body.elasticity(), share.body.edges(),
-            share.body.integrity(), no_mass, {1, 1, 1e9}, mechanics::best_instruction_set());
+            share.body.integrity(), no_mass, {1, 1, 1e9}, best_instruction_set());
         for (std::size_t n = 0; n < share.subdomain.nodes.size(); ++n)
           for (std::size_t i = 0; i < 3; ++i)
             force.nodes()[n].displacement[i] =
-                std::llrint(1e6 * operand(6 * number, share.subdomain.node_number[n], {})[i] /
+                std::llrint(1e6 * operand(6 * number, share.subdomain.layout.number[n], {})[i] /
                             std::pow(10.0, (number * 42) % 23 - 15));
         return parallel::largest_of_all(share.group, force.largest_stretch());
       };

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Quasi-static loading where it is hard: hundreds of stable breaks, loose tetrahedra, parts that hang by an
 // edge.
+#include "crackle/common/index.h"
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/separation.h"
 #include "crackle/fracture/connectivity.h"
+
 #include "support/box_mesh.h"
 
 #include <gtest/gtest.h>
@@ -130,9 +132,9 @@ protected:
 
   /// Breaks all neighbours of a tetrahedron that share at least `n` of its corners.
   void isolate(std::int32_t tetrahedron, int n) {
-    const auto& own = subdomain_.tetrahedra[static_cast<std::size_t>(tetrahedron)];
+    const auto& own = subdomain_.tetrahedra[index(tetrahedron)];
     for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); ++t) {
-      const auto& nodes = subdomain_.tetrahedra[static_cast<std::size_t>(t)];
+      const auto& nodes = subdomain_.tetrahedra[index(t)];
       const auto shared =
           std::ranges::count_if(nodes, [&](std::int32_t a) { return std::ranges::count(own, a) > 0; });
       if (t != tetrahedron && shared >= n) body_.release(t, {}, 0, 0);
@@ -146,8 +148,8 @@ protected:
       double square = 0;
       for (std::size_t i = 0; i < 3; ++i) {
         double centre = 0;
-        for (const auto node : subdomain_.tetrahedra[static_cast<std::size_t>(t)])
-          centre += subdomain_.nodes[static_cast<std::size_t>(node)][i] / 4;
+        for (const auto node : subdomain_.tetrahedra[index(t)])
+          centre += subdomain_.nodes[index(node)][i] / 4;
         square += (centre - place[i]) * (centre - place[i]);
       }
       if (square < least) {

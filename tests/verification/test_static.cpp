@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Static equilibrium and onset against exact solutions of uniformly stressed bodies.
+#include "crackle/common/index.h"
 #include "crackle/dynamics/quasi_static.h"
+
 #include "support/box_mesh.h"
 
 #include <gtest/gtest.h>
@@ -48,7 +50,7 @@ TEST(Static, BarInTensionHasTheExactDisplacement) {
   Bar bar;
   for (const auto& [face, axis] : {std::pair{Face::x_min, 0}, {Face::y_min, 1}, {Face::z_min, 2}}) {
     std::array<bool, 3> components{};
-    components[static_cast<std::size_t>(axis)] = true;
+    components[index(axis)] = true;
     bar.parameters.boundaries.push_back(test::boundary(face, BoundaryKind::fix, components));
   }
   const double stress = 10e6;
@@ -82,7 +84,7 @@ TEST(Static, WithoutLoadsTheGuessIsForgotten) {
   const mechanics::IsotropicElasticity elasticity(bar.parameters.material);
   const mechanics::Integrity intact(operators, elasticity);
   const auto edges = mechanics::make_edges(bar.subdomain);
-  parallel::NodeField displacement(bar.self, bar.subdomain);
+  parallel::NodeField displacement(bar.self, bar.subdomain.layout);
   mechanics::HeldComponents held(displacement.local().size(), 0);
   for (std::size_t n = 0; n < bar.subdomain.nodes.size(); ++n)
     if (bar.subdomain.nodes[n][2] == 0) held[3 * n] = held[3 * n + 1] = held[3 * n + 2] = 1;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/instruction_set.h"
 #include "crackle/dynamics/checkpoint.h"
 #include "crackle/dynamics/integrator.h"
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/fracture/tuler_butcher.h"
 #include "crackle/mechanics/boundary_loads.h"
-#include "crackle/mechanics/instruction_set.h"
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
 
@@ -97,8 +97,8 @@ std::unique_ptr<MovingBody> make_reference_motion(const MotionContext& context, 
 /// drift fused, the breaking check by bounds. Collective.
 /// @param duration of the phase at most [s]; the range of the numbers follows from it
 /// @param state at the start; prescribed components are set to their values at load_time
-std::unique_ptr<MovingBody> make_fixed_point_motion(
-    const MotionContext& context, input::Precision precision, double load_time, double duration,
-    MotionState& state, mechanics::InstructionSet instruction_set = mechanics::best_instruction_set());
+std::unique_ptr<MovingBody> make_fixed_point_motion(const MotionContext& context, input::Precision precision,
+                                                    double load_time, double duration, MotionState& state,
+                                                    InstructionSet instruction_set = best_instruction_set());
 
 }  // namespace crackle::dynamics

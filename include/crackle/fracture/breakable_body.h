@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/index.h"
 #include "crackle/fracture/break_record.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/mechanics/edges.h"
@@ -18,7 +19,7 @@
 namespace crackle::fracture {
 
 /// The seven cuts' vector areas of a tetrahedron: V b^a, then V (b^0 + b^k) for k = 1, 2, 3 [m^2].
-std::array<mechanics::Vector, n_cuts> cut_areas(const mechanics::TetrahedronOperator& tetrahedron);
+std::array<Vector, n_cuts> cut_areas(const mechanics::TetrahedronOperator& tetrahedron);
 
 /// The cut with the largest normal traction n . sigma . n; ties go to the lower number.
 int most_loaded_cut(const mechanics::TetrahedronOperator& tetrahedron, const mechanics::Symmetric& sigma);
@@ -57,9 +58,7 @@ public:
   /// Whether broken tetrahedra resist being closed again.
   bool has_contact() const { return contact_ != input::Contact::none; }
 
-  bool is_broken(std::int32_t tetrahedron) const {
-    return broken_[static_cast<std::size_t>(tetrahedron)] != 0;
-  }
+  bool is_broken(std::int32_t tetrahedron) const { return broken_[index(tetrahedron)] != 0; }
   /// Local tetrahedra in order of breaking.
   std::span<const std::int32_t> broken_tetrahedra() const { return order_; }
   /// Local tetrahedra that came to carry less, in the order of the changes; some more than once.
@@ -70,7 +69,7 @@ public:
   std::span<const Tie> ties() const { return ties_; }
 
   mechanics::Symmetric strain(std::int32_t tetrahedron, std::span<const double> displacement) const {
-    return mechanics::strain(operators_.tetrahedra[static_cast<std::size_t>(tetrahedron)], displacement);
+    return mechanics::strain(operators_.tetrahedra[index(tetrahedron)], displacement);
   }
   /// Stress of the unbroken material at the strain of a tetrahedron.
   mechanics::Symmetric stress(std::int32_t tetrahedron, std::span<const double> displacement) const {

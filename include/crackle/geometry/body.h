@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/index.h"
 #include "crackle/geometry/point.h"
 #include "crackle/input/parameters.h"
 
@@ -64,10 +65,10 @@ public:
 
   const Point& size() const { return specimen_.size; }  ///< [m]
   int n_notches() const { return static_cast<int>(specimen_.notches.size()); }
-  const input::Notch& notch(int i) const { return specimen_.notches[static_cast<std::size_t>(i)]; }
+  const input::Notch& notch(int i) const { return specimen_.notches[index(i)]; }
 
   /// The closed box that notch i removes.
-  const Box& slot(int i) const { return slots_[static_cast<std::size_t>(i)]; }
+  const Box& slot(int i) const { return slots_[index(i)]; }
   const std::vector<SlotSection>& sections() const { return sections_; }  ///< of all notches
   /// In the order of SurfaceId.
   const std::vector<Surface>& surfaces() const { return surfaces_; }

@@ -3,6 +3,7 @@
 
 #include "crackle/geometry/partition.h"
 #include "crackle/geometry/realization.h"
+#include "crackle/parallel/node_layout.h"
 
 #include <cstdint>
 #include <vector>
@@ -16,14 +17,9 @@ namespace crackle::geometry {
 /// owned node finds all its contributions on its own rank, always in ascending global order, and one exchange
 /// of the ghost nodes' values is all that a force evaluation needs.
 struct Subdomain {
-  std::int64_t n_nodes_global = 0;
   std::int64_t n_tetrahedra_global = 0;
-  std::int32_t n_owned = 0;               ///< nodes 0..n_owned-1 are owned, the others are ghosts
-  std::vector<Point> nodes;               ///< [m]
-  std::vector<std::int64_t> node_number;  ///< in the realization; ascending among owned and among ghosts
-  /// Numbers in which each rank's owned nodes are contiguous: those of rank 0 first, in the order of
-  /// node_number.
-  std::vector<std::int64_t> distributed_number;
+  parallel::NodeLayout layout;
+  std::vector<Point> nodes;             ///< of the layout, ghosts included [m]
   std::vector<Tetrahedron> tetrahedra;  ///< local node numbers, in ascending order of tetrahedron_number
   std::vector<std::int64_t> tetrahedron_number;  ///< in the realization
   std::vector<std::uint8_t> counted;  ///< 1 on exactly one rank for each tetrahedron: where sums count it

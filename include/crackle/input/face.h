@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/index.h"
+
 #include <array>
 #include <cstddef>
 
@@ -12,7 +14,7 @@ enum class Face : int { x_min, x_max, y_min, y_max, z_min, z_max };
 inline constexpr std::array face_names{"x-min", "x-max", "y-min", "y-max", "z-min", "z-max"};
 
 constexpr const char* name_of(Face face) {
-  return face_names[static_cast<std::size_t>(face)];
+  return face_names[index(face)];
 }
 
 /// Axis of the normal: 0, 1 or 2.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/index.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/mechanics/operators.h"
 
@@ -57,7 +58,7 @@ public:
   double energy(std::int32_t tetrahedron, const Symmetric& strain) const;
   /// @pre neither intact nor without any edge
   const EdgeStiffness& partial(std::int32_t tetrahedron) const {
-    return partial_[static_cast<std::size_t>(place_[index(tetrahedron)])];
+    return partial_[index(place_[index(tetrahedron)])];
   }
 
   /// Releases edges besides those that are.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/index.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/mechanics/tensor.h"
 
@@ -38,7 +39,7 @@ Vector dual_facet_area(const TetrahedronOperator& tetrahedron, int a, int b);
 inline Symmetric strain(const TetrahedronOperator& t, std::span<const double> displacement) {
   Symmetric e{};
   for (std::size_t a = 0; a < 4; ++a) {
-    const double* u = &displacement[3 * static_cast<std::size_t>(t.nodes[a])];
+    const double* u = &displacement[3 * index(t.nodes[a])];
     const Vector& b = t.gradient[a];
     e[0] += u[0] * b[0];
     e[1] += u[1] * b[1];

@@ -1,22 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/vector.h"
+
 #include <array>
 
-/// Small fixed-size vectors and symmetric tensors for the kernels. Every function fixes its order of
+/// Symmetric tensors for the kernels. Every function fixes its order of
 /// operations, so a result has the same bits wherever the tetrahedron is computed.
 namespace crackle::mechanics {
 
-using Vector = std::array<double, 3>;
 using Symmetric = std::array<double, 6>;  ///< xx, yy, zz, yz, xz, xy
-
-inline double dot(const Vector& a, const Vector& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-inline Vector cross(const Vector& a, const Vector& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 
 inline Vector apply(const Symmetric& s, const Vector& v) {
   return {s[0] * v[0] + s[5] * v[1] + s[4] * v[2], s[5] * v[0] + s[1] * v[1] + s[3] * v[2],

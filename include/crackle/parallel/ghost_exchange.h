@@ -1,39 +1,78 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/geometry/subdomain.h"
+#include "crackle/common/index.h"
+#include "crackle/parallel/collectives.h"
 #include "crackle/parallel/communicator.h"
+#include "crackle/parallel/node_layout.h"
 #include "crackle/parallel/petsc.h"
 
-#include <array>
+#include <algorithm>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 namespace crackle::parallel {
 
-/// Sends three integers of each owned node to the ranks that hold the node as a ghost, with computation
-/// between the beginning and the end (PETSc's star forest).
-template <class Integer>
+/// Which owned nodes travel to other ranks, and the star forest (PETSc) that takes them to their ghosts.
+class GhostForest {
+public:
+  /// Collective; agrees before its messages.
+  GhostForest(const Communicator& group, const NodeLayout& layout);
+
+  std::span<const std::int32_t> sent_nodes() const { return sent_nodes_; }  ///< owned, ascending
+  std::size_t n_ghosts() const { return n_ghosts_; }
+  void begin(MPI_Datatype type, const void* sent, void* received) const;  ///< Collective.
+  void end(MPI_Datatype type, const void* sent, void* received) const;    ///< Collective.
+
+private:
+  std::vector<std::int32_t> sent_nodes_;
+  std::size_t n_ghosts_ = 0;
+  PetscOwner<PetscSF, PetscSFDestroy> forest_;
+};
+
+/// Sends a value of each owned node to the ranks that hold the node as a ghost, with computation between the
+/// beginning and the end.
+template <class Value>
+requires std::is_trivially_copyable_v<Value>
 class GhostExchange {
 public:
-  using Value = std::array<Integer, 3>;
-
   /// Collective; agrees before its messages.
-  GhostExchange(const Communicator& group, const geometry::Subdomain& subdomain);
-  ~GhostExchange();
-  GhostExchange(const GhostExchange&) = delete;
-  GhostExchange& operator=(const GhostExchange&) = delete;
+  GhostExchange(const Communicator& group, const NodeLayout& layout)
+      : type_(sizeof(Value)), forest_(group, layout) {
+    agree(group, [&] {
+      sent_.resize(forest_.sent_nodes().size());
+      received_.resize(forest_.n_ghosts());
+    });
+    // The first exchange allocates, the later ones do not.
+    begin();
+    end();
+    n_exchanges_ = 0;
+  }
 
   /// The owned nodes whose values travel, ascending.
-  std::span<const std::int32_t> sent_nodes() const { return sent_nodes_; }
+  std::span<const std::int32_t> sent_nodes() const { return forest_.sent_nodes(); }
   /// One for each of sent_nodes(); to be filled before begin().
   std::span<Value> sent() { return sent_; }
   /// One for each ghost, in the order of the local numbers; valid after end().
   std::span<const Value> received() const { return received_; }
 
-  void begin();  ///< Collective.
-  void end();    ///< Collective.
+  void begin() { forest_.begin(type_.get(), sent_.data(), received_.data()); }  ///< Collective.
+  /// Collective.
+  void end() {
+    forest_.end(type_.get(), sent_.data(), received_.data());
+    ++n_exchanges_;
+  }
+
+  /// Gives the ghosts among all values that this rank holds those of their owners. Collective; does not
+  /// agree() before.
+  void update(std::span<Value> local) {
+    for (std::size_t i = 0; i < sent_.size(); ++i) sent_[i] = local[index(sent_nodes()[i])];
+    begin();
+    end();
+    std::ranges::copy(received_, local.end() - static_cast<std::ptrdiff_t>(received_.size()));
+  }
 
   std::int64_t n_exchanges() const { return n_exchanges_; }
   std::int64_t bytes_per_exchange() const {
@@ -41,9 +80,8 @@ public:
   }
 
 private:
-  PetscOwner<PetscSF, PetscSFDestroy> forest_;
-  MPI_Datatype type_ = MPI_DATATYPE_NULL;
-  std::vector<std::int32_t> sent_nodes_;
+  ValueType type_;
+  GhostForest forest_;
   std::vector<Value> sent_;
   std::vector<Value> received_;
   std::int64_t n_exchanges_ = 0;

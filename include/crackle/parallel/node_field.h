@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/geometry/subdomain.h"
 #include "crackle/parallel/communicator.h"
+#include "crackle/parallel/node_layout.h"
 #include "crackle/parallel/petsc.h"
 
 #include <cstdint>
@@ -11,14 +11,14 @@
 
 namespace crackle::parallel {
 
-/// Three numbers at every node of a subdomain: a ghosted PETSc vector of block size 3.
+/// Three numbers at every node that a rank holds: a ghosted PETSc vector of block size 3.
 ///
 /// The local array holds the owned nodes first, then the ghosts, each node's x, y, z in a row. Ghost values
 /// are those of the last update_ghosts().
 class NodeField {
 public:
   /// All zero. Collective; agrees before its messages.
-  NodeField(const Communicator& group, const geometry::Subdomain& subdomain);
+  NodeField(const Communicator& group, const NodeLayout& layout);
   ~NodeField();
   NodeField(NodeField&& other) noexcept;
   NodeField& operator=(NodeField&&) = delete;
@@ -47,10 +47,10 @@ private:
   std::size_t n_owned_ = 0;
 };
 
-/// All nodes' values in the realization's numbering on the root, empty elsewhere. Collective; agrees before
+/// All nodes' values in the mesh's numbering on the root, empty elsewhere. Collective; agrees before
 /// its messages.
 /// @param owned 3 n_owned values
-std::vector<double> gather_nodes(const Communicator& group, const geometry::Subdomain& subdomain,
+std::vector<double> gather_nodes(const Communicator& group, const NodeLayout& layout,
                                  std::span<const double> owned);
 
 }  // namespace crackle::parallel

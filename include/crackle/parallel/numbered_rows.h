@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/packing.h"
 #include "crackle/parallel/communicator.h"
-#include "crackle/parallel/packing.h"
 
 #include <bit>
 #include <cstddef>

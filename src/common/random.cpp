@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/parallel/random.h"
+#include "crackle/common/random.h"
 
-#include "crackle/parallel/checksum.h"
+#include "crackle/common/checksum.h"
 
-namespace crackle::parallel {
+namespace crackle {
 
 namespace {
 
@@ -66,4 +66,4 @@ double RandomStream::uniform() {
   return static_cast<double>(bits() >> 11) * 0x1.0p-53;
 }
 
-}  // namespace crackle::parallel
+}  // namespace crackle

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/mechanics/instruction_set.h"
+#include "crackle/common/instruction_set.h"
 
-namespace crackle::mechanics {
+
+namespace crackle {
 
 std::vector<InstructionSet> available_instruction_sets() {
   std::vector<InstructionSet> sets{InstructionSet::generic};
@@ -35,4 +36,4 @@ std::string_view to_string(InstructionSet set) {
   return "unknown";
 }
 
-}  // namespace crackle::mechanics
+}  // namespace crackle

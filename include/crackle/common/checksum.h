@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-namespace crackle::parallel {
+namespace crackle {
 
 inline constexpr std::uint64_t empty_checksum = 0xCBF29CE484222325u;
 
@@ -21,4 +21,4 @@ inline std::uint64_t checksum(std::string_view text) {
   return checksum(std::as_bytes(std::span(text)));
 }
 
-}  // namespace crackle::parallel
+}  // namespace crackle

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace crackle::parallel {
+namespace crackle {
 
 /// The Philox 4x32-10 bijection of Salmon et al. (2011): 128 random bits for each counter under a key.
 std::array<std::uint32_t, 4> philox_4x32_10(std::array<std::uint32_t, 4> counter,
@@ -39,4 +39,4 @@ private:
   int used_ = 4;  ///< words of the block that have been given
 };
 
-}  // namespace crackle::parallel
+}  // namespace crackle

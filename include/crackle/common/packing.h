@@ -11,7 +11,7 @@
 #include <vector>
 
 /// Small mixed values (numbers, strings, arrays) as one run of bytes between ranks of the same architecture.
-namespace crackle::parallel {
+namespace crackle {
 
 class Packer {
 public:
@@ -74,4 +74,4 @@ private:
   std::span<const std::byte> rest_;
 };
 
-}  // namespace crackle::parallel
+}  // namespace crackle

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-namespace crackle::mechanics {
+namespace crackle {
 
 /// Which vector instructions the hot loops use; the results are the same bits.
 enum class InstructionSet { generic, avx2, avx512 };
@@ -14,4 +14,4 @@ std::vector<InstructionSet> available_instruction_sets();
 InstructionSet best_instruction_set();
 std::string_view to_string(InstructionSet set);
 
-}  // namespace crackle::mechanics
+}  // namespace crackle

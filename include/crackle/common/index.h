@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <concepts>
+#include <cstddef>
+#include <type_traits>
+
+namespace crackle {
+
+/// A number, such as that of a node or of a face, as the place in an array. @pre number >= 0
+template <class Number>
+requires std::integral<Number> || std::is_enum_v<Number>
+constexpr std::size_t index(Number number) {
+  return static_cast<std::size_t>(number);
+}
+
+/// The place of a node's component in an array of three values for each node.
+constexpr std::size_t index(std::integral auto node, std::integral auto component) {
+  return 3 * index(node) + index(component);
+}
+
+}  // namespace crackle
