@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tests" / "cli"), str(ROOT / "tools")]
 
 from crackle_launch import environment  # noqa: E402
-from crackle_readme import BLOCKS, block  # noqa: E402
+from crackle_readme import BLOCKS, block, put_block  # noqa: E402
 from synthetic_ensemble import write_ensemble  # noqa: E402
 
 PROGRAM = ""
@@ -87,6 +87,18 @@ class Readme(unittest.TestCase):
         self.assertEqual(marked, set(BLOCKS.items()))
         for name in BLOCKS:
             self.assertNotEqual(block(name), "", name)
+
+    def test_a_block_is_replaced_and_nothing_else(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "README.md"
+            file.write_text("a\n<!-- ranks:begin -->\nold\n<!-- ranks:end -->\nb\n", encoding="utf-8")
+            put_block("ranks", "new \\1\n", file)
+            self.assertEqual(file.read_text(encoding="utf-8"), "a\n<!-- ranks:begin -->\nnew \\1\n<!-- ranks:end -->\nb\n")
+            for text in ("nothing\n", 2 * file.read_text(encoding="utf-8")):
+                file.write_text(text, encoding="utf-8")
+                with self.assertRaises(ValueError):
+                    put_block("ranks", "new\n", file)
+                self.assertEqual(file.read_text(encoding="utf-8"), text)
 
     def test_the_table_of_keys_is_the_programs(self):
         result = run_program("check", "--keys")
