@@ -270,7 +270,7 @@ class Running(unittest.TestCase):
                          "spacing-0.4-base-1", "spacing-0.4-base-2"):
                 (output / name).symlink_to("small")
             (output / "rate-1e6").symlink_to("small")
-            keep(["branching", "bases", "campaign", "clock-from-zero", "convergence", "spacing", "disturbance", "rate"], output, output / "kept", None)
+            keep(["branching", "bases", "campaign", "clock-from-zero", "convergence", "spacing", "disturbance", "rate"], output, output / "kept")
             kept = {file.name for file in (output / "kept").iterdir()}
             self.assertLessEqual({"ensemble.h5", "branching.csv", "branching.png", "campaign.csv", "convergence.csv", "fringes.csv", "fringes.png",
                                   "second-crack.png", "spacing.png", "disturbance.png", "rate.png", "crossings.png",

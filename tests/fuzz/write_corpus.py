@@ -10,8 +10,9 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests" / "cli"))
+sys.path[:0] = [str(ROOT / "tests" / "cli"), str(ROOT / "tools")]
 
+from crackle_readme import block  # noqa: E402
 from input_text import InputText  # noqa: E402
 from wrong_inputs import CASES, FILES  # noqa: E402
 
@@ -30,8 +31,8 @@ def seeds():
 
 
 def words():
-    """Keys, tables, words and units out of the README's table of keys, and what TOML itself is made of."""
-    table = re.search(r"<!-- keys:begin -->(.*?)<!-- keys:end -->", (ROOT / "README.md").read_text(), re.S)[1]
+    """Keys, tables, words and units out of the table of keys, and what TOML itself is made of."""
+    table = block("keys")
     found = set(re.findall(r"`([^`]*)`", table))
     quoted = set(re.findall(r'"([^"]*)"', table))
     found |= quoted | {f'"{word}"' for word in quoted}

@@ -11,8 +11,9 @@ from typing import Callable, Iterable
 
 import numpy as np
 
+from crackle_readme import put_block
 from crackle_report import style
-from crackle_report.writing import put_between_marks, write_light_figure
+from crackle_report.writing import write_light_figure
 
 from . import campaign, figures, fringes, rows, tables
 from .against_paper import against_paper
@@ -20,11 +21,8 @@ from .rows import Rows
 from .studies import CAMPAIGN, DISTANCE, FAST_FROM_ZERO, FROM_ZERO, PERTURBATION, PERTURBATIONS, STUDIES
 
 
-def keep(studies: list[str], output: Path, folder: Path, front_page: Path | None) -> None:
-    """Reads the runs in `output`, finished or not, and brings `folder` up to date.
-
-    @param front_page folder of another README.md, which the comparison with the paper goes into
-    """
+def keep(studies: list[str], output: Path, folder: Path) -> None:
+    """Reads the runs in `output`, finished or not, and brings `folder` up to date."""
     style.apply()
     folder.mkdir(parents=True, exist_ok=True)
     for study in studies:
@@ -43,7 +41,7 @@ def keep(studies: list[str], output: Path, folder: Path, front_page: Path | None
         if study in kept:
             SHOW[study](kept, folder)
     if "campaign" in studies and "campaign" in kept:
-        _put(front_page or folder, "paper", against_paper(kept["campaign"][CAMPAIGN.name], _fringes(folder)))
+        _put(folder, "paper", against_paper(kept["campaign"][CAMPAIGN.name], _fringes(folder)))
 
 
 def _keep_campaign(found: Rows, results: Path, folder: Path) -> None:
@@ -144,4 +142,4 @@ def _put(folder: Path, place: str, table: str) -> None:
     print(table, end="")
     file = folder / "README.md"
     if file.is_file() and f"<!-- {place}:begin -->" in file.read_text():
-        put_between_marks(file, place, table)
+        put_block(place, table, file)

@@ -7,8 +7,8 @@
 #include <string>
 
 /// The one list of what a sample yields as numbers. Messages between ranks, result files, `crackle stats`,
-/// the report and the README's table follow from it: a new result is one member of SampleSummary, one entry
-/// here, and the line that computes it.
+/// the report and the table in src/io/README.md follow from it: a new result is one member of SampleSummary,
+/// one entry here, and the line that computes it.
 namespace crackle::analysis {
 
 /// What a table over all samples shows of a result.
@@ -145,7 +145,7 @@ std::string category_name(const char* categories, std::int64_t value);
 /// Number of categories.
 int n_categories(const char* categories);
 
-/// All results as a Markdown table: the README's.
+/// All results as a Markdown table, that of src/io/README.md.
 std::string result_table();
 
 }  // namespace crackle::analysis

@@ -16,7 +16,7 @@ namespace crackle::fracture {
 /// energy c (1 + nu) (1 - 2 nu) sigma_0^2 h / E out of the body for each unit of its area; but for c, that of
 /// the equibiaxial plane-strain state at its front. This is c, measured: a cracked strip with this toughness
 /// runs away at Griffith's load. The tetrahedra that break hold 0.86 of it; the rest is lost in waves, since
-/// the front is held at strong places and goes on in jumps. See the README.
+/// the front is held at strong places and goes on in jumps. See src/fracture/README.md.
 inline constexpr double toughness_factor = 1.18;
 
 /// Energy per crack area for a strength at a spacing [J/m^2].

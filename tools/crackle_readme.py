@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The parts of the READMEs that programs print, and which file holds each.
+
+A part stands between <!-- name:begin --> and <!-- name:end -->.
+"""
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+PAPER = "jobs/paper/README.md"
+BLOCKS = {
+    "picture": "README.md",
+    "keys": "src/input/README.md",  # crackle check --keys
+    "results": "src/io/README.md",  # crackle stats --columns
+    "survey": "src/geometry/README.md",  # tools/realization-campaign
+    "benchmark": "tests/benchmark/README.md",  # tools/benchmark
+    "ranks": "tests/benchmark/README.md",  # tools/rank-comparison speed
+    "release": "src/fracture/README.md",  # tools/release-comparison
+    "verification": "jobs/verification/README.md",  # tools/verification
+    "variants": "jobs/verification/README.md",  # tools/verification --variants
+    "golden demo": "jobs/verification/README.md",  # tools/golden-runs --update
+    "golden paper": "jobs/verification/README.md",
+    # tools/paper-study --keep
+    **{name: PAPER for name in ("paper", "branching", "by-eye", "notches", "bases", "turning", "limits", "symmetry",
+                                "base-notches", "convergence", "spacing", "disturbance", "rate")},
+}
+
+
+def file_of(name: str) -> Path:
+    """The README that holds a block."""
+    return ROOT / BLOCKS[name]
+
+
+def block(name: str) -> str:
+    """What a block holds now.
+
+    @raise ValueError: its file does not have it, or has it more than once
+    """
+    file = file_of(name)
+    found = re.findall(_pattern(name), file.read_text(encoding="utf-8"), re.DOTALL)
+    if len(found) != 1:
+        raise ValueError(f"{file} has {len(found)} blocks '{name}'")
+    return found[0]
+
+
+def put_block(name: str, text: str, file: Path | None = None) -> None:
+    """Replaces what a block holds, in its own file or in another one that has it.
+
+    @raise ValueError: the file does not have it, or has it more than once
+    """
+    file = file or file_of(name)
+    begin, end = _marks(name)
+    whole, n = re.subn(_pattern(name), lambda _: begin + text + end, file.read_text(encoding="utf-8"), flags=re.DOTALL)
+    if n != 1:
+        raise ValueError(f"{file} has {n} blocks '{name}'")
+    file.write_text(whole, encoding="utf-8")
+
+
+def _marks(name: str) -> tuple[str, str]:
+    return f"<!-- {name}:begin -->\n", f"<!-- {name}:end -->"
+
+
+def _pattern(name: str) -> str:
+    begin, end = _marks(name)
+    return f"{re.escape(begin)}(.*?){re.escape(end)}"
