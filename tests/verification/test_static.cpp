@@ -4,6 +4,7 @@
 #include "crackle/dynamics/quasi_static.h"
 
 #include "support/box_mesh.h"
+#include "support/criterion.h"
 
 #include <gtest/gtest.h>
 
@@ -58,7 +59,7 @@ TEST(Static, BarInTensionHasTheExactDisplacement) {
       test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, stress * width * thickness}));
   fracture::BreakableBody body(bar.subdomain, bar.parameters.material);
   const auto loads = mechanics::make_boundary_loads(bar.self, bar.parameters, bar.subdomain);
-  fracture::TulerButcher criterion(bar.parameters.fracture, bar.subdomain.tetrahedra.size(), 5e-9);
+  auto criterion = test::tuler_butcher(bar.parameters.fracture, bar.subdomain);
   const QuasiStaticLoading loading(bar.self, body, loads, criterion, 1e-5);
 
   const double strain = stress / bar.parameters.material.youngs_modulus;
@@ -115,7 +116,7 @@ TEST_P(Onset, IsExactUnderLateralAndShearStress) {
   traction(Face::y_min, {0, -lateral, -shear});
   fracture::BreakableBody body(bar.subdomain, bar.parameters.material);
   const auto loads = mechanics::make_boundary_loads(bar.self, bar.parameters, bar.subdomain);
-  fracture::TulerButcher criterion(bar.parameters.fracture, bar.subdomain.tetrahedra.size(), 5e-9);
+  auto criterion = test::tuler_butcher(bar.parameters.fracture, bar.subdomain);
   QuasiStaticLoading loading(bar.self, body, loads, criterion, 1e-3);
   EnergyAccount account(bar.self, body);
   EXPECT_EQ(loading.advance(account), QuasiStaticEnd::run_away);
@@ -146,7 +147,7 @@ TEST(Static, LoadHistoryIsFollowedFromKinkToKink) {
   }
   fracture::BreakableBody body(bar.subdomain, bar.parameters.material);
   const auto loads = mechanics::make_boundary_loads(bar.self, bar.parameters, bar.subdomain);
-  fracture::TulerButcher criterion(bar.parameters.fracture, bar.subdomain.tetrahedra.size(), 5e-9);
+  auto criterion = test::tuler_butcher(bar.parameters.fracture, bar.subdomain);
   QuasiStaticLoading loading(bar.self, body, loads, criterion, 1e-3);
   EnergyAccount account(bar.self, body);
   EXPECT_EQ(loading.advance(account), QuasiStaticEnd::run_away);
@@ -165,7 +166,7 @@ TEST(Static, LoadThatStaysTooSmallBreaksNothing) {
   }
   fracture::BreakableBody body(bar.subdomain, bar.parameters.material);
   const auto loads = mechanics::make_boundary_loads(bar.self, bar.parameters, bar.subdomain);
-  fracture::TulerButcher criterion(bar.parameters.fracture, bar.subdomain.tetrahedra.size(), 5e-9);
+  auto criterion = test::tuler_butcher(bar.parameters.fracture, bar.subdomain);
   QuasiStaticLoading loading(bar.self, body, loads, criterion, 1e-3);
   EnergyAccount account(bar.self, body);
   EXPECT_EQ(loading.advance(account), QuasiStaticEnd::no_load);
