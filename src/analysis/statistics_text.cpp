@@ -132,10 +132,11 @@ void append_shares(std::string& text, std::span<const SampleSummary> samples) {
   });
 }
 
-void append_counts(std::string& text, std::span<const SampleSummary> samples, double confidence) {
+void append_counts(std::string& text, std::span<const SampleSummary> samples, double confidence,
+                   const Origin& origin) {
   bool is_first = true;
   for_each_result([&](const ResultInfo& info, auto member) {
-    if (info.reduction != Reduction::counts) return;
+    if (info.reduction != Reduction::counts || lacks(origin, info.name)) return;
     const auto values = shown_values(samples, info, member);
     if (values.empty()) return;
     auto out = std::back_inserter(text);
@@ -145,12 +146,11 @@ void append_counts(std::string& text, std::span<const SampleSummary> samples, do
     is_first = false;
     const auto n = static_cast<double>(values.size());
     const auto n_any = std::ranges::count_if(values, [](double value) { return value > 0; });
-    const double share = static_cast<double>(n_any) / n;
-    const WilsonInterval interval = wilson_interval(share, static_cast<int>(values.size()), confidence);
+    const Interval interval =
+        share_interval(static_cast<int>(n_any), static_cast<int>(values.size()), confidence);
     fmt::format_to(out, "{:<20} {:>6.2f} {:>24.1f}   {:.1f} to {:.1f}\n", info.label,
-                   std::accumulate(values.begin(), values.end(), 0.0) / n, 100 * share,
-                   100 * std::max(0.0, interval.centre - interval.half_width),
-                   100 * std::min(1.0, interval.centre + interval.half_width));
+                   std::accumulate(values.begin(), values.end(), 0.0) / n,
+                   100 * static_cast<double>(n_any) / n, 100 * interval.lower, 100 * interval.upper);
   });
 }
 
@@ -174,13 +174,14 @@ void append_quantiles(std::string& text, std::span<const SampleSummary> samples)
 }  // namespace
 
 std::string to_text(const Statistics& statistics, std::span<const SampleSummary> samples,
-                    const input::Sections& sections) {
+                    const input::Sections& sections, const Origin& origin) {
   const auto n_failed = std::count_if(samples.begin(), samples.end(), [](const SampleSummary& sample) {
     return sample.status == SampleStatus::failed;
   });
-  std::string text =
-      fmt::format("{}: {} done, {} failed, {} left\n", plural(statistics.n_needed, "sample"),
-                  statistics.n_done, n_failed, statistics.n_needed - statistics.n_done - n_failed);
+  std::string text;
+  for (const std::string& note : origin.notes) text += note + "\n";
+  text += fmt::format("{}: {} done, {} failed, {} left\n", plural(statistics.n_needed, "sample"),
+                      statistics.n_done, n_failed, statistics.n_needed - statistics.n_done - n_failed);
   if (statistics.n_needed < statistics.n_samples) {
     fmt::format_to(std::back_inserter(text), "stopped early: these are enough, of {}\n",
                    statistics.n_samples);
@@ -188,7 +189,7 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
   append_positions(text, statistics, samples, sections.all());
   append_patterns(text, statistics);
   append_shares(text, samples);
-  append_counts(text, samples, statistics.confidence);
+  append_counts(text, samples, statistics.confidence, origin);
   append_quantiles(text, samples);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     auto out = std::back_inserter(text);

@@ -20,6 +20,7 @@
 /// |---|---|---|
 /// | attributes of / | | kind, schema_version, program_version, git_commit, library_versions, seed, input,
 /// points, input_identity |
+/// | /specimen/... | | see geometry::for_each_member |
 /// | /samples/status, error, note | N | analysis::SampleStatus; why it failed; what else is to be known |
 /// | /samples/... | N | the results of analysis::for_each_result |
 /// | /crack_path/section, section_axis | S | where the sections lie, y first; 1 y = const, 2 z = const |
