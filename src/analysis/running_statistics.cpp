@@ -110,10 +110,13 @@ Position ranked_position(const LeaderFrame& frame, const RankStatistics& ranks, 
   return {true, source->extent ? *source->extent - row.position[i] : row.position[i], row.z_spread[i]};
 }
 
+/// Which values over the samples 0 to i are computed for every i; all takes ten times as long as none.
+enum class Running { none, means, all };
+
 /// Statistics of the Position position_at(row, index) of the rows that are done.
 template <class PositionAt>
 void compute_paths(PathStatistics& paths, std::size_t n_positions, const Statistics& shape,
-                   std::span<const SampleSummary> rows, PositionAt&& position_at) {
+                   std::span<const SampleSummary> rows, Running running_values, PositionAt&& position_at) {
   const auto n_samples = static_cast<std::size_t>(shape.n_samples);
   paths.running_mean.assign(n_samples * n_positions, none);
   paths.running_half_width.assign(n_samples * n_positions, none);
@@ -127,48 +130,53 @@ void compute_paths(PathStatistics& paths, std::size_t n_positions, const Statist
   std::vector<double> quantiles(2, none);  // Student's, by the number of values
   const auto half_width = [&](const Moments& moments) {
     const auto n = static_cast<std::size_t>(moments.count());
-    while (quantiles.size() <= n)
-      quantiles.push_back(student_quantile(static_cast<int>(quantiles.size()), confidence));
+    if (quantiles.size() <= n) quantiles.resize(n + 1, none);
+    if (std::isnan(quantiles[n])) quantiles[n] = student_quantile(moments.count(), confidence);
     return quantiles[n] * moments.standard_deviation() / std::sqrt(moments.count());
   };
   for (std::size_t p = 0; p < n_positions; ++p) {
     Moments moments, spreads;
     std::vector<double> values;
-    double running = none, running_half_width = none;
+    double running_mean = none, running_half_width = none;
     // Samples that are not needed repeat the last values.
-    for (std::size_t i = 0; i < (rows.empty() ? 0 : n_samples); ++i) {
+    for (std::size_t i = 0; i < (running_values != Running::none && !rows.empty() ? n_samples : rows.size());
+         ++i) {
       const bool is_done = i < rows.size() && rows[i].status == SampleStatus::done;
       const Position found = is_done ? position_at(rows[i], p) : Position{};
       if (!std::isnan(found.value)) {
         moments.add(found.value);
         values.push_back(found.value);
-        running = moments.mean();
-        running_half_width = half_width(moments);
         if (!std::isnan(found.spread)) spreads.add(found.spread);
       }
-      paths.running_mean[i * n_positions + p] = running;
+      if (running_values == Running::none) continue;
+      if (!std::isnan(found.value)) {
+        running_mean = moments.mean();
+        if (running_values == Running::all) running_half_width = half_width(moments);
+      }
+      paths.running_mean[i * n_positions + p] = running_mean;
       paths.running_half_width[i * n_positions + p] = running_half_width;
     }
     for (const double share : quantile_shares) paths.z_quantile.push_back(quantile(values, share));
     paths.reached[p] = moments.count();
     paths.z_mean[p] = moments.mean();
     paths.z_std[p] = moments.standard_deviation();
-    paths.z_half_width[p] = running_half_width;
+    if (moments.count() > 1) paths.z_half_width[p] = half_width(moments);
     paths.spread_mean[p] = spreads.mean();
   }
 }
 
 /// @param pattern of the samples that count; all without
 void compute_ranks(RankStatistics& ranks, const LeaderFrame& frame, std::optional<Pattern> pattern,
-                   const Statistics& shape, std::span<const SampleSummary> rows) {
+                   const Statistics& shape, std::span<const SampleSummary> rows, Running running_values) {
   const std::size_t n_positions = ranks.notch.size() * static_cast<std::size_t>(frame.n_sections());
   ranks.counted.assign(n_positions, 0);
-  compute_paths(ranks, n_positions, shape, rows, [&](const SampleSummary& row, std::size_t p) {
-    if (pattern && row.pattern != static_cast<std::int32_t>(*pattern)) return Position{};
-    const Position found = ranked_position(frame, ranks, row, p);
-    if (found.counts) ++ranks.counted[p];
-    return found;
-  });
+  compute_paths(ranks, n_positions, shape, rows, running_values,
+                [&](const SampleSummary& row, std::size_t p) {
+                  if (pattern && row.pattern != static_cast<std::int32_t>(*pattern)) return Position{};
+                  const Position found = ranked_position(frame, ranks, row, p);
+                  if (found.counts) ++ranks.counted[p];
+                  return found;
+                });
 }
 
 void compute_shares(Statistics& statistics, std::span<const SampleSummary> rows) {
@@ -196,16 +204,17 @@ void compute_shares(Statistics& statistics, std::span<const SampleSummary> rows)
 }
 
 /// The statistics of the first rows, which are all the ensemble has; `shape` gives shape and confidence.
-Statistics compute(const Statistics& shape, const LeaderFrame& frame, std::span<const SampleSummary> rows) {
+Statistics compute(const Statistics& shape, const LeaderFrame& frame, std::span<const SampleSummary> rows,
+                   Running running_values) {
   Statistics statistics = shape;
   compute_paths(statistics, static_cast<std::size_t>(shape.n_notches * shape.n_sections), shape, rows,
-                [](const SampleSummary& row, std::size_t p) {
+                running_values, [](const SampleSummary& row, std::size_t p) {
                   return Position{true, row.position[p], row.z_spread[p]};
                 });
-  compute_ranks(statistics.leader, frame, std::nullopt, shape, rows);
-  compute_ranks(statistics.leader_one_crack, frame, Pattern::one_crack, shape, rows);
-  compute_ranks(statistics.leader_two_cracks, frame, Pattern::two_cracks, shape, rows);
-  compute_ranks(statistics.follower, frame, std::nullopt, shape, rows);
+  compute_ranks(statistics.leader, frame, std::nullopt, shape, rows, running_values);
+  compute_ranks(statistics.leader_one_crack, frame, Pattern::one_crack, shape, rows, running_values);
+  compute_ranks(statistics.leader_two_cracks, frame, Pattern::two_cracks, shape, rows, running_values);
+  compute_ranks(statistics.follower, frame, std::nullopt, shape, rows, running_values);
   compute_shares(statistics, rows);
   return statistics;
 }
@@ -301,7 +310,7 @@ void RunningStatistics::look() {
     const std::size_t n = looks_[next_look_];
     const auto rows = std::span(rows_).first(n);
     Statistics found = statistics_;  // what the rule looks at
-    compute_ranks(found.leader, frame_, std::nullopt, found, rows);
+    compute_ranks(found.leader, frame_, std::nullopt, found, rows, Running::none);
     compute_shares(found, rows);
     if (is_known(found, stop_->half_width)) {
       stopped_at_ = n;
@@ -343,7 +352,15 @@ void RunningStatistics::stop_at(std::size_t n) {
 Statistics RunningStatistics::statistics() const {
   Statistics shape = statistics_;
   if (stopped_at_) shape.n_needed = static_cast<int>(*stopped_at_);
-  return compute(shape, frame_, std::span(rows_).first(static_cast<std::size_t>(shape.n_needed)));
+  return compute(shape, frame_, std::span(rows_).first(static_cast<std::size_t>(shape.n_needed)),
+                 Running::means);
+}
+
+Statistics with_running_half_widths(const Statistics& statistics, std::span<const SampleSummary> samples,
+                                    const input::Parameters& parameters) {
+  const LeaderFrame frame(geometry::Body(parameters.specimen), parameters.sections);
+  return compute(statistics, frame, samples.first(static_cast<std::size_t>(statistics.n_needed)),
+                 Running::all);
 }
 
 }  // namespace crackle::analysis

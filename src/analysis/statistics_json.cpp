@@ -211,7 +211,8 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
   document["crack_path"] = crack_path(
       samples, parameters.sections,
       {static_cast<std::size_t>(statistics.n_notches), static_cast<std::size_t>(statistics.n_sections)});
-  document["statistics"] = statistics_of(statistics, parameters, body);
+  document["statistics"] =
+      statistics_of(with_running_half_widths(statistics, samples, parameters), parameters, body);
   // A file name in a message may be no UTF-8.
   return document.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -39,8 +39,9 @@ struct PathStatistics {
   std::vector<std::int32_t> reached;  ///< number of samples whose crack arrived
   std::vector<double> running_mean;   ///< n_samples x rows x sections: mean over samples 0..i [m]
   // What follows is not in the ensemble's file.
-  std::vector<double> running_half_width;  ///< like running_mean: z_half_width over samples 0..i [m]
-  std::vector<double> spread_mean;         ///< mean over the samples of SampleSummary::z_spread [m]
+  /// Like running_mean: z_half_width over samples 0..i [m]; NaN but from with_running_half_widths.
+  std::vector<double> running_half_width;
+  std::vector<double> spread_mean;  ///< mean over the samples of SampleSummary::z_spread [m]
 };
 
 /// Positions of cracks of one rank, in the frame of the leading crack (LeaderFrame): each row is one notch of
@@ -100,6 +101,11 @@ Statistics make_statistics(std::span<const SampleSummary> samples, const input::
 /// As above, of an ensemble that is known to need the samples 0 to n_needed - 1.
 Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters,
                            int n_needed);
+
+/// The same statistics of the same samples with running_half_width, which takes the longest.
+/// @param parameters with the sections of the statistics
+Statistics with_running_half_widths(const Statistics& statistics, std::span<const SampleSummary> samples,
+                                    const input::Parameters& parameters);
 
 /// Makes the rows of samples that an ensemble did not need pending.
 /// @param first number of the sample in rows[0]
