@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""tools/coverage: how often intervals cover, counted right, on ensembles that are computed once."""
+"""jobs/verification/coverage: how often intervals cover, counted right, on ensembles that are computed once."""
 import argparse
 import importlib.util
 import os

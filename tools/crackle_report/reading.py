@@ -54,7 +54,7 @@ def _samples(document: dict[str, Any], n: int) -> Samples:
     results = tuple(_result(one) for one in document["results"] if any(value is not None for value in rows[one["name"]]))
     return Samples(np.array(rows["status"][:n], int), rows["error"][:n], results,
                    {result.name: _numbers(rows[result.name][:n]) for result in results},
-                   np.array(document["crack_path"]["position"][:n], float))
+                   np.array(document["crack_path"]["position"][:n], float), np.array(rows["wall_time"][:n], float))
 
 
 def _result(found: dict[str, Any]) -> Result:

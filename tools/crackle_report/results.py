@@ -110,6 +110,7 @@ class Samples:
     results: tuple[Result, ...]  # in the order of tables; those that the files hold
     numbers: dict[str, np.ndarray]  # of each result, in SI units
     position: np.ndarray  # along the sections; samples x notches x sections [m]
+    wall_time: np.ndarray  # that each sample took [s]
 
     def __getattr__(self, name: str) -> np.ndarray:
         try:

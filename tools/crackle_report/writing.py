@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import re
 from pathlib import Path
 
 from PIL import Image
@@ -34,15 +33,3 @@ def write_light_figure(figure: Figure, file: Path) -> None:
     content = io.BytesIO()
     figure.savefig(content, format="png")
     write_light_png(Image.open(content), file)
-
-
-def put_between_marks(file: Path, place: str, text: str) -> None:
-    """Replaces what is between <!-- place:begin --> and <!-- place:end --> in a Markdown file.
-
-    @raise ValueError: the file has no such place
-    """
-    begin, end = f"<!-- {place}:begin -->\n", f"<!-- {place}:end -->"
-    whole, n = re.subn(f"{begin}.*?{end}", lambda _: begin + text + end, file.read_text(), flags=re.DOTALL)
-    if n != 1:
-        raise ValueError(f"{file} has no place for '{place}'")
-    write_whole(file, whole.encode())

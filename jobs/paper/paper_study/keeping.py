@@ -12,7 +12,8 @@ from typing import Callable, Iterable
 import numpy as np
 
 from crackle_report import style
-from crackle_report.writing import put_between_marks, write_light_figure
+from crackle_report.writing import write_light_figure
+from crackle_runs import put_between_marks
 
 from . import campaign, figures, fringes, rows, tables
 from .against_paper import against_paper
