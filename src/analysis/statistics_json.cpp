@@ -79,7 +79,8 @@ void add_reduction(Json& result, const ResultInfo& info, const std::vector<doubl
 Json describe_results(std::span<const SampleSummary> samples, double confidence, const Origin& origin) {
   Json results = Json::array();
   for_each_result([&](const ResultInfo& info, auto member) {
-    const auto values = lacks(origin, info.name) ? std::vector<double>() : present(samples, member);
+    if (lacks(origin, info.name)) return;
+    const auto values = present(samples, member);
     Json result{
         {"name", info.name},     {"meaning", info.meaning},         {"units", info.units},
         {"label", info.label},   {"shown_units", info.shown_units}, {"shown_factor", info.shown_factor},
@@ -104,9 +105,8 @@ Json samples_of(std::span<const SampleSummary> samples, const Origin& origin) {
              {"error", column(samples, [](const auto& row) { return row.error; })},
              {"note", column(samples, [](const auto& row) { return row.note; })}};
   for_each_result([&](const ResultInfo& info, auto member) {
-    const bool is_lacking = lacks(origin, info.name);
-    group[info.name] =
-        column(samples, [=](const auto& row) { return is_lacking ? Json() : Json(row.*member); });
+    if (lacks(origin, info.name)) return;
+    group[info.name] = column(samples, [member](const auto& row) { return row.*member; });
   });
   group["wall_time"] = column(samples, [](const auto& row) { return row.wall_time; });
   return group;

@@ -39,6 +39,8 @@ def main() -> int:
 
 def write_sample(folder: Path, number: int, output: Path) -> int:
     """Writes the files; returns how many. Raises ResultsError when the sample is not done."""
+    if not folder.is_dir():
+        raise ResultsError(f"there is no folder '{folder}'")
     files = SampleFiles(folder)
     crack, frames = files.crack(number), files.frames(number)
     if crack is None or frames is None:

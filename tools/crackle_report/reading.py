@@ -51,7 +51,7 @@ def read_ensemble(folder: Path, program: Optional[Path] = None) -> Ensemble:
 def _samples(document: dict[str, Any], n: int) -> Samples:
     """The first n rows, which are those that count."""
     rows = document["samples"]
-    results = tuple(_result(one) for one in document["results"] if any(value is not None for value in rows[one["name"]]))
+    results = tuple(_result(one) for one in document["results"])
     return Samples(np.array(rows["status"][:n], int), rows["error"][:n], results,
                    {result.name: _numbers(rows[result.name][:n]) for result in results},
                    np.array(document["crack_path"]["position"][:n], float), np.array(rows["wall_time"][:n], float))
