@@ -247,7 +247,7 @@ def _write_ensemble_file(file: Path, rows: list[dict], text: str, version: int, 
         if version > 2:
             root.create_dataset("samples/note", data=[""] * n_samples, **texts)
             root["crack_path/section_axis"] = [axis for axis, _ in sections]
-            root.move("crack_path/z", "crack_path/position")
+            root["crack_path/position"] = root["crack_path/z"][...]
         # The program computes the statistics anew: only the shapes of those in the file count.
         shapes = {"z_mean": (), "z_std": (), "z_half_width": (), "reached": (), "counted": (), "z_quantile": (5,)}
         ranks = ("leader", "leader/one_crack", "leader/two_cracks", "follower") if version > 2 else ()
