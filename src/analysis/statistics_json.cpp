@@ -10,9 +10,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <cmath>
-#include <numeric>
-#include <ranges>
 
 namespace crackle::analysis {
 
@@ -37,60 +34,29 @@ Json table(const std::vector<Value>& values, const Shape& shape) {
   return table<Value>(std::span(values), std::span(shape));
 }
 
-/// The values of a result in the samples that are done, without those that have none.
-template <class Member>
-std::vector<double> present(std::span<const SampleSummary> samples, Member member) {
-  std::vector<double> values;
-  for (const SampleSummary& sample : samples) {
-    const auto value = static_cast<double>(sample.*member);
-    if (sample.status == SampleStatus::done && !std::isnan(value)) values.push_back(value);
-  }
-  return values;
-}
-
-void add_reduction(Json& result, const ResultInfo& info, const std::vector<double>& values,
-                   double confidence) {
-  if (values.empty()) return;
-  const auto n = static_cast<int>(values.size());
-  switch (info.reduction) {
-    case Reduction::none:
-      break;
-    case Reduction::quantiles:
-      for (const double share : quantile_shares) result["quantiles"].push_back(quantile(values, share));
-      break;
-    case Reduction::shares:
-      for (int k = 0; k < n_categories(info.categories); ++k)
-        result["counts"].push_back(std::ranges::count(values, k));
-      break;
-    case Reduction::counts: {
-      const auto n_any =
-          static_cast<int>(std::ranges::count_if(values, [](double value) { return value > 0; }));
-      const Interval interval = share_interval(n_any, n, confidence);
-      result["mean"] = std::accumulate(values.begin(), values.end(), 0.0) / n;
-      result["n_any"] = n_any;
-      result["share"] = static_cast<double>(n_any) / n;
-      result["lower"] = interval.lower;
-      result["upper"] = interval.upper;
-    }
-  }
-}
-
 /// How each result of a sample is called and shown, and what a table over all samples says of it.
-Json describe_results(std::span<const SampleSummary> samples, double confidence, const Origin& origin) {
-  Json results = Json::array();
-  for_each_result([&](const ResultInfo& info, auto member) {
-    if (lacks(origin, info.name)) return;
-    const auto values = present(samples, member);
+Json describe_results(const std::vector<ResultStatistics>& results) {
+  Json described = Json::array();
+  for (const ResultStatistics& found : results) {
+    const ResultInfo& info = found.info;
     Json result{
         {"name", info.name},     {"meaning", info.meaning},         {"units", info.units},
         {"label", info.label},   {"shown_units", info.shown_units}, {"shown_factor", info.shown_factor},
-        {"format", info.format}, {"n_values", values.size()}};
-    for (int k = 0; k < n_categories(info.categories); ++k)
-      result["categories"].push_back(category_name(info.categories, k));
-    add_reduction(result, info, values, confidence);
-    results.push_back(std::move(result));
-  });
-  return results;
+        {"format", info.format}, {"n_values", found.n_values}};
+    for (std::size_t k = 0; k < found.counts.size(); ++k)
+      result["categories"].push_back(category_name(info.categories, static_cast<std::int64_t>(k)));
+    if (found.n_values > 0 && info.reduction == Reduction::quantiles) result["quantiles"] = found.quantiles;
+    if (found.n_values > 0 && info.reduction == Reduction::shares) result["counts"] = found.counts;
+    if (found.n_values > 0 && info.reduction == Reduction::counts) {
+      result["mean"] = found.mean;
+      result["n_any"] = found.n_any;
+      result["share"] = static_cast<double>(found.n_any) / found.n_values;
+      result["lower"] = found.share_any.lower;
+      result["upper"] = found.share_any.upper;
+    }
+    described.push_back(std::move(result));
+  }
+  return described;
 }
 
 template <class Value>
@@ -206,7 +172,7 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
   geometry::for_each_member(geometry::outline_of(body),
                             [&](const char* name, const Shape& shape, const auto& values, const char*,
                                 const char*) { document["specimen"][name] = table(values, shape); });
-  document["results"] = describe_results(samples, statistics.confidence, origin);
+  document["results"] = describe_results(result_statistics(samples, statistics.confidence, origin));
   document["samples"] = samples_of(samples, origin);
   document["crack_path"] = crack_path(
       samples, parameters.sections,

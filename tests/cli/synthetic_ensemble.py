@@ -49,7 +49,6 @@ THICKNESS, WIDTH = 5e-3, 24.5e-3
 SLOTS = (("y-min", 65, 6, 0.6), ("y-max", 75, 6, 0.6))  # face, at, depth and height [mm]
 SECTIONS = np.array([7, 9, 12.25, 15.5, 17.5]) * 1e-3
 TIPS = ((6e-3, 65e-3, 1), (WIDTH - 6e-3, 75e-3, -1))  # y, z, direction of growth along y
-N_PATTERNS = 4
 
 
 def write_ensemble(folder: Path, n_samples: int, failed: tuple[int, ...] = (), pending: tuple[int, ...] = (),
@@ -233,7 +232,7 @@ def _write_fields(root: h5py.File) -> None:
 
 
 def _write_ensemble_file(file: Path, rows: list[dict], text: str, version: int, sections: tuple) -> None:
-    n_samples, n_notches, n_sections = len(rows), *rows[0]["z"].shape
+    n_samples = len(rows)
     with h5py.File(file, "w") as root:
         _write_identity(root, "crackle ensemble", text, version)
         texts = {"dtype": h5py.string_dtype()}
@@ -248,19 +247,6 @@ def _write_ensemble_file(file: Path, rows: list[dict], text: str, version: int, 
             root.create_dataset("samples/note", data=[""] * n_samples, **texts)
             root["crack_path/section_axis"] = [axis for axis, _ in sections]
             root["crack_path/position"] = root["crack_path/z"][...]
-        # The program computes the statistics anew: only the shapes of those in the file count.
-        shapes = {"z_mean": (), "z_std": (), "z_half_width": (), "reached": (), "counted": (), "z_quantile": (5,)}
-        ranks = ("leader", "leader/one_crack", "leader/two_cracks", "follower") if version > 2 else ()
-        for group, n_rows in (("", n_notches), *((f"{name}/", n_notches) for name in ranks)):
-            for name, more in shapes.items():
-                root[f"statistics/{group}{name}"] = np.zeros((n_rows, n_sections, *more))
-            root[f"statistics/{group}running_mean"] = np.zeros((n_samples, n_rows, n_sections))
-            for name in ("leading_notch", "notch"):
-                root[f"statistics/{group}{name}"] = np.zeros(n_rows, int)
-        for name in ("share", "half_width", "lower", "upper"):
-            root[f"statistics/pattern_{name}"] = np.zeros(N_PATTERNS)
-        root["statistics/reference_notch"] = np.zeros(n_notches, int)
-        root["statistics"].attrs.update({"confidence": 0.95, "n_looks": 1, "n_needed": n_samples})
 
 
 if __name__ == "__main__":

@@ -223,9 +223,9 @@ class Report(Ensembles):
         incomplete = self.folder.with_name("incomplete")
         write_ensemble(incomplete, 2)
         with h5py.File(incomplete / "ensemble.h5", "r+") as root:
-            del root["statistics/z_std"]
+            del root["samples/pattern"]
         cases = {self.folder: "neither input.toml nor ensemble.h5 nor samples", foreign: "cannot use",
-                 other: "not a crackle ensemble file", incomplete: "z_std",
+                 other: "not a crackle ensemble file", incomplete: "samples/pattern",
                  self.folder / "missing": "neither input.toml nor ensemble.h5 nor samples"}
         for folder, message in cases.items():
             with self.subTest(folder.name):

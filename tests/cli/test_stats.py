@@ -211,6 +211,7 @@ class Stats(unittest.TestCase):
             attributes = root["statistics"].attrs
             for name in ("confidence", "interval_scope", "n_looks"):
                 self.assertEqual(document["statistics"][name], attributes[name])
+            self.assertEqual(document["n_needed"], attributes["n_needed"])
         return compared
 
     def test_json_is_one_document_with_all_that_the_files_hold(self):
@@ -304,6 +305,9 @@ class Stats(unittest.TestCase):
             self.assertIn("stopped early: samples 0 to 1 of 9 are enough\n", result.stdout)
             self.assertEqual(sorted(file.name for file in (stopped / "samples").iterdir()), ["0000.h5", "0001.h5"])
         before = content(stopped / "ensemble.h5")
+        document = json.loads(invoke("stats", stopped, "--json", "--read-only").stdout)
+        self.assert_json_is_what_the_files_hold(document, stopped)
+        self.assertEqual((document["n_samples"], document["n_needed"], document["statistics"]["looks"]), (9, 2, [2, 3, 5, 8, 9]))
         self.assertEqual(before, content(self.folder.with_name("stopped-3") / "ensemble.h5"))
         # A sample that was under way when the run was killed does not count either.
         shutil.copy(self.finished / "samples" / "0002.h5", stopped / "samples" / "0002.h5")

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/sample_summary.h"
 #include "crackle/input/parameters.h"
 
@@ -149,6 +150,22 @@ struct Origin {
 inline bool lacks(const Origin& origin, const std::string& result) {
   return std::ranges::find(origin.lacking, result) != origin.lacking.end();
 }
+
+/// What a table over all samples says of a result: of the samples that are done and have it, in SI units.
+struct ResultStatistics {
+  ResultInfo info{};
+  int n_values = 0;  ///< without any, what follows says nothing
+  // By the result's Reduction:
+  std::array<double, quantile_shares.size()> quantiles{};
+  std::vector<int> counts;  ///< of each category
+  double mean = 0;
+  int n_any = 0;         ///< samples in which it is above 0
+  Interval share_any{};  ///< confidence interval of their share
+};
+
+/// Of all results but those that the files lack, in the order of tables.
+std::vector<ResultStatistics> result_statistics(std::span<const SampleSummary> samples, double confidence,
+                                                const Origin& origin);
 
 /// The statistics as a table to read: crack positions, patterns, onset, samples that failed.
 std::string to_text(const Statistics& statistics, std::span<const SampleSummary> samples,

@@ -61,12 +61,11 @@ void write_ensemble(const parallel::Communicator& world, const std::filesystem::
                     const input::Parameters& parameters, const EnsembleBlock& block,
                     const analysis::Statistics& statistics, const geometry::MotherPoints& base);
 
-/// What is stored in an ensemble file.
+/// What is stored in an ensemble file, without the statistics, which follow from the samples.
 struct EnsembleContent {
   std::string input_text;
   input::Sections sections;
   std::vector<analysis::SampleSummary> samples;
-  analysis::Statistics statistics;
   geometry::MotherPoints base;  ///< empty where each sample has its own
 };
 
