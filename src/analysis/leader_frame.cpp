@@ -60,7 +60,8 @@ LeaderFrame::LeaderFrame(const geometry::Body& body, const input::Sections& sect
       reference = image;
       axes = some;
     }
-    Turn turn;
+    Turn turn{};
+    turn.axes = axes;
     turn.notch.resize(static_cast<std::size_t>(body.n_notches()));
     for (int notch = 0; notch < body.n_notches(); ++notch)
       turn.notch[index(image_of(body, axes, notch))] = notch;
@@ -80,7 +81,8 @@ LeaderFrame::LeaderFrame(int n_notches, int n_sections)
     : n_sections_(n_sections), reference_(static_cast<std::size_t>(n_notches)) {
   std::iota(reference_.begin(), reference_.end(), 0);
   const auto n = static_cast<std::size_t>(n_sections);
-  Turn none{std::vector<int>(reference_.size()), std::vector<int>(n), std::vector<std::optional<double>>(n)};
+  Turn none{0, std::vector<int>(reference_.size()), std::vector<int>(n),
+            std::vector<std::optional<double>>(n)};
   std::iota(none.notch.begin(), none.notch.end(), 0);
   std::iota(none.section.begin(), none.section.end(), 0);
   turns_.assign(reference_.size(), none);

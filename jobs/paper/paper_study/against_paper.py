@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from crackle_report.confidence import running_half_width
 from crackle_report.photoelasticity import STRESS_OPTIC, WAVELENGTH
-from crackle_report.statistics import wilson_interval
+from crackle_runs import markdown
 
-from .comparing import DEVELOPED, binomial_test, in_base_frame, leading_notch, leading_path, needed, of_notch, reach
+from .comparing import (DEVELOPED, binomial_test, in_base_frame, leading_notch, leading_path, needed, of_notch, reach,
+                        running_half_width, share_interval)
 from .fringes import FringeSeries
 from .rows import Rows
-from .tables import markdown, share, spread
+from .tables import share, spread
 
 TOLERANCE = 0.1e-3  # of the mean path [m]
 SYMMETRIC = 0.6  # overlap of two cracks of about the same length
@@ -28,9 +28,9 @@ def against_paper(rows: Rows, fringes: list[FringeSeries]) -> str:
     one = values["pattern"] == 1
     first, second = int((lead[one] == 0).sum()), int((lead[one] == 1).sum())
     path = leading_path(rows)
-    half_width = np.stack([running_half_width(column, 0.95) for column in path.T], axis=1)
+    half_width = np.stack([running_half_width(column) for column in path.T], axis=1)
     enough = needed(half_width, TOLERANCE)
-    one_low, one_high = wilson_interval(rows.share(1), n, 0.95)
+    one_low, one_high = share_interval(rows.share(1), n)
     second_reach = reach(rows)[1]
     back = in_base_frame(rows, lead)
     leader = {name: of_notch(rows, name, lead) for name in ("kinks", "bend")}

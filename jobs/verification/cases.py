@@ -11,7 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from .runs import JOBS, ROOT, RunError, Sample, read, run, with_keys
+from crackle_runs import JOBS, ROOT, RunError, Sample, markdown, read, run, with_keys
 
 MILLIMETRE, MICROSECOND = 1e-3, 1e-6
 
@@ -104,17 +104,16 @@ GLASS_PLATE_VARIANTS = (
 def glass_plate_variants(folder: Path, program: Path) -> str:
     """A table of what changes the branching."""
     text = (JOBS / "glass-plate.toml").read_text()
-    lines = ["| glass plate with | samples | grown by 1 mm [µs] | branching for good [µs] | at y [mm] | arrival [µs] | "
-             "speed over Rayleigh's | energy [J/m²] |", "|---" * 8 + "|"]
+    lines = []
     for number, (title, keys) in enumerate(GLASS_PLATE_VARIANTS):
         name = f"glass-plate-{number}" if keys else "glass-plate"
         plates = _glass_plates(with_keys(text, keys), folder / name, program)
         columns = [[p.start for p in plates], [p.branching for p in plates], [p.place for p in plates],
                    [p.arrival for p in plates]]
-        cells = [title, str(len(plates)), *(_range(values, ".0f") for values in columns),
-                 _range([p.speed for p in plates], ".2f"), _range([p.energy for p in plates], ".2f")]
-        lines.append("| " + " | ".join(cells) + " |")
-    return "\n".join(lines) + "\n"
+        lines.append([title, str(len(plates)), *(_range(values, ".0f") for values in columns),
+                      _range([p.speed for p in plates], ".2f"), _range([p.energy for p in plates], ".2f")])
+    return markdown(["glass plate with", "samples", "grown by 1 mm [µs]", "branching for good [µs]", "at y [mm]",
+                     "arrival [µs]", "speed over Rayleigh's", "energy [J/m²]"], lines)
 
 
 def _branching(y: np.ndarray, z: np.ndarray, time: np.ndarray) -> tuple[float, float] | None:
@@ -377,14 +376,7 @@ def draw_cracks(samples: list[Path], picture: Path) -> None:
 
 
 def table(figures: list[Figure]) -> str:
-    lines = ["| case | figure | found | reference |", "|---|---|---|---|"]
-    previous = ""
-    for figure in figures:
-        lines.append(f"| {figure.case if figure.case != previous else ''} | {figure.quantity} | {figure.found} | "
-                     f"{figure.reference} |")
-        previous = figure.case
-    return "\n".join(lines) + "\n"
-
-
-__all__ = ["Figure", "Sample", "draw_cracks", "glass_plate", "glass_plate_variants", "griffith_strip", "notched_strip",
-           "pmma_strip", "slow_growth", "table", "test_programs"]
+    previous = ["", *(figure.case for figure in figures)]
+    return markdown(["case", "figure", "found", "reference"],
+                    [[figure.case if figure.case != before else "", figure.quantity, figure.found, figure.reference]
+                     for figure, before in zip(figures, previous)])
