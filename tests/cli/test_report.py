@@ -306,7 +306,8 @@ class Pictures(Ensembles):
         ensemble = reading.read_ensemble(self.folder)
         samples = ensemble.samples
         chosen = choosing.typical_samples(ensemble, 8)
-        kinds = [(int(samples.pattern[i]), bool(samples.bifurcations[i])) for i in ensemble.done]
+        forks = samples.numbers[samples.forks]
+        kinds = [(int(samples.pattern[i]), bool(forks[i])) for i in ensemble.done]
         print("chosen", [(i, kinds[list(ensemble.done).index(i)]) for i in chosen])
         self.assertEqual(len(set(chosen)), 8)
         self.assertNotIn(4, chosen)
@@ -321,11 +322,11 @@ class Pictures(Ensembles):
                         for b in z) for a in z]
             self.assertEqual(taken[0], group[int(np.argmin(sums))])
         self.assertEqual([int(samples.pattern[i]) for i in choosing.samples_in_detail(ensemble)], [1, 2])
-        # Of the samples with two cracks the one that branches is shown, typical or not.
+        # Of the samples with two cracks the one that forks is shown, typical or not.
         two = [int(i) for i in ensemble.done if samples.pattern[i] == 2]
         for only in two[:3]:
-            samples.bifurcations[:] = 0
-            samples.bifurcations[only] = 1
+            forks[:] = 0
+            forks[only] = 1
             self.assertEqual(choosing.samples_in_detail(ensemble)[1], only)
 
     def test_fringes_are_those_of_the_frames(self):

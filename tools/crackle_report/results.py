@@ -124,6 +124,11 @@ class Samples:
     def result(self, name: str) -> Result:
         return next(result for result in self.results if result.name == name)
 
+    @property
+    def forks(self) -> str:
+        """The result that counts forks as a reader of the projection sees them; of older files, those in space."""
+        return "bifurcations_projected" if "bifurcations_projected" in self.numbers else "bifurcations"
+
     def count(self, status: int) -> int:
         return int(np.count_nonzero(self.status == status))
 
