@@ -240,7 +240,7 @@ RunningStatistics::RunningStatistics(std::size_t n_samples, int n_notches, int n
 RunningStatistics::RunningStatistics(const input::Parameters& parameters)
     : RunningStatistics(
           static_cast<std::size_t>(parameters.ensemble.samples),
-          LeaderFrame(geometry::Body(parameters.specimen), parameters.sections),
+          LeaderFrame(*geometry::make_body(parameters.specimen), parameters.sections),
           parameters.ensemble.stop ? parameters.ensemble.stop->confidence : default_confidence) {
   stop_ = parameters.ensemble.stop;
   if (!stop_) return;

@@ -62,7 +62,7 @@ void write_mesh(hid_t file, const geometry::Realization& realization) {
   hdf5::write_attribute(group.get(), "rounds", std::int64_t{realization.report.rounds});
   hdf5::write_attribute(group.get(), "attempt", std::int64_t{realization.report.attempt});
   hdf5::write_attribute(group.get(), "redrawn_points", realization.report.redrawn_points);
-  hdf5::write_attribute(group.get(), "reflected_axes", std::int64_t{realization.report.reflected_axes});
+  hdf5::write_attribute(group.get(), "reflected_axes", std::int64_t{realization.report.symmetry});
   hdf5::write_attribute(group.get(), "min_quality", realization.report.min_quality);
 }
 
