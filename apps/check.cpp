@@ -166,8 +166,8 @@ std::string uneven_toughness_text(const Subject& subject) {
   // Points from a file have the spacings of the file.
   if (parameters.fracture.toughness > 0 || parameters.mesh.points) return {};
   const fracture::TulerButcher criterion(parameters.fracture, 1, subject.phase.grid.step);
-  const auto range = fracture::toughness_along_ligaments(parameters, *geometry::make_body(parameters.specimen),
-                                                         criterion.strength(0));
+  const auto range = fracture::toughness_along_ligaments(
+      parameters, *geometry::make_body(parameters.specimen), criterion.strength(0));
   if (!range || range->greatest <= uneven_toughness * range->least) return {};
   return fmt::format(
       "\nWarning: with one strength the toughness follows the spacing, {:.3g} to {:.3g} J/m^2 along the "

@@ -128,8 +128,8 @@ void add_arm(Arm& to, const Arm& from) {
 /// A crack between two planes x = const, projected on the plane of the plate.
 class Window {
 public:
-  Window(double step, const std::vector<double>& spacing,
-         const std::vector<std::vector<Trace>>& traces, double x_low, double x_high)
+  Window(double step, const std::vector<double>& spacing, const std::vector<std::vector<Trace>>& traces,
+         double x_low, double x_high)
       : step_(step), spacing_(spacing), runs_(traces.size()) {
     std::vector<std::pair<std::pair<double, double>, std::size_t>> seen;
     for (std::size_t k = 0; k < traces.size(); ++k) {

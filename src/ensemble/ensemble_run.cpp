@@ -229,8 +229,8 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   StopLatch stop(options.stop, [log_or_null](const std::string& line) {
     if (log_or_null != nullptr) log_or_null->line(line);
   });
-  SampleSteps steps = make_sample_steps(parameters, *body, ledger.base, options.folder, layout.ranks_per_group,
-                                        sample_function);
+  SampleSteps steps = make_sample_steps(parameters, *body, ledger.base, options.folder,
+                                        layout.ranks_per_group, sample_function);
   steps.checkpoint_interval = options.checkpoint_interval;
   steps.enter = options.enter;
   steps.stop = [&stop] { return stop(); };

@@ -22,7 +22,8 @@ std::size_t middle_section(const input::Parameters& parameters) {
   const input::Sections& sections = parameters.sections;
   const auto body = geometry::make_body(parameters.specimen);
   const auto& starts = body->crack_starts();
-  const bool is_y = starts.empty() ? sections.z.empty() : starts.front().advance_to(geometry::plane_of({1, 0})).has_value();
+  const bool is_y =
+      starts.empty() ? sections.z.empty() : starts.front().advance_to(geometry::plane_of({1, 0})).has_value();
   return is_y ? sections.y.size() / 2 : sections.y.size() + sections.z.size() / 2;
 }
 

@@ -39,8 +39,8 @@ Point centre(const Box& region) {
   return p;
 }
 
-/// Calls `visit` for boxes that fill a region of the patch and are small enough for the spacing to vary little
-/// in them, until it returns false.
+/// Calls `visit` for boxes that fill a region of the patch and are small enough for the spacing to vary
+/// little in them, until it returns false.
 template <class Visit>
 bool subdivide(const SpacingField& spacing, const Patch& patch, const Box& region, const Visit& visit) {
   std::size_t longest = 0;

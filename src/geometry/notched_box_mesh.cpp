@@ -40,7 +40,8 @@ struct Reflection {
     std::vector<char> names;
     for (unsigned i = 0; i < 3; ++i)
       if ((axes >> i) & 1u) names.push_back("xyz"[i]);
-    return names.empty() ? "as it is" : fmt::format("reflected in the middle of {}", fmt::join(names, " and "));
+    return names.empty() ? "as it is"
+                         : fmt::format("reflected in the middle of {}", fmt::join(names, " and "));
   }
 };
 
@@ -63,8 +64,8 @@ std::vector<SpacingSource> NotchedBox::spacing_sources(const input::Mesh& mesh) 
     for (std::size_t id = 2; id < 6; ++id) {
       const Box& face = faces()[id].patch.domain;
       if (const double gap = distance(slot, face); gap > 0)
-        sources.push_back({between(slot, face), gap, growth,
-                           fmt::format("the distance of notch {} from a face", i + 1)});
+        sources.push_back(
+            {between(slot, face), gap, growth, fmt::format("the distance of notch {} from a face", i + 1)});
     }
   }
   return sources;
@@ -95,8 +96,8 @@ std::vector<Symmetry> NotchedBox::symmetries() const {
     }
     if (images.size() < slots_.size()) continue;
     const bool is_reflection = axes == 1 || axes == 2 || axes == 4 || axes == 7;
-    result.push_back({static_cast<std::uint8_t>(axes), reflection.name(), is_reflection, reflection, reflection,
-                      std::move(images)});
+    result.push_back({static_cast<std::uint8_t>(axes), reflection.name(), is_reflection, reflection,
+                      reflection, std::move(images)});
   }
   return result;
 }

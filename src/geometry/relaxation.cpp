@@ -91,8 +91,7 @@ void relax(const Body& body, MotherPoints& points, const MayMove& may_move) {
       const double way = dot(sum[i], directions.vector[k]) / weights[i];
       for (std::size_t axis = 0; axis < 3; ++axis) p[axis] += way * directions.vector[k][axis];
     }
-    if (body.contains(p) && body.movable(p) == points.movable[i] && may_move(i, p))
-      points.position[i] = p;
+    if (body.contains(p) && body.movable(p) == points.movable[i] && may_move(i, p)) points.position[i] = p;
   }
 }
 

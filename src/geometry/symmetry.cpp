@@ -31,7 +31,8 @@ std::vector<Symmetry> symmetries(const Body& body, const input::Mesh& mesh) {
   const Point size = body.size();
   const double near = tolerance * *std::ranges::max_element(size);
   // Symmetries keep distances, so a box whose corners come to corners of another one comes to this one.
-  const auto maps = [&](const Symmetry& symmetry, const input::MeshRegion& from, const input::MeshRegion& to) {
+  const auto maps = [&](const Symmetry& symmetry, const input::MeshRegion& from,
+                        const input::MeshRegion& to) {
     const std::vector<Point> corners = corners_of(box_of(to, body.bounds()));
     return from.spacing == to.spacing &&
            std::ranges::all_of(corners_of(box_of(from, body.bounds())), [&](const Point& p) {

@@ -87,8 +87,8 @@ struct Tessellation::Data {
   }
 
   Place place_of(const Tetrahedron& cell) const {
-    return body.place({points[index(cell[0])], points[index(cell[1])], points[index(cell[2])],
-                       points[index(cell[3])]});
+    return body.place(
+        {points[index(cell[0])], points[index(cell[1])], points[index(cell[2])], points[index(cell[3])]});
   }
 
   /// @param cell nodes ascending, so that equal cells get equal bits

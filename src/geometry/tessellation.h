@@ -19,9 +19,9 @@ struct TessellationContent {
 
 /// The Delaunay tessellation of points of a body, which points can be taken out of and put back into.
 ///
-/// A cell is good when it is no part of the body, or lies in the body with at least the quality that was asked
-/// for. Nothing that this class returns depends on the history of the tessellation,
-/// only on where the points are, except the order of lists that are documented as unordered.
+/// A cell is good when it is no part of the body, or lies in the body with at least the quality that was
+/// asked for. Nothing that this class returns depends on the history of the tessellation, only on where the
+/// points are, except the order of lists that are documented as unordered.
 class Tessellation {
 public:
   /// Tessellates all points. Some 4 microseconds for each point.

@@ -147,7 +147,8 @@ void check_boundary(const Realization& realization, const Body& body) {
     if (t != expected[i])
       violation("boundary triangle {} is not the face {}, {}, {} of a tetrahedron", i, expected[i][0],
                 expected[i][1], expected[i][2]);
-    if (id < 0 || index(id) >= body.faces().size()) violation("boundary triangle {} has the surface {}", i, id);
+    if (id < 0 || index(id) >= body.faces().size())
+      violation("boundary triangle {} has the surface {}", i, id);
     for (const std::int32_t node : t)
       if (!body.in_face(id, realization.nodes[index(node)]))
         violation("node {} of boundary triangle {} does not lie exactly on surface {}", node, i, id);

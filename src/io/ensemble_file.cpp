@@ -66,8 +66,9 @@ struct EnsembleShape {
 };
 
 EnsembleShape shape_of(const input::Parameters& parameters) {
-  return {static_cast<std::size_t>(parameters.ensemble.samples), geometry::n_crack_starts(parameters.specimen),
-          parameters.sections.size(), parameters.sections.y.size()};
+  return {static_cast<std::size_t>(parameters.ensemble.samples),
+          geometry::n_crack_starts(parameters.specimen), parameters.sections.size(),
+          parameters.sections.y.size()};
 }
 
 const ResultInfo y_position_info{

@@ -61,8 +61,8 @@ struct LoadedFace {
   double total_area = 0;  // over all ranks
 };
 
-LoadedFace loaded_face(const parallel::Communicator& group, const input::Boundary& condition, const Faces& faces,
-                       const geometry::Subdomain& subdomain) {
+LoadedFace loaded_face(const parallel::Communicator& group, const input::Boundary& condition,
+                       const Faces& faces, const geometry::Subdomain& subdomain) {
   std::map<std::int32_t, double> tributary;
   std::vector<double> counted_areas;
   for (const auto& triangle : subdomain.boundary) {

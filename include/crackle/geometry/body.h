@@ -22,8 +22,8 @@ struct Patch {
   Point origin{};
   std::array<Vector, 3> axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  ///< orthonormal
 
-  Point at(const Point& own) const;      ///< the point with these own coordinates
-  Box bounds(const Box& own) const;      ///< that holds a part of the domain
+  Point at(const Point& own) const;  ///< the point with these own coordinates
+  Box bounds(const Box& own) const;  ///< that holds a part of the domain
   Box bounds() const { return bounds(domain); }
 };
 

@@ -60,9 +60,7 @@ struct CrackStart {
   double advance(const Point& p) const { return direction * (dot(p, along) - dot(tip, along)); }
 
   /// The plane across the ligament at this advance.
-  CrossPlane plane_at(double advance) const {
-    return {along, across, dot(tip, along) + direction * advance};
-  }
+  CrossPlane plane_at(double advance) const { return {along, across, dot(tip, along) + direction * advance}; }
 
   /// The advance at which the line of the ligament meets a plane [m]; nothing where it makes less than 45
   /// degrees with the plane, so that a crack runs along the plane more than across it.

@@ -16,11 +16,11 @@ namespace crackle::geometry {
 /// The target distance between neighbouring mother points: `notch_spacing` at a notch tip and the spacing of
 /// a region in its box, growing with `growth` per unit distance from either up to `spacing`.
 ///
-/// Where the body itself is finer (Body::spacing_sources), the spacing follows it, because Delaunay tetrahedra
-/// conform to a face only if its points are about as close to each other as to the next face: at most the
-/// height and the depth of a slot on its walls, at most the clear distance between two notches or between a
-/// notch and a parallel or opposite face, at most the smallest size of the body. From there it grows with the
-/// larger of `growth` and 0.2.
+/// Where the body itself is finer (Body::spacing_sources), the spacing follows it, because Delaunay
+/// tetrahedra conform to a face only if its points are about as close to each other as to the next face: at
+/// most the height and the depth of a slot on its walls, at most the clear distance between two notches or
+/// between a notch and a parallel or opposite face, at most the smallest size of the body. From there it
+/// grows with the larger of `growth` and 0.2.
 class SpacingField {
 public:
   SpacingField(const Body& body, const input::Mesh& mesh);
@@ -42,7 +42,8 @@ private:
 /// longest edge of the body.
 ///
 /// `movable` tells in which directions a point may be disturbed (Body::movable): one in the interior in all
-/// three, one in a face in two, one on an edge in one, a corner in none. So the disturbance keeps the geometry.
+/// three, one in a face in two, one on an edge in one, a corner in none. So the disturbance keeps the
+/// geometry.
 struct MotherPoints {
   std::vector<Point> position;  ///< [m]
   std::vector<double> spacing;  ///< target spacing at the point [m]
@@ -77,8 +78,9 @@ MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::
 
 /// Reads mother points from a text file: one point "x y z" in millimetres per line, separated by blanks or
 /// commas; text after '#' and empty lines are skipped. A point within 1e-9 of the body's largest size of the
-/// surface is set exactly on it (Body::snapped), so points in faces, on edges and at corners are recognized. Points
-/// that are nearer than that to each other are duplicates. Every corner of the body must be among the points.
+/// surface is set exactly on it (Body::snapped), so points in faces, on edges and at corners are recognized.
+/// Points that are nearer than that to each other are duplicates. Every corner of the body must be among the
+/// points.
 /// @return positions in the order of the file [m]
 /// @throws std::runtime_error with "file:line: reason" for each bad line (at most 20), point outside the body
 /// or

@@ -23,7 +23,7 @@ struct RealizationReport {
   std::int64_t redrawn_points = 0;  ///< points drawn at least once more
   double min_quality = 0;           ///< mean-ratio quality of the worst tetrahedron
   int attempt = 0;                  ///< that succeeded; those before it used other random numbers
-  std::uint8_t symmetry = 0;  ///< code of the Symmetry by which it is set into the body
+  std::uint8_t symmetry = 0;        ///< code of the Symmetry by which it is set into the body
 };
 
 /// One conforming tessellation of the body. Its nodes keep the numbers of the base mother points. Tetrahedra
