@@ -207,10 +207,10 @@ TEST(Body, PlacesTetrahedra) {
   // Past the edge of tip and wall, whose diagonals alone tell them apart.
   const auto diagonal = [&](double y) {
     return notched.place(
-        {{{mm, 2.5 * mm, 6.2 * mm}, {0, 2.5 * mm, 6.2 * mm}, {mm, y, 6.5 * mm}, {0, y, 7 * mm}}});
+        {{{mm, y, 6.2 * mm}, {0, y, 6.2 * mm}, {mm, 1.8 * mm, 6.5 * mm}, {0, 1.8 * mm, 7 * mm}}});
   };
-  EXPECT_EQ(diagonal(1.8 * mm), Place::solid);
-  EXPECT_EQ(diagonal(0.1 * mm), Place::crossing);
+  EXPECT_EQ(diagonal(2.5 * mm), Place::solid);
+  EXPECT_EQ(diagonal(2.01 * mm), Place::crossing);
 }
 
 TEST(Body, Movable) {

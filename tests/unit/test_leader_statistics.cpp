@@ -174,7 +174,7 @@ TEST(LeaderStatistics, TurnedSamplesCountAsTheirImage) {
 TEST(LeaderStatistics, PositionsAtSectionsAcrossZAreTurnedInY) {
   input::Parameters p;
   p.ensemble.samples = 2;
-  p.specimen = {{5 * mm, 140 * mm, 24 * mm}, {plate().notch(0), plate().notch(1)}};
+  p.specimen = {{5 * mm, 140 * mm, 24 * mm}, specimen.notches};
   p.specimen.notches[0].face = Face::z_min;
   p.specimen.notches[1].face = Face::z_max;
   p.sections = {.y = {}, .z = {8 * mm, 16 * mm}};

@@ -28,6 +28,7 @@ struct Bar {
   Bar() {
     mesh = test::make_box({.size = {thickness, width, length}, .cells = {3, 4, 8}, .disturbance = 0.2});
     subdomain = test::whole(mesh);
+    parameters.specimen.size = {thickness, width, length};
     parameters.material = test::epoxy();
     parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
   }
