@@ -8,8 +8,8 @@
 #include "crackle/ensemble/estimate.h"
 #include "crackle/ensemble/measured_cost.h"
 #include "crackle/ensemble/memory.h"
+#include "crackle/fracture/criterion.h"
 #include "crackle/fracture/toughness.h"
-#include "crackle/fracture/tuler_butcher.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/mesh_regions.h"
 #include "crackle/geometry/mesh_statistics.h"
@@ -165,9 +165,9 @@ std::string uneven_toughness_text(const Subject& subject) {
   const auto& parameters = subject.parameters;
   // Points from a file have the spacings of the file.
   if (parameters.fracture.toughness > 0 || parameters.mesh.points) return {};
-  const fracture::TulerButcher criterion(parameters.fracture, 1, subject.phase.grid.step);
+  const auto criterion = fracture::make_criterion(parameters.fracture, 1, subject.phase.grid.step);
   const auto range = fracture::toughness_along_ligaments(
-      parameters, *geometry::make_body(parameters.specimen), criterion.strength(0));
+      parameters, *geometry::make_body(parameters.specimen), criterion->strength(0));
   if (!range || range->greatest <= uneven_toughness * range->least) return {};
   return fmt::format(
       "\nWarning: with one strength the toughness follows the spacing, {:.3g} to {:.3g} J/m^2 along the "
@@ -184,10 +184,10 @@ void add_criterion(Rows& rows, const Subject& subject) {
   const auto subdomain =
       geometry::split(subject.realization, geometry::partition(subject.realization, 1)).front();
   const auto operators = mechanics::make_operators(subdomain, parameters.material.density);
-  const fracture::TulerButcher criterion(
+  const auto criterion = fracture::make_criterion(
       parameters.fracture, fracture::tetrahedron_strengths(self, parameters, subdomain, operators),
       subject.phase.grid.step);
-  const auto strengths = criterion.strengths();
+  const auto strengths = criterion->strengths();
   const auto spread = [](std::vector<double> values, double unit, const char* name) {
     const auto q = geometry::quantiles(std::move(values));
     return fmt::format("least {:.4g}, median {:.4g}, greatest {:.4g} {}", q.smallest / unit, q.median / unit,
@@ -200,7 +200,7 @@ void add_criterion(Rows& rows, const Subject& subject) {
   }
   if (parameters.fracture.memory == input::Memory::step)
     rows.emplace_back("strength",
-                      fmt::format("{:.4g} MPa, which breaks in one step", criterion.strength(0) / 1e6));
+                      fmt::format("{:.4g} MPa, which breaks in one step", criterion->strength(0) / 1e6));
   auto toughness = fracture::local_spacings(self, subdomain, operators);
   for (std::size_t t = 0; t < toughness.size(); ++t)
     toughness[t] = fracture::toughness_of(parameters.material, strengths[t], toughness[t]);

@@ -24,6 +24,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -32,6 +33,15 @@ namespace crackle::apps {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// The first sample file of a folder; empty where it has none.
+fs::path first_sample_file(const fs::path& folder) {
+  fs::path first;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder / "samples", ignored))
+    if (entry.path().extension() == ".h5" && (first.empty() || entry.path() < first)) first = entry.path();
+  return first;
+}
 
 /// The input that the ensemble in `folder` was started with: the run's copy of it, or what its results hold.
 /// Collective.
@@ -46,30 +56,43 @@ input::Parameters input_of(const parallel::Communicator& world, const fs::path& 
   parallel::check_mpi(MPI_Bcast(&has_copy, 1, MPI_INT, 0, world.get()), "MPI_Bcast");
   if (has_copy != 0) return read_input(world, copy, points);
   return share_input(world, results, [&] {
-    if (!fs::exists(results)) {
-      throw std::runtime_error(
-          fmt::format("'{}' is not the folder of an ensemble: it holds neither input.toml nor ensemble.h5",
-                      folder.string()));
-    }
-    return input::parse(io::read_ensemble(results).input_text, results, points);
+    if (fs::exists(results)) return input::parse(io::read_ensemble(results).input_text, results, points);
+    if (const fs::path sample = first_sample_file(folder); !sample.empty())
+      return input::parse(io::read_input_text(sample), sample, points);
+    throw std::runtime_error(fmt::format(
+        "'{}' is not the folder of an ensemble: it holds neither input.toml nor ensemble.h5 nor samples",
+        folder.string()));
   });
 }
 
-void print(const std::vector<analysis::SampleSummary>& samples, const analysis::Statistics& statistics,
-           const input::Parameters& parameters) {
-  fmt::print("{}", analysis::to_text(statistics, samples, parameters.sections));
-  for (const auto& warning : analysis::sample_warnings(samples)) fmt::print("{}\n", warning);
+struct Options {
+  std::string folder;
+  std::vector<std::string> sections;  ///< empty: those of the ensemble
+  bool json = false;
+  bool read_only = false;
+};
+
+void print(const Options& options, const std::vector<analysis::SampleSummary>& samples,
+           const analysis::Statistics& statistics, const input::Parameters& parameters,
+           const analysis::Origin& origin) {
+  if (options.json) {
+    fmt::print("{}", analysis::to_json(statistics, samples, parameters, origin));
+  } else {
+    fmt::print("{}", analysis::to_text(statistics, samples, parameters.sections, origin));
+    for (const auto& warning : analysis::sample_warnings(samples)) fmt::print("{}\n", warning);
+  }
   std::fflush(stdout);
 }
 
 /// Whether ensemble.h5 must stay as it is: it is all that is left of an ensemble, or of an older version of
-/// the program. Collective.
+/// the program; or there never was an ensemble, only samples. Collective.
 bool is_read_only(const parallel::Communicator& world, const fs::path& folder) {
   int answer = 0;
   parallel::agree_on_root(world, [&] {
-    const bool has_only_results =
-        !fs::exists(folder / "samples") && fs::exists(ensemble::results_file(folder));
-    answer = has_only_results || io::holds_older_format(folder) ? 1 : 0;
+    const bool has_results = fs::exists(ensemble::results_file(folder));
+    const bool has_only_results = has_results && !fs::exists(folder / "samples");
+    const bool has_only_samples = !has_results && !fs::exists(folder / "input.toml");
+    answer = has_only_results || has_only_samples || io::holds_older_format(folder) ? 1 : 0;
   });
   parallel::check_mpi(MPI_Bcast(&answer, 1, MPI_INT, 0, world.get()), "MPI_Bcast");
   return answer != 0;
@@ -80,14 +103,26 @@ bool is_read_only(const parallel::Communicator& world, const fs::path& folder) {
 std::vector<analysis::SampleSummary> stored_rows(const fs::path& folder,
                                                  const input::Parameters& parameters) {
   const auto n_samples = static_cast<std::size_t>(parameters.ensemble.samples);
-  auto rows = io::read_summaries(folder, parameters, 0, n_samples);
-  if (!fs::exists(ensemble::results_file(folder))) return rows;
+  if (!fs::exists(ensemble::results_file(folder)))
+    return io::read_summaries(folder, parameters, 0, n_samples);
   auto samples = io::read_ensemble(ensemble::results_file(folder)).samples;
-  samples.resize(std::max(samples.size(), n_samples), rows.front());
+  samples.resize(std::max(samples.size(), n_samples));
   for (std::size_t i = 0; i < n_samples; ++i) {
-    if (samples[i].status == analysis::SampleStatus::pending) samples[i] = std::move(rows[i]);
+    if (samples[i].status == analysis::SampleStatus::pending)
+      samples[i] = io::read_summaries(folder, parameters, i, 1).front();
   }
   return samples;
+}
+
+/// Of files of an older format, all but the leading notch, which is found anew.
+analysis::Origin origin_of(const fs::path& folder) {
+  analysis::Origin origin;
+  if (!io::holds_older_format(folder)) return origin;
+  analysis::for_each_result([&](const analysis::ResultInfo& info, auto) {
+    if (info.since > io::oldest_schema_version && std::string_view(info.name) != "leading_notch")
+      origin.lacking.emplace_back(info.name);
+  });
+  return origin;
 }
 
 /// Finds the leading notch of samples whose files do not hold it yet.
@@ -105,72 +140,83 @@ std::string derive_leading_notches(const input::Parameters& parameters,
   }
   return fmt::format(
       "The leading notch is not in these files, which are of an older format: it is taken from the sections "
-      "that the cracks reach{}.\n",
+      "that the cracks reach{}.",
       n_open == 0 ? "" : fmt::format(", and stays open in {}", n_open));
 }
 
 /// The statistics of an ensemble whose files stay as they are. Collective.
-int show_stored(const parallel::Communicator& world, const fs::path& folder,
+int show_stored(const parallel::Communicator& world, const Options& options,
                 const input::Parameters& parameters) {
+  const fs::path folder = options.folder;
   parallel::agree_on_root(world, [&] {
     auto samples = stored_rows(folder, parameters);
-    if (io::holds_older_format(folder)) fmt::print("{}", derive_leading_notches(parameters, samples));
+    analysis::Origin origin = origin_of(folder);
+    if (!origin.lacking.empty()) origin.notes.push_back(derive_leading_notches(parameters, samples));
     const analysis::Statistics statistics = analysis::make_statistics(samples, parameters);
     analysis::leave_out_surplus(statistics, 0, samples);
-    print(samples, statistics, parameters);
+    print(options, samples, statistics, parameters, origin);
   });
   return success;
 }
 
-int update_statistics(const parallel::Communicator& world, const fs::path& folder) {
+int update_statistics(const parallel::Communicator& world, const Options& options) {
+  const fs::path folder = options.folder;
   const input::Parameters parameters = input_of(world, folder);
-  if (is_read_only(world, folder)) return show_stored(world, folder, parameters);
+  if (options.read_only || is_read_only(world, folder)) return show_stored(world, options, parameters);
   geometry::MotherPoints base;
   const ensemble::Results results =
       ensemble::write_results(world, parameters, folder, {}, [&]() -> const geometry::MotherPoints& {
         base = ensemble::base_points(folder, parameters);
         return base;
       });
-  if (world.is_root()) print(results.rows, results.statistics, parameters);
+  if (world.is_root()) print(options, results.rows, results.statistics, parameters, {});
   if (!results.file_error.empty()) throw parallel::AgreedError(0, results.file_error);
   return success;
 }
 
 /// The statistics at sections that the ensemble was not computed with. Collective.
-int show_at_sections(const parallel::Communicator& world, const fs::path& folder,
-                     const std::vector<std::string>& given) {
-  const input::Parameters parameters = input_of(world, folder);
-  const input::Parameters sections = read_sections(world, parameters, given);
-  const ensemble::Results results = ensemble::results_at(world, parameters, sections, folder);
-  if (world.is_root()) {
-    fmt::print("crossings computed anew from the sample files; ensemble.h5 stays as it is\n\n");
-    print(results.rows, results.statistics, sections);
-  }
+int show_at_sections(const parallel::Communicator& world, const Options& options) {
+  const input::Parameters parameters = input_of(world, options.folder);
+  const input::Parameters sections = read_sections(world, parameters, options.sections);
+  const ensemble::Results results = ensemble::results_at(world, parameters, sections, options.folder);
+  parallel::agree_on_root(world, [&] {
+    analysis::Origin origin = origin_of(options.folder);
+    const std::string note = "crossings computed anew from the sample files; ensemble.h5 stays as it is";
+    // As a paragraph of its own in the text.
+    origin.notes.push_back(options.json ? note : note + "\n");
+    print(options, results.rows, results.statistics, sections, origin);
+  });
   return success;
 }
 
 }  // namespace
 
 void add_stats_command(CLI::App& app, Action& run) {
-  auto folder = std::make_shared<std::string>();
+  auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "stats",
       "Recompute the statistics of a finished or unfinished ensemble from its sample "
       "files, print them and bring ensemble.h5 up to date; without sample files, print those "
       "of the samples that ensemble.h5 holds");
   auto columns = std::make_shared<bool>(false);
-  command->add_option("folder", *folder, "output folder of crackle run");
+  command->add_option("folder", options->folder, "output folder of crackle run");
   command->add_flag("--columns", *columns, "print the table of all results of a sample (Markdown) instead");
-  auto sections = std::make_shared<std::vector<std::string>>();
+  command->add_flag(
+      "--json", options->json,
+      "print one JSON document instead: the statistics, the rows of all samples and the outline of "
+      "the body, in SI units; NaN is null");
+  command->add_flag("--read-only", options->read_only, "leave ensemble.h5 as it is");
   command
       ->add_option(
-          "--sections", *sections,
+          "--sections", options->sections,
           "look at other cross-sections, y=\"7 mm, 9 mm\" or z=\"30 mm\" (may be given for both): their "
           "crossings follow from the crack surfaces in the sample files; ensemble.h5 stays as it is")
       ->allow_extra_args(false);
-  command->callback([folder, columns, sections, &run] {
-    if (*columns != folder->empty()) throw CLI::ValidationError("stats takes either a folder or --columns");
-    if (*columns && !sections->empty()) throw CLI::ValidationError("--columns takes no --sections");
+  command->callback([options, columns, &run] {
+    if (*columns != options->folder.empty())
+      throw CLI::ValidationError("stats takes either a folder or --columns");
+    if (*columns && (!options->sections.empty() || options->json || options->read_only))
+      throw CLI::ValidationError("--columns takes no other option");
     if (*columns) {
       run = [](const parallel::Communicator& world) {
         if (world.is_root()) fmt::print("{}", analysis::result_table());
@@ -178,9 +224,9 @@ void add_stats_command(CLI::App& app, Action& run) {
       };
       return;
     }
-    run = [folder, sections](const parallel::Communicator& world) {
-      return sections->empty() ? update_statistics(world, *folder)
-                               : show_at_sections(world, *folder, *sections);
+    run = [options](const parallel::Communicator& world) {
+      return options->sections.empty() ? update_statistics(world, *options)
+                                       : show_at_sections(world, *options);
     };
   });
 }

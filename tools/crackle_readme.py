@@ -17,12 +17,12 @@ BLOCKS = {
     "survey": "src/geometry/README.md",  # tools/realization-campaign
     "benchmark": "tests/benchmark/README.md",  # tools/benchmark
     "ranks": "tests/benchmark/README.md",  # tools/rank-comparison speed
-    "release": "src/fracture/README.md",  # tools/release-comparison
-    "verification": "jobs/verification/README.md",  # tools/verification
-    "variants": "jobs/verification/README.md",  # tools/verification --variants
+    "release": "src/fracture/README.md",  # jobs/verification/release-comparison
+    "verification": "jobs/verification/README.md",  # jobs/verification/verify
+    "variants": "jobs/verification/README.md",  # jobs/verification/verify --variants
     "golden demo": "jobs/verification/README.md",  # tools/golden-runs --update
     "golden paper": "jobs/verification/README.md",
-    # tools/paper-study --keep
+    # jobs/paper/study --keep
     **{name: PAPER for name in ("paper", "branching", "by-eye", "notches", "bases", "turning", "limits", "symmetry",
                                 "base-notches", "convergence", "spacing", "disturbance", "rate")},
 }

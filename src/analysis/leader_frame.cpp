@@ -44,6 +44,16 @@ Preimage preimage_of(const geometry::Body& body, const geometry::Symmetry& symme
   return found;
 }
 
+/// Bit i is set where the symmetry turns the direction of axis i round.
+std::uint8_t reflected_by(const geometry::Symmetry& symmetry, const geometry::Box& bounds) {
+  const geometry::Point lower = symmetry.image(bounds.lower);
+  const geometry::Point upper = symmetry.image(bounds.upper);
+  unsigned axes = 0;
+  for (std::size_t i = 0; i < 3; ++i)
+    if (lower[i] > upper[i]) axes |= 1u << i;
+  return static_cast<std::uint8_t>(axes);
+}
+
 }  // namespace
 
 LeaderFrame::LeaderFrame(const geometry::Body& body, const input::Sections& sections)
@@ -53,7 +63,8 @@ LeaderFrame::LeaderFrame(const geometry::Body& body, const input::Sections& sect
   for (std::size_t leading = 0; leading < body.crack_starts().size(); ++leading) {
     const geometry::Symmetry& symmetry = *std::ranges::min_element(
         symmetries, {}, [&](const geometry::Symmetry& some) { return some.crack_start[leading]; });
-    Turn turn;
+    Turn turn{};
+    turn.axes = reflected_by(symmetry, body.bounds());
     turn.notch.resize(body.crack_starts().size());
     for (std::size_t start = 0; start < turn.notch.size(); ++start)
       turn.notch[index(symmetry.crack_start[start])] = static_cast<int>(start);
@@ -71,7 +82,8 @@ LeaderFrame::LeaderFrame(int n_notches, int n_sections)
     : n_sections_(n_sections), reference_(static_cast<std::size_t>(n_notches)) {
   std::iota(reference_.begin(), reference_.end(), 0);
   const auto n = static_cast<std::size_t>(n_sections);
-  Turn none{std::vector<int>(reference_.size()), std::vector<int>(n), std::vector<std::optional<double>>(n)};
+  Turn none{0, std::vector<int>(reference_.size()), std::vector<int>(n),
+            std::vector<std::optional<double>>(n)};
   std::iota(none.notch.begin(), none.notch.end(), 0);
   std::iota(none.section.begin(), none.section.end(), 0);
   turns_.assign(reference_.size(), none);

@@ -35,15 +35,15 @@ double remainder(parallel::ExactSum sum, double rounded) {
   return sum.value();
 }
 
-/// Half width of the confidence interval of a mean whose standard deviation was estimated from n values.
-double student_half_width(double standard_deviation, int n, double confidence) {
-  const boost::math::students_t distribution(n - 1);
-  return boost::math::quantile(distribution, (1 + confidence) / 2) * standard_deviation / std::sqrt(n);
+/// The t for which P(|T| < t) = confidence, for the mean of n values; NaN for fewer than two.
+double student_quantile(int n, double confidence) {
+  if (n < 2) return none;
+  return boost::math::quantile(boost::math::students_t(n - 1), (1 + confidence) / 2);
 }
 
 void check_row(const SampleSummary& row, std::size_t sample, const Statistics& shape) {
   const auto n_positions = static_cast<std::size_t>(shape.n_notches * shape.n_sections);
-  if (row.position.size() != n_positions) {
+  if (row.position.size() != n_positions || row.z_spread.size() != n_positions) {
     throw std::invalid_argument(
         fmt::format("sample {}: {} crack positions instead of {}", sample, row.position.size(), n_positions));
   }
@@ -88,74 +88,95 @@ Statistics empty_statistics(std::size_t n_samples, const LeaderFrame& frame, dou
   return statistics;
 }
 
-/// A sample's position in the frame of its leading crack.
+/// A sample's crack at a position of a table.
 struct Position {
-  bool counts;   ///< whether a crack that arrives counts there
-  double value;  ///< [m]; NaN where none does
+  bool counts = false;   ///< whether a crack that arrives counts there
+  double value = none;   ///< [m]; NaN where none does
+  double spread = none;  ///< through the thickness [m]; likewise
 };
 
+/// In the frame of the sample's leading crack.
 Position ranked_position(const LeaderFrame& frame, const RankStatistics& ranks, const SampleSummary& row,
                          std::size_t index) {
   const auto n_sections = static_cast<std::size_t>(frame.n_sections());
   const std::size_t rank = index / n_sections;
   if (row.leading_notch < 0 ||
       frame.reference()[static_cast<std::size_t>(row.leading_notch)] != ranks.leading_notch[rank])
-    return {false, none};
+    return {};
   const auto source =
       frame.source(row.leading_notch, ranks.notch[rank], static_cast<int>(index % n_sections));
-  if (!source) return {false, none};
-  const double position =
-      row.position[static_cast<std::size_t>(source->notch * frame.n_sections() + source->section)];
-  return {true, source->extent ? *source->extent - position : position};
+  if (!source) return {};
+  const auto i = static_cast<std::size_t>(source->notch * frame.n_sections() + source->section);
+  return {true, source->extent ? *source->extent - row.position[i] : row.position[i], row.z_spread[i]};
 }
 
-/// Statistics of the positions position_at(row, index) of the rows that are done; NaN where none arrived.
+/// Which values over the samples 0 to i are computed for every i; all takes ten times as long as none.
+enum class Running { none, means, all };
+
+/// Statistics of the Position position_at(row, index) of the rows that are done.
 template <class PositionAt>
 void compute_paths(PathStatistics& paths, std::size_t n_positions, const Statistics& shape,
-                   std::span<const SampleSummary> rows, PositionAt&& position_at) {
-  paths.running_mean.assign(static_cast<std::size_t>(shape.n_samples) * n_positions, none);
+                   std::span<const SampleSummary> rows, Running running_values, PositionAt&& position_at) {
+  const auto n_samples = static_cast<std::size_t>(shape.n_samples);
+  paths.running_mean.assign(n_samples * n_positions, none);
+  paths.running_half_width.assign(n_samples * n_positions, none);
+  paths.spread_mean.assign(n_positions, none);
   paths.z_mean.assign(n_positions, none);
   paths.z_std.assign(n_positions, none);
   paths.z_half_width.assign(n_positions, none);
   paths.reached.assign(n_positions, 0);
   paths.z_quantile.clear();
-  const double confidence = 1 - (1 - shape.confidence) / shape.n_looks;
+  const double confidence = confidence_of_look(shape.confidence, shape.n_looks);
+  std::vector<double> quantiles(2, none);  // Student's, by the number of values
+  const auto half_width = [&](const Moments& moments) {
+    const auto n = static_cast<std::size_t>(moments.count());
+    if (quantiles.size() <= n) quantiles.resize(n + 1, none);
+    if (std::isnan(quantiles[n])) quantiles[n] = student_quantile(moments.count(), confidence);
+    return quantiles[n] * moments.standard_deviation() / std::sqrt(moments.count());
+  };
   for (std::size_t p = 0; p < n_positions; ++p) {
-    Moments moments;
+    Moments moments, spreads;
     std::vector<double> values;
-    double running = none;
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      const double position = rows[i].status == SampleStatus::done ? position_at(rows[i], p) : none;
-      if (!std::isnan(position)) {
-        moments.add(position);
-        values.push_back(position);
-        running = moments.mean();
+    double running_mean = none, running_half_width = none;
+    // Samples that are not needed repeat the last values.
+    for (std::size_t i = 0; i < (running_values != Running::none && !rows.empty() ? n_samples : rows.size());
+         ++i) {
+      const bool is_done = i < rows.size() && rows[i].status == SampleStatus::done;
+      const Position found = is_done ? position_at(rows[i], p) : Position{};
+      if (!std::isnan(found.value)) {
+        moments.add(found.value);
+        values.push_back(found.value);
+        if (!std::isnan(found.spread)) spreads.add(found.spread);
       }
-      paths.running_mean[i * n_positions + p] = running;
+      if (running_values == Running::none) continue;
+      if (!std::isnan(found.value)) {
+        running_mean = moments.mean();
+        if (running_values == Running::all) running_half_width = half_width(moments);
+      }
+      paths.running_mean[i * n_positions + p] = running_mean;
+      paths.running_half_width[i * n_positions + p] = running_half_width;
     }
-    // Samples that are not needed repeat the last mean.
-    for (auto i = rows.size(); i > 0 && i < static_cast<std::size_t>(shape.n_samples); ++i)
-      paths.running_mean[i * n_positions + p] = running;
     for (const double share : quantile_shares) paths.z_quantile.push_back(quantile(values, share));
     paths.reached[p] = moments.count();
     paths.z_mean[p] = moments.mean();
     paths.z_std[p] = moments.standard_deviation();
-    if (moments.count() > 1)
-      paths.z_half_width[p] = student_half_width(paths.z_std[p], moments.count(), confidence);
+    if (moments.count() > 1) paths.z_half_width[p] = half_width(moments);
+    paths.spread_mean[p] = spreads.mean();
   }
 }
 
 /// @param pattern of the samples that count; all without
 void compute_ranks(RankStatistics& ranks, const LeaderFrame& frame, std::optional<Pattern> pattern,
-                   const Statistics& shape, std::span<const SampleSummary> rows) {
+                   const Statistics& shape, std::span<const SampleSummary> rows, Running running_values) {
   const std::size_t n_positions = ranks.notch.size() * static_cast<std::size_t>(frame.n_sections());
   ranks.counted.assign(n_positions, 0);
-  compute_paths(ranks, n_positions, shape, rows, [&](const SampleSummary& row, std::size_t p) {
-    if (pattern && row.pattern != static_cast<std::int32_t>(*pattern)) return none;
-    const Position found = ranked_position(frame, ranks, row, p);
-    if (found.counts) ++ranks.counted[p];
-    return found.value;
-  });
+  compute_paths(ranks, n_positions, shape, rows, running_values,
+                [&](const SampleSummary& row, std::size_t p) {
+                  if (pattern && row.pattern != static_cast<std::int32_t>(*pattern)) return Position{};
+                  const Position found = ranked_position(frame, ranks, row, p);
+                  if (found.counts) ++ranks.counted[p];
+                  return found;
+                });
 }
 
 void compute_shares(Statistics& statistics, std::span<const SampleSummary> rows) {
@@ -174,24 +195,26 @@ void compute_shares(Statistics& statistics, std::span<const SampleSummary> rows)
   if (n == 0) return;
   for (std::size_t k = 0; k < count.size(); ++k) {
     const double share = static_cast<double>(count[k]) / n;
-    const WilsonInterval interval = wilson_interval(share, n, statistics.confidence);
+    const Interval interval = share_interval(count[k], n, statistics.confidence);
     statistics.pattern_share[k] = share;
-    statistics.pattern_half_width[k] = interval.half_width;
-    // The ends are 0 and 1 exactly where none or all have the pattern.
-    statistics.pattern_lower[k] = count[k] == 0 ? 0 : std::max(0.0, interval.centre - interval.half_width);
-    statistics.pattern_upper[k] = count[k] == n ? 1 : std::min(1.0, interval.centre + interval.half_width);
+    statistics.pattern_half_width[k] = wilson_interval(share, n, statistics.confidence).half_width;
+    statistics.pattern_lower[k] = interval.lower;
+    statistics.pattern_upper[k] = interval.upper;
   }
 }
 
 /// The statistics of the first rows, which are all the ensemble has; `shape` gives shape and confidence.
-Statistics compute(const Statistics& shape, const LeaderFrame& frame, std::span<const SampleSummary> rows) {
+Statistics compute(const Statistics& shape, const LeaderFrame& frame, std::span<const SampleSummary> rows,
+                   Running running_values) {
   Statistics statistics = shape;
   compute_paths(statistics, static_cast<std::size_t>(shape.n_notches * shape.n_sections), shape, rows,
-                [](const SampleSummary& row, std::size_t p) { return row.position[p]; });
-  compute_ranks(statistics.leader, frame, std::nullopt, shape, rows);
-  compute_ranks(statistics.leader_one_crack, frame, Pattern::one_crack, shape, rows);
-  compute_ranks(statistics.leader_two_cracks, frame, Pattern::two_cracks, shape, rows);
-  compute_ranks(statistics.follower, frame, std::nullopt, shape, rows);
+                running_values, [](const SampleSummary& row, std::size_t p) {
+                  return Position{true, row.position[p], row.z_spread[p]};
+                });
+  compute_ranks(statistics.leader, frame, std::nullopt, shape, rows, running_values);
+  compute_ranks(statistics.leader_one_crack, frame, Pattern::one_crack, shape, rows, running_values);
+  compute_ranks(statistics.leader_two_cracks, frame, Pattern::two_cracks, shape, rows, running_values);
+  compute_ranks(statistics.follower, frame, std::nullopt, shape, rows, running_values);
   compute_shares(statistics, rows);
   return statistics;
 }
@@ -203,6 +226,17 @@ WilsonInterval wilson_interval(double share, int n, double confidence) {
   const double scale = 1 + z * z / n;
   return {(share + z * z / (2.0 * n)) / scale,
           z * std::sqrt(share * (1 - share) / n + z * z / (4.0 * n * n)) / scale};
+}
+
+Interval share_interval(int n_hits, int n, double confidence) {
+  const WilsonInterval interval = wilson_interval(static_cast<double>(n_hits) / n, n, confidence);
+  // The ends are 0 and 1 exactly where none or all are hits.
+  return {n_hits == 0 ? 0 : std::max(0.0, interval.centre - interval.half_width),
+          n_hits == n ? 1 : std::min(1.0, interval.centre + interval.half_width)};
+}
+
+double student_half_width(double standard_deviation, int n, double confidence) {
+  return student_quantile(n, confidence) * standard_deviation / std::sqrt(n);
 }
 
 void Moments::add(double value) {
@@ -276,7 +310,7 @@ void RunningStatistics::look() {
     const std::size_t n = looks_[next_look_];
     const auto rows = std::span(rows_).first(n);
     Statistics found = statistics_;  // what the rule looks at
-    compute_ranks(found.leader, frame_, std::nullopt, found, rows);
+    compute_ranks(found.leader, frame_, std::nullopt, found, rows, Running::none);
     compute_shares(found, rows);
     if (is_known(found, stop_->half_width)) {
       stopped_at_ = n;
@@ -318,7 +352,15 @@ void RunningStatistics::stop_at(std::size_t n) {
 Statistics RunningStatistics::statistics() const {
   Statistics shape = statistics_;
   if (stopped_at_) shape.n_needed = static_cast<int>(*stopped_at_);
-  return compute(shape, frame_, std::span(rows_).first(static_cast<std::size_t>(shape.n_needed)));
+  return compute(shape, frame_, std::span(rows_).first(static_cast<std::size_t>(shape.n_needed)),
+                 Running::means);
+}
+
+Statistics with_running_half_widths(const Statistics& statistics, std::span<const SampleSummary> samples,
+                                    const input::Parameters& parameters) {
+  const LeaderFrame frame(*geometry::make_body(parameters.specimen), parameters.sections);
+  return compute(statistics, frame, samples.first(static_cast<std::size_t>(statistics.n_needed)),
+                 Running::all);
 }
 
 }  // namespace crackle::analysis

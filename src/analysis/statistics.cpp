@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace crackle::analysis {
 
@@ -39,6 +40,31 @@ void leave_out_surplus(const Statistics& statistics, std::size_t first, std::vec
     if (first + i < static_cast<std::size_t>(statistics.n_needed)) continue;
     rows[i] = empty_summary(statistics.n_notches, statistics.n_sections, SampleStatus::pending);
   }
+}
+
+std::vector<ResultStatistics> result_statistics(std::span<const SampleSummary> samples, double confidence,
+                                                const Origin& origin) {
+  std::vector<ResultStatistics> all;
+  for_each_result([&](const ResultInfo& info, auto member) {
+    if (lacks(origin, info.name)) return;
+    std::vector<double> values;
+    for (const SampleSummary& sample : samples) {
+      const auto value = static_cast<double>(sample.*member);
+      if (sample.status == SampleStatus::done && !std::isnan(value)) values.push_back(value);
+    }
+    ResultStatistics& found = all.emplace_back();
+    found.info = info;
+    found.n_values = static_cast<int>(values.size());
+    for (int k = 0; k < n_categories(info.categories); ++k)
+      found.counts.push_back(static_cast<int>(std::ranges::count(values, k)));
+    for (std::size_t i = 0; i < quantile_shares.size(); ++i)
+      found.quantiles[i] = quantile(values, quantile_shares[i]);
+    if (values.empty()) return;
+    found.mean = std::accumulate(values.begin(), values.end(), 0.0) / found.n_values;
+    found.n_any = static_cast<int>(std::ranges::count_if(values, [](double value) { return value > 0; }));
+    found.share_any = share_interval(found.n_any, found.n_values, confidence);
+  });
+  return all;
 }
 
 double quantile(std::vector<double> values, double share) {

@@ -8,7 +8,6 @@
 #include <array>
 #include <cmath>
 #include <iterator>
-#include <numeric>
 
 namespace crackle::analysis {
 
@@ -108,88 +107,69 @@ void append_patterns(std::string& text, const Statistics& statistics) {
   }
 }
 
-/// Values of a result in the samples that are done, as people read them; without those that have none.
-template <class Member>
-std::vector<double> shown_values(std::span<const SampleSummary> samples, const ResultInfo& info,
-                                 Member member) {
-  std::vector<double> values;
-  for (const SampleSummary& sample : samples) {
-    const auto value = static_cast<double>(sample.*member);
-    if (sample.status == SampleStatus::done && !std::isnan(value))
-      values.push_back(value * info.shown_factor);
-  }
-  return values;
-}
-
-void append_shares(std::string& text, std::span<const SampleSummary> samples) {
-  for_each_result([&](const ResultInfo& info, auto member) {
-    if (info.reduction != Reduction::shares) return;
+void append_shares(std::string& text, const std::vector<ResultStatistics>& results) {
+  for (const ResultStatistics& result : results) {
+    if (result.info.reduction != Reduction::shares) continue;
     auto out = std::back_inserter(text);
-    const auto values = shown_values(samples, info, member);
-    fmt::format_to(out, "\n{:<12}   samples\n", info.label);
-    for (int k = 0; k < n_categories(info.categories); ++k)
-      fmt::format_to(out, "{:<14} {:>7}\n", category_name(info.categories, k), std::ranges::count(values, k));
-  });
+    fmt::format_to(out, "\n{:<12}   samples\n", result.info.label);
+    for (std::size_t k = 0; k < result.counts.size(); ++k)
+      fmt::format_to(out, "{:<14} {:>7}\n",
+                     category_name(result.info.categories, static_cast<std::int64_t>(k)), result.counts[k]);
+  }
 }
 
-void append_counts(std::string& text, std::span<const SampleSummary> samples, double confidence) {
+void append_counts(std::string& text, const std::vector<ResultStatistics>& results, double confidence) {
   bool is_first = true;
-  for_each_result([&](const ResultInfo& info, auto member) {
-    if (info.reduction != Reduction::counts) return;
-    const auto values = shown_values(samples, info, member);
-    if (values.empty()) return;
+  for (const ResultStatistics& result : results) {
+    if (result.info.reduction != Reduction::counts || result.n_values == 0) continue;
     auto out = std::back_inserter(text);
     if (is_first)
       fmt::format_to(out, "\n{:<20} {:>6} {:>24}   {:g} % interval\n", "", "mean", "samples with any [%]",
                      100 * confidence);
     is_first = false;
-    const auto n = static_cast<double>(values.size());
-    const auto n_any = std::ranges::count_if(values, [](double value) { return value > 0; });
-    const double share = static_cast<double>(n_any) / n;
-    const WilsonInterval interval = wilson_interval(share, static_cast<int>(values.size()), confidence);
-    fmt::format_to(out, "{:<20} {:>6.2f} {:>24.1f}   {:.1f} to {:.1f}\n", info.label,
-                   std::accumulate(values.begin(), values.end(), 0.0) / n, 100 * share,
-                   100 * std::max(0.0, interval.centre - interval.half_width),
-                   100 * std::min(1.0, interval.centre + interval.half_width));
-  });
+    fmt::format_to(out, "{:<20} {:>6.2f} {:>24.1f}   {:.1f} to {:.1f}\n", result.info.label, result.mean,
+                   100.0 * result.n_any / result.n_values, 100 * result.share_any.lower,
+                   100 * result.share_any.upper);
+  }
 }
 
-void append_quantiles(std::string& text, std::span<const SampleSummary> samples) {
+void append_quantiles(std::string& text, const std::vector<ResultStatistics>& results) {
   fmt::format_to(std::back_inserter(text), "\n{:<30} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "", "least",
                  "25 %", "median", "75 %", "greatest");
-  for_each_result([&](const ResultInfo& info, auto member) {
-    if (info.reduction != Reduction::quantiles) return;
-    const auto values = shown_values(samples, info, member);
-    if (values.empty()) return;
+  for (const ResultStatistics& result : results) {
+    const ResultInfo& info = result.info;
+    if (info.reduction != Reduction::quantiles || result.n_values == 0) continue;
     auto out = std::back_inserter(text);
     const std::string units = *info.shown_units == 0 ? "" : fmt::format(" [{}]", info.shown_units);
     fmt::format_to(out, "{:<30}", info.label + units);
     const std::string form = fmt::format(" {{:>12{}}}", info.format);
-    for (const double share : quantile_shares)
-      fmt::format_to(out, fmt::runtime(form), quantile(values, share));
+    for (const double value : result.quantiles)
+      fmt::format_to(out, fmt::runtime(form), value * info.shown_factor);
     text += '\n';
-  });
+  }
 }
 
 }  // namespace
 
 std::string to_text(const Statistics& statistics, std::span<const SampleSummary> samples,
-                    const input::Sections& sections) {
+                    const input::Sections& sections, const Origin& origin) {
   const auto n_failed = std::count_if(samples.begin(), samples.end(), [](const SampleSummary& sample) {
     return sample.status == SampleStatus::failed;
   });
-  std::string text =
-      fmt::format("{}: {} done, {} failed, {} left\n", plural(statistics.n_needed, "sample"),
-                  statistics.n_done, n_failed, statistics.n_needed - statistics.n_done - n_failed);
+  std::string text;
+  for (const std::string& note : origin.notes) text += note + "\n";
+  text += fmt::format("{}: {} done, {} failed, {} left\n", plural(statistics.n_needed, "sample"),
+                      statistics.n_done, n_failed, statistics.n_needed - statistics.n_done - n_failed);
   if (statistics.n_needed < statistics.n_samples) {
     fmt::format_to(std::back_inserter(text), "stopped early: these are enough, of {}\n",
                    statistics.n_samples);
   }
   append_positions(text, statistics, samples, sections.all());
   append_patterns(text, statistics);
-  append_shares(text, samples);
-  append_counts(text, samples, statistics.confidence);
-  append_quantiles(text, samples);
+  const auto results = result_statistics(samples, statistics.confidence, origin);
+  append_shares(text, results);
+  append_counts(text, results, statistics.confidence);
+  append_quantiles(text, results);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     auto out = std::back_inserter(text);
     if (!samples[i].error.empty())

@@ -1,22 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/breaking_check.h"
 
-#include "crackle/fracture/principal_stress.h"
-
 #include <algorithm>
 #include <iterator>
 
 namespace crackle::dynamics {
 
-double BreakingCheck::largest_principal(const mechanics::Symmetric& strain) const {
-  return fracture::largest_principal(body_->elasticity()(strain));
+double BreakingCheck::stress(const mechanics::Symmetric& strain) const {
+  return criterion_->stress()(body_->elasticity()(strain));
 }
 
 void BreakingCheck::start() {
   over_.clear();
   for (const auto t : motion_->overloaded())
-    if (largest_principal(motion_->strain(t)) > criterion_->strength(static_cast<std::size_t>(t)))
-      over_.push_back(t);
+    if (stress(motion_->strain(t)) > criterion_->strength(static_cast<std::size_t>(t))) over_.push_back(t);
 }
 
 std::span<const std::int32_t> BreakingCheck::end_step() {
@@ -27,9 +24,9 @@ std::span<const std::int32_t> BreakingCheck::end_step() {
   breaking_.clear();
   for (const auto t : candidates_) {
     const auto number = static_cast<std::size_t>(t);
-    const double earlier = largest_principal(motion_->strain_before(t, 2));
-    const double before = largest_principal(motion_->strain_before(t, 1));
-    const double after = largest_principal(motion_->strain(t));
+    const double earlier = stress(motion_->strain_before(t, 2));
+    const double before = stress(motion_->strain_before(t, 1));
+    const double after = stress(motion_->strain(t));
     if (criterion_->advance(number, earlier, before, after))
       breaking_.push_back(t);
     else if (after > criterion_->strength(number))

@@ -91,7 +91,7 @@ std::vector<std::byte> shared_part(const Checkpoint& checkpoint) {
   for (const auto& phase : checkpoint.ended) put(packer, phase);
   packer.put(checkpoint.running.has_value());
   if (checkpoint.running) put(packer, *checkpoint.running);
-  parallel::put(packer, checkpoint.impulse);
+  parallel::put(packer, checkpoint.memory);
   packer.put(checkpoint.energy);
   return packer.bytes();
 }
@@ -104,7 +104,7 @@ Checkpoint from_shared_part(std::span<const std::byte> bytes) {
   const auto n_ended = unpacker.get<std::uint64_t>();
   for (std::uint64_t i = 0; i < n_ended; ++i) checkpoint.ended.push_back(get_ended(unpacker));
   if (unpacker.get<bool>()) checkpoint.running = get_running(unpacker);
-  checkpoint.impulse = parallel::get_rows(unpacker);
+  checkpoint.memory = parallel::get_rows(unpacker);
   checkpoint.energy = unpacker.get_vector<EnergyRow>();
   return checkpoint;
 }
@@ -171,21 +171,20 @@ Releases ReleasesSince::gather(const parallel::Communicator& group) const {
           gather_ties(group, body_->ties().subspan(n_ties_))};
 }
 
-parallel::NumberedRows gather_impulse(const parallel::Communicator& group,
-                                      const geometry::Subdomain& subdomain,
-                                      const fracture::TulerButcher& criterion) {
+parallel::NumberedRows gather_memory(const parallel::Communicator& group,
+                                     const geometry::Subdomain& subdomain,
+                                     const fracture::Criterion& criterion) {
   parallel::NumberedRows local;
-  for (std::size_t t = 0; t < subdomain.tetrahedra.size(); ++t) {
-    if (subdomain.counted[t] != 0 && criterion.impulse()[t] != 0)
-      local.add(subdomain.tetrahedron_number[t], criterion.impulse()[t]);
-  }
+  const auto memory = criterion.memory();
+  for (std::size_t t = 0; t < memory.size(); ++t)
+    if (subdomain.counted[t] != 0 && memory[t] != 0) local.add(subdomain.tetrahedron_number[t], memory[t]);
   return parallel::gather_rows(group, local);
 }
 
-void restore_impulse(const parallel::NumberedRows& impulse, const geometry::Subdomain& subdomain,
-                     fracture::TulerButcher& criterion) {
-  for (std::size_t t = 0; t < subdomain.tetrahedra.size(); ++t)
-    criterion.set_impulse(t, impulse.number_at(subdomain.tetrahedron_number[t]));
+void restore_memory(const parallel::NumberedRows& memory, const geometry::Subdomain& subdomain,
+                    fracture::Criterion& criterion) {
+  for (std::size_t t = 0; t < criterion.memory().size(); ++t)
+    criterion.set_memory(t, memory.number_at(subdomain.tetrahedron_number[t]));
 }
 
 }  // namespace crackle::dynamics

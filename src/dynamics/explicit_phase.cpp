@@ -78,11 +78,11 @@ Frame make_frame(const MotionContext& context, const MotionState& state, double 
 }
 
 /// Brings body, criterion and motion to where the checkpoint's running phase was saved.
-void restore(const Checkpoint& checkpoint, fracture::BreakableBody& body, fracture::TulerButcher& criterion,
+void restore(const Checkpoint& checkpoint, fracture::BreakableBody& body, fracture::Criterion& criterion,
              MovingBody& motion) {
   const std::size_t n_changes = body.changes().size();
   body.restore(checkpoint.running->releases.breaks, checkpoint.running->releases.ties);
-  restore_impulse(checkpoint.impulse, body.subdomain(), criterion);
+  restore_memory(checkpoint.memory, body.subdomain(), criterion);
   motion.release(body.changes().subspan(n_changes));
   motion.restore(checkpoint.running->motion);
 }
@@ -110,7 +110,7 @@ std::vector<std::int64_t> frame_steps(int n_frames, std::int64_t n_steps) {
 }
 
 /// @param result is there in part when this throws
-void run_phase(const MotionContext& context, MovingBody& motion, fracture::TulerButcher& criterion,
+void run_phase(const MotionContext& context, MovingBody& motion, fracture::Criterion& criterion,
                const Splitting& splitting, const EnergyAccount& account, double load_time,
                const PhaseOptions& options, MotionState& state, PhaseResult& result) {
   const parallel::Communicator& group = *context.group;
@@ -121,7 +121,8 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Tuler
   const std::int64_t row_interval = std::max<std::int64_t>(1, n_steps / options.n_energy_rows);
   const auto pictures = frame_steps(options.n_frames, n_steps);
 
-  const double negligible = negligible_share * energy_at_strength(group, body, context.strength);
+  const double negligible =
+      negligible_share * energy_at_strength(group, body, context.criterion->strengths());
 
   const auto is_picture = [&](std::int64_t step) { return std::ranges::binary_search(pictures, step); };
   const auto has_output = [&](std::int64_t step) {
@@ -268,7 +269,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Tuler
 }  // namespace
 
 PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
-                               fracture::TulerButcher& criterion, const Splitting& splitting,
+                               fracture::Criterion& criterion, const Splitting& splitting,
                                const EnergyAccount& account, double load_time, const PhaseOptions& options,
                                MotionState& state) {
   PhaseResult result;

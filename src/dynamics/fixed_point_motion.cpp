@@ -50,8 +50,8 @@ public:
         force_(subdomain_, context.body->operators(), context.body->elasticity(), context.body->edges(),
                context.body->integrity(), relative_inverse_mass(), scale_, instruction_set),
         watched_stress_(watched_stress(context)),
-        watch_(subdomain_, context.body->operators(), context.body->elasticity(), watched_stress_,
-               scale_.displacement, nodes_per_block, instruction_set),
+        watch_(subdomain_, context.body->operators(), context.body->elasticity(), context.criterion->stress(),
+               watched_stress_, scale_.displacement, nodes_per_block, instruction_set),
         state_(subdomain_, scale_, force_.nodes(), state),
         work_(start_work(load_time, state)),
         boundary_(context, scale_, nodes_per_block, state_, work_),
@@ -95,7 +95,7 @@ public:
     const auto& body = *context_.body;
     for (const auto t : watch_.suspects(force_.nodes(), movement_)) {
       if (body.is_broken(t)) continue;
-      if (fracture::exceeds(body.elasticity()(strain(t)), watched_stress_[index(t)]))
+      if (context_.criterion->stress().exceeds(body.elasticity()(strain(t)), watched_stress_[index(t)]))
         overloaded_.push_back(t);
     }
     std::ranges::fill(movement_, 0.0);
@@ -180,7 +180,8 @@ private:
   }
 
   static std::vector<double> watched_stress(const MotionContext& context) {
-    std::vector<double> stress(context.strength.begin(), context.strength.end());
+    const auto strengths = context.criterion->strengths();
+    std::vector<double> stress(strengths.begin(), strengths.end());
     for (double& value : stress) value *= context.watched_share;
     return stress;
   }

@@ -3,7 +3,6 @@
 
 #include "crackle/common/index.h"
 #include "crackle/dynamics/separation.h"
-#include "crackle/fracture/principal_stress.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/ghost_exchange.h"
@@ -47,7 +46,7 @@ mechanics::HeldComponents held_components(const parallel::Communicator& group,
 
 QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
                                        const mechanics::BoundaryLoads& loads,
-                                       const fracture::TulerButcher& criterion, double patience)
+                                       const fracture::Criterion& criterion, double patience)
     : group_(&group),
       body_(&body),
       loads_(&loads),
@@ -172,11 +171,11 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
     const double strength = criterion_->strength(static_cast<std::size_t>(t));
     // With room for rounding, or which of two nearly equal ones comes first would depend on what this rank
     // has looked at before.
-    if (best.number >= 0 && fracture::largest_principal_bound(sigma) <
-                                best.value * strength - 1e-12 * std::abs(best.value * strength) -
-                                    fracture::principal_rounding(sigma))
+    if (best.number >= 0 &&
+        criterion_->stress().bound(sigma) < best.value * strength - 1e-12 * std::abs(best.value * strength) -
+                                                fracture::EquivalentStress::rounding(sigma))
       continue;
-    const double load = fracture::largest_principal(sigma) / strength;
+    const double load = criterion_->stress()(sigma) / strength;
     if (best.number < 0 || load > best.value) {
       best.value = load;
       best.number = body_->subdomain().tetrahedron_number[index(t)];
@@ -191,7 +190,7 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
   superpose(
       rate, [this](const auto& amplitude) { return amplitude.slope(time_); },
       [this](const auto& motion) { return motion.velocity(time_); });
-  fracture::FirstCrossing first(until - time_);
+  fracture::FirstCrossing first(criterion_->stress(), until - time_);
   const auto u = displacement_.local();
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
     if (body_->is_broken(t)) continue;

@@ -52,8 +52,9 @@ public:
     const auto& body = *context_.body;
     for (std::int32_t t = 0; t < body.subdomain().n_tetrahedra(); ++t) {
       if (body.is_broken(t)) continue;
-      if (fracture::exceeds(body.elasticity()(strain(t)),
-                            context_.watched_share * context_.strength[index(t)]))
+      const auto& criterion = *context_.criterion;
+      if (criterion.stress().exceeds(body.elasticity()(strain(t)),
+                                     context_.watched_share * criterion.strength(index(t))))
         overloaded_.push_back(t);
     }
     return overloaded_;

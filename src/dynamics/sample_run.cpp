@@ -57,16 +57,14 @@ public:
                      largest_frequency(group, subdomain, body_.operators(), body_.force())),
         options_{.grid = choose_time_grid(parameters.time, stable_step_),
                  .n_frames = parameters.output.frames},
-        criterion_(parameters.fracture,
-                   fracture::tetrahedron_strengths(group, parameters, subdomain, body_.operators()),
-                   options_.grid.step),
+        criterion_(fracture::make_criterion(
+            parameters.fracture,
+            fracture::tetrahedron_strengths(group, parameters, subdomain, body_.operators()),
+            options_.grid.step)),
         account_(group, body_),
-        context_{&group_,
-                 &body_,
-                 &loads_,
-                 parameters.material.density,
-                 criterion_.strengths(),
-                 criterion_.watched_share(stable_step_)} {
+        context_{&group_,          &body_,
+                 &loads_,          parameters.material.density,
+                 criterion_.get(), criterion_->watched_share(stable_step_)} {
     result_.stable_step = stable_step_;
     if (from_ != nullptr) first_break_reaction_ = from_->first_break_reaction;
     result_.time_step = options_.grid.step;
@@ -126,7 +124,7 @@ private:
     options_.arrest_window = arrest_window(parameters_);
     Stopwatch watch;
     group_.enter("quasi-static loading");
-    QuasiStaticLoading loading(group_, body_, loads_, criterion_, *options_.arrest_window);
+    QuasiStaticLoading loading(group_, body_, loads_, *criterion_, *options_.arrest_window);
     loading.load_at_start(account_);
     bool is_first = parameters_.time.start == input::Start::equilibrium;
     if (!is_first) loading.refuse_overload();
@@ -261,7 +259,7 @@ private:
     options.ends_out_of_range = parameters_.time.precision == input::Precision::double_;
     const ReleasesSince releases(body_);
     PhaseResult phase =
-        run_explicit_phase(context_, *motion, criterion_, splitting_, account_, load_time, options, state);
+        run_explicit_phase(context_, *motion, *criterion_, splitting_, account_, load_time, options, state);
     result_.timings.dynamic += watch.seconds();
     const Traffic traffic = motion->traffic();
     result_.timings.traffic.n_exchanges += traffic.n_exchanges;
@@ -301,7 +299,7 @@ private:
       u[i] = std::bit_cast<double>(row[i % 3]);
     }
     ended_.push_back(ended);
-    restore_impulse(from_->impulse, subdomain_, criterion_);
+    restore_memory(from_->memory, subdomain_, *criterion_);
     result_.energy = from_->energy;
     result_.frames = from_->frames;
     result_.counts.steps += ended.n_steps;
@@ -326,7 +324,7 @@ private:
     return parallel::gather_rows(group_, local);
   }
 
-  parallel::NumberedRows impulse() const { return gather_impulse(group_, subdomain_, criterion_); }
+  parallel::NumberedRows memory() const { return gather_memory(group_, subdomain_, *criterion_); }
 
   /// A checkpoint that cannot be kept is no reason to end the sample.
   void save(const Checkpoint& checkpoint) {
@@ -345,7 +343,7 @@ private:
             .first_break_reaction = first_break_reaction_,
             .ended = ended_,
             .running = std::move(running),
-            .impulse = impulse(),
+            .memory = memory(),
             .energy = energy,
             .frames = frames};
   }
@@ -403,7 +401,7 @@ private:
   const Splitting& splitting_;
   double stable_step_;
   PhaseOptions options_;
-  fracture::TulerButcher criterion_;
+  std::unique_ptr<fracture::Criterion> criterion_;
   EnergyAccount account_;
   MotionContext context_;
   SampleResult result_;

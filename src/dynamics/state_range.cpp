@@ -89,7 +89,7 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
 
   Extremes e;
   e.velocity = largest_component(state.velocity.owned());
-  e.strength = largest_component(context.strength);
+  e.strength = largest_component(context.criterion->strengths());
   for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
     if (body.is_broken(t)) continue;
     const auto sigma = body.stress(t, state.displacement.local());

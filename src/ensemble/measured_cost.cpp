@@ -45,9 +45,9 @@ public:
   }
 
   void measure_solves(MeasuredCost& cost) {
-    const fracture::TulerButcher criterion(parameters_.fracture, strength_, grid_.step);
+    const auto criterion = fracture::make_criterion(parameters_.fracture, strength_, grid_.step);
     const ThreadClock first;
-    dynamics::QuasiStaticLoading loading(self_, body_, loads_, criterion,
+    dynamics::QuasiStaticLoading loading(self_, body_, loads_, *criterion,
                                          dynamics::arrest_window(parameters_));
     cost.first_solve = first.seconds();
     loading.load_at_start(account_);
@@ -74,13 +74,10 @@ public:
     // A lower strength under the load that is: the same as the load that much higher, but for the scale.
     std::vector<double> weakened = strength_;
     for (double& value : weakened) value /= overload;
-    fracture::TulerButcher criterion(parameters_.fracture, weakened, grid_.step);
-    const dynamics::MotionContext context{&self_,
-                                          &body_,
-                                          &loads_,
-                                          parameters_.material.density,
-                                          criterion.strengths(),
-                                          criterion.watched_share(stable_step_)};
+    const auto criterion = fracture::make_criterion(parameters_.fracture, weakened, grid_.step);
+    const dynamics::MotionContext context{&self_,          &body_,
+                                          &loads_,         parameters_.material.density,
+                                          criterion.get(), criterion->watched_share(stable_step_)};
     agitate();
     const ThreadClock start;
     const auto motion = dynamics::make_fixed_point_motion(context, parameters_.time.precision, load_time_,
@@ -102,7 +99,7 @@ public:
     };
     options.save = [](const auto&...) {};
     try {
-      const auto result = dynamics::run_explicit_phase(context, *motion, criterion,
+      const auto result = dynamics::run_explicit_phase(context, *motion, *criterion,
                                                        dynamics::splitting(parameters_.time.integrator),
                                                        account_, load_time_, options, state_);
       cost.n_steps = result.parked ? n_looks * dynamics::steps_per_look : result.n_steps;

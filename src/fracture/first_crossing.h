@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/mechanics/tensor.h"
+#include "crackle/fracture/equivalent_stress.h"
 
 #include <cstdint>
 #include <limits>
 
 namespace crackle::fracture {
 
-/// Smallest s in (0, limit] at which the largest principal value of stress + s rate reaches `strength`, to
-/// the last bit; infinity where there is none. `limit` may be infinite.
+/// Smallest s in (0, limit] at which the equivalent stress of stress + s rate reaches `strength`, to the last
+/// bit; infinity where there is none. `limit` may be infinite.
 /// @pre the value is below the strength at s = 0
-double crossing(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate, double strength,
-                double limit);
+double crossing(const EquivalentStress& value, const mechanics::Symmetric& stress,
+                const mechanics::Symmetric& rate, double strength, double limit);
 
 /// Which of many tetrahedra reaches its strength first while the stress grows linearly.
 ///
@@ -21,7 +21,8 @@ double crossing(const mechanics::Symmetric& stress, const mechanics::Symmetric& 
 /// only tell which of the later ones need no search, with room for the rounding of the stresses.
 class FirstCrossing {
 public:
-  explicit FirstCrossing(double limit) : limit_(limit) {}
+  /// @param value must outlive the object
+  FirstCrossing(const EquivalentStress& value, double limit) : of_(&value), limit_(limit) {}
 
   void see(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate, double strength,
            std::int64_t number);
@@ -30,6 +31,7 @@ public:
   std::int64_t number() const { return number_; }  ///< the smallest of those that come first; -1: none
 
 private:
+  const EquivalentStress* of_;
   double limit_;
   double value_ = std::numeric_limits<double>::infinity();
   std::int64_t number_ = -1;

@@ -5,6 +5,8 @@
 
 namespace crackle::fracture {
 
+LargestPrincipalStress::LargestPrincipalStress() : EquivalentStress({1, 4.0 / 3.0}) {}
+
 double largest_principal(const mechanics::Symmetric& tensor) {
   Eigen::Matrix3d matrix;
   matrix << tensor[0], tensor[5], tensor[4], tensor[5], tensor[1], tensor[3], tensor[4], tensor[3], tensor[2];

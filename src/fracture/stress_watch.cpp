@@ -24,15 +24,17 @@ double reference(std::span<const double> strength) {
 template <class Real>
 StressWatch<Real>::StressWatch(const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
                                const mechanics::IsotropicElasticity& elasticity,
-                               std::span<const double> strength, double displacement_quantum,
-                               std::int32_t nodes_per_block, InstructionSet instruction_set)
+                               const EquivalentStress& stress, std::span<const double> strength,
+                               double displacement_quantum, std::int32_t nodes_per_block,
+                               InstructionSet instruction_set)
     : n_tetrahedra_(subdomain.n_tetrahedra()),
       instruction_set_(instruction_set),
-      stiffness_{static_cast<Real>(elasticity.lambda / reference(strength)),
-                 static_cast<Real>(2 * elasticity.mu / reference(strength))},
+      bound_{
+          static_cast<Real>(stress.bound_factors().mean * elasticity.bulk_modulus() / reference(strength)),
+          static_cast<Real>(std::sqrt(stress.bound_factors().j2) * 2 * elasticity.mu / reference(strength))},
       groups_((operators.tetrahedra.size() + 7) / 8, kernels::TetrahedronGroup<Real>{}),
       deadline_(groups_.size(), 0.0) {
-  const double stiffest = (std::abs(elasticity.lambda) + 2 * elasticity.mu) / reference(strength);
+  const double stiffest = stress.sensitivity(elasticity) / reference(strength);
   // The sensitivity counts a corner's way in the largest component, hence the root of 3.
   const double per_gradient = std::sqrt(3.0) * stiffest * displacement_quantum;
   for (auto& group : groups_) std::ranges::fill(group.sensitivity, static_cast<Real>(no_sensitivity));
@@ -84,7 +86,7 @@ std::span<const std::int32_t> StressWatch<Real>::suspects(std::span<const kernel
     if (chunk.deadline > chunk.clock) continue;
     const std::size_t n_groups = chunk.last_group - chunk.first_group;
     const std::size_t n =
-        kernels.check(groups_.data() + chunk.first_group, n_groups, nodes.data(), stiffness_, chunk.clock,
+        kernels.check(groups_.data() + chunk.first_group, n_groups, nodes.data(), bound_, chunk.clock,
                       deadline_.data() + chunk.first_group, suspect_groups_.data());
     for (std::size_t i = 0; i < n; ++i) {
       const auto first = static_cast<std::int32_t>(8 * (chunk.first_group + suspect_groups_[i]));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/fracture/equivalent_stress.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/mechanics/operators.h"
@@ -13,12 +14,12 @@
 
 namespace crackle::fracture {
 
-/// Finds the tetrahedra whose largest principal stress may be above the strength, without looking at all of
+/// Finds the tetrahedra whose equivalent stress may be above the strength, without looking at all of
 /// them in every step.
 ///
-/// sigma_1 changes by at most (lambda + 2 mu) sum |u^a||b^a| when the corners move by u^a. So a look at a
-/// tetrahedron with stress to spare says how far its corners must move before it can matter, and the
-/// motion tells after each step how far the nodes of each block moved at most. A tetrahedron above the
+/// It changes by at most EquivalentStress::sensitivity() sum |u^a||b^a| when the corners move by u^a. So a
+/// look at a tetrahedron with stress to spare says how far its corners must move before it can matter, and
+/// the motion tells after each step how far the nodes of each block moved at most. A tetrahedron above the
 /// strength is never missed: the bounds hold for every motion.
 template <class Real>
 class StressWatch {
@@ -28,8 +29,9 @@ public:
   /// @param nodes_per_block blocks of nodes whose movement is reported; owned nodes and ghosts in blocks of
   ///   their own
   StressWatch(const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
-              const mechanics::IsotropicElasticity& elasticity, std::span<const double> strength,
-              double displacement_quantum, std::int32_t nodes_per_block, InstructionSet instruction_set);
+              const mechanics::IsotropicElasticity& elasticity, const EquivalentStress& stress,
+              std::span<const double> strength, double displacement_quantum, std::int32_t nodes_per_block,
+              InstructionSet instruction_set);
 
   /// The tetrahedra that must be looked at after a step, ascending; among them all above the strength, and
   /// also broken ones.
@@ -51,7 +53,7 @@ private:
 
   std::int32_t n_tetrahedra_;
   InstructionSet instruction_set_;
-  kernels::RelativeStiffness<Real> stiffness_;
+  kernels::StressBound<Real> bound_;
   std::vector<kernels::TetrahedronGroup<Real>> groups_;
   std::vector<double> deadline_;  // of each group, on its chunk's clock
   std::vector<Chunk> chunks_;

@@ -12,6 +12,7 @@
 #include "provenance.h"
 #include "result_attributes.h"
 #include "sample_shape.h"
+#include "specimen.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -226,6 +227,7 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts&
       static_cast<int>(shape.n_notches), static_cast<int>(shape.n_sections), analysis::SampleStatus::pending);
   hdf5::MemoryFile file;
   write_identity(file.get(), ensemble_kind, ensemble_schema_version, parameters);
+  write_specimen(file.get(), *geometry::make_body(parameters.specimen));
   for (const char* name : {"samples", "crack_path", "timing"}) hdf5::create_group(file.get(), name);
   int n_columns = 0;
   for_each_column([&](const std::string& name, const ResultInfo& info, auto value) {

@@ -8,8 +8,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
@@ -71,51 +69,6 @@ input::Sections read_sections(hid_t file, std::size_t n_sections, std::int64_t v
   return sections;
 }
 
-/// @param shape samples x rows x sections
-void read_paths(hid_t id, const Shape& shape, analysis::PathStatistics& paths) {
-  const Shape positions{shape[1], shape[2]};
-  paths.z_mean = hdf5::read_dataset<double>(id, "z_mean", positions);
-  paths.z_std = hdf5::read_dataset<double>(id, "z_std", positions);
-  paths.z_half_width = hdf5::read_dataset<double>(id, "z_half_width", positions);
-  paths.z_quantile =
-      hdf5::read_dataset<double>(id, "z_quantile", {shape[1], shape[2], analysis::quantile_shares.size()});
-  paths.reached = hdf5::read_dataset<std::int32_t>(id, "reached", positions);
-  paths.running_mean = hdf5::read_dataset<double>(id, "running_mean", shape);
-}
-
-/// @param version of the file's format: below 3 nothing is told by rank
-analysis::Statistics read_statistics(hid_t file, const Shape& shape, std::int64_t version) {
-  const hdf5::Handle group = hdf5::open_group(file, "statistics");
-  const hid_t id = group.get();
-  analysis::Statistics statistics;
-  statistics.n_notches = static_cast<int>(shape[1]);
-  statistics.n_sections = static_cast<int>(shape[2]);
-  statistics.n_samples = static_cast<int>(shape[0]);
-  statistics.confidence = hdf5::read_number_attribute(id, "confidence");
-  statistics.n_looks = static_cast<int>(hdf5::read_integer_attribute(id, "n_looks"));
-  statistics.n_needed = static_cast<int>(hdf5::read_integer_attribute(id, "n_needed"));
-  read_paths(id, shape, statistics);
-  const auto read_shares = [&](const char* name, std::array<double, analysis::n_patterns>& shares) {
-    std::ranges::copy(hdf5::read_dataset<double>(id, name, {analysis::n_patterns}), shares.begin());
-  };
-  read_shares("pattern_share", statistics.pattern_share);
-  read_shares("pattern_half_width", statistics.pattern_half_width);
-  if (version < 3) return statistics;
-  read_shares("pattern_lower", statistics.pattern_lower);
-  read_shares("pattern_upper", statistics.pattern_upper);
-  statistics.reference_notch = hdf5::read_dataset<std::int32_t>(id, "reference_notch", {shape[1]});
-  analysis::for_each_rank(statistics, [&](const std::string& name, analysis::RankStatistics& ranks) {
-    const hdf5::Handle of_rank = hdf5::open_group(id, name.c_str());
-    const Shape rows = hdf5::read_shape(of_rank.get(), "notch");
-    if (rows.size() != 1) throw hdf5::Error("dataset statistics/" + name + "/notch: not one value a row");
-    ranks.leading_notch = hdf5::read_dataset<std::int32_t>(of_rank.get(), "leading_notch", rows);
-    ranks.notch = hdf5::read_dataset<std::int32_t>(of_rank.get(), "notch", rows);
-    ranks.counted = hdf5::read_dataset<std::int32_t>(of_rank.get(), "counted", {rows[0], shape[2]});
-    read_paths(of_rank.get(), {shape[0], rows[0], shape[2]}, ranks);
-  });
-  return statistics;
-}
-
 geometry::MotherPoints read_mother_points(hid_t file) {
   const hdf5::Handle group = hdf5::open_group(file, "mother_points");
   const hid_t id = group.get();
@@ -155,10 +108,6 @@ EnsembleContent read_ensemble(const std::filesystem::path& file) {
     content.input_text = hdf5::read_text_attribute(id, "input");
     content.sections = read_sections(id, shape[2], version);
     content.samples = read_samples(id, shape, version);
-    content.statistics = read_statistics(id, shape, version);
-    content.statistics.n_done = static_cast<int>(std::count_if(
-        content.samples.begin(), content.samples.end(),
-        [](const SampleSummary& sample) { return sample.status == analysis::SampleStatus::done; }));
     if (H5Lexists(id, "mother_points", H5P_DEFAULT) > 0) content.base = read_mother_points(id);
     return content;
   });

@@ -223,10 +223,6 @@ std::string read_text_attribute(hid_t object, const std::string& name) {
 std::int64_t read_integer_attribute(hid_t object, const std::string& name) {
   return read_scalar_attribute<std::int64_t>(object, name);
 }
-double read_number_attribute(hid_t object, const std::string& name) {
-  return read_scalar_attribute<double>(object, name);
-}
-
 template <class Value>
 hid_t memory_type() {
   return Types<Value>::memory();

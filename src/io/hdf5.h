@@ -92,7 +92,6 @@ void write_attribute(hid_t object, const std::string& name, const std::array<std
 void write_fixed_text_attribute(hid_t object, const std::string& name, const std::string& text);
 std::string read_text_attribute(hid_t object, const std::string& name);
 std::int64_t read_integer_attribute(hid_t object, const std::string& name);
-double read_number_attribute(hid_t object, const std::string& name);
 
 /// Creates and fills a dataset; an empty shape is a scalar. `units` become an attribute, "" for none.
 /// Value is one of std::uint8_t, std::int32_t, std::int64_t, float, double.

@@ -7,6 +7,7 @@
 #include "provenance.h"
 #include "result_attributes.h"
 #include "sample_shape.h"
+#include "specimen.h"
 
 #include <fmt/format.h>
 
@@ -350,6 +351,7 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     hdf5::write_scalar<double>(summary.get(), "phase_start", result.phase_start, "s");
     hdf5::write_scalar<double>(summary.get(), "time_step", result.time_step, "s");
     hdf5::write_scalar<double>(summary.get(), "stable_step", result.stable_step, "s");
+    write_specimen(id, *geometry::make_body(content.parameters.specimen));
     write_mesh(id, content.realization);
     write_crack_surface(id, content.surface, content.arms.arm);
     write_crack_lines(id, content.lines);

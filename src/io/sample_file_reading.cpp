@@ -172,6 +172,11 @@ SampleSummary read_any_summary(const std::filesystem::path& file, const input::P
   });
 }
 
+std::string read_input_text(const std::filesystem::path& file) {
+  return read_file(file, oldest_schema_version,
+                   [](hid_t root, std::int64_t) { return hdf5::read_text_attribute(root, "input"); });
+}
+
 bool holds_older_format(const std::filesystem::path& folder) {
   std::error_code ignored;
   const auto of_ensemble = version_of(folder / "ensemble.h5", ensemble_kind, ensemble_schema_version);

@@ -9,11 +9,13 @@
 #include "hdf5.h"
 #include "memory_file.h"
 #include "partial_file.h"
+#include "specimen.h"
 
 #include <fmt/format.h>
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -52,7 +54,8 @@ void write_fields(hid_t parent, const char* name, const std::vector<Field>& fiel
 
 std::vector<std::byte> make_grid(const std::vector<geometry::Point>& points,
                                  const std::vector<std::array<std::int32_t, 4>>& cells,
-                                 std::uint8_t cell_type, const Fields& fields) {
+                                 std::uint8_t cell_type, const Fields& fields,
+                                 const std::function<void(hid_t)>& add) {
   std::vector<double> coordinates;
   coordinates.reserve(3 * points.size());
   for (const geometry::Point& p : points) coordinates.insert(coordinates.end(), p.begin(), p.end());
@@ -82,18 +85,34 @@ std::vector<std::byte> make_grid(const std::vector<geometry::Point>& points,
     write_fields(id, "PointData", fields.of_points);
     write_fields(id, "CellData", fields.of_cells);
   }
+  if (add) add(file.get());
   return file.finish();
 }
 
+/// The part of the body that each region covers, and its spacing.
+void write_regions(hid_t root, const geometry::Body& body, const input::Mesh& mesh) {
+  const hdf5::Handle group = hdf5::create_group(root, "regions");
+  std::vector<double> boxes;
+  std::vector<double> spacings;
+  for (const input::MeshRegion& region : mesh.regions) {
+    const geometry::Box box = geometry::box_of(region, body.bounds());
+    for (std::size_t i = 0; i < 3; ++i) boxes.insert(boxes.end(), {box.lower[i], box.upper[i]});
+    spacings.push_back(region.spacing);
+  }
+  hdf5::write_dataset<double>(group.get(), "box", {spacings.size(), 3, 2}, boxes, "m");
+  hdf5::write_dataset<double>(group.get(), "spacing", {spacings.size()}, spacings, "m");
+}
+
+/// @param add writes what VTK does not read
 void write_grid(const std::filesystem::path& file, const std::vector<geometry::Point>& points,
                 const std::vector<std::array<std::int32_t, 4>>& cells, std::uint8_t cell_type,
-                const Fields& fields) {
+                const Fields& fields, const std::function<void(hid_t)>& add = {}) {
   const std::filesystem::path folder = file.parent_path();
   if (!folder.empty() && !std::filesystem::is_directory(folder)) {
     throw std::runtime_error(
         fmt::format("cannot write '{}': there is no folder '{}'", file.string(), folder.string()));
   }
-  write_whole_file(file, make_grid(points, cells, cell_type, fields));
+  write_whole_file(file, make_grid(points, cells, cell_type, fields, add));
 }
 
 }  // namespace
@@ -112,7 +131,11 @@ void write_vtk_mesh(const std::filesystem::path& file, const geometry::Realizati
   write_grid(
       file, realization.nodes, realization.tetrahedra, vtk_tetra,
       {{{"spacing", std::move(spacing)}, {"region", geometry::region_numbers(realization.nodes, body, mesh)}},
-       {{"quality", std::move(quality)}}});
+       {{"quality", std::move(quality)}}},
+      [&](hid_t root) {
+        write_specimen(root, body);
+        write_regions(root, body, mesh);
+      });
 }
 
 void write_vtk_dual_surface(const std::filesystem::path& file, const geometry::DualSurface& surface) {

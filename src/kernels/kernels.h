@@ -73,17 +73,18 @@ struct alignas(8 * sizeof(Real)) TetrahedronGroup {
   /// b^1, b^2, b^3, times the displacement's quantum, times the reference strength over the tetrahedron's
   /// own.
   Real gradient[9][8];
-  /// Bound of the change of the largest principal stress over the strength when no corner moves further than
-  /// one quantum in any component.
+  /// Bound of the change of the equivalent stress over the strength when no corner moves further than one
+  /// quantum in any component.
   Real sensitivity[8];
   std::int32_t corner[4][8];
 };
 
-/// Elastic constants over a reference strength.
+/// Factors of an upper bound of the equivalent stress over a reference strength: of tr(epsilon), and of
+/// sqrt(e : e / 2) of the strain's deviator e.
 template <class Real>
-struct RelativeStiffness {
-  Real lambda;
-  Real two_mu;
+struct StressBound {
+  Real trace;
+  Real deviator;
 };
 
 template <class Real>
@@ -104,13 +105,12 @@ struct Kernels {
   /// u += factor * v.
   /// @return largest change of a component
   Real (*drift)(NodeRecord<Real>* nodes, const Velocity<Real>* velocity, std::size_t n, Real factor);
-  /// Looks at the groups whose deadline is not after `clock`. A group in which a tetrahedron's largest
-  /// principal stress may be above the strength is written to `suspects`; another gets a new deadline,
+  /// Looks at the groups whose deadline is not after `clock`. A group in which a tetrahedron's
+  /// equivalent stress may be above the strength is written to `suspects`; another gets a new deadline,
   /// before which it cannot be while the clock counts at least the movement of its corners.
   /// @return number of suspects
   std::size_t (*check)(const TetrahedronGroup<Real>* groups, std::size_t n, const NodeRecord<Real>* nodes,
-                       RelativeStiffness<Real> stiffness, double clock, double* deadline,
-                       std::uint32_t* suspects);
+                       StressBound<Real> stress, double clock, double* deadline, std::uint32_t* suspects);
 };
 
 /// @pre the machine has the instruction set

@@ -13,7 +13,7 @@ using crackle::kernels::EdgeSymmetric;
 using crackle::kernels::GeneralEdges;
 using crackle::kernels::Kernels;
 using crackle::kernels::NodeRecord;
-using crackle::kernels::RelativeStiffness;
+using crackle::kernels::StressBound;
 using crackle::kernels::TetrahedronGroup;
 using crackle::kernels::Velocity;
 
@@ -231,8 +231,7 @@ Real drift(NodeRecord<Real>* nodes, const Velocity<Real>* velocity, std::size_t 
 
 template <class Real>
 std::size_t check(const TetrahedronGroup<Real>* groups, std::size_t n, const NodeRecord<Real>* nodes,
-                  RelativeStiffness<Real> stiffness, double clock, double* deadline,
-                  std::uint32_t* suspects) {
+                  StressBound<Real> stress, double clock, double* deadline, std::uint32_t* suspects) {
   constexpr int N = width<Real>();
   using R = typename Lanes<Real, N>::Real;
   using I = typename Lanes<Real, N>::Integer;
@@ -271,16 +270,14 @@ std::size_t check(const TetrahedronGroup<Real>* groups, std::size_t n, const Nod
         e[4] += x * bz + z * bx;
         e[5] += x * by + y * bx;
       }
-      // sigma_1 <= tr/3 + sqrt(4/3 J2).
       const R trace = e[0] + e[1] + e[2];
       const R third = trace / 3;
-      const R mean = stiffness.lambda * trace + stiffness.two_mu * third;
       const R d0 = e[0] - third, d1 = e[1] - third, d2 = e[2] - third;
       const R j2 =
           (Real)0.5 * (d0 * d0 + d1 * d1 + d2 * d2) + (Real)0.25 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5]);
       const R sensitivity = load<R>(group.sensitivity + 4 * half);
       const R bound =
-          mean + stiffness.two_mu * square_root((Real)(4.0 / 3.0) * j2) + slack * (largest * sensitivity);
+          stress.trace * trace + stress.deviator * square_root(j2) + slack * (largest * sensitivity);
       const R margin = (Real)1 - bound;
       const R share = margin / sensitivity;
       for (int k = 0; k < N; ++k) {

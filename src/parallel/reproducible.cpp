@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/parallel/reproducible.h"
 
-#include <petsc/private/vecimpl.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -42,47 +40,30 @@ std::array<std::int64_t, 2> sum_parts(std::span<const double> a, std::span<const
   return {high, low};
 }
 
-/// Calls work(value of x, value of y to change) for every place.
+/// Calls work(value of x, value of y to change) for every place. Plain loops: BLAS may fuse operations
+/// differently at the ends of an array.
 template <class Work>
-PetscErrorCode update(Vec x, Vec y, const Work& work) {
-  return without_exceptions([&] {
-    const ReadValues x_values(x);
-    const WrittenValues y_values(y);
-    const std::span from = *x_values;
-    const std::span to = *y_values;
-    for (std::size_t i = 0; i < from.size(); ++i) work(from[i], to[i]);
-  });
+void update(Vec x, Vec y, const Work& work) {
+  const ReadValues x_values(x);
+  const WrittenValues y_values(y);
+  const std::span from = *x_values;
+  const std::span to = *y_values;
+  for (std::size_t i = 0; i < from.size(); ++i) work(from[i], to[i]);
 }
 
-// What PETSc calls.
-PetscErrorCode dot(Vec x, Vec y, PetscScalar* result) {
-  return without_exceptions([&] {
-    const ReadValues a(x), b(y);
-    *result = reproducible_dot(PetscObjectComm(reinterpret_cast<PetscObject>(x)), *a, *b);
-  });
+void add(double factor, Vec x, Vec y) {
+  update(x, y, [factor](double from, double& to) { to += factor * from; });
 }
 
-PetscErrorCode norm(Vec x, NormType type, PetscReal* result) {
-  if (type != NORM_2 && type != NORM_FROBENIUS) return PETSC_ERR_SUP;
-  PetscCall(dot(x, x, result));
-  *result = std::sqrt(*result);
-  return 0;
+double dot(Vec x, Vec y) {
+  const ReadValues a(x), b(y);
+  return reproducible_dot(PetscObjectComm(reinterpret_cast<PetscObject>(x)), *a, *b);
 }
 
-PetscErrorCode axpy(Vec y, PetscScalar alpha, Vec x) {
-  return update(x, y, [alpha](double from, double& to) { to += alpha * from; });
-}
-
-PetscErrorCode aypx(Vec y, PetscScalar beta, Vec x) {
-  return update(x, y, [beta](double from, double& to) { to = from + beta * to; });
-}
-
-template <class Function>
-void set_operation(Vec vector, std::size_t offset, Function function) {
-  // VecSetOperation counts the entries of PETSc's table of operations; only some have public names.
-  check_petsc(VecSetOperation(vector, static_cast<VecOperation>(offset / sizeof(void (*)(void))),
-                              reinterpret_cast<void (*)(void)>(function)),
-              "VecSetOperation");
+VecOwner duplicate(Vec like) {
+  VecOwner vector;
+  check_petsc(VecDuplicate(like, vector.put()), "VecDuplicate");
+  return vector;
 }
 
 }  // namespace
@@ -106,12 +87,30 @@ double reproducible_dot(MPI_Comm communicator, std::span<const double> a, std::s
          std::ldexp(static_cast<double>(parts[1]) / to_high, -bits_per_part);
 }
 
-void make_reproducible(Vec vector) {
-  set_operation(vector, offsetof(struct _VecOps, dot), dot);
-  set_operation(vector, offsetof(struct _VecOps, tdot), dot);
-  set_operation(vector, offsetof(struct _VecOps, norm), norm);
-  set_operation(vector, offsetof(struct _VecOps, axpy), axpy);
-  set_operation(vector, offsetof(struct _VecOps, aypx), aypx);
+ConjugateGradients::ConjugateGradients(Vec like)
+    : preconditioned_(duplicate(like)), direction_(duplicate(like)), image_(duplicate(like)) {}
+
+ConjugateGradients::Outcome ConjugateGradients::solve(Mat matrix, PC preconditioner, Vec residual,
+                                                      Vec solution, double tolerance, int max_iterations) {
+  const Vec z = preconditioned_.get(), p = direction_.get(), w = image_.get();
+  check_petsc(VecSet(solution, 0), "VecSet");
+  double beta_before = 0;
+  for (int n = 0;; ++n) {
+    check_petsc(PCApply(preconditioner, residual, z), "PCApply");
+    const double beta = dot(z, residual);
+    const double norm = std::sqrt(std::abs(beta));
+    if (norm <= tolerance) return {true, n};
+    if (n == max_iterations || !std::isfinite(norm)) return {false, n};
+    const double ratio = n == 0 ? 0 : beta / beta_before;
+    update(z, p, [n, ratio](double from, double& to) { to = n == 0 ? from : from + ratio * to; });
+    check_petsc(MatMult(matrix, p, w), "MatMult");
+    const double curvature = dot(p, w);
+    if (!(curvature > 0)) return {false, n + 1};
+    const double step = beta / curvature;
+    add(step, p, solution);
+    add(-step, w, residual);
+    beta_before = beta;
+  }
 }
 
 }  // namespace crackle::parallel

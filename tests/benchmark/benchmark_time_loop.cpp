@@ -69,7 +69,6 @@ struct Sample {
   geometry::Subdomain subdomain;
   fracture::BreakableBody body;
   mechanics::BoundaryLoads loads;
-  std::vector<double> strength;
 
   explicit Sample(const input::Parameters& input)
       : parameters(input),
@@ -78,11 +77,15 @@ struct Sample {
         realization(geometry::make_realization(geometry, base, input.mesh, input.ensemble.seed, 0)),
         subdomain(geometry::split(realization, geometry::partition(realization, 1)).front()),
         body(subdomain, input.material),
-        loads(mechanics::make_boundary_loads(self, input, subdomain)),
-        strength(fracture::tetrahedron_strengths(self, input, subdomain, body.operators())) {}
+        loads(mechanics::make_boundary_loads(self, input, subdomain)) {}
 
-  dynamics::MotionContext context(double watched_share) {
-    return {&self, &body, &loads, parameters.material.density, strength, watched_share};
+  std::unique_ptr<fracture::Criterion> criterion(double step) const {
+    return fracture::make_criterion(
+        parameters.fracture, fracture::tetrahedron_strengths(self, parameters, subdomain, body.operators()),
+        step);
+  }
+  dynamics::MotionContext context(const fracture::Criterion& criterion, double watched_share) {
+    return {&self, &body, &loads, parameters.material.density, &criterion, watched_share};
   }
 };
 
@@ -172,17 +175,16 @@ public:
                const parallel::NodeField& equilibrium, double load_time)
       : sample_(sample),
         splitting_(dynamics::splitting(integrator)),
-        criterion_(sample.parameters.fracture, sample.subdomain.tetrahedra.size(),
-                   *sample.parameters.time.step),
+        criterion_(sample.criterion(*sample.parameters.time.step)),
         state_{parallel::NodeField(sample.self, sample.subdomain.layout),
                parallel::NodeField(sample.self, sample.subdomain.layout)},
         step_(*sample.parameters.time.step),
         load_time_(load_time) {
     state_.displacement.assign(equilibrium);
     const double stable = dynamics::stable_step(sample.parameters, sample.realization);
-    motion_ = dynamics::make_fixed_point_motion(sample.context(criterion_.watched_share(stable)), precision,
-                                                load_time, 1e-4, state_);
-    breaking_.emplace(sample.body, *motion_, criterion_);
+    motion_ = dynamics::make_fixed_point_motion(
+        sample.context(*criterion_, criterion_->watched_share(stable)), precision, load_time, 1e-4, state_);
+    breaking_.emplace(sample.body, *motion_, *criterion_);
     breaking_->start();
   }
 
@@ -207,7 +209,7 @@ public:
 private:
   Sample& sample_;
   const dynamics::Splitting& splitting_;
-  fracture::TulerButcher criterion_;
+  std::unique_ptr<fracture::Criterion> criterion_;
   dynamics::MotionState state_;
   double step_;
   double load_time_;
@@ -236,8 +238,8 @@ void measure(const parallel::Communicator& world, const Options& options) {
   const double stable = dynamics::stable_step(parameters, sample.realization);
   sample.parameters.time.step = dynamics::choose_time_grid(parameters.time, stable).step;
   const auto equilibrium = [&](Sample& of, double& load_time) {
-    const fracture::TulerButcher criterion(of.parameters.fracture, of.subdomain.tetrahedra.size(), 5e-9);
-    dynamics::QuasiStaticLoading loading(of.self, of.body, of.loads, criterion, 2e-5);
+    const auto criterion = of.criterion(5e-9);
+    dynamics::QuasiStaticLoading loading(of.self, of.body, of.loads, *criterion, 2e-5);
     dynamics::EnergyAccount account(of.self, of.body);
     loading.advance(account);
     load_time = overload * loading.time();

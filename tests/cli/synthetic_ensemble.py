@@ -5,7 +5,9 @@ look at the pictures of an ensemble of any size without computing one."""
 from __future__ import annotations
 
 import argparse
+import shutil
 from pathlib import Path
+from typing import Optional
 
 import h5py
 import numpy as np
@@ -16,65 +18,120 @@ INPUT = """\
 [ensemble]
 samples = {samples}
 seed = 2012
-
+{stop}
 [specimen]
 size = ["5 mm", "2.45 cm", "140 mm"]
-[[specimen.notch]]
-face = "y-min"
-at = "65 mm"
-depth = "6 mm"
-height = "0.6 mm"
-[[specimen.notch]]
-face = "y-max"
-at = "75 mm"
-depth = "6 mm"
-height = "0.6 mm"
+{notches}
+[mesh]
+spacing = "1 mm"
+notch_spacing = "0.3 mm"
+
+[material]
+youngs_modulus = "3300 MPa"
+poisson_ratio = 0.38
+density = "1180 kg/m^3"
+
+[fracture]
+strength = "35 MPa"
+impulse = "1e-8 MPa^2 s"
+
+[[boundary]]
+on = "x-min"
+fix = ["x", "y", "z"]
+
+[time]
+duration = "100 us"
 
 [sections]
-y = ["7 mm", "9 mm", "12.25 mm", "15.5 mm", "17.5 mm"]
+{sections}
 """
 THICKNESS, WIDTH = 5e-3, 24.5e-3
+SLOTS = (("y-min", 65, 6, 0.6), ("y-max", 75, 6, 0.6))  # face, at, depth and height [mm]
 SECTIONS = np.array([7, 9, 12.25, 15.5, 17.5]) * 1e-3
 TIPS = ((6e-3, 65e-3, 1), (WIDTH - 6e-3, 75e-3, -1))  # y, z, direction of growth along y
-N_PATTERNS = 4
 
 
 def write_ensemble(folder: Path, n_samples: int, failed: tuple[int, ...] = (), pending: tuple[int, ...] = (),
-                   with_ensemble_file: bool = True) -> list[dict]:
-    """Writes the folder and returns the samples' rows."""
-    (folder / "samples").mkdir(parents=True, exist_ok=True)
-    text = INPUT.format(samples=n_samples)
+                   with_ensemble_file: bool = True, version: int = 3, slots: tuple = SLOTS, stop: str = "",
+                   sections: tuple = tuple((1, y) for y in SECTIONS * 1e3), leading: Optional[list[int]] = None) -> list[dict]:
+    """Writes the folder and returns the samples' rows.
+
+    Of version 3 the program takes the rows from ensemble.h5 only; of version 2, which has no leading notches, also from sample
+    files.
+
+    @param stop the keys of [ensemble.stop]
+    @param sections axis and position [mm] of each
+    @param leading notch of each sample; by default the one whose crack arrives at most sections
+    """
+    shutil.rmtree(folder / "samples", ignore_errors=True)
+    (folder / "samples").mkdir(parents=True)
+    notches = "".join(f'[[specimen.notch]]\nface = "{face}"\nat = "{at} mm"\ndepth = "{depth} mm"\nheight = "{height} mm"\n'
+                      for face, at, depth, height in slots)
+    lists = ((name, [f'"{at:g} mm"' for its_axis, at in sections if its_axis == axis]) for axis, name in ((1, "y"), (2, "z")))
+    text = INPUT.format(samples=n_samples, stop=f"[ensemble.stop]\n{stop}" if stop else "", notches=notches,
+                        sections="\n".join(f"{name} = [{', '.join(its)}]" for name, its in lists if its))
     rows = []
     for i in range(n_samples):
-        rows.append(_make_sample(i))
+        rows.append(_make_sample(i, len(slots)))
+        if leading is not None:
+            rows[i]["leading_notch"] = leading[i]
         if i in pending:
-            rows[i] = _empty_row(0, "")
+            rows[i] = _empty_row(0, "", len(slots))
             continue
         if i in failed:
-            rows[i] = _empty_row(2, "static solve diverged after 500 iterations (residual 3.1e-2 of the load)")
-        _write_sample(folder / "samples" / f"{i:04d}.h5", i, rows[i], text)
+            rows[i] = _empty_row(2, "static solve diverged after 500 iterations (residual 3.1e-2 of the load)", len(slots))
+        file = folder / "samples" / f"{i:04d}.h5"
+        _write_sample(file, i, rows[i], text, version)
+        if version == 2:
+            seal(file)
     if with_ensemble_file:
-        _write_ensemble_file(folder / "ensemble.h5", rows, text)
+        _write_ensemble_file(folder / "ensemble.h5", rows, text, version, sections)
     return rows
 
 
-def _empty_row(status: int, error: str) -> dict:
-    shape = (len(TIPS), SECTIONS.size)
-    return {"status": status, "error": error, "onset_force": np.nan, "onset_time": np.nan, "outcome": 0,
-            "pattern": 0, "overlap": np.nan, "bifurcations": 0, "kinks": 0, "crack_area": np.nan, "crack_speed_max": np.nan, "crack_speed_ratio": np.nan, "effective_toughness": np.nan, "energy_error": np.nan,
+MARK = b"\ncrackle FNV-1a "
+
+
+def seal(file: Path) -> None:
+    """Gives a sample file the check sum of its content."""
+    data = file.read_bytes()
+    if data[-32:].startswith(MARK):
+        data = data[:-32]
+    value = 0xCBF29CE484222325
+    for byte in data:
+        value = (value ^ byte) * 0x100000001B3 & 0xFFFFFFFFFFFFFFFF
+    file.write_bytes(data + MARK + f"{value:016x}".encode())
+
+
+# Of a version and above.
+NUMBERS = {2: ("onset_force", "onset_time", "overlap", "crack_area", "crack_speed_max", "crack_speed_ratio", "traced_area",
+               "effective_toughness", "energy_error"),
+           3: ("first_break_time", "first_break_load", "crack_area_before_onset", "equilibrium_residual")}
+COUNTS = {2: ("outcome", "pattern", "bifurcations", "kinks", "breaks"),
+          3: ("dynamic_phases", "leading_notch", "bifurcations_projected")}
+
+
+def _results(version: int) -> list[str]:
+    return [name for table in (NUMBERS, COUNTS) for since, names in table.items() if since <= version for name in names]
+
+
+def _empty_row(status: int, error: str, n_notches: int = len(TIPS)) -> dict:
+    shape = (n_notches, SECTIONS.size)
+    return {"status": status, "error": error, **{name: np.nan for names in NUMBERS.values() for name in names},
+            **{name: 0 for names in COUNTS.values() for name in names}, "leading_notch": -1,
             "z": np.full(shape, np.nan), "z_spread": np.full(shape, np.nan),
             "branches": np.zeros(shape, int), "facets": [], "lines": []}
 
 
-def _make_sample(number: int) -> dict:
+def _make_sample(number: int, n_notches: int) -> dict:
     random = np.random.Generator(np.random.PCG64([2012, number]))
-    row = _empty_row(1, "")
+    row = _empty_row(1, "", n_notches)
     pattern = int(random.choice([1, 2, 2, 3]))
     reach = {1: (18e-3, 2e-3), 2: (13e-3, 12e-3), 3: (5e-3, 3e-3)}[pattern]
     if random.random() < 0.5:
         reach = reach[::-1]
     facets = []  # corners, time, notch
-    for notch, (tip_y, tip_z, direction) in enumerate(TIPS):
+    for notch, (tip_y, tip_z, direction) in enumerate(TIPS[:n_notches]):
         y = np.arange(0, reach[notch], 0.25e-3)
         slope = np.cumsum(random.normal(0, 0.06, y.size)) * np.exp(-y / 12e-3)
         if pattern == 2:  # the cracks turn away from each other, then towards each other
@@ -99,7 +156,9 @@ def _make_sample(number: int) -> dict:
         centre = random.uniform((0, 7e-3, 63e-3), (THICKNESS, 17e-3, 77e-3))
         facets.append((centre + random.uniform(-2e-4, 2e-4, (4, 3)), random.uniform(0, 3e-5), -1))
     row.update(outcome=3 if pattern == 3 else 2, pattern=pattern, overlap={1: 0.1, 2: 0.8, 3: 0.4}[pattern], kinks=number % 3, onset_force=random.normal(381, 12), crack_area=2e-7 * len(facets),
-               crack_speed_max=random.normal(520, 40), crack_speed_ratio=0.5, effective_toughness=220.0,
+               crack_speed_max=random.normal(520, 40), crack_speed_ratio=0.5, effective_toughness=220.0, traced_area=1.3e-4, breaks=len(facets),
+               bifurcations_projected=row["bifurcations"], dynamic_phases=1,
+               leading_notch=int(np.isfinite(row["z"]).sum(axis=1).argmax()),
                energy_error=10 ** random.uniform(-6, -4),
                facets=facets)
     row["onset_time"] = (row["onset_force"] - 135) / 5 + 27
@@ -120,20 +179,20 @@ def _add_strip(facets: list, random: np.random.Generator, y: np.ndarray, z: np.n
             facets.append((corners, -3e-3 if before_onset else centre_time + random.uniform(0, 2e-6), notch))
 
 
-def _write_identity(root: h5py.File, kind: str, text: str) -> None:
-    root.attrs.update({"kind": kind, "schema_version": 2, "program_version": "0.1.0", "git_commit": "synthetic",
+def _write_identity(root: h5py.File, kind: str, text: str, version: int) -> None:
+    root.attrs.update({"kind": kind, "schema_version": version, "program_version": "0.1.0", "git_commit": "synthetic",
                        "library_versions": "Open MPI 4.1.4, PETSc 3.18.5, HDF5 1.10.8", "seed": 2012,
                        "input": text})
 
 
-def _write_sample(file: Path, number: int, row: dict, text: str) -> None:
+def _write_sample(file: Path, number: int, row: dict, text: str, version: int) -> None:
     with h5py.File(file, "w") as root:
-        _write_identity(root, "crackle sample", text)
+        _write_identity(root, "crackle sample", text, version)
         root.attrs.update({"sample": number, "status": row["status"], "error": row["error"]})
         summary = root.create_group("summary")
-        for name, value in row.items():
-            if name not in ("status", "error", "facets", "lines"):
-                summary[name] = value
+        for name in (*_results(version), "z", "z_spread", "branches"):
+            summary[name] = row[name]
+        root["timing/wall_time"] = 12.5
         if row["status"] != 1:
             return
         surface = root.create_group("crack_surface")
@@ -172,35 +231,22 @@ def _write_fields(root: h5py.File) -> None:
         energy[name] = np.full(time.size, value)
 
 
-def _write_ensemble_file(file: Path, rows: list[dict], text: str) -> None:
+def _write_ensemble_file(file: Path, rows: list[dict], text: str, version: int, sections: tuple) -> None:
     n_samples = len(rows)
     with h5py.File(file, "w") as root:
-        _write_identity(root, "crackle ensemble", text)
-        samples = root.create_group("samples")
-        samples.create_dataset("error", data=[row["error"] for row in rows], dtype=h5py.string_dtype())
-        for name in ("status", "onset_force", "onset_time", "outcome", "pattern", "overlap", "bifurcations",
-                     "kinks", "crack_area", "crack_speed_max", "crack_speed_ratio", "effective_toughness", "energy_error"):
-            samples[name] = np.array([row[name] for row in rows])
-        z = np.array([row["z"] for row in rows])
-        root["crack_path/section"] = SECTIONS
-        root["crack_path/z"] = z
-        root["crack_path/z_spread"] = np.array([row["z_spread"] for row in rows])
-        root["crack_path/branches"] = np.array([row["branches"] for row in rows])
-        statistics = root.create_group("statistics")
-        statistics.attrs.update({"confidence": 0.95, "n_looks": 1, "n_needed": n_samples})
-        done = np.array([row["status"] == 1 for row in rows])
-        reached = np.isfinite(z).sum(axis=0)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            statistics["z_mean"] = np.nansum(z, axis=0) / reached
-            std = np.sqrt(np.nansum((z - statistics["z_mean"]) ** 2, axis=0) / (reached - 1))
-            statistics["z_std"] = std
-            statistics["z_half_width"] = 1.96 * std / np.sqrt(reached)
-            statistics["running_mean"] = np.nancumsum(z, axis=0) / np.cumsum(np.isfinite(z), axis=0)
-        statistics["reached"] = reached
-        pattern = np.array([row["pattern"] for row in rows])[done]
-        share = np.bincount(pattern, minlength=N_PATTERNS) / max(done.sum(), 1)
-        statistics["pattern_share"] = share
-        statistics["pattern_half_width"] = 1.96 * np.sqrt(share * (1 - share) / max(n_samples, 1))
+        _write_identity(root, "crackle ensemble", text, version)
+        texts = {"dtype": h5py.string_dtype()}
+        root.create_dataset("samples/error", data=[row["error"] for row in rows], **texts)
+        for name in ("status", *_results(version)):
+            root[f"samples/{name}"] = np.array([row[name] for row in rows])
+        root["timing/wall_time"] = np.full(n_samples, 12.5)
+        root["crack_path/section"] = [1e-3 * at for _, at in sections]
+        for name in ("z", "z_spread", "branches"):
+            root[f"crack_path/{name}"] = np.array([row[name] for row in rows])
+        if version > 2:
+            root.create_dataset("samples/note", data=[""] * n_samples, **texts)
+            root["crack_path/section_axis"] = [axis for axis, _ in sections]
+            root["crack_path/position"] = root["crack_path/z"][...]
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""tools/coverage: how often intervals cover, counted right, on ensembles that are computed once."""
+"""jobs/verification/coverage: how often intervals cover, counted right, on ensembles that are computed once."""
 import argparse
 import importlib.util
 import os
@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-TOOL = ROOT / "tools" / "coverage"
+TOOL = ROOT / "jobs" / "verification" / "coverage"
 PROGRAM = ""
 
 
@@ -36,7 +36,7 @@ class Coverage(unittest.TestCase):
         np.testing.assert_allclose(found.half_widths, 4.302653 / np.sqrt(3), rtol=1e-6)
         self.assertEqual([found.n_covering(truth) for truth in (11, 10, 7.6, 7.4, 17.6)], [2, 2, 1, 0, 1])
         self.assertEqual(tool.row("own", found, 11.0),
-                         "| `own` | 3 | 14.000 | 5.292 | 2.484 | 2 of 3: 67 % (21 to 94) |")
+                         ["`own`", "3", "14.000", "5.292", "2.484", "2 of 3: 67 % (21 to 94)"])
 
     def test_intervals_of_dependent_samples_cover_too_seldom(self):
         tool = load()

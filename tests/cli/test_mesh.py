@@ -99,12 +99,17 @@ class Mesh(unittest.TestCase):
         self.assertGreater(of_cells.count(0), 1000)
         self.assertNotIn("notches and rest", run_program("check", "--no-measure", DEMO).stdout)
 
-        result = draw(plate, mesh)
+        with h5py.File(mesh) as root:
+            self.assertEqual(root["specimen/outline"].shape, (12, 2))
+            np.testing.assert_allclose(root["specimen/size"], [5e-3, 24.5e-3, 140e-3])
+            np.testing.assert_allclose(root["regions/box"][0], [[0, 5e-3], [6e-3, 18.5e-3], [64e-3, 76e-3]])
+            np.testing.assert_allclose(root["regions/spacing"], [0.8e-3, 1.5e-3])
+        result = draw(mesh)
         self.assertEqual((result.returncode, result.stdout, result.stderr), (0, f"{picture}\n", ""))
         with Image.open(picture) as image:
             self.assertGreater(image.width, 1000)
             self.assertGreater(len(image.getcolors(256)), 50)
-        result = draw(plate, plate)
+        result = draw(plate)
         self.assertEqual((result.returncode, result.stdout), (1, ""))
         self.assertRegex(result.stderr, r"^crackle-mesh-picture: .*\n$")
 

@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tests of tools/paper-study: its inputs, its statistics, and a run that is stopped and goes on."""
+"""Tests of jobs/paper/study: its inputs, its statistics, and a run that is stopped and goes on."""
 from __future__ import annotations
 
 import argparse
+import os
 import subprocess
 import sys
 import tempfile
@@ -17,14 +18,14 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
-sys.path[:0] = [str(ROOT / "tools")]
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs" / "paper")]
 
-from crackle_paper import comparing, course, fringes, ramp, rows, tables  # noqa: E402
-from crackle_paper.keeping import keep  # noqa: E402
-from crackle_paper.running import compute  # noqa: E402
-from crackle_paper.studies import STUDIES, TARGET_LOAD, Run  # noqa: E402
 from crackle_report.photoelasticity import Grid  # noqa: E402
-from crackle_verification.runs import RunError  # noqa: E402
+from crackle_runs import RunError  # noqa: E402
+from paper_study import comparing, course, fringes, ramp, rows, tables  # noqa: E402
+from paper_study.keeping import keep  # noqa: E402
+from paper_study.running import compute  # noqa: E402
+from paper_study.studies import STUDIES, TARGET_LOAD, Run  # noqa: E402
 
 
 def make_rows(z, label="5 mm, 5 mm", onset=None, pattern=None):
@@ -288,4 +289,5 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--program", required=True)
     OPTIONS, remaining = parser.parse_known_args()
+    os.environ["CRACKLE"] = os.path.abspath(OPTIONS.program)
     unittest.main(argv=[sys.argv[0], *remaining])

@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
-from crackle_report.reading import read_ensemble  # noqa: E402
+from crackle_report.reading import SampleFiles  # noqa: E402
 from synthetic_ensemble import write_ensemble  # noqa: E402
 
 try:
@@ -110,7 +110,7 @@ class ParaView(unittest.TestCase):
                          ["crack.vtkhdf", *(f"frame-{k:04d}.vtkhdf" for k in range(4))])
 
     def test_vtk_reads_the_frames(self):
-        frames = read_ensemble(self.folder).load_frames(1)
+        frames = SampleFiles(self.folder).frames(1)
         for k, factor in enumerate((1, 1.1, 1.2, 1.3)):
             grid = self.read(f"frame-{k:04d}.vtkhdf")
             self.assertEqual(grid.GetNumberOfPoints(), len(frames.nodes))
@@ -134,7 +134,7 @@ class ParaView(unittest.TestCase):
             self.assertEqual(time[0], frames.time[k])
 
     def test_vtk_reads_the_crack_with_its_time(self):
-        crack = read_ensemble(self.folder).load_crack(1)
+        crack = SampleFiles(self.folder).crack(1)
         grid = self.read("crack.vtkhdf")
         self.assertEqual(grid.GetNumberOfCells(), len(crack.time))
         self.assertEqual(grid.GetCellType(0), 9)
@@ -160,7 +160,7 @@ class ParaView(unittest.TestCase):
     def test_what_is_not_there_ends_with_one_line(self):
         for arguments, message in (((str(self.folder), "--sample", "2"), "sample 2 is not done"),
                                    ((str(self.folder), "--sample", "7"), "sample 7 is not done"),
-                                   ((str(self.folder / "no"), "--sample", "1"), "is no folder")):
+                                   ((str(self.folder / "no"), "--sample", "1"), "there is no folder")):
             result = run(*arguments)
             self.assertEqual(result.returncode, 1)
             self.assertEqual(result.stderr.count("\n"), 1, result.stderr)

@@ -212,5 +212,5 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("--program", required=True)
     options, rest = parser.parse_known_args()
-    PROGRAM = os.path.abspath(options.program)
+    PROGRAM = os.environ["CRACKLE"] = os.path.abspath(options.program)
     unittest.main(argv=[sys.argv[0], *rest], verbosity=2)

@@ -3,6 +3,7 @@
 """crackle stats on a small ensemble: finished, unfinished, with files that do not belong to it."""
 import argparse
 import contextlib
+import json
 import os
 import pathlib
 import re
@@ -18,12 +19,13 @@ import h5py
 import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools"))
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
 from crackle_launch import environment  # noqa: E402
 from crackle_report import reading  # noqa: E402
-from crackle_report.ranks import make_ranks  # noqa: E402
+from synthetic_ensemble import seal  # noqa: E402
 
+RANKS = ("leader", "leader/one_crack", "leader/two_cracks", "follower")
 OPTIONS = None
 INPUT = """
 [ensemble]
@@ -99,23 +101,13 @@ def content(file):
     return found
 
 
-MARK = b"\ncrackle FNV-1a "
-
-
 @contextlib.contextmanager
 def opened(file, sealed=True):
     """The file for a change; `sealed` gives it a check sum that fits the change."""
     with h5py.File(file, "r+") as root:
         yield root
-    if not sealed:
-        return
-    data = file.read_bytes()
-    if data[-32:].startswith(MARK):
-        data = data[:-32]
-    value = 0xCBF29CE484222325
-    for byte in data:
-        value = (value ^ byte) * 0x100000001B3 & 0xFFFFFFFFFFFFFFFF
-    file.write_bytes(data + MARK + f"{value:016x}".encode())
+    if sealed:
+        seal(file)
 
 
 class Stats(unittest.TestCase):
@@ -196,17 +188,94 @@ class Stats(unittest.TestCase):
         self.assertRegex(text, rf"\none crack +{one[0]} +{one[1]} to {one[2]}\n")
         ensemble = reading.read_ensemble(self.folder)
         for i in ensemble.done:
-            self.assertEqual(ensemble.load_forks(i).in_space.sum(), ensemble.samples.bifurcations[i])
-        again = make_ranks(ensemble.frame, ensemble.samples, ensemble.leading, ensemble.confidence, ensemble.n_looks)
-        for name, ranks in ensemble.ranks.items():
-            for field, values in vars(ranks).items():
-                np.testing.assert_allclose(getattr(again[name], field), values, rtol=1e-9, err_msg=f"{name} {field}")
+            self.assertEqual(ensemble.files.forks(i).in_space.sum(), ensemble.samples.bifurcations[i])
+
+    def assert_json_is_what_the_files_hold(self, document, folder):
+        """@return the names of the members of groups, which are datasets of the files"""
+        compared = set()
+        with h5py.File(folder / "ensemble.h5") as root, h5py.File(folder / "samples" / "0000.h5") as sample:
+            for group in ("samples", "crack_path", "specimen", "statistics", *RANKS):
+                members = document["statistics"][group] if group in RANKS else document[group]
+                for name, dataset in root[f"statistics/{group}" if group in RANKS else group].items():
+                    if isinstance(dataset, h5py.Group) or name == "z":
+                        continue
+                    if h5py.check_string_dtype(dataset.dtype):
+                        self.assertEqual(members[name], [text.decode() for text in dataset[...]])
+                    else:
+                        expected = dataset[...]
+                        found = np.array(members[name], expected.dtype).reshape(expected.shape)
+                        np.testing.assert_array_equal(found, expected, f"{group}/{name}")
+                    compared.add(f"{group}/{name}")
+            for name, dataset in sample["specimen"].items():
+                np.testing.assert_array_equal(dataset, document["specimen"][name])
+            attributes = root["statistics"].attrs
+            for name in ("confidence", "interval_scope", "n_looks"):
+                self.assertEqual(document["statistics"][name], attributes[name])
+            self.assertEqual(document["n_needed"], attributes["n_needed"])
+        return compared
+
+    def test_json_is_one_document_with_all_that_the_files_hold(self):
+        for ranks in (0, 2):
+            result = invoke("stats", self.folder, "--json", ranks=ranks)
+            self.assertEqual((result.returncode, result.stderr, result.stdout.count("\n")), (0, "", 1))
+            document = json.loads(result.stdout)
+            compared = self.assert_json_is_what_the_files_hold(document, self.folder)
+            self.assertGreater(len(compared), 70)
+        self.assertEqual([document[name] for name in ("n_samples", "n_needed", "n_done", "n_failed", "n_left")], [3, 3, 3, 0, 0])
+        self.assertEqual(document["input"], INPUT)
+        self.assertEqual((document["notes"], document["warnings"]), ([], []))
+        self.assertEqual(document["crack_path"]["section_name"], ["y = 3 mm", "y = 4 mm"])
+        # The quantiles are those of the text, the units those that say so.
+        text = self.stats()
+        for result in document["results"]:
+            if "quantiles" in result:
+                label = re.escape(result["label"] + (f" [{result['shown_units']}]" if result["shown_units"] else ""))
+                shown = " +".join(re.escape(format(value * result["shown_factor"], result["format"])) for value in result["quantiles"])
+                self.assertRegex(text, rf"\n{label} +{shown}\n")
+            if "counts" in result:
+                for word, count in zip(result["categories"], result["counts"]):
+                    self.assertRegex(text, rf"\n{word} +{count}\n")
+            if "share" in result:
+                numbers = (100 * result[name] for name in ("share", "lower", "upper"))
+                self.assertRegex(text, "\n{} +{:.2f} +{:.1f}   {:.1f} to {:.1f}\n".format(result["label"], result["mean"], *numbers))
+
+    def test_json_at_other_sections(self):
+        result = invoke("stats", self.folder, "--json", "--sections", "y=2.5 mm, 4 mm")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        found, own = json.loads(result.stdout), json.loads(invoke("stats", self.folder, "--json").stdout)
+        self.assertEqual(found["notes"], ["crossings computed anew from the sample files; ensemble.h5 stays as it is"])
+        self.assertEqual(found["crack_path"]["section"], [0.0025, 0.004])
+        self.assertEqual(found["statistics"]["leader"]["z_mean"][0][1], own["statistics"]["leader"]["z_mean"][0][1])
+        self.assertEqual(found["samples"], own["samples"])
+
+    def test_read_only_leaves_everything_as_it_is(self):
+        self.sample.unlink()
+        before = {file: (file.stat().st_mtime_ns, file.read_bytes()) for file in self.folder.rglob("*.*")}
+        # ensemble.h5 still has the row of the sample whose file is gone; without it there are two.
+        for expected in ("3 samples: 3 done", "3 samples: 2 done"):
+            result = invoke("stats", self.folder, "--read-only")
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            self.assertIn(expected, result.stdout)
+            self.assertEqual({file: (file.stat().st_mtime_ns, file.read_bytes()) for file in self.folder.rglob("*.*")}, before)
+            (self.folder / "ensemble.h5").unlink(missing_ok=True)
+            before = {file: content for file, content in before.items() if file.exists()}
+        result = invoke("stats", "--columns", "--json")
+        self.assertEqual((result.returncode, result.stdout), (1, ""))
+
+    def test_samples_without_an_ensemble_are_shown(self):
+        """What crackle sample leaves has no copy of the input."""
+        for name in ("ensemble.h5", "input.toml", "samples/0002.h5"):
+            (self.folder / name).unlink()
+        result = invoke("stats", self.folder)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertIn("3 samples: 2 done, 0 failed, 1 left", result.stdout)
+        self.assertEqual([file.name for file in self.folder.iterdir()], ["samples"])
 
     def test_leaders_of_an_older_ensemble_follow_from_its_crossings(self):
         """The campaign that the project keeps: text and report say the same."""
         kept = pathlib.Path(__file__).resolve().parents[2] / "jobs" / "paper"
         ensemble = reading.read_ensemble(kept)
-        if not ensemble.leading_is_derived:
+        if not ensemble.notes:
             self.skipTest("the campaign holds its leading notches")
         result = invoke("stats", kept)
         self.assertEqual(result.returncode, 0, result.stderr)
@@ -236,6 +305,9 @@ class Stats(unittest.TestCase):
             self.assertIn("stopped early: samples 0 to 1 of 9 are enough\n", result.stdout)
             self.assertEqual(sorted(file.name for file in (stopped / "samples").iterdir()), ["0000.h5", "0001.h5"])
         before = content(stopped / "ensemble.h5")
+        document = json.loads(invoke("stats", stopped, "--json", "--read-only").stdout)
+        self.assert_json_is_what_the_files_hold(document, stopped)
+        self.assertEqual((document["n_samples"], document["n_needed"], document["statistics"]["looks"]), (9, 2, [2, 3, 5, 8, 9]))
         self.assertEqual(before, content(self.folder.with_name("stopped-3") / "ensemble.h5"))
         # A sample that was under way when the run was killed does not count either.
         shutil.copy(self.finished / "samples" / "0002.h5", stopped / "samples" / "0002.h5")
@@ -453,8 +525,8 @@ class Stats(unittest.TestCase):
             self.assertEqual(sorted(file.name for file in self.folder.iterdir()), ["ensemble.h5", "input.toml", "samples"])
 
     def test_other_folders_are_an_error(self):
-        for folder, reason in ((self.folder / "samples", "neither input.toml nor ensemble.h5"),
-                               (self.folder / "missing", "neither input.toml nor ensemble.h5")):
+        for folder, reason in ((self.folder / "samples", "neither input.toml nor ensemble.h5 nor samples"),
+                               (self.folder / "missing", "neither input.toml nor ensemble.h5 nor samples")):
             for ranks in (0, 2):
                 result = invoke("stats", folder, ranks=ranks)
                 self.assertEqual(result.returncode, 1)
@@ -469,4 +541,5 @@ if __name__ == "__main__":
     parser.add_argument("--program", required=True)
     parser.add_argument("--mpirun", required=True)
     OPTIONS, rest = parser.parse_known_args()
+    os.environ["CRACKLE"] = os.path.abspath(OPTIONS.program)
     unittest.main(argv=[sys.argv[0], *rest], verbosity=2)

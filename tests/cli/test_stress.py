@@ -17,7 +17,7 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools")]
 
 from crackle_launch import environment  # noqa: E402
-from crackle_report.reading import read_ensemble  # noqa: E402
+from crackle_report.reading import SampleFiles  # noqa: E402
 from crackle_report.stress import ALL_EDGES, element_stress, frame_stresses  # noqa: E402
 
 PROGRAM = FRAME_STRESSES = ""
@@ -40,8 +40,8 @@ class Stress(unittest.TestCase):
             (Path(name) / "plate.toml").write_text(text, encoding="utf-8")
             subprocess.run([PROGRAM, "sample", str(Path(name) / "plate.toml"), "--sample", "1", "-o", str(folder)],
                            env=environment(), stdout=subprocess.DEVNULL, check=True)
-            ensemble = read_ensemble(folder)
-            frames, energy = ensemble.load_frames(1), ensemble.load_energy(1)
+            files = SampleFiles(folder)
+            frames, energy = files.frames(1), files.energy(1)
             output = subprocess.run([FRAME_STRESSES, str(folder / "samples" / "0001.h5")], env=environment(),
                                     stdout=subprocess.PIPE, check=True).stdout
         return frames, energy, np.frombuffer(output).reshape(frames.time.size, len(frames.tetrahedra), 6)

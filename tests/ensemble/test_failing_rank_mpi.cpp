@@ -92,10 +92,10 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
   for (const Place place : {Place::stages, Place::check, Place::strain, Place::release}) {
     fracture::BreakableBody body(part, parameters.material, parameters.fracture.release);
     const auto loads = mechanics::make_boundary_loads(world, parameters, part);
-    fracture::TulerButcher criterion(
+    const auto criterion = fracture::make_criterion(
         parameters.fracture, fracture::tetrahedron_strengths(world, parameters, part, body.operators()),
         5e-9);
-    const MotionContext context{&world, &body, &loads, parameters.material.density, criterion.strengths()};
+    const MotionContext context{&world, &body, &loads, parameters.material.density, criterion.get()};
     const EnergyAccount account(world, body);
     MotionState state{parallel::NodeField(world, part.layout), parallel::NodeField(world, part.layout)};
     const auto motion = make_fixed_point_motion(context, input::Precision::double_, 0, 5e-5, state);
@@ -105,7 +105,7 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
     options.grid = {2e-8, 2500};
     std::string message;
     try {
-      run_explicit_phase(context, failing, criterion, splitting(input::Integrator::bilateral4), account, 0,
+      run_explicit_phase(context, failing, *criterion, splitting(input::Integrator::bilateral4), account, 0,
                          options, state);
     } catch (const parallel::AgreedError& error) {
       message = error.what();

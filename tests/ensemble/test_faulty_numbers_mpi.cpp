@@ -12,7 +12,6 @@
 #include "support/box_mesh.h"
 
 #include <gtest/gtest.h>
-#include <petsc/private/vecimpl.h>
 
 #include <cmath>
 #include <cstdio>
@@ -137,27 +136,37 @@ TEST(WithoutExceptions, ReturnsTheErrorCodeOfPetsc) {
   EXPECT_EQ(parallel::without_exceptions([] { throw 1; }), PETSC_ERR_LIB);
 }
 
-/// A vector whose values PETSc cannot give fails within the operations that PETSc calls.
-TEST_F(FaultyNumbers, VectorsThatFailDoNotThrowThroughPetsc) {
-  parallel::check_petsc(PetscPushErrorHandler(PetscReturnErrorHandler, nullptr), "PetscPushErrorHandler");
-  parallel::NodeField x(world_, part_.layout), y(world_, part_.layout);
-  parallel::make_reproducible(x.vector());
-  parallel::make_reproducible(y.vector());
-  double result = 0;
-  EXPECT_EQ(VecDot(x.vector(), y.vector(), &result), 0);
-  EXPECT_EQ(VecAXPY(y.vector(), 2, x.vector()), 0);
-  auto& operations = *y.vector()->ops;
-  const auto original = operations;
-  operations.getarray = [](Vec, PetscScalar**) -> PetscErrorCode { return PETSC_ERR_MEM; };
-  operations.getarrayread = [](Vec, const PetscScalar**) -> PetscErrorCode { return PETSC_ERR_MEM; };
-  EXPECT_EQ(VecDot(x.vector(), y.vector(), &result), PETSC_ERR_LIB);
-  EXPECT_EQ(VecTDot(x.vector(), y.vector(), &result), PETSC_ERR_LIB);
-  EXPECT_EQ(VecNorm(y.vector(), NORM_2, &result), PETSC_ERR_LIB);
-  EXPECT_EQ(VecAXPY(y.vector(), 2, x.vector()), PETSC_ERR_LIB);
-  EXPECT_EQ(VecAYPX(y.vector(), 2, x.vector()), PETSC_ERR_LIB);
-  operations = original;
-  EXPECT_EQ(VecDot(x.vector(), y.vector(), &result), 0);
-  parallel::check_petsc(PetscPopErrorHandler(), "PetscPopErrorHandler");
+/// Conjugate gradients end at a number that is none, on all ranks alike, and at a matrix that is not
+/// definite.
+TEST_F(FaultyNumbers, ConjugateGradientsEnd) {
+  parallel::NodeField right(world_, part_.layout), solution(world_, part_.layout);
+  parallel::ConjugateGradients gradients(right.vector());
+  const auto diagonal = [&](double value) {
+    parallel::MatOwner matrix;
+    parallel::check_petsc(MatCreateConstantDiagonal(world_.get(), static_cast<PetscInt>(right.owned().size()),
+                                                    static_cast<PetscInt>(right.owned().size()),
+                                                    PETSC_DETERMINE, PETSC_DETERMINE, value, matrix.put()),
+                          "MatCreateConstantDiagonal");
+    return matrix;
+  };
+  parallel::PcOwner none;
+  parallel::check_petsc(PCCreate(world_.get(), none.put()), "PCCreate");
+  parallel::check_petsc(PCSetType(none.get(), PCNONE), "PCSetType");
+  const auto solve = [&](double value, double last) {
+    const auto matrix = diagonal(value);
+    parallel::check_petsc(PCSetOperators(none.get(), matrix.get(), matrix.get()), "PCSetOperators");
+    std::ranges::fill(right.owned(), 1.0);
+    if (is_last()) right.owned().back() = last;
+    right.mark_changed();
+    return gradients.solve(matrix.get(), none.get(), right.vector(), solution.vector(), 1e-12, 10);
+  };
+  const auto solved = solve(4, 1);
+  EXPECT_TRUE(solved.has_converged);
+  EXPECT_EQ(solved.n_iterations, 1);
+  for (const double x : solution.owned()) EXPECT_EQ(x, 0.25);
+  EXPECT_FALSE(solve(-4, 1).has_converged);
+  EXPECT_FALSE(solve(4, std::numeric_limits<double>::quiet_NaN()).has_converged);
+  EXPECT_FALSE(solve(4, std::numeric_limits<double>::infinity()).has_converged);
 }
 
 }  // namespace

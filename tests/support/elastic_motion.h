@@ -4,6 +4,7 @@
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/stable_step.h"
 
+#include "support/criterion.h"
 #include "support/job.h"
 
 #include <gtest/gtest.h>
@@ -42,7 +43,7 @@ public:
         subdomain_(whole(mesh)),
         body_(subdomain_, parameters.material),
         loads_(mechanics::make_boundary_loads(self_, parameters, subdomain_)),
-        strength_(subdomain_.tetrahedra.size(), 1e15),
+        criterion_(unbreakable(subdomain_)),
         state_{parallel::NodeField(self_, subdomain_.layout), parallel::NodeField(self_, subdomain_.layout)},
         map_(dynamics::splitting(integrator)),
         stable_step_(map_.stability_limit /
@@ -50,7 +51,7 @@ public:
 
   /// Begins at the present state(); at most `duration` follows [s].
   void start(double duration) {
-    const dynamics::MotionContext context{&self_, &body_, &loads_, density_, strength_};
+    const dynamics::MotionContext context{&self_, &body_, &loads_, density_, &criterion_};
     motion_ = dynamics::make_fixed_point_motion(context, input::Precision::double_, 0, duration, state_);
   }
   void advance(std::int64_t n_steps, double step) {
@@ -82,7 +83,7 @@ private:
   geometry::Subdomain subdomain_;
   fracture::BreakableBody body_;
   mechanics::BoundaryLoads loads_;
-  std::vector<double> strength_;
+  fracture::TulerButcher criterion_;
   dynamics::MotionState state_;
   const dynamics::Splitting& map_;
   double stable_step_;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What breaks at the ends of steps, with stresses that follow a script.
 #include "crackle/dynamics/breaking_check.h"
+
 #include "support/box_mesh.h"
+#include "support/criterion.h"
 
 #include <gtest/gtest.h>
 
@@ -77,8 +79,8 @@ protected:
     const auto mesh = test::make_box({.cells = {1, 1, 1}});
     const auto subdomain = test::whole(mesh);
     fracture::BreakableBody body(subdomain, test::epoxy());
-    fracture::TulerButcher criterion({.strength = strength, .exponent = 2, .impulse = impulse},
-                                     subdomain.tetrahedra.size(), step);
+    auto criterion =
+        test::tuler_butcher({.strength = strength, .exponent = 2, .impulse = impulse}, subdomain, step);
     ScriptedMotion motion(body, stress, criterion.watched_share(stable_step));
     std::optional<BreakingCheck> check;
     for (int i = 0; i < n_steps && body.breaks().empty(); ++i) {
@@ -86,7 +88,7 @@ protected:
       motion.step({}, step, 0);
       for (const auto t : check->end_step()) body.release(t, motion.strain(t), 0, motion.time());
     }
-    return {body.breaks().empty() ? INFINITY : body.breaks()[0].phase_time, criterion.impulse()[loaded]};
+    return {body.breaks().empty() ? INFINITY : body.breaks()[0].phase_time, criterion.memory()[loaded]};
   }
 };
 

@@ -19,6 +19,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double strength = 35e6;
+const LargestPrincipalStress of;
 
 struct Loaded {
   mechanics::Symmetric stress, rate;
@@ -43,7 +44,7 @@ std::vector<Loaded> loaded(std::uint64_t number, double spread) {
       all.push_back(one);
       continue;
     }
-    const double s = crossing(one.stress, one.rate, strength, infinity);
+    const double s = crossing(of, one.stress, one.rate, strength, infinity);
     if (std::isinf(s)) continue;
     for (double& component : one.rate) component *= s / (1000 * (1 + spread * stream.uniform(0, 1)));
     all.push_back(one);
@@ -52,8 +53,9 @@ std::vector<Loaded> loaded(std::uint64_t number, double spread) {
 }
 
 FirstCrossing look(const std::vector<Loaded>& all, const std::vector<std::int64_t>& order, double limit) {
-  FirstCrossing first(limit);
-  for (const auto i : order) first.see(all[static_cast<std::size_t>(i)].stress, all[static_cast<std::size_t>(i)].rate, strength, i);
+  FirstCrossing first(of, limit);
+  for (const auto i : order)
+    first.see(all[static_cast<std::size_t>(i)].stress, all[static_cast<std::size_t>(i)].rate, strength, i);
   return first;
 }
 
@@ -70,7 +72,7 @@ TEST(FirstCrossing, IsTheSameInEveryOrderAndShare) {
       // Every one searched for by itself.
       double smallest = infinity;
       for (const auto& one : all)
-        smallest = std::min(smallest, crossing(one.stress, one.rate, strength, limit));
+        smallest = std::min(smallest, crossing(of, one.stress, one.rate, strength, limit));
       EXPECT_EQ(reference.value(), smallest) << number;
       n_searched += std::isfinite(smallest) ? 1 : 0;
       auto stream = RandomStream(6, 0, "order").substream(number);
@@ -94,12 +96,12 @@ TEST(FirstCrossing, MeetsTheStrength) {
   for (std::uint64_t number = 0; number < 5; ++number) {
     const auto all = loaded(number, 1);
     for (const auto& one : all) {
-      const double s = crossing(one.stress, one.rate, strength, infinity);
+      const double s = crossing(of, one.stress, one.rate, strength, infinity);
       if (std::isinf(s)) continue;
       mechanics::Symmetric sum = one.stress;
       for (std::size_t i = 0; i < 6; ++i) sum[i] += s * one.rate[i];
       EXPECT_NEAR(largest_principal(sum) / strength, 1, 1e-12);
-      EXPECT_EQ(crossing(one.stress, one.rate, strength, 0.5 * s), infinity);
+      EXPECT_EQ(crossing(of, one.stress, one.rate, strength, 0.5 * s), infinity);
     }
   }
 }
@@ -107,7 +109,7 @@ TEST(FirstCrossing, MeetsTheStrength) {
 /// Of tetrahedra that cross at the same time to the last bit the smallest number counts.
 TEST(FirstCrossing, TakesTheSmallestNumberOfEqualOnes) {
   const Loaded one{{1e6, 0, 0, 0, 0, 0}, {1e5, 0, 0, 0, 0, 0}};
-  FirstCrossing first(infinity);
+  FirstCrossing first(of, infinity);
   for (const std::int64_t number : {7, 3, 9}) first.see(one.stress, one.rate, strength, number);
   EXPECT_EQ(first.number(), 3);
   EXPECT_NEAR(first.value(), 340, 1e-9);

@@ -54,6 +54,26 @@ TEST(StopRule, LooksGrowByHalf) {
   EXPECT_THAT(look_schedule(30, 30), ::testing::ElementsAre(30));
 }
 
+TEST(StopRule, SaysHowManySamplesAHalfWidthTakes) {
+  // At the second section every other sample arrives, with the larger deviation; at the third hardly any.
+  const auto p = parameters(40, 0.1, 3);
+  std::vector<SampleSummary> rows;
+  for (int i = 0; i < 40; ++i)
+    rows.push_back(row({0.1 * (i % 4), i % 2 == 0 ? 0.5 * (i % 4 - 1) : none, i < 2 ? 10.0 * i : none}));
+  const Statistics found = make_statistics(rows, p);
+  EXPECT_EQ(least_certain(found), 1U);
+  const double confidence = 1 - 0.05 / found.n_looks;
+  int n = 2;
+  while (student_half_width(found.leader.z_std[1], n, confidence) > 0.1) ++n;
+  std::printf("deviation %.4f: %d values, %.1f samples\n", found.leader.z_std[1], n,
+              n_samples_needed(found, 0.1));
+  EXPECT_GE(n_samples_needed(found, 0.1), 2 * n);
+  EXPECT_LE(n_samples_needed(found, 0.1), 1.02 * 2 * n + 2);
+  EXPECT_FALSE(is_known(found, 0.1));
+  EXPECT_TRUE(is_known(found, found.leader.z_half_width[1]));
+  EXPECT_TRUE(std::isnan(n_samples_needed(make_statistics({}, 1, 3), 0.1)));
+}
+
 TEST(StopRule, TheOrderOfFinishingPlaysNoPart) {
   const int n = 120;
   const auto p = parameters(n, 0.25, 2);

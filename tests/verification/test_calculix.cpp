@@ -8,6 +8,7 @@
 
 #include "geometry/notched_box.h"
 #include "support/box_mesh.h"
+#include "support/criterion.h"
 #include "support/temporary_folder.h"
 
 #include <fmt/format.h>
@@ -108,7 +109,7 @@ TEST(CalculiX, GivesTheSameStaticDisplacements) {
   const parallel::Communicator self(MPI_COMM_SELF);
   fracture::BreakableBody body(subdomain, parameters.material);
   const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
-  fracture::TulerButcher criterion(parameters.fracture, subdomain.tetrahedra.size(), 5e-9);
+  auto criterion = test::tuler_butcher(parameters.fracture, subdomain);
   const QuasiStaticLoading loading(self, body, loads, criterion, 1e-5);
   std::vector<double> force(3 * mesh.nodes.size(), 0.0);
   loads.add_forces(0, force);
@@ -181,9 +182,8 @@ TEST(CalculiX, GivesTheSameDisplacementHistory) {
   const auto reference = read_history(folder.path() / "plate.dat");
   ASSERT_EQ(reference.size(), static_cast<std::size_t>(std::lround(duration / increment)));
 
-  fracture::TulerButcher criterion({.strength = 1e15, .exponent = 2, .impulse = 1e4},
-                                   subdomain.tetrahedra.size(), 5e-9);
-  const MotionContext context{&self, &body, &loads, parameters.material.density, criterion.strengths()};
+  auto criterion = test::unbreakable(subdomain);
+  const MotionContext context{&self, &body, &loads, parameters.material.density, &criterion};
   MotionState state{parallel::NodeField(self, subdomain.layout), parallel::NodeField(self, subdomain.layout)};
   const auto motion = make_fixed_point_motion(context, input::Precision::double_, 0, duration, state);
   const auto& map = splitting(input::Integrator::verlet);

@@ -7,6 +7,7 @@
 #include "crackle/mechanics/elasticity.h"
 
 #include "support/box_mesh.h"
+#include "support/criterion.h"
 
 #include <gtest/gtest.h>
 
@@ -50,10 +51,9 @@ Pushed push(double strain, Contact contact, input::Release release, bool is_brok
   }
   body.tie(self, 0, 0, [&](std::int32_t) { return mechanics::Symmetric{}; });
 
-  fracture::TulerButcher criterion({.strength = 1e15, .exponent = 2, .impulse = 1e4},
-                                   subdomain.tetrahedra.size(), 5e-9);
+  auto criterion = test::unbreakable(subdomain);
   MotionState state{parallel::NodeField(self, subdomain.layout), parallel::NodeField(self, subdomain.layout)};
-  const MotionContext context{&self, &body, &loads, parameters.material.density, criterion.strengths()};
+  const MotionContext context{&self, &body, &loads, parameters.material.density, &criterion};
   const auto& map = splitting(input::Integrator::bilateral4);
   PhaseOptions options;
   input::Time time;

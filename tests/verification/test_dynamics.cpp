@@ -7,6 +7,7 @@
 #include "crackle/dynamics/stable_step.h"
 
 #include "support/box_mesh.h"
+#include "support/criterion.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
@@ -82,7 +83,7 @@ public:
                                                 double dt, std::int64_t n_steps,
                                                 double initial_velocity = 0) {
     const mechanics::BoundaryLoads no_loads;
-    fracture::TulerButcher criterion(unbreakable(), subdomain_.tetrahedra.size(), 5e-9);
+    auto criterion = test::tuler_butcher(unbreakable(), subdomain_);
     const EnergyAccount account(self_, body_);
     MotionState state{parallel::NodeField(self_, subdomain_.layout),
                       parallel::NodeField(self_, subdomain_.layout)};
@@ -92,7 +93,7 @@ public:
     }
     PhaseOptions options;
     options.grid = {dt, n_steps};
-    const MotionContext context{&self_, &body_, &no_loads, test::epoxy().density, criterion.strengths()};
+    const MotionContext context{&self_, &body_, &no_loads, test::epoxy().density, &criterion};
     const auto motion = make_reference_motion(context, 0, state);
     auto result =
         run_explicit_phase(context, *motion, criterion, splitting(integrator), account, 0, options, state);

@@ -7,6 +7,7 @@
 
 #include "dynamics/fixed_point_state.h"
 #include "support/box_mesh.h"
+#include "support/criterion.h"
 
 #include <gtest/gtest.h>
 
@@ -61,8 +62,9 @@ protected:
   }
 
   MotionContext context(double strength, double watched_share = 1) {
-    strength_.assign(subdomain_.tetrahedra.size(), strength);
-    return {&self_, &body_, &loads_, test::epoxy().density, strength_, watched_share};
+    criterion_ = fracture::make_criterion({.strength = strength, .exponent = 2, .impulse = 1e4},
+                                          subdomain_.tetrahedra.size(), 5e-9);
+    return {&self_, &body_, &loads_, test::epoxy().density, criterion_.get(), watched_share};
   }
 
   void run(MovingBody& motion, int n_steps) const {
@@ -82,7 +84,7 @@ protected:
   geometry::Subdomain subdomain_;
   fracture::BreakableBody body_;
   mechanics::BoundaryLoads loads_;
-  std::vector<double> strength_;
+  std::unique_ptr<fracture::Criterion> criterion_;
   double dt_ = 0;
 };
 
@@ -307,7 +309,7 @@ TEST(FixedPointContact, ForcesBeyondTheRangeAreReported) {
   const auto subdomain = test::whole(mesh);
   const parallel::Communicator self(MPI_COMM_SELF);
   const mechanics::BoundaryLoads loads;
-  const std::vector<double> strength(subdomain.tetrahedra.size(), 1e5);
+  const auto criterion = test::unbreakable(subdomain, 1e5);
   const auto fails = [&](double closing) {
     fracture::BreakableBody body(subdomain, test::epoxy(), input::Release::element,
                                  input::Contact::frictionless);
@@ -315,7 +317,7 @@ TEST(FixedPointContact, ForcesBeyondTheRangeAreReported) {
     for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) body.release(t, {1e-3, 0, 0, 0, 0, 0}, 0, 0);
     MotionState state{parallel::NodeField(self, subdomain.layout),
                       parallel::NodeField(self, subdomain.layout)};
-    const MotionContext context{&self, &body, &loads, test::epoxy().density, strength};
+    const MotionContext context{&self, &body, &loads, test::epoxy().density, &criterion};
     state.displacement.local()[0] = closing * 0.001;
     const auto motion = make_fixed_point_motion(context, Precision::mixed, 0, 1e-4, state);
     motion->step(splitting(Integrator::verlet).even, 1e-12, 0);

@@ -14,6 +14,7 @@
 #include "mechanics/fixed_point_force.h"
 #include "mechanics/stiffness_product.h"
 #include "support/box_mesh.h"
+#include "support/criterion.h"
 #include "support/partitions.h"
 
 #include <gtest/gtest.h>
@@ -161,10 +162,10 @@ protected:
 
   static void expect_equal_ranges(Share& shared, Share& alone, int number) {
     const auto range = [&](Share& share) {
-      const std::vector<double> strength(share.subdomain.tetrahedra.size(), 35e6);
+      const auto criterion = test::unbreakable(share.subdomain, 35e6);
       const auto at = [&](std::int64_t node, const Point& p) { return operand(number, node, p); };
       const dynamics::MotionState state{share.field(at), share.field(at)};
-      return dynamics::expected_range({&share.group, &share.body, &share.loads, 1180, strength}, 0.1, 2e-5,
+      return dynamics::expected_range({&share.group, &share.body, &share.loads, 1180, &criterion}, 0.1, 2e-5,
                                       state);
     };
     const auto mine = range(shared), all = range(alone);

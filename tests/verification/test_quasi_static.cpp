@@ -8,6 +8,7 @@
 #include "crackle/fracture/connectivity.h"
 
 #include "support/box_mesh.h"
+#include "support/criterion.h"
 
 #include <gtest/gtest.h>
 
@@ -161,7 +162,7 @@ protected:
   }
 
   double elongation() {
-    fracture::TulerButcher criterion(parameters_.fracture, subdomain_.tetrahedra.size(), 5e-9);
+    auto criterion = test::tuler_butcher(parameters_.fracture, subdomain_);
     const QuasiStaticLoading loading(self_, body_, loads_, criterion, 1e-5);
     iterations_ = loading.n_iterations();
     return measure_loads(self_, body_, loads_, loading.displacement(), 0).position.back();

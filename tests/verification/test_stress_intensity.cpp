@@ -3,6 +3,8 @@
 // energies of two notch depths, against the handbook (Feddersen), at three spacings.
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/parallel/exact_sum.h"
+
+#include "support/criterion.h"
 #include "support/job.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +27,7 @@ double strain_energy(double spacing, double depth, std::uint64_t sample) {
   const parallel::Communicator self(MPI_COMM_SELF);
   fracture::BreakableBody body(subdomain, parameters.material);
   const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
-  fracture::TulerButcher criterion(parameters.fracture, subdomain.tetrahedra.size(), 5e-9);
+  auto criterion = test::tuler_butcher(parameters.fracture, subdomain);
   const QuasiStaticLoading loading(self, body, loads, criterion, 1e-5);
   return parallel::exact_sum(self, body.strain_energies(loading.displacement().local()));
 }

@@ -6,13 +6,16 @@ import argparse
 import io
 import sys
 from pathlib import Path
+from typing import Optional
 
-from . import page, reading, style
+from . import page, style
 from .figures import SECTIONS
 from .figures.crack_paths import alone
 from .figures.picture import Picture
 from .options import Options
 from .photoelasticity import STRESS_OPTIC, WAVELENGTH, Optics
+from .program import ResultsError
+from .reading import read_ensemble
 from .results import Ensemble
 from .writing import write_whole
 
@@ -26,8 +29,8 @@ def main() -> int:
     _add_options(parser)
     arguments = parser.parse_args()
     try:
-        report = make_report(arguments.folder, _options(arguments))
-    except (reading.ResultsError, OSError) as error:
+        report = make_report(arguments.folder, _options(arguments), arguments.program)
+    except (ResultsError, OSError) as error:
         print(f"crackle-report: {error}", file=sys.stderr)
         return 1
     print(f"report: {report}")
@@ -35,6 +38,8 @@ def main() -> int:
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--program", type=Path, metavar="FILE",
+                        help="crackle (default: the environment's CRACKLE, build/bin/crackle, or the one on the PATH)")
     detail = parser.add_argument_group("samples in detail")
     detail.add_argument("--sample", type=int, action="append", default=[], metavar="N", dest="samples",
                         help="show this sample's fringes, growth and energy; may be given several times (default: a "
@@ -71,16 +76,16 @@ def _options(arguments: argparse.Namespace) -> Options:
                    each_crack=arguments.cracks)
 
 
-def make_report(folder: Path, options: Options = Options()) -> Path:
+def make_report(folder: Path, options: Options = Options(), program: Optional[Path] = None) -> Path:
     """Writes the pictures and the page; returns the page's path.
 
-    Raises reading.ResultsError when the folder holds no ensemble, or not the samples chosen.
+    Raises ResultsError when the folder holds no ensemble, or not the samples chosen.
     """
     style.apply()
-    ensemble = reading.read_ensemble(folder)
+    ensemble = read_ensemble(folder, program)
     for number in options.samples:
         if number not in ensemble.done:
-            raise reading.ResultsError(f"'{folder}': sample {number} is not done; done are "
+            raise ResultsError(f"'{folder}': sample {number} is not done; done are "
                                        f"{', '.join(map(str, ensemble.done)) or 'none'}")
     pictures_folder = folder / "report"
     pictures_folder.mkdir(exist_ok=True)

@@ -10,7 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PathCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
+from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 
@@ -24,7 +24,7 @@ N_SHADES = 200
 
 def window(plate: Plate, z_values: Iterable[np.ndarray]) -> tuple[float, float]:
     """The range of z that shows all notches and all given z [m], in mm."""
-    ends = [z for notch in range(len(plate.notches)) for z in plate.slot_range(notch)]
+    ends = plate.slot_ends
     for values in z_values:
         values = values[np.isfinite(values)]
         if values.size:
@@ -38,10 +38,11 @@ def window(plate: Plate, z_values: Iterable[np.ndarray]) -> tuple[float, float]:
 def draw_plate(axes: Axes, plate: Plate, z_range: tuple[float, float], faint: bool = False) -> None:
     """The body with its slots, at true proportions; axes in mm."""
     width = plate.size[1] / style.MILLIMETRE
-    axes.add_patch(Polygon(plate.outline() / style.MILLIMETRE, closed=True, zorder=0,
-                           facecolor="none" if faint else style.BODY,
-                           edgecolor=style.MUTED if faint else style.OUTLINE,
-                           linewidth=0.6, linestyle="--" if faint else "-"))
+    closed = [np.vstack([polygon, polygon[:1]]) / style.MILLIMETRE for polygon in plate.polygons]
+    path = Path.make_compound_path(*(Path(polygon, closed=True) for polygon in closed))
+    axes.add_patch(PathPatch(path, zorder=0, facecolor="none" if faint else style.BODY,
+                             edgecolor=style.MUTED if faint else style.OUTLINE,
+                             linewidth=0.6, linestyle="--" if faint else "-"))
     axes.set_xlim(-0.04 * width, 1.04 * width)
     axes.set_ylim(*z_range)
     axes.set_aspect("equal")

@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Optional
+from typing import Optional, Sequence
 
 # A folder on a network file system may not be locked for reading.
 os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
 
 import h5py  # noqa: E402
 import numpy as np  # noqa: E402
+
+from .plate import MeshRegion, Plate  # noqa: E402
 
 EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
@@ -23,6 +25,8 @@ class Mesh:
     quality: np.ndarray  # m, mean ratio
     spacing: Optional[np.ndarray] = None  # n, that the input asks for there [m]
     region: Optional[np.ndarray] = None  # n, number of the mesh's region that holds the node, -1: none
+    plate: Optional[Plate] = None  # that it fills
+    regions: Sequence[MeshRegion] = ()
 
     def dual_facets(self) -> np.ndarray:
         """Vector areas of the six dual facets of each tetrahedron, m x 6 x 3 [m^2]."""
@@ -54,9 +58,13 @@ class Mesh:
 
 
 def read_mesh(file: Path) -> Mesh:
-    """Reads a file of `crackle mesh -o`."""
+    """Reads a file of `crackle mesh -o`. Raises ValueError when it is of an older version of the program."""
     with h5py.File(file, "r") as root:
+        if "specimen" not in root or "regions" not in root:
+            raise ValueError(f"{file} does not describe its body; make it again with 'crackle mesh'")
         group = root["VTKHDF"]
         at_nodes = {name: group[f"PointData/{name}"][...] for name in ("spacing", "region") if f"PointData/{name}" in group}
         return Mesh(group["Points"][...], group["Connectivity"][...].reshape(-1, 4), group["CellData/quality"][...],
-                    **at_nodes)
+                    **at_nodes, plate=Plate.of(root["specimen"]),
+                    regions=[MeshRegion(box, spacing) for box, spacing in
+                             zip(root["regions/box"][...], root["regions/spacing"][...])])

@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from . import input_text, style
+from . import style
 from .figures.realizations import spacing
 from .mesh import read_mesh
 from .writing import write_light_figure
@@ -18,24 +18,14 @@ def main() -> int:
         description="Draws the tetrahedra of a realization that the plane at mid-thickness cuts, coloured by the spacing "
                     "that the input asks for, with the regions of the mesh and their numbers of points: the whole plate, "
                     "and the ligament.")
-    parser.add_argument("input", type=Path, help="input file of the plate (TOML)")
-    parser.add_argument("mesh", type=Path, help="file that 'crackle mesh' has written for it")
+    parser.add_argument("mesh", type=Path, help="file that 'crackle mesh' has written")
     parser.add_argument("-o", "--output", type=Path, help="default: the mesh's name with .png")
     arguments = parser.parse_args()
-    try:
-        document = input_text.parse(arguments.input.read_text(encoding="utf-8"))
-        plate, regions = input_text.plate(document), input_text.mesh_regions(document)
-        mesh = read_mesh(arguments.mesh)
-        if mesh.spacing is None or mesh.region is None:
-            raise ValueError(f"{arguments.mesh} has no spacings; make it again with 'crackle mesh'")
-    except (OSError, ValueError, KeyError) as error:
-        print(f"crackle-mesh-picture: {error}", file=sys.stderr)
-        return 1
     style.apply()
     file = arguments.output or arguments.mesh.with_suffix(".png")
     try:
-        write_light_figure(spacing(plate, mesh, regions).figure, file)
-    except OSError as error:
+        write_light_figure(spacing(read_mesh(arguments.mesh)).figure, file)
+    except (OSError, ValueError, KeyError) as error:
         print(f"crackle-mesh-picture: {error}", file=sys.stderr)
         return 1
     print(file)

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from . import vtkhdf
-from .reading import ResultsError, read_ensemble
+from .program import ResultsError
+from .reading import SampleFiles
 from .results import CrackSurface, Frames
 from .stress import frame_stress
 from .writing import write_whole
@@ -37,9 +38,11 @@ def main() -> int:
 
 
 def write_sample(folder: Path, number: int, output: Path) -> int:
-    """Writes the files; returns how many. Raises reading.ResultsError when the sample is not done."""
-    ensemble = read_ensemble(folder)
-    crack, frames = ensemble.load_crack(number), ensemble.load_frames(number)
+    """Writes the files; returns how many. Raises ResultsError when the sample is not done."""
+    if not folder.is_dir():
+        raise ResultsError(f"there is no folder '{folder}'")
+    files = SampleFiles(folder)
+    crack, frames = files.crack(number), files.frames(number)
     if crack is None or frames is None:
         raise ResultsError(f"'{folder}': sample {number} is not done")
     output.mkdir(parents=True, exist_ok=True)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import input_text, style
+from . import style
 from .figures import realizations
 from .mesh import Mesh, read_mesh
 from .writing import write_light_figure
@@ -56,14 +56,13 @@ def main() -> int:
     make = Maker(arguments.program.resolve(), arguments.folder)
 
     text = arguments.input.read_text(encoding="utf-8")
-    plate = input_text.plate(input_text.parse(text))
     undisturbed, n_replaced = re.subn(r"(?m)^perturbation = .*$", "perturbation = 0", text)
     if n_replaced != 1:
         print(f"{arguments.input}: no line 'perturbation = ...'", file=sys.stderr)
         return 1
     pictures = [
-        realizations.base_points(plate, make("base", undisturbed, SAMPLE).nodes),
-        realizations.cut(plate, make("realization", text, SAMPLE), SAMPLE),
+        realizations.base_points(make("base", undisturbed, SAMPLE)),
+        realizations.cut(make("realization", text, SAMPLE), SAMPLE),
         realizations.orientations({
             "cubic lattice": make.lattice("cubic", False),
             "body-centred lattice": make.lattice("body-centred", True),

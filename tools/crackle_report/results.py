@@ -1,20 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An ensemble's results in memory, in SI units; `reading` fills them from the files."""
+"""An ensemble's results in memory, in SI units; `reading` fills them."""
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Callable, Optional, TypeVar
+from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 
 from .plate import Plate
 
 if TYPE_CHECKING:
-    from .ranks import LeaderFrame
+    from .reading import SampleFiles
 
 PENDING, DONE, FAILED = 0, 1, 2
-PathsKind = TypeVar("PathsKind", bound="Paths")
 
 
 @dataclass(frozen=True)
@@ -80,15 +79,26 @@ class Frames:
 
 
 @dataclass(frozen=True)
-class Result:
-    """What a number of each sample means, as the result files say."""
+class Share:
+    """Of the samples done, with its confidence interval."""
 
-    name: str  # of its dataset
+    share: float
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a number of each sample means, as the program says."""
+
+    name: str
     label: str
     units: str  # that it is shown in
     factor: float  # from SI to these
     format: str
-    categories: dict[int, str]  # the words that its numbers stand for; empty for other numbers
+    categories: list[str]  # the words that its numbers stand for, from 0 on; empty for other numbers
+    n_any: int  # samples in which a number of things is above 0
+    any: Optional[Share]  # of these; None for other results
 
 
 @dataclass
@@ -97,11 +107,10 @@ class Samples:
 
     status: np.ndarray
     error: list[str]
-    results: tuple[Result, ...]  # in the order of tables
+    results: tuple[Result, ...]  # in the order of tables; those that the files hold
     numbers: dict[str, np.ndarray]  # of each result, in SI units
     position: np.ndarray  # along the sections; samples x notches x sections [m]
-    z_spread: np.ndarray  # its standard deviation through the thickness
-    branches: np.ndarray  # samples x notches x sections
+    wall_time: np.ndarray  # that each sample took [s]
 
     def __getattr__(self, name: str) -> np.ndarray:
         try:
@@ -112,11 +121,8 @@ class Samples:
     def __len__(self) -> int:
         return len(self.status)
 
-    def first(self, n: int) -> "Samples":
-        """The samples 0 to n - 1."""
-        return Samples(self.status[:n], self.error[:n], self.results,
-                       {name: values[:n] for name, values in self.numbers.items()},
-                       self.position[:n], self.z_spread[:n], self.branches[:n])
+    def result(self, name: str) -> Result:
+        return next(result for result in self.results if result.name == name)
 
     def count(self, status: int) -> int:
         return int(np.count_nonzero(self.status == status))
@@ -128,10 +134,7 @@ class CrossSection:
 
     axis: int  # 1: y, 2: z
     position: float  # of the plane, along that axis [m]
-
-    @property
-    def name(self) -> str:
-        return f"{'y' if self.axis == 1 else 'z'} = {self.position * 1e3:g} mm"
+    name: str
 
     @property
     def along(self) -> str:
@@ -147,17 +150,15 @@ def along(sections: tuple[CrossSection, ...]) -> str:
 
 @dataclass
 class Paths:
-    """Statistics of crack positions over all samples done."""
+    """Statistics of crack positions over all samples done, rows x sections."""
 
-    z_mean: np.ndarray  # of the position, rows x sections [m]
+    z_mean: np.ndarray  # of the position [m]
     z_std: np.ndarray
     z_half_width: np.ndarray
+    spread_mean: np.ndarray  # mean of the positions' spread through the thickness [m]
     reached: np.ndarray
     running_mean: np.ndarray  # samples x rows x sections [m]
-
-    def first(self: "PathsKind", n: int) -> "PathsKind":
-        """Without the running mean of the samples from n on, which an ensemble that stopped did not need."""
-        return replace(self, running_mean=self.running_mean[:n])
+    running_half_width: np.ndarray  # likewise
 
 
 @dataclass
@@ -168,13 +169,37 @@ class Ranks(Paths):
     notch: np.ndarray  # rows; where the crack starts
     counted: np.ndarray  # rows x sections; samples that would count if their crack arrived
 
+    def row_of(self, reference: int, notch: int) -> Optional[int]:
+        """The row of a notch of the frame, in samples of one class of leading notches; None where it has none."""
+        rows = np.flatnonzero((self.leading_notch == reference) & (self.notch == notch))
+        return int(rows[0]) if rows.size else None
+
 
 @dataclass
 class Statistics(Paths):
     """As in /statistics of ensemble.h5: rows are notches, their cracks leading and following ones together."""
 
     pattern_share: np.ndarray
-    pattern_half_width: np.ndarray
+    pattern_lower: np.ndarray
+    pattern_upper: np.ndarray
+
+    def pattern(self, number: int) -> Share:
+        return Share(*(float(values[number]) for values in (self.pattern_share, self.pattern_lower, self.pattern_upper)))
+
+
+@dataclass(frozen=True)
+class Turn:
+    """How samples that one notch leads are seen, as if the reference notch of its class led."""
+
+    reference: int
+    reflects_y: bool
+    reflects_z: bool
+    notch: list[int]  # of the sample, for each notch of the frame
+
+    def turned(self, points: np.ndarray, plate: Plate) -> np.ndarray:
+        """Points y, z of a sample in the frame."""
+        return np.where([self.reflects_y, self.reflects_z], plate.size[1:] - points, points)
+
 
 @dataclass
 class Ensemble:
@@ -186,24 +211,24 @@ class Ensemble:
     n_planned: int  # samples that the input asks for; more than len(samples) when it stopped early
     samples: Samples
     statistics: Statistics
-    frame: "LeaderFrame"
-    leading: np.ndarray  # of each sample the notch whose crack leads; -1 where none does or it is not known
-    leading_is_derived: bool  # from the crossings, since the files do not hold it
+    precision: dict[str, Any]  # how well the mean path is known, see src/analysis/README.md
+    turns: list[Turn]  # by the leading notch
     ranks: dict[str, Ranks]  # by their groups in /statistics
     interval_scope: str  # what the confidence intervals leave out
+    notes: list[str]  # what else is to be known of these results
     provenance: dict[str, str]
     input_text: str
-    stop_half_width: Optional[float]  # that the input's [ensemble.stop] asks for [m]
-    load_crack: Callable[[int], Optional[CrackSurface]] = field(repr=False)
-    load_lines: Callable[[int], list[CrackLine]] = field(repr=False)
-    load_forks: Callable[[int], Optional[Forks]] = field(repr=False)
-    load_energy: Callable[[int], Optional[Energy]] = field(repr=False)
-    load_frames: Callable[[int], Optional[Frames]] = field(repr=False)
+    files: "SampleFiles"
 
     @property
     def finished(self) -> bool:
         """No sample is pending."""
         return self.samples.count(PENDING) == 0
+
+    @property
+    def leading(self) -> np.ndarray:
+        """Of each sample the notch whose crack leads; -1 where none does or it is not known."""
+        return np.where(self.samples.status == DONE, self.samples.leading_notch, -1)
 
     @property
     def done(self) -> np.ndarray:

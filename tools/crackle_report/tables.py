@@ -10,10 +10,7 @@ from typing import Callable, Optional, Union
 import numpy as np
 
 from . import style
-from .confidence import mean_of_present
-from .ranks import PATTERNS
 from .results import DONE, FAILED, Ensemble, Paths, Result, Samples
-from .statistics import wilson_interval
 
 STATUS_NAMES = ("pending", "done", "failed")
 MISSING = "–"
@@ -28,13 +25,12 @@ class Column:
 
 
 def _column(result: Result) -> Column:
-    """The column of a result, as the result files describe it."""
+    """The column of a result, as the program describes it."""
     if result.categories:
-        return Column(result.label, "", lambda s, i: result.categories.get(int(s.numbers[result.name][i]), MISSING))
-    if result.format == "d":
-        return Column(result.label, result.units, lambda s, i: int(s.numbers[result.name][i]), "d")
-    return Column(result.label, result.units, lambda s, i: float(s.numbers[result.name][i]) * result.factor,
-                  result.format)
+        words = dict(enumerate(result.categories))
+        return Column(result.label, "", lambda s, i: words.get(int(s.numbers[result.name][i]), MISSING))
+    kind = int if result.format == "d" else float
+    return Column(result.label, result.units, lambda s, i: kind(s.numbers[result.name][i] * result.factor), result.format)
 
 
 def samples(ensemble: Ensemble) -> str:
@@ -69,34 +65,24 @@ def sections(ensemble: Ensemble) -> str:
     head = "".join(f"<th>{title}<small>{unit}</small></th>" for title, unit in titles)
     body = []
     for group, paths in ensemble.ranks.items():
-        spread = mean_of_present(_of_group(ensemble, group, ensemble.samples.z_spread))
         for row in range(len(paths.notch)):
-            body += _positions(ensemble, ensemble.rank_name(group, row), paths, row, spread[row], paths.counted[row])
-    spread = mean_of_present(ensemble.samples.z_spread)
+            body += _positions(ensemble, ensemble.rank_name(group, row), paths, row, paths.counted[row])
     for notch in range(ensemble.n_notches):
-        body += _positions(ensemble, f"all of notch {notch}, leading and following", ensemble.statistics, notch,
-                           spread[notch])
+        body += _positions(ensemble, f"all of notch {notch}, leading and following", ensemble.statistics, notch)
     return (f"<p>{escape(_about_ranks(ensemble))}</p>"
             f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>' + "\n".join(body)
             + "</tbody></table></div>")
 
 
-def _of_group(ensemble: Ensemble, group: str, values: np.ndarray) -> np.ndarray:
-    """Values of samples x notches x sections of the samples that count in a group, as samples x rows x sections."""
-    leading = ensemble.leading
-    if group in PATTERNS:
-        leading = np.where(ensemble.samples.pattern == PATTERNS[group], leading, -1)
-    return ensemble.frame.ranked(values, leading, group)[0]
-
-
-def _positions(ensemble: Ensemble, name: str, paths: Paths, row: int, spread: np.ndarray,
+def _positions(ensemble: Ensemble, name: str, paths: Paths, row: int,
                counted: Optional[np.ndarray] = None) -> list[str]:
     lines = []
     for k, section in enumerate(ensemble.sections):
         arrived = str(int(paths.reached[row, k])) + (f" of {int(counted[k])}" if counted is not None else "")
         cells = [section.name, arrived]
         cells += [_number(float(value) / style.MILLIMETRE, ".2f")
-                  for value in (paths.z_mean[row, k], paths.z_half_width[row, k], paths.z_std[row, k], spread[k])]
+                  for value in (paths.z_mean[row, k], paths.z_half_width[row, k], paths.z_std[row, k],
+                                paths.spread_mean[row, k])]
         if math.isfinite(paths.z_mean[row, k]):
             cells[2] = f"{section.along} = {cells[2]}"
         lines.append(f'<tr><td class="text">{escape(name)}</td>' + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
@@ -109,12 +95,10 @@ def _about_ranks(ensemble: Ensemble) -> str:
     counts = [f"notch {notch} in {int((done == notch).sum())}" for notch in range(ensemble.n_notches)]
     text = "A sample's crack leads that crosses the largest share of its ligament: " + ", ".join(counts)
     if (done < 0).any():
-        text += f", {'unknown or none' if ensemble.leading_is_derived else 'none'} in {int((done < 0).sum())}"
-    text += "."
-    if ensemble.leading_is_derived:
-        text += " These results do not hold it; it is taken from the sections that the cracks reach."
-    turned = [f"notch {notch} as if notch {reference} did" for notch, reference in enumerate(ensemble.frame.reference)
-              if notch != reference]
+        text += f", {'unknown or none' if ensemble.notes else 'none'} in {int((done < 0).sum())}"
+    text = " ".join([text + ".", *ensemble.notes])
+    turned = [f"notch {notch} as if notch {turn.reference} did" for notch, turn in enumerate(ensemble.turns)
+              if notch != turn.reference]
     if turned:
         text += f" Turned by the body's symmetry are the samples that these notches lead: {', '.join(turned)}."
     return text
@@ -131,13 +115,12 @@ def tiles(ensemble: Ensemble) -> str:
         entries.append((f"{np.median(force):.0f} N", f"median {name} ({force.min():.0f} to {force.max():.0f} N)"))
     for pattern in (1, 2):
         if done.any():
-            count = int((table.pattern[done] == pattern).sum())
-            low, high = wilson_interval(count, int(done.sum()), ensemble.confidence)
-            entries.append((f"{100 * count / done.sum():.0f} %",
-                            f"{style.pattern_name(pattern)} ({100 * low:.0f} to {100 * high:.0f} %)"))
+            found = ensemble.statistics.pattern(pattern)
+            entries.append((f"{100 * found.share:.0f} %",
+                            f"{style.pattern_name(pattern)} ({100 * found.lower:.0f} to {100 * found.upper:.0f} %)"))
     for name, label in (("bifurcations_projected", "forks in the projection"), ("bifurcations", "forks in space")):
-        if done.any() and name in table.numbers:
-            entries.append((str(int(np.count_nonzero(table.numbers[name][done] > 0))), f"samples with {label}"))
+        if name in table.numbers and table.result(name).any:
+            entries.append((str(table.result(name).n_any), f"samples with {label}"))
     return '<div class="tiles">' + "".join(
         f'<div class="tile"><b>{escape(value)}</b><span>{escape(label)}</span></div>'
         for value, label in entries) + "</div>"

@@ -39,12 +39,21 @@ public:
   /// Of each notch the reference notch of its class.
   const std::vector<std::int32_t>& reference() const { return reference_; }
 
+  /// The axes that the symmetry reflects which turns a sample led by `leading`: bit 1 for y, 2 for z.
+  std::uint8_t reflected_axes(int leading) const { return turns_[static_cast<std::size_t>(leading)].axes; }
+
+  /// Of each notch of the frame the notch that it is in a sample led by `leading`.
+  const std::vector<int>& notches(int leading) const {
+    return turns_[static_cast<std::size_t>(leading)].notch;
+  }
+
   /// The crack of `notch` at `section` in the frame of a sample that `leading` leads; nothing where such a
   /// sample does not count.
   std::optional<Source> source(int leading, int notch, int section) const;
 
 private:
   struct Turn {
+    std::uint8_t axes;                          ///< reflected
     std::vector<int> notch;                     ///< that each notch of the frame is in the sample
     std::vector<int> section;                   ///< likewise; -1 for none
     std::vector<std::optional<double>> extent;  ///< of each section, see Source

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/sample_summary.h"
 #include "crackle/input/parameters.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -37,6 +39,10 @@ struct PathStatistics {
   std::vector<double> z_quantile;     ///< rows x sections x quantile_shares [m]
   std::vector<std::int32_t> reached;  ///< number of samples whose crack arrived
   std::vector<double> running_mean;   ///< n_samples x rows x sections: mean over samples 0..i [m]
+  // What follows is not in the ensemble's file.
+  /// Like running_mean: z_half_width over samples 0..i [m]; NaN but from with_running_half_widths.
+  std::vector<double> running_half_width;
+  std::vector<double> spread_mean;  ///< mean over the samples of SampleSummary::z_spread [m]
 };
 
 /// Positions of cracks of one rank, in the frame of the leading crack (LeaderFrame): each row is one notch of
@@ -97,6 +103,11 @@ Statistics make_statistics(std::span<const SampleSummary> samples, const input::
 Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters,
                            int n_needed);
 
+/// The same statistics of the same samples with running_half_width, which takes the longest.
+/// @param parameters with the sections of the statistics
+Statistics with_running_half_widths(const Statistics& statistics, std::span<const SampleSummary> samples,
+                                    const input::Parameters& parameters);
+
 /// Makes the rows of samples that an ensemble did not need pending.
 /// @param first number of the sample in rows[0]
 void leave_out_surplus(const Statistics& statistics, std::size_t first, std::vector<SampleSummary>& rows);
@@ -110,12 +121,59 @@ struct WilsonInterval {
 /// Of a share seen in n trials.
 WilsonInterval wilson_interval(double share, int n, double confidence);
 
+/// The wilson_interval of n_hits in n > 0 trials, cut off at 0 and 1.
+struct Interval {
+  double lower, upper;
+};
+Interval share_interval(int n_hits, int n, double confidence);
+
+/// Half width of the confidence interval of a mean whose standard deviation was estimated from n values
+/// (Student's t); NaN for fewer than two.
+double student_half_width(double standard_deviation, int n, double confidence);
+
+/// Confidence of the interval at each of several looks, so that all of them hold together.
+inline double confidence_of_look(double confidence, int n_looks) {
+  return 1 - (1 - confidence) / n_looks;
+}
+
 /// The value below which a share of the values lies, linear between neighbours in rank (Hyndman and Fan's
 /// type 7). NaN values are left out; NaN when none is left.
 double quantile(std::vector<double> values, double share);
 
+/// Where the rows of statistics come from.
+struct Origin {
+  std::vector<std::string> notes;    ///< sentences about it
+  std::vector<std::string> lacking;  ///< names of the results that the files, of an older format, do not hold
+};
+
+/// Whether the files do not hold a result.
+inline bool lacks(const Origin& origin, const std::string& result) {
+  return std::ranges::find(origin.lacking, result) != origin.lacking.end();
+}
+
+/// What a table over all samples says of a result: of the samples that are done and have it, in SI units.
+struct ResultStatistics {
+  ResultInfo info{};
+  int n_values = 0;  ///< without any, what follows says nothing
+  // By the result's Reduction:
+  std::array<double, quantile_shares.size()> quantiles{};
+  std::vector<int> counts;  ///< of each category
+  double mean = 0;
+  int n_any = 0;         ///< samples in which it is above 0
+  Interval share_any{};  ///< confidence interval of their share
+};
+
+/// Of all results but those that the files lack, in the order of tables.
+std::vector<ResultStatistics> result_statistics(std::span<const SampleSummary> samples, double confidence,
+                                                const Origin& origin);
+
 /// The statistics as a table to read: crack positions, patterns, onset, samples that failed.
 std::string to_text(const Statistics& statistics, std::span<const SampleSummary> samples,
-                    const input::Sections& sections);
+                    const input::Sections& sections, const Origin& origin = {});
+
+/// The statistics and the rows they are over as a JSON document; src/analysis/README.md lists its members.
+/// @param parameters with the sections of the statistics
+std::string to_json(const Statistics& statistics, std::span<const SampleSummary> samples,
+                    const input::Parameters& parameters, const Origin& origin);
 
 }  // namespace crackle::analysis

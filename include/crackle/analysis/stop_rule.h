@@ -32,6 +32,18 @@ inline constexpr double min_reached_share = 0.1;
 /// The sample numbers n of the looks, ascending; the last one is `samples`.
 std::vector<std::size_t> look_schedule(int samples, int min_samples);
 
+/// What half width counts as enough where the input names none, as a share of the body's width.
+inline constexpr double default_half_width_share = 0.01;
+
+/// Number of the position in Statistics::leader (rows x sections) that counts and whose mean is known least;
+/// nothing where none counts.
+/// @param statistics as is_known
+std::optional<std::size_t> least_certain(const Statistics& statistics);
+
+/// How many samples it would take to know every section that counts, with the scatter seen so far; NaN where
+/// none counts.
+double n_samples_needed(const Statistics& statistics, double half_width);
+
 /// Whether every section that counts is known well enough, and there is one.
 /// @param statistics over the samples of one look, with the looks of the schedule
 bool is_known(const Statistics& statistics, double half_width);

@@ -3,7 +3,7 @@
 
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/fracture/breakable_body.h"
-#include "crackle/fracture/tuler_butcher.h"
+#include "crackle/fracture/criterion.h"
 
 #include <cstdint>
 #include <span>
@@ -19,7 +19,7 @@ class BreakingCheck {
 public:
   /// The references must outlive the object.
   /// @param motion of `body`, at the start of a phase or where it goes on from a checkpoint
-  BreakingCheck(const fracture::BreakableBody& body, MovingBody& motion, fracture::TulerButcher& criterion)
+  BreakingCheck(const fracture::BreakableBody& body, MovingBody& motion, fracture::Criterion& criterion)
       : body_(&body), motion_(&motion), criterion_(&criterion) {}
 
   /// Notes which tetrahedra are above their strength; due before the first step.
@@ -30,11 +30,11 @@ public:
   std::span<const std::int32_t> end_step();
 
 private:
-  double largest_principal(const mechanics::Symmetric& strain) const;
+  double stress(const mechanics::Symmetric& strain) const;
 
   const fracture::BreakableBody* body_;
   MovingBody* motion_;
-  fracture::TulerButcher* criterion_;
+  fracture::Criterion* criterion_;
   std::vector<std::int32_t> over_;  // above the strength at the end of the last step; unbroken, ascending
   std::vector<std::int32_t> candidates_, breaking_;
 };

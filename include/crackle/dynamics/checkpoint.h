@@ -4,7 +4,7 @@
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/fracture/break_record.h"
 #include "crackle/fracture/breakable_body.h"
-#include "crackle/fracture/tuler_butcher.h"
+#include "crackle/fracture/criterion.h"
 #include "crackle/input/parameters.h"
 #include "crackle/parallel/numbered_rows.h"
 
@@ -73,9 +73,9 @@ struct Checkpoint {
       0;  ///< largest reaction at the first break, where that was in a dynamic phase [N]
   std::vector<EndedPhase> ended;
   std::optional<RunningPhase> running;
-  parallel::NumberedRows impulse;  ///< of each tetrahedron that has one, by bits
-  std::vector<EnergyRow> energy;   ///< of the last phase
-  std::vector<Frame> frames;       ///< of the last phase; root only
+  parallel::NumberedRows memory;  ///< of the criterion, where it is not 0, by bits
+  std::vector<EnergyRow> energy;  ///< of the last phase
+  std::vector<Frame> frames;      ///< of the last phase; root only
 };
 
 /// @return the root's checkpoint as bytes
@@ -106,10 +106,10 @@ private:
 };
 
 /// Impulses of all tetrahedra on the root. Collective.
-parallel::NumberedRows gather_impulse(const parallel::Communicator& group,
-                                      const geometry::Subdomain& subdomain,
-                                      const fracture::TulerButcher& criterion);
-void restore_impulse(const parallel::NumberedRows& impulse, const geometry::Subdomain& subdomain,
-                     fracture::TulerButcher& criterion);
+parallel::NumberedRows gather_memory(const parallel::Communicator& group,
+                                     const geometry::Subdomain& subdomain,
+                                     const fracture::Criterion& criterion);
+void restore_memory(const parallel::NumberedRows& memory, const geometry::Subdomain& subdomain,
+                    fracture::Criterion& criterion);
 
 }  // namespace crackle::dynamics

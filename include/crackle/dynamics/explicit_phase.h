@@ -6,7 +6,7 @@
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/dynamics/stable_step.h"
-#include "crackle/fracture/tuler_butcher.h"
+#include "crackle/fracture/criterion.h"
 
 #include <cstdint>
 #include <functional>
@@ -84,7 +84,7 @@ struct PhaseOptions {
 /// @throws NumberRangeExceeded when the motion's state can no longer be trusted
 /// @throws parallel::AgreedError at most 32 steps after anything in a step failed on any rank
 PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
-                               fracture::TulerButcher& criterion, const Splitting& splitting,
+                               fracture::Criterion& criterion, const Splitting& splitting,
                                const EnergyAccount& account, double load_time, const PhaseOptions& options,
                                MotionState& state);
 

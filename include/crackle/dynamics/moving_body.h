@@ -6,7 +6,7 @@
 #include "crackle/dynamics/integrator.h"
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/fracture/breakable_body.h"
-#include "crackle/fracture/tuler_butcher.h"
+#include "crackle/fracture/criterion.h"
 #include "crackle/mechanics/boundary_loads.h"
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
@@ -83,9 +83,9 @@ struct MotionContext {
   const parallel::Communicator* group;
   fracture::BreakableBody* body;
   const mechanics::BoundaryLoads* loads;
-  double density;                    ///< [kg/m^3]
-  std::span<const double> strength;  ///< of each local tetrahedron [Pa]
-  double watched_share = 1;          ///< of the strength: MovingBody::overloaded() tells what is above it
+  double density;  ///< [kg/m^3]
+  const fracture::Criterion* criterion;
+  double watched_share = 1;  ///< of the strength: MovingBody::overloaded() tells what is above it
 };
 
 /// The definition: every operation in double precision, one after the other, with the plain loop over

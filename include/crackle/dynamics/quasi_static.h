@@ -3,7 +3,7 @@
 
 #include "crackle/dynamics/energy_account.h"
 #include "crackle/fracture/breakable_body.h"
-#include "crackle/fracture/tuler_butcher.h"
+#include "crackle/fracture/criterion.h"
 #include "crackle/mechanics/boundary_loads.h"
 #include "crackle/mechanics/static_solver.h"
 #include "crackle/parallel/communicator.h"
@@ -36,7 +36,7 @@ public:
   /// is
   ///        released quasi-statically: a dynamic phase would have ended as arrested before its first break
   QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
-                     const mechanics::BoundaryLoads& loads, const fracture::TulerButcher& criterion,
+                     const mechanics::BoundaryLoads& loads, const fracture::Criterion& criterion,
                      double patience);
 
   /// Puts the loads at time 0 into the account. Collective; once, before everything else.
@@ -91,7 +91,7 @@ private:
   const parallel::Communicator* group_;
   fracture::BreakableBody* body_;
   const mechanics::BoundaryLoads* loads_;
-  const fracture::TulerButcher* criterion_;
+  const fracture::Criterion* criterion_;
   double patience_;
   mechanics::StaticSolver solver_;
   std::vector<parallel::NodeField> unit_;  // for each force pattern, then for each motion that is not fixed

@@ -20,6 +20,7 @@
 /// |---|---|---|
 /// | attributes of / | | kind, schema_version, program_version, git_commit, library_versions, seed, input,
 /// points, input_identity |
+/// | /specimen/... | | see geometry::for_each_member |
 /// | /samples/status, error, note | N | analysis::SampleStatus; why it failed; what else is to be known |
 /// | /samples/... | N | the results of analysis::for_each_result |
 /// | /crack_path/section, section_axis | S | where the sections lie, y first; 1 y = const, 2 z = const |
@@ -60,12 +61,11 @@ void write_ensemble(const parallel::Communicator& world, const std::filesystem::
                     const input::Parameters& parameters, const EnsembleBlock& block,
                     const analysis::Statistics& statistics, const geometry::MotherPoints& base);
 
-/// What is stored in an ensemble file.
+/// What is stored in an ensemble file, without the statistics, which follow from the samples.
 struct EnsembleContent {
   std::string input_text;
   input::Sections sections;
   std::vector<analysis::SampleSummary> samples;
-  analysis::Statistics statistics;
   geometry::MotherPoints base;  ///< empty where each sample has its own
 };
 

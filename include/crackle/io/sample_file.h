@@ -21,6 +21,7 @@
 /// |---|---|---|
 /// | attributes of / | | kind, schema_version, program_version, git_commit, library_versions, input,
 /// points, input_identity, seed, sample, status, error, note |
+/// | /specimen/... | | see geometry::for_each_member |
 /// | /mesh/nodes, tetrahedra | n x 3, m x 4 | the realization; attributes of /mesh: its report |
 /// | /mesh/boundary, boundary_surface | k x 3, k | boundary triangles and their geometry::SurfaceId |
 /// | /crack_surface/corners | f x 4 x 3 | opened dual facets, in order of breaking |
@@ -100,6 +101,9 @@ analysis::SampleSummary read_summary(const std::filesystem::path& file, const in
 /// without results, and an older file's input is not compared.
 analysis::SampleSummary read_any_summary(const std::filesystem::path& file,
                                          const input::Parameters& parameters, std::uint64_t sample);
+
+/// The input that a sample was made from, as text. @throws std::runtime_error as read_any_summary
+std::string read_input_text(const std::filesystem::path& file);
 
 /// The rows of samples first, first + 1, ... first + count - 1 of an ensemble's folder. A sample without file
 /// is pending; so is one whose file cannot be used, with the reason in `error`. Not collective.

@@ -18,6 +18,8 @@ struct IsotropicElasticity {
                ((1 + material.poisson_ratio) * (1 - 2 * material.poisson_ratio))),
         mu(material.youngs_modulus / (2 * (1 + material.poisson_ratio))) {}
 
+  double bulk_modulus() const { return lambda + 2 * mu / 3; }  ///< [Pa]
+
   Symmetric operator()(const Symmetric& eps) const {
     const double pressure = lambda * (eps[0] + eps[1] + eps[2]);
     return {pressure + 2 * mu * eps[0],

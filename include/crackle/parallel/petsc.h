@@ -57,7 +57,7 @@ private:
 
 using VecOwner = PetscOwner<Vec, VecDestroy>;
 using MatOwner = PetscOwner<Mat, MatDestroy>;
-using KspOwner = PetscOwner<KSP, KSPDestroy>;
+using PcOwner = PetscOwner<PC, PCDestroy>;
 using NullSpaceOwner = PetscOwner<MatNullSpace, MatNullSpaceDestroy>;
 
 /// This rank's owned values of a vector, given back to PETSc at the end of the object's life. Local.

@@ -16,10 +16,29 @@ namespace crackle::parallel {
 /// @return NaN when a product is NaN, else infinity when one is infinite
 double reproducible_dot(MPI_Comm communicator, std::span<const double> a, std::span<const double> b);
 
-/// Replaces the operations of a PETSc vector that a Krylov method uses by ones whose result has the same bits
-/// for every partition: dot products and norms by reproducible_dot(), updates by plain loops (BLAS may fuse
-/// operations differently at the ends of an array). Vectors duplicated from it inherit them. A failure in one
-/// ends in PETSc's error code.
-void make_reproducible(Vec vector);
+/// Conjugate gradients over a PETSc matrix and preconditioner, with reproducible_dot(): as KSPCG with the
+/// natural norm computes, but with the same bits for every partition where matrix and preconditioner have
+/// that.
+class ConjugateGradients {
+public:
+  /// @param like a vector of the unknowns; its duplicates hold what the iterations need. Collective.
+  explicit ConjugateGradients(Vec like);
+
+  struct Outcome {
+    bool has_converged;
+    int n_iterations;
+  };
+
+  /// Solves from zero, until the norm of the residual r in the preconditioner's scalar product, sqrt(r . M^-1
+  /// r), is at most `tolerance`, or is no number, or the matrix is found not to be positive definite.
+  /// Allocates nothing. Collective; does not agree() before.
+  /// @param residual the right-hand side on entry, what is left of it on return
+  /// @throws std::runtime_error with PETSc's message
+  Outcome solve(Mat matrix, PC preconditioner, Vec residual, Vec solution, double tolerance,
+                int max_iterations);
+
+private:
+  VecOwner preconditioned_, direction_, image_;
+};
 
 }  // namespace crackle::parallel

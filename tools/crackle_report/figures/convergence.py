@@ -7,14 +7,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from .. import style
-from ..confidence import running_half_width, student_quantile
 from ..options import Options
 from ..results import DONE, Ensemble, along
-from ..statistics import position_confidence
 from .picture import Picture, Section
-
-LEAST_SHARE = 0.1  # of the samples done: where fewer cracks come, a section does not count
-DEFAULT_TARGET_SHARE = 0.01  # of the width: the half width that is enough where the input names none
 
 
 def section(ensemble: Ensemble, _: Options) -> Section:
@@ -38,40 +33,25 @@ def _together(ensemble: Ensemble) -> str:
 
 def _verdict(ensemble: Ensemble) -> str:
     """Were the samples enough? In one sentence."""
-    statistics, n_done = ensemble.ranks["leader"], ensemble.done.size
+    precision, n_done = ensemble.precision, ensemble.done.size
     # Where hardly any leading crack comes, no number of samples is enough, and the mean says little.
-    counts = (statistics.reached >= max(2, LEAST_SHARE * n_done)) & np.isfinite(statistics.z_half_width)
-    if not counts.any():
+    if "half_width" not in precision:
         return "No section has been reached by enough samples to say whether they are enough."
-    target = ensemble.stop_half_width or DEFAULT_TARGET_SHARE * ensemble.plate.size[1]
-    reason = "as the input asks for" if ensemble.stop_half_width else \
-        f"{100 * DEFAULT_TARGET_SHARE:g} % of the width"
-    widest = np.where(counts, statistics.z_half_width, -np.inf)
-    row, position = np.unravel_index(widest.argmax(), widest.shape)
-    known = (f"the mean position of the leading crack is known to ±{widest[row, position] / style.MILLIMETRE:.2g} mm at "
-             f"its least certain section ({_of_class(ensemble, row)}{ensemble.sections[position].name})")
+    reason = "as the input asks for" if precision["is_of_the_input"] else "1 % of the width"
+    half_width, target = precision["half_width"], precision["half_width_wanted"]
+    known = (f"the mean position of the leading crack is known to ±{half_width / style.MILLIMETRE:.2g} mm at its least "
+             f"certain section ({_of_class(ensemble, precision['row'])}{ensemble.sections[precision['section']].name})")
     wanted = f"±{target / style.MILLIMETRE:.2g} mm ({reason})"
-    if widest[row, position] <= target:
+    if half_width <= target:
         return f"Were {n_done} samples enough? Yes: {known}, and {wanted} was wanted."
-    confidence = position_confidence(ensemble.confidence, ensemble.n_looks)
-    needed = max(_needed(float(statistics.z_std[index]), target, confidence) * n_done
-                 / statistics.reached[index] for index in zip(*np.nonzero(counts)))
-    return (f"Were {n_done} samples enough? No: {known}; {wanted} would take about {_round_up(needed)} samples with "
-            "the scatter seen so far.")
+    return (f"Were {n_done} samples enough? No: {known}; {wanted} would take about "
+            f"{_round_up(precision['n_samples_needed'])} samples with the scatter seen so far.")
 
 
 def _of_class(ensemble: Ensemble, row: int) -> str:
     """Which leaders a row is of, where there are several."""
     leading = ensemble.ranks["leader"].leading_notch
     return f"notch {leading[row]} leads, " if len(leading) > 1 else ""
-
-
-def _needed(std: float, target: float, confidence: float) -> int:
-    """The number of values whose mean has the half width `target`."""
-    n = 2
-    while student_quantile(confidence, n - 1) * std / np.sqrt(n) > target and n < 10_000_000:
-        n = max(n + 1, int(1.02 * n))
-    return n
 
 
 def _round_up(number: float) -> int:
@@ -88,11 +68,7 @@ def _draw(ensemble: Ensemble) -> Figure:
     last = done[-1] + 1 if done.size else 0
     number = np.arange(1, n_samples + 1)
     mean = leaders.running_mean / style.MILLIMETRE
-    position, _ = ensemble.frame.ranked(ensemble.samples.position, ensemble.leading, "leader", are_positions=True)
-    confidence = position_confidence(ensemble.confidence, ensemble.n_looks)
-    band = np.stack([running_half_width(column, confidence) for column in
-                     position.reshape(n_samples, -1).T], axis=1).reshape(mean.shape)
-    band /= style.MILLIMETRE
+    band = leaders.running_half_width / style.MILLIMETRE
     span = _span(mean, band, leaders.z_std / style.MILLIMETRE)
 
     figure = Figure(figsize=(style.PAGE_WIDTH, 0.5 + 1.75 * n_rows), layout="constrained")

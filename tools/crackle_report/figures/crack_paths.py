@@ -48,7 +48,7 @@ def every(ensemble: Ensemble, _: Options) -> Section | None:
 
 def alone(ensemble: Ensemble, number: int, marked: bool) -> Figure:
     """One sample's crack on a page of its own, with or without the forks that the program counts."""
-    crack = ensemble.load_crack(number)
+    crack = ensemble.files.crack(number)
     has_crack = crack is not None and crack.time.size > 0
     z_range = window(ensemble.plate, [crack.corner[:, :, 2]] if has_crack else [])
     proportion = (z_range[1] - z_range[0]) / (1.08 * ensemble.plate.size[1] / style.MILLIMETRE)
@@ -64,7 +64,7 @@ def alone(ensemble: Ensemble, number: int, marked: bool) -> Figure:
 
 def _section(ensemble: Ensemble, title: str, text: str, sheets: list[list[int]]) -> Section:
     result = Section(title, text)
-    cracks = {i: ensemble.load_crack(i) for sheet in sheets for i in sheet}
+    cracks = {i: ensemble.files.crack(i) for sheet in sheets for i in sheet}
     cracks = {i: crack for i, crack in cracks.items() if crack is not None and crack.time.size}
     latest = max((float(crack.time.max()) for crack in cracks.values()), default=0.0)
     colours = time_colours(latest)
@@ -137,6 +137,6 @@ def _panel(axes: Axes, ensemble: Ensemble, number: int, crack: CrackSurface | No
         return
 
     draw_facets(axes, crack, colours)
-    forks = ensemble.load_forks(number) if marked else None
+    forks = ensemble.files.forks(number) if marked else None
     if forks is not None:
         draw_forks(axes, forks)

@@ -69,11 +69,12 @@ def _turned_lines(ensemble: Ensemble) -> dict[tuple[str, int], list[CrackLine]]:
     lines = defaultdict(list)
     for i in ensemble.done:
         leading = int(ensemble.leading[i])
-        for line in ensemble.load_lines(i) if leading >= 0 else []:
-            for group in ("leader", "follower"):
-                row = ensemble.frame.row_of(group, leading, line.notch) if line.notch >= 0 else None
+        for line in ensemble.files.lines(i) if leading >= 0 else []:
+            turn = ensemble.turns[leading]
+            for group in ("leader", "follower") if line.notch >= 0 else ():
+                row = ensemble.ranks[group].row_of(turn.reference, turn.notch.index(line.notch))
                 if row is not None:
-                    points = ensemble.frame.turned(line.points, leading)
+                    points = turn.turned(line.points, ensemble.plate)
                     lines[group, row].append(CrackLine(line.notch, line.is_branch, points))
     return lines
 
@@ -93,8 +94,8 @@ def _panel(axes: Axes, ensemble: Ensemble, group: str, row: int, lines: list[Cra
 def _sections(axes: Axes, ensemble: Ensemble, group: str, row: int) -> None:
     """The sections that the row's cracks can cross, and their mean path there with its band."""
     statistics = ensemble.ranks[group]
-    is_y = ensemble.plate.notches[statistics.notch[row]].face.startswith("y")
-    axis = 1 if is_y else 2
+    axis = int(ensemble.plate.notch_axis[statistics.notch[row]])
+    is_y = axis == 1
     chosen = [k for k, section in enumerate(ensemble.sections) if section.axis == axis]
     at = np.array([ensemble.sections[k].position for k in chosen]) / style.MILLIMETRE
     mean, std, half_width = (values[row, chosen] / style.MILLIMETRE for values in

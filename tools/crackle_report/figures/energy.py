@@ -19,7 +19,7 @@ LINES = (("external", "work of the load", "black", "-"), ("strain", "strain", "#
 
 
 def section(ensemble: Ensemble, options: Options) -> Section | None:
-    histories = {i: ensemble.load_energy(i) for i in options.samples or samples_in_detail(ensemble)}
+    histories = {i: ensemble.files.energy(i) for i in options.samples or samples_in_detail(ensemble)}
     histories = {i: energy for i, energy in histories.items() if energy is not None and energy.time.size > 1}
     if not histories:
         return None

@@ -30,7 +30,7 @@ ANIMATION_WIDTH, ANIMATION_DPI = 4.6, 110  # [inch]
 def section(ensemble: Ensemble, options: Options) -> Section | None:
     result = Section("Fringes and crack growth", _explain(options))
     for number in options.samples or samples_in_detail(ensemble):
-        frames, crack = ensemble.load_frames(number), ensemble.load_crack(number)
+        frames, crack = ensemble.files.frames(number), ensemble.files.crack(number)
         if frames is None or crack is None or frames.time.size == 0:
             continue
         view = _View(ensemble, number, frames, crack, options)
@@ -96,8 +96,8 @@ class _View:
     def _shown_length(self) -> tuple[float, float]:
         """The range of z [m] round all notches and cracks, stray breaks far away left out."""
         _, width, length = self._plate.size
-        ends = [end + side * 0.6 * width for notch in range(len(self._plate.notches))
-                for end, side in zip(self._plate.slot_range(notch), (-1, 1))]
+        ends = [end + side * 0.6 * width for low_and_high in self._plate.notch_slot[:, 1]
+                for end, side in zip(low_and_high, (-1, 1))]
         if self._crack.time.size:
             low, high = np.percentile(self._crack.corner[:, :, 2], (2, 98))
             ends += [float(low) - 0.2 * width, float(high) + 0.2 * width]

@@ -2,6 +2,8 @@
 """Base points, one realization's cut, and where the candidate crack facets point."""
 from __future__ import annotations
 
+from typing import Sequence
+
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
@@ -27,10 +29,10 @@ SPACING_COLOURS = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.3
 LARGEST_DENSITY = 5.0  # that is shown, and its reciprocal the smallest
 
 
-def base_points(plate: Plate, points: np.ndarray) -> Picture:
+def base_points(mesh: Mesh) -> Picture:
     """The base mother points near mid-thickness: the whole plate, and round the notches."""
+    plate, points = mesh.plate, mesh.nodes / style.MILLIMETRE
     middle = plate.size[0] / 2 / style.MILLIMETRE
-    points = points / style.MILLIMETRE
     points = points[np.abs(points[:, 0] - middle) <= HALF_THICKNESS_OF_SECTION]
     length = plate.size[2] / style.MILLIMETRE
     figure = Figure(figsize=(7.2, 4.9), layout="constrained")
@@ -46,8 +48,9 @@ def base_points(plate: Plate, points: np.ndarray) -> Picture:
     return Picture("mother-points", "Base mother points of the plate: a section at mid-thickness", figure)
 
 
-def cut(plate: Plate, mesh: Mesh, sample: int) -> Picture:
+def cut(mesh: Mesh, sample: int) -> Picture:
     """The tetrahedra of a realization, cut at mid-thickness and coloured by their quality."""
+    plate = mesh.plate
     middle = plate.size[0] / 2
     polygons, numbers = mesh.cut(0, middle)
     figure = Figure(figsize=(7.2, 4.5), layout="constrained")
@@ -65,8 +68,9 @@ def cut(plate: Plate, mesh: Mesh, sample: int) -> Picture:
                    figure)
 
 
-def spacing(plate: Plate, mesh: Mesh, regions: list[MeshRegion]) -> Picture:
+def spacing(mesh: Mesh) -> Picture:
     """The tetrahedra cut at mid-thickness, coloured by the spacing asked for: the whole plate, and the ligament."""
+    plate, regions = mesh.plate, mesh.regions
     polygons, numbers = mesh.cut(0, plate.size[0] / 2)
     polygons = [polygon / style.MILLIMETRE for polygon in polygons]
     wanted = mesh.spacing[mesh.tetrahedra[numbers]].mean(axis=1) / style.MILLIMETRE
@@ -141,7 +145,7 @@ def _grouped(number: int) -> str:
     return f"{number:,}".replace(",", "\u2009")
 
 
-def _ligament(plate: Plate, regions: list[MeshRegion]) -> tuple[float, float]:
+def _ligament(plate: Plate, regions: Sequence[MeshRegion]) -> tuple[float, float]:
     """The surroundings of the notches with the regions there, as far as a plate's width from the middle."""
     low, high = _near_notches(plate)
     middle, width = (low + high) / 2, plate.size[1] / style.MILLIMETRE
@@ -164,7 +168,7 @@ def _label_region(axes: Axes, number: int, region: MeshRegion, n_points: int, y:
 
 
 def _near_notches(plate: Plate) -> tuple[float, float]:
-    ends = [z / style.MILLIMETRE for notch in range(len(plate.notches)) for z in plate.slot_range(notch)]
+    ends = [z / style.MILLIMETRE for z in plate.slot_ends]
     length = plate.size[2] / style.MILLIMETRE
     if not ends:
         return -1.0, length + 1.0

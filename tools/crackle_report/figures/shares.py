@@ -10,7 +10,6 @@ from matplotlib.ticker import MaxNLocator
 from .. import style
 from ..options import Options
 from ..results import Ensemble
-from ..statistics import wilson_interval
 from .picture import Picture, Section
 
 
@@ -37,13 +36,12 @@ def _draw(ensemble: Ensemble) -> Figure:
 
 def _patterns(axes: Axes, ensemble: Ensemble) -> None:
     done = ensemble.done
-    pattern, branched = ensemble.samples.pattern[done], ensemble.samples.bifurcations[done] > 0
     names = [*style.PATTERN_NAMES[1:], style.PATTERN_NAMES[0], "with branching"]
-    counts = [*(int((pattern == p).sum()) for p in (1, 2, 3, 0)), int(branched.sum())]
     colours = [*(style.PATTERN_COLOURS[p] for p in (1, 2, 3, 0)), style.MUTED]
-    for row, (count, colour) in enumerate(zip(counts, colours)):
-        low, high = (100 * end for end in wilson_interval(count, done.size, ensemble.confidence))
-        share = 100 * count / done.size
+    shares = [*(ensemble.statistics.pattern(p) for p in (1, 2, 3, 0)), ensemble.samples.result("bifurcations").any]
+    for row, (found, colour) in enumerate(zip(shares, colours)):
+        share, low, high = (100 * value for value in (found.share, found.lower, found.upper))
+        count = round(found.share * done.size)
         axes.barh(row, share, height=0.62, color=colour)
         axes.errorbar(share, row, xerr=[[max(share - low, 0)], [max(high - share, 0)]], color="black",
                       linewidth=0.9, capsize=3)

@@ -8,8 +8,6 @@ from typing import Callable
 import numpy as np
 from scipy import stats
 
-from crackle_report.confidence import student_quantile
-
 from .rows import Rows
 
 LENGTH = 0.140  # of the plate [m]
@@ -104,7 +102,18 @@ def mean_interval(values: np.ndarray) -> tuple[float, float]:
     n = len(present)
     if n < 2:
         return math.nan, math.nan
-    return float(present.mean()), student_quantile(0.95, n - 1) * present.std(ddof=1) / math.sqrt(n)
+    return float(present.mean()), float(stats.t.ppf(0.975, n - 1) * stats.sem(present))
+
+
+def running_half_width(values: np.ndarray) -> np.ndarray:
+    """The half width of mean_interval over values[:i + 1], for every i."""
+    return np.array([mean_interval(values[:i + 1])[1] for i in range(len(values))])
+
+
+def share_interval(hits: int, n: int) -> tuple[float, float]:
+    """Wilson's 95 % interval of a share."""
+    interval = stats.binomtest(int(hits), int(n)).proportion_ci(0.95, "wilson")
+    return interval.low, interval.high
 
 
 def difference(one: np.ndarray, other: np.ndarray, paired: bool) -> tuple[float, float]:
@@ -117,7 +126,7 @@ def difference(one: np.ndarray, other: np.ndarray, paired: bool) -> tuple[float,
     variances = [values.var(ddof=1) / len(values) for values in parts]
     total = sum(variances)
     freedom = total ** 2 / sum(v ** 2 / (len(values) - 1) for v, values in zip(variances, parts)) if total > 0 else 1
-    return float(parts[1].mean() - parts[0].mean()), student_quantile(0.95, max(1, int(freedom))) * math.sqrt(total)
+    return float(parts[1].mean() - parts[0].mean()), stats.t.ppf(0.975, max(1, int(freedom))) * math.sqrt(total)
 
 
 def same_path_test(differences: np.ndarray) -> float:

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 
 from crackle_launch import environment, mpirun
-from crackle_verification.runs import RunError
+from crackle_runs import RunError
 
 from .studies import Run
 

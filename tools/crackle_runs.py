@@ -1,26 +1,52 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Inputs derived from another one, runs of the program, and what they gave."""
+"""What tools and studies share: inputs derived from another one, runs of the program, what they gave, tables of it."""
 from __future__ import annotations
 
+import argparse
+import os
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Callable, Iterable
 
 import h5py
 import numpy as np
 
 from crackle_launch import environment
-from crackle_report.reading import text_of
-
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[1]
 JOBS = ROOT / "jobs" / "verification"
 
 
 class RunError(Exception):
     """A run of the program failed; the message says why."""
+
+
+def command(parser: argparse.ArgumentParser, name: str, work: Callable[[argparse.Namespace], int]) -> int:
+    """The main function of a study: adds --output (out/`name`) and --program, builds the program where there is none.
+
+    @return exit status: that of `work`, or 1 when it raises RunError, whose message is printed
+    """
+    parser.add_argument("-o", "--output", type=Path, default=ROOT / "out" / name, help="folder of the runs (%(default)s)")
+    parser.add_argument("--program", type=Path, default=ROOT / "build" / "bin" / "crackle")
+    arguments = parser.parse_args()
+    if not arguments.program.is_file():
+        subprocess.run([str(ROOT / "tools" / "build")], check=True)
+    try:
+        return work(arguments)
+    except RunError as error:
+        print(f"{parser.prog}: {error}", file=sys.stderr)
+        return 1
+
+
+def markdown(titles: Iterable[str], lines: Iterable[Iterable[str]]) -> str:
+    """A table; each line ends with a line feed."""
+    titles = list(titles)
+    rows = [f"| {' | '.join(line)} |\n" for line in (titles, *lines)]
+    return "".join([rows[0], "|" + "---|" * len(titles) + "\n", *rows[1:]])
 
 
 def with_keys(text: str, keys: dict[str, str]) -> str:
@@ -65,7 +91,7 @@ def run(text: str, folder: Path, program: Path) -> list[Sample]:
     if not (unchanged and (results / "ensemble.h5").is_file() and (folder / "done").is_file()):
         source.write_text(text)
         (folder / "done").unlink(missing_ok=True)
-        subprocess.run(["rm", "-rf", str(results)], check=True)
+        shutil.rmtree(results, ignore_errors=True)
         with open(folder / "log.txt", "w") as log:
             status = subprocess.run([str(program), "run", str(source), "-o", str(results)], stdout=log,
                                     stderr=subprocess.STDOUT, env=environment()).returncode
@@ -81,7 +107,7 @@ def _tell_other_commit(ensemble: Path, program: Path) -> None:
     """Says so when results that are there come from another commit of the program; most commits change no figure."""
     version = subprocess.run([str(program), "--version"], capture_output=True, text=True, env=environment()).stdout
     with h5py.File(ensemble) as root:
-        commit = text_of(root.attrs["git_commit"])
+        commit = root.attrs["git_commit"]
     if commit not in version:
         print(f"{ensemble.parent} is kept from commit {commit[:7]}; remove it to compute it anew", file=sys.stderr)
 

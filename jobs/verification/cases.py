@@ -11,7 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from .runs import JOBS, ROOT, RunError, Sample, read, run, with_keys
+from crackle_runs import JOBS, ROOT, RunError, Sample, markdown, read, run, with_keys
 
 MILLIMETRE, MICROSECOND = 1e-3, 1e-6
 
@@ -104,17 +104,16 @@ GLASS_PLATE_VARIANTS = (
 def glass_plate_variants(folder: Path, program: Path) -> str:
     """A table of what changes the branching."""
     text = (JOBS / "glass-plate.toml").read_text()
-    lines = ["| glass plate with | samples | grown by 1 mm [µs] | branching for good [µs] | at y [mm] | arrival [µs] | "
-             "speed over Rayleigh's | energy [J/m²] |", "|---" * 8 + "|"]
+    lines = []
     for number, (title, keys) in enumerate(GLASS_PLATE_VARIANTS):
         name = f"glass-plate-{number}" if keys else "glass-plate"
         plates = _glass_plates(with_keys(text, keys), folder / name, program)
         columns = [[p.start for p in plates], [p.branching for p in plates], [p.place for p in plates],
                    [p.arrival for p in plates]]
-        cells = [title, str(len(plates)), *(_range(values, ".0f") for values in columns),
-                 _range([p.speed for p in plates], ".2f"), _range([p.energy for p in plates], ".2f")]
-        lines.append("| " + " | ".join(cells) + " |")
-    return "\n".join(lines) + "\n"
+        lines.append([title, str(len(plates)), *(_range(values, ".0f") for values in columns),
+                      _range([p.speed for p in plates], ".2f"), _range([p.energy for p in plates], ".2f")])
+    return markdown(["glass plate with", "samples", "grown by 1 mm [µs]", "branching for good [µs]", "at y [mm]",
+                     "arrival [µs]", "speed over Rayleigh's", "energy [J/m²]"], lines)
 
 
 def _branching(y: np.ndarray, z: np.ndarray, time: np.ndarray) -> tuple[float, float] | None:
@@ -189,6 +188,10 @@ def _threshold(load: np.ndarray, forked: np.ndarray) -> tuple[float, float, floa
     return float(best.mean()), float(inside.min()), float(inside.max())
 
 
+def _strip_folder(folder: Path, spacing: float, travel: float) -> Path:
+    return folder / f"pmma-strip-{spacing}-{travel:.3f}"
+
+
 def pmma_strip(folder: Path, program: Path) -> list[Figure]:
     text = (JOBS / "pmma-strip.toml").read_text()
     figures = []
@@ -198,7 +201,7 @@ def pmma_strip(folder: Path, program: Path) -> list[Figure]:
         for travel in TRAVELS:
             keys = {"mesh.spacing": f'"{spacing} mm"', "specimen.notch.height": f'"{spacing} mm"'}
             setting = with_keys(text, keys).replace("0.040 mm", f"{travel:.3f} mm")
-            samples = run(setting, folder / f"pmma-strip-{spacing}-{travel:.3f}", program)
+            samples = run(setting, _strip_folder(folder, spacing, travel), program)
             cracks[travel] = [_strip_crack(sample, 4 * MILLIMETRE, 32 * MILLIMETRE) for sample in samples]
         ran = [(travel, crack) for travel, some in cracks.items() for crack in some if crack.ran]
         forked = np.array([crack.forks > 0 for _, crack in ran])
@@ -349,8 +352,18 @@ def _output(program: Path) -> str:
     return done.stdout
 
 
-def draw_cracks(samples: list[Path], picture: Path) -> None:
-    """The cracks of plates in their plane, coloured by the time at which they opened."""
+def draw_pictures(folder: Path, images: Path) -> None:
+    """The cracks of the glass plate and of the PMMA strip, of those that are computed."""
+    plates = sorted((folder / "glass-plate" / "out" / "samples").glob("*.h5"))[:6]
+    strips = [file for travel in TRAVELS[1:]
+              for file in sorted((_strip_folder(folder, STRIP_SPACINGS[0], travel) / "out" / "samples").glob("*.h5"))[:2]]
+    for samples, name, last in ((plates, "glass-plate", 80), (strips, "pmma-strip", 50)):
+        if samples:
+            draw_cracks(samples, images / f"verification-{name}.png", last)
+
+
+def draw_cracks(samples: list[Path], picture: Path, last: float) -> None:
+    """The cracks of plates in their plane, coloured by the time at which they opened, up to `last` [µs]."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -363,7 +376,7 @@ def draw_cracks(samples: list[Path], picture: Path) -> None:
         size = found.parameters["specimen"]["size"]
         centre = found.facet_corners.mean(axis=1) / MILLIMETRE
         points = axes.scatter(centre[:, 1], centre[:, 2], c=found.facet_time / MICROSECOND, s=0.6, cmap="viridis",
-                              vmin=0, vmax=80)
+                              vmin=0, vmax=last)
         axes.set(xlim=(0, float(size[1].split()[0])), ylim=(0, float(size[2].split()[0])), aspect="equal")
         notch = found.parameters["specimen"]["notch"][0]
         axes.plot([0, float(notch["depth"].split()[0])], [float(notch["at"].split()[0])] * 2, color="black", linewidth=1)
@@ -377,14 +390,7 @@ def draw_cracks(samples: list[Path], picture: Path) -> None:
 
 
 def table(figures: list[Figure]) -> str:
-    lines = ["| case | figure | found | reference |", "|---|---|---|---|"]
-    previous = ""
-    for figure in figures:
-        lines.append(f"| {figure.case if figure.case != previous else ''} | {figure.quantity} | {figure.found} | "
-                     f"{figure.reference} |")
-        previous = figure.case
-    return "\n".join(lines) + "\n"
-
-
-__all__ = ["Figure", "Sample", "draw_cracks", "glass_plate", "glass_plate_variants", "griffith_strip", "notched_strip",
-           "pmma_strip", "slow_growth", "table", "test_programs"]
+    previous = ["", *(figure.case for figure in figures)]
+    return markdown(["case", "figure", "found", "reference"],
+                    [[figure.case if figure.case != before else "", figure.quantity, figure.found, figure.reference]
+                     for figure, before in zip(figures, previous)])

@@ -13,7 +13,7 @@ import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from crackle_verification.runs import ROOT, with_keys
+from crackle_runs import ROOT, with_keys
 
 FAST = {"time.integrator": '"verlet"', "time.step": '"auto"', "output.frames": "2"}
 """A time integration at a sixth of the cost; the study `convergence` compares it with the campaign's."""

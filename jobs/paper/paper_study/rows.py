@@ -6,18 +6,16 @@ import csv
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
 
-from crackle_report import input_text
-from crackle_report.reading import text_of
+from crackle_report.reading import read_ensemble
 
 from . import course, ramp
 from .studies import Run
 
 SECTIONS = ("7", "9", "12.25", "15.5", "17.5")  # y [mm]
 SUMMARY = ("onset_force", "onset_time", "outcome", "pattern", "overlap", "bifurcations", "bifurcations_projected", "kinks", "breaks", "crack_area",
-           "crack_speed_ratio", "energy_error")  # of ensemble.h5
+           "crack_speed_ratio", "energy_error")  # of `crackle stats`
 FIELDS = SUMMARY + course.FIELDS
 
 
@@ -50,15 +48,12 @@ def read(run: Run, results: Path) -> Rows:
     A load that grows from rest has no onset of a dynamic phase. Its onset is then the first start, and the load that of a
     bar without notches at the notches' middle.
     """
-    with h5py.File(results / "ensemble.h5") as root:
-        setting = input_text.parse(text_of(root.attrs["input"]))
-        done = np.flatnonzero(root["samples/status"][...] == 1)
-        values = {name: root[f"samples/{name}"][...][done].astype(float) for name in SUMMARY}
-        z, seconds = root["crack_path/z"][...][done], root["timing/wall_time"][...][done]
-    plate = input_text.plate(setting)
+    ensemble = read_ensemble(results)
+    done, samples, plate = ensemble.done, ensemble.samples, ensemble.plate
+    values = {name: samples.numbers.get(name, np.full(len(samples), np.nan))[done].astype(float) for name in SUMMARY}
     courses = [course.read(results / "samples" / f"{i:04d}.h5", plate) for i in done]
     values |= {name: np.array([one[name] for one in courses]) for name in course.FIELDS}
-    rows = Rows(run.name, run.label, done, values, z, seconds)
+    rows = Rows(run.name, run.label, done, values, samples.position[done], samples.wall_time[done])
     if run.rate is not None:
         values["onset_time"] = rows.start
         values["onset_force"] = ramp.section_load(run.rate, rows.start, plate.size[2] / 2, plate.size[2])

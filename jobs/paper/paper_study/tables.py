@@ -8,17 +8,14 @@ from typing import Callable
 
 import numpy as np
 
-from crackle_report.statistics import wilson_interval
+from crackle_runs import markdown
 
 from .comparing import (binomial_test, difference, distances, groups, in_base_frame, leading_notch, leading_path,
-                        mean_interval, path_distance, reach, same_path_test, same_share_test, scatter_of_means)
+                        mean_interval, path_distance, reach, same_path_test, same_share_test, scatter_of_means,
+                        share_interval)
 from .course import LONG_ARM
 from .rows import SECTIONS, Rows
 from .studies import TARGET_LOAD, Run
-
-
-def markdown(titles: list[str], lines: list[list[str]]) -> str:
-    return "".join(f"| {' | '.join(line)} |\n" for line in [titles, ["---"] * len(titles), *lines])
 
 
 def patterns(rows: Rows) -> str:
@@ -36,7 +33,7 @@ def share(count: int, n: int) -> str:
     """In percent, with Wilson's 95 % interval."""
     if n == 0:
         return "–"
-    low, high = wilson_interval(count, n, 0.95)
+    low, high = share_interval(count, n)
     return f"{100 * count / n:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
 
 

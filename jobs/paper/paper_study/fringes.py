@@ -85,15 +85,14 @@ def look_through(ensemble: Ensemble, samples: Iterable[int], turned: Collection[
     @param turned the samples whose picture is turned by 180 degrees first, so that in all the same notch leads
     """
     numbers, times, all_orders = [], [], []
-    tips = np.array([ensemble.plate.tip(notch) for notch in range(len(ensemble.plate.notches))])
     for number in samples:
-        frames = ensemble.load_frames(number)
+        frames = ensemble.files.frames(number)
         if frames is None:
             continue
         step = -1 if number in turned else 1
         numbers.append(number)
         times.append(frames.time)
-        all_orders.append(np.array([order[::step, ::step] for order in orders(frames, tips)], np.float32))
+        all_orders.append(np.array([order[::step, ::step] for order in orders(frames, ensemble.plate.notch_tip)], np.float32))
     n_frames = max(map(len, times), default=0)
     whole = [i for i, time in enumerate(times) if len(time) == n_frames]
     numbers, times = [numbers[i] for i in whole], [times[i] for i in whole]

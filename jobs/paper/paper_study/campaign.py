@@ -12,12 +12,13 @@ from PIL import Image
 
 from crackle_report.reading import read_ensemble
 from crackle_report.writing import write_light_png
+from crackle_runs import ROOT
 
 from . import fringes
 from .comparing import leading_notch
 from .rows import Rows
 
-REPORT = Path(__file__).resolve().parent.parent / "crackle-report"
+REPORT = ROOT / "tools" / "crackle-report"
 PICTURES = ("typical-paths", "crossings", "convergence", "shares")
 N_FRINGES = 40  # samples whose pictures are looked at
 

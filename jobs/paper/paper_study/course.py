@@ -42,8 +42,7 @@ def read(sample: Path, plate: Plate) -> dict[str, float]:
     shares = []
     for notch in range(2):
         mine = notch_of[crack] == notch
-        tip, across = plate.tip(notch)[0], plate.size[1] - plate.notches[notch].depth
-        toward = 1 if plate.notches[notch].face == "y-min" else -1
+        tip, across, toward = plate.notch_tip[notch, 0], plate.ligament(notch), plate.notch_direction[notch]
         arrival = arrivals(corners[mine][:, :, 0] / plate.size[0], toward * (corners[mine][:, :, 1] - tip) / across, time[mine])
         shares.append(arrival)
         result[f"start_{notch}"] = max(0.0, time_of(arrival, STARTED))

@@ -9,9 +9,8 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 from crackle_report import style
-from crackle_report.statistics import wilson_interval
 
-from .comparing import leading_path, mean_interval, reach
+from .comparing import leading_path, mean_interval, reach, share_interval
 from .course import FAR
 from .fringes import FringeSeries
 from .rows import SECTIONS, Rows
@@ -52,7 +51,7 @@ def forks(all_rows: list[Rows]) -> Figure:
     shares, speeds = figure.subplots(1, 2, sharey=True)
     for number, rows in enumerate(all_rows):
         forked = rows.values["bifurcations_projected"] > 0
-        low, high = wilson_interval(int(forked.sum()), len(rows), 0.95)
+        low, high = share_interval(int(forked.sum()), len(rows))
         shares.plot([100 * low, 100 * high], [number, number], color="black", linewidth=0.9)
         shares.plot(100 * forked.mean(), number, "o", color=style.notch_colour(0), markersize=4)
         for chosen, colour, label in ((~forked, style.MUTED, "without forks"), (forked, style.notch_colour(1), "with forks")):

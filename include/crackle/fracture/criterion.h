@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/fracture/equivalent_stress.h"
+#include "crackle/input/parameters.h"
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace crackle::fracture {
+
+/// When tetrahedra break: what is watched of their stress, the strength it is compared with, and what each
+/// remembers of its past.
+///
+/// Under slowly growing load a tetrahedron breaks as soon as its equivalent stress reaches the strength; so
+/// there is nothing to remember between two breaks of quasi-static loading. In a dynamic phase advance()
+/// decides at the end of each step.
+class Criterion {
+public:
+  /// @param strengths of each tetrahedron [Pa]
+  Criterion(std::unique_ptr<const EquivalentStress> stress, std::vector<double> strengths)
+      : stress_(std::move(stress)), strengths_(std::move(strengths)) {}
+  virtual ~Criterion() = default;
+  Criterion(const Criterion&) = delete;
+  Criterion& operator=(const Criterion&) = delete;
+
+  const EquivalentStress& stress() const { return *stress_; }
+
+  /// The equivalent stress up to which the tetrahedron lasts for ever, and at which slowly growing load
+  /// breaks it [Pa].
+  double strength(std::size_t tetrahedron) const { return strengths_[tetrahedron]; }
+  std::span<const double> strengths() const { return strengths_; }
+
+  /// Goes on by one time step, in which the equivalent stress went from `before` to `after`. Called for the
+  /// unbroken tetrahedra that are above the watched share of their strength at either end.
+  /// @param earlier a step before `before`
+  /// @return whether the tetrahedron breaks at the end of this step
+  virtual bool advance(std::size_t tetrahedron, double earlier, double before, double after) = 0;
+
+  /// The share of its strength above which a tetrahedron must be shown to advance() at the end of a step.
+  /// @param stable_step in which a wave crosses the smallest tetrahedra [s]
+  virtual double watched_share([[maybe_unused]] double stable_step) const { return 1; }
+
+  /// Time to failure under constant stress from now on, without regard to the past [s]; infinity where it is
+  /// over the strength by rounding only.
+  virtual double time_to_failure(std::size_t tetrahedron, double stress) const = 0;
+
+  /// What each tetrahedron remembers, 0 at first; empty for a criterion without memory. Checkpoints keep it.
+  std::span<const double> memory() const { return memory_; }
+  void set_memory(std::size_t tetrahedron, double value) { memory_[tetrahedron] = value; }
+
+protected:
+  /// Whether a stress is above the strength by more than the rounding of a stress from displacements in 32
+  /// bits.
+  bool is_over(std::size_t tetrahedron, double stress) const {
+    constexpr double rounding = 1e-5;
+    return stress > strengths_[tetrahedron] * (1 + rounding);
+  }
+
+  std::unique_ptr<const EquivalentStress> stress_;
+  std::vector<double> strengths_;
+  std::vector<double> memory_;
+};
+
+/// The criterion that the input asks for.
+/// @param strengths sigma_0 of each tetrahedron, or what follows from the input's toughness [Pa]
+/// @param time_step that advance() will be called with [s]
+std::unique_ptr<Criterion> make_criterion(const input::Fracture& parameters, std::vector<double> strengths,
+                                          double time_step);
+
+/// The same with the input's strength everywhere.
+std::unique_ptr<Criterion> make_criterion(const input::Fracture& parameters, std::size_t n_tetrahedra,
+                                          double time_step);
+
+}  // namespace crackle::fracture

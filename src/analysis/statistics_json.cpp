@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/leader_frame.h"
+#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/sample_warning.h"
+#include "crackle/analysis/statistics.h"
+#include "crackle/analysis/stop_rule.h"
+#include "crackle/geometry/outline.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
+namespace crackle::analysis {
+
+namespace {
+
+using Json = nlohmann::ordered_json;  // writes numbers with all their digits, and null for NaN
+using Shape = std::vector<std::size_t>;
+
+/// Values in row-major order as lists of lists.
+template <class Value>
+Json table(std::span<const Value> values, std::span<const std::size_t> shape) {
+  if (shape.size() == 1) return Json(std::vector<Value>(values.begin(), values.end()));
+  Json rows = Json::array();
+  const std::size_t length = shape[0] == 0 ? 0 : values.size() / shape[0];
+  for (std::size_t i = 0; i < shape[0]; ++i)
+    rows.push_back(table<Value>(values.subspan(i * length, length), shape.subspan(1)));
+  return rows;
+}
+
+template <class Value>
+Json table(const std::vector<Value>& values, const Shape& shape) {
+  return table<Value>(std::span(values), std::span(shape));
+}
+
+/// How each result of a sample is called and shown, and what a table over all samples says of it.
+Json describe_results(const std::vector<ResultStatistics>& results) {
+  Json described = Json::array();
+  for (const ResultStatistics& found : results) {
+    const ResultInfo& info = found.info;
+    Json result{
+        {"name", info.name},     {"meaning", info.meaning},         {"units", info.units},
+        {"label", info.label},   {"shown_units", info.shown_units}, {"shown_factor", info.shown_factor},
+        {"format", info.format}, {"n_values", found.n_values}};
+    for (std::size_t k = 0; k < found.counts.size(); ++k)
+      result["categories"].push_back(category_name(info.categories, static_cast<std::int64_t>(k)));
+    if (found.n_values > 0 && info.reduction == Reduction::quantiles) result["quantiles"] = found.quantiles;
+    if (found.n_values > 0 && info.reduction == Reduction::shares) result["counts"] = found.counts;
+    if (found.n_values > 0 && info.reduction == Reduction::counts) {
+      result["mean"] = found.mean;
+      result["n_any"] = found.n_any;
+      result["share"] = static_cast<double>(found.n_any) / found.n_values;
+      result["lower"] = found.share_any.lower;
+      result["upper"] = found.share_any.upper;
+    }
+    described.push_back(std::move(result));
+  }
+  return described;
+}
+
+template <class Value>
+Json column(std::span<const SampleSummary> samples, Value value) {
+  Json values = Json::array();
+  for (const SampleSummary& sample : samples) values.push_back(value(sample));
+  return values;
+}
+
+Json samples_of(std::span<const SampleSummary> samples, const Origin& origin) {
+  Json group{{"status", column(samples, [](const auto& row) { return static_cast<int>(row.status); })},
+             {"error", column(samples, [](const auto& row) { return row.error; })},
+             {"note", column(samples, [](const auto& row) { return row.note; })}};
+  for_each_result([&](const ResultInfo& info, auto member) {
+    if (lacks(origin, info.name)) return;
+    group[info.name] = column(samples, [member](const auto& row) { return row.*member; });
+  });
+  group["wall_time"] = column(samples, [](const auto& row) { return row.wall_time; });
+  return group;
+}
+
+Json crack_path(std::span<const SampleSummary> samples, const input::Sections& sections,
+                const Shape& positions) {
+  Json group{{"section", Json::array()}, {"section_axis", Json::array()}, {"section_name", Json::array()}};
+  for (const input::Section& section : sections.all()) {
+    group["section"].push_back(section.position);
+    group["section_axis"].push_back(section.axis);
+    group["section_name"].push_back(input::name_of(section));
+  }
+  for_each_position_result([&](const ResultInfo& info, auto member) {
+    group[info.name] = column(samples, [&](const auto& row) { return table(row.*member, positions); });
+  });
+  return group;
+}
+
+void add_paths(Json& group, const PathStatistics& paths, std::size_t n_rows, const Statistics& statistics) {
+  const auto n_sections = static_cast<std::size_t>(statistics.n_sections);
+  const Shape positions{n_rows, n_sections};
+  const Shape running{static_cast<std::size_t>(statistics.n_samples), n_rows, n_sections};
+  group["reached"] = table(paths.reached, positions);
+  group["z_mean"] = table(paths.z_mean, positions);
+  group["z_std"] = table(paths.z_std, positions);
+  group["z_half_width"] = table(paths.z_half_width, positions);
+  group["z_quantile"] = table(paths.z_quantile, {n_rows, n_sections, quantile_shares.size()});
+  group["spread_mean"] = table(paths.spread_mean, positions);
+  group["running_mean"] = table(paths.running_mean, running);
+  group["running_half_width"] = table(paths.running_half_width, running);
+}
+
+/// How well the leaders' mean path is known, against what the input asks for.
+Json precision(const Statistics& statistics, const input::Parameters& parameters) {
+  const auto& stop = parameters.ensemble.stop;
+  const double wanted = stop ? stop->half_width : default_half_width_share * parameters.specimen.size[1];
+  Json found{{"half_width_wanted", wanted}, {"is_of_the_input", stop.has_value()}};
+  if (const auto worst = least_certain(statistics)) {
+    const auto n_sections = static_cast<std::size_t>(statistics.n_sections);
+    found["half_width"] = statistics.leader.z_half_width[*worst];
+    found["row"] = *worst / n_sections;
+    found["section"] = *worst % n_sections;
+    found["n_samples_needed"] = n_samples_needed(statistics, wanted);
+  }
+  return found;
+}
+
+Json statistics_of(const Statistics& statistics, const input::Parameters& parameters,
+                   const geometry::Body& body) {
+  const auto& stop = parameters.ensemble.stop;
+  Json group{
+      {"confidence", statistics.confidence},
+      {"interval_scope", interval_scope(statistics.base)},
+      {"n_looks", statistics.n_looks},
+      {"looks", stop ? look_schedule(statistics.n_samples, stop->min_samples) : std::vector<std::size_t>{}},
+      {"precision", precision(statistics, parameters)}};
+  add_paths(group, statistics, static_cast<std::size_t>(statistics.n_notches), statistics);
+  group["pattern_share"] = statistics.pattern_share;
+  group["pattern_half_width"] = statistics.pattern_half_width;
+  group["pattern_lower"] = statistics.pattern_lower;
+  group["pattern_upper"] = statistics.pattern_upper;
+  group["reference_notch"] = statistics.reference_notch;
+  const LeaderFrame frame(body, parameters.sections);
+  for (int leading = 0; leading < frame.n_notches(); ++leading) {
+    const unsigned axes = frame.reflected_axes(leading);
+    group["turns"].push_back({{"reflects_y", (axes & 2u) != 0},
+                              {"reflects_z", (axes & 4u) != 0},
+                              {"notch", frame.notches(leading)}});
+  }
+  for_each_rank(statistics, [&](const char* name, const RankStatistics& ranks) {
+    const std::size_t n_rows = ranks.notch.size();
+    Json of_rank{
+        {"leading_notch", ranks.leading_notch},
+        {"notch", ranks.notch},
+        {"counted", table(ranks.counted, {n_rows, static_cast<std::size_t>(statistics.n_sections)})}};
+    add_paths(of_rank, ranks, n_rows, statistics);
+    group[name] = std::move(of_rank);
+  });
+  return group;
+}
+
+}  // namespace
+
+std::string to_json(const Statistics& statistics, std::span<const SampleSummary> samples,
+                    const input::Parameters& parameters, const Origin& origin) {
+  const auto body = geometry::make_body(parameters.specimen);
+  const auto n_failed = std::ranges::count(samples, SampleStatus::failed, &SampleSummary::status);
+  Json document{{"n_samples", statistics.n_samples},
+                {"n_needed", statistics.n_needed},
+                {"n_done", statistics.n_done},
+                {"n_failed", n_failed},
+                {"n_left", statistics.n_needed - statistics.n_done - n_failed},
+                {"notes", origin.notes},
+                {"warnings", sample_warnings(samples)},
+                {"input", parameters.text}};
+  geometry::for_each_member(geometry::outline_of(*body),
+                            [&](const char* name, const Shape& shape, const auto& values, const char*,
+                                const char*) { document["specimen"][name] = table(values, shape); });
+  document["results"] = describe_results(result_statistics(samples, statistics.confidence, origin));
+  document["samples"] = samples_of(samples, origin);
+  document["crack_path"] = crack_path(
+      samples, parameters.sections,
+      {static_cast<std::size_t>(statistics.n_notches), static_cast<std::size_t>(statistics.n_sections)});
+  document["statistics"] =
+      statistics_of(with_running_half_widths(statistics, samples, parameters), parameters, *body);
+  // A file name in a message may be no UTF-8.
+  return document.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace crackle::analysis

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/geometry/outline.h"
+
+#include "crackle/common/index.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace crackle::geometry {
+
+Outline outline_of(const Body& body) {
+  Outline outline;
+  const Point size = body.size();
+  outline.size.assign(size.begin(), size.end());
+  outline.first = {0};
+  for (const Polygon& polygon : body.outline()) {
+    for (const auto& [y, z] : polygon) outline.points.insert(outline.points.end(), {y, z});
+    outline.first.push_back(static_cast<std::int32_t>(outline.points.size() / 2));
+  }
+  for (const CrackStart& start : body.crack_starts()) {
+    outline.tips.insert(outline.tips.end(), {start.tip[1], start.tip[2]});
+    const int axis = std::abs(start.along[1]) > std::abs(start.along[2]) ? 1 : 2;
+    outline.axis.push_back(axis);
+    outline.direction.push_back(start.direction * start.along[index(axis)] > 0 ? 1 : -1);
+    Box slot{start.tip, start.tip};
+    for (const FaceId face : start.faces) {
+      const Box bounds = body.faces()[index(face)].patch.bounds();
+      for (std::size_t i = 0; i < 3; ++i) {
+        slot.lower[i] = std::min(slot.lower[i], bounds.lower[i]);
+        slot.upper[i] = std::max(slot.upper[i], bounds.upper[i]);
+      }
+    }
+    outline.slots.insert(outline.slots.end(), {slot.lower[1], slot.upper[1], slot.lower[2], slot.upper[2]});
+  }
+  return outline;
+}
+
+}  // namespace crackle::geometry

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Asks the program: what follows from an ensemble's files or its input is computed there, and nowhere else."""
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any, Optional
+
+_HERE = Path(__file__).resolve()
+# In the source tree, and beside share/crackle where it is installed.
+_PLACES = (_HERE.parents[2] / "build" / "bin" / "crackle", _HERE.parents[3] / "bin" / "crackle")
+
+
+class ResultsError(Exception):
+    """The folder does not hold an ensemble's results, or they cannot be read."""
+
+
+def find_program(given: Optional[Path] = None) -> str:
+    """The one that is given, else that of the environment's CRACKLE, of the project's build, or on the PATH."""
+    if wanted := given or os.environ.get("CRACKLE"):
+        if found := shutil.which(str(wanted)):
+            return found
+        raise ResultsError(f"there is no program '{wanted}'")
+    for place in (*_PLACES, "crackle"):
+        if found := shutil.which(str(place)):
+            return found
+    raise ResultsError("the program crackle is needed, and is neither at build/bin/crackle nor on the PATH: tools/build "
+                       "makes it; --program or the environment's CRACKLE names another one")
+
+
+def statistics_of(folder: Path, program: Optional[Path] = None) -> dict[str, Any]:
+    """What `crackle stats --json` says of an ensemble, whose files stay as they are. Raises ResultsError."""
+    result = subprocess.run([find_program(program), "stats", str(folder), "--json", "--read-only"],
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
+    if result.returncode != 0:
+        reason = result.stderr.strip().removeprefix("crackle: ")
+        raise ResultsError(reason or f"crackle stats ended with status {result.returncode}")
+    return json.loads(result.stdout)
