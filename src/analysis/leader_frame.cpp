@@ -20,27 +20,27 @@ struct Preimage {
   std::optional<double> extent;  ///< the sum of the coordinates on both, where one is reflected [m]
 };
 
-Preimage preimage_of(const geometry::Body& body, const geometry::Symmetry& symmetry,
-                     const input::Section& section, const std::vector<input::Section>& sections) {
+Preimage preimage_of(const geometry::Body& body, const geometry::Symmetry& symmetry, std::size_t number,
+                     const std::vector<input::Section>& sections) {
+  const input::Section& section = sections[number];
   // Two of the section's points tell where it comes from.
   geometry::Point lower = body.bounds().lower;
   geometry::Point upper = body.bounds().upper;
   lower[index(section.axis)] = upper[index(section.axis)] = section.position;
   const geometry::Point from = symmetry.preimage(lower);
   const geometry::Point to = symmetry.preimage(upper);
-  Preimage found;
-  const geometry::Point size = body.size();
-  double near = tolerance * *std::ranges::max_element(size);
-  for (std::size_t i = 0; i < sections.size(); ++i) {
+  const auto gap = [&](std::size_t i) {
     const std::size_t axis = index(sections[i].axis);
-    const double gap =
-        std::max(std::abs(from[axis] - sections[i].position), std::abs(to[axis] - sections[i].position));
-    if (gap > near || (gap == near && found.section >= 0)) continue;
-    near = gap;
-    found.section = static_cast<int>(i);
-    const std::size_t along = 3 - axis;
-    if (from[along] > to[along]) found.extent = lower[index(3 - section.axis)] + from[along];
-  }
+    return std::max(std::abs(from[axis] - sections[i].position), std::abs(to[axis] - sections[i].position));
+  };
+  std::size_t nearest = number;  // of equally near ones the section itself, where it is one of them
+  for (std::size_t i = 0; i < sections.size(); ++i)
+    if (gap(i) < gap(nearest)) nearest = i;
+  const geometry::Point size = body.size();
+  if (gap(nearest) > tolerance * *std::ranges::max_element(size)) return {};
+  Preimage found{static_cast<int>(nearest), {}};
+  const std::size_t along = 3 - index(sections[nearest].axis);
+  if (from[along] > to[along]) found.extent = lower[index(3 - section.axis)] + from[along];
   return found;
 }
 
@@ -68,7 +68,7 @@ LeaderFrame::LeaderFrame(const geometry::Body& body, const input::Sections& sect
     turn.notch.resize(body.crack_starts().size());
     for (std::size_t start = 0; start < turn.notch.size(); ++start)
       turn.notch[index(symmetry.crack_start[start])] = static_cast<int>(start);
-    for (const input::Section& section : planes) {
+    for (std::size_t section = 0; section < planes.size(); ++section) {
       const Preimage found = preimage_of(body, symmetry, section, planes);
       turn.section.push_back(found.section);
       turn.extent.push_back(found.extent);
