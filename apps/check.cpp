@@ -146,7 +146,7 @@ void add_regions(Rows& rows, const Subject& subject) {
   const auto& mesh = subject.parameters.mesh;
   if (mesh.regions.empty()) return;
   const auto contents =
-      geometry::region_contents(subject.realization, geometry::Body(subject.parameters.specimen), mesh);
+      geometry::region_contents(subject.realization, *geometry::make_body(subject.parameters.specimen), mesh);
   for (std::size_t i = 0; i < contents.size(); ++i) {
     const bool is_rest = i == mesh.regions.size();
     const char* const rest = subject.parameters.specimen.notches.empty() ? "rest" : "notches and rest";
@@ -166,8 +166,8 @@ std::string uneven_toughness_text(const Subject& subject) {
   // Points from a file have the spacings of the file.
   if (parameters.fracture.toughness > 0 || parameters.mesh.points) return {};
   const auto criterion = fracture::make_criterion(parameters.fracture, 1, subject.phase.grid.step);
-  const auto range = fracture::toughness_along_ligaments(parameters, geometry::Body(parameters.specimen),
-                                                         criterion->strength(0));
+  const auto range = fracture::toughness_along_ligaments(
+      parameters, *geometry::make_body(parameters.specimen), criterion->strength(0));
   if (!range || range->greatest <= uneven_toughness * range->least) return {};
   return fmt::format(
       "\nWarning: with one strength the toughness follows the spacing, {:.3g} to {:.3g} J/m^2 along the "
@@ -294,13 +294,13 @@ std::string cost_text(const Subject& subject, const CheckOptions& options) {
 
 /// Prints each part as soon as it is known.
 void print_estimate(const input::Parameters& parameters, const CheckOptions& options) {
-  const geometry::Body body(parameters.specimen);
+  const auto body = geometry::make_body(parameters.specimen);
   // Only the mesh is made here; where the samples are computed there may be more memory, or more nodes.
   const auto available = ensemble::available_memory();
   if (const auto message =
-          ensemble::shortage(ensemble::expected_mesh_memory(parameters, body), "making the mesh", available))
+          ensemble::shortage(ensemble::expected_mesh_memory(parameters, *body), "making the mesh", available))
     throw std::runtime_error(*message + "; take coarser spacings, or check the input where there is more");
-  const Subject subject = make_subject(parameters, body);
+  const Subject subject = make_subject(parameters, *body);
   const double memory =
       sample_memory(parameters, ensemble::memory_demand(parameters, subject.n_nodes(), subject.n_tetrahedra(),
                                                         layout_of_sample(parameters)));
@@ -342,7 +342,7 @@ int check(const parallel::Communicator& world, const CheckOptions& options) {
   parallel::agree(world, [&] {
     if (!world.is_root()) return;
     if (parameters.mesh.points)
-      geometry::read_points(*parameters.mesh.points, geometry::Body(parameters.specimen));
+      geometry::read_points(*parameters.mesh.points, *geometry::make_body(parameters.specimen));
     fmt::print("{} is valid\n\n{}\nThe mesh of sample 0 and what the ensemble takes:\n", file,
                input::echo(parameters));
     std::fflush(stdout);

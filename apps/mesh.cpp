@@ -37,15 +37,15 @@ struct Options {
 void make_mesh(const input::Parameters& parameters, const Options& options) {
   MeshTimes times{};
   const Stopwatch base_clock;
-  const geometry::Body body(parameters.specimen);
-  const geometry::MotherPoints base = ensemble::make_base_points(body, parameters, tell, options.sample);
+  const auto body = geometry::make_body(parameters.specimen);
+  const geometry::MotherPoints base = ensemble::make_base_points(*body, parameters, tell, options.sample);
   times.base = base_clock.seconds();
   const Stopwatch clock;
   const geometry::Realization realization =
-      geometry::make_realization(body, base, parameters.mesh, parameters.ensemble.seed, options.sample);
+      geometry::make_realization(*body, base, parameters.mesh, parameters.ensemble.seed, options.sample);
   times.realization = clock.seconds();
   fmt::print("{}", mesh_table(parameters, options.sample, base, realization, times, options.ranks));
-  io::write_vtk_mesh(options.output, realization, body, parameters.mesh);
+  io::write_vtk_mesh(options.output, realization, *body, parameters.mesh);
   fmt::print("{:<20} {}\n", "written", options.output.string());
   if (options.dual_output.empty()) return;
   io::write_vtk_dual_surface(options.dual_output, geometry::dual_surface(realization));

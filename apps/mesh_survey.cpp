@@ -36,18 +36,17 @@ bool survey_meshes(const input::Parameters& parameters, std::uint64_t n_samples,
                    const std::filesystem::path& table) {
   if (!table.empty()) check_writable(table);
   const Stopwatch base_clock;
-  const geometry::Body body(parameters.specimen);
-  const geometry::MotherPoints base = ensemble::make_base_points(body, parameters, tell);
+  const auto body = geometry::make_body(parameters.specimen);
+  const geometry::MotherPoints base = ensemble::make_base_points(*body, parameters, tell);
   const double base_seconds = base_clock.seconds();
-  const geometry::Survey survey(body, base, parameters.mesh, parameters.ensemble.seed);
+  const geometry::Survey survey(*body, base, parameters.mesh, parameters.ensemble.seed);
 
   const Stopwatch clock;
   ensemble::RunLog log(std::cerr, terminal_width(STDERR_FILENO), [&clock] { return clock.seconds(); });
-  // Meshes only: there are no cracks to keep statistics of.
+  // Meshes only: there are no cracks to keep statistics of at the sections.
   input::Parameters uncracked = parameters;
   uncracked.ensemble.samples = static_cast<int>(n_samples);
   uncracked.ensemble.stop.reset();
-  uncracked.specimen.notches.clear();
   uncracked.sections = {};
   ensemble::Progress progress(n_samples, 1, uncracked);
   SurveyFigures figures{base.size(), base_seconds, survey.base_orientation(), {}, 0};

@@ -5,11 +5,11 @@
 #include "crackle/geometry/mesh_statistics.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/geometry/subdomain.h"
+#include "crackle/geometry/symmetry.h"
 
 #include "mesh_tables.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <numbers>
@@ -24,12 +24,9 @@ std::string spread(const geometry::Quantiles& q, double unit, int digits) {
                      q.one_percent / unit, digits, q.median / unit, digits, q.largest / unit, digits);
 }
 
-std::string turn_text(unsigned axes) {
-  std::vector<std::string> names;
-  for (unsigned i = 0; i < 3; ++i)
-    if ((axes >> i) & 1u) names.push_back(fmt::format("{}", "xyz"[i]));
-  return names.empty() ? "as the base lies"
-                       : fmt::format("reflected in the middle of {}", fmt::join(names, " and "));
+std::string turn_text(const input::Specimen& specimen, std::uint8_t symmetry) {
+  if (symmetry == 0) return "as the base lies";
+  return geometry::symmetry_of(*geometry::make_body(specimen), symmetry).name;
 }
 
 void add_partition(TextTable& table, const geometry::Realization& realization, int n_ranks) {
@@ -78,7 +75,7 @@ std::string mesh_table(const input::Parameters& parameters, std::uint64_t sample
                                           100 * static_cast<double>(realization.report.redrawn_points) /
                                               static_cast<double>(realization.nodes.size()),
                                           realization.report.rounds));
-  table.row("turn", turn_text(realization.report.reflected_axes));
+  table.row("turn", turn_text(parameters.specimen, realization.report.symmetry));
   table.row("time", fmt::format("{:.2f} s for the realization, {:.2f} s for the base points",
                                 times.realization, times.base));
   if (n_ranks > 1) add_partition(table, realization, n_ranks);

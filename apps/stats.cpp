@@ -129,13 +129,13 @@ analysis::Origin origin_of(const fs::path& folder) {
 /// @return what to tell about it
 std::string derive_leading_notches(const input::Parameters& parameters,
                                    std::vector<analysis::SampleSummary>& rows) {
-  const geometry::Body body(parameters.specimen);
+  const auto body = geometry::make_body(parameters.specimen);
   int n_open = 0;
   for (analysis::SampleSummary& row : rows) {
     if (row.status != analysis::SampleStatus::done ||
         row.pattern == static_cast<std::int32_t>(analysis::Pattern::none))
       continue;
-    row.leading_notch = analysis::leading_notch(body, parameters.sections, row.position).value_or(-1);
+    row.leading_notch = analysis::leading_notch(*body, parameters.sections, row.position).value_or(-1);
     if (row.leading_notch < 0) ++n_open;
   }
   return fmt::format(

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/crack_line.h"
 
+#include "crackle/common/index.h"
+
 #include "slabs.h"
 
 #include <algorithm>
@@ -99,17 +101,17 @@ struct Place {
   std::size_t piece;
 };
 
-/// A notch's crack as slabs, and the lines drawn through them.
+/// The crack from a crack start as slabs, and the lines drawn through them.
 class Tracer {
 public:
-  Tracer(const geometry::Body& body, const CrackSurface& surface, int notch,
+  Tracer(const geometry::Body& body, const CrackSurface& surface, std::int32_t number,
          std::span<const std::size_t> facets)
       : surface_(surface),
-        notch_(notch),
-        frame_(notch_frame(body, notch)),
+        number_(number),
+        start_(body.crack_starts()[index(number)]),
         spacing_(mean_spacing(surface, facets)),
         thickness_(body.size()[0]),
-        slabs_(cut_in_slabs(surface, facets, frame_, spacing_, thickness_)),
+        slabs_(cut_in_slabs(surface, facets, start_, spacing_, thickness_)),
         n_ahead_(slabs_.size()),
         taken_(slabs_.size()) {
     for (std::size_t k = slabs_.size(); k-- > 0;) {
@@ -172,21 +174,20 @@ private:
   }
 
   void add(std::vector<CrackLine>& lines, std::int32_t parent, const std::vector<Place>& places) const {
-    CrackLine line{notch_, parent, {}, 0, 0};
+    CrackLine line{number_, parent, {}, 0, 0};
     std::vector<Polyline::Place> path;
     for (const Place& place : places) {
       const auto& facets = slabs_[place.slab][place.piece].facets;
       for (int i = 0; i < n_stations; ++i) {
         const double advance = (static_cast<double>(place.slab) + (i + 0.5) / n_stations) * spacing_;
-        const double position = frame_.tip + frame_.direction * advance;
-        const auto traces = intersect(surface_, facets, frame_.axis, frame_.across, position);
+        const geometry::CrossPlane plane = start_.plane_at(advance);
+        const auto traces = intersect(surface_, facets, plane);
         const auto crossing = main_crossing(traces, thickness_);
         if (!crossing) continue;  // rough edges of a piece can leave it free
         path.push_back({advance, crossing->mean});
         if (i != n_stations / 2) continue;
-        const bool across_z = frame_.across == 2;
-        line.points.push_back({across_z ? position : crossing->mean, across_z ? crossing->mean : position,
-                               crossing->spread, crossing->time});
+        const geometry::Point p = plane.at(crossing->mean);
+        line.points.push_back({p[1], p[2], crossing->spread, crossing->time});
       }
     }
     if (path.size() > 1) measure_turns(line, Polyline(std::move(path)));
@@ -194,7 +195,7 @@ private:
   }
 
   void measure_turns(CrackLine& line, const Polyline& path) const {
-    const double window = std::max(kink_window_share * frame_.ligament, kink_window_spacings * spacing_);
+    const double window = std::max(kink_window_share * start_.ligament, kink_window_spacings * spacing_);
     if (path.length() < 2 * window) return;
     line.bend = turn(path.direction(0, window), path.direction(path.length() - window, path.length()));
 
@@ -213,8 +214,8 @@ private:
   }
 
   const CrackSurface& surface_;
-  int notch_;
-  NotchFrame frame_;
+  std::int32_t number_;
+  const geometry::CrackStart& start_;
   double spacing_;
   double thickness_;
   std::vector<Slab> slabs_;
@@ -226,9 +227,10 @@ private:
 
 std::vector<CrackLine> crack_lines(const geometry::Body& body, const CrackSurface& surface) {
   std::vector<CrackLine> lines;
-  for (int notch = 0; notch < body.n_notches(); ++notch) {
-    const std::vector<std::size_t> facets = facets_of_notch(surface, notch);
-    if (!facets.empty()) Tracer(body, surface, notch, facets).trace(lines);
+  for (std::size_t start = 0; start < body.crack_starts().size(); ++start) {
+    const auto number = static_cast<std::int32_t>(start);
+    const std::vector<std::size_t> facets = facets_from(surface, number);
+    if (!facets.empty()) Tracer(body, surface, number, facets).trace(lines);
   }
   return lines;
 }

@@ -2,6 +2,7 @@
 #include "crackle/analysis/crack_path.h"
 
 #include "crackle/common/index.h"
+#include "crackle/common/vector.h"
 
 #include "crossings.h"
 
@@ -18,46 +19,51 @@ namespace {
 constexpr int n_stations = 50;  // of crossed_shares and path_overlap
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-/// How far a notch's crack has come across its ligament.
+using geometry::CrackStart;
+
+/// How far the crack from a crack start has come across its ligament.
 struct Advance {
   double share = 0;  ///< of the way, up to the farthest station with a crossing
   double time = std::numeric_limits<double>::infinity();  ///< at which it opened there first [s]
 };
 
-Advance advance(const geometry::Body& body, const CrackSurface& surface, int notch) {
-  const NotchFrame frame = notch_frame(body, notch);
-  const std::vector<std::size_t> facets = facets_of_notch(surface, notch);
+geometry::CrossPlane station(const CrackStart& start, int i) {
+  return start.plane_at(start.ligament * (i + 0.5) / n_stations);
+}
+
+Advance advance(const geometry::Body& body, const CrackSurface& surface, std::size_t number) {
+  const CrackStart& start = body.crack_starts()[number];
+  const std::vector<std::size_t> facets = facets_from(surface, static_cast<std::int32_t>(number));
   for (int i = n_stations - 1; i >= 0 && !facets.empty(); --i) {
-    const double position = frame.tip + frame.direction * frame.ligament * (i + 0.5) / n_stations;
-    const std::vector<Trace> traces = intersect(surface, facets, frame.axis, frame.across, position);
+    const std::vector<Trace> traces = intersect(surface, facets, station(start, i));
     if (const auto crossing = main_crossing(traces, body.size()[0]))
       return {(i + 1.0) / n_stations, crossing->time};
   }
   return {};
 }
 
-/// Share of the body's width that the crossings of cracks without notch cover.
-double share_without_notch(const geometry::Body& body, const CrackSurface& surface) {
-  const std::vector<std::size_t> facets = facets_of_notch(surface, -1);
+/// Share of the body's width that the crossings of cracks from no crack start cover.
+double share_from_elsewhere(const geometry::Body& body, const CrackSurface& surface) {
+  const std::vector<std::size_t> facets = facets_from(surface, -1);
   int n_covered = 0;
   for (int i = 0; i < n_stations && !facets.empty(); ++i) {
-    const double position = body.size()[1] * (i + 0.5) / n_stations;
-    const std::vector<Trace> traces = intersect(surface, facets, 1, 2, position);
+    const double position = body.bounds().lower[1] + body.size()[1] * (i + 0.5) / n_stations;
+    const std::vector<Trace> traces = intersect(surface, facets, geometry::plane_of({1, position}));
     if (!group(traces, body.size()[0]).empty()) ++n_covered;
   }
   return static_cast<double>(n_covered) / n_stations;
 }
 
-/// A notch's path across from its plane: the main crossing at every station, NaN where there is none.
-std::vector<double> offsets_from_plane(const geometry::Body& body, const CrackSurface& surface, int notch) {
-  const NotchFrame frame = notch_frame(body, notch);
-  const std::vector<std::size_t> facets = facets_of_notch(surface, notch);
+/// A crack's path across from its ligament: the main crossing at every station, NaN where there is none.
+std::vector<double> offsets_from_ligament(const geometry::Body& body, const CrackSurface& surface,
+                                          int number) {
+  const CrackStart& start = body.crack_starts()[index(number)];
+  const std::vector<std::size_t> facets = facets_from(surface, number);
   std::vector<double> offsets;
   for (int i = 0; i < n_stations; ++i) {
-    const double position = frame.tip + frame.direction * frame.ligament * (i + 0.5) / n_stations;
-    const std::vector<Trace> traces = intersect(surface, facets, frame.axis, frame.across, position);
+    const std::vector<Trace> traces = intersect(surface, facets, station(start, i));
     const std::optional<Crossing> crossing = main_crossing(traces, body.size()[0]);
-    offsets.push_back(crossing ? crossing->mean - body.notch(notch).at : none);
+    offsets.push_back(crossing ? crossing->mean - dot(start.tip, start.across) : none);
   }
   return offsets;
 }
@@ -67,15 +73,13 @@ std::vector<double> offsets_from_plane(const geometry::Body& body, const CrackSu
 std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const CrackSurface& surface,
                                                const CrackArms& arms, const input::Sections& sections) {
   std::vector<SectionCrossing> crossings;
-  for (int notch = 0; notch < body.n_notches(); ++notch) {
-    const NotchFrame frame = notch_frame(body, notch);
-    const std::vector<std::size_t> facets = facets_of_notch(surface, notch);
+  for (std::size_t number = 0; number < body.crack_starts().size(); ++number) {
+    const std::vector<std::size_t> facets = facets_from(surface, static_cast<std::int32_t>(number));
     for (const input::Section& section : sections.all()) {
+      const geometry::CrossPlane plane = geometry::plane_of(section);
       std::optional<Crossing> crossing;
-      if (section.axis == frame.axis) {
-        const auto traces = intersect(surface, facets, frame.axis, frame.across, section.position);
-        crossing = main_crossing(traces, body.size()[0], arms.arm);
-      }
+      if (body.crack_starts()[number].advance_to(plane))
+        crossing = main_crossing(intersect(surface, facets, plane), body.size()[0], arms.arm);
       crossings.push_back(crossing ? SectionCrossing{crossing->mean, crossing->spread, crossing->arms}
                                    : SectionCrossing{none, none, {}});
     }
@@ -85,19 +89,19 @@ std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const
 
 std::vector<double> crossed_shares(const geometry::Body& body, const CrackSurface& surface) {
   std::vector<double> shares;
-  for (int notch = 0; notch < body.n_notches(); ++notch)
-    shares.push_back(advance(body, surface, notch).share);
+  for (std::size_t number = 0; number < body.crack_starts().size(); ++number)
+    shares.push_back(advance(body, surface, number).share);
   return shares;
 }
 
 int leading_notch(const geometry::Body& body, const CrackSurface& surface) {
   int leading = -1;
   Advance farthest{started_share};
-  for (int notch = 0; notch < body.n_notches(); ++notch) {
-    const Advance found = advance(body, surface, notch);
+  for (std::size_t number = 0; number < body.crack_starts().size(); ++number) {
+    const Advance found = advance(body, surface, number);
     if (found.share < farthest.share || (found.share == farthest.share && !(found.time < farthest.time)))
       continue;
-    leading = notch;
+    leading = static_cast<int>(number);
     farthest = found;
   }
   return leading;
@@ -110,41 +114,45 @@ std::optional<int> leading_notch(const geometry::Body& body, const input::Sectio
     double missing = 1;  // at the next section beyond
   };
   const std::vector<input::Section> planes = sections.all();
-  std::vector<Bounds> bounds(static_cast<std::size_t>(body.n_notches()));
-  for (std::size_t notch = 0; notch < bounds.size(); ++notch) {
-    const NotchFrame frame = notch_frame(body, static_cast<int>(notch));
-    const auto share = [&](std::size_t i) { return frame.advance(planes[i].position) / frame.ligament; };
-    Bounds& found = bounds[notch];
+  std::vector<Bounds> bounds(body.crack_starts().size());
+  for (std::size_t number = 0; number < bounds.size(); ++number) {
+    const CrackStart& start = body.crack_starts()[number];
+    const auto share = [&](std::size_t i) {
+      return start.advance_to(geometry::plane_of(planes[i])).value_or(none) / start.ligament;
+    };
+    Bounds& found = bounds[number];
     for (std::size_t i = 0; i < planes.size(); ++i)
-      if (!std::isnan(position[notch * planes.size() + i])) found.arrived = std::max(found.arrived, share(i));
+      if (!std::isnan(position[number * planes.size() + i]))
+        found.arrived = std::max(found.arrived, share(i));
     for (std::size_t i = 0; i < planes.size(); ++i)
-      if (planes[i].axis == frame.axis && share(i) > found.arrived)
-        found.missing = std::min(found.missing, share(i));
+      if (share(i) > found.arrived) found.missing = std::min(found.missing, share(i));
   }
   constexpr double rounding = 1e-9;  // of shares at sections that lie symmetrically
-  for (std::size_t notch = 0; notch < bounds.size(); ++notch) {
-    if (!(bounds[notch].arrived > 0)) continue;
+  for (std::size_t number = 0; number < bounds.size(); ++number) {
+    if (!(bounds[number].arrived > 0)) continue;
     bool leads = true;
     for (std::size_t other = 0; other < bounds.size(); ++other)
-      leads = leads && (other == notch || bounds[notch].arrived >= bounds[other].missing - rounding);
-    if (leads) return static_cast<int>(notch);
+      leads = leads && (other == number || bounds[number].arrived >= bounds[other].missing - rounding);
+    if (leads) return static_cast<int>(number);
   }
   return std::nullopt;
 }
 
-double path_overlap(const geometry::Body& body, const CrackSurface& surface, int notch, int other) {
-  const NotchFrame frame = notch_frame(body, notch);
-  const NotchFrame other_frame = notch_frame(body, other);
-  if (frame.axis != other_frame.axis || frame.direction == other_frame.direction) return none;
+double path_overlap(const geometry::Body& body, const CrackSurface& surface, int one, int other) {
+  const CrackStart& start = body.crack_starts()[index(one)];
+  const CrackStart& opposite = body.crack_starts()[index(other)];
+  constexpr double rounding = 1e-9;  // of the cosine between the ligaments
+  if (start.direction * opposite.direction * dot(start.along, opposite.along) > rounding - 1) return none;
   const double distance = overlap_distance_share * body.size()[1];
-  const std::vector<double> path = offsets_from_plane(body, surface, notch);
-  const std::vector<double> turned = offsets_from_plane(body, surface, other);
+  const std::vector<double> path = offsets_from_ligament(body, surface, one);
+  const std::vector<double> turned = offsets_from_ligament(body, surface, other);
+  const double same_side = dot(start.across, opposite.across);
   int n_reached = 0;
   int n_over = 0;
   for (std::size_t i = 0; i < path.size(); ++i) {
     if (!std::isnan(path[i]) || !std::isnan(turned[i])) ++n_reached;
-    // Turning changes the sign of the way from the notch's plane.
-    if (std::abs(path[i] + turned[i]) <= distance) ++n_over;
+    // Turning changes the sign of the way from the ligament.
+    if (std::abs(path[i] + same_side * turned[i]) <= distance) ++n_over;
   }
   return n_reached > 0 ? static_cast<double>(n_over) / n_reached : none;
 }
@@ -152,16 +160,16 @@ double path_overlap(const geometry::Body& body, const CrackSurface& surface, int
 double pattern_overlap(const geometry::Body& body, const CrackSurface& surface) {
   const std::vector<double> shares = crossed_shares(body, surface);
   if (shares.size() < 2) return none;
-  std::vector<int> notches(shares.size());
-  std::iota(notches.begin(), notches.end(), 0);
-  std::stable_sort(notches.begin(), notches.end(),
+  std::vector<int> starts(shares.size());
+  std::iota(starts.begin(), starts.end(), 0);
+  std::stable_sort(starts.begin(), starts.end(),
                    [&](int a, int b) { return shares[index(a)] > shares[index(b)]; });
-  return path_overlap(body, surface, notches[0], notches[1]);
+  return path_overlap(body, surface, starts[0], starts[1]);
 }
 
 Pattern classify(const geometry::Body& body, const CrackSurface& surface) {
   const std::vector<double> shares = crossed_shares(body, surface);
-  if (share_without_notch(body, surface) >= developed_share) return Pattern::other;
+  if (share_from_elsewhere(body, surface) >= developed_share) return Pattern::other;
   const auto n_developed =
       std::count_if(shares.begin(), shares.end(), [](double s) { return s >= developed_share; });
   const double largest = shares.empty() ? 0 : *std::max_element(shares.begin(), shares.end());

@@ -18,7 +18,7 @@ namespace crackle::analysis {
 
 namespace {
 
-/// A tetrahedron of the crack on its way from the notch's tip.
+/// A tetrahedron of the crack on its way from the tip.
 struct Opened {
   double time;              ///< [s]
   double advance;           ///< mean of its facets [m]
@@ -178,7 +178,7 @@ private:
 /// The tetrahedra of facets, in ascending order of time and of advance: the order in which those of one time
 /// broke does not count.
 std::vector<Opened> opened_by(const CrackSurface& surface, std::span<const std::size_t> facets,
-                              const NotchFrame& frame) {
+                              const geometry::CrackStart& start) {
   std::vector<Opened> all;
   for (std::size_t i = 0; i < facets.size();) {
     const CrackFacet& first = surface.facets[facets[i]];
@@ -188,7 +188,7 @@ std::vector<Opened> opened_by(const CrackSurface& surface, std::span<const std::
       const CrackFacet& facet = surface.facets[facets[i]];
       if (facet.tetrahedron != first.tetrahedron || facet.time != first.time) break;
       for (const geometry::Point& corner : facet.corner) {
-        opened.advance += frame.advance(corner[index(frame.axis)]);
+        opened.advance += start.advance(corner);
         opened.x[0] = std::min(opened.x[0], corner[0]);
         opened.x[1] = std::max(opened.x[1], corner[0]);
         ++n_corners;
@@ -350,14 +350,14 @@ double fastest(const History& history, double window, double spacing) {
 
 double max_crack_speed(const geometry::Body& body, const CrackSurface& surface) {
   double largest = 0;
-  for (int notch = 0; notch < body.n_notches(); ++notch) {
-    const std::vector<std::size_t> facets = facets_of_notch(surface, notch);
+  for (std::size_t number = 0; number < body.crack_starts().size(); ++number) {
+    const std::vector<std::size_t> facets = facets_from(surface, static_cast<std::int32_t>(number));
     if (facets.empty()) continue;
-    const NotchFrame frame = notch_frame(body, notch);
+    const geometry::CrackStart& start = body.crack_starts()[number];
     const double spacing = mean_spacing(surface, facets);
-    const double window = std::max(speed_window_share * frame.ligament, speed_window_spacings * spacing);
+    const double window = std::max(speed_window_share * start.ligament, speed_window_spacings * spacing);
     Front front(body.size()[0], spacing, window);
-    for (const Opened& opened : opened_by(surface, facets, frame)) front.open(opened);
+    for (const Opened& opened : opened_by(surface, facets, start)) front.open(opened);
     for (const History& history : front.histories())
       largest = std::max(largest, fastest(history, window, spacing));
   }

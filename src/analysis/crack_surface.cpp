@@ -5,8 +5,6 @@
 #include "crackle/common/index.h"
 #include "crackle/common/vector.h"
 
-#include "notch_frame.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -61,62 +59,58 @@ CrackFacet dual_facet(const Realization& realization, const Tetrahedron& tetrahe
   return facet;
 }
 
-/// For every node the notch that a crack through it starts at, or -1.
-std::vector<std::int32_t> notch_of_nodes(const geometry::Body& body, const Realization& realization) {
-  std::vector<std::int32_t> notch_of(realization.nodes.size(), -1);
-  for (const auto& triangle : realization.boundary) {
-    const int notch = geometry::Body::notch_of(triangle.surface);
-    if (notch < 0) continue;
-    const NotchFrame frame = notch_frame(body, notch);
-    for (const std::int32_t node : triangle.nodes) {
-      const auto i = static_cast<std::size_t>(node);
-      const double behind_tip = -frame.advance(realization.nodes[i][index(frame.axis)]);
-      if (behind_tip <= body.notch(notch).height) notch_of[i] = notch;
-    }
-  }
-  return notch_of;
+/// For every node the number of the crack start that a crack through it comes from, or -1.
+std::vector<std::int32_t> start_of_nodes(const geometry::Body& body, const Realization& realization) {
+  std::vector<std::int32_t> start_of(realization.nodes.size(), -1);
+  const auto& starts = body.crack_starts();
+  for (const auto& triangle : realization.boundary)
+    for (std::size_t start = 0; start < starts.size(); ++start)
+      for (const std::int32_t node : triangle.nodes)
+        if (starts[start].claims(triangle.surface, realization.nodes[index(node)]))
+          start_of[index(node)] = static_cast<std::int32_t>(start);
+  return start_of;
 }
 
 /// Broken tetrahedra joined to cracks, in order of breaking. The number of a crack is that of its first
 /// break.
 class CrackForest {
 public:
-  explicit CrackForest(std::size_t n_breaks) : cracks_(n_breaks), notch_(n_breaks, -1) {}
+  explicit CrackForest(std::size_t n_breaks) : cracks_(n_breaks), start_(n_breaks, -1) {}
 
   std::size_t crack_of(std::size_t i) { return cracks_.smallest(i); }
-  std::int32_t notch_of(std::size_t i) { return notch_[crack_of(i)]; }
+  std::int32_t start_of(std::size_t i) { return start_[crack_of(i)]; }
 
-  /// Adds break i, which touches the earlier breaks `touched` and, unless -1, a notch.
-  void add(std::size_t i, const std::vector<std::size_t>& touched, std::int32_t own_notch) {
-    // The latest touched break that belongs to a notch decides where several cracks meet.
+  /// Adds break i, which touches the earlier breaks `touched` and, unless -1, a crack start.
+  void add(std::size_t i, const std::vector<std::size_t>& touched, std::int32_t own_start) {
+    // The latest touched break that comes from a crack start decides where several cracks meet.
     std::size_t latest = i;
     for (const std::size_t j : touched) {
-      if (notch_of(j) >= 0 && (latest == i || j > latest)) latest = j;
+      if (start_of(j) >= 0 && (latest == i || j > latest)) latest = j;
     }
-    const std::int32_t notch = latest == i ? own_notch : notch_of(latest);
-    notch_[i] = notch;
+    const std::int32_t start = latest == i ? own_start : start_of(latest);
+    start_[i] = start;
     for (const std::size_t j : touched) {
-      if (notch_of(j) == -1 || notch_of(j) == notch) notch_[cracks_.join(i, j)] = notch;
+      if (start_of(j) == -1 || start_of(j) == start) start_[cracks_.join(i, j)] = start;
     }
   }
 
 private:
   DisjointSets cracks_;
-  std::vector<std::int32_t> notch_;  ///< valid at a crack's first break
+  std::vector<std::int32_t> start_;  ///< valid at a crack's first break
 };
 
 CrackForest connect(const geometry::Body& body, const Realization& realization,
                     std::span<const fracture::Break> breaks) {
-  const std::vector<std::int32_t> notch_of_node = notch_of_nodes(body, realization);
+  const std::vector<std::int32_t> start_of_node = start_of_nodes(body, realization);
   CrackForest forest(breaks.size());
   std::unordered_map<std::uint64_t, std::vector<std::size_t>> breaks_at_edge;
   std::vector<std::size_t> touched;
   for (std::size_t i = 0; i < breaks.size(); ++i) {
     const Tetrahedron& nodes = realization.tetrahedra[index(breaks[i].tetrahedron)];
-    std::int32_t own_notch = -1;
+    std::int32_t own_start = -1;
     for (const std::int32_t node : nodes) {
-      const std::int32_t notch = notch_of_node[index(node)];
-      if (notch >= 0 && (own_notch < 0 || notch < own_notch)) own_notch = notch;
+      const std::int32_t start = start_of_node[index(node)];
+      if (start >= 0 && (own_start < 0 || start < own_start)) own_start = start;
     }
     touched.clear();
     for (std::size_t a = 0; a < 4; ++a) {
@@ -128,7 +122,7 @@ CrackForest connect(const geometry::Body& body, const Realization& realization,
         at_edge.push_back(i);
       }
     }
-    forest.add(i, touched, own_notch);
+    forest.add(i, touched, own_start);
   }
   return forest;
 }
@@ -178,7 +172,7 @@ CrackSurface make_crack_surface(const geometry::Body& body, const Realization& r
     const std::size_t first = forest.crack_of(i);
     if (first == i) {
       id[i] = static_cast<std::int32_t>(surface.cracks.size());
-      surface.cracks.push_back({forest.notch_of(i), 0, time, time});
+      surface.cracks.push_back({forest.start_of(i), 0, time, time});
     }
     id[i] = id[first];
     Crack& crack = surface.cracks[index(id[i])];

@@ -3,6 +3,7 @@
 
 #include "crackle/common/disjoint_sets.h"
 #include "crackle/common/index.h"
+#include "crackle/common/vector.h"
 
 #include <algorithm>
 #include <array>
@@ -73,10 +74,10 @@ Integrals integrate(std::span<const Trace> traces, std::span<const std::size_t> 
 
 }  // namespace
 
-std::vector<std::size_t> facets_of_notch(const CrackSurface& surface, std::int32_t notch) {
+std::vector<std::size_t> facets_from(const CrackSurface& surface, std::int32_t start) {
   std::vector<std::size_t> facets;
   for (std::size_t i = 0; i < surface.facets.size(); ++i) {
-    if (surface.cracks[index(surface.facets[i].crack)].notch == notch) facets.push_back(i);
+    if (surface.cracks[index(surface.facets[i].crack)].notch == start) facets.push_back(i);
   }
   return facets;
 }
@@ -87,23 +88,25 @@ double mean_spacing(const CrackSurface& surface, std::span<const std::size_t> fa
   return facets.empty() ? 0 : sum / static_cast<double>(facets.size());
 }
 
-std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::size_t> facets, int axis,
-                             int across, double position) {
-  const auto along = static_cast<std::size_t>(axis);
-  const auto side = static_cast<std::size_t>(across);
+std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::size_t> facets,
+                             const geometry::CrossPlane& plane) {
   std::vector<Trace> traces;
   for (const std::size_t i : facets) {
     const CrackFacet& facet = surface.facets[i];
+    std::array<double, 4> along{};
+    for (std::size_t k = 0; k < 4; ++k) along[k] = dot(facet.corner[k], plane.normal);
     std::array<std::pair<double, double>, 2> end;
     std::size_t n_ends = 0;
     for (std::size_t k = 0; k < 4; ++k) {
-      const geometry::Point& a = facet.corner[k];
-      const geometry::Point& b = facet.corner[(k + 1) % 4];
+      const std::size_t next = (k + 1) % 4;
       // Half open, so that a corner on the plane belongs to one of its sides; a convex facet is then met at
       // two sides or none.
-      if ((a[along] < position) == (b[along] < position) || n_ends == 2) continue;
-      const double share = (position - a[along]) / (b[along] - a[along]);
-      end[n_ends++] = {a[0] + share * (b[0] - a[0]), a[side] + share * (b[side] - a[side])};
+      if ((along[k] < plane.position) == (along[next] < plane.position) || n_ends == 2) continue;
+      const geometry::Point& a = facet.corner[k];
+      const geometry::Point& b = facet.corner[next];
+      const double share = (plane.position - along[k]) / (along[next] - along[k]);
+      const double side = dot(a, plane.across);
+      end[n_ends++] = {a[0] + share * (b[0] - a[0]), side + share * (dot(b, plane.across) - side)};
     }
     if (n_ends < 2) continue;
     if (end[1].first < end[0].first) std::swap(end[0], end[1]);
@@ -113,19 +116,19 @@ std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::s
   return traces;
 }
 
-Trace extent(const CrackSurface& surface, std::size_t facet, int across) {
-  const auto side = static_cast<std::size_t>(across);
+Trace extent(const CrackSurface& surface, std::size_t facet, const Vector& across) {
   const std::array<geometry::Point, 4>& corner = surface.facets[facet].corner;
+  const double first = dot(corner[0], across);
   Trace box{{corner[0][0], corner[0][0]},
-            {corner[0][side], corner[0][side]},
+            {first, first},
             local_spacing(surface.facets[facet]),
             surface.facets[facet].time,
             facet};
   for (const geometry::Point& p : corner) {
     box.x[0] = std::min(box.x[0], p[0]);
     box.x[1] = std::max(box.x[1], p[0]);
-    box.across[0] = std::min(box.across[0], p[side]);
-    box.across[1] = std::max(box.across[1], p[side]);
+    box.across[0] = std::min(box.across[0], dot(p, across));
+    box.across[1] = std::max(box.across[1], dot(p, across));
   }
   return box;
 }

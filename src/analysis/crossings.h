@@ -2,7 +2,7 @@
 #pragma once
 
 #include "crackle/analysis/crack_path.h"
-#include "notch_frame.h"
+#include "crackle/geometry/body.h"
 
 #include <cstdint>
 #include <optional>
@@ -21,18 +21,18 @@ struct Trace {
   std::size_t facet;
 };
 
-/// The facets whose crack started at `notch`, in order of breaking; -1 for cracks without notch.
-std::vector<std::size_t> facets_of_notch(const CrackSurface& surface, std::int32_t notch);
+/// The facets of cracks from this crack start, in order of breaking; -1 for cracks that started elsewhere.
+std::vector<std::size_t> facets_from(const CrackSurface& surface, std::int32_t start);
 
 /// Mean local spacing of facets [m]; 0 without facets.
 double mean_spacing(const CrackSurface& surface, std::span<const std::size_t> facets);
 
-/// Segments in which facets meet the plane of coordinate `axis` = position.
-std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::size_t> facets, int axis,
-                             int across, double position);
+/// Segments in which facets meet the plane.
+std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::size_t> facets,
+                             const geometry::CrossPlane& plane);
 
-/// A facet's extent through the thickness and across.
-Trace extent(const CrackSurface& surface, std::size_t facet, int across);
+/// A facet's extent through the thickness and across, by the coordinate dot(p, across).
+Trace extent(const CrackSurface& surface, std::size_t facet, const Vector& across);
 
 /// Separate groups of traces (see section_crossings), without those that cover less than
 /// min_thickness_share of the thickness; each in ascending order, groups ordered by their first member.

@@ -128,9 +128,9 @@ void add_arm(Arm& to, const Arm& from) {
 /// A crack between two planes x = const, projected on the plane of the plate.
 class Window {
 public:
-  Window(const NotchFrame& frame, double step, const std::vector<double>& spacing,
-         const std::vector<std::vector<Trace>>& traces, double x_low, double x_high)
-      : frame_(frame), step_(step), spacing_(spacing), runs_(traces.size()) {
+  Window(double step, const std::vector<double>& spacing, const std::vector<std::vector<Trace>>& traces,
+         double x_low, double x_high)
+      : step_(step), spacing_(spacing), runs_(traces.size()) {
     std::vector<std::pair<std::pair<double, double>, std::size_t>> seen;
     for (std::size_t k = 0; k < traces.size(); ++k) {
       seen.clear();
@@ -324,23 +324,23 @@ private:
     return std::binary_search(level.begin(), level.end(), i);
   }
 
-  const NotchFrame& frame_;
   double step_;
   const std::vector<double>& spacing_;  ///< local, at every station
   std::vector<std::vector<Run>> runs_;
 };
 
-/// The forks of one notch's crack.
+/// The forks of the crack from one crack start.
 class ForkFinder {
 public:
-  ForkFinder(const geometry::Body& body, const CrackSurface& surface, int notch, const Facets& facets)
+  ForkFinder(const geometry::Body& body, const CrackSurface& surface, std::int32_t number,
+             const Facets& facets)
       : surface_(surface),
-        notch_(notch),
-        frame_(notch_frame(body, notch)),
+        number_(number),
+        start_(body.crack_starts()[index(number)]),
         thickness_(body.size()[0]),
         mean_spacing_(mean_spacing(surface, facets)),
         step_(mean_spacing_ / stations_per_spacing),
-        traces_(static_cast<std::size_t>(std::ceil(frame_.ligament / step_))) {
+        traces_(static_cast<std::size_t>(std::ceil(start_.ligament / step_))) {
     for (const std::size_t i : without_strays(surface, facets)) add_traces(i);
     measure_spacing();
   }
@@ -351,7 +351,7 @@ public:
     const double half = thickness_ / (n_windows + 1);
     std::vector<Sighting> seen;
     const auto look = [&](int window, double low, double high) {
-      for (Sighting& fork : Window(frame_, step_, spacing_, traces_, low, high).forks()) {
+      for (Sighting& fork : Window(step_, spacing_, traces_, low, high).forks()) {
         fork.window = window;
         seen.push_back(std::move(fork));
       }
@@ -380,18 +380,16 @@ private:
   };
 
   void add_traces(std::size_t facet) {
-    const auto axis = static_cast<std::size_t>(frame_.axis);
-    double low = frame_.advance(surface_.facets[facet].corner[0][axis]);
+    double low = start_.advance(surface_.facets[facet].corner[0]);
     double high = low;
     for (const geometry::Point& corner : surface_.facets[facet].corner) {
-      low = std::min(low, frame_.advance(corner[axis]));
-      high = std::max(high, frame_.advance(corner[axis]));
+      low = std::min(low, start_.advance(corner));
+      high = std::max(high, start_.advance(corner));
     }
     const std::size_t one[] = {facet};
     const auto last = static_cast<double>(traces_.size()) - 1;
     for (double k = std::max(0.0, std::floor(low / step_)); k <= std::min(high / step_, last); ++k) {
-      const double position = frame_.tip + frame_.direction * (k + 0.5) * step_;
-      for (const Trace& trace : intersect(surface_, one, frame_.axis, frame_.across, position))
+      for (const Trace& trace : intersect(surface_, one, start_.plane_at((k + 0.5) * step_)))
         traces_[static_cast<std::size_t>(k)].push_back(trace);
     }
   }
@@ -529,10 +527,10 @@ private:
     const Arm& arm = seen.arms[leaving];
     found.forks.emplace_back();
     Fork& fork = found.forks.back();
-    fork.notch = notch_;
-    const double along = frame_.tip + frame_.direction * seen.advance;
-    fork.y = frame_.axis == 1 ? along : seen.across;
-    fork.z = frame_.axis == 1 ? seen.across : along;
+    fork.notch = number_;
+    const geometry::Point place = start_.plane_at(seen.advance).at(seen.across);
+    fork.y = place[1];
+    fork.z = place[2];
     fork.time = std::max(median_time(seen.arms[0].first), median_time(seen.arms[1].first));
     fork.length = arm.length;
     fork.angle = seen.angle;
@@ -552,8 +550,8 @@ private:
   }
 
   const CrackSurface& surface_;
-  int notch_;
-  NotchFrame frame_;
+  std::int32_t number_;
+  const geometry::CrackStart& start_;
   double thickness_;
   double mean_spacing_;
   double step_;  ///< from station to station [m]
@@ -574,9 +572,10 @@ std::int32_t CrackArms::n_in_space() const {
 CrackArms find_forks(const geometry::Body& body, const CrackSurface& surface) {
   CrackArms found;
   found.arm.assign(surface.facets.size(), 0);
-  for (int notch = 0; notch < body.n_notches(); ++notch) {
-    const Facets facets = facets_of_notch(surface, notch);
-    if (!facets.empty()) ForkFinder(body, surface, notch, facets).add_to(found);
+  for (std::size_t start = 0; start < body.crack_starts().size(); ++start) {
+    const auto number = static_cast<std::int32_t>(start);
+    const Facets facets = facets_from(surface, number);
+    if (!facets.empty()) ForkFinder(body, surface, number, facets).add_to(found);
   }
   return found;
 }

@@ -2,7 +2,6 @@
 #include "crackle/analysis/leader_frame.h"
 
 #include "crackle/common/index.h"
-#include "crackle/geometry/symmetry.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,64 +14,66 @@ namespace {
 
 constexpr double tolerance = 1e-12;  ///< of sections, in the body's largest size
 
-/// The notch that a symmetry maps `notch` on.
-int image_of(const geometry::Body& body, std::uint8_t axes, int notch) {
-  const geometry::Box& slot = body.slot(notch);
-  const geometry::Point a = geometry::reflected(body, axes, slot.lower);
-  const geometry::Point b = geometry::reflected(body, axes, slot.upper);
-  for (int other = 0; other < body.n_notches(); ++other) {
-    const geometry::Box& box = body.slot(other);
-    bool is_image = true;
-    for (std::size_t i = 0; i < 3; ++i)
-      is_image = is_image && std::min(a[i], b[i]) == box.lower[i] && std::max(a[i], b[i]) == box.upper[i];
-    if (is_image) return other;
-  }
-  return -1;
+/// The section of a sample that a symmetry maps on a section of the frame.
+struct Preimage {
+  int section = -1;              ///< its number; -1 where the input has none there
+  std::optional<double> extent;  ///< the sum of the coordinates on both, where one is reflected [m]
+};
+
+Preimage preimage_of(const geometry::Body& body, const geometry::Symmetry& symmetry, std::size_t number,
+                     const std::vector<input::Section>& sections) {
+  const input::Section& section = sections[number];
+  // Two of the section's points tell where it comes from.
+  geometry::Point lower = body.bounds().lower;
+  geometry::Point upper = body.bounds().upper;
+  lower[index(section.axis)] = upper[index(section.axis)] = section.position;
+  const geometry::Point from = symmetry.preimage(lower);
+  const geometry::Point to = symmetry.preimage(upper);
+  const auto gap = [&](std::size_t i) {
+    const std::size_t axis = index(sections[i].axis);
+    return std::max(std::abs(from[axis] - sections[i].position), std::abs(to[axis] - sections[i].position));
+  };
+  std::size_t nearest = number;  // of equally near ones the section itself, where it is one of them
+  for (std::size_t i = 0; i < sections.size(); ++i)
+    if (gap(i) < gap(nearest)) nearest = i;
+  const geometry::Point size = body.size();
+  if (gap(nearest) > tolerance * *std::ranges::max_element(size)) return {};
+  Preimage found{static_cast<int>(nearest), {}};
+  const std::size_t along = 3 - index(sections[nearest].axis);
+  if (from[along] > to[along]) found.extent = lower[index(3 - section.axis)] + from[along];
+  return found;
 }
 
-/// Of each section the number of its mirror image, at width - y or length - z, or -1.
-std::vector<int> mirrored(const geometry::Body& body, const std::vector<input::Section>& sections) {
-  const double near = tolerance * *std::max_element(body.size().begin(), body.size().end());
-  std::vector<int> images;
-  for (const input::Section& section : sections) {
-    const double mirror = body.size()[index(section.axis)] - section.position;
-    const auto image = std::find_if(sections.begin(), sections.end(), [&](const input::Section& other) {
-      return other.axis == section.axis && std::abs(mirror - other.position) <= near;
-    });
-    images.push_back(image == sections.end() ? -1 : static_cast<int>(image - sections.begin()));
-  }
-  return images;
+/// Bit i is set where the symmetry turns the direction of axis i round.
+std::uint8_t reflected_by(const geometry::Symmetry& symmetry, const geometry::Box& bounds) {
+  const geometry::Point lower = symmetry.image(bounds.lower);
+  const geometry::Point upper = symmetry.image(bounds.upper);
+  unsigned axes = 0;
+  for (std::size_t i = 0; i < 3; ++i)
+    if (lower[i] > upper[i]) axes |= 1u << i;
+  return static_cast<std::uint8_t>(axes);
 }
 
 }  // namespace
 
 LeaderFrame::LeaderFrame(const geometry::Body& body, const input::Sections& sections)
     : n_sections_(static_cast<int>(sections.size())) {
-  const std::vector<std::uint8_t> symmetries = geometry::symmetries(body);
+  const std::vector<geometry::Symmetry> symmetries = body.symmetries();
   const std::vector<input::Section> planes = sections.all();
-  const std::vector<int> mirror = mirrored(body, planes);
-  for (int leading = 0; leading < body.n_notches(); ++leading) {
-    int reference = body.n_notches();
-    std::uint8_t axes = 0;
-    for (const std::uint8_t some : symmetries) {
-      const int image = image_of(body, some, leading);
-      if (image < 0 || image >= reference) continue;
-      reference = image;
-      axes = some;
-    }
+  for (std::size_t leading = 0; leading < body.crack_starts().size(); ++leading) {
+    const geometry::Symmetry& symmetry = *std::ranges::min_element(
+        symmetries, {}, [&](const geometry::Symmetry& some) { return some.crack_start[leading]; });
     Turn turn{};
-    turn.axes = axes;
-    turn.notch.resize(static_cast<std::size_t>(body.n_notches()));
-    for (int notch = 0; notch < body.n_notches(); ++notch)
-      turn.notch[index(image_of(body, axes, notch))] = notch;
-    const auto reflects = [axes](int axis) { return (axes >> axis & 1u) != 0; };
-    for (int section = 0; section < n_sections_; ++section) {
-      const auto i = static_cast<std::size_t>(section);
-      const int along = 3 - planes[i].axis;
-      turn.section.push_back(reflects(planes[i].axis) ? mirror[i] : section);
-      turn.extent.push_back(reflects(along) ? std::optional(body.size()[index(along)]) : std::nullopt);
+    turn.axes = reflected_by(symmetry, body.bounds());
+    turn.notch.resize(body.crack_starts().size());
+    for (std::size_t start = 0; start < turn.notch.size(); ++start)
+      turn.notch[index(symmetry.crack_start[start])] = static_cast<int>(start);
+    for (std::size_t section = 0; section < planes.size(); ++section) {
+      const Preimage found = preimage_of(body, symmetry, section, planes);
+      turn.section.push_back(found.section);
+      turn.extent.push_back(found.extent);
     }
-    reference_.push_back(reference);
+    reference_.push_back(symmetry.crack_start[leading]);
     turns_.push_back(std::move(turn));
   }
 }

@@ -274,7 +274,7 @@ RunningStatistics::RunningStatistics(std::size_t n_samples, int n_notches, int n
 RunningStatistics::RunningStatistics(const input::Parameters& parameters)
     : RunningStatistics(
           static_cast<std::size_t>(parameters.ensemble.samples),
-          LeaderFrame(geometry::Body(parameters.specimen), parameters.sections),
+          LeaderFrame(*geometry::make_body(parameters.specimen), parameters.sections),
           parameters.ensemble.stop ? parameters.ensemble.stop->confidence : default_confidence) {
   stop_ = parameters.ensemble.stop;
   if (!stop_) return;
@@ -358,7 +358,7 @@ Statistics RunningStatistics::statistics() const {
 
 Statistics with_running_half_widths(const Statistics& statistics, std::span<const SampleSummary> samples,
                                     const input::Parameters& parameters) {
-  const LeaderFrame frame(geometry::Body(parameters.specimen), parameters.sections);
+  const LeaderFrame frame(*geometry::make_body(parameters.specimen), parameters.sections);
   return compute(statistics, frame, samples.first(static_cast<std::size_t>(statistics.n_needed)),
                  Running::all);
 }

@@ -41,22 +41,21 @@ Way pieces_ahead(const std::vector<Slab>& slabs, std::size_t k, std::size_t star
 }  // namespace
 
 std::vector<Slab> cut_in_slabs(const CrackSurface& surface, std::span<const std::size_t> facets,
-                               const NotchFrame& frame, double spacing, double thickness) {
-  const auto axis = static_cast<std::size_t>(frame.axis);
-  const auto n_slabs = static_cast<std::size_t>(std::ceil(frame.ligament / spacing));
+                               const geometry::CrackStart& start, double spacing, double thickness) {
+  const auto n_slabs = static_cast<std::size_t>(std::ceil(start.ligament / spacing));
   std::vector<std::vector<Trace>> traces(n_slabs);
   for (const std::size_t i : facets) {
     const CrackFacet& facet = surface.facets[i];
-    double low = frame.advance(facet.corner[0][axis]);
+    double low = start.advance(facet.corner[0]);
     double high = low;
     for (const geometry::Point& corner : facet.corner) {
-      low = std::min(low, frame.advance(corner[axis]));
-      high = std::max(high, frame.advance(corner[axis]));
+      low = std::min(low, start.advance(corner));
+      high = std::max(high, start.advance(corner));
     }
-    if (high < 0 || low >= frame.ligament) continue;
+    if (high < 0 || low >= start.ligament) continue;
     const auto first = static_cast<std::size_t>(std::max(0.0, std::floor(low / spacing)));
     const auto last = std::min(static_cast<std::size_t>(std::floor(high / spacing)), n_slabs - 1);
-    const Trace box = extent(surface, i, frame.across);
+    const Trace box = extent(surface, i, start.across);
     for (std::size_t k = first; k <= last; ++k) traces[k].push_back(box);
   }
   std::vector<Slab> slabs(n_slabs);

@@ -16,9 +16,9 @@ struct Piece {
 };
 using Slab = std::vector<Piece>;
 
-/// A notch's crack cut in slabs of thickness `spacing` along its advance, from the tip on.
+/// The crack from a crack start cut in slabs of thickness `spacing` along its advance, from the tip on.
 std::vector<Slab> cut_in_slabs(const CrackSurface& surface, std::span<const std::size_t> facets,
-                               const NotchFrame& frame, double spacing, double thickness);
+                               const geometry::CrackStart& start, double spacing, double thickness);
 
 /// A way on: the pieces of the next slabs that it passes, over min_branch_length slabs.
 using Way = std::vector<std::vector<std::size_t>>;

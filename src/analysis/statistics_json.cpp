@@ -159,7 +159,7 @@ Json statistics_of(const Statistics& statistics, const input::Parameters& parame
 
 std::string to_json(const Statistics& statistics, std::span<const SampleSummary> samples,
                     const input::Parameters& parameters, const Origin& origin) {
-  const geometry::Body body(parameters.specimen);
+  const auto body = geometry::make_body(parameters.specimen);
   const auto n_failed = std::ranges::count(samples, SampleStatus::failed, &SampleSummary::status);
   Json document{{"n_samples", statistics.n_samples},
                 {"n_needed", statistics.n_needed},
@@ -169,7 +169,7 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
                 {"notes", origin.notes},
                 {"warnings", sample_warnings(samples)},
                 {"input", parameters.text}};
-  geometry::for_each_member(geometry::outline_of(body),
+  geometry::for_each_member(geometry::outline_of(*body),
                             [&](const char* name, const Shape& shape, const auto& values, const char*,
                                 const char*) { document["specimen"][name] = table(values, shape); });
   document["results"] = describe_results(result_statistics(samples, statistics.confidence, origin));
@@ -178,7 +178,7 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
       samples, parameters.sections,
       {static_cast<std::size_t>(statistics.n_notches), static_cast<std::size_t>(statistics.n_sections)});
   document["statistics"] =
-      statistics_of(with_running_half_widths(statistics, samples, parameters), parameters, body);
+      statistics_of(with_running_half_widths(statistics, samples, parameters), parameters, *body);
   // A file name in a message may be no UTF-8.
   return document.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -217,20 +217,20 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   RunLog* const log_or_null = log ? &*log : nullptr;
   const auto layout = parallel::agree(
       world, [&] { return make_group_layout(world.size(), parameters.ensemble.ranks_per_sample); });
-  const auto body = parallel::agree(world, [&] { return geometry::Body(parameters.specimen); });
+  const auto body = parallel::agree(world, [&] { return geometry::make_body(parameters.specimen); });
   Ledger ledger;
   parallel::agree_on_root(world, [&] {
     ledger.plan = make_plan(options.folder, parameters, options.plan, summary_reader(parameters));
   });
-  check_memory(world, parameters, body, layout, !ledger.plan.to_do.empty());
+  check_memory(world, parameters, *body, layout, !ledger.plan.to_do.empty());
   parallel::agree_on_root(world,
-                          [&] { prepare_run(parameters, body, options, layout, ledger, log_or_null); });
+                          [&] { prepare_run(parameters, *body, options, layout, ledger, log_or_null); });
 
   StopLatch stop(options.stop, [log_or_null](const std::string& line) {
     if (log_or_null != nullptr) log_or_null->line(line);
   });
-  SampleSteps steps = make_sample_steps(parameters, body, ledger.base, options.folder, layout.ranks_per_group,
-                                        sample_function);
+  SampleSteps steps = make_sample_steps(parameters, *body, ledger.base, options.folder,
+                                        layout.ranks_per_group, sample_function);
   steps.checkpoint_interval = options.checkpoint_interval;
   steps.enter = options.enter;
   steps.stop = [&stop] { return stop(); };

@@ -70,7 +70,7 @@ double sample_file_size(const input::Parameters& parameters, double n_nodes, dou
 
 double ensemble_file_size(const input::Parameters& parameters, double n_nodes) {
   const auto n_crossings =
-      static_cast<double>(parameters.specimen.notches.size() * parameters.sections.size());
+      static_cast<double>(geometry::n_crack_starts(parameters.specimen) * parameters.sections.size());
   const double n_mother_points = parameters.mesh.base == input::Base::shared ? n_nodes : 0;
   return of_structure + of_mother_point * n_mother_points +
          parameters.ensemble.samples * (of_row + of_crossing * n_crossings);

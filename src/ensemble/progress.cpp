@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/progress.h"
 
+#include "crackle/geometry/body.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,11 +16,14 @@ namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-/// The middle one of the sections that the crack of notch 0 can cross, of all without notches.
+/// The middle one of the sections that the crack of the first crack start can cross; of all where there is no
+/// crack start.
 std::size_t middle_section(const input::Parameters& parameters) {
   const input::Sections& sections = parameters.sections;
-  const auto& notches = parameters.specimen.notches;
-  const bool is_y = notches.empty() ? sections.z.empty() : input::axis_of(notches.front().face) == 1;
+  const auto body = geometry::make_body(parameters.specimen);
+  const auto& starts = body->crack_starts();
+  const bool is_y =
+      starts.empty() ? sections.z.empty() : starts.front().advance_to(geometry::plane_of({1, 0})).has_value();
   return is_y ? sections.y.size() / 2 : sections.y.size() + sections.z.size() / 2;
 }
 

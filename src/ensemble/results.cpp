@@ -133,15 +133,15 @@ Results results_at(const parallel::Communicator& world, const input::Parameters&
   parallel::agree_on_root(world, [&] { check_sample_files(folder); });
   std::vector<analysis::SampleSummary> stored, measured;  // this rank's
   parallel::agree(world, [&] {
-    const geometry::Body body(parameters.specimen);
+    const auto body = geometry::make_body(parameters.specimen);
     const auto [first, end] = share_of_samples(world, parameters);
     for (std::size_t sample = first; sample < end; ++sample) {
       io::StoredSample found = io::read_stored_sample(folder, parameters, sample);
       if (found.summary.status == analysis::SampleStatus::done)  // files of version 2 do not hold it
-        found.summary.leading_notch = analysis::leading_notch(body, found.surface);
+        found.summary.leading_notch = analysis::leading_notch(*body, found.surface);
       stored.push_back(found.summary);
       measured.push_back(found.summary);
-      analysis::measure_crossings(body, found.surface, sections.sections, measured.back());
+      analysis::measure_crossings(*body, found.surface, sections.sections, measured.back());
     }
   });
   const auto rows = analysis::all_gather(world, stored);

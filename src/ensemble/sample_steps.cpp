@@ -70,7 +70,8 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
     std::filesystem::remove(checkpoint(sample), ignored);
   };
   steps.failure_row = [&parameters, &body](const std::string& reason) {
-    return analysis::empty_summary(body.n_notches(), static_cast<int>(parameters.sections.size()),
+    return analysis::empty_summary(static_cast<int>(body.crack_starts().size()),
+                                   static_cast<int>(parameters.sections.size()),
                                    analysis::SampleStatus::failed, reason);
   };
   return steps;

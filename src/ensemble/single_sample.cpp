@@ -70,14 +70,14 @@ SamplePlan plan_sample(const input::Parameters& parameters, const SingleSampleOp
 SampleReport run_single_sample(const parallel::Communicator& ranks, const input::Parameters& parameters,
                                const SingleSampleOptions& options, const SampleFunction& sample_function,
                                const dynamics::SampleLog& log) {
-  const geometry::Body body = parallel::agree(ranks, [&] { return geometry::Body(parameters.specimen); });
+  const auto body = parallel::agree(ranks, [&] { return geometry::make_body(parameters.specimen); });
   geometry::MotherPoints base;
   const auto say = [&](const std::string& line) {
     if (log && ranks.is_root()) log(line);
   };
   StopLatch stop(options.stop, say);
   SampleSteps steps =
-      make_sample_steps(parameters, body, base, options.folder, ranks.size(), sample_function);
+      make_sample_steps(parameters, *body, base, options.folder, ranks.size(), sample_function);
   steps.log = log;
   steps.progress = options.progress;
   steps.stop = [&stop] { return stop(); };
@@ -86,9 +86,9 @@ SampleReport run_single_sample(const parallel::Communicator& ranks, const input:
   SamplePlan plan;
   std::optional<FolderLock> lock;
   parallel::agree_on_root(ranks, [&] { plan = plan_sample(parameters, options); });
-  check_memory(ranks, parameters, body, one_group(ranks.size()), !plan.to_do.empty());
+  check_memory(ranks, parameters, *body, one_group(ranks.size()), !plan.to_do.empty());
   parallel::agree_on_root(ranks, [&] {
-    if (!plan.to_do.empty()) base = make_shared_points(body, parameters, say);
+    if (!plan.to_do.empty()) base = make_shared_points(*body, parameters, say);
     lock.emplace(options.folder, SampleRange{options.sample, options.sample});
     for (const auto& line : lock->taken_over()) say(line);
     // Another run may have come and gone since the plan was made.

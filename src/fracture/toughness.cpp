@@ -31,19 +31,16 @@ double strength_of(const input::Material& material, double toughness, double spa
 
 std::optional<ToughnessRange> toughness_along_ligaments(const input::Parameters& parameters,
                                                         const geometry::Body& body, double strength) {
-  if (body.n_notches() == 0) return std::nullopt;
+  if (body.crack_starts().empty()) return std::nullopt;
   const geometry::SpacingField spacing(body, parameters.mesh);
-  constexpr int n_steps = 200;  // from the tip to the face
+  constexpr int n_steps = 200;  // from the tip to the end
   ToughnessRange range{std::numeric_limits<double>::infinity(), 0};
-  for (const geometry::SlotSection& slot : body.sections()) {
-    const auto along = static_cast<std::size_t>(slot.depth_axis);
-    const double end = slot.tip > slot.mouth ? body.size()[along] : 0;
+  for (const geometry::CrackStart& start : body.crack_starts()) {
     for (int layer = 0; layer <= 2; ++layer) {
-      geometry::Point p{};
-      p[0] = layer * body.size()[0] / 2;
-      p[index(slot.at_axis)] = (slot.lower + slot.upper) / 2;
       for (int step = 0; step <= n_steps; ++step) {
-        p[along] = slot.tip + step * (end - slot.tip) / n_steps;
+        geometry::Point p{layer * body.size()[0] / 2, 0, 0};
+        for (std::size_t i = 1; i < 3; ++i)
+          p[i] = start.tip[i] + step * (start.end[i] - start.tip[i]) / n_steps;
         if (!body.contains(p)) break;
         const double local = toughness_of(parameters.material, strength, spacing(p));
         range = {std::min(range.least, local), std::max(range.greatest, local)};

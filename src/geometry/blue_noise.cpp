@@ -39,36 +39,38 @@ Point centre(const Box& region) {
   return p;
 }
 
-/// Calls `visit` for boxes that fill the region and are small enough for the spacing to vary little in them,
-/// until it returns false.
+/// Calls `visit` for boxes that fill a region of the patch and are small enough for the spacing to vary
+/// little in them, until it returns false.
 template <class Visit>
-bool subdivide(const SpacingField& spacing, const Box& region, const Visit& visit) {
+bool subdivide(const SpacingField& spacing, const Patch& patch, const Box& region, const Visit& visit) {
   std::size_t longest = 0;
   for (std::size_t i = 1; i < 3; ++i)
     if (region.upper[i] - region.lower[i] > region.upper[longest] - region.lower[longest]) longest = i;
   const Point middle = centre(region);
   const double length = region.upper[longest] - region.lower[longest];
-  if (length <= 2 * spacing(middle) && length <= 4 * spacing.lower_bound(region)) return visit(region);
+  if (length <= 2 * spacing(patch.at(middle)) && length <= 4 * spacing.lower_bound(patch.bounds(region)))
+    return visit(region);
   Box first = region;
   first.upper[longest] = middle[longest];
   Box second = region;
   second.lower[longest] = middle[longest];
-  return subdivide(spacing, first, visit) && subdivide(spacing, second, visit);
+  return subdivide(spacing, patch, first, visit) && subdivide(spacing, patch, second, visit);
 }
 
-SpacedPoints candidates(const SpacingField& spacing, const Box& region,
+SpacedPoints candidates(const SpacingField& spacing, const Patch& patch,
                         const std::function<bool(const Point&, double)>& accepts, RandomStream& stream) {
-  const bool flat = is_flat(region);
+  const bool flat = is_flat(patch.domain);
   const double density = candidates_per_point * (flat ? surface_density : interior_density);
   SpacedPoints result;
-  subdivide(spacing, region, [&](const Box& cell) {
-    const double finest = spacing.lower_bound(cell);
+  subdivide(spacing, patch, patch.domain, [&](const Box& cell) {
+    const double finest = spacing.lower_bound(patch.bounds(cell));
     const double wanted = density * measure(cell) / power(finest, flat);
     const auto n_trials = static_cast<std::int64_t>(std::floor(wanted + stream.uniform()));
     for (std::int64_t trial = 0; trial < n_trials; ++trial) {
-      Point p = cell.lower;
+      Point own = cell.lower;
       for (std::size_t i = 0; i < 3; ++i)
-        if (cell.upper[i] > cell.lower[i]) p[i] = stream.uniform(cell.lower[i], cell.upper[i]);
+        if (cell.upper[i] > cell.lower[i]) own[i] = stream.uniform(cell.lower[i], cell.upper[i]);
+      const Point p = patch.at(own);
       const double local = spacing(p);
       if (power(finest, flat) < stream.uniform() * power(local, flat)) continue;
       if (!accepts(p, local)) continue;
@@ -91,10 +93,10 @@ double weight(double distance, double spacing_sum, double reach) {
 
 }  // namespace
 
-std::vector<Point> blue_noise(const SpacingField& spacing, const Box& region,
+std::vector<Point> blue_noise(const SpacingField& spacing, const Patch& patch,
                               const std::function<bool(const Point&, double spacing)>& accepts,
                               const SpacedPoints& fixed, RandomStream stream) {
-  SpacedPoints pool = candidates(spacing, region, accepts, stream);
+  SpacedPoints pool = candidates(spacing, patch, accepts, stream);
   const std::size_t n_candidates = pool.position.size();
   const auto n_wanted = static_cast<std::size_t>(
       std::floor(static_cast<double>(n_candidates) / candidates_per_point + stream.uniform()));
@@ -104,7 +106,7 @@ std::vector<Point> blue_noise(const SpacingField& spacing, const Box& region,
   // Twice the radius of the densest packing of the wanted number of points, in local spacings. The roots of
   // 2 / (sqrt(3) density) and sqrt(2) / density are taken by Newton's iteration, which every machine computes
   // alike.
-  const bool flat = is_flat(region);
+  const bool flat = is_flat(patch.domain);
   double reach = 1;
   for (int i = 0; i < 8; ++i)
     reach = flat ? (reach + 2 / (std::sqrt(3.0) * surface_density) / reach) / 2
@@ -159,23 +161,24 @@ std::vector<Point> blue_noise(const SpacingField& spacing, const Box& region,
   return kept;
 }
 
-double expected_points(const SpacingField& spacing, const Box& region,
+double expected_points(const SpacingField& spacing, const Patch& patch,
                        const std::function<bool(const Point&, double spacing)>& accepts, double limit) {
-  const bool flat = is_flat(region);
+  const bool flat = is_flat(patch.domain);
   const double density = flat ? surface_density : interior_density;
   double sum = 0;
-  subdivide(spacing, region, [&](const Box& cell) {
+  subdivide(spacing, patch, patch.domain, [&](const Box& cell) {
     // The midpoints of 4 x 4 x 4 parts of the cell, or of 4 x 4 of a flat one.
     double mean = 0;
     const unsigned n_parts = flat ? 16 : 64;
     for (unsigned part = 0; part < n_parts; ++part) {
-      Point p = cell.lower;
+      Point own = cell.lower;
       unsigned rest = part;
       for (unsigned i = 0; i < 3; ++i) {
         if (cell.upper[i] == cell.lower[i]) continue;
-        p[i] += (0.125 + 0.25 * (rest & 3u)) * (cell.upper[i] - cell.lower[i]);
+        own[i] += (0.125 + 0.25 * (rest & 3u)) * (cell.upper[i] - cell.lower[i]);
         rest >>= 2;
       }
+      const Point p = patch.at(own);
       const double local = spacing(p);
       if (accepts(p, local)) mean += 1 / (n_parts * power(local, flat));
     }

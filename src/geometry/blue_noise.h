@@ -22,17 +22,17 @@ struct SpacedPoints {
 inline constexpr double surface_density = 1.05;
 inline constexpr double interior_density = 1.07;
 
-/// Graded blue noise in a box, which is flat along one axis for a surface: as many points as the spacing asks
-/// for in the part of the box that `accepts`, by weighted sample elimination (Yuksel 2015) from random
+/// Graded blue noise in a patch, which is flat for a face: as many points as the spacing asks for in the part
+/// of the patch that `accepts`, by weighted sample elimination (Yuksel 2015) from random
 /// candidates of the wanted density. The points keep away from each other and from `fixed` ones, and have no
 /// preferred directions.
-std::vector<Point> blue_noise(const SpacingField& spacing, const Box& region,
+std::vector<Point> blue_noise(const SpacingField& spacing, const Patch& patch,
                               const std::function<bool(const Point&, double spacing)>& accepts,
                               const SpacedPoints& fixed, RandomStream stream);
 
 /// The number of points that blue_noise would give, to a few percent, from a quadrature; stops when it
 /// exceeds the limit.
-double expected_points(const SpacingField& spacing, const Box& region,
+double expected_points(const SpacingField& spacing, const Patch& patch,
                        const std::function<bool(const Point&, double spacing)>& accepts, double limit);
 
 }  // namespace crackle::geometry

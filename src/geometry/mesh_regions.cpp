@@ -7,11 +7,11 @@
 
 namespace crackle::geometry {
 
-Box box_of(const input::MeshRegion& region, const Point& size) {
+Box box_of(const input::MeshRegion& region, const Box& bounds) {
   Box box{};
   for (std::size_t i = 0; i < 3; ++i) {
-    box.lower[i] = std::max(region.box[i].first, 0.0);
-    box.upper[i] = std::min(region.box[i].second, size[i]);
+    box.lower[i] = std::max(region.box[i].first, bounds.lower[i]);
+    box.upper[i] = std::min(region.box[i].second, bounds.upper[i]);
   }
   return box;
 }
@@ -19,7 +19,7 @@ Box box_of(const input::MeshRegion& region, const Point& size) {
 std::vector<std::int32_t> region_numbers(std::span<const Point> points, const Body& body,
                                          const input::Mesh& mesh) {
   std::vector<Box> boxes;
-  for (const input::MeshRegion& region : mesh.regions) boxes.push_back(box_of(region, body.size()));
+  for (const input::MeshRegion& region : mesh.regions) boxes.push_back(box_of(region, body.bounds()));
   std::vector<std::int32_t> numbers;
   numbers.reserve(points.size());
   for (const Point& p : points) {

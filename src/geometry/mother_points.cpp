@@ -7,11 +7,10 @@
 
 #include "blue_noise.h"
 #include "displacement.h"
-#include "notch_crossing.h"
+#include "face_points.h"
 #include "redraw.h"
 #include "relaxation.h"
 #include "slab_order.h"
-#include "wall_points.h"
 
 #include <fmt/format.h>
 
@@ -25,7 +24,7 @@ namespace crackle::geometry {
 
 namespace {
 
-/// Points of a higher dimension keep this many local spacings away from edges and surfaces.
+/// Points of a higher dimension keep this many local spacings away from edges and faces.
 constexpr double outline_margin = 0.55;
 constexpr double surface_margin = 0.5;
 
@@ -38,25 +37,25 @@ constexpr int patience = 30;
 constexpr int final_rounds = 200;
 constexpr double improving_radius = 0.25;  ///< in local spacings
 constexpr double quality_goal = 0.5;       ///< of the base, so that few disturbed tetrahedra are bad
-constexpr int max_additions = 10;          ///< times that points may be added on walls
+constexpr int max_additions = 10;          ///< times that points may be added in faces
 constexpr double max_edge_length = 1e6;    ///< in spacings
 
 using input::max_mother_points;
 
-enum Stream : std::uint64_t { on_edges, on_surfaces, in_interior, improving, choosing };
+enum Stream : std::uint64_t { on_edges, in_faces, in_interior, improving, choosing };
 
-/// Collects points, each with the surface that it lies in.
+/// Collects points, each with the face that it lies in.
 struct Collection {
   const Body& body;
   const SpacingField& spacing;
   MotherPoints points;
-  std::vector<SurfaceId> surface;  ///< for points with two movable axes, otherwise -1
+  std::vector<FaceId> face;  ///< for points that are placed in one, otherwise -1
 
-  void add(const Point& p, SurfaceId id) {
+  void add(const Point& p, FaceId id) {
     points.position.push_back(p);
     points.spacing.push_back(spacing(p));
-    points.movable.push_back(body.movable_axes(p));
-    surface.push_back(id);
+    points.movable.push_back(body.movable(p));
+    face.push_back(id);
   }
   SpacedPoints all() const { return {points.position, points.spacing}; }
 };
@@ -64,9 +63,8 @@ struct Collection {
 /// Number of spacings from the start of an edge to each of many equally distant positions on it.
 /// @throws std::runtime_error where these would be too many
 std::vector<double> n_edge_spacings(const SpacingField& spacing, const Edge& edge) {
-  const auto axis = static_cast<std::size_t>(edge.axis);
-  const double length = edge.to[axis] - edge.from[axis];
-  const double finest = spacing.lower_bound({edge.from, edge.to});
+  const double length = edge.length();
+  const double finest = spacing.lower_bound(edge.bounds());
   if (length / finest > max_edge_length)
     throw std::runtime_error(fmt::format(
         "mesh: an edge of {:g} mm is more than {:.0e} times as long as the finest spacing on it: {}; "
@@ -75,17 +73,15 @@ std::vector<double> n_edge_spacings(const SpacingField& spacing, const Edge& edg
   const auto n_steps = static_cast<std::size_t>(std::ceil(20 * length / finest));
   std::vector<double> count(n_steps + 1, 0);
   for (std::size_t i = 0; i < n_steps; ++i) {
-    Point p = edge.from;
-    p[axis] += (static_cast<double>(i) + 0.5) * length / static_cast<double>(n_steps);
+    const Point p = edge.at((static_cast<double>(i) + 0.5) * length / static_cast<double>(n_steps));
     count[i + 1] = count[i] + length / static_cast<double>(n_steps) / spacing(p);
   }
   return count;
 }
 
 void place_on_edge(Collection& collection, const Edge& edge, RandomStream stream) {
-  const auto axis = static_cast<std::size_t>(edge.axis);
   const std::vector<double> count = n_edge_spacings(collection.spacing, edge);
-  const double step = (edge.to[axis] - edge.from[axis]) / static_cast<double>(count.size() - 1);
+  const double step = edge.length() / static_cast<double>(count.size() - 1);
   const auto n_cells = std::max<std::int64_t>(1, std::llround(count.back()));
   for (std::int64_t cell = 1; cell < n_cells; ++cell) {
     const double wanted = count.back() *
@@ -93,24 +89,28 @@ void place_on_edge(Collection& collection, const Edge& edge, RandomStream stream
                           static_cast<double>(n_cells);
     const auto upper = std::upper_bound(count.begin(), count.end(), wanted);
     const auto i = static_cast<std::size_t>(upper - count.begin()) - 1;
-    Point p = edge.from;
-    p[axis] += step * (static_cast<double>(i) + (wanted - count[i]) / (count[i + 1] - count[i]));
-    collection.add(p, -1);
+    const double share = (wanted - count[i]) / (count[i + 1] - count[i]);
+    collection.add(edge.at(step * (static_cast<double>(i) + share)), -1);
   }
 }
 
-void place_on_surface(Collection& collection, SurfaceId id, RandomStream stream) {
-  const Surface& surface = collection.body.surfaces()[index(id)];
+/// Whether a point is far enough from the outline of a face to be placed in it.
+auto accepts_in_face(const Body& body, FaceId id) {
+  return [&body, id](const Point& p, double spacing) {
+    return body.distance_to_outline(id, p) >= outline_margin * spacing;
+  };
+}
+
+void place_in_face(Collection& collection, FaceId id, RandomStream stream) {
+  const Body& body = collection.body;
   SpacedPoints fixed;
   for (std::size_t i = 0; i < collection.points.size(); ++i) {
-    if (!surface.extent.contains(collection.points.position[i])) continue;
+    if (!body.in_face(id, collection.points.position[i])) continue;
     fixed.position.push_back(collection.points.position[i]);
     fixed.spacing.push_back(collection.points.spacing[i]);
   }
-  const auto accepts = [&](const Point& p, double spacing) {
-    return distance_to_outline(collection.body, id, p) >= outline_margin * spacing;
-  };
-  for (const Point& p : blue_noise(collection.spacing, surface.extent, accepts, fixed, stream))
+  const Patch& patch = body.faces()[index(id)].patch;
+  for (const Point& p : blue_noise(collection.spacing, patch, accepts_in_face(body, id), fixed, stream))
     collection.add(p, id);
 }
 
@@ -120,7 +120,7 @@ void place_in_interior(Collection& collection, RandomStream stream) {
     return body.distance_to_surface(p) >= surface_margin * spacing;
   };
   for (const Point& p :
-       blue_noise(collection.spacing, {{0, 0, 0}, body.size()}, accepts, collection.all(), stream))
+       blue_noise(collection.spacing, Patch{body.bounds()}, accepts, collection.all(), stream))
     collection.add(p, -1);
 }
 
@@ -129,9 +129,9 @@ void relax(Collection& collection) {
   const auto may_move = [&](std::size_t i, const Point& p) {
     const double spacing = collection.points.spacing[i];
     if (norm(difference(p, collection.points.position[i])) > 0.5 * spacing) return false;
-    const SurfaceId id = collection.surface[i];
+    const FaceId id = collection.face[i];
     return id < 0 ? body.distance_to_surface(p) >= surface_margin * spacing
-                  : distance_to_outline(body, id, p) >= outline_margin * spacing;
+                  : accepts_in_face(body, id)(p, spacing);
   };
   for (int round = 0; round < relaxation_rounds; ++round) {
     relax(body, collection.points, may_move);
@@ -169,38 +169,37 @@ std::vector<Tetrahedron> improve(const Body& body, MotherPoints& points, double 
 [[noreturn]] void refuse(const Body& body, const MotherPoints& points, double min_quality,
                          const std::vector<Tetrahedron>& bad) {
   const auto corner = [&](std::size_t i) { return points.position[index(bad.front()[i])]; };
-  const bool crossing =
-      place(body.sections(), {corner(0), corner(1), corner(2), corner(3)}) == Place::crossing;
+  const bool crossing = body.place({corner(0), corner(1), corner(2), corner(3)}) == Place::crossing;
   throw std::runtime_error(fmt::format(
-      "mesh: the body cannot be tessellated with these points: {} tetrahedra reach across a notch or stay "
-      "below "
+      "mesh: the body cannot be tessellated with these points: {} tetrahedra reach out of the body or "
+      "stay below "
       "min_quality = {}; the first, near ({:g}, {:g}, {:g}) mm, {}; use a finer spacing there or a lower "
       "min_quality",
       bad.size(), min_quality, 1e3 * corner(0)[0], 1e3 * corner(0)[1], 1e3 * corner(0)[2],
-      crossing ? "reaches across a notch" : "has a lower quality"));
+      crossing ? "reaches out of it" : "has a lower quality"));
 }
 
-/// Blue noise on edges, surfaces and in the interior, relaxed.
+/// Blue noise on edges, in faces and in the interior, relaxed.
 void generate(Collection& collection, const RandomStream& stream) {
   const Body& body = collection.body;
   for (const Point& p : body.corners()) collection.add(p, -1);
   std::uint64_t item = 0;
   for (const Edge& edge : body.edges())
     place_on_edge(collection, edge, stream.substream(on_edges).substream(item++));
-  for (std::size_t id = 0; id < body.surfaces().size(); ++id)
-    place_on_surface(collection, static_cast<SurfaceId>(id), stream.substream(on_surfaces).substream(id));
+  for (std::size_t id = 0; id < body.faces().size(); ++id)
+    place_in_face(collection, static_cast<FaceId>(id), stream.substream(in_faces).substream(id));
   place_in_interior(collection, stream.substream(in_interior));
   relax(collection);
 }
 
-/// A number that is surely needed, in the interior or on one surface, from the coarsest spacing there: tells
+/// A number that is surely needed, in the interior or in one face, from the coarsest spacing there: tells
 /// quickly what is far too much.
 double least_n_points(const Body& body, const SpacingField& spacing) {
-  const double coarsest = spacing.upper_bound({{0, 0, 0}, body.size()});
+  const double coarsest = spacing.upper_bound(body.bounds());
   double n = interior_density * body.volume() / (coarsest * coarsest * coarsest);
-  for (const Surface& surface : body.surfaces()) {
-    const double local = spacing.upper_bound(surface.extent);
-    n = std::max(n, surface_density * surface.area / (local * local));
+  for (const Face& face : body.faces()) {
+    const double local = spacing.upper_bound(face.patch.bounds());
+    n = std::max(n, surface_density * face.area / (local * local));
   }
   return n;
 }
@@ -212,16 +211,13 @@ double estimate_n_points(const Body& body, const input::Mesh& mesh) {
   if (const double least = least_n_points(body, spacing); least > max_mother_points) return least;
   double sum = static_cast<double>(body.corners().size());
   for (const Edge& edge : body.edges()) sum += n_edge_spacings(spacing, edge).back();
-  for (std::size_t id = 0; id < body.surfaces().size(); ++id) {
-    const auto accepts = [&](const Point& p, double local) {
-      return distance_to_outline(body, static_cast<SurfaceId>(id), p) >= outline_margin * local;
-    };
-    sum += expected_points(spacing, body.surfaces()[id].extent, accepts, max_mother_points - sum);
-  }
+  for (std::size_t id = 0; id < body.faces().size(); ++id)
+    sum += expected_points(spacing, body.faces()[id].patch, accepts_in_face(body, static_cast<FaceId>(id)),
+                           max_mother_points - sum);
   const auto accepts = [&](const Point& p, double local) {
     return body.contains(p) && body.distance_to_surface(p) >= surface_margin * local;
   };
-  return sum + expected_points(spacing, {{0, 0, 0}, body.size()}, accepts, max_mother_points - sum);
+  return sum + expected_points(spacing, Patch{body.bounds()}, accepts, max_mother_points - sum);
 }
 
 double checked_n_points(const Body& body, const input::Mesh& mesh) {
@@ -258,7 +254,7 @@ MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::
                 stream.substream(improving).substream(static_cast<std::uint64_t>(attempt)));
     if (bad.empty()) return in_slab_order(points, body.size());
     const std::vector<Point> added =
-        missing_wall_points(body, points.position, points.spacing, bad, outline_margin);
+        missing_face_points(body, points.position, points.spacing, bad, outline_margin);
     if (mesh.points || added.empty() || attempt == max_additions) refuse(body, points, mesh.min_quality, bad);
     for (const Point& p : added) collection.add(p, -1);
   }

@@ -42,18 +42,6 @@ std::optional<double> number(std::string_view word) {
   return value;
 }
 
-/// Sets coordinates that lie within the tolerance of a plane of the body exactly on it.
-Point snapped(const Body& body, Point p, double tolerance) {
-  for (const Surface& surface : body.surfaces()) {
-    double& coordinate = p[index(surface.axis)];
-    if (std::abs(coordinate - surface.position) > tolerance) continue;
-    Point q = p;
-    q[index(surface.axis)] = surface.position;
-    if (distance(q, surface.extent) <= tolerance) coordinate = surface.position;
-  }
-  return p;
-}
-
 class Messages {
 public:
   explicit Messages(const std::filesystem::path& file) : file_(file.string()) {}
@@ -78,7 +66,8 @@ private:
 std::vector<Point> read_points(const std::filesystem::path& file, const Body& body) {
   std::ifstream stream(file);
   if (!stream) throw std::runtime_error(fmt::format("{}: cannot be opened for reading", file.string()));
-  const double tolerance = relative_tolerance * *std::max_element(body.size().begin(), body.size().end());
+  const Point size = body.size();
+  const double tolerance = relative_tolerance * *std::ranges::max_element(size);
   Messages messages(file);
   std::vector<Point> points;
   std::vector<std::size_t> lines;
@@ -99,7 +88,7 @@ std::vector<Point> read_points(const std::filesystem::path& file, const Body& bo
       messages.add(line, "not a point; accepted are three numbers \"x y z\" in millimetres");
       continue;
     }
-    p = snapped(body, p, tolerance);
+    p = body.snapped(p, tolerance);
     if (!body.contains(p)) {
       messages.add(line, fmt::format("the point ({:g}, {:g}, {:g}) mm lies outside the body",
                                      p[0] / metres_per_unit, p[1] / metres_per_unit, p[2] / metres_per_unit));

@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <stdexcept>
 #include <utility>
 
@@ -59,30 +58,21 @@ void sort_cells(std::vector<Tetrahedron>& cells, std::size_t n_nodes) {
   cells.swap(sorted);
 }
 
-/// The symmetry of body and spacing by which a sample is set into it.
-std::uint8_t chosen_symmetry(const Body& body, const input::Mesh& mesh, std::uint64_t seed,
-                             std::uint64_t sample) {
-  if (mesh.turn == input::Turn::none || mesh.perturbation == 0) return 0;
-  const std::vector<std::uint8_t> all = symmetries(body, mesh);
-  return all[index(RandomStream(seed, sample, "turn").bits() % all.size())];
+/// The symmetry of body and spacing by which a sample is set into the body.
+Symmetry chosen_symmetry(const Body& body, const input::Mesh& mesh, std::uint64_t seed,
+                         std::uint64_t sample) {
+  if (mesh.turn == input::Turn::none || mesh.perturbation == 0) return symmetry_of(body, 0);
+  std::vector<Symmetry> all = symmetries(body, mesh);
+  return std::move(all[index(RandomStream(seed, sample, "turn").bits() % all.size())]);
 }
 
 /// Maps a tessellation by a symmetry of the body.
-void reflect(const Body& body, std::uint8_t axes, std::vector<Point>& nodes, TessellationContent& content) {
-  for (Point& p : nodes) p = reflected(body, axes, p);
-  if (std::popcount(axes) % 2 == 0) return;
+void apply(const Symmetry& symmetry, std::vector<Point>& nodes, TessellationContent& content) {
+  if (symmetry.code == 0) return;
+  for (Point& p : nodes) p = symmetry.image(p);
+  if (!symmetry.is_reflection) return;
   for (Tetrahedron& cell : content.tetrahedra) std::swap(cell[2], cell[3]);
   for (Triangle& triangle : content.boundary) std::swap(triangle[1], triangle[2]);
-}
-
-/// The plane piece in which all three corners lie exactly.
-SurfaceId surface_of(const Body& body, const std::vector<Point>& nodes, const Triangle& t) {
-  const auto& surfaces = body.surfaces();
-  for (std::size_t id = 0; id < surfaces.size(); ++id)
-    if (std::all_of(t.begin(), t.end(),
-                    [&](std::int32_t node) { return surfaces[id].extent.contains(nodes[index(node)]); }))
-      return static_cast<SurfaceId>(id);
-  throw std::runtime_error("realization: a boundary triangle lies on no plane of the body");
 }
 
 }  // namespace
@@ -109,14 +99,14 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
   if (!outcome.remaining.empty())
     throw std::runtime_error(fmt::format(
         "sample {}: after {} rounds of redrawing, {} tetrahedra are still below min_quality = {} or "
-        "reach across a notch",
+        "reach out of the body",
         sample, outcome.rounds, outcome.remaining.size(), mesh.min_quality));
 
   realization.nodes.assign(tessellation.points().begin(), tessellation.points().end());
   TessellationContent content = tessellation.content();
-  const std::uint8_t axes = chosen_symmetry(body, mesh, seed, sample);
-  reflect(body, axes, realization.nodes, content);
-  realization.report.reflected_axes = axes;
+  const Symmetry symmetry = chosen_symmetry(body, mesh, seed, sample);
+  apply(symmetry, realization.nodes, content);
+  realization.report.symmetry = symmetry.code;
   realization.tetrahedra = std::move(content.tetrahedra);
   for (Tetrahedron& cell : realization.tetrahedra) cell = canonical(cell);
   sort_cells(realization.tetrahedra, realization.nodes.size());
@@ -124,8 +114,9 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
   for (Triangle& triangle : content.boundary) triangle = canonical(triangle);
   std::sort(content.boundary.begin(), content.boundary.end());
   realization.boundary.reserve(content.boundary.size());
-  for (const Triangle& triangle : content.boundary)
-    realization.boundary.push_back({triangle, surface_of(body, realization.nodes, triangle)});
+  const auto node = [&](std::int32_t number) -> const Point& { return realization.nodes[index(number)]; };
+  for (const Triangle& t : content.boundary)
+    realization.boundary.push_back({t, body.face_of({node(t[0]), node(t[1]), node(t[2])})});
 
   realization.report.rounds = outcome.rounds;
   realization.report.attempt = attempt;

@@ -86,10 +86,12 @@ void relax(const Body& body, MotherPoints& points, const MayMove& may_move) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (stays[i] || !(weights[i] > 0)) continue;
     Point p = points.position[i];
-    for (unsigned axis = 0; axis < 3; ++axis)
-      if ((points.movable[i] >> axis) & 1u) p[axis] += sum[i][axis] / weights[i];
-    if (body.contains(p) && body.movable_axes(p) == points.movable[i] && may_move(i, p))
-      points.position[i] = p;
+    const Directions directions = body.directions(p, points.movable[i]);
+    for (std::size_t k = 0; k < index(directions.n); ++k) {
+      const double way = dot(sum[i], directions.vector[k]) / weights[i];
+      for (std::size_t axis = 0; axis < 3; ++axis) p[axis] += way * directions.vector[k][axis];
+    }
+    if (body.contains(p) && body.movable(p) == points.movable[i] && may_move(i, p)) points.position[i] = p;
   }
 }
 

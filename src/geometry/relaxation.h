@@ -13,7 +13,7 @@ using MayMove = std::function<bool(std::size_t i, const Point& p)>;
 
 /// One round of optimal Delaunay triangulation (Chen and Xu 2004): every point moves to the mean of the
 /// circumcentres of its tetrahedra, one on a surface to that of its boundary triangles, weighted such that
-/// the spacing is kept. Points on edges, and points at tetrahedra that cross a notch, stay.
+/// the spacing is kept. Points on edges, and points at tetrahedra that reach through the surface, stay.
 void relax(const Body& body, MotherPoints& points, const MayMove& may_move);
 
 }  // namespace crackle::geometry

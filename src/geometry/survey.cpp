@@ -20,12 +20,13 @@ std::array<DisplacementSums, 3> displacement_sums(const Body& body, const Mother
                                                   const Realization& realization, double perturbation) {
   std::array<DisplacementSums, 3> sums;
   if (!(perturbation > 0)) return sums;
+  const Symmetry symmetry = symmetry_of(body, realization.report.symmetry);
   for (std::size_t k = 0; k < base.size(); ++k) {
     const unsigned movable = base.movable[k];
     if (movable == 0) continue;
     DisplacementSums& own = sums[index(std::popcount(movable)) - 1];
     const double amplitude = perturbation * base.spacing[k];
-    const Point node = reflected(body, realization.report.reflected_axes, realization.nodes[k]);
+    const Point node = symmetry.preimage(realization.nodes[k]);
     for (std::size_t i = 0; i < 3; ++i) {
       if (!((movable >> i) & 1u)) continue;
       const double shift = (node[i] - base.position[k][i]) / amplitude;

@@ -3,8 +3,11 @@
 
 #include "crackle/geometry/mesh_regions.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace crackle::geometry {
 
@@ -12,74 +15,47 @@ namespace {
 
 constexpr double tolerance = 1e-12;  ///< of coordinates, in the body's largest size
 
-double nearness(const Body& body) {
-  return tolerance * *std::max_element(body.size().begin(), body.size().end());
-}
-
-/// The coordinate's image under reflection in the middle of the axis; on a plane of the body if it comes
-/// near.
-double image(const Body& body, std::size_t axis, double coordinate) {
-  const double reflected = body.size()[axis] - coordinate;
-  const double near = nearness(body);
-  for (const Surface& surface : body.surfaces())
-    if (static_cast<std::size_t>(surface.axis) == axis && std::abs(surface.position - reflected) <= near)
-      return surface.position;
-  return reflected;
-}
-
-Box image(const Body& body, std::uint8_t axes, const Box& box) {
-  Box result = box;
-  for (std::size_t i = 0; i < 3; ++i)
-    if ((axes >> i) & 1u) {
-      result.lower[i] = image(body, i, box.upper[i]);
-      result.upper[i] = image(body, i, box.lower[i]);
-    }
-  return result;
+std::vector<Point> corners_of(const Box& box) {
+  std::vector<Point> corners;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    Point p{};
+    for (std::size_t i = 0; i < 3; ++i) p[i] = (corner >> i) & 1u ? box.upper[i] : box.lower[i];
+    corners.push_back(p);
+  }
+  return corners;
 }
 
 }  // namespace
 
-Point reflected(const Body& body, std::uint8_t axes, const Point& p) {
-  Point q = p;
-  for (std::size_t i = 0; i < 3; ++i)
-    if ((axes >> i) & 1u) q[i] = image(body, i, p[i]);
-  return q;
-}
-
-std::vector<std::uint8_t> symmetries(const Body& body) {
-  const auto is_a_slot = [&](const Box& box) {
-    for (int i = 0; i < body.n_notches(); ++i)
-      if (body.slot(i).lower == box.lower && body.slot(i).upper == box.upper) return true;
-    return false;
+std::vector<Symmetry> symmetries(const Body& body, const input::Mesh& mesh) {
+  const Point size = body.size();
+  const double near = tolerance * *std::ranges::max_element(size);
+  // Symmetries keep distances, so a box whose corners come to corners of another one comes to this one.
+  const auto maps = [&](const Symmetry& symmetry, const input::MeshRegion& from,
+                        const input::MeshRegion& to) {
+    const std::vector<Point> corners = corners_of(box_of(to, body.bounds()));
+    return from.spacing == to.spacing &&
+           std::ranges::all_of(corners_of(box_of(from, body.bounds())), [&](const Point& p) {
+             const Point image = symmetry.image(p);
+             return std::ranges::any_of(corners, [&](const Point& corner) {
+               const Point gap = difference(image, corner);
+               return std::ranges::all_of(gap, [&](double each) { return std::abs(each) <= near; });
+             });
+           });
   };
-  std::vector<std::uint8_t> result;
-  for (std::uint8_t axes = 0; axes < 8; ++axes) {
-    bool fits = true;
-    for (int i = 0; i < body.n_notches(); ++i) fits = fits && is_a_slot(image(body, axes, body.slot(i)));
-    if (fits) result.push_back(axes);
-  }
-  return result;
-}
-
-std::vector<std::uint8_t> symmetries(const Body& body, const input::Mesh& mesh) {
-  const double near = nearness(body);
-  const auto is_a_region = [&](const Box& box, double spacing) {
-    return std::ranges::any_of(mesh.regions, [&](const input::MeshRegion& region) {
-      const Box other = box_of(region, body.size());
-      bool same = region.spacing == spacing;
-      for (std::size_t i = 0; i < 3; ++i)
-        same = same && std::abs(other.lower[i] - box.lower[i]) <= near &&
-               std::abs(other.upper[i] - box.upper[i]) <= near;
-      return same;
-    });
-  };
-  std::vector<std::uint8_t> result = symmetries(body);
-  std::erase_if(result, [&](std::uint8_t axes) {
-    return !std::ranges::all_of(mesh.regions, [&](const input::MeshRegion& region) {
-      return is_a_region(image(body, axes, box_of(region, body.size())), region.spacing);
+  std::vector<Symmetry> result = body.symmetries();
+  std::erase_if(result, [&](const Symmetry& symmetry) {
+    return !std::ranges::all_of(mesh.regions, [&](const input::MeshRegion& from) {
+      return std::ranges::any_of(mesh.regions, [&](const auto& to) { return maps(symmetry, from, to); });
     });
   });
   return result;
+}
+
+Symmetry symmetry_of(const Body& body, std::uint8_t code) {
+  for (Symmetry& symmetry : body.symmetries())
+    if (symmetry.code == code) return std::move(symmetry);
+  throw std::invalid_argument(fmt::format("the body has no symmetry {}", code));
 }
 
 }  // namespace crackle::geometry

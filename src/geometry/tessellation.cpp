@@ -4,8 +4,6 @@
 #include "crackle/common/index.h"
 #include "crackle/geometry/quality.h"
 
-#include "notch_crossing.h"
-
 #include <CGAL/Delaunay_triangulation_3.h>
 #include <CGAL/Delaunay_triangulation_cell_base_3.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -89,9 +87,8 @@ struct Tessellation::Data {
   }
 
   Place place_of(const Tetrahedron& cell) const {
-    if (body.sections().empty()) return Place::solid;
-    return place(body.sections(), {points[index(cell[0])], points[index(cell[1])], points[index(cell[2])],
-                                   points[index(cell[3])]});
+    return body.place(
+        {points[index(cell[0])], points[index(cell[1])], points[index(cell[2])], points[index(cell[3])]});
   }
 
   /// @param cell nodes ascending, so that equal cells get equal bits
@@ -134,7 +131,7 @@ Tessellation::Tessellation(const Body& body, std::span<const Point> points, doub
     throw std::runtime_error("mother points: two points coincide, or all lie in one plane");
   for (const VertexHandle vertex : data_->delaunay.finite_vertex_handles())
     data_->vertices[index(vertex->info())] = vertex;
-  for (std::size_t i = 0; i < points.size(); ++i) data_->on_surface[i] = body.movable_axes(points[i]) != 7;
+  for (std::size_t i = 0; i < points.size(); ++i) data_->on_surface[i] = body.movable(points[i]) != 7;
   for (const CellHandle cell : data_->delaunay.finite_cell_handles()) {
     cell->info() = CellInfo{};
     cell->info().place = data_->place_of(data_->nodes(cell));

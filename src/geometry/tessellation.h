@@ -19,13 +19,13 @@ struct TessellationContent {
 
 /// The Delaunay tessellation of points of a body, which points can be taken out of and put back into.
 ///
-/// A cell is good when it lies in a slot (it is no part of the body), or clear of all slots with at least the
-/// quality that was asked for. Nothing that this class returns depends on the history of the tessellation,
-/// only on where the points are, except the order of lists that are documented as unordered.
+/// A cell is good when it is no part of the body, or lies in the body with at least the quality that was
+/// asked for. Nothing that this class returns depends on the history of the tessellation, only on where the
+/// points are, except the order of lists that are documented as unordered.
 class Tessellation {
 public:
   /// Tessellates all points. Some 4 microseconds for each point.
-  /// @param points in the closed body, pairwise different, among them the corners of its box
+  /// @param points in the closed body, pairwise different, among them its corners
   Tessellation(const Body& body, std::span<const Point> points, double min_quality);
   ~Tessellation();
   Tessellation(const Tessellation&) = delete;
@@ -53,7 +53,7 @@ public:
     }
   };
 
-  /// Takes a node out; the others are tessellated without it. One node at a time; not a corner of the box.
+  /// Takes a node out; the others are tessellated without it. One node at a time; not a corner of the body.
   void lift(std::int32_t node);
   /// @param enough the trial may be cut short as soon as it is known not to be better than this one
   Trial try_at(const Point& p, const Trial& enough) const;
@@ -61,7 +61,7 @@ public:
   void put(const Point& p, std::vector<Tetrahedron>& bad);
 
   /// The cells of the body, unordered.
-  /// @pre bad_cells() is empty, or cells that cross a notch are counted as cells of the body
+  /// @pre bad_cells() is empty, or cells that reach through the surface are counted as cells of the body
   TessellationContent content() const;
 
 private:

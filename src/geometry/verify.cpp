@@ -4,8 +4,6 @@
 #include "crackle/geometry/quality.h"
 #include "crackle/geometry/realization.h"
 
-#include "notch_crossing.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -71,8 +69,7 @@ double check_tetrahedra(const Realization& realization, const Body& body, double
       violation("tetrahedron {} has the quality {:g}, below min_quality = {:g}", i, std::cbrt(quality),
                 min_quality);
     worst = std::min(worst, quality);
-    if (!body.sections().empty() && place(body.sections(), corner) != Place::solid)
-      violation("tetrahedron {} reaches into a notch", i);
+    if (body.place(corner) != Place::solid) violation("tetrahedron {} reaches out of the body", i);
   }
   const auto unused = std::find(used.begin(), used.end(), 0);
   if (unused != used.end()) violation("node {} belongs to no tetrahedron", unused - used.begin());
@@ -144,29 +141,28 @@ void check_boundary(const Realization& realization, const Body& body) {
   if (expected.size() != boundary.size())
     violation("{} boundary triangles are listed, but {} faces have only one tetrahedron", boundary.size(),
               expected.size());
-  std::vector<CompensatedSum> area(body.surfaces().size());
+  std::vector<CompensatedSum> area(body.faces().size());
   for (std::size_t i = 0; i < boundary.size(); ++i) {
     const auto& [t, id] = boundary[i];
     if (t != expected[i])
       violation("boundary triangle {} is not the face {}, {}, {} of a tetrahedron", i, expected[i][0],
                 expected[i][1], expected[i][2]);
-    if (id < 0 || index(id) >= body.surfaces().size())
+    if (id < 0 || index(id) >= body.faces().size())
       violation("boundary triangle {} has the surface {}", i, id);
-    const Surface& surface = body.surfaces()[index(id)];
     for (const std::int32_t node : t)
-      if (!surface.extent.contains(realization.nodes[index(node)]))
+      if (!body.in_face(id, realization.nodes[index(node)]))
         violation("node {} of boundary triangle {} does not lie exactly on surface {}", node, i, id);
     const Point& a = realization.nodes[index(t[0])];
     const Point normal =
         cross(difference(realization.nodes[index(t[1])], a), difference(realization.nodes[index(t[2])], a));
-    const double projected = surface.outward * normal[index(surface.axis)] / 2;
+    const double projected = dot(normal, body.faces()[index(id)].outward) / 2;
     if (!(projected > 0)) violation("boundary triangle {} is not oriented outwards", i);
     area[index(id)].add(projected);
   }
   for (std::size_t id = 0; id < area.size(); ++id)
-    if (!same(area[id].value(), body.surfaces()[id].area))
+    if (!same(area[id].value(), body.faces()[id].area))
       violation("surface {} is covered by {:.17g} m^2 of boundary triangles; its area is {:.17g} m^2", id,
-                area[id].value(), body.surfaces()[id].area);
+                area[id].value(), body.faces()[id].area);
 }
 
 }  // namespace

@@ -67,8 +67,9 @@ struct EnsembleShape {
 };
 
 EnsembleShape shape_of(const input::Parameters& parameters) {
-  return {static_cast<std::size_t>(parameters.ensemble.samples), parameters.specimen.notches.size(),
-          parameters.sections.size(), parameters.sections.y.size()};
+  return {static_cast<std::size_t>(parameters.ensemble.samples),
+          geometry::n_crack_starts(parameters.specimen), parameters.sections.size(),
+          parameters.sections.y.size()};
 }
 
 const ResultInfo y_position_info{
@@ -226,7 +227,7 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts&
       static_cast<int>(shape.n_notches), static_cast<int>(shape.n_sections), analysis::SampleStatus::pending);
   hdf5::MemoryFile file;
   write_identity(file.get(), ensemble_kind, ensemble_schema_version, parameters);
-  write_specimen(file.get(), geometry::Body(parameters.specimen));
+  write_specimen(file.get(), *geometry::make_body(parameters.specimen));
   for (const char* name : {"samples", "crack_path", "timing"}) hdf5::create_group(file.get(), name);
   int n_columns = 0;
   for_each_column([&](const std::string& name, const ResultInfo& info, auto value) {

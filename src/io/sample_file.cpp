@@ -63,7 +63,7 @@ void write_mesh(hid_t file, const geometry::Realization& realization) {
   hdf5::write_attribute(group.get(), "rounds", std::int64_t{realization.report.rounds});
   hdf5::write_attribute(group.get(), "attempt", std::int64_t{realization.report.attempt});
   hdf5::write_attribute(group.get(), "redrawn_points", realization.report.redrawn_points);
-  hdf5::write_attribute(group.get(), "reflected_axes", std::int64_t{realization.report.reflected_axes});
+  hdf5::write_attribute(group.get(), "reflected_axes", std::int64_t{realization.report.symmetry});
   hdf5::write_attribute(group.get(), "min_quality", realization.report.min_quality);
 }
 
@@ -351,7 +351,7 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     hdf5::write_scalar<double>(summary.get(), "phase_start", result.phase_start, "s");
     hdf5::write_scalar<double>(summary.get(), "time_step", result.time_step, "s");
     hdf5::write_scalar<double>(summary.get(), "stable_step", result.stable_step, "s");
-    write_specimen(id, geometry::Body(content.parameters.specimen));
+    write_specimen(id, *geometry::make_body(content.parameters.specimen));
     write_mesh(id, content.realization);
     write_crack_surface(id, content.surface, content.arms.arm);
     write_crack_lines(id, content.lines);

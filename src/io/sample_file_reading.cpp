@@ -81,7 +81,7 @@ template <class Read>
 SampleSummary row_or_reason(const std::filesystem::path& file, const input::Parameters& parameters,
                             Read&& read) {
   SampleSummary row =
-      analysis::empty_summary(static_cast<int>(parameters.specimen.notches.size()),
+      analysis::empty_summary(static_cast<int>(geometry::n_crack_starts(parameters.specimen)),
                               static_cast<int>(parameters.sections.size()), analysis::SampleStatus::pending);
   try {
     if (std::filesystem::exists(file)) row = read(file);

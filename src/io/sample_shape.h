@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/geometry/body.h"
 #include "crackle/input/parameters.h"
 #include "hdf5.h"
 
@@ -10,9 +11,9 @@ namespace crackle::io {
 inline constexpr const char* sample_kind = "crackle sample";
 inline constexpr const char* ensemble_kind = "crackle ensemble";
 
-/// Of the results at the sections: notches x sections.
+/// Of the results at the sections: crack starts x sections.
 inline hdf5::Shape position_shape(const input::Parameters& parameters) {
-  return {parameters.specimen.notches.size(), parameters.sections.size()};
+  return {geometry::n_crack_starts(parameters.specimen), parameters.sections.size()};
 }
 
 }  // namespace crackle::io

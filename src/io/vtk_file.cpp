@@ -95,7 +95,7 @@ void write_regions(hid_t root, const geometry::Body& body, const input::Mesh& me
   std::vector<double> boxes;
   std::vector<double> spacings;
   for (const input::MeshRegion& region : mesh.regions) {
-    const geometry::Box box = geometry::box_of(region, body.size());
+    const geometry::Box box = geometry::box_of(region, body.bounds());
     for (std::size_t i = 0; i < 3; ++i) boxes.insert(boxes.end(), {box.lower[i], box.upper[i]});
     spacings.push_back(region.spacing);
   }

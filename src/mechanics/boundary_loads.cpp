@@ -2,6 +2,7 @@
 #include "crackle/mechanics/boundary_loads.h"
 
 #include "crackle/common/index.h"
+#include "crackle/geometry/body.h"
 #include "crackle/mechanics/tensor.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/exact_sum.h"
@@ -51,7 +52,9 @@ bool counts(const geometry::Subdomain& subdomain, const geometry::Triangle& node
   return lowest < subdomain.layout.n_owned;
 }
 
-/// The part of a condition's face on this rank: tributary areas of its owned nodes.
+using Faces = std::vector<geometry::FaceId>;  // ascending
+
+/// The part of a condition's faces on this rank: tributary areas of its owned nodes.
 struct LoadedFace {
   std::vector<std::int32_t> nodes;
   std::vector<double> area;
@@ -59,11 +62,11 @@ struct LoadedFace {
 };
 
 LoadedFace loaded_face(const parallel::Communicator& group, const input::Boundary& condition,
-                       const geometry::Subdomain& subdomain) {
+                       const Faces& faces, const geometry::Subdomain& subdomain) {
   std::map<std::int32_t, double> tributary;
   std::vector<double> counted_areas;
   for (const auto& triangle : subdomain.boundary) {
-    if (triangle.surface != static_cast<geometry::SurfaceId>(condition.on)) continue;
+    if (!std::ranges::binary_search(faces, triangle.surface)) continue;
     const auto [centroid, area] = measure(subdomain, triangle.nodes);
     if (!inside(condition, centroid)) continue;
     if (counts(subdomain, triangle.nodes)) counted_areas.push_back(area);
@@ -80,10 +83,11 @@ LoadedFace loaded_face(const parallel::Communicator& group, const input::Boundar
   return face;
 }
 
-std::vector<std::int32_t> held_nodes(const input::Boundary& condition, const geometry::Subdomain& subdomain) {
+std::vector<std::int32_t> held_nodes(const input::Boundary& condition, const Faces& faces,
+                                     const geometry::Subdomain& subdomain) {
   std::set<std::int32_t> nodes;
   for (const auto& triangle : subdomain.boundary) {
-    if (triangle.surface != static_cast<geometry::SurfaceId>(condition.on)) continue;
+    if (!std::ranges::binary_search(faces, triangle.surface)) continue;
     for (const auto node : triangle.nodes) {
       if (node < subdomain.layout.n_owned && inside(condition, subdomain.nodes[index(node)])) {
         nodes.insert(node);
@@ -188,10 +192,18 @@ void BoundaryLoads::set_displacements(double time, std::span<double> displacemen
 
 BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
                                   const geometry::Subdomain& subdomain) {
+  // Of each condition.
+  const std::vector<Faces> all_faces = parallel::agree(group, [&] {
+    const auto body = geometry::make_body(parameters.specimen);
+    std::vector<Faces> found;
+    for (const auto& condition : parameters.boundaries)
+      found.push_back(body->faces_named(name_of(condition.on)));
+    return found;
+  });
   BoundaryLoads loads;
   int number = 0;
   for (const auto& condition : parameters.boundaries) {
-    ++number;
+    const Faces& faces = all_faces[index(number++)];
     const auto refuse_empty = [&](bool empty, const char* what) {
       if (!empty) return;
       throw parallel::AgreedError(0, "boundary " + std::to_string(number) + " on " + name_of(condition.on) +
@@ -201,7 +213,7 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
     const bool is_load =
         condition.kind == input::BoundaryKind::force || condition.kind == input::BoundaryKind::traction;
     if (is_load) {
-      const LoadedFace face = loaded_face(group, condition, subdomain);
+      const LoadedFace face = loaded_face(group, condition, faces, subdomain);
       refuse_empty(face.total_area == 0, "boundary triangle");
       for (int component = 0; component < 3; ++component) {
         const auto c = static_cast<std::size_t>(component);
@@ -215,7 +227,7 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
         loads.forces.push_back(std::move(pattern));
       }
     } else {
-      const std::vector<std::int32_t> nodes = held_nodes(condition, subdomain);
+      const std::vector<std::int32_t> nodes = held_nodes(condition, faces, subdomain);
       auto n_nodes = static_cast<std::int64_t>(nodes.size());
       parallel::agree(group);
       parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &n_nodes, 1, MPI_INT64_T, MPI_SUM, group.get()),

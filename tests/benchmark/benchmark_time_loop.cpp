@@ -19,6 +19,7 @@
 #include "crackle/input/reader.h"
 #include "crackle/parallel/sleeping_wait.h"
 
+#include "geometry/notched_box.h"
 #include "mechanics/fixed_point_force.h"
 
 #include <fmt/format.h>
@@ -62,7 +63,7 @@ private:
 struct Sample {
   parallel::Communicator self{MPI_COMM_SELF};
   input::Parameters parameters;
-  geometry::Body geometry;
+  geometry::NotchedBox geometry;
   geometry::MotherPoints base;
   geometry::Realization realization;
   geometry::Subdomain subdomain;

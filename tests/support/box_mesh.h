@@ -97,12 +97,12 @@ inline geometry::Realization make_box(const BoxMesh& box) {
   }
   for (const auto& [key, entry] : faces) {
     if (entry.first != 1) continue;
-    geometry::SurfaceId surface = 6;  // a cut-out's wall
+    geometry::FaceId surface = 6;  // a cut-out's wall
     for (std::size_t axis = 0; axis < 3; ++axis) {
       for (const double side : {0.0, 1.0}) {
         const bool on_side = std::ranges::all_of(
             key, [&](std::int32_t node) { return mesh.nodes[index(node)][axis] == side * box.size[axis]; });
-        if (on_side) surface = static_cast<geometry::SurfaceId>(2 * axis + (side > 0 ? 1 : 0));
+        if (on_side) surface = static_cast<geometry::FaceId>(2 * axis + (side > 0 ? 1 : 0));
       }
     }
     mesh.boundary.push_back({entry.second, surface});

@@ -6,6 +6,7 @@
 #include "crackle/geometry/realization.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/reader.h"
+#include "geometry/notched_box.h"
 #include "support/box_mesh.h"
 
 #include <filesystem>
@@ -20,7 +21,7 @@ inline input::Parameters job(const std::string& file) {
 
 /// The mesh that the program makes for a sample.
 inline geometry::Realization realization(const input::Parameters& parameters, std::uint64_t sample = 0) {
-  const geometry::Body body(parameters.specimen);
+  const geometry::NotchedBox body(parameters.specimen);
   const auto base = geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed);
   return geometry::make_realization(body, base, parameters.mesh, parameters.ensemble.seed, sample);
 }

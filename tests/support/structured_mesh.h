@@ -5,6 +5,7 @@
 #include "crackle/fracture/break_record.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/realization.h"
+#include "geometry/notched_box.h"
 
 #include <algorithm>
 #include <array>
@@ -155,7 +156,7 @@ private:
   }
 
   input::Specimen specimen_;
-  geometry::Body body_;
+  geometry::NotchedBox body_;
   std::array<int, 3> n_{};
   geometry::Realization realization_;
   std::vector<geometry::Point> reference_;

@@ -24,7 +24,7 @@ constexpr double fourth_order_bound = 0.02;
 /// lattices have 3 to 8 times as much in the fourth order.
 constexpr double mean_bound = 0.01;
 
-const Body box = testing::body({5, 5, 5});
+const NotchedBox box = testing::body({5, 5, 5});
 const Box interior{{0.8 * mm, 0.8 * mm, 0.8 * mm}, {4.2 * mm, 4.2 * mm, 4.2 * mm}};
 
 /// A cubic or body-centred lattice with the number of points of the blue noise.
@@ -36,7 +36,7 @@ MotherPoints lattice(bool body_centred) {
     for (double& coordinate : p) coordinate = coordinate == n ? 5 * mm : coordinate * 5 * mm / n;
     points.position.push_back(p);
     points.spacing.push_back(0.4 * mm);
-    points.movable.push_back(box.movable_axes(p));
+    points.movable.push_back(box.movable(p));
   };
   for (int i = 0; i <= n; ++i)
     for (int j = 0; j <= n; ++j)
@@ -163,7 +163,7 @@ TEST(DualFacets, AreTheQuadrilateralsOfTheBarycentricDual) {
 }
 
 TEST(DualFacets, SurfaceSharesItsPoints) {
-  const Body small = testing::body({1, 1, 1});
+  const NotchedBox small = testing::body({1, 1, 1});
   const input::Mesh parameters = testing::mesh(0.5, 0.5);
   const Realization made =
       make_realization(small, make_mother_points(small, parameters, 1), parameters, 1, 0);

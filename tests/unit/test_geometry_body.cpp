@@ -7,8 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 namespace crackle::geometry {
@@ -23,98 +23,222 @@ using ::testing::Throws;
 using ::testing::ThrowsMessage;
 
 TEST(Body, BoxWithoutNotches) {
-  const Body box = body({2, 3, 5});
+  const NotchedBox box = body({2, 3, 5});
   EXPECT_NEAR(box.volume(), 30 * mm * mm * mm, 1e-24);
-  ASSERT_EQ(box.surfaces().size(), 6u);
+  EXPECT_EQ(box.size(), (Point{2 * mm, 3 * mm, 5 * mm}));
+  ASSERT_EQ(box.faces().size(), 6u);
   const std::array<double, 6> area{15, 15, 10, 10, 6, 6};
   for (std::size_t i = 0; i < 6; ++i) {
-    EXPECT_NEAR(box.surfaces()[i].area, area[i] * mm * mm, 1e-20);
-    EXPECT_EQ(box.surfaces()[i].axis, static_cast<int>(i) / 2);
-    EXPECT_EQ(box.surfaces()[i].outward, i % 2 == 0 ? -1 : 1);
-    EXPECT_EQ(box.surfaces()[i].position, i % 2 == 0 ? 0.0 : box.size()[i / 2]);
+    const auto& face = box.faces()[i];
+    EXPECT_EQ(face.names, std::vector<std::string>{input::face_names[i]});
+    EXPECT_NEAR(face.area, area[i] * mm * mm, 1e-20);
+    EXPECT_EQ(face.outward[i / 2], i % 2 == 0 ? -1 : 1);
+    EXPECT_EQ(norm(face.outward), 1);
+    EXPECT_EQ(face.patch.bounds().lower[i / 2], i % 2 == 0 ? 0.0 : box.size()[i / 2]);
+    EXPECT_EQ(face.patch.bounds().upper[i / 2], face.patch.bounds().lower[i / 2]);
   }
   EXPECT_EQ(box.edges().size(), 12u);
   EXPECT_EQ(box.corners().size(), 8u);
-  EXPECT_EQ(box.distance_to_notch_tip({0, 0, 0}), std::numeric_limits<double>::infinity());
+  EXPECT_TRUE(box.crack_starts().empty());
+  EXPECT_EQ(box.outline(), (std::vector<Polygon>{{{0, 0}, {3 * mm, 0}, {3 * mm, 5 * mm}, {0, 5 * mm}}}));
 }
 
 TEST(Body, NotchOnEachFace) {
-  const Body notched = testing::four_notches();
+  const NotchedBox notched = testing::four_notches();
   const double slots = 2 * (2 * 0.5 + 3 * 0.8 + 2 * 0.4 + 1 * 1.5);
   EXPECT_NEAR(notched.volume(), (2 * 10 * 12 - slots) * mm * mm * mm, 1e-21);
-  ASSERT_EQ(notched.surfaces().size(), 18u);
-  EXPECT_NEAR(notched.surfaces()[0].area, (10 * 12 - slots / 2) * mm * mm, 1e-18);  // x-min
-  EXPECT_NEAR(notched.surfaces()[2].area, (2 * 12 - 2 * 0.5) * mm * mm, 1e-18);     // y-min
-  EXPECT_NEAR(notched.surfaces()[5].area, (2 * 10 - 2 * 1.5) * mm * mm, 1e-18);     // z-max
+  const auto& faces = notched.faces();
+  ASSERT_EQ(faces.size(), 18u);
+  EXPECT_NEAR(faces[0].area, (10 * 12 - slots / 2) * mm * mm, 1e-18);  // x-min
+  EXPECT_NEAR(faces[2].area, (2 * 12 - 2 * 0.5) * mm * mm, 1e-18);     // y-min
+  EXPECT_NEAR(faces[5].area, (2 * 10 - 2 * 1.5) * mm * mm, 1e-18);     // z-max
   // The notch in y-max: walls across z, tip across y at 10 - 3 mm with the body below it.
-  EXPECT_EQ(notched.surfaces()[9].axis, 2);
-  EXPECT_EQ(notched.surfaces()[9].outward, 1);
-  EXPECT_EQ(notched.surfaces()[10].outward, -1);
-  EXPECT_EQ(notched.surfaces()[11].axis, 1);
-  EXPECT_DOUBLE_EQ(notched.surfaces()[11].position, 7 * mm);
-  EXPECT_EQ(notched.surfaces()[11].outward, 1);
-  EXPECT_NEAR(notched.surfaces()[11].area, 2 * 0.8 * mm * mm, 1e-20);
-  EXPECT_EQ(Body::notch_of(5), -1);
-  EXPECT_EQ(Body::notch_of(8), 0);
-  EXPECT_EQ(Body::notch_of(9), 1);
+  EXPECT_EQ(faces[9].outward, (Vector{0, 0, 1}));
+  EXPECT_EQ(faces[10].outward, (Vector{0, 0, -1}));
+  EXPECT_EQ(faces[11].outward, (Vector{0, 1, 0}));
+  EXPECT_DOUBLE_EQ(faces[11].patch.bounds().lower[1], 7 * mm);
+  EXPECT_NEAR(faces[11].area, 2 * 0.8 * mm * mm, 1e-20);
+  EXPECT_EQ(faces[11].names[0], "notch[1] tip");
+}
+
+TEST(Body, FacesByNameAndByTriangle) {
+  const NotchedBox notched = testing::four_notches();
+  using Ids = std::vector<FaceId>;
+  EXPECT_EQ(notched.faces_named("z-max"), Ids{5});
+  EXPECT_EQ(notched.faces_named("notch[3] lower wall"), Ids{15});
+  EXPECT_EQ(notched.faces_named("notch-1"), (Ids{9, 10, 11}));
+  EXPECT_EQ(notched.faces_named("notch-4"), Ids{});
+  const double z = notched.sections()[0].lower;
+  EXPECT_EQ(notched.face_of({{{0, mm, z}, {mm, mm, z}, {mm, 0, z}}}), 6);
+  EXPECT_EQ(notched.face_of({{{0, 0, z}, {mm, 0, 0}, {mm, 0, z}}}), 2);
+  EXPECT_THROW(notched.face_of({{{0, mm, z}, {mm, mm, z}, {mm, 5 * mm, z}}}), std::runtime_error)
+      << "beyond the tip";
 }
 
 // The divergence theorem: the exact outward areas of each axis cancel, and their first moments give the
 // volume.
 TEST(Body, SurfacesEncloseTheVolume) {
-  for (const Body& any : {body({2, 3, 5}), testing::short_plate(), testing::four_notches()}) {
-    for (int axis = 0; axis < 3; ++axis) {
+  for (const NotchedBox& any : {body({2, 3, 5}), testing::short_plate(), testing::four_notches()}) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
       double flux = 0;
       double volume = 0;
-      for (const Surface& surface : any.surfaces()) {
-        if (surface.axis != axis) continue;
-        flux += surface.outward * surface.area;
-        volume += surface.outward * surface.area * surface.position;
+      for (const auto& face : any.faces()) {
+        flux += face.outward[axis] * face.area;
+        volume += face.outward[axis] * face.area * face.patch.bounds().lower[axis];
       }
-      EXPECT_NEAR(flux, 0, 1e-12 * any.surfaces()[0].area);
+      EXPECT_NEAR(flux, 0, 1e-12 * any.faces()[0].area);
       EXPECT_NEAR(volume, any.volume(), 1e-12 * any.volume());
     }
+    // The same of the outline, in the plane.
+    double twice = 0;
+    for (const Polygon& polygon : any.outline())
+      for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const auto& a = polygon[i];
+        const auto& b = polygon[(i + 1) % polygon.size()];
+        twice += a[0] * b[1] - a[1] * b[0];
+      }
+    EXPECT_NEAR(twice / 2, any.faces()[0].area, 1e-12 * any.faces()[0].area);
   }
 }
 
 // Euler's formula for edges and corners: three edges end at every corner of a box with slots.
 TEST(Body, ThreeEdgesEndAtEachCorner) {
-  for (const Body& any : {body({2, 3, 5}), testing::short_plate(), testing::four_notches()}) {
+  for (const NotchedBox& any : {body({2, 3, 5}), testing::short_plate(), testing::four_notches()}) {
     EXPECT_EQ(any.edges().size() * 2, any.corners().size() * 3);
     for (const Point& corner : any.corners()) {
-      EXPECT_EQ(any.movable_axes(corner), 0);
+      EXPECT_EQ(any.movable(corner), 0);
       int ends = 0;
-      for (const Edge& edge : any.edges()) ends += (edge.from == corner) + (edge.to == corner);
+      for (const Edge& edge : any.edges()) ends += (edge.from() == corner) + (edge.to() == corner);
       EXPECT_EQ(ends, 3);
+    }
+    for (const Edge& edge : any.edges()) {
+      EXPECT_EQ(edge.at(0), edge.from());
+      const auto movable = any.movable(edge.at(edge.length() / 3));
+      EXPECT_EQ(std::popcount(movable), 1);
+      const Directions along = any.directions(edge.at(edge.length() / 3), movable);
+      ASSERT_EQ(along.n, 1);
+      EXPECT_EQ(dot(along.vector[0], difference(edge.to(), edge.from())), edge.length());
     }
   }
 }
 
-TEST(Body, MovableAxes) {
-  const Body notched = body({2, 10, 12}, {notch(Face::y_min, 6, 2, 0.5)});
+TEST(Body, PatchAnywhereInSpace) {
+  // A rectangle of 3 by 2 that stands on the direction (4, 3) / 5 of the y-z plane.
+  const Patch patch{{{0, 0, 0}, {3, 2, 0}}, {1, 1, 1}, {{{1, 0, 0}, {0, 0.8, 0.6}, {0, -0.6, 0.8}}}};
+  const Point far = patch.at({3, 2, 0});
+  EXPECT_EQ(far[0], 4);
+  EXPECT_NEAR(far[1], 2.6, 1e-15);
+  EXPECT_NEAR(far[2], 2.2, 1e-15);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(patch.bounds().lower[i], 1);
+    EXPECT_EQ(patch.bounds().upper[i], far[i]);
+  }
+}
+
+TEST(Body, CrackStartsAtEachTip) {
+  const NotchedBox notched = testing::four_notches();
+  ASSERT_EQ(notched.crack_starts().size(), 4u);
+  const CrackStart& upper = notched.crack_starts()[1];  // in y-max at z = 5 mm, 3 mm deep
+  EXPECT_EQ(upper.name, "notch 2");
+  EXPECT_EQ(upper.tip, (Point{mm, notched.sections()[1].tip, 5 * mm}));
+  EXPECT_EQ(upper.end, (Point{mm, 0, 5 * mm}));
+  EXPECT_DOUBLE_EQ(upper.ligament, 7 * mm);
+  EXPECT_NEAR(upper.advance({0, 4 * mm, 9 * mm}), 3 * mm, 1e-18);
+  const CrossPlane plane = upper.plane_at(3 * mm);
+  EXPECT_NEAR(plane.position, 4 * mm, 1e-18);
+  EXPECT_EQ(plane.at(2 * mm), (Point{0, plane.position, 2 * mm}));
+  EXPECT_NEAR(upper.advance_to(plane_of({1, 4 * mm})).value(), 3 * mm, 1e-18);
+  EXPECT_FALSE(upper.advance_to(plane_of({2, 4 * mm})));
+  // As far behind the tip as the notch is high.
+  EXPECT_TRUE(upper.claims(9, {mm, 7.7 * mm, notched.sections()[1].lower}));
+  EXPECT_FALSE(upper.claims(9, {mm, 7.9 * mm, notched.sections()[1].lower}));
+  EXPECT_FALSE(upper.claims(8, {mm, 7.7 * mm, notched.sections()[1].lower}));
+}
+
+// A ligament that lies between the axes.
+TEST(Body, ObliqueCrackStart) {
+  CrackStart start{};
+  start.tip = {0, 1, 2};
+  start.along = {0, 0.8, 0.6};
+  start.across = {0, -0.6, 0.8};
+  start.direction = 1;
+  EXPECT_NEAR(start.advance({5, 1.8, 2.6}), 1, 1e-15);
+  EXPECT_NEAR(start.advance({5, 0.4, 2.8}), 0, 1e-15) << "across";
+  const CrossPlane plane = start.plane_at(1);
+  EXPECT_NEAR(dot(plane.at(7), plane.normal), plane.position, 1e-15);
+  EXPECT_NEAR(dot(plane.at(7), plane.across), 7, 1e-15);
+  EXPECT_NEAR(start.advance_to(plane_of({1, 3})).value(), 2.5, 1e-15);
+  EXPECT_FALSE(start.advance_to(plane_of({2, 3})));
+}
+
+TEST(Body, SnapsPointsAndFindsPassages) {
+  const NotchedBox notched = body({2, 10, 12}, {notch(Face::y_min, 6, 2, 0.5)});
+  const SlotSection& slot = notched.sections()[0];
+  const double e = 1e-12;
+  EXPECT_EQ(notched.snapped({mm, mm, mm}, 2 * e), (Point{mm, mm, mm}));
+  EXPECT_EQ(notched.snapped({e, 10 * mm - e, mm}, 2 * e), (Point{0, 10 * mm, mm}));
+  EXPECT_EQ(notched.snapped({mm, slot.tip + e, slot.upper - e}, 2 * e), (Point{mm, slot.tip, slot.upper}));
+  EXPECT_EQ(notched.snapped({mm, 3 * mm, slot.upper - e}, 2 * e), (Point{mm, 3 * mm, slot.upper - e}));
+
+  const Point below{mm, mm, slot.lower - 0.1 * mm};
+  const Point above{mm, 1.4 * mm, slot.upper + 0.1 * mm};
+  const auto through = notched.passage(6, below, above, 0);
+  ASSERT_TRUE(through);
+  EXPECT_EQ((*through)[2], slot.lower);
+  EXPECT_EQ(notched.movable(*through), 3);
+  EXPECT_FALSE(notched.passage(8, below, above, 0));
+  EXPECT_FALSE(notched.passage(6, above, {mm, 3 * mm, slot.upper}, 0)) << "on one side";
+  const auto snapped = notched.passage(6, below, above, 0.95 * mm);
+  ASSERT_TRUE(snapped);
+  EXPECT_EQ(notched.movable(*snapped), 1) << "on the edge of wall and tip";
+}
+
+TEST(Body, PlacesTetrahedra) {
+  const NotchedBox notched = body({2, 10, 12}, {notch(Face::y_min, 6, 2, 0.5)});
+  const SlotSection& slot = notched.sections()[0];
+  const auto with = [&](double y, double z) {  // two corners on the tip, two here
+    return notched.place(
+        {{{mm, slot.tip, slot.lower}, {mm, slot.tip, slot.upper}, {0, y, z}, {2 * mm, y, z}}});
+  };
+  EXPECT_EQ(with(3 * mm, 6 * mm), Place::solid);
+  EXPECT_EQ(with(mm, 6 * mm), Place::cavity);
+  EXPECT_EQ(with(mm, slot.upper), Place::cavity);
+  EXPECT_EQ(with(mm, 7 * mm), Place::crossing);
+  // Past the edge of tip and wall, whose diagonals alone tell them apart.
+  const auto diagonal = [&](double y) {
+    return notched.place(
+        {{{mm, y, 6.2 * mm}, {0, y, 6.2 * mm}, {mm, 1.8 * mm, 6.5 * mm}, {0, 1.8 * mm, 7 * mm}}});
+  };
+  EXPECT_EQ(diagonal(2.5 * mm), Place::solid);
+  EXPECT_EQ(diagonal(2.01 * mm), Place::crossing);
+}
+
+TEST(Body, Movable) {
+  const NotchedBox notched = body({2, 10, 12}, {notch(Face::y_min, 6, 2, 0.5)});
   const SlotSection& slot = notched.sections()[0];
   const double y = 1 * mm;
-  EXPECT_EQ(notched.movable_axes({mm, y, mm}), 7);
-  EXPECT_EQ(notched.movable_axes({0, y, mm}), 6);
-  EXPECT_EQ(notched.movable_axes({mm, y, slot.lower}), 3);
-  EXPECT_EQ(notched.movable_axes({2 * mm, y, slot.upper}), 2);
-  EXPECT_EQ(notched.movable_axes({mm, slot.tip, 6 * mm}), 5);
-  EXPECT_EQ(notched.movable_axes({mm, slot.tip, slot.upper}), 1);
-  EXPECT_EQ(notched.movable_axes({mm, 3 * mm, slot.lower}), 7);  // beyond the tip: no surface there
-  EXPECT_EQ(notched.movable_axes({mm, std::nextafter(slot.tip, 1), 6 * mm}), 7);
+  EXPECT_EQ(notched.movable({mm, y, mm}), 7);
+  EXPECT_EQ(notched.movable({0, y, mm}), 6);
+  EXPECT_EQ(notched.movable({mm, y, slot.lower}), 3);
+  EXPECT_EQ(notched.movable({2 * mm, y, slot.upper}), 2);
+  EXPECT_EQ(notched.movable({mm, slot.tip, 6 * mm}), 5);
+  EXPECT_EQ(notched.movable({mm, slot.tip, slot.upper}), 1);
+  EXPECT_EQ(notched.movable({mm, 3 * mm, slot.lower}), 7);  // beyond the tip: no surface there
+  EXPECT_EQ(notched.movable({mm, std::nextafter(slot.tip, 1), 6 * mm}), 7);
 }
 
 TEST(Body, ContainsAndDistances) {
-  const Body notched = body({2, 10, 12}, {notch(Face::y_max, 6, 2, 0.5)});
+  const NotchedBox notched = body({2, 10, 12}, {notch(Face::y_max, 6, 2, 0.5)});
   EXPECT_TRUE(notched.contains({0, 0, 0}));
   EXPECT_TRUE(notched.contains({mm, 8 * mm, 6 * mm}));
   EXPECT_FALSE(notched.contains({mm, 8.1 * mm, 6 * mm}));
   EXPECT_TRUE(notched.contains({mm, 8.1 * mm, notched.sections()[0].lower}));
   EXPECT_FALSE(notched.contains({mm, 1 * mm, 12.001 * mm}));
-  EXPECT_NEAR(notched.distance_to_notch_tip({mm, 5 * mm, 6 * mm}), 3 * mm, 1e-15);
-  EXPECT_NEAR(notched.distance_to_notch_tip({mm, 8 * mm, 7.25 * mm}), 1 * mm, 1e-15);
   EXPECT_NEAR(notched.distance_to_surface({mm, 5 * mm, 6 * mm}), 1 * mm, 1e-15);
   EXPECT_NEAR(notched.distance_to_surface({mm, 7.7 * mm, 6 * mm}), 0.3 * mm, 1e-15);
+  EXPECT_NEAR(notched.distance_to_outline(3, {mm, 10 * mm, 7 * mm}), 0.75 * mm, 1e-15) << "from the mouth";
+  EXPECT_LE(notched.distance_to_outline(3, {mm, 10 * mm, 6 * mm}), 0) << "in the mouth";
+  EXPECT_NEAR(notched.distance_to_outline(8, {mm, 8 * mm, 6.05 * mm}), 0.2 * mm, 1e-15);
 }
 
 TEST(Body, RefusesWhatIsNoNotchedBox) {

@@ -9,6 +9,7 @@
 #include "crackle/geometry/realization.h"
 #include "crackle/input/limits.h"
 
+#include "geometry/notched_box.h"
 #include "support/body_family.h"
 
 #include <gtest/gtest.h>
@@ -49,7 +50,7 @@ MeshProblem draw(std::uint64_t number, double max_points) {
       continue;
     }
     try {
-      const double n_points = estimate_n_points(Body(problem.specimen), problem.mesh);
+      const double n_points = estimate_n_points(NotchedBox(problem.specimen), problem.mesh);
       if (absurd ? n_points > input::max_mother_points : n_points <= max_points) return problem;
     } catch (const std::runtime_error&) {
       return problem;  // that make_mother_points must refuse likewise
@@ -61,7 +62,7 @@ MeshProblem draw(std::uint64_t number, double max_points) {
 Verdict mesh(const MeshProblem& problem, std::uint64_t seed) {
   constexpr std::uint64_t n_samples = 2;
   Verdict verdict;
-  std::optional<Body> body;
+  std::optional<NotchedBox> body;
   MotherPoints base;
   try {
     body.emplace(problem.specimen);
@@ -70,7 +71,7 @@ Verdict mesh(const MeshProblem& problem, std::uint64_t seed) {
     verdict.refusal = refusal.what();
     return verdict;
   }
-  verdict.n_notches = body->n_notches();
+  verdict.n_notches = static_cast<int>(body->crack_starts().size());
   verdict.n_points = base.size();
   for (std::uint64_t sample = 0; sample < n_samples; ++sample) {
     const Realization made = make_realization(*body, base, problem.mesh, seed, sample);

@@ -33,7 +33,7 @@ double squared_distance(const Point& a, const Point& b) {
 }
 
 TEST(SpacingField, GrowsFromTheTip) {
-  const Body notched = body({10, 60, 80}, {notch(Face::y_min, 40, 10, 2)});
+  const NotchedBox notched = body({10, 60, 80}, {notch(Face::y_min, 40, 10, 2)});
   const SpacingField spacing(notched, mesh(4, 0.5, 0.1));
   EXPECT_DOUBLE_EQ(spacing({mm, 10 * mm, 40.5 * mm}), 0.5 * mm);
   EXPECT_DOUBLE_EQ(spacing({mm, 15 * mm, 40 * mm}), 1.0 * mm);
@@ -43,15 +43,16 @@ TEST(SpacingField, GrowsFromTheTip) {
 
 TEST(SpacingField, FollowsTheBodyWhereThatIsFiner) {
   // A thin slot, and two slots 0.4 mm apart.
-  const Body thin = body({10, 60, 80}, {notch(Face::y_min, 40, 30, 0.2)});
+  const NotchedBox thin = body({10, 60, 80}, {notch(Face::y_min, 40, 30, 0.2)});
   EXPECT_LE(SpacingField(thin, mesh(4, 0.5, 0.1))({mm, 1 * mm, 40.1 * mm}), 0.2 * mm);
-  const Body close = body({10, 60, 80}, {notch(Face::y_min, 40, 30, 3), notch(Face::y_min, 43.4, 30, 3)});
+  const NotchedBox close =
+      body({10, 60, 80}, {notch(Face::y_min, 40, 30, 3), notch(Face::y_min, 43.4, 30, 3)});
   EXPECT_NEAR(SpacingField(close, mesh(4, 3, 0.1))({mm, 20 * mm, 41.7 * mm}), 0.4 * mm, 1e-15);
   EXPECT_EQ(SpacingField(body({2, 30, 30}), mesh(9, 9))({mm, mm, mm}), 2 * mm);
 }
 
 TEST(SpacingField, IsFineInRegionsAndGrowsFromThem) {
-  const Body notched = body({10, 60, 80}, {notch(Face::y_min, 40, 10, 2)});
+  const NotchedBox notched = body({10, 60, 80}, {notch(Face::y_min, 40, 10, 2)});
   input::Mesh parameters = mesh(4, 0.5, 0.1);
   parameters.regions = {testing::region({input::unbounded, {10, 50}, {30, 50}}, 1),
                         testing::region({input::unbounded, input::unbounded, {70, 200}}, 2),
@@ -66,7 +67,7 @@ TEST(SpacingField, IsFineInRegionsAndGrowsFromThem) {
 }
 
 TEST(SpacingField, ChangesNoFasterThanItsLargestGrowth) {
-  const Body notched = testing::four_notches();
+  const NotchedBox notched = testing::four_notches();
   const SpacingField spacing(notched, mesh(1.5, 0.2, 0.3));
   RandomStream stream(1, 1, "points");
   const auto point = [&] {
@@ -90,7 +91,7 @@ protected:
     points_ = new MotherPoints(make_mother_points(testing::short_plate(), testing::plate_mesh(), 2012));
   }
   static void TearDownTestSuite() { delete points_; }
-  const Body plate = testing::short_plate();
+  const NotchedBox plate = testing::short_plate();
   const MotherPoints& points() const { return *points_; }
 
 private:
@@ -101,7 +102,7 @@ TEST_F(Plate, PointsLieInTheBodyAndAreClassified) {
   std::array<int, 4> count{};
   for (std::size_t i = 0; i < points().size(); ++i) {
     EXPECT_TRUE(plate.contains(points().position[i]));
-    EXPECT_EQ(points().movable[i], plate.movable_axes(points().position[i]));
+    EXPECT_EQ(points().movable[i], plate.movable(points().position[i]));
     ++count[index(std::popcount(points().movable[i]))];
   }
   std::printf("corners %d, edges %d, surfaces %d, interior %d\n", count[0], count[1], count[2], count[3]);
@@ -133,7 +134,7 @@ TEST_F(Plate, TwoCellsOverTheNotchHeight) {
 
 TEST(MotherPoints, CellsOverTheNotchHeight) {
   for (const auto& [spacing, cells] : {std::pair{0.9, 1}, std::pair{0.55, 1}, std::pair{0.25, 3}}) {
-    const Body notched = body({2, 8, 8}, {notch(Face::y_min, 4, 2, 0.8)});
+    const NotchedBox notched = body({2, 8, 8}, {notch(Face::y_min, 4, 2, 0.8)});
     const MotherPoints points = make_mother_points(notched, mesh(1, spacing), 1);
     const SlotSection& slot = notched.sections()[0];
     const auto on_edge = std::count_if(points.position.begin(), points.position.end(), [&](const Point& p) {
@@ -194,7 +195,7 @@ double nearest_neighbour(const MotherPoints& points, std::size_t i) {
 }
 
 TEST(MotherPoints, KeepTheSpacingOfARegion) {
-  const Body plate = testing::short_plate();
+  const NotchedBox plate = testing::short_plate();
   input::Mesh parameters = mesh(1.5, 0.3, 0.2);
   parameters.regions = {testing::region({input::unbounded, input::unbounded, {17, 20}}, 0.5)};
   const MotherPoints points = make_mother_points(plate, parameters, 2012);
@@ -253,7 +254,7 @@ protected:
   void write(const std::string& text) { std::ofstream(file_) << text; }
   std::string corners() const { return "0 0 0\n2 0 0\n0 3 0\n2 3 0\n0 0 4\n2 0 4\n0 3 4\n2 3 4\n"; }
   std::filesystem::path file_;
-  const Body box = body({2, 3, 4});
+  const NotchedBox box = body({2, 3, 4});
 };
 
 TEST_F(PointFile, SnapsPointsOntoPlanes) {
@@ -261,23 +262,23 @@ TEST_F(PointFile, SnapsPointsOntoPlanes) {
         "1.0 1.5 2e0 # interior\n-1e-9 +1.5 2\n\t1\t2.9999999999\t4.0000000001\r\n");
   const std::vector<Point> points = read_points(file_, box);
   ASSERT_EQ(points.size(), 11u);
-  EXPECT_EQ(box.movable_axes(points[8]), 7);
-  EXPECT_EQ(box.movable_axes(points[9]), 6);
-  EXPECT_EQ(box.movable_axes(points[10]), 1);
+  EXPECT_EQ(box.movable(points[8]), 7);
+  EXPECT_EQ(box.movable(points[9]), 6);
+  EXPECT_EQ(box.movable(points[10]), 1);
   EXPECT_EQ(points[10][1], box.size()[1]);
 }
 
 TEST_F(PointFile, SnapsOntoWallsOnlyWhereTheyAre) {
-  const Body notched = body({2, 3, 4}, {notch(Face::y_min, 2, 1, 0.4)});
+  const NotchedBox notched = body({2, 3, 4}, {notch(Face::y_min, 2, 1, 0.4)});
   std::string text = corners();
   for (const char* x : {"0", "2"})
     for (const char* y : {"0", "1"})
       for (const char* z : {"1.8", "2.2"}) text += std::string(x) + " " + y + " " + z + "\n";
   write(text + "1 0.5 1.8\n1 1 2\n1 2 1.8\n");
   const std::vector<Point> points = read_points(file_, notched);
-  EXPECT_EQ(notched.movable_axes(points[16]), 3);
-  EXPECT_EQ(notched.movable_axes(points[17]), 5);
-  EXPECT_EQ(notched.movable_axes(points[18]), 7);
+  EXPECT_EQ(notched.movable(points[16]), 3);
+  EXPECT_EQ(notched.movable(points[17]), 5);
+  EXPECT_EQ(notched.movable(points[18]), 7);
 }
 
 TEST_F(PointFile, ErrorsNameTheLine) {

@@ -22,7 +22,7 @@ std::size_t index(std::int64_t i) {
 
 const Realization& plate() {
   static const Realization made = [] {
-    const Body body = testing::short_plate();
+    const NotchedBox body = testing::short_plate();
     const MotherPoints base = make_mother_points(body, testing::plate_mesh(), 2012);
     return make_realization(body, base, testing::plate_mesh(), 2012, 0);
   }();
@@ -31,7 +31,7 @@ const Realization& plate() {
 
 const Realization& few() {
   static const Realization made = [] {
-    const Body body = testing::body({1, 1, 2});
+    const NotchedBox body = testing::body({1, 1, 2});
     const input::Mesh mesh = testing::mesh(1, 1);
     return make_realization(body, make_mother_points(body, mesh, 1), mesh, 1, 0);
   }();

@@ -30,7 +30,7 @@ std::size_t index(std::int32_t i) {
 
 struct Case {
   const char* name;
-  Body body;
+  NotchedBox body;
   input::Mesh mesh;
 };
 
@@ -99,7 +99,7 @@ protected:
     return make_realization(plate, *base_, parameters, seed, sample);
   }
   const MotherPoints& base() const { return *base_; }
-  const Body plate = testing::short_plate();
+  const NotchedBox plate = testing::short_plate();
 
 private:
   static inline MotherPoints* base_ = nullptr;
@@ -148,10 +148,11 @@ TEST_F(PlateRealization, WithoutPerturbationIsTheBase) {
 TEST_F(PlateRealization, NodesKeepToTheirSurfacesAndTheirBall) {
   for (const double amplitude : {0.05, 0.2, 0.35}) {
     const Realization made = make(7, 1, amplitude);
+    const Symmetry symmetry = symmetry_of(plate, made.report.symmetry);
     double farthest = 0;
     for (std::size_t i = 0; i < base().size(); ++i) {
       double squared = 0;
-      const Point node = reflected(plate, made.report.reflected_axes, made.nodes[i]);
+      const Point node = symmetry.preimage(made.nodes[i]);
       for (unsigned axis = 0; axis < 3; ++axis) {
         const double shift = node[axis] - base().position[i][axis];
         const bool held = !((base().movable[i] >> axis) & 1u);
@@ -159,7 +160,7 @@ TEST_F(PlateRealization, NodesKeepToTheirSurfacesAndTheirBall) {
         squared += shift * shift;
       }
       farthest = std::max(farthest, std::sqrt(squared) / base().spacing[i]);
-      EXPECT_EQ(plate.movable_axes(made.nodes[i]), base().movable[i]);
+      EXPECT_EQ(plate.movable(made.nodes[i]), base().movable[i]);
     }
     std::printf("amplitude %.2f: largest displacement %.4f spacings\n", amplitude, farthest);
     EXPECT_LE(farthest, amplitude * (1 + 1e-12));
@@ -194,11 +195,12 @@ TEST_F(PlateRealization, IsSetIntoTheBodyInEachWayThatFits) {
   for (std::uint64_t sample = 0; sample < 12; ++sample) {
     const Realization made = make(2012, sample);
     const Realization base_frame = make_realization(plate, base(), as_it_lies, 2012, sample);
-    ++count[made.report.reflected_axes];
-    EXPECT_EQ(base_frame.report.reflected_axes, 0);
+    ++count[made.report.symmetry];
+    EXPECT_EQ(base_frame.report.symmetry, 0);
     ASSERT_EQ(made.nodes.size(), base_frame.nodes.size());
+    const Symmetry symmetry = symmetry_of(plate, made.report.symmetry);
     for (std::size_t i = 0; i < made.nodes.size(); ++i)
-      ASSERT_EQ(made.nodes[i], reflected(plate, made.report.reflected_axes, base_frame.nodes[i]));
+      ASSERT_EQ(made.nodes[i], symmetry.image(base_frame.nodes[i]));
     const auto corners = [](const Realization& realization) {
       std::vector<Tetrahedron> list = realization.tetrahedra;
       for (Tetrahedron& t : list) std::sort(t.begin(), t.end());
@@ -209,34 +211,44 @@ TEST_F(PlateRealization, IsSetIntoTheBodyInEachWayThatFits) {
   }
   for (const std::uint8_t axes : {0, 1, 6, 7}) EXPECT_GE(count[axes], 1) << int{axes};
   EXPECT_EQ(count.size(), 4u);
-  EXPECT_EQ(make(2012, 1, 0).report.reflected_axes, 0) << "nothing is disturbed without a perturbation";
+  EXPECT_EQ(make(2012, 1, 0).report.symmetry, 0) << "nothing is disturbed without a perturbation";
+}
+
+std::vector<std::uint8_t> codes(const std::vector<Symmetry>& symmetries) {
+  std::vector<std::uint8_t> result;
+  for (const Symmetry& symmetry : symmetries) result.push_back(symmetry.code);
+  return result;
 }
 
 TEST(Symmetry, IsThatOfTheNotches) {
   using testing::notch;
   using List = std::vector<std::uint8_t>;
-  EXPECT_EQ(symmetries(testing::body({1, 2, 3})), (List{0, 1, 2, 3, 4, 5, 6, 7}));
-  EXPECT_EQ(symmetries(testing::short_plate()), (List{0, 1, 6, 7}));
-  EXPECT_EQ(symmetries(testing::four_notches()), (List{0, 1}));
+  EXPECT_EQ(codes(testing::body({1, 2, 3}).symmetries()), (List{0, 1, 2, 3, 4, 5, 6, 7}));
+  EXPECT_EQ(codes(testing::short_plate().symmetries()), (List{0, 1, 6, 7}));
+  EXPECT_EQ(codes(testing::four_notches().symmetries()), (List{0, 1}));
   const auto plate_with = [](std::vector<input::Notch> notches) {
     return testing::body({5, 24.5, 140}, std::move(notches));
   };
   const input::Notch lower = notch(input::Face::y_min, 67.3, 5.5, 0.6);
-  EXPECT_EQ(symmetries(plate_with({lower, notch(input::Face::y_max, 72.7, 5.5, 0.6)})), (List{0, 1, 6, 7}));
-  EXPECT_EQ(symmetries(plate_with({lower, notch(input::Face::y_max, 72.7, 5.4, 0.6)})), (List{0, 1}));
-  EXPECT_EQ(symmetries(plate_with({lower, notch(input::Face::y_max, 67.3, 5.5, 0.6)})), (List{0, 1, 2, 3}));
-  EXPECT_EQ(symmetries(plate_with({lower, notch(input::Face::y_min, 72.7, 5.5, 0.6)})), (List{0, 1, 4, 5}));
-  EXPECT_EQ(symmetries(plate_with({notch(input::Face::y_min, 70, 5.5, 0.6)})), (List{0, 1, 4, 5}));
+  EXPECT_EQ(codes(plate_with({lower, notch(input::Face::y_max, 72.7, 5.5, 0.6)}).symmetries()),
+            (List{0, 1, 6, 7}));
+  EXPECT_EQ(codes(plate_with({lower, notch(input::Face::y_max, 72.7, 5.4, 0.6)}).symmetries()), (List{0, 1}));
+  EXPECT_EQ(codes(plate_with({lower, notch(input::Face::y_max, 67.3, 5.5, 0.6)}).symmetries()),
+            (List{0, 1, 2, 3}));
+  EXPECT_EQ(codes(plate_with({lower, notch(input::Face::y_min, 72.7, 5.5, 0.6)}).symmetries()),
+            (List{0, 1, 4, 5}));
+  EXPECT_EQ(codes(plate_with({notch(input::Face::y_min, 70, 5.5, 0.6)}).symmetries()), (List{0, 1, 4, 5}));
 }
 
 TEST(Symmetry, OfAMeshIsThatOfItsRegionsToo) {
   using List = std::vector<std::uint8_t>;
-  const Body plate = testing::body({5, 24.5, 140}, {testing::notch(input::Face::y_min, 67.3, 5.5, 0.6),
-                                                    testing::notch(input::Face::y_max, 72.7, 5.5, 0.6)});
+  const NotchedBox plate =
+      testing::body({5, 24.5, 140}, {testing::notch(input::Face::y_min, 67.3, 5.5, 0.6),
+                                     testing::notch(input::Face::y_max, 72.7, 5.5, 0.6)});
   input::Mesh mesh = testing::mesh(1, 0.3);
   const auto with = [&](std::vector<input::MeshRegion> regions) {
     mesh.regions = std::move(regions);
-    return symmetries(plate, mesh);
+    return codes(symmetries(plate, mesh));
   };
   const input::Region corridor{input::unbounded, input::unbounded, {60.1, 79.9}};
   EXPECT_EQ(with({}), (List{0, 1, 6, 7}));
@@ -248,26 +260,40 @@ TEST(Symmetry, OfAMeshIsThatOfItsRegionsToo) {
   EXPECT_EQ(with({testing::region(low, 0.3), testing::region(high, 0.4)}), (List{0, 1}));
 
   // So a sample is never turned away from where its mesh is to be fine.
-  const Body small = testing::short_plate();
+  const NotchedBox small = testing::short_plate();
   input::Mesh fine = testing::mesh(1.5, 0.5, 0.3);
   fine.regions = {testing::region({input::unbounded, input::unbounded, {18, 24}}, 0.5)};
   const MotherPoints base = make_mother_points(small, fine, 1);
   for (std::uint64_t sample = 0; sample < 12; ++sample) {
     const Realization made = make_realization(small, base, fine, 1, sample);
-    EXPECT_EQ(made.report.reflected_axes & 6u, 0u);
+    EXPECT_EQ(made.report.symmetry & 6u, 0u);
   }
+}
+
+TEST(Symmetry, MapsCrackStarts) {
+  const NotchedBox plate = testing::short_plate();
+  const std::vector<Symmetry> all = plate.symmetries();
+  EXPECT_EQ(all[1].crack_start, (std::vector<std::int32_t>{0, 1}));
+  EXPECT_EQ(all[2].crack_start, (std::vector<std::int32_t>{1, 0}));
+  EXPECT_EQ(all[2].name, "reflected in the middle of y and z");
+  EXPECT_FALSE(all[2].is_reflection);
+  EXPECT_TRUE(all[3].is_reflection);
+  EXPECT_EQ(all[2].image(plate.crack_starts()[0].tip), plate.crack_starts()[1].tip);
+  EXPECT_EQ(symmetry_of(plate, 6).name, all[2].name);
+  EXPECT_THROW(symmetry_of(plate, 2), std::invalid_argument);
 }
 
 // Walls whose coordinates are no round numbers of the machine: what lies on one stays on its image exactly.
 TEST(Symmetry, MapsPlanesExactly) {
-  const Body plate = testing::body({5, 24.5, 140}, {testing::notch(input::Face::y_min, 67.3, 5.3, 0.7),
-                                                    testing::notch(input::Face::y_max, 72.7, 5.3, 0.7)});
-  for (const std::uint8_t axes : symmetries(plate))
+  const NotchedBox plate =
+      testing::body({5, 24.5, 140}, {testing::notch(input::Face::y_min, 67.3, 5.3, 0.7),
+                                     testing::notch(input::Face::y_max, 72.7, 5.3, 0.7)});
+  for (const Symmetry& symmetry : plate.symmetries())
     for (const Point& corner : plate.corners()) {
-      const Point q = reflected(plate, axes, corner);
+      const Point q = symmetry.image(corner);
       EXPECT_TRUE(plate.contains(q));
-      EXPECT_EQ(plate.movable_axes(q), plate.movable_axes(corner));
-      EXPECT_EQ(reflected(plate, axes, q), corner);
+      EXPECT_EQ(plate.movable(q), plate.movable(corner));
+      EXPECT_EQ(symmetry.preimage(q), corner);
     }
 }
 
@@ -335,11 +361,12 @@ TEST_F(PlateRealization, DisplacementsAreUnbiased) {
   double redrawn = 0;
   for (int sample = 0; sample < n_samples; ++sample) {
     const Realization made = make(11, static_cast<std::uint64_t>(sample));
+    const Symmetry symmetry = symmetry_of(plate, made.report.symmetry);
     redrawn += static_cast<double>(made.report.redrawn_points);
     for (std::size_t k = 0; k < base().size(); ++k) {
       if (base().movable[k] != 7) continue;
       ++n;
-      const Point node = reflected(plate, made.report.reflected_axes, made.nodes[k]);
+      const Point node = symmetry.preimage(made.nodes[k]);
       for (std::size_t i = 0; i < 3; ++i) {
         const double shift_i = (node[i] - base().position[k][i]) / (0.2 * base().spacing[k]);
         mean[i] += shift_i;

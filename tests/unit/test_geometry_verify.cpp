@@ -23,7 +23,7 @@ std::size_t index(std::int32_t i) {
 class Verify : public ::testing::Test {
 protected:
   static void SetUpTestSuite() {
-    const Body plate = testing::short_plate();
+    const NotchedBox plate = testing::short_plate();
     const MotherPoints base = make_mother_points(plate, testing::plate_mesh(), 2012);
     whole_ = new Realization(make_realization(plate, base, testing::plate_mesh(), 2012, 0));
   }
@@ -37,7 +37,7 @@ protected:
   /// A node with these movable axes.
   std::size_t node_with(std::uint8_t movable) const {
     const auto found = std::find_if(broken.nodes.begin(), broken.nodes.end(),
-                                    [&](const Point& p) { return plate.movable_axes(p) == movable; });
+                                    [&](const Point& p) { return plate.movable(p) == movable; });
     EXPECT_NE(found, broken.nodes.end());
     return static_cast<std::size_t>(found - broken.nodes.begin());
   }
@@ -46,13 +46,13 @@ protected:
     const auto found =
         std::find_if(broken.tetrahedra.begin(), broken.tetrahedra.end(), [&](const Tetrahedron& t) {
           return std::all_of(t.begin(), t.end(), [&](std::int32_t node) {
-            return plate.movable_axes(broken.nodes[index(node)]) == 7;
+            return plate.movable(broken.nodes[index(node)]) == 7;
           });
         });
     return static_cast<std::size_t>(found - broken.tetrahedra.begin());
   }
 
-  const Body plate = testing::short_plate();
+  const NotchedBox plate = testing::short_plate();
   Realization broken;
 
 private:
@@ -121,7 +121,7 @@ TEST_F(Verify, TetrahedronAcrossANotch) {
     for (std::size_t i = 2; volume(across) == 0; ++i) across[3] = upper[i];
     if (volume(across) < 0) std::swap(across[2], across[3]);
     broken.tetrahedra.push_back(across);
-    expect("reaches into a notch", 0);
+    expect("reaches out of the body", 0);
   }
 }
 
@@ -154,10 +154,11 @@ TEST_F(Verify, BoundaryList) {
 
 // A body of another size: nodes in the right places for the wrong body.
 TEST_F(Verify, AnotherBody) {
-  const Body longer = testing::body({3, 16, 24.000001}, {testing::notch(input::Face::y_min, 9, 4, 0.6),
-                                                         testing::notch(input::Face::y_max, 15, 4, 0.6)});
+  const NotchedBox longer = testing::body(
+      {3, 16, 24.000001},
+      {testing::notch(input::Face::y_min, 9, 4, 0.6), testing::notch(input::Face::y_max, 15, 4, 0.6)});
   EXPECT_THAT([&] { verify(broken, longer, 0.2); }, ThrowsMessage<std::runtime_error>(HasSubstr("volume")));
-  const Body without = testing::body({3, 16, 24});
+  const NotchedBox without = testing::body({3, 16, 24});
   EXPECT_THROW(verify(broken, without, 0.2), std::runtime_error);
 }
 

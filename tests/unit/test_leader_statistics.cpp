@@ -27,8 +27,11 @@ using ::testing::IsNan;
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 /// The paper's plate: a half-turn maps one notch on the other.
-geometry::Body plate() {
-  return body({5, 24.5, 140}, {notch(Face::y_min, 67.5, 5.5, 0.6), notch(Face::y_max, 72.5, 5.5, 0.6)});
+const input::Specimen specimen{{5 * mm, 24.5 * mm, 140 * mm},
+                               {notch(Face::y_min, 67.5, 5.5, 0.6), notch(Face::y_max, 72.5, 5.5, 0.6)}};
+
+geometry::NotchedBox plate() {
+  return geometry::NotchedBox(specimen);
 }
 
 /// 7 and 17.5 mm are each other's image, 12.25 mm its own, 9 mm has none.
@@ -37,7 +40,7 @@ const input::Sections sections{.y = {7 * mm, 9 * mm, 12.25 * mm, 17.5 * mm}, .z 
 input::Parameters parameters(int samples) {
   input::Parameters p;
   p.ensemble.samples = samples;
-  p.specimen = {plate().size(), {plate().notch(0), plate().notch(1)}};
+  p.specimen = specimen;
   p.sections = sections;
   return p;
 }
@@ -171,7 +174,7 @@ TEST(LeaderStatistics, TurnedSamplesCountAsTheirImage) {
 TEST(LeaderStatistics, PositionsAtSectionsAcrossZAreTurnedInY) {
   input::Parameters p;
   p.ensemble.samples = 2;
-  p.specimen = {{5 * mm, 140 * mm, 24 * mm}, {plate().notch(0), plate().notch(1)}};
+  p.specimen = {{5 * mm, 140 * mm, 24 * mm}, specimen.notches};
   p.specimen.notches[0].face = Face::z_min;
   p.specimen.notches[1].face = Face::z_max;
   p.sections = {.y = {}, .z = {8 * mm, 16 * mm}};

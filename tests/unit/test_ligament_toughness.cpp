@@ -10,7 +10,7 @@ namespace crackle::fracture {
 namespace {
 
 ToughnessRange along_ligaments(const input::Parameters& parameters) {
-  return toughness_along_ligaments(parameters, geometry::Body(parameters.specimen),
+  return toughness_along_ligaments(parameters, geometry::NotchedBox(parameters.specimen),
                                    parameters.fracture.strength)
       .value();
 }
@@ -41,7 +41,8 @@ TEST(LigamentToughness, EndsAtTheNextNotch) {
   const ToughnessRange range = along_ligaments(parameters);
   EXPECT_NEAR(range.greatest / range.least, 1 + 0.03 * 2.25 / 0.3, 0.01);
   parameters.specimen.notches.clear();
-  EXPECT_FALSE(toughness_along_ligaments(parameters, geometry::Body(parameters.specimen), 35e6).has_value());
+  EXPECT_FALSE(
+      toughness_along_ligaments(parameters, geometry::NotchedBox(parameters.specimen), 35e6).has_value());
 }
 
 }  // namespace

@@ -29,6 +29,7 @@ SampleReport done(std::uint64_t sample, double force, double z_middle) {
   report.summary.status = analysis::SampleStatus::done;
   report.summary.onset_force = force;
   report.summary.position = {0, z_middle, 0, 0, 0, 0};
+  report.summary.z_spread.resize(6);
   report.summary.leading_notch = 0;
   report.stored = true;
   return report;

@@ -323,7 +323,7 @@ TEST(OlderFormat, IsReadButNotGoneOnFrom) {
   EXPECT_TRUE(std::isnan(row.first_break_load));
   const StoredSample stored = read_stored_sample(kept, parameters, 0);
   SampleSummary again = stored.summary;
-  analysis::measure_crossings(geometry::Body(parameters.specimen), stored.surface, parameters.sections,
+  analysis::measure_crossings(*geometry::make_body(parameters.specimen), stored.surface, parameters.sections,
                               again);
   EXPECT_EQ(analysis::to_bytes(again), analysis::to_bytes(row)) << "crossings made anew";
   try {

@@ -30,6 +30,7 @@ struct Bar {
                    .size = {thickness, width, length}, .cells = {3, 4, 8}, .disturbance = 0.2}) {
     mesh = test::make_box(box);
     subdomain = test::whole(mesh);
+    parameters.specimen.size = {thickness, width, length};
     parameters.material = test::epoxy();
     parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
   }

@@ -23,7 +23,7 @@ inline constexpr double hole_size = 1.5;
 inline constexpr double min_thickness_share = 0.3;
 /// An arm whose crossing covers a smaller share of the thickness does not count.
 inline constexpr double min_arm_share = 0.1;
-/// A crack that crosses this share of its notch's ligament is developed.
+/// A crack that crosses this share of its ligament is developed.
 inline constexpr double developed_share = 0.4;
 /// A developed crack that crosses this share of the ligament is a main crack.
 inline constexpr double through_share = 0.6;
@@ -48,71 +48,71 @@ struct ArmCrossing {
   std::int32_t arm;  ///< see CrackArms
 };
 
-/// Where the cracks of one notch cross one section. The position is the coordinate along the section: z where
-/// y is const, y where z is const.
+/// Where the cracks of one crack start cross one section. The position is the coordinate along the section: z
+/// where y is const, y where z is const.
 struct SectionCrossing {
   double position;  ///< through-thickness mean of the main crossing [m]; NaN where the crack did not arrive
   double spread;    ///< standard deviation of the position through the thickness [m]; NaN likewise
   std::vector<ArmCrossing> arms;  ///< the separate crossings, in ascending order of their positions
 };
 
-/// Crossings for every notch and section, row-major: [notch * n_sections + section], sections in the order of
+/// Crossings for every crack start and section, row-major: [start * n_sections + section], in the order of
 /// input::Sections::all.
 ///
-/// The facets of the notch's cracks meet the plane of the section in segments (x, position). Segments within
+/// The facets of the start's cracks meet the plane of the section in segments (x, position). Segments within
 /// branch_gap in position and hole_size in x of each other form one crossing; crossings that cover less than
 /// min_thickness_share of the thickness are left out. What different arms have in one of them are separate
 /// crossings: of each arm the largest when it covers min_arm_share, others that cover min_thickness_share.
 /// The main crossing is that of the main arm, or where it has none the one that covers most of the thickness
 /// (of equals the earliest); the position is its mean over the thickness covered, where several segments lie
-/// over each other their mean, and the spread its standard deviation over that thickness. A crack advances
-/// along the depth of its notch: notches in z-faces have no crossings with sections y, those in y-faces none
-/// with sections z.
+/// over each other their mean, and the spread its standard deviation over that thickness. A section that
+/// makes less than 45 degrees with the ligament has no crossings: the crack runs along it, as one from a
+/// notch in a z-face along sections y.
 std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const CrackSurface& surface,
                                                const CrackArms& arms, const input::Sections& sections);
 
-/// Share of its ligament (from the notch's tip to the opposite face) that each notch's crack crosses, up to
+/// Share of its ligament (geometry::CrackStart) that the crack from each start crosses, up to
 /// the farthest place where it covers min_thickness_share of the thickness; in steps of 0.02.
 std::vector<double> crossed_shares(const geometry::Body& body, const CrackSurface& surface);
 
-/// The notch whose crack leads: it crosses the largest share of its ligament (crossed_shares). Of equals, the
+/// The start whose crack leads: it crosses the largest share of its ligament (crossed_shares). Of equals, the
 /// one where the first facet at the farthest station opened first; of these the one with the lowest number.
 /// -1 where no crack has started.
 int leading_notch(const geometry::Body& body, const CrackSurface& surface);
 
-/// The leading notch as far as it follows from crossings alone, of files that do not hold it: the notch whose
+/// The same as far as it follows from crossings alone, of files that do not hold it: the start whose
 /// crack arrives at a section at least as far across its ligament as the next section at which any other
-/// notch's is missing. Nothing where the crossings leave that open.
-/// @param position notches x sections, NaN where the crack did not arrive
+/// start's is missing. Nothing where the crossings leave that open.
+/// @param position crack starts x sections, NaN where the crack did not arrive
 std::optional<int> leading_notch(const geometry::Body& body, const input::Sections& sections,
                                  std::span<const double> position);
 
 /// The crack pattern of a sample, as stored in /samples/pattern.
 enum class Pattern : std::int32_t { none = 0, one_crack = 1, two_cracks = 2, other = 3 };
 
-/// How far two notches' cracks are anti-symmetric: the overlap of the one path with the other turned by 180
-/// degrees about the middle between the notches' tips, which takes one tip to the other.
+/// How far the cracks of two starts are anti-symmetric: the overlap of one path with the other turned by 180
+/// degrees about the middle between the tips, which takes one tip to the other.
 ///
 /// Both paths are main crossings at 50 stations across the ligament. The overlap is the share of the stations
 /// reached by one of them at which both are there and no further apart than overlap_distance_share of the
-/// width: 1 for paths that are each other's image, 0 when only one crack runs. NaN for notches that are not
-/// cut into opposite faces, and without any crack.
-double path_overlap(const geometry::Body& body, const CrackSurface& surface, int notch, int other);
+/// width: 1 for paths that are each other's image, 0 when only one crack runs. NaN for ligaments that have no
+/// opposite directions, and without any crack.
+double path_overlap(const geometry::Body& body, const CrackSurface& surface, int one, int other);
 
-/// The overlap of the two notches whose cracks run farthest (of equals the first ones); NaN for a body with
+/// The overlap of the two starts whose cracks run farthest (of equals the first ones); NaN for a body with
 /// fewer than two.
 double pattern_overlap(const geometry::Body& body, const CrackSurface& surface);
 
-/// Pattern by how far each notch's crack runs across its ligament: one_crack when exactly one is developed
+/// Pattern by how far each start's crack runs across its ligament: one_crack when exactly one is developed
 /// and it is a main crack; two_cracks when exactly two are developed and their pattern_overlap is at least
 /// min_overlap, or NaN; none when no crack has started; other in all other cases. A crack that belongs to no
-/// notch counts when it covers developed_share of the width: then the pattern is other.
+/// start counts when it covers developed_share of the width: then the pattern is other.
 Pattern classify(const geometry::Body& body, const CrackSurface& surface);
 
-/// Largest speed of the crack fronts along the notch's direction over a window [m/s]; 0 when no front
+/// Largest speed of the crack fronts along their ligaments over a window [m/s]; 0 when no front
 /// advances by a window during the dynamic phase.
 ///
-/// The front of a notch's crack is seen in columns through the thickness, two mean spacings wide. A column
+/// The front of a start's crack is seen in columns through the thickness, two mean spacings wide. A column
 /// goes on when a tetrahedron opens ahead of all before; its place is the mean of its facets, and in between
 /// the column's way is linear in time. The front's course is the mean time at which the columns pass a
 /// position. What opens in the dynamic phase more than a window ahead of the front counts when the front

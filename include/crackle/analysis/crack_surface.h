@@ -29,12 +29,12 @@ double local_spacing(const CrackFacet& facet);
 /// A connected crack.
 ///
 /// Broken tetrahedra that share an edge are connected. In order of breaking, a tetrahedron joins the cracks
-/// it touches, which makes them one crack, with one exception: cracks of different notches stay apart, and
+/// it touches, which makes them one crack, with one exception: cracks of different starts stay apart, and
 /// the tetrahedron at which they meet joins the one whose latest break it touches (the running one). A crack
-/// belongs to the notch that it touched first, either with a tetrahedron that has a node on the notch's tip
-/// or on its walls no further from the tip than the notch is high, or by joining a crack of that notch.
+/// belongs to the crack start that it touched first, either with a tetrahedron that has a node which the
+/// start claims (geometry::CrackStart), or by joining a crack of that start.
 struct Crack {
-  std::int32_t notch;  ///< notch it started at, or -1
+  std::int32_t notch;  ///< number of the crack start that it belongs to, or -1
   double area;         ///< [m^2]
   double first_time;   ///< [s]
   double last_time;    ///< [s]

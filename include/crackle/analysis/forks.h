@@ -30,7 +30,7 @@ inline constexpr double window_thickness = 3;
 
 /// A place where one crack becomes two that go on apart.
 struct Fork {
-  std::int32_t notch;  ///< that the crack started at
+  std::int32_t notch;  ///< number of the crack start
   double x;            ///< middle of the range that the arm which leaves spans through the thickness [m]
   double y, z;         ///< where the gap between the arms begins [m]
   double time;    ///< when half of the first min_arm_length of the later arm had opened, since the onset [s]
@@ -43,14 +43,14 @@ struct Fork {
 
 /// A crack surface told apart into arms.
 struct CrackArms {
-  std::vector<Fork> forks;  ///< by notch, and in the order in which a crack comes to them
+  std::vector<Fork> forks;  ///< by crack start, and in the order in which a crack comes to them
   std::vector<std::int32_t>
       arm;  ///< of each facet: 0 for a crack's main arm, i + 1 for the one that leaves it at forks[i]
   std::int32_t n_projected() const;
   std::int32_t n_in_space() const;
 };
 
-/// Finds the forks of every notch's crack.
+/// Finds the forks of every start's crack.
 ///
 /// A crack is looked at in windows through the thickness (for forks in space) and as a whole (for those of
 /// its projection). In each the facets are projected on the plane of the plate, and cut at stations a quarter
@@ -59,7 +59,7 @@ struct CrackArms {
 /// common on that length, and are min_arm_distance apart somewhere on it. Ways that meet and part once more
 /// within reunion_length are the same arms. Forks of different windows, and of the projection, are one when
 /// each of their arms has facets in common. Of the arms the main one is the one that comes farthest along the
-/// notch's direction, of two that end within min_arm_length of each other the one with the larger area; the
+/// ligament, of two that end within min_arm_length of each other the one with the larger area; the
 /// other one leaves.
 CrackArms find_forks(const geometry::Body& body, const CrackSurface& surface);
 

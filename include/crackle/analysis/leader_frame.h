@@ -13,7 +13,7 @@ namespace crackle::analysis {
 
 /// Crack positions in the frame of the leading crack.
 ///
-/// Notches that a symmetry of the body maps on each other (geometry::symmetries) form a class; its notch with
+/// Notches (any crack starts) that a symmetry of the body maps on each other form a class; its notch with
 /// the lowest number is the reference. A sample that another notch of the class leads is turned by the first
 /// symmetry that maps this notch on the reference: its other notches go to their images, and y and z to
 /// width - y and length - z where the symmetry reflects them. So a position turned across its section belongs

@@ -1,108 +1,189 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/index.h"
+#include "crackle/geometry/box.h"
+#include "crackle/geometry/crack_start.h"
 #include "crackle/geometry/point.h"
 #include "crackle/input/parameters.h"
 
+#include <array>
 #include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 namespace crackle::geometry {
 
-/// The closed box lower <= p <= upper, by coordinate.
-struct Box {
-  Point lower;
-  Point upper;
-  bool contains(const Point& p) const {
-    return lower[0] <= p[0] && p[0] <= upper[0] && lower[1] <= p[1] && p[1] <= upper[1] && lower[2] <= p[2] &&
-           p[2] <= upper[2];
-  }
+/// A box that lies anywhere in space: a rectangle where it has no extent along one of its own axes.
+struct Patch {
+  Box domain;  ///< in its own coordinates [m]
+  Point origin{};
+  std::array<Vector, 3> axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  ///< orthonormal
+
+  Point at(const Point& own) const;  ///< the point with these own coordinates
+  Box bounds(const Box& own) const;  ///< that holds a part of the domain
+  Box bounds() const { return bounds(domain); }
 };
 
-/// Euclidean distances [m]; 0 where the sets meet.
-double distance(const Point& p, const Box& box);
-double distance(const Box& a, const Box& b);
-
-/// Number of a plane piece of the body's surface: 0..5 are the faces of the box in the order of input::Face;
-/// notch i has the numbers 6 + 3 i (lower wall), 7 + 3 i (upper wall) and 8 + 3 i (tip).
-using SurfaceId = std::int32_t;
-
-/// A plane piece of the surface: coordinate `axis` equals `position`, bit by bit.
-struct Surface {
-  int axis;
-  double position;  ///< [m]
-  double area;      ///< exact area that belongs to the body's boundary [m^2]
-  double outward;   ///< +1 or -1: direction of the outward normal along `axis`
-  Box extent;  ///< the rectangle of the piece, flat along `axis`; a face's rectangle includes notch openings
+/// A plane piece of the body's surface.
+struct Face {
+  /// By which messages and boundary conditions call it, its own first; several faces may share the others.
+  std::vector<std::string> names;
+  double area;     ///< exact [m^2]
+  Vector outward;  ///< unit normal
+  Patch patch;     ///< a rectangle that holds the face
 };
 
-/// A straight edge of the body between two of its corners, along `axis`.
-struct Edge {
-  int axis;
-  Point from;
-  Point to;  ///< equals `from` except in coordinate `axis`, where it is larger
-};
-
-/// The slot of a notch as its cross-section, which is the same through the whole thickness x: the rectangle
-/// from `lower` to `upper` along axis `at_axis`, from the face to `tip` along axis `depth_axis`.
-struct SlotSection {
-  int at_axis;
-  int depth_axis;
-  double lower, upper;  ///< the two walls [m]
-  double mouth, tip;    ///< coordinate of the face and of the tip along depth_axis [m]
-};
-
-/// The exact geometry of the notched box that every realization must fill.
-///
-/// The box has its lower corner in the origin. Lengths are used as they are, so that walls, tips and faces
-/// are planes whose coordinate is one double.
-class Body {
+/// A straight edge of the body between two of its corners.
+class Edge {
 public:
-  /// @throws std::runtime_error naming the notch and the reason when a notch is not a slot inside its face,
-  ///   reaches or passes the opposite face, or touches another notch
-  explicit Body(input::Specimen specimen);
-
-  const Point& size() const { return specimen_.size; }  ///< [m]
-  int n_notches() const { return static_cast<int>(specimen_.notches.size()); }
-  const input::Notch& notch(int i) const { return specimen_.notches[index(i)]; }
-
-  /// The closed box that notch i removes.
-  const Box& slot(int i) const { return slots_[index(i)]; }
-  const std::vector<SlotSection>& sections() const { return sections_; }  ///< of all notches
-  /// In the order of SurfaceId.
-  const std::vector<Surface>& surfaces() const { return surfaces_; }
-  /// Every edge of the body once: those of the box outside the notch openings, and those of the notches.
-  std::vector<Edge> edges() const;
-  /// 8 of the box and 8 of each notch.
-  std::vector<Point> corners() const;
-  double volume() const { return volume_; }  ///< [m^3]
-
-  /// The notch whose walls or tip carry this surface id, or -1.
-  static int notch_of(SurfaceId id) { return id < 6 ? -1 : (id - 6) / 3; }
-
-  /// Distance from p to the tip (the bottom face of the slot) of the nearest notch [m]; infinity without
-  /// notches.
-  double distance_to_notch_tip(const Point& p) const;
-
-  /// True in the body and on its surface.
-  bool contains(const Point& p) const;
-
-  /// The coordinates of a point of the body that can change without leaving its surfaces: bit i is clear
-  /// where the point lies, bit by bit, on a plane piece across axis i. So 7 in the interior, one bit less on
-  /// a face, two on an edge, 0 at a corner.
-  /// @pre contains(p)
-  std::uint8_t movable_axes(const Point& p) const;
-
-  /// Distance from a point of the body to its surface [m].
-  double distance_to_surface(const Point& p) const;
+  Edge(const Point& from, const Point& to);
+  const Point& from() const { return from_; }
+  const Point& to() const { return to_; }
+  double length() const { return length_; }  ///< [m]
+  Point at(double length) const;             ///< the point this far from its start
+  Box bounds() const;
 
 private:
-  input::Specimen specimen_;
-  std::vector<Box> slots_;
-  std::vector<SlotSection> sections_;
-  std::vector<Surface> surfaces_;
-  double volume_ = 0;
+  Point from_, to_;
+  double length_;
+  Vector direction_;
 };
+
+/// Where the shape of the body asks for a fine mesh.
+struct SpacingSource {
+  Box region;
+  double spacing;      ///< at most, in the region [m]
+  double growth;       ///< per distance from the region
+  std::string reason;  ///< for messages, such as "the height of notch 1"
+};
+
+/// Growth away from places where the shape of the body, not the input, asks for a fine spacing.
+inline double shape_growth(const input::Mesh& mesh) {
+  return std::max(mesh.growth, 0.2);
+}
+
+/// Where a tetrahedron lies.
+enum class Place {
+  solid,     ///< in the body
+  cavity,    ///< its interior is clear of the body
+  crossing,  ///< neither: it reaches through the surface
+};
+
+/// The directions in which a point can move.
+struct Directions {
+  std::array<Vector, 3> vector;  ///< the first n are orthonormal
+  int n;
+};
+
+/// A map of the body on itself.
+struct Symmetry {
+  std::uint8_t code;   ///< tells it from the body's others; 0 for the identity
+  std::string name;    ///< for messages, such as "reflected in the middle of y"
+  bool is_reflection;  ///< whether it turns a right hand into a left one
+  std::function<Point(const Point&)> image;
+  std::function<Point(const Point&)> preimage;
+  std::vector<std::int32_t> crack_start;  ///< that each one is mapped on
+};
+
+/// Corners of a polygon in the y-z plane, y and z [m].
+using Polygon = std::vector<std::array<double, 2>>;
+
+/// The exact geometry that every realization must fill: a polyhedron, which the rest of the program sees
+/// through these questions alone. A round shape is given by its chords, as only plane faces can be filled
+/// exactly. The thickness is along x and begins at 0; cracks are followed
+/// and drawn in the y-z plane.
+///
+/// The answers must agree with each other without tolerance where one uses the result of another: a point
+/// that a question returns (a corner, on an edge, from `passage`, from `snapped`, the image of a point by a
+/// symmetry), a point from a face's patch, and a point moved in its `directions` and still in the body, is
+/// told by `contains`, `movable` and `in_face` to lie where it was put. On planes x, y or z = const that
+/// takes no more than equal coordinates; other planes take a tolerance within the instance.
+class Body {
+public:
+  virtual ~Body() = default;
+
+  const Box& bounds() const { return shape_.bounds; }  ///< the smallest box round the body
+  Point size() const { return difference(shape_.bounds.upper, shape_.bounds.lower); }  ///< of that box [m]
+  double volume() const { return shape_.volume; }                                      ///< exact [m^3]
+  /// Those where edges meet; Delaunay tetrahedra of points that have them all fill the body's convex hull.
+  const std::vector<Point>& corners() const { return shape_.corners; }
+  const std::vector<Edge>& edges() const { return shape_.edges; }
+  const std::vector<Face>& faces() const { return shape_.faces; }
+  /// Where cracks start; a crack that starts elsewhere belongs to none.
+  const std::vector<CrackStart>& crack_starts() const { return shape_.crack_starts; }
+  /// The body in the y-z plane, for drawing: its outer polygon counter-clockwise, then those of its holes. No
+  /// polygon repeats its first corner.
+  const std::vector<Polygon>& outline() const { return shape_.outline; }
+
+  /// The faces of this name, ascending; none where no face has it.
+  std::vector<FaceId> faces_named(const std::string& name) const;
+
+  /// The face in which all three corners lie, the first of several.
+  /// @throws std::runtime_error where there is none
+  FaceId face_of(const std::array<Point, 3>& corners) const;
+
+  /// True in the body and on its surface.
+  virtual bool contains(const Point& p) const = 0;
+  /// Whether a point lies in the plane of a face and within its patch.
+  virtual bool in_face(FaceId face, const Point& p) const = 0;
+
+  /// In which directions a point of the body can move without leaving its faces, with as many bits set as
+  /// there are such directions: 3 in the interior, 2 in a face, 1 on an edge, none at a corner. Bit i is set
+  /// where axis i is one of the directions, further bits stand for others. So the interior has 7.
+  /// @pre contains(p)
+  virtual std::uint8_t movable(const Point& p) const = 0;
+  /// These directions.
+  /// @pre movable(p) == movable
+  virtual Directions directions(const Point& p, std::uint8_t movable) const = 0;
+
+  /// Distance from a point of the body to its surface [m].
+  virtual double distance_to_surface(const Point& p) const = 0;
+  /// Distance from a point of the face's patch to the outline of the face [m]; 0 or less outside the face.
+  virtual double distance_to_outline(FaceId face, const Point& p) const = 0;
+  /// The point where the segment between two points of the body passes through a face from one side to the
+  /// other, or the nearest one of the face's outline if that is nearer than `margin` [m].
+  virtual std::optional<Point> passage(FaceId face, const Point& p, const Point& q, double margin) const = 0;
+  /// The point itself, or the nearest one of the surface where that is not farther than `tolerance` [m]: of
+  /// an edge or a corner where all its faces are that near.
+  virtual Point snapped(const Point& p, double tolerance) const = 0;
+
+  /// Exact, whatever the order of the corners. Asked for each tetrahedron that is tried.
+  /// @param corners of a tetrahedron in the convex hull of the body
+  virtual Place place(const std::array<Point, 4>& corners) const = 0;
+
+  /// The places that ask for a finer mesh than the input's regions do.
+  virtual std::vector<SpacingSource> spacing_sources(const input::Mesh& mesh) const = 0;
+
+  /// In ascending order of their codes, the identity first. Each maps faces on faces and crack starts on
+  /// crack starts.
+  virtual std::vector<Symmetry> symmetries() const = 0;
+
+protected:
+  /// What an instance knows once it is made.
+  struct Shape {
+    Box bounds{};
+    double volume = 0;
+    std::vector<Point> corners;
+    std::vector<Edge> edges;
+    std::vector<Face> faces;
+    std::vector<CrackStart> crack_starts;
+    std::vector<Polygon> outline;
+  };
+  Body() = default;
+  Body(const Body&) = default;
+  Body& operator=(const Body&) = default;
+
+  Shape shape_;
+};
+
+/// The body that an input describes.
+/// @throws std::runtime_error naming what is wrong with it
+std::unique_ptr<const Body> make_body(const input::Specimen& specimen);
+
+/// Its number of crack starts, `notches` in the shapes of the result files.
+std::size_t n_crack_starts(const input::Specimen& specimen);
 
 }  // namespace crackle::geometry

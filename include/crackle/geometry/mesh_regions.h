@@ -12,8 +12,8 @@
 
 namespace crackle::geometry {
 
-/// The part of the body's box that a region covers.
-Box box_of(const input::MeshRegion& region, const Point& size);
+/// The part of a box that a region covers.
+Box box_of(const input::MeshRegion& region, const Box& bounds);
 
 /// The first region that holds each point, -1 where none does.
 std::vector<std::int32_t> region_numbers(std::span<const Point> points, const Body& body,

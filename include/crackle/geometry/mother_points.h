@@ -16,11 +16,11 @@ namespace crackle::geometry {
 /// The target distance between neighbouring mother points: `notch_spacing` at a notch tip and the spacing of
 /// a region in its box, growing with `growth` per unit distance from either up to `spacing`.
 ///
-/// Where the body itself is finer, the spacing follows it, because Delaunay tetrahedra conform to a wall only
-/// if its points are about as close to each other as to the next wall: at most the height and the depth of
-/// the slot on its walls, at most the clear distance between two notches or between a notch and a parallel or
-/// opposite face, at most the smallest size of the body. From there it grows with the larger of `growth` and
-/// 0.2.
+/// Where the body itself is finer (Body::spacing_sources), the spacing follows it, because Delaunay
+/// tetrahedra conform to a face only if its points are about as close to each other as to the next face: at
+/// most the height and the depth of a slot on its walls, at most the clear distance between two notches or
+/// between a notch and a parallel or opposite face, at most the smallest size of the body. From there it
+/// grows with the larger of `growth` and 0.2.
 class SpacingField {
 public:
   SpacingField(const Body& body, const input::Mesh& mesh);
@@ -34,21 +34,16 @@ public:
   std::string range_text() const;
 
 private:
-  struct Source {
-    Box region;
-    double spacing;  ///< in the region [m]
-    double growth;   ///< per distance from the region
-    std::string reason;
-  };
   double far_;
-  std::vector<Source> sources_;
+  std::vector<SpacingSource> sources_;
 };
 
 /// The base distribution: one per ensemble, or one per sample with `mesh.base` own; in slab order along the
 /// longest edge of the body.
 ///
-/// Bit i of `movable` is set where coordinate i may be disturbed: a point in the interior has all three bits,
-/// one on a plane of the body two, one on an edge one, a corner none. So the disturbance keeps the geometry.
+/// `movable` tells in which directions a point may be disturbed (Body::movable): one in the interior in all
+/// three, one in a face in two, one on an edge in one, a corner in none. So the disturbance keeps the
+/// geometry.
 struct MotherPoints {
   std::vector<Point> position;  ///< [m]
   std::vector<double> spacing;  ///< target spacing at the point [m]
@@ -66,8 +61,7 @@ double checked_n_points(const Body& body, const input::Mesh& mesh);
 
 /// Graded blue noise in the body: corners, then edges, surfaces and interior by weighted sample elimination
 /// from random candidates, improved by a few rounds of optimal Delaunay triangulation that keep the geometry,
-/// then by local moves until every tetrahedron of the tessellation has a good shape and conforms to the
-/// notches.
+/// then by local moves until every tetrahedron of the tessellation has a good shape and conforms to the body.
 ///
 /// Deterministic: depends on the body, the mesh parameters and the seed only, with `mesh.base` own also on
 /// sample and attempt. With `mesh.points` the points
@@ -83,9 +77,10 @@ MotherPoints make_mother_points(const Body& body, const input::Mesh& mesh, std::
                                 std::uint64_t sample = 0, int attempt = 0);
 
 /// Reads mother points from a text file: one point "x y z" in millimetres per line, separated by blanks or
-/// commas; text after '#' and empty lines are skipped. A coordinate within 1e-9 of the body's largest size of
-/// a plane of the body is set exactly on it, so points on surfaces, edges and corners are recognized. Points
-/// that are nearer than that to each other are duplicates. Every corner of the body must be among the points.
+/// commas; text after '#' and empty lines are skipped. A point within 1e-9 of the body's largest size of the
+/// surface is set exactly on it (Body::snapped), so points in faces, on edges and at corners are recognized.
+/// Points that are nearer than that to each other are duplicates. Every corner of the body must be among the
+/// points.
 /// @return positions in the order of the file [m]
 /// @throws std::runtime_error with "file:line: reason" for each bad line (at most 20), point outside the body
 /// or

@@ -15,15 +15,14 @@ struct Outline {
   std::vector<double> size;         ///< of the box along x, y and z
   std::vector<double> points;       ///< y, z of the polygons' corners, one polygon after the other
   std::vector<std::int32_t> first;  ///< corner of each polygon, and one past the last of all
-  std::vector<double> tips;         ///< y, z in the middle of each notch's tip
-  std::vector<double> slots;        ///< of each notch its least and greatest y, and its least and greatest z
-  std::vector<std::int32_t> axis;   ///< of each notch: 1 y, 2 z, along which its crack advances
+  std::vector<double> tips;         ///< y, z of each crack start's tip; crack starts are notches in the files
+  std::vector<double> slots;        ///< of each start's faces least and greatest y, least and greatest z
+  std::vector<std::int32_t> axis;   ///< of each start: 1 y, 2 z, along which its crack advances most
   std::vector<std::int32_t>
-      direction;  ///< of each notch: 1 or -1, in which its crack advances along the axis
+      direction;  ///< of each start: 1 or -1, in which its crack advances along the axis
 };
 
-/// The polygons are not closed by a copy of their first corner. The first one, counter-clockwise from the
-/// origin, is the box with its slots.
+/// What the body says of itself (Body::outline, Body::crack_starts), as lists.
 Outline outline_of(const Body& body);
 
 /// Calls visit(name, shape, values, units, meaning) for every list of an outline: the members of /specimen in

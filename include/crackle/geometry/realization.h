@@ -14,7 +14,7 @@ namespace crackle::geometry {
 /// A triangle of the body's boundary, oriented with its normal outwards.
 struct BoundaryTriangle {
   Triangle nodes;
-  SurfaceId surface;
+  FaceId surface;
 };
 
 /// What making a realization took; the same on every machine.
@@ -23,7 +23,7 @@ struct RealizationReport {
   std::int64_t redrawn_points = 0;  ///< points drawn at least once more
   double min_quality = 0;           ///< mean-ratio quality of the worst tetrahedron
   int attempt = 0;                  ///< that succeeded; those before it used other random numbers
-  std::uint8_t reflected_axes = 0;  ///< the symmetry of the body by which it is set into it, see `reflected`
+  std::uint8_t symmetry = 0;        ///< code of the Symmetry by which it is set into the body
 };
 
 /// One conforming tessellation of the body. Its nodes keep the numbers of the base mother points. Tetrahedra
@@ -59,9 +59,9 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
                              std::uint64_t seed, std::uint64_t sample, int attempt = 0);
 
 /// Checks everything that a realization promises: every node is used; tetrahedra have a positive volume, at
-/// least the minimum quality, and none reaches into a notch; their volumes add up to the body's to 1e-12
+/// least the minimum quality, and none reaches out of the body; their volumes add up to the body's to 1e-12
 /// relative; faces match in pairs of opposite orientation except those listed as boundary; boundary triangles
-/// lie bit by bit on the plane of their surface, face outwards, and cover each surface to 1e-12 relative.
+/// lie bit by bit in their face (Body::in_face), look outwards, and cover each face to 1e-12 relative.
 /// @return quality of the worst tetrahedron
 /// @throws std::runtime_error naming the first violation with its figures
 double verify(const Realization& realization, const Body& body, double min_quality);

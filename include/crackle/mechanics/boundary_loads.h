@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/geometry/body.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
 #include "crackle/parallel/communicator.h"
@@ -53,8 +52,8 @@ struct PrescribedMotion {
   double velocity(double time) const { return is_velocity ? program.at(time) : program.slope(time); }
 };
 
-/// The input's boundary list on one subdomain. A node belongs to a condition when a boundary triangle of the
-/// chosen face has it as a corner and it lies in the region; a triangle, when its centroid does.
+/// The input's boundary list on one subdomain. A node belongs to a condition when a boundary triangle of a
+/// face of the chosen name has it as a corner and it lies in the region; a triangle, when its centroid does.
 struct BoundaryLoads {
   std::vector<ForcePattern> forces;
   std::vector<PrescribedMotion> motions;

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/geometry/box.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace crackle::geometry {
+
+double distance(const Point& p, const Box& box) {
+  double sum = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double gap = std::max({box.lower[i] - p[i], p[i] - box.upper[i], 0.0});
+    sum += gap * gap;
+  }
+  return std::sqrt(sum);
+}
+
+double distance(const Box& a, const Box& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double gap = std::max({a.lower[i] - b.upper[i], b.lower[i] - a.upper[i], 0.0});
+    sum += gap * gap;
+  }
+  return std::sqrt(sum);
+}
+
+Box between(const Box& a, const Box& b) {
+  Box region{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double inner_lower = std::max(a.lower[i], b.lower[i]);
+    const double inner_upper = std::min(a.upper[i], b.upper[i]);
+    region.lower[i] = std::min(inner_lower, inner_upper);
+    region.upper[i] = std::max(inner_lower, inner_upper);
+  }
+  return region;
+}
+
+}  // namespace crackle::geometry

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A body and its cracks turned in the y-z plane: nothing that the analysis measures may depend on the axes.
+#include "crackle/analysis/crack_line.h"
+#include "crackle/analysis/crack_path.h"
+#include "support/structured_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <stdexcept>
+
+namespace crackle::analysis {
+namespace {
+
+using geometry::Point;
+
+/// By 35 degrees, with a shift that keeps the body at positive coordinates.
+Vector turned(const Vector& v) {
+  const double c = std::cos(0.61);
+  const double s = std::sin(0.61);
+  return {v[0], c * v[1] - s * v[2], s * v[1] + c * v[2]};
+}
+Point moved(const Point& p) {
+  const Point q = turned(p);
+  return {q[0], q[1] + 30, q[2] + 1};
+}
+
+/// What the analysis asks of a body, turned; the rest it must not ask.
+class TurnedBody final : public geometry::Body {
+public:
+  explicit TurnedBody(const geometry::Body& body) {
+    shape_.bounds = {{0, 0, 0}, {body.size()[0], 60, 60}};
+    shape_.crack_starts = body.crack_starts();
+    for (geometry::CrackStart& start : shape_.crack_starts) {
+      start.tip = moved(start.tip);
+      start.end = moved(start.end);
+      start.along = turned(start.along);
+      start.across = turned(start.across);
+    }
+  }
+  bool contains(const Point&) const override { return refuse(), false; }
+  bool in_face(geometry::FaceId, const Point&) const override { return refuse(), false; }
+  std::uint8_t movable(const Point&) const override { return refuse(), 0; }
+  geometry::Directions directions(const Point&, std::uint8_t) const override {
+    return refuse(), geometry::Directions{};
+  }
+  double distance_to_surface(const Point&) const override { return refuse(), 0; }
+  double distance_to_outline(geometry::FaceId, const Point&) const override { return refuse(), 0; }
+  std::optional<Point> passage(geometry::FaceId, const Point&, const Point&, double) const override {
+    return refuse(), std::nullopt;
+  }
+  Point snapped(const Point&, double) const override { return refuse(), Point{}; }
+  geometry::Place place(const std::array<Point, 4>&) const override {
+    return refuse(), geometry::Place::solid;
+  }
+  std::vector<geometry::SpacingSource> spacing_sources(const input::Mesh&) const override {
+    return refuse(), std::vector<geometry::SpacingSource>{};
+  }
+  std::vector<geometry::Symmetry> symmetries() const override {
+    return refuse(), std::vector<geometry::Symmetry>{};
+  }
+
+private:
+  static void refuse() { throw std::logic_error("a question that the analysis must not ask"); }
+};
+
+class Turned : public ::testing::Test {
+protected:
+  /// Cracks in the planes of both notches up to these y, that of notch 0 with a bend.
+  CrackSurface cracks(double end_0, double end_1) const {
+    const auto label = [](const Point& p) {
+      return p[2] > 15.5 ? 2 : p[2] > 8.5 + std::max(0.0, p[1] - 9) / 4 ? 1 : 0;
+    };
+    const auto time = [=](const Point& p) {
+      const bool first = p[2] < 13 && p[1] > 4 && p[1] < end_0;
+      const bool second = p[2] > 13 && p[1] < 12 && p[1] > end_1;
+      return first ? (p[1] - 4) / 500 : second ? (12 - p[1]) / 300 : -1.0;
+    };
+    return make_crack_surface(mesh.body(), mesh.realization(), mesh.break_between(label, time), 0);
+  }
+  static CrackSurface moved_surface(CrackSurface surface) {
+    for (CrackFacet& facet : surface.facets)
+      for (Point& corner : facet.corner) corner = moved(corner);
+    return surface;
+  }
+
+  test::StructuredMesh mesh{test::notched_plate()};
+  TurnedBody body{mesh.body()};
+};
+
+TEST_F(Turned, CracksComeAsFar) {
+  const CrackSurface surface = cracks(14, 3);
+  const CrackSurface other = moved_surface(surface);
+  EXPECT_EQ(crossed_shares(mesh.body(), surface), crossed_shares(body, other));
+  EXPECT_GT(crossed_shares(body, other)[0], 0.8);
+  EXPECT_EQ(leading_notch(body, other), leading_notch(mesh.body(), surface));
+  EXPECT_DOUBLE_EQ(path_overlap(body, other, 0, 1), path_overlap(mesh.body(), surface, 0, 1));
+  EXPECT_GT(path_overlap(body, other, 0, 1), 0.5);
+  EXPECT_EQ(classify(body, other), Pattern::two_cracks);
+  const double speed = max_crack_speed(mesh.body(), surface);
+  EXPECT_NEAR(max_crack_speed(body, other), speed, 1e-6 * speed);
+}
+
+TEST_F(Turned, LinesAreTurnedToo) {
+  const CrackSurface surface = cracks(14, 3);
+  const auto lines = crack_lines(mesh.body(), surface);
+  const auto others = crack_lines(body, moved_surface(surface));
+  ASSERT_EQ(lines.size(), others.size());
+  ASSERT_GE(lines.size(), 2u);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    EXPECT_NEAR(others[i].bend, lines[i].bend, 1e-9);
+    ASSERT_EQ(others[i].points.size(), lines[i].points.size());
+    for (std::size_t k = 0; k < lines[i].points.size(); ++k) {
+      const Point p = moved({0, lines[i].points[k].y, lines[i].points[k].z});
+      EXPECT_NEAR(others[i].points[k].y, p[1], 1e-9);
+      EXPECT_NEAR(others[i].points[k].z, p[2], 1e-9);
+    }
+  }
+}
+
+// The crossing lies where the plane of the section meets the plane of the crack.
+TEST_F(Turned, SectionsCutAcrossTheLigament) {
+  const CrackSurface surface = moved_surface(cracks(8, 12));
+  const Point place = moved({0, 6, 8.5});
+  const input::Sections sections{.y = {place[1]}, .z = {place[2]}};
+  const auto crossings = section_crossings(body, surface, find_forks(body, surface), sections);
+  ASSERT_EQ(crossings.size(), 4u);
+  EXPECT_NEAR(crossings[0].position, place[2], 0.1);
+  EXPECT_TRUE(std::isnan(crossings[1].position)) << "35 degrees from the ligament";
+  EXPECT_TRUE(std::isnan(crossings[2].position));
+}
+
+}  // namespace
+}  // namespace crackle::analysis
