@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/common/instruction_set.h"
 
-
 namespace crackle {
 
 std::vector<InstructionSet> available_instruction_sets() {
