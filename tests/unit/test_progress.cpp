@@ -158,6 +158,7 @@ TEST(Progress, BodyWithoutNotchesHasNoPosition) {
   Progress progress = make_progress(1, 1, 0);
   auto report = done(0, 400, 0.07);
   report.summary.position.clear();
+  report.summary.z_spread.clear();
   report.summary.leading_notch = -1;
   progress.finished(report, 1);
   EXPECT_EQ(progress.line(1), "1 done, 0 failed, 0 running, 0 left; median onset 400.000 N");

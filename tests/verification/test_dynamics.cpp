@@ -221,6 +221,7 @@ TEST(Dynamics, WaveInASlenderBarArrivesWithTheBarSpeed) {
   const auto mesh = test::make_box({.size = {width, width, length}, .cells = {2, 2, 200}});
   const auto subdomain = test::whole(mesh);
   input::Parameters parameters;
+  parameters.specimen.size = {width, width, length};
   parameters.material = test::epoxy();
   parameters.fracture = unbreakable();
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));

@@ -113,6 +113,7 @@ TEST(Arrest, WedgeOpenedStripCracksInManySteps) {
   // as it grows, so every pop-in arrests and needs a wider opening to go on.
   auto parameters = epoxy_parameters();
   const double width = 0.012, length = 0.03;
+  parameters.specimen.size = {0.001, width, length};
   for (const auto& [face, sign] : {std::pair{Face::y_max, 1.0}, {Face::y_min, -1.0}}) {
     auto wedge = test::boundary(face, BoundaryKind::displacement, {true, true, true}, {0, sign * 1e-5, 0});
     wedge.region[2] = {0, 0.0021};
@@ -121,7 +122,7 @@ TEST(Arrest, WedgeOpenedStripCracksInManySteps) {
   }
   parameters.time.duration = 6e-5;
   parameters.time.arrest = 1e-5;
-  const auto mesh = test::make_box({.size = {0.001, width, length},
+  const auto mesh = test::make_box({.size = parameters.specimen.size,
                                     .cells = {1, 12, 30},
                                     .disturbance = 0.15,
                                     .removed = [&](const geometry::Point& p) {
@@ -135,10 +136,12 @@ TEST(Arrest, WedgeOpenedStripCracksInManySteps) {
 TEST(Separation, IsRecognizedDuringQuasiStaticLoading) {
   // No patience for dynamics: every break is released quasi-statically, until the bar is in two pieces.
   auto parameters = epoxy_parameters();
+  parameters.specimen.size = {0.002, 0.004, 0.012};
   parameters.time.arrest = 1e-30;
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
   parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10}));
-  const auto mesh = test::make_box({.size = {0.002, 0.004, 0.012}, .cells = {2, 4, 12}, .disturbance = 0.2});
+  const auto mesh =
+      test::make_box({.size = parameters.specimen.size, .cells = {2, 4, 12}, .disturbance = 0.2});
   const auto result = run(parameters, mesh);
   EXPECT_EQ(result.outcome, Outcome::separated);
   EXPECT_EQ(result.counts.dynamic_phases, 0);
