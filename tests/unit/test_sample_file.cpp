@@ -346,7 +346,7 @@ TEST(OlderFormat, IsReadButNotGoneOnFrom) {
 TEST(OlderFormat, ThePapersStoredEnsembleIsRead) {
   const EnsembleContent ensemble = read_ensemble(fs::path(CRACKLE_SOURCE_DIR) / "jobs/paper/ensemble.h5");
   EXPECT_EQ(ensemble.samples.size(), 200U);
-  EXPECT_NEAR(ensemble.samples[0].onset_force, 380, 40);
+  EXPECT_NEAR(ensemble.samples[0].onset_force, 512, 40);
 }
 
 TEST_F(SampleFile, TruncatedAndDamagedFilesAreRefused) {
