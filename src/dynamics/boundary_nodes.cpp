@@ -8,8 +8,6 @@
 
 namespace crackle::dynamics {
 
-namespace {}  // namespace
-
 template <class Real>
 BoundaryNodes<Real>::BoundaryNodes(const MotionContext& context, const mechanics::FixedPointScale& scale,
                                    std::int32_t nodes_per_block, FixedPointState<Real>& state,
@@ -97,8 +95,7 @@ void BoundaryNodes<Real>::keep_velocity(Entry& entry, const Round& round) {
 template <class Real>
 void BoundaryNodes<Real>::kick_by_load(Entry& entry, const Round& round) {
   const auto& pattern = context_.loads->forces[entry.condition];
-  const std::int64_t displacement =
-      state_->whole_displacement(3 * index(entry.node) + static_cast<std::size_t>(entry.component));
+  const std::int64_t displacement = state_->whole_displacement(index(entry.node, entry.component));
   work_->add_rate(entry.condition, entry.place, round.kick * pattern.amplitude.slope(round.kick_time),
                   scale_.displacement * static_cast<double>(displacement));
   if (entry.is_driven) return;

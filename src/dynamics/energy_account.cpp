@@ -21,8 +21,7 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
   for (const auto& pattern : loads.forces) {
     terms.clear();
     for (std::size_t i = 0; i < pattern.nodes.size(); ++i) {
-      terms.push_back(pattern.weight[i] *
-                      u[3 * index(pattern.nodes[i]) + static_cast<std::size_t>(pattern.component)]);
+      terms.push_back(pattern.weight[i] * u[index(pattern.nodes[i], pattern.component)]);
     }
     state.amplitude.push_back(pattern.amplitude.at(time));
     state.position.push_back(parallel::exact_sum(group, terms));

@@ -81,7 +81,7 @@ void QuasiStaticLoading::solve_unit_problems() {
     if (k < loads_->forces.size()) {
       const auto& pattern = loads_->forces[k];
       for (std::size_t n = 0; n < pattern.nodes.size(); ++n) {
-        force[3 * index(pattern.nodes[n]) + static_cast<std::size_t>(pattern.component)] = pattern.weight[n];
+        force[index(pattern.nodes[n], pattern.component)] = pattern.weight[n];
       }
     }
     n_iterations_ += solver_.solve(force, unit_[k]);

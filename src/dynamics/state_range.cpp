@@ -123,7 +123,7 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
       const auto& t = body.operators().tetrahedra[index(number)];
       const auto gradient = [&](std::int32_t node) {
         const auto& g = t.gradient[index(std::ranges::find(t.nodes, node) - t.nodes.begin())];
-        return std::sqrt(dot(g, g));
+        return norm(g);
       };
       // The two gradients first: a and b change places from rank to rank.
       stiffness += t.volume * (std::abs(lambda) + 2 * mu) * (gradient(a) * gradient(b));

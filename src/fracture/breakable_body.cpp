@@ -82,7 +82,7 @@ void BreakableBody::open(std::int32_t tetrahedron, int cut) {
   order_.push_back(tetrahedron);
   if (contact_ == input::Contact::frictionless) {
     Vector normal = cut_areas(operators_.tetrahedra[index])[static_cast<std::size_t>(cut)];
-    const double area = std::sqrt(dot(normal, normal));
+    const double area = norm(normal);
     for (double& component : normal) component /= area;
     integrity_.add_contact(tetrahedron, normal);
   }
@@ -134,7 +134,7 @@ std::vector<BreakableBody::LooseEdge> BreakableBody::find_loose_edges() const {
       const auto [a, b] = geometry::dual_facet_nodes[static_cast<std::size_t>(k)];
       const Vector area =
           mechanics::dual_facet_area(operators_.tetrahedra[index], static_cast<int>(a), static_cast<int>(b));
-      const double size = std::sqrt(dot(area, area));
+      const double size = norm(area);
       all += size;
       if (broken_[index] == 0)
         unbroken += size;

@@ -47,7 +47,7 @@ StressWatch<Real>::StressWatch(const geometry::Subdomain& subdomain, const mecha
     double sum = 0;
     for (std::size_t a = 0; a < 4; ++a) {
       group.corner[a][lane] = tetrahedron.nodes[a];
-      sum += std::sqrt(dot(tetrahedron.gradient[a], tetrahedron.gradient[a]));
+      sum += norm(tetrahedron.gradient[a]);
       for (std::size_t i = 0; i < 3 && a > 0; ++i)
         group.gradient[3 * (a - 1) + i][lane] =
             static_cast<Real>(tetrahedron.gradient[a][i] * displacement_quantum * relative);

@@ -41,8 +41,7 @@ TriangleGeometry measure(const geometry::Subdomain& subdomain, const geometry::T
   const auto& b = subdomain.nodes[index(nodes[1])];
   const auto& c = subdomain.nodes[index(nodes[2])];
   const Vector n = cross({b[0] - a[0], b[1] - a[1], b[2] - a[2]}, {c[0] - a[0], c[1] - a[1], c[2] - a[2]});
-  return {{(a[0] + b[0] + c[0]) / 3, (a[1] + b[1] + c[1]) / 3, (a[2] + b[2] + c[2]) / 3},
-          std::sqrt(dot(n, n)) / 2};
+  return {{(a[0] + b[0] + c[0]) / 3, (a[1] + b[1] + c[1]) / 3, (a[2] + b[2] + c[2]) / 3}, norm(n) / 2};
 }
 
 /// The rank that owns a triangle's lowest node counts the triangle.
@@ -175,8 +174,7 @@ void BoundaryLoads::add_forces(double time, std::span<double> force) const {
   for (const auto& pattern : forces) {
     const double amplitude = pattern.amplitude.at(time);
     for (std::size_t i = 0; i < pattern.nodes.size(); ++i) {
-      force[3 * index(pattern.nodes[i]) + static_cast<std::size_t>(pattern.component)] +=
-          amplitude * pattern.weight[i];
+      force[index(pattern.nodes[i], pattern.component)] += amplitude * pattern.weight[i];
     }
   }
 }

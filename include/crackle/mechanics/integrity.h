@@ -75,8 +75,6 @@ public:
   Symmetric contact_stress(std::size_t i, const Symmetric& strain) const;
 
 private:
-  static std::size_t index(std::int32_t tetrahedron) { return static_cast<std::size_t>(tetrahedron); }
-
   const PdsOperators* operators_;
   IsotropicElasticity elasticity_;
   std::vector<EdgeSet> released_;
