@@ -85,7 +85,7 @@ struct Subject {
 Subject make_subject(const input::Parameters& parameters, const geometry::Body& body) {
   const bool is_own = parameters.mesh.base == input::Base::own;
   const ThreadClock all_clock;
-  const auto base = ensemble::make_base_points(body, parameters, tell);
+  const auto base = ensemble::make_base_points(body, parameters, notify);
   const double base_seconds = is_own ? all_clock.seconds() : 0;  // otherwise once for all samples
   const ThreadClock clock;
   auto realization = geometry::make_realization(body, base, parameters.mesh, parameters.ensemble.seed, 0);
@@ -116,13 +116,13 @@ std::string plan_text(const Subject& subject, const ensemble::MeasuredCost& meas
   for (const auto& plan : plans) {
     const double step = forces_per_step(subject.phase) * plan.force.total();
     text += fmt::format("{:>16} {:>8} {:>16} {:>12} {:>10.3f} ms {:>6.1f} % {:>9} {:>9} {:>8.0f} %{}\n",
-                        plan.share.ranks, plan.groups, plan.share.tetrahedra, plan.share.ghosts, 1e3 * step,
-                        100 * (plan.force.exchange + plan.force.looks) / plan.force.total(),
+                        plan.work.ranks, plan.groups, plan.work.tetrahedra, plan.work.ghosts, 1e3 * step,
+                        100 * (plan.force.exchange + plan.force.polls) / plan.force.total(),
                         duration_text(plan.sample_seconds), duration_text(plan.wall_seconds),
                         100 * plan.efficiency, plan.waits_for_master ? "  groups wait for meshes" : "");
   }
   const auto& best = ensemble::recommended(plans);
-  text += fmt::format("recommended: ensemble.ranks_per_sample = {}\n", best.share.ranks);
+  text += fmt::format("recommended: ensemble.ranks_per_sample = {}\n", best.work.ranks);
   if (best.waits_for_master)
     text +=
         "One master makes meshes too slowly for so many groups: run ranges of the samples as a job array "

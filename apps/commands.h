@@ -43,7 +43,7 @@ void add_stats_command(CLI::App& app, Action& run);
 CLI::Option* add_sample_option(CLI::App& command, std::uint64_t& sample);
 
 /// A line on the standard error, for who waits.
-void tell(const std::string& line);
+void notify(const std::string& line);
 
 /// What `read` gives on the root, on every rank; only the root needs the files. Collective over `world`.
 /// @param name of the input in messages

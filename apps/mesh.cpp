@@ -38,7 +38,7 @@ void make_mesh(const input::Parameters& parameters, const Options& options) {
   MeshTimes times{};
   const Stopwatch base_clock;
   const auto body = geometry::make_body(parameters.specimen);
-  const geometry::MotherPoints base = ensemble::make_base_points(*body, parameters, tell, options.sample);
+  const geometry::MotherPoints base = ensemble::make_base_points(*body, parameters, notify, options.sample);
   times.base = base_clock.seconds();
   const Stopwatch clock;
   const geometry::Realization realization =

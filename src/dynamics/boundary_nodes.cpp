@@ -39,20 +39,20 @@ BoundaryNodes<Real>::BoundaryNodes(const MotionContext& context, const mechanics
 }
 
 template <class Real>
-void BoundaryNodes<Real>::before_kick(std::size_t block, const Round& round) {
-  for (Entry& entry : blocks_[block].driven) keep_velocity(entry, round);
+void BoundaryNodes<Real>::before_kick(std::size_t block, const Substep& substep) {
+  for (Entry& entry : blocks_[block].driven) keep_velocity(entry, substep);
 }
 
 template <class Real>
-void BoundaryNodes<Real>::after_kick(std::size_t block, const Round& round) {
+void BoundaryNodes<Real>::after_kick(std::size_t block, const Substep& substep) {
   for (const Entry& entry : blocks_[block].driven) velocity(entry) = entry.velocity;
-  for (Entry& entry : blocks_[block].loaded) kick_by_load(entry, round);
+  for (Entry& entry : blocks_[block].loaded) kick_by_load(entry, substep);
 }
 
 template <class Real>
-double BoundaryNodes<Real>::after_drift(std::size_t block, const Round& round) {
+double BoundaryNodes<Real>::after_drift(std::size_t block, const Substep& substep) {
   double furthest = 0;
-  for (const Entry& entry : blocks_[block].driven) furthest = std::max(furthest, drive(entry, round));
+  for (const Entry& entry : blocks_[block].driven) furthest = std::max(furthest, drive(entry, substep));
   return furthest;
 }
 
@@ -83,42 +83,42 @@ typename BoundaryNodes<Real>::Integer& BoundaryNodes<Real>::velocity(const Entry
 }
 
 template <class Real>
-void BoundaryNodes<Real>::keep_velocity(Entry& entry, const Round& round) {
+void BoundaryNodes<Real>::keep_velocity(Entry& entry, const Substep& substep) {
   entry.velocity = velocity(entry);
-  const double prescribed = context_.loads->motions[entry.condition].velocity(round.kick_time);
+  const double prescribed = context_.loads->motions[entry.condition].velocity(substep.kick_time);
   if (prescribed == 0) return;
   const auto force = state_->nodes()[index(entry.node)].force[entry.component];
-  work_->add_reaction(entry.condition, entry.place, round.kick * prescribed,
+  work_->add_reaction(entry.condition, entry.place, substep.kick * prescribed,
                       scale_.force * static_cast<double>(force));
 }
 
 template <class Real>
-void BoundaryNodes<Real>::kick_by_load(Entry& entry, const Round& round) {
+void BoundaryNodes<Real>::kick_by_load(Entry& entry, const Substep& substep) {
   const auto& pattern = context_.loads->forces[entry.condition];
   const std::int64_t displacement = state_->whole_displacement(index(entry.node, entry.component));
-  work_->add_rate(entry.condition, entry.place, round.kick * pattern.amplitude.slope(round.kick_time),
+  work_->add_rate(entry.condition, entry.place, substep.kick * pattern.amplitude.slope(substep.kick_time),
                   scale_.displacement * static_cast<double>(displacement));
   if (entry.is_driven) return;
   const double mass = context_.body->operators().node_mass[index(entry.node)];
-  const double force = pattern.amplitude.at(round.kick_time) * pattern.weight[entry.place];
+  const double force = pattern.amplitude.at(substep.kick_time) * pattern.weight[entry.place];
   // A constant load would be rounded the same way in every kick: the remainder is carried on.
-  const double change = round.kick * force / mass / scale_.velocity + entry.remainder;
+  const double change = substep.kick * force / mass / scale_.velocity + entry.remainder;
   const auto rounded = quantized<Integer>(change, 1, stays_in_range_);
   entry.remainder = change - static_cast<double>(rounded);
   if (__builtin_add_overflow(velocity(entry), rounded, &velocity(entry))) stays_in_range_ = false;
 }
 
 template <class Real>
-double BoundaryNodes<Real>::drive(const Entry& entry, const Round& round) {
+double BoundaryNodes<Real>::drive(const Entry& entry, const Substep& substep) {
   const auto& motion = context_.loads->motions[entry.condition];
   auto& place = state_->nodes()[index(entry.node)].displacement[entry.component];
   const Integer before = place;
   place = low_digits<Real>(
-      quantized<std::int64_t>(motion.displacement(round.drift_time), scale_.displacement, stays_in_range_));
-  velocity(entry) = quantized<Integer>(motion.velocity(round.drift_time), scale_.velocity, stays_in_range_);
+      quantized<std::int64_t>(motion.displacement(substep.drift_time), scale_.displacement, stays_in_range_));
+  velocity(entry) = quantized<Integer>(motion.velocity(substep.drift_time), scale_.velocity, stays_in_range_);
   // The drift went by factor times velocity from where the step began; together they are below the sum.
   return std::abs(static_cast<double>(kernels::difference(place, before))) +
-         std::abs(round.drift * motion.velocity(round.drift_time)) / scale_.displacement + 2;
+         std::abs(substep.drift * motion.velocity(substep.drift_time)) / scale_.displacement + 2;
 }
 
 template class BoundaryNodes<float>;

@@ -3,7 +3,7 @@
 
 #include "external_work.h"
 #include "fixed_point_state.h"
-#include "rounds.h"
+#include "substeps.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -22,12 +22,12 @@ public:
                 std::int32_t nodes_per_block, FixedPointState<Real>& state, ExternalWork& work);
 
   /// Notes the driven velocities, which the kick must not change.
-  void before_kick(std::size_t block, const Round& round);
+  void before_kick(std::size_t block, const Substep& substep);
   /// Sets them again, and lets the loads kick.
-  void after_kick(std::size_t block, const Round& round);
+  void after_kick(std::size_t block, const Substep& substep);
   /// Takes driven nodes to their places.
   /// @return a bound of the way that any of them has gone with drift and drive together, in quanta
-  double after_drift(std::size_t block, const Round& round);
+  double after_drift(std::size_t block, const Substep& substep);
 
   /// Whether the format could hold every driven displacement and velocity and every kick of a load so far.
   bool stays_in_range() const { return stays_in_range_; }
@@ -55,9 +55,9 @@ private:
   };
 
   Integer& velocity(const Entry& entry);
-  void keep_velocity(Entry& entry, const Round& round);
-  void kick_by_load(Entry& entry, const Round& round);
-  double drive(const Entry& entry, const Round& round);
+  void keep_velocity(Entry& entry, const Substep& substep);
+  void kick_by_load(Entry& entry, const Substep& substep);
+  double drive(const Entry& entry, const Substep& substep);
 
   MotionContext context_;
   mechanics::FixedPointScale scale_;

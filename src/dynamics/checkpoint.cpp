@@ -42,7 +42,7 @@ void put(Packer& packer, const EndedPhase& phase) {
   packer.put(phase.n_steps);
   packer.put(phase.n_forces);
   packer.put(phase.releases.breaks);
-  packer.put(phase.releases.ties);
+  packer.put(phase.releases.bridge_releases);
   parallel::put(packer, phase.displacement);
 }
 
@@ -53,7 +53,7 @@ EndedPhase get_ended(Unpacker& unpacker) {
   phase.n_steps = unpacker.get<std::int64_t>();
   phase.n_forces = unpacker.get<std::int64_t>();
   phase.releases.breaks = unpacker.get_vector<fracture::Break>();
-  phase.releases.ties = unpacker.get_vector<fracture::Tie>();
+  phase.releases.bridge_releases = unpacker.get_vector<fracture::BridgeRelease>();
   phase.displacement = parallel::get_rows(unpacker);
   return phase;
 }
@@ -65,7 +65,7 @@ void put(Packer& packer, const RunningPhase& phase) {
   packer.put(phase.separation.looked_at);
   packer.put(phase.separation.found.value_or(-1));
   packer.put(phase.releases.breaks);
-  packer.put(phase.releases.ties);
+  packer.put(phase.releases.bridge_releases);
   put(packer, phase.motion);
 }
 
@@ -77,7 +77,7 @@ RunningPhase get_running(Unpacker& unpacker) {
   phase.separation.looked_at = unpacker.get<std::int64_t>();
   if (const auto found = unpacker.get<std::int64_t>(); found >= 0) phase.separation.found = found;
   phase.releases.breaks = unpacker.get_vector<fracture::Break>();
-  phase.releases.ties = unpacker.get_vector<fracture::Tie>();
+  phase.releases.bridge_releases = unpacker.get_vector<fracture::BridgeRelease>();
   phase.motion = get_motion(unpacker);
   return phase;
 }
@@ -156,11 +156,11 @@ std::vector<fracture::Break> gather_breaks(const parallel::Communicator& group,
   return all;
 }
 
-std::vector<fracture::Tie> gather_ties(const parallel::Communicator& group,
-                                       std::span<const fracture::Tie> local) {
+std::vector<fracture::BridgeRelease> gather_bridge_releases(const parallel::Communicator& group,
+                                                            std::span<const fracture::BridgeRelease> local) {
   auto all = parallel::gather_on_root(group, local);
   // Breaks at one load, one after the other, can release edges of the same tetrahedron.
-  std::ranges::sort(all, {}, [](const fracture::Tie& t) {
+  std::ranges::sort(all, {}, [](const fracture::BridgeRelease& t) {
     return std::tuple(t.load_time, t.phase_time, t.tetrahedron, t.edges);
   });
   return all;
@@ -168,7 +168,7 @@ std::vector<fracture::Tie> gather_ties(const parallel::Communicator& group,
 
 Releases ReleasesSince::gather(const parallel::Communicator& group) const {
   return {gather_breaks(group, body_->breaks().subspan(n_breaks_)),
-          gather_ties(group, body_->ties().subspan(n_ties_))};
+          gather_bridge_releases(group, body_->bridge_releases().subspan(n_bridge_releases_))};
 }
 
 parallel::NumberedRows gather_memory(const parallel::Communicator& group,

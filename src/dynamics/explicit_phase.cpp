@@ -81,7 +81,7 @@ Frame make_frame(const MotionContext& context, const MotionState& state, double 
 void restore(const Checkpoint& checkpoint, fracture::BreakableBody& body, fracture::Criterion& criterion,
              MovingBody& motion) {
   const std::size_t n_changes = body.changes().size();
-  body.restore(checkpoint.running->releases.breaks, checkpoint.running->releases.ties);
+  body.restore(checkpoint.running->releases.breaks, checkpoint.running->releases.bridge_releases);
   restore_memory(checkpoint.memory, body.subdomain(), criterion);
   motion.release(body.changes().subspan(n_changes));
   motion.restore(checkpoint.running->motion);
@@ -195,8 +195,8 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Crite
         body.release(t, motion.strain(t), load_time, static_cast<double>(step) * dt);
     });
     step_failure.guard_messages([&] {
-      body.tie(group, load_time, static_cast<double>(step) * dt,
-               [&](std::int32_t t) { return motion.strain(t); });
+      body.release_bridges(group, load_time, static_cast<double>(step) * dt,
+                           [&](std::int32_t t) { return motion.strain(t); });
     });
     if (body.changes().size() > n_changes) {
       step_failure.guard([&] { motion.release(body.changes().subspan(n_changes)); });
@@ -204,13 +204,13 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Crite
     }
     auto request = Request::go_on;
     std::int64_t wish = 0;
-    const bool is_look = step % steps_per_look == 0 || step == n_steps || step == last_step;
+    const bool is_poll = step % steps_per_poll == 0 || step == n_steps || step == last_step;
     // Before energies are made of numbers that may have outgrown their format.
-    if (is_look || has_output(step)) {
+    if (is_poll || has_output(step)) {
       std::optional<std::string> local_failure;
       step_failure.guard([&] {
         local_failure = motion.failure();
-        if (is_look && options.request) wish = static_cast<std::int64_t>(options.request());
+        if (is_poll && options.request) wish = static_cast<std::int64_t>(options.request());
       });
       parallel::agree_on_error(group, step_failure.error());
       if (const auto failure = agreed_failure(group, local_failure)) {
@@ -225,12 +225,12 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Crite
         break;
       }
     }
-    if (is_look) {
-      std::array<std::int64_t, 2> look{last_break, wish};
-      parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, look.data(), 2, MPI_INT64_T, MPI_MAX, group.get()),
+    if (is_poll) {
+      std::array<std::int64_t, 2> poll{last_break, wish};
+      parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, poll.data(), 2, MPI_INT64_T, MPI_MAX, group.get()),
                           "MPI_Allreduce");
-      last_break = look[0];
-      request = static_cast<Request>(look[1]);
+      last_break = poll[0];
+      request = static_cast<Request>(poll[1]);
       result.arrested =
           options.arrest_window && static_cast<double>(step - last_break) * dt >= *options.arrest_window;
       const bool is_over = step >= n_steps;

@@ -8,10 +8,10 @@
 #include "boundary_nodes.h"
 #include "fixed_point_state.h"
 #include "ghost_displacements.h"
-#include "rounds.h"
 #include "state_range.h"
+#include "substeps.h"
 
-#include "fracture/stress_watch.h"
+#include "fracture/stress_screening.h"
 #include "mechanics/fixed_point_force.h"
 
 #include <fmt/format.h>
@@ -31,10 +31,10 @@ class FixedPointMotion final : public MovingBody {
   using Force = mechanics::FixedPointForce<Real>;
   static constexpr std::int32_t nodes_per_block = Force::nodes_per_block;
   static constexpr std::int64_t steps_between_unwrapping = 16;
-  /// Of rounds that follow each other in one pass over the body.
+  /// Of substeps that follow each other in one pass over the body.
   static constexpr std::size_t forces_per_pass = 2;
   /// More than any splitting has in a step.
-  static constexpr std::size_t max_rounds = 32;
+  static constexpr std::size_t max_substeps = 32;
   /// State and force may use the integers' range up to here; the step to the end is the overflow's alarm.
   static constexpr double limit = sizeof(Real) == 4 ? 0x1p30 : 0x1p50;
 
@@ -48,10 +48,11 @@ public:
         scale_(mechanics::fixed_point_scale<Real>(range_at_start(context, load_time, duration, state))),
         kernels_(kernels::kernels<Real>(instruction_set)),
         force_(subdomain_, context.body->operators(), context.body->elasticity(), context.body->edges(),
-               context.body->integrity(), relative_inverse_mass(), scale_, instruction_set),
-        watched_stress_(watched_stress(context)),
-        watch_(subdomain_, context.body->operators(), context.body->elasticity(), context.criterion->stress(),
-               watched_stress_, scale_.displacement, nodes_per_block, instruction_set),
+               context.body->residual_stiffness(), relative_inverse_mass(), scale_, instruction_set),
+        screening_stress_(screening_stress(context)),
+        screening_(subdomain_, context.body->operators(), context.body->elasticity(),
+                   context.criterion->stress(), screening_stress_, scale_.displacement, nodes_per_block,
+                   instruction_set),
         state_(subdomain_, scale_, force_.nodes(), state),
         work_(start_work(load_time, state)),
         boundary_(context, scale_, nodes_per_block, state_, work_),
@@ -60,32 +61,33 @@ public:
                 std::span(movement_).subspan(index(force_.n_blocks())), index(nodes_per_block)) {
     for (const auto node : ghosts_.sent_nodes())
       sent_blocks_ = std::max(sent_blocks_, force_.block_of(node) + 1);
-    for (const auto t : context.body->broken_tetrahedra()) watch_.retire(t);
-    rounds_.reserve(max_rounds);
-    next_force_.reserve(max_rounds);
-    next_update_.reserve(max_rounds);
+    for (const auto t : context.body->broken_tetrahedra()) screening_.exclude(t);
+    substeps_.reserve(max_substeps);
+    next_force_.reserve(max_substeps);
+    next_update_.reserve(max_substeps);
   }
 
   void step(std::span<const Stage> stages, double time_step, double time) override {
     std::feclearexcept(FE_INVALID);
     state_.begin_step();
     state_.keep_displacements(index(subdomain_.layout.n_owned), subdomain_.nodes.size());
-    rounds_of(stages, time_step, time, force_is_current_, rounds_);
-    const std::span<const Round> rounds = rounds_;
-    if (force_is_current_ && !rounds.front().has_kick) clear_forces();
-    // Contact is not part of the edges' sweep, so it needs whole rounds.
+    substeps_of(stages, time_step, time, force_is_current_, substeps_);
+    const std::span<const Substep> substeps = substeps_;
+    if (force_is_current_ && !substeps.front().has_kick) clear_forces();
+    // Contact is not part of the edges' sweep, so it needs whole substeps.
     if (context_.body->has_contact()) {
-      for (const Round& round : rounds) run_round(round);
+      for (const Substep& substep : substeps) run_substep(substep);
     } else {
-      for (std::size_t first = 0, last = 0; first < rounds.size(); first = last) {
-        for (std::size_t n = 0; last < rounds.size() && n + rounds[last].has_force <= forces_per_pass; ++last)
-          n += rounds[last].has_force;
-        run_wavefront(rounds.subspan(first, last - first));
+      for (std::size_t first = 0, last = 0; first < substeps.size(); first = last) {
+        for (std::size_t n = 0; last < substeps.size() && n + substeps[last].has_force <= forces_per_pass;
+             ++last)
+          n += substeps[last].has_force;
+        run_wavefront(substeps.subspan(first, last - first));
       }
     }
     ghosts_.end();
-    force_is_current_ = rounds.back().keeps_force;
-    n_forces_ += std::ranges::count_if(rounds, &Round::has_force);
+    force_is_current_ = substeps.back().keeps_force;
+    n_forces_ += std::ranges::count_if(substeps, &Substep::has_force);
     if (std::fetestexcept(FE_INVALID) != 0 || force_.has_overflown()) force_has_overflown_ = true;
     if (++n_steps_ % steps_between_unwrapping == 0) state_.unwrap();
   }
@@ -93,9 +95,9 @@ public:
   std::span<const std::int32_t> overloaded() override {
     overloaded_.clear();
     const auto& body = *context_.body;
-    for (const auto t : watch_.suspects(force_.nodes(), movement_)) {
+    for (const auto t : screening_.candidates(force_.nodes(), movement_)) {
       if (body.is_broken(t)) continue;
-      if (context_.criterion->stress().exceeds(body.elasticity()(strain(t)), watched_stress_[index(t)]))
+      if (context_.criterion->stress().exceeds(body.elasticity()(strain(t)), screening_stress_[index(t)]))
         overloaded_.push_back(t);
     }
     std::ranges::fill(movement_, 0.0);
@@ -116,10 +118,10 @@ public:
   }
 
   void release(std::span<const std::int32_t> broken) override {
-    for (const auto t : broken) watch_.retire(t);
+    for (const auto t : broken) screening_.exclude(t);
     force_.update(broken, force_is_current_);
     if (force_is_current_) add_contacts(n_contacts_);
-    n_contacts_ = context_.body->integrity().contacts().size();
+    n_contacts_ = context_.body->residual_stiffness().contacts().size();
   }
 
   void read(MotionState& state) const override { state_.read(state); }
@@ -148,7 +150,7 @@ public:
   }
 
   std::int64_t n_forces() const override { return n_forces_; }
-  Traffic traffic() const override { return ghosts_.traffic(); }
+  ExchangeCost exchange_cost() const override { return ghosts_.exchange_cost(); }
 
   MotionCheckpoint save() const override {
     MotionCheckpoint checkpoint;
@@ -179,10 +181,10 @@ private:
     return std::ldexp(1.0, std::ilogb(parallel::largest_of_all(*context.group, largest)));
   }
 
-  static std::vector<double> watched_stress(const MotionContext& context) {
+  static std::vector<double> screening_stress(const MotionContext& context) {
     const auto strengths = context.criterion->strengths();
     std::vector<double> stress(strengths.begin(), strengths.end());
-    for (double& value : stress) value *= context.watched_share;
+    for (double& value : stress) value *= context.screening_share;
     return stress;
   }
 
@@ -231,32 +233,32 @@ private:
 
   /// Rounds that follow each other through the body in one pass, each as closely as the edges between blocks
   /// allow: so the coefficients come from memory once for all of them. What others need is sent as soon as a
-  /// round has moved it, and waited for only where the next round cannot do without.
-  /// @param rounds none but the first may lack a force
-  void run_wavefront(std::span<const Round> rounds) {
+  /// substep has moved it, and waited for only where the next substep cannot do without.
+  /// @param substeps none but the first may lack a force
+  void run_wavefront(std::span<const Substep> substeps) {
     const std::int32_t n = force_.n_blocks();
     auto& next_force = next_force_;
     auto& next_update = next_update_;
-    next_force.assign(rounds.size(), 0);
-    next_update.assign(rounds.size(), 0);
-    for (std::size_t r = 0; r < rounds.size(); ++r)
-      if (!rounds[r].has_force) next_force[r] = n;
+    next_force.assign(substeps.size(), 0);
+    next_update.assign(substeps.size(), 0);
+    for (std::size_t r = 0; r < substeps.size(); ++r)
+      if (!substeps[r].has_force) next_force[r] = n;
     const auto is_ready = [&](std::size_t r) {
       const auto& reach = force_.reach(next_force[r]);
       if (r == 0) return true;
       if (reach.last_owned >= next_update[r - 1]) return false;
-      // A block next to ghosts has nodes that are ghosts elsewhere, so the round before is through with the
+      // A block next to ghosts has nodes that are ghosts elsewhere, so the substep before is through with the
       // ghosts' former values.
       return !reach.has_ghosts || next_update[r - 1] >= sent_blocks_;
     };
     const auto update = [&](std::size_t r) {
-      update_nodes(next_update[r]++, rounds[r]);
-      if (rounds[r].has_drift && next_update[r] == sent_blocks_) ghosts_.begin();
+      update_nodes(next_update[r]++, substeps[r]);
+      if (substeps[r].has_drift && next_update[r] == sent_blocks_) ghosts_.begin();
     };
     while (next_update.back() < n) {
-      for (std::size_t r = 0; r < rounds.size(); ++r) {
+      for (std::size_t r = 0; r < substeps.size(); ++r) {
         const std::int32_t n_movable = r == 0 ? n : next_update[r - 1];
-        if (!rounds[r].has_force) {
+        if (!substeps[r].has_force) {
           if (next_update[r] < n_movable) update(r);
           continue;
         }
@@ -265,33 +267,33 @@ private:
           force_.add_block(next_force[r]++);
         }
         while (next_update[r] < n_movable &&
-               (next_force[r] == n || force_.last_toucher(next_update[r]) < next_force[r])) {
+               (next_force[r] == n || force_.last_contributor(next_update[r]) < next_force[r])) {
           update(r);
         }
       }
     }
   }
 
-  void run_round(const Round& round) {
-    if (round.has_force) {
+  void run_substep(const Substep& substep) {
+    if (substep.has_force) {
       for (std::int32_t b = 0; b < force_.n_blocks(); ++b) {
         if (force_.reach(b).has_ghosts) ghosts_.end();
         force_.add_block(b);
       }
       add_contacts(0);
     }
-    for (std::int32_t b = 0; b < force_.n_blocks(); ++b) update_nodes(b, round);
-    if (round.has_drift) ghosts_.begin();
+    for (std::int32_t b = 0; b < force_.n_blocks(); ++b) update_nodes(b, substep);
+    if (substep.has_drift) ghosts_.begin();
   }
 
   /// What closed cuts from number `first` on hand on, tetrahedron by tetrahedron; corner 0 takes what the
   /// others leave, so that the sum is exactly 0.
   void add_contacts(std::size_t first) {
-    const auto& integrity = context_.body->integrity();
+    const auto& residual_stiffness = context_.body->residual_stiffness();
     const auto nodes = force_.nodes();
-    for (std::size_t c = first; c < integrity.contacts().size(); ++c) {
-      const auto number = integrity.contacts()[c];
-      const mechanics::Symmetric sigma = integrity.contact_stress(c, strain(number));
+    for (std::size_t c = first; c < residual_stiffness.contacts().size(); ++c) {
+      const auto number = residual_stiffness.contacts()[c];
+      const mechanics::Symmetric sigma = residual_stiffness.contact_stress(c, strain(number));
       if (sigma == mechanics::Symmetric{}) continue;
       const auto& t = context_.body->operators().tetrahedra[index(number)];
       for (std::size_t a = 1; a < 4; ++a) {
@@ -311,24 +313,25 @@ private:
     }
   }
 
-  void update_nodes(std::int32_t block, const Round& round) {
+  void update_nodes(std::int32_t block, const Substep& substep) {
     const auto first = index(force_.first_node(block));
     const auto number = first / nodes_per_block;
     const std::size_t n = std::min(state_.velocity().size() - first, index(nodes_per_block));
     kernels::NodeRecord<Real>* const nodes = state_.nodes().data() + first;
     kernels::Velocity<Real>* const velocity = state_.velocity().data() + first;
-    if (round.has_kick) {
-      boundary_.before_kick(number, round);
-      const auto factor = static_cast<Real>(-round.kick * scale_.force / (scale_.velocity * reference_mass_));
-      const Real largest = kernels_.kick(nodes, velocity, n, factor, round.keeps_force);
+    if (substep.has_kick) {
+      boundary_.before_kick(number, substep);
+      const auto factor =
+          static_cast<Real>(-substep.kick * scale_.force / (scale_.velocity * reference_mass_));
+      const Real largest = kernels_.kick(nodes, velocity, n, factor, substep.keeps_force);
       if (!(static_cast<double>(largest) <= largest_force_)) largest_force_ = static_cast<double>(largest);
-      boundary_.after_kick(number, round);
+      boundary_.after_kick(number, substep);
     }
-    if (round.is_first_drift) state_.keep_displacements(first, first + n);
-    if (round.has_drift) {
-      const auto factor = static_cast<Real>(round.drift * scale_.velocity / scale_.displacement);
+    if (substep.is_first_drift) state_.keep_displacements(first, first + n);
+    if (substep.has_drift) {
+      const auto factor = static_cast<Real>(substep.drift * scale_.velocity / scale_.displacement);
       const double furthest = static_cast<double>(kernels_.drift(nodes, velocity, n, factor)) + 1;
-      movement_[number] += std::max(furthest, boundary_.after_drift(number, round));
+      movement_[number] += std::max(furthest, boundary_.after_drift(number, substep));
     }
   }
 
@@ -339,8 +342,8 @@ private:
   mechanics::FixedPointScale scale_;
   const kernels::Kernels<Real>& kernels_;
   Force force_;
-  std::vector<double> watched_stress_;  // of each local tetrahedron
-  fracture::StressWatch<Real> watch_;
+  std::vector<double> screening_stress_;  // of each local tetrahedron
+  fracture::StressScreening<Real> screening_;
   FixedPointState<Real> state_;
   ExternalWork work_;
   BoundaryNodes<Real> boundary_;
@@ -348,7 +351,7 @@ private:
   GhostDisplacements<Real> ghosts_;
   std::vector<std::int32_t> overloaded_;
   // Of the step under way; with room for every step, which must not allocate.
-  std::vector<Round> rounds_;
+  std::vector<Substep> substeps_;
   std::vector<std::int32_t> next_force_, next_update_;
   bool force_is_current_ = false;
   std::size_t n_contacts_ = 0;    // that the nodes' forces know of

@@ -62,7 +62,7 @@ void GhostDisplacements<Real>::end() {
 }
 
 template <class Real>
-Traffic GhostDisplacements<Real>::traffic() const {
+ExchangeCost GhostDisplacements<Real>::exchange_cost() const {
   if (!exchange_) return {};
   return {exchange_->n_exchanges(), exchange_->bytes_per_exchange(), seconds_};
 }

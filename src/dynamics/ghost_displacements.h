@@ -33,7 +33,7 @@ public:
   void begin();  ///< Collective. Ends the exchange before.
   void end();    ///< Collective, if one is under way.
 
-  Traffic traffic() const;
+  ExchangeCost exchange_cost() const;
 
 private:
   std::span<kernels::NodeRecord<Real>> nodes_;

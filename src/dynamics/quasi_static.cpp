@@ -52,8 +52,8 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
       loads_(&loads),
       criterion_(&criterion),
       patience_(patience),
-      solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.edges(), body.integrity(),
-              held_components(group, body.subdomain(), loads)),
+      solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.edges(),
+              body.residual_stiffness(), held_components(group, body.subdomain(), loads)),
       displacement_(group, body.subdomain().layout) {
   for (const auto& node : body.subdomain().nodes) {
     for (const double x : node) extent_ = std::max(extent_, x);
@@ -211,7 +211,7 @@ bool QuasiStaticLoading::breaks_soon(const Critical& overloaded) const {
 }
 
 void QuasiStaticLoading::load_at_start(EnergyAccount& account) {
-  // The loads that the program starts with are taken to have grown from nothing.
+  // The loads at the start are taken to have grown from nothing.
   const LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
   const auto nothing = [](const std::vector<double>& like) { return std::vector<double>(like.size(), 0.0); };
   account.add_static_work(
@@ -246,7 +246,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
     Critical next = most_loaded();
     if (next.number < 0) return QuasiStaticEnd::separated;
     load_ = largest_load(*loads_, state);
-    if (next.value > 1 && breaks_soon(next)) return QuasiStaticEnd::run_away;
+    if (next.value > 1 && breaks_soon(next)) return QuasiStaticEnd::unstable;
     if (next.value < 1) {
       // Load on: kink by kink of the programs until a tetrahedron reaches the limit.
       for (;;) {
@@ -267,7 +267,8 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
     if (next.local >= 0)
       body_->release(next.local, body_->strain(next.local, displacement_.local()), time_, 0);
     parallel::agree(*group_);
-    body_->tie(*group_, time_, 0, [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
+    body_->release_bridges(*group_, time_, 0,
+                           [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
     ++n_breaks_;
     parallel::NodeField before(*group_, body_->subdomain().layout);
     before.assign(displacement_);

@@ -54,7 +54,7 @@ public:
       if (body.is_broken(t)) continue;
       const auto& criterion = *context_.criterion;
       if (criterion.stress().exceeds(body.elasticity()(strain(t)),
-                                     context_.watched_share * criterion.strength(index(t))))
+                                     context_.screening_share * criterion.strength(index(t))))
         overloaded_.push_back(t);
     }
     return overloaded_;

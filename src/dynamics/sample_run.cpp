@@ -64,7 +64,7 @@ public:
         account_(group, body_),
         context_{&group_,          &body_,
                  &loads_,          parameters.material.density,
-                 criterion_.get(), criterion_->watched_share(stable_step_)} {
+                 criterion_.get(), criterion_->screening_share(stable_step_)} {
     result_.stable_step = stable_step_;
     if (from_ != nullptr) first_break_reaction_ = from_->first_break_reaction;
     result_.time_step = options_.grid.step;
@@ -137,7 +137,7 @@ private:
     };
     for (;; is_first = false) {
       const QuasiStaticEnd end =
-          is_first ? QuasiStaticEnd::run_away
+          is_first ? QuasiStaticEnd::unstable
                    : loading.advance(account_, control_.stop ? std::function<bool()>(look) : nullptr);
       result_.counts.quasi_static_breaks = loading.n_breaks();
       result_.counts.static_solves = loading.n_solves();
@@ -150,7 +150,7 @@ private:
         if (!ended_.empty()) save(checkpoint({}, result_.energy, result_.frames));
         return false;
       }
-      if (end != QuasiStaticEnd::run_away) {
+      if (end != QuasiStaticEnd::unstable) {
         result_.outcome = !has_broken() ? Outcome::unbroken
                           : end == QuasiStaticEnd::separated || is_separated(group_, body_, loads_)
                               ? Outcome::separated
@@ -261,10 +261,10 @@ private:
     PhaseResult phase =
         run_explicit_phase(context_, *motion, *criterion_, splitting_, account_, load_time, options, state);
     result_.timings.dynamic += watch.seconds();
-    const Traffic traffic = motion->traffic();
-    result_.timings.traffic.n_exchanges += traffic.n_exchanges;
-    result_.timings.traffic.seconds += traffic.seconds;
-    result_.timings.traffic.bytes_per_exchange = traffic.bytes_per_exchange;
+    const ExchangeCost exchange_cost = motion->exchange_cost();
+    result_.timings.exchange_cost.n_exchanges += exchange_cost.n_exchanges;
+    result_.timings.exchange_cost.seconds += exchange_cost.seconds;
+    result_.timings.exchange_cost.bytes_per_exchange = exchange_cost.bytes_per_exchange;
     if (phase.parked) return phase;
     if (phase.arrested && control_.save) {
       ended_.push_back({load_time, phase.time, phase.kinetic, phase.external_work, phase.n_steps,
@@ -292,7 +292,7 @@ private:
     if (ended.load_time != load_time || ended.displacement.numbers.size() != n_nodes)
       throw CheckpointMismatch(mismatch_text);
     say(fmt::format("dynamic phase {} is taken from the checkpoint", result_.counts.dynamic_phases));
-    body_.restore(ended.releases.breaks, ended.releases.ties);
+    body_.restore(ended.releases.breaks, ended.releases.bridge_releases);
     const auto u = state.displacement.local();
     for (std::size_t i = 0; i < u.size(); ++i) {
       const auto row = ended.displacement.find(subdomain_.layout.number[i / 3]);
@@ -350,7 +350,7 @@ private:
 
   void finish() {
     result_.breaks = gather_breaks(group_, body_.breaks());
-    result_.ties = gather_ties(group_, body_.ties());
+    result_.bridge_releases = gather_bridge_releases(group_, body_.bridge_releases());
     // What broke when the last phase's duration was over showed only that it was the last one.
     const bool is_last = std::ranges::none_of(
         result_.breaks, [&](const fracture::Break& one) { return one.load_time > result_.phase_start; });
@@ -361,7 +361,7 @@ private:
       return one.load_time == result_.phase_start && one.phase_time > counted_time_;
     };
     std::erase_if(result_.breaks, is_later);
-    std::erase_if(result_.ties, is_later);
+    std::erase_if(result_.bridge_releases, is_later);
     if (!result_.breaks.empty()) {
       const fracture::Break& first = result_.breaks.front();
       result_.first_break_time = first.load_time + first.phase_time;

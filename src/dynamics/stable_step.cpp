@@ -78,7 +78,7 @@ double stable_step(const input::Parameters& parameters, const geometry::Realizat
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain = geometry::split(realization, geometry::partition(realization, 1)).front();
   const auto operators = mechanics::make_operators(subdomain, parameters.material.density);
-  const mechanics::Integrity intact(operators, mechanics::IsotropicElasticity(parameters.material));
+  const mechanics::ResidualStiffness intact(operators, mechanics::IsotropicElasticity(parameters.material));
   const mechanics::ReferenceForce force(operators, intact);
   return splitting(parameters.time.integrator).stability_limit /
          largest_frequency(self, subdomain, operators, force);

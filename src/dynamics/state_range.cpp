@@ -25,9 +25,9 @@ constexpr double force_room = 4;
 
 /// Largest magnitude of a program's quantity between two times: at their ends and at the kinks between.
 template <class Quantity>
-double peak(const mechanics::Program& program, double from, double to, const Quantity& quantity) {
+double peak(const mechanics::LoadCurve& curve, double from, double to, const Quantity& quantity) {
   double largest = std::max(std::abs(quantity(from)), std::abs(quantity(to)));
-  for (double t = program.next_kink(from); t < to; t = program.next_kink(t))
+  for (double t = curve.next_kink(from); t < to; t = curve.next_kink(t))
     largest = std::max(largest, std::abs(quantity(t)));
   return largest;
 }
@@ -110,7 +110,7 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
     if (motion.nodes.empty()) continue;
     e.prescribed_velocity =
         std::max(e.prescribed_velocity,
-                 peak(motion.program, load_time, end, [&](double t) { return motion.velocity(t); }));
+                 peak(motion.curve, load_time, end, [&](double t) { return motion.velocity(t); }));
   }
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const auto [a, b] = edges.nodes[i];

@@ -18,41 +18,41 @@ namespace crackle::ensemble {
 namespace {
 
 /// Sums over the group in each look of a dynamic phase.
-constexpr double sums_per_look = 3;
+constexpr double sums_per_poll = 3;
 constexpr int most_ranks_per_sample = 64;
 
 }  // namespace
 
-Share largest_share(const geometry::Realization& realization, int ranks) {
-  Share share{ranks, static_cast<std::int64_t>(realization.tetrahedra.size()), 0, 0};
-  if (ranks == 1) return share;
-  share.tetrahedra = 0;
+RankWork largest_rank_work(const geometry::Realization& realization, int ranks) {
+  RankWork work{ranks, static_cast<std::int64_t>(realization.tetrahedra.size()), 0, 0};
+  if (ranks == 1) return work;
+  work.tetrahedra = 0;
   const auto partition = geometry::partition(realization, ranks);
   for (const auto& part : geometry::split(realization, partition)) {
-    share.tetrahedra = std::max<std::int64_t>(share.tetrahedra, part.n_tetrahedra());
-    share.ghosts = std::max<std::int64_t>(share.ghosts, part.n_local() - part.layout.n_owned);
+    work.tetrahedra = std::max<std::int64_t>(work.tetrahedra, part.n_tetrahedra());
+    work.ghosts = std::max<std::int64_t>(work.ghosts, part.n_local() - part.layout.n_owned);
     std::set<std::int32_t> owners;
     for (auto i = static_cast<std::size_t>(part.layout.n_owned); i < part.nodes.size(); ++i)
       owners.insert(partition.node_part[index(part.layout.number[i])]);
-    share.neighbours = std::max(share.neighbours, static_cast<int>(owners.size()));
+    work.neighbours = std::max(work.neighbours, static_cast<int>(owners.size()));
   }
-  return share;
+  return work;
 }
 
-ForceTime force_time(const Share& share, const Machine& machine, input::Precision precision,
+ForceTime force_time(const RankWork& work, const Machine& machine, input::Precision precision,
                      double forces_per_step) {
   ForceTime time;
-  const auto n = static_cast<double>(share.tetrahedra);
-  if (share.ranks == 1) {
+  const auto n = static_cast<double>(work.tetrahedra);
+  if (work.ranks == 1) {
     time.computation = n / machine.updates_per_second;
     return time;
   }
   const double bytes_per_ghost = precision == input::Precision::mixed ? 12 : 24;
   time.computation = n / machine.shared_updates_per_second;
-  time.exchange = share.neighbours * machine.latency +
-                  static_cast<double>(share.ghosts) * bytes_per_ghost / machine.bandwidth;
+  time.exchange = work.neighbours * machine.latency +
+                  static_cast<double>(work.ghosts) * bytes_per_ghost / machine.bandwidth;
   time.looks =
-      sums_per_look * std::log2(share.ranks) * machine.latency / dynamics::steps_per_look / forces_per_step;
+      sums_per_poll * std::log2(work.ranks) * machine.latency / dynamics::steps_per_poll / forces_per_step;
   return time;
 }
 
@@ -72,8 +72,8 @@ std::vector<GroupPlan> make_plans(const geometry::Realization& realization,
   double force_alone = 0;
   for (int q = 1; q <= most_ranks_per_sample && q <= std::max<std::int64_t>(1, ranks - 1); q *= 2) {
     GroupPlan plan;
-    plan.share = largest_share(realization, q);
-    plan.force = force_time(plan.share, machine, precision, forces_per_step);
+    plan.work = largest_rank_work(realization, q);
+    plan.force = force_time(plan.work, machine, precision, forces_per_step);
     plan.groups = std::max<std::int64_t>(1, (ranks - 1) / q);
     if (q == 1) force_alone = plan.force.total();
     plan.sample_seconds =

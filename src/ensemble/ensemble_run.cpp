@@ -5,12 +5,12 @@
 #include "crackle/analysis/statistics.h"
 #include "crackle/common/index.h"
 #include "crackle/ensemble/base_points.h"
-#include "crackle/ensemble/hand_out.h"
 #include "crackle/ensemble/memory.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/ensemble/run_log.h"
 #include "crackle/ensemble/sample_plan.h"
+#include "crackle/ensemble/sample_schedule.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
 
@@ -39,7 +39,7 @@ double seconds_now() {
 }
 
 /// What the master knows of the run, on rank 0.
-struct Ledger {
+struct MasterState {
   SamplePlan plan;
   geometry::MotherPoints base;  // that all samples share
   std::optional<FolderLock> lock;
@@ -52,56 +52,56 @@ struct Ledger {
 
 /// Everything that can go wrong before the first sample; on rank 0. Writes last.
 void prepare_run(const input::Parameters& parameters, const geometry::Body& body, const RunOptions& options,
-                 const GroupLayout& layout, Ledger& ledger, RunLog* log) {
+                 const GroupLayout& layout, MasterState& master, RunLog* log) {
   const auto say = [&](const std::string& text) {
     if (log != nullptr) log->line(text);
   };
   say(describe(layout));
-  const auto& plan = ledger.plan;
-  ledger.base = plan.to_do.empty() ? base_points(options.folder, parameters)
+  const auto& plan = master.plan;
+  master.base = plan.to_do.empty() ? base_points(options.folder, parameters)
                                    : make_shared_points(body, parameters, say);
   const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
-  ledger.lock.emplace(options.folder, options.plan.range.value_or(SampleRange{0, n_samples - 1}));
-  for (const auto& line : ledger.lock->taken_over()) say(line);
+  master.lock.emplace(options.folder, options.plan.range.value_or(SampleRange{0, n_samples - 1}));
+  for (const auto& line : master.lock->taken_over()) say(line);
   // Another run may have come and gone since the plan was made.
   check_folder(options.folder, parameters, options.plan);
   for (const auto& line : prepare_folder(options.folder, parameters, plan)) say(line);
-  ledger.progress.emplace(plan.to_do.size(), layout.n_groups, parameters);
+  master.progress.emplace(plan.to_do.size(), layout.n_groups, parameters);
   for (const auto& kept : plan.kept) {
-    ledger.progress->kept(kept.sample, kept.summary);
-    ledger.n_warnings += analysis::sample_warning(kept.sample, kept.summary) ? 1 : 0;
+    master.progress->kept(kept.sample, kept.summary);
+    master.n_warnings += analysis::sample_warning(kept.sample, kept.summary) ? 1 : 0;
   }
-  ledger.pending.insert(plan.to_do.begin(), plan.to_do.end());
+  master.pending.insert(plan.to_do.begin(), plan.to_do.end());
   say(fmt::format("{} of {} samples to do in {}", plan.to_do.size(), parameters.ensemble.samples,
                   options.folder.string()));
   if (!plan.parked.empty()) say(fmt::format("{} of them go on from checkpoints", plan.parked.size()));
   if (!plan.anew.empty()) say(fmt::format("{} of them failed before and begin anew", plan.anew.size()));
 }
 
-HandOutEvents make_events(Ledger& ledger, RunLog* log) {
-  HandOutEvents events;
-  events.enough = [&ledger] { return ledger.progress->statistics().stopped_at().has_value(); };
-  events.started = [&ledger, log](std::uint64_t sample) {
-    ledger.progress->started(sample, seconds_now());
-    if (log != nullptr) log->show(*ledger.progress, true);
+ScheduleEvents make_events(MasterState& master, RunLog* log) {
+  ScheduleEvents events;
+  events.enough = [&master] { return master.progress->statistics().stopped_at().has_value(); };
+  events.started = [&master, log](std::uint64_t sample) {
+    master.progress->started(sample, seconds_now());
+    if (log != nullptr) log->show(*master.progress, true);
   };
-  events.finished = [&ledger, log](const SampleReport& report) {
-    ledger.progress->finished(report, seconds_now());
-    if (!report.stored) ledger.unstored[report.sample] = report.summary;
-    ledger.pending.erase(report.sample);
+  events.finished = [&master, log](const SampleReport& report) {
+    master.progress->finished(report, seconds_now());
+    if (!report.stored) master.unstored[report.sample] = report.summary;
+    master.pending.erase(report.sample);
     const auto warning = analysis::sample_warning(report.sample, report.summary);
-    ledger.n_warnings += warning ? 1 : 0;
+    master.n_warnings += warning ? 1 : 0;
     if (log == nullptr) return;
     log->line(describe(report));
     if (warning) log->line(*warning);
-    log->show(*ledger.progress, true);
+    log->show(*master.progress, true);
   };
-  events.parked = [&ledger, log](const SampleReport& report) {
-    ledger.progress->parked(report.sample);
+  events.parked = [&master, log](const SampleReport& report) {
+    master.progress->parked(report.sample);
     if (log != nullptr) log->line(describe(report));
   };
-  events.tick = [&ledger, log] {
-    if (log != nullptr) log->show(*ledger.progress, false);
+  events.tick = [&master, log] {
+    if (log != nullptr) log->show(*master.progress, false);
   };
   return events;
 }
@@ -191,16 +191,16 @@ void log_end(RunLog& log, const Results& results, const Progress& progress, cons
 }
 
 /// For a run of some samples of the ensemble.
-void log_end_of_range(RunLog& log, const Ledger& ledger, const RunOutcome& outcome, const RunOptions& options,
-                      double seconds) {
+void log_end_of_range(RunLog& log, const MasterState& master, const RunOutcome& outcome,
+                      const RunOptions& options, double seconds) {
   log.end_progress();
-  const std::vector<std::uint64_t> pending(ledger.pending.begin(), ledger.pending.end());
+  const std::vector<std::uint64_t> pending(master.pending.begin(), master.pending.end());
   if (!pending.empty()) log.line("pending: " + format_samples(pending));
-  log_warnings(log, static_cast<std::size_t>(ledger.n_warnings));
+  log_warnings(log, static_cast<std::size_t>(master.n_warnings));
   log.line(
       fmt::format("samples {} to {}: {} done, {} failed, {} pending after {}; crackle stats {} merges what "
                   "there is",
-                  ledger.plan.range.first, ledger.plan.range.last, outcome.done, outcome.failed, outcome.left,
+                  master.plan.range.first, master.plan.range.last, outcome.done, outcome.failed, outcome.left,
                   format_duration(seconds), options.folder.string()));
   log_next(log, options.next, outcome, false);
 }
@@ -218,48 +218,48 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   const auto layout = parallel::agree(
       world, [&] { return make_group_layout(world.size(), parameters.ensemble.ranks_per_sample); });
   const auto body = parallel::agree(world, [&] { return geometry::make_body(parameters.specimen); });
-  Ledger ledger;
+  MasterState master;
   parallel::agree_on_root(world, [&] {
-    ledger.plan = make_plan(options.folder, parameters, options.plan, summary_reader(parameters));
+    master.plan = make_plan(options.folder, parameters, options.plan, summary_reader(parameters));
   });
-  check_memory(world, parameters, *body, layout, !ledger.plan.to_do.empty());
+  check_memory(world, parameters, *body, layout, !master.plan.to_do.empty());
   parallel::agree_on_root(world,
-                          [&] { prepare_run(parameters, *body, options, layout, ledger, log_or_null); });
+                          [&] { prepare_run(parameters, *body, options, layout, master, log_or_null); });
 
   StopLatch stop(options.stop, [log_or_null](const std::string& line) {
     if (log_or_null != nullptr) log_or_null->line(line);
   });
-  SampleSteps steps = make_sample_steps(parameters, *body, ledger.base, options.folder,
+  SampleSteps steps = make_sample_steps(parameters, *body, master.base, options.folder,
                                         layout.ranks_per_group, sample_function);
   steps.checkpoint_interval = options.checkpoint_interval;
   steps.enter = options.enter;
   steps.stop = [&stop] { return stop(); };
   if (log && options.terminal_width > 0) {
-    steps.progress = [&ledger, log_or_null](const std::string& where) {
-      ledger.progress->at_work(where);
-      log_or_null->show(*ledger.progress, false);
+    steps.progress = [&master, log_or_null](const std::string& where) {
+      master.progress->at_work(where);
+      log_or_null->show(*master.progress, false);
     };
   }
-  HandOutEvents events = make_events(ledger, log_or_null);
+  ScheduleEvents events = make_events(master, log_or_null);
   events.parked = [&, tell = events.parked](const SampleReport& report) {
     stop.set();
     tell(report);
   };
-  hand_out(world, layout, ledger.plan.to_do, steps, events,
-           QueueLimits{.n_realizations = static_cast<std::size_t>(layout.n_groups) + 1});
+  schedule_samples(world, layout, master.plan.to_do, steps, events,
+                   QueueLimits{.n_realizations = static_cast<std::size_t>(layout.n_groups) + 1});
   const bool is_stopping = share_stop(world, stop.is_set());
 
   RunOutcome outcome;
   Results results;
   if (options.plan.range) {
-    outcome = share_counts(world, ledger.progress);
+    outcome = share_counts(world, master.progress);
     outcome.stopped = is_stopping && outcome.left > 0;
-    if (log) log_end_of_range(*log, ledger, outcome, options, seconds_now() - start);
+    if (log) log_end_of_range(*log, master, outcome, options, seconds_now() - start);
     return outcome;
   }
   try {
-    results = write_results(world, parameters, options.folder, ledger.unstored,
-                            [&ledger]() -> const geometry::MotherPoints& { return ledger.base; });
+    results = write_results(world, parameters, options.folder, master.unstored,
+                            [&master]() -> const geometry::MotherPoints& { return master.base; });
     outcome.file_error = results.file_error;
     if (world.is_root() && outcome.file_error.empty())
       remove_surplus_files(results.statistics, options.folder);
@@ -267,13 +267,13 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
       count(results.rows[index(i)].status, outcome);
     }
   } catch (const parallel::AgreedError& error) {
-    outcome = share_counts(world, ledger.progress);
+    outcome = share_counts(world, master.progress);
     outcome.file_error = error.what();
   }
   outcome.stopped = is_stopping && outcome.left > 0;
   if (log) {
     log->end_progress();
-    log_end(*log, results, *ledger.progress, outcome, options, seconds_now() - start);
+    log_end(*log, results, *master.progress, outcome, options, seconds_now() - start);
   }
   return outcome;
 }

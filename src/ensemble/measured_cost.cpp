@@ -77,7 +77,7 @@ public:
     const auto criterion = fracture::make_criterion(parameters_.fracture, weakened, grid_.step);
     const dynamics::MotionContext context{&self_,          &body_,
                                           &loads_,         parameters_.material.density,
-                                          criterion.get(), criterion->watched_share(stable_step_)};
+                                          criterion.get(), criterion->screening_share(stable_step_)};
     agitate();
     const ThreadClock start;
     const auto motion = dynamics::make_fixed_point_motion(context, parameters_.time.precision, load_time_,
@@ -85,7 +85,7 @@ public:
     cost.phase_start = start.seconds();
     const ThreadClock loop;
     double measured = 0;
-    std::int64_t n_looks = 0;
+    std::int64_t n_polls = 0;
     dynamics::PhaseOptions options;
     options.grid = grid_;
     if (parameters_.time.start != input::Start::rest)
@@ -94,7 +94,7 @@ public:
     options.n_energy_rows += parameters_.output.frames;
     options.request = [&] {
       measured = loop.seconds();
-      ++n_looks;
+      ++n_polls;
       return measured < seconds ? dynamics::Request::go_on : dynamics::Request::park;
     };
     options.save = [](const auto&...) {};
@@ -102,12 +102,12 @@ public:
       const auto result = dynamics::run_explicit_phase(context, *motion, *criterion,
                                                        dynamics::splitting(parameters_.time.integrator),
                                                        account_, load_time_, options, state_);
-      cost.n_steps = result.parked ? n_looks * dynamics::steps_per_look : result.n_steps;
+      cost.n_steps = result.parked ? n_polls * dynamics::steps_per_poll : result.n_steps;
       if (!result.parked) measured = loop.seconds();
     } catch (const std::runtime_error&) {
       // Such as small fragments that fly away; up to there the steps cost what they cost.
-      cost.n_steps = n_looks * dynamics::steps_per_look;
-      if (n_looks == 0) throw;
+      cost.n_steps = n_polls * dynamics::steps_per_poll;
+      if (n_polls == 0) throw;
     }
     cost.step = measured / static_cast<double>(cost.n_steps);
   }

@@ -57,8 +57,8 @@ BreakableBody::BreakableBody(const geometry::Subdomain& subdomain, const input::
       operators_(mechanics::make_operators(subdomain, material.density)),
       edges_(mechanics::make_edges(subdomain)),
       elasticity_(material),
-      integrity_(operators_, elasticity_),
-      force_(operators_, integrity_),
+      residual_stiffness_(operators_, elasticity_),
+      force_(operators_, residual_stiffness_),
       broken_(subdomain.tetrahedra.size(), 0) {}
 
 void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, double load_time,
@@ -72,7 +72,8 @@ void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, d
   if (subdomain_->counted[index] == 0) return;
   records_.push_back(
       {subdomain_->tetrahedron_number[index], load_time, phase_time, largest_principal(sigma),
-       0.5 * t.volume * mechanics::contract(sigma, strain) - integrity_.energy(tetrahedron, strain), cut});
+       0.5 * t.volume * mechanics::contract(sigma, strain) - residual_stiffness_.energy(tetrahedron, strain),
+       cut});
 }
 
 void BreakableBody::open(std::int32_t tetrahedron, int cut) {
@@ -84,29 +85,29 @@ void BreakableBody::open(std::int32_t tetrahedron, int cut) {
     Vector normal = cut_areas(operators_.tetrahedra[index])[static_cast<std::size_t>(cut)];
     const double area = norm(normal);
     for (double& component : normal) component /= area;
-    integrity_.add_contact(tetrahedron, normal);
+    residual_stiffness_.add_contact(tetrahedron, normal);
   }
 }
 
 void BreakableBody::let_go(std::int32_t tetrahedron, mechanics::EdgeSet edges) {
-  integrity_.release(tetrahedron, edges);
+  residual_stiffness_.release(tetrahedron, edges);
   changes_.push_back(tetrahedron);
 }
 
-void BreakableBody::restore(std::span<const Break> breaks, std::span<const Tie> ties) {
+void BreakableBody::restore(std::span<const Break> breaks, std::span<const BridgeRelease> bridge_releases) {
   for (const auto& record : breaks) {
     const std::int32_t t = local_number(record.tetrahedron);
     if (t < 0) continue;
     open(t, record.cut);
     if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) records_.push_back(record);
   }
-  for (const auto& tie : ties) {
-    const std::int32_t t = local_number(tie.tetrahedron);
+  for (const auto& release : bridge_releases) {
+    const std::int32_t t = local_number(release.tetrahedron);
     if (t < 0) continue;
-    let_go(t, static_cast<mechanics::EdgeSet>(tie.edges));
-    if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) ties_.push_back(tie);
+    let_go(t, static_cast<mechanics::EdgeSet>(release.edges));
+    if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) bridge_releases_.push_back(release);
   }
-  n_tied_ = order_.size();
+  n_checked_ = order_.size();
 }
 
 std::int32_t BreakableBody::local_number(std::int64_t tetrahedron) const {
@@ -116,17 +117,17 @@ std::int32_t BreakableBody::local_number(std::int64_t tetrahedron) const {
   return static_cast<std::int32_t>(place - numbers.begin());
 }
 
-std::vector<BreakableBody::LooseEdge> BreakableBody::find_loose_edges() const {
+std::vector<BreakableBody::BridgingEdge> BreakableBody::find_bridging_edges() const {
   std::vector<std::int32_t> edges;
-  for (std::size_t i = n_tied_; i < order_.size(); ++i)
+  for (std::size_t i = n_checked_; i < order_.size(); ++i)
     for (const auto edge : edges_.of_tetrahedron[static_cast<std::size_t>(order_[i])])
       if (edge >= 0) edges.push_back(edge);
   std::ranges::sort(edges);
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-  std::vector<LooseEdge> loose;
+  std::vector<BridgingEdge> bridging;
   for (const auto edge : edges) {
     double unbroken = 0, all = 0;
-    std::vector<LooseEdge> here;
+    std::vector<BridgingEdge> here;
     for (const auto t : edges_.round(edge)) {
       const auto index = static_cast<std::size_t>(t);
       const auto& of_tetrahedron = edges_.of_tetrahedron[index];
@@ -141,22 +142,22 @@ std::vector<BreakableBody::LooseEdge> BreakableBody::find_loose_edges() const {
       else
         here.push_back({subdomain_->tetrahedron_number[index], k});
     }
-    if (unbroken <= tie_share * all) loose.insert(loose.end(), here.begin(), here.end());
+    if (unbroken <= bridging_share * all) bridging.insert(bridging.end(), here.begin(), here.end());
   }
-  return loose;
+  return bridging;
 }
 
-void BreakableBody::tie(const parallel::Communicator& group, double load_time, double phase_time,
-                        const std::function<Symmetric(std::int32_t)>& strain) {
+void BreakableBody::release_bridges(const parallel::Communicator& group, double load_time, double phase_time,
+                                    const std::function<Symmetric(std::int32_t)>& strain) {
   if (release_ == input::Release::element) return;
   enum class Found { nothing, edges, failure };
   auto found = Found::failure;
-  std::vector<LooseEdge> loose;
+  std::vector<BridgingEdge> bridging;
   std::exception_ptr failure;
   try {
-    loose = find_loose_edges();
-    n_tied_ = order_.size();
-    found = loose.empty() ? Found::nothing : Found::edges;
+    bridging = find_bridging_edges();
+    n_checked_ = order_.size();
+    found = bridging.empty() ? Found::nothing : Found::edges;
   } catch (...) {
     failure = std::current_exception();
   }
@@ -168,19 +169,20 @@ void BreakableBody::tie(const parallel::Communicator& group, double load_time, d
                         "MPI_Allreduce");
   if (failure) std::rethrow_exception(failure);
   if (most != static_cast<int>(Found::edges)) return;
-  if (group.size() > 1) loose = parallel::gather_all<LooseEdge>(group, loose);
-  std::ranges::sort(loose);
-  for (auto edge = loose.begin(); edge != loose.end();) {
+  if (group.size() > 1) bridging = parallel::gather_all<BridgingEdge>(group, bridging);
+  std::ranges::sort(bridging);
+  for (auto edge = bridging.begin(); edge != bridging.end();) {
     const std::int64_t number = edge->tetrahedron;
     unsigned edges = 0;
-    for (; edge != loose.end() && edge->tetrahedron == number; ++edge) edges |= 1U << edge->edge;
+    for (; edge != bridging.end() && edge->tetrahedron == number; ++edge) edges |= 1U << edge->edge;
     const std::int32_t t = local_number(number);
-    if (t < 0 || (edges & ~static_cast<unsigned>(integrity_.released(t))) == 0) continue;
+    if (t < 0 || (edges & ~static_cast<unsigned>(residual_stiffness_.released(t))) == 0) continue;
     const Symmetric eps = strain(t);
-    const double before = integrity_.energy(t, eps);
+    const double before = residual_stiffness_.energy(t, eps);
     let_go(t, static_cast<mechanics::EdgeSet>(edges));
     if (subdomain_->counted[static_cast<std::size_t>(t)] != 0)
-      ties_.push_back({number, load_time, phase_time, before - integrity_.energy(t, eps), edges});
+      bridge_releases_.push_back(
+          {number, load_time, phase_time, before - residual_stiffness_.energy(t, eps), edges});
   }
 }
 
@@ -190,17 +192,17 @@ std::vector<double> BreakableBody::strain_energies(std::span<const double> displ
   for (std::size_t i = 0; i < operators_.tetrahedra.size(); ++i) {
     const auto t = static_cast<std::int32_t>(i);
     if (subdomain_->counted[i] == 0) continue;
-    if (!integrity_.carries(t) && !integrity_.has_contact(t)) continue;
-    energies.push_back(integrity_.energy(t, strain(t, displacement)));
+    if (!residual_stiffness_.carries(t) && !residual_stiffness_.has_contact(t)) continue;
+    energies.push_back(residual_stiffness_.energy(t, strain(t, displacement)));
   }
   return energies;
 }
 
 std::vector<double> BreakableBody::released_energies() const {
   std::vector<double> energies;
-  energies.reserve(records_.size() + ties_.size());
+  energies.reserve(records_.size() + bridge_releases_.size());
   for (const auto& record : records_) energies.push_back(record.released_energy);
-  for (const auto& tie : ties_) energies.push_back(tie.released_energy);
+  for (const auto& release : bridge_releases_) energies.push_back(release.released_energy);
   return energies;
 }
 

@@ -18,7 +18,7 @@ std::vector<std::int64_t> piece_labels(const parallel::Communicator& group, cons
   for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
     const auto& nodes = subdomain.tetrahedra[index(t)];
     for (std::size_t k = 0; k < 6; ++k) {
-      if (((body.integrity().released(t) >> k) & 1) != 0) continue;
+      if (((body.residual_stiffness().released(t) >> k) & 1) != 0) continue;
       const auto [a, b] = geometry::dual_facet_nodes[k];
       pieces.join(index(nodes[a]), index(nodes[b]));
     }

@@ -34,7 +34,7 @@ bool TulerButcher::advance(std::size_t tetrahedron, double earlier, double befor
   return integral + time_step_ / 2 * mean_rate(to, next) >= impulse_;
 }
 
-double TulerButcher::watched_share(double stable_step) const {
+double TulerButcher::screening_share(double stable_step) const {
   return 1 - fastest_rise * time_step_ / (2 * stable_step);
 }
 

@@ -74,10 +74,10 @@ std::string key_table() {
     const char* occurrence = many ? "any number" : table.occurrence == Occurrence::optional ? "optional" : "";
     result += fmt::format("| **`{}`** | | {} | | {} |\n", header, occurrence, table.help);
     for (const Key& key : table.keys) {
-      const Presence& presence = key.presence;
-      const std::string fallback = presence.required           ? "required"
-                                   : presence.fallback.empty() ? presence.unset
-                                                               : "`" + presence.fallback + "`";
+      const Requirement& requirement = key.requirement;
+      const std::string fallback = requirement.required           ? "required"
+                                   : requirement.fallback.empty() ? requirement.unset
+                                                                  : "`" + requirement.fallback + "`";
       result += fmt::format("| `{}` | {} | {} | {} | {} |\n", key.name, key.dimension, fallback, key.accepted,
                             key.help);
     }

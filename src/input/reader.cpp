@@ -52,8 +52,8 @@ const Value* find_path(const Value& table, const std::string& path) {
 
 void read_default(const Key& key, const std::string& name, Parameters& parameters, std::size_t index,
                   Context& context) {
-  if (key.presence.fallback.empty()) return;
-  const Value document = parse_document("value = " + key.presence.fallback);
+  if (key.requirement.fallback.empty()) return;
+  const Value document = parse_document("value = " + key.requirement.fallback);
   key.read({*document.find("value"), name, context}, parameters, index);
 }
 
@@ -64,7 +64,7 @@ void read_table(const Table& table, const Value& value, const std::string& name,
     const std::string key_name = name + "." + key.name;
     if (const Value* given = find_path(value, key.name)) {
       key.read({*given, key_name, context}, parameters, index);
-    } else if (key.presence.required) {
+    } else if (key.requirement.required) {
       context.findings.report(key_name, fmt::format("the key is missing; give {}", key.accepted));
     } else {
       read_default(key, key_name, parameters, index, context);
@@ -75,14 +75,14 @@ void read_table(const Table& table, const Value& value, const std::string& name,
 void report_missing_table(const Table& table, Findings& findings) {
   std::string needed;
   for (const Key& key : table.keys) {
-    if (key.presence.required) needed += (needed.empty() ? "" : ", ") + key.name;
+    if (key.requirement.required) needed += (needed.empty() ? "" : ", ") + key.name;
   }
   findings.report(table.path, fmt::format("the table [{}] is missing; it gives {}", table.path, needed));
 }
 
 bool has_required_keys(const Table& table) {
   for (const Key& key : table.keys) {
-    if (key.presence.required) return true;
+    if (key.requirement.required) return true;
   }
   return false;
 }

@@ -353,11 +353,11 @@ const std::vector<Table>& schema() {
 }
 
 Key quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
-                 Presence presence, std::string help) {
+                 Requirement requirement, std::string help) {
   const std::string plain_name = dimension.name.substr(dimension.name.find(' ') + 1);
   return {std::move(name),
           plain_name,
-          std::move(presence),
+          std::move(requirement),
           accepted(dimension, range),
           std::move(help),
           [=](const Source& source, Parameters& parameters, std::size_t i) {
@@ -369,8 +369,8 @@ Key quantity_key(std::string name, Access<double> access, const Dimension& dimen
 }
 
 Key optional_quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
-                          Presence presence, std::string help) {
-  Key key = quantity_key(std::move(name), access, dimension, range, std::move(presence), std::move(help));
+                          Requirement requirement, std::string help) {
+  Key key = quantity_key(std::move(name), access, dimension, range, std::move(requirement), std::move(help));
   key.show = [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
     const double value = access(parameters, i);
     if (value == 0) return {};
@@ -404,10 +404,11 @@ Key automatic_time_key(std::string name, Access<std::optional<double>> access, c
           }};
 }
 
-Key number_key(std::string name, Access<double> access, Range range, Presence presence, std::string help) {
+Key number_key(std::string name, Access<double> access, Range range, Requirement requirement,
+               std::string help) {
   return {std::move(name),
           "number",
-          std::move(presence),
+          std::move(requirement),
           accepted_number(range),
           std::move(help),
           [=](const Source& source, Parameters& parameters, std::size_t i) {

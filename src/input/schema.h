@@ -21,25 +21,25 @@ template <class T>
 using Access = std::function<T&(Parameters& parameters, std::size_t index)>;
 
 /// What holds when a key is not given.
-struct Presence {
+struct Requirement {
   bool required = true;
   std::string fallback;  ///< default as it would stand in the file; empty: the value stays unset
   std::string unset;     ///< what an unset value means, for the table of keys
 };
-inline Presence required() {
+inline Requirement required() {
   return {};
 }
-inline Presence by_default(std::string value) {
+inline Requirement by_default(std::string value) {
   return {false, std::move(value), {}};
 }
-inline Presence optional(std::string meaning) {
+inline Requirement optional(std::string meaning) {
   return {false, {}, std::move(meaning)};
 }
 
 struct Key {
   std::string name;       ///< within its table; "region.y" for a member of a table inside it
   std::string dimension;  ///< for the table of keys
-  Presence presence;
+  Requirement requirement;
   std::string accepted;
   std::string help;
   std::function<void(const Source&, Parameters&, std::size_t)> read;
@@ -68,14 +68,15 @@ Table boundary_table();
 // The kinds of keys.
 
 Key quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
-                 Presence presence, std::string help);
+                 Requirement requirement, std::string help);
 /// A positive quantity that may be left out; then its value stays 0 and is not shown.
 Key optional_quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
-                          Presence presence, std::string help);
+                          Requirement requirement, std::string help);
 /// A time or the word "auto", which leaves the value empty.
 Key automatic_time_key(std::string name, Access<std::optional<double>> access, const std::string& example,
                        std::string help);
-Key number_key(std::string name, Access<double> access, Range range, Presence presence, std::string help);
+Key number_key(std::string name, Access<double> access, Range range, Requirement requirement,
+               std::string help);
 /// An interval of a coordinate that may be left out; then it stays unbounded and is not shown.
 /// @param example its two lengths
 /// @param whole what is meant without it
@@ -84,10 +85,10 @@ Key range_key(std::string name, Access<std::pair<double, double>> access,
 
 template <class Integer>
 Key integer_key(std::string name, Access<Integer> access, std::int64_t lower, std::int64_t upper,
-                Presence presence, std::string help) {
+                Requirement requirement, std::string help) {
   return {std::move(name),
           "integer",
-          std::move(presence),
+          std::move(requirement),
           accepted_integer(lower, upper),
           std::move(help),
           [=](const Source& source, Parameters& parameters, std::size_t i) {
@@ -101,12 +102,12 @@ Key integer_key(std::string name, Access<Integer> access, std::int64_t lower, st
 /// One of the words of `choices`.
 template <class Enum>
 Key choice_key(std::string name, Access<Enum> access, std::vector<std::pair<std::string, Enum>> choices,
-               Presence presence, std::string help) {
+               Requirement requirement, std::string help) {
   std::vector<std::string> names;
   for (const auto& choice : choices) names.push_back(choice.first);
   return {std::move(name),
           "word",
-          std::move(presence),
+          std::move(requirement),
           accepted_choice(names),
           std::move(help),
           [=](const Source& source, Parameters& parameters, std::size_t i) {

@@ -222,20 +222,20 @@ void write_breaks(hid_t file, const std::vector<fracture::Break>& breaks) {
       id, "cut", breaks, [](const Break& b) { return b.cut; }, "");
 }
 
-void write_ties(hid_t file, const std::vector<fracture::Tie>& ties) {
-  using fracture::Tie;
+void write_bridge_releases(hid_t file, const std::vector<fracture::BridgeRelease>& bridge_releases) {
+  using fracture::BridgeRelease;
   const hdf5::Handle group = hdf5::create_group(file, "ties");
   const hid_t id = group.get();
   write_column<std::int64_t>(
-      id, "tetrahedron", ties, [](const Tie& t) { return t.tetrahedron; }, "");
+      id, "tetrahedron", bridge_releases, [](const BridgeRelease& t) { return t.tetrahedron; }, "");
   write_column<double>(
-      id, "load_time", ties, [](const Tie& t) { return t.load_time; }, "s");
+      id, "load_time", bridge_releases, [](const BridgeRelease& t) { return t.load_time; }, "s");
   write_column<double>(
-      id, "phase_time", ties, [](const Tie& t) { return t.phase_time; }, "s");
+      id, "phase_time", bridge_releases, [](const BridgeRelease& t) { return t.phase_time; }, "s");
   write_column<double>(
-      id, "released_energy", ties, [](const Tie& t) { return t.released_energy; }, "J");
+      id, "released_energy", bridge_releases, [](const BridgeRelease& t) { return t.released_energy; }, "J");
   write_column<std::uint8_t>(
-      id, "edges", ties, [](const Tie& t) { return t.edges; }, "");
+      id, "edges", bridge_releases, [](const BridgeRelease& t) { return t.edges; }, "");
 }
 
 void write_energy(hid_t file, const std::vector<dynamics::EnergyRow>& rows) {
@@ -358,7 +358,8 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     write_forks(id, content.arms.forks);
     write_crossings(id, content.crossings, content.parameters.sections.size());
     write_breaks(id, result.breaks);
-    if (content.parameters.fracture.release == input::Release::facet) write_ties(id, result.ties);
+    if (content.parameters.fracture.release == input::Release::facet)
+      write_bridge_releases(id, result.bridge_releases);
     write_energy(id, result.energy);
     write_frames(id, result.frames, content.realization.nodes.size(), content.parameters.material);
     write_counts(id, result.counts);
@@ -367,11 +368,11 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     hdf5::write_scalar<double>(timing.get(), "setup", result.timings.setup, "s");
     hdf5::write_scalar<double>(timing.get(), "quasi_static", result.timings.quasi_static, "s");
     hdf5::write_scalar<double>(timing.get(), "dynamic", result.timings.dynamic, "s");
-    hdf5::write_scalar<double>(timing.get(), "ghost_seconds", result.timings.traffic.seconds, "s");
-    hdf5::write_scalar<std::int64_t>(timing.get(), "ghost_exchanges", result.timings.traffic.n_exchanges,
-                                     "1");
+    hdf5::write_scalar<double>(timing.get(), "ghost_seconds", result.timings.exchange_cost.seconds, "s");
+    hdf5::write_scalar<std::int64_t>(timing.get(), "ghost_exchanges",
+                                     result.timings.exchange_cost.n_exchanges, "1");
     hdf5::write_scalar<std::int64_t>(timing.get(), "ghost_bytes_per_exchange",
-                                     result.timings.traffic.bytes_per_exchange, "byte");
+                                     result.timings.exchange_cost.bytes_per_exchange, "byte");
     hdf5::write_scalar<double>(timing.get(), "element_updates_per_second",
                                result.timings.element_updates_per_second, "1/s");
     write_provenance(id, content.n_ranks);

@@ -98,10 +98,10 @@ std::vector<std::int32_t> held_nodes(const input::Boundary& condition, const Fac
 
 }  // namespace
 
-Program::Program(double value, double rate, std::vector<std::pair<double, double>> history)
+LoadCurve::LoadCurve(double value, double rate, std::vector<std::pair<double, double>> history)
     : value_(value), rate_(rate), history_(std::move(history)) {}
 
-double Program::at(double time) const {
+double LoadCurve::at(double time) const {
   if (history_.empty()) return value_ + rate_ * time;
   if (time <= history_.front().first) return value_ * history_.front().second;
   for (std::size_t i = 1; i < history_.size(); ++i) {
@@ -112,7 +112,7 @@ double Program::at(double time) const {
   return value_ * history_.back().second;
 }
 
-double Program::slope(double time) const {
+double LoadCurve::slope(double time) const {
   if (history_.empty()) return rate_;
   for (std::size_t i = 1; i < history_.size(); ++i) {
     const auto [t0, f0] = history_[i - 1];
@@ -122,7 +122,7 @@ double Program::slope(double time) const {
   return 0;
 }
 
-double Program::integral(double time) const {
+double LoadCurve::integral(double time) const {
   if (history_.empty()) return value_ * time + 0.5 * rate_ * time * time;
   double sum = 0;
   double from = 0;
@@ -134,31 +134,31 @@ double Program::integral(double time) const {
   return sum;
 }
 
-double Program::next_kink(double time) const {
+double LoadCurve::next_kink(double time) const {
   for (const auto& [t, factor] : history_) {
     if (t > time) return t;
   }
   return infinity;
 }
 
-bool Program::is_zero() const {
+bool LoadCurve::is_zero() const {
   return value_ == 0 && rate_ == 0;
 }
 
 double BoundaryLoads::next_kink(double time) const {
   double kink = infinity;
   for (const auto& force : forces) kink = std::min(kink, force.amplitude.next_kink(time));
-  for (const auto& motion : motions) kink = std::min(kink, motion.program.next_kink(time));
+  for (const auto& motion : motions) kink = std::min(kink, motion.curve.next_kink(time));
   return kink;
 }
 
 bool BoundaryLoads::grows_after(double time) const {
-  const auto grows = [time](const Program& program) {
-    return program.slope(time) != 0 || program.next_kink(time) < infinity;
+  const auto grows = [time](const LoadCurve& curve) {
+    return curve.slope(time) != 0 || curve.next_kink(time) < infinity;
   };
   return std::ranges::any_of(forces, [&](const auto& force) { return grows(force.amplitude); }) ||
          std::ranges::any_of(motions, [&](const auto& motion) {
-           return grows(motion.program) || (motion.is_velocity && motion.program.at(time) != 0);
+           return grows(motion.curve) || (motion.is_velocity && motion.curve.at(time) != 0);
          });
 }
 
@@ -215,7 +215,7 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
       refuse_empty(face.total_area == 0, "boundary triangle");
       for (int component = 0; component < 3; ++component) {
         const auto c = static_cast<std::size_t>(component);
-        Program amplitude(condition.value[c], condition.rate[c], condition.history);
+        LoadCurve amplitude(condition.value[c], condition.rate[c], condition.history);
         if (amplitude.is_zero()) continue;
         ForcePattern pattern{component, std::move(amplitude), face.nodes, face.area, face.total_area};
         if (condition.kind == input::BoundaryKind::force) {
@@ -239,7 +239,7 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
         motion.is_fixed = condition.kind == input::BoundaryKind::fix;
         motion.is_velocity = condition.kind == input::BoundaryKind::velocity;
         if (!motion.is_fixed)
-          motion.program = Program(condition.value[c], condition.rate[c], condition.history);
+          motion.curve = LoadCurve(condition.value[c], condition.rate[c], condition.history);
         motion.nodes = nodes;
         loads.motions.push_back(std::move(motion));
       }

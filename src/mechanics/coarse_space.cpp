@@ -162,7 +162,7 @@ double CoarseSpace::rigid(std::size_t n, std::size_t i, std::size_t motion) cons
 }
 
 void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasticity& elasticity,
-                            const Integrity& integrity) {
+                            const ResidualStiffness& residual_stiffness) {
   // A tetrahedron's coarse entries are below its stiffness bound times the motions, which are below 1.
   const auto stiffness_bound = [&](const TetrahedronOperator& t) {
     double steepest = 0;
@@ -179,7 +179,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
   std::map<std::pair<std::int32_t, std::int32_t>, Block> blocks;
   for (std::size_t number = 0; number < operators.tetrahedra.size(); ++number) {
     const auto tetrahedron = static_cast<std::int32_t>(number);
-    if (!integrity.carries(tetrahedron) || subdomain_->counted[number] == 0) continue;
+    if (!residual_stiffness.carries(tetrahedron) || subdomain_->counted[number] == 0) continue;
     const auto& t = operators.tetrahedra[number];
     // Strains of the four corners' rigid motions; energy products between them.
     std::array<std::array<Symmetric, n_motions>, 4> strains{};
@@ -214,7 +214,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
         if (cells[q] > cells[p]) continue;
         Block& block = blocks[{cells[p], cells[q]}];
         for (std::size_t m = 0; m < n_motions; ++m) {
-          const Symmetric sigma = integrity.stress(tetrahedron, of_cell[p][m]);
+          const Symmetric sigma = residual_stiffness.stress(tetrahedron, of_cell[p][m]);
           for (std::size_t n = 0; n < n_motions; ++n)
             block[n_motions * m + n] += std::llrint(scale * (t.volume * contract(sigma, of_cell[q][n])));
         }

@@ -3,8 +3,8 @@
 
 #include "crackle/geometry/subdomain.h"
 #include "crackle/mechanics/elasticity.h"
-#include "crackle/mechanics/integrity.h"
 #include "crackle/mechanics/operators.h"
+#include "crackle/mechanics/residual_stiffness.h"
 #include "crackle/parallel/communicator.h"
 
 #include <array>
@@ -30,7 +30,7 @@ public:
 
   /// The coarse matrix of what the tetrahedra carry, and its factors. Collective.
   void factorize(const PdsOperators& operators, const IsotropicElasticity& elasticity,
-                 const Integrity& integrity);
+                 const ResidualStiffness& residual_stiffness);
 
   /// correction += R^T A^-1 R residual, with R the rigid motions of the cells. Collective.
   /// @param residual, correction 3 n_owned

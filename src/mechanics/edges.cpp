@@ -74,7 +74,8 @@ Edges make_edges(const geometry::Subdomain& subdomain) {
 }
 
 EdgeCoupling edge_coupling(const PdsOperators& operators, const IsotropicElasticity& elasticity,
-                           const Edges& edges, const Integrity& integrity, std::int32_t edge) {
+                           const Edges& edges, const ResidualStiffness& residual_stiffness,
+                           std::int32_t edge) {
   EdgeCoupling k;
   const auto [first, second] = edges.nodes[index(edge)];
   const double lambda = elasticity.lambda, mu = elasticity.mu;
@@ -84,13 +85,13 @@ EdgeCoupling edge_coupling(const PdsOperators& operators, const IsotropicElastic
     const auto corner = [&](std::int32_t node) {
       return static_cast<std::size_t>(std::ranges::find(t.nodes, node) - t.nodes.begin());
     };
-    if (!integrity.is_intact(number)) {
+    if (!residual_stiffness.is_intact(number)) {
       is_whole = false;
-      if (!integrity.carries(number)) continue;
+      if (!residual_stiffness.carries(number)) continue;
       // Which of the two nodes has the smaller local number differs from rank to rank, and with it the order
       // of the coupling's sums: the tetrahedron's own order counts. The other block is the transposed one.
       const auto [i, j] = std::minmax({corner(first), corner(second)});
-      const Matrix m = integrity.partial(number).coupling(i, j);
+      const Matrix m = residual_stiffness.partial(number).coupling(i, j);
       const double half = 0.5 * t.volume;
       const double skew_half = i == corner(first) ? half : -half;
       for (std::size_t c = 0; c < 3; ++c) k.s[c] += t.volume * m[c][c];

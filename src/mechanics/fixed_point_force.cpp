@@ -53,14 +53,14 @@ std::vector<std::vector<std::int32_t>> owned_edges(const Edges& edges, std::int3
 template <class Real>
 FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, const PdsOperators& operators,
                                        const IsotropicElasticity& elasticity, const Edges& edges,
-                                       const Integrity& integrity, std::span<const double> inverse_mass,
-                                       const FixedPointScale& scale, InstructionSet instruction_set,
-                                       std::int32_t pair_reach)
+                                       const ResidualStiffness& residual_stiffness,
+                                       std::span<const double> inverse_mass, const FixedPointScale& scale,
+                                       InstructionSet instruction_set, std::int32_t pair_reach)
     : subdomain_(&subdomain),
       operators_(&operators),
       elasticity_(&elasticity),
       edges_(&edges),
-      integrity_(&integrity),
+      residual_stiffness_(&residual_stiffness),
       scale_(scale),
       kernels_(&kernels::kernels<Real>(instruction_set)),
       nodes_(subdomain.nodes.size(), NodeRecord<Real>{}),
@@ -73,7 +73,7 @@ FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, con
     nodes_[i].inverse_mass = static_cast<Real>(inverse_mass[i]);
   number_blocks();
   const auto is_whole = [&](std::int32_t edge) {
-    const auto is_intact = [&](std::int32_t t) { return integrity.is_intact(t); };
+    const auto is_intact = [&](std::int32_t t) { return residual_stiffness.is_intact(t); };
     return edges.is_inner[index(edge)] != 0 && std::ranges::all_of(edges.round(edge), is_intact);
   };
   const auto fits_pair = [&](std::int32_t edge) {
@@ -101,7 +101,7 @@ FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, con
       block_of_edge_[e] = block_of(edges.nodes[e][0]);
       append_general(edge);
     }
-    set_coefficients(edge, scaled(edge_coupling(operators, elasticity, edges, integrity, edge)));
+    set_coefficients(edge, scaled(edge_coupling(operators, elasticity, edges, residual_stiffness, edge)));
   }
   find_reach();
 }
@@ -234,7 +234,7 @@ template <class Real>
 void FixedPointForce<Real>::find_reach() {
   for (std::int32_t b = 0; b < n_blocks(); ++b) {
     blocks_[index(b)].reach = {b, false};
-    blocks_[index(b)].last_toucher = b;
+    blocks_[index(b)].last_contributor = b;
   }
   for (std::size_t e = 0; e < edges_->size(); ++e) {
     const std::int32_t toucher = block_of_edge_[e];
@@ -246,7 +246,7 @@ void FixedPointForce<Real>::find_reach() {
       }
       const std::int32_t touched = block_of(node);
       reach.last_owned = std::max(reach.last_owned, touched);
-      auto& last = blocks_[index(touched)].last_toucher;
+      auto& last = blocks_[index(touched)].last_contributor;
       last = std::max(last, toucher);
     }
   }
@@ -311,7 +311,8 @@ void FixedPointForce<Real>::update(std::span<const std::int32_t> tetrahedra, boo
       set_coefficients(edge, {});
       append_general(edge);
     }
-    set_coefficients(edge, scaled(edge_coupling(*operators_, *elasticity_, *edges_, *integrity_, edge)));
+    set_coefficients(edge,
+                     scaled(edge_coupling(*operators_, *elasticity_, *edges_, *residual_stiffness_, edge)));
   }
   hand_on(1);
 }

@@ -42,12 +42,13 @@ public:
 
   /// The references must outlive the object.
   /// @param inverse_mass of each owned node, relative
-  /// @param integrity may change, see update()
+  /// @param residual_stiffness may change, see update()
   /// @param pair_reach edges between numbers further apart take the general form, which is slower
   FixedPointForce(const geometry::Subdomain& subdomain, const PdsOperators& operators,
-                  const IsotropicElasticity& elasticity, const Edges& edges, const Integrity& integrity,
-                  std::span<const double> inverse_mass, const FixedPointScale& scale,
-                  InstructionSet instruction_set, std::int32_t pair_reach = largest_reach);
+                  const IsotropicElasticity& elasticity, const Edges& edges,
+                  const ResidualStiffness& residual_stiffness, std::span<const double> inverse_mass,
+                  const FixedPointScale& scale, InstructionSet instruction_set,
+                  std::int32_t pair_reach = largest_reach);
 
   const FixedPointScale& scale() const { return scale_; }
   std::span<kernels::NodeRecord<Real>> nodes() { return nodes_; }
@@ -60,7 +61,7 @@ public:
     return block_number_[index(owned_node / nodes_per_block)];
   }
   /// The last block whose edges touch a node of this block.
-  std::int32_t last_toucher(std::int32_t block) const { return blocks_[index(block)].last_toucher; }
+  std::int32_t last_contributor(std::int32_t block) const { return blocks_[index(block)].last_contributor; }
 
   /// Adds what the edges of a block hand on to the nodes' forces.
   void add_block(std::int32_t block);
@@ -103,7 +104,7 @@ private:
     std::vector<kernels::GeneralEdges<Real>> general;
     std::int32_t n_general = 0;
     Reach reach{};
-    std::int32_t last_toucher = 0;
+    std::int32_t last_contributor = 0;
   };
   static constexpr Real contribution_limit = sizeof(Real) == 4 ? Real(1) : Real(0x1p50);
 
@@ -133,7 +134,7 @@ private:
   const PdsOperators* operators_;
   const IsotropicElasticity* elasticity_;
   const Edges* edges_;
-  const Integrity* integrity_;
+  const ResidualStiffness* residual_stiffness_;
   FixedPointScale scale_;
   const kernels::Kernels<Real>* kernels_;
   std::vector<kernels::NodeRecord<Real>> nodes_;

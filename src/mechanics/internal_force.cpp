@@ -11,9 +11,10 @@ void ReferenceForce::evaluate(std::span<const double> displacement, std::span<do
   std::ranges::fill(force, 0.0);
   for (std::size_t number = 0; number < operators_->tetrahedra.size(); ++number) {
     const auto tetrahedron = static_cast<std::int32_t>(number);
-    if (!integrity_->carries(tetrahedron) && !integrity_->has_contact(tetrahedron)) continue;
+    if (!residual_stiffness_->carries(tetrahedron) && !residual_stiffness_->has_contact(tetrahedron))
+      continue;
     const auto& t = operators_->tetrahedra[number];
-    const Symmetric sigma = integrity_->stress(tetrahedron, strain(t, displacement));
+    const Symmetric sigma = residual_stiffness_->stress(tetrahedron, strain(t, displacement));
     for (std::size_t a = 0; a < 4; ++a) {
       const Vector traction = apply(sigma, t.gradient[a]);
       double* f = &force[3 * index(t.nodes[a])];

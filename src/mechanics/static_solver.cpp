@@ -68,15 +68,15 @@ class StaticSolver::Problem {
 public:
   Problem(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
           const PdsOperators& operators, const IsotropicElasticity& elasticity, const Edges& edges,
-          const Integrity& integrity, HeldComponents held)
+          const ResidualStiffness& residual_stiffness, HeldComponents held)
       : group_(&group),
         subdomain_(&subdomain),
         operators_(&operators),
         elasticity_(&elasticity),
-        integrity_(&integrity),
+        residual_stiffness_(&residual_stiffness),
         held_(std::move(held)),
         round_node_(node_tetrahedra(subdomain)),
-        product_(group, subdomain, operators, elasticity, edges, integrity),
+        product_(group, subdomain, operators, elasticity, edges, residual_stiffness),
         coarse_(group, subdomain, held_),
         inverse_block_(static_cast<std::size_t>(subdomain.layout.n_owned)),
         residual_(group, subdomain.layout),
@@ -178,7 +178,7 @@ private:
 
   void refresh_coarse() {
     if (coarse_is_current_) return;
-    coarse_.factorize(*operators_, *elasticity_, *integrity_);
+    coarse_.factorize(*operators_, *elasticity_, *residual_stiffness_);
     coarse_is_current_ = true;
     fresh_iterations_ = 0;
   }
@@ -187,11 +187,11 @@ private:
   void update_block(std::int32_t node) {
     Symmetric k{};
     for (const auto number : round_node_[node]) {
-      if (!integrity_->carries(number)) continue;
+      if (!residual_stiffness_->carries(number)) continue;
       const auto& t = operators_->tetrahedra[index(number)];
       const auto corner = static_cast<std::size_t>(std::ranges::find(t.nodes, node) - t.nodes.begin());
-      if (!integrity_->is_intact(number)) {
-        const Matrix m = integrity_->partial(number).coupling(corner, corner);
+      if (!residual_stiffness_->is_intact(number)) {
+        const Matrix m = residual_stiffness_->partial(number).coupling(corner, corner);
         for (std::size_t i = 0; i < 3; ++i) k[i] += t.volume * m[i][i];
         k[3] += t.volume * m[1][2];
         k[4] += t.volume * m[0][2];
@@ -253,7 +253,7 @@ private:
   const geometry::Subdomain* subdomain_;
   const PdsOperators* operators_;
   const IsotropicElasticity* elasticity_;
-  const Integrity* integrity_;
+  const ResidualStiffness* residual_stiffness_;
   HeldComponents held_;
   NodeTetrahedra round_node_;
   StiffnessProduct product_;
@@ -272,8 +272,9 @@ private:
 
 StaticSolver::StaticSolver(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                            const PdsOperators& operators, const IsotropicElasticity& elasticity,
-                           const Edges& edges, const Integrity& integrity, HeldComponents held)
-    : problem_(std::make_unique<Problem>(group, subdomain, operators, elasticity, edges, integrity,
+                           const Edges& edges, const ResidualStiffness& residual_stiffness,
+                           HeldComponents held)
+    : problem_(std::make_unique<Problem>(group, subdomain, operators, elasticity, edges, residual_stiffness,
                                          std::move(held))) {}
 
 StaticSolver::~StaticSolver() = default;

@@ -24,10 +24,12 @@ constexpr int retreat = 4;
 constexpr int least_exponent = 32;
 
 double stiffest_entry(const parallel::Communicator& group, const PdsOperators& operators,
-                      const IsotropicElasticity& elasticity, const Edges& edges, const Integrity& integrity) {
+                      const IsotropicElasticity& elasticity, const Edges& edges,
+                      const ResidualStiffness& residual_stiffness) {
   double stiffest = 0;
   for (std::size_t e = 0; e < edges.size(); ++e) {
-    const auto k = edge_coupling(operators, elasticity, edges, integrity, static_cast<std::int32_t>(e));
+    const auto k =
+        edge_coupling(operators, elasticity, edges, residual_stiffness, static_cast<std::int32_t>(e));
     for (const double s : k.s) stiffest = std::max(stiffest, std::abs(s));
     for (const double w : k.w) stiffest = std::max(stiffest, std::abs(w));
   }
@@ -40,13 +42,14 @@ double stiffest_entry(const parallel::Communicator& group, const PdsOperators& o
 
 StiffnessProduct::StiffnessProduct(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                                    const PdsOperators& operators, const IsotropicElasticity& elasticity,
-                                   const Edges& edges, const Integrity& integrity)
+                                   const Edges& edges, const ResidualStiffness& residual_stiffness)
     : group_(&group),
-      unit_(std::ldexp(1.0, std::ilogb(stiffest_entry(group, operators, elasticity, edges, integrity)) + 3)) {
+      unit_(std::ldexp(
+          1.0, std::ilogb(stiffest_entry(group, operators, elasticity, edges, residual_stiffness)) + 3)) {
   const std::vector<double> no_mass(static_cast<std::size_t>(subdomain.layout.n_owned), 1.0);
-  force_ =
-      std::make_unique<FixedPointForce<double>>(subdomain, operators, elasticity, edges, integrity, no_mass,
-                                                FixedPointScale{1, 1, unit_}, best_instruction_set());
+  force_ = std::make_unique<FixedPointForce<double>>(subdomain, operators, elasticity, edges,
+                                                     residual_stiffness, no_mass,
+                                                     FixedPointScale{1, 1, unit_}, best_instruction_set());
 }
 
 void StiffnessProduct::apply(const parallel::NodeField& displacement, std::span<double> force) {

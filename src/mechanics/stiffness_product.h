@@ -20,7 +20,7 @@ public:
   /// Collective. The references must outlive the object.
   StiffnessProduct(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                    const PdsOperators& operators, const IsotropicElasticity& elasticity, const Edges& edges,
-                   const Integrity& integrity);
+                   const ResidualStiffness& residual_stiffness);
 
   /// @param displacement ghosts up to date
   /// @param force of the owned nodes, 3 n_owned [N]

@@ -84,8 +84,8 @@ struct Sample {
         parameters.fracture, fracture::tetrahedron_strengths(self, parameters, subdomain, body.operators()),
         step);
   }
-  dynamics::MotionContext context(const fracture::Criterion& criterion, double watched_share) {
-    return {&self, &body, &loads, parameters.material.density, &criterion, watched_share};
+  dynamics::MotionContext context(const fracture::Criterion& criterion, double screening_share) {
+    return {&self, &body, &loads, parameters.material.density, &criterion, screening_share};
   }
 };
 
@@ -152,7 +152,7 @@ class FastForce {
 public:
   explicit FastForce(Sample& sample)
       : force_(sample.subdomain, sample.body.operators(), sample.body.elasticity(), sample.body.edges(),
-               sample.body.integrity(),
+               sample.body.residual_stiffness(),
                std::vector<double>(static_cast<std::size_t>(sample.subdomain.layout.n_owned), 1.0),
                mechanics::fixed_point_scale<Real>({.stretch = 1e-3, .velocity = 1000, .force = 1e4}),
                best_instruction_set()) {
@@ -183,7 +183,7 @@ public:
     state_.displacement.assign(equilibrium);
     const double stable = dynamics::stable_step(sample.parameters, sample.realization);
     motion_ = dynamics::make_fixed_point_motion(
-        sample.context(*criterion_, criterion_->watched_share(stable)), precision, load_time, 1e-4, state_);
+        sample.context(*criterion_, criterion_->screening_share(stable)), precision, load_time, 1e-4, state_);
     breaking_.emplace(sample.body, *motion_, *criterion_);
     breaking_->start();
   }

@@ -50,14 +50,14 @@ struct Sample {
     const auto tie_phase_time = read<double>(file, "ties/phase_time");
     const auto edges = read<std::uint8_t>(file, "ties/edges");
     for (std::size_t i = 0; i < tied.size(); ++i)
-      ties.push_back({tied[i], tie_load_time[i], tie_phase_time[i], 0, edges[i]});
+      bridge_releases.push_back({tied[i], tie_load_time[i], tie_phase_time[i], 0, edges[i]});
   }
 
   input::Parameters parameters;
   double phase_start;
   geometry::Realization mesh;
   std::vector<fracture::Break> breaks;
-  std::vector<fracture::Tie> ties;
+  std::vector<fracture::BridgeRelease> bridge_releases;
   std::vector<double> time;
   std::vector<float> displacement;
 };
@@ -72,13 +72,13 @@ void print_stresses(const std::filesystem::path& path) {
       return std::pair(record.load_time, record.phase_time) <= std::pair(sample.phase_start, sample.time[k]);
     };
     std::vector<fracture::Break> breaks;
-    std::vector<fracture::Tie> ties;
+    std::vector<fracture::BridgeRelease> bridge_releases;
     std::ranges::copy_if(sample.breaks, std::back_inserter(breaks), is_open);
-    std::ranges::copy_if(sample.ties, std::back_inserter(ties), is_open);
+    std::ranges::copy_if(sample.bridge_releases, std::back_inserter(bridge_releases), is_open);
     const auto& parameters = sample.parameters;
     fracture::BreakableBody body(subdomain, parameters.material, parameters.fracture.release,
                                  parameters.fracture.contact);
-    body.restore(breaks, ties);
+    body.restore(breaks, bridge_releases);
     std::vector<double> u(n_values);
     for (std::size_t i = 0; i < n_values; ++i) {
       const auto node = static_cast<std::size_t>(subdomain.layout.number[i / 3]);
@@ -88,7 +88,7 @@ void print_stresses(const std::filesystem::path& path) {
     for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) {
       const auto i = static_cast<std::size_t>(t);
       stress.at(static_cast<std::size_t>(subdomain.tetrahedron_number[i])) =
-          body.integrity().stress(t, body.strain(t, u));
+          body.residual_stiffness().stress(t, body.strain(t, u));
     }
     if (std::fwrite(stress.data(), sizeof(stress[0]), stress.size(), stdout) != stress.size())
       throw std::runtime_error("the stresses cannot be written");

@@ -116,12 +116,13 @@ protected:
     };
     for (std::size_t i = 0; i < a.breaks.size(); ++i)
       ASSERT_EQ(fields(a.breaks[i]), fields(b.breaks[i])) << i;
-    ASSERT_EQ(a.ties.size(), b.ties.size());
-    const auto tie_fields = [](const fracture::Tie& t) {
+    ASSERT_EQ(a.bridge_releases.size(), b.bridge_releases.size());
+    const auto bridge_release_fields = [](const fracture::BridgeRelease& t) {
       return std::tuple(t.tetrahedron, t.load_time, t.phase_time, t.released_energy, t.edges);
     };
-    for (std::size_t i = 0; i < a.ties.size(); ++i)
-      ASSERT_EQ(tie_fields(a.ties[i]), tie_fields(b.ties[i])) << i;
+    for (std::size_t i = 0; i < a.bridge_releases.size(); ++i)
+      ASSERT_EQ(bridge_release_fields(a.bridge_releases[i]), bridge_release_fields(b.bridge_releases[i]))
+          << i;
     ASSERT_EQ(a.energy.size(), b.energy.size());
     EXPECT_EQ(std::memcmp(a.energy.data(), b.energy.data(), a.energy.size() * sizeof(EnergyRow)), 0);
     ASSERT_EQ(a.frames.size(), b.frames.size());
@@ -159,7 +160,7 @@ protected:
   }
 
   /// The bytes saved when the sample is asked to park at its `n`th look. On the root.
-  std::vector<std::byte> parked_at_look(int n, const input::Parameters& parameters) const {
+  std::vector<std::byte> parked_at_poll(int n, const input::Parameters& parameters) const {
     std::vector<std::byte> saved;
     int n_looks = 0;
     SampleControl control;
@@ -223,7 +224,7 @@ TEST_F(Checkpoints, GoOnInTheirOwnPrecision) {
   int n_running = 0, n_between = 0;
   // One in each of the two phases, and one between them.
   for (int n = 1; n < 40 && (n_running < 2 || n_between < 1); ++n) {
-    const auto saved = parked_at_look(n, in_double);
+    const auto saved = parked_at_poll(n, in_double);
     bool is_saved = !saved.empty();
     MPI_Bcast(&is_saved, 1, MPI_CXX_BOOL, 0, world_.get());
     if (!is_saved) continue;
@@ -247,7 +248,7 @@ TEST_F(Checkpoints, GoOnInTheirOwnPrecision) {
   std::string lines;
   SampleControl control;
   control.log = [&](const std::string& line) { lines += line + "\n"; };
-  control.checkpoint = parked_at_look(10, mixed);
+  control.checkpoint = parked_at_poll(10, mixed);
   const auto result = run_sample(world_, in_double, part(world_), control);
   if (world_.is_root()) {
     EXPECT_NE(lines.find("the checkpoint is not used: it was made in mixed numbers"), std::string::npos)

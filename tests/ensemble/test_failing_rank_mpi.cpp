@@ -118,7 +118,7 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
     MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT64_T, MPI_MAX, world.get());
     EXPECT_EQ(least, most);
     if (place == Place::stages || place == Place::check) {
-      EXPECT_LE(most, failing_step + steps_per_look);
+      EXPECT_LE(most, failing_step + steps_per_poll);
     }
     if (world.is_root())
       std::printf("place %d: failed in step %lld or at the next break, ended after step %lld\n",

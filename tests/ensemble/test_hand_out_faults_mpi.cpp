@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What fails in one sample fails alone, wherever it happens.
 #include "crackle/parallel/agreement.h"
-#include "hand_out_fixture.h"
+#include "schedule_fixture.h"
 
 #include <stdexcept>
 
@@ -10,7 +10,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST_F(HandOut, SampleThatFailsOnAllRanksFailsAlone) {
+TEST_F(Schedule, SampleThatFailsOnAllRanksFailsAlone) {
   for (const int ranks_per_sample : {1, 2, 3}) {
     if (!enough_ranks(ranks_per_sample)) continue;
     reports_.clear();
@@ -27,7 +27,7 @@ TEST_F(HandOut, SampleThatFailsOnAllRanksFailsAlone) {
   }
 }
 
-TEST_F(HandOut, SampleThatFailsOnOneRankFailsAlone) {
+TEST_F(Schedule, SampleThatFailsOnOneRankFailsAlone) {
   for (const int ranks_per_sample : {1, 2, 3}) {
     for (const bool on_root : {true, false}) {
       if (!enough_ranks(ranks_per_sample)) continue;
@@ -51,7 +51,7 @@ TEST_F(HandOut, SampleThatFailsOnOneRankFailsAlone) {
   }
 }
 
-TEST_F(HandOut, MessagesOfAFailedSampleDoNotReachTheNext) {
+TEST_F(Schedule, MessagesOfAFailedSampleDoNotReachTheNext) {
   if (world_.size() < 3) GTEST_SKIP() << "needs 3 ranks";
   steps_.compute = [](const parallel::Communicator& group, std::uint64_t sample, const geometry::Subdomain&,
                       const dynamics::SampleControl&) {
@@ -72,7 +72,7 @@ TEST_F(HandOut, MessagesOfAFailedSampleDoNotReachTheNext) {
   expect_only_failing(6, {0, 2, 4}, "before the message is received");
 }
 
-TEST_F(HandOut, RealizationThatCannotBeMadeFailsAlone) {
+TEST_F(Schedule, RealizationThatCannotBeMadeFailsAlone) {
   auto make = steps_.make;
   steps_.make = [make](std::uint64_t sample) {
     if (sample == 0 || sample == 4 || sample == 5) throw std::runtime_error("redrawing does not end");
@@ -84,13 +84,13 @@ TEST_F(HandOut, RealizationThatCannotBeMadeFailsAlone) {
   EXPECT_EQ(gather(world_, calls_.failures_written), (std::vector<std::uint64_t>{0, 4, 5}));
 }
 
-TEST_F(HandOut, AllRealizationsFail) {
+TEST_F(Schedule, AllRealizationsFail) {
   steps_.make = [](std::uint64_t) -> geometry::Realization { throw std::runtime_error("no room"); };
   run(1, numbers(5));
   expect_only_failing(5, {0, 1, 2, 3, 4}, "mesh: no room");
 }
 
-TEST_F(HandOut, PartitionAndAnalysisThatFailAreNamed) {
+TEST_F(Schedule, PartitionAndAnalysisThatFailAreNamed) {
   auto split = steps_.split;
   steps_.split = [split](const geometry::Realization& realization, int n_parts) {
     if (realization.nodes[0][0] == 10) throw std::runtime_error("METIS says no");
@@ -113,7 +113,7 @@ TEST_F(HandOut, PartitionAndAnalysisThatFailAreNamed) {
   }
 }
 
-TEST_F(HandOut, FileThatCannotBeWrittenLeavesNoFile) {
+TEST_F(Schedule, FileThatCannotBeWrittenLeavesNoFile) {
   auto write = steps_.write;
   steps_.write = [write](std::uint64_t sample, const auto& realization, const auto& result,
                          const auto& analysis) {
@@ -128,7 +128,7 @@ TEST_F(HandOut, FileThatCannotBeWrittenLeavesNoFile) {
   }
 }
 
-TEST_F(HandOut, FailureThatCannotBeWrittenIsReportedAllTheSame) {
+TEST_F(Schedule, FailureThatCannotBeWrittenIsReportedAllTheSame) {
   steps_.make = [](std::uint64_t) -> geometry::Realization { throw std::runtime_error("no room"); };
   steps_.write_failure = [](std::uint64_t, const analysis::SampleSummary&, const PartialSample*) {
     throw std::runtime_error("read-only file system");

@@ -84,14 +84,14 @@ dynamics::SampleResult compare(const input::Parameters& parameters, std::size_t 
     EXPECT_EQ(shared.breaks[i].released_energy, alone.breaks[i].released_energy);
     EXPECT_EQ(shared.breaks[i].cut, alone.breaks[i].cut);
   }
-  EXPECT_EQ(alone.ties.empty(), parameters.fracture.release == input::Release::element);
-  EXPECT_EQ(shared.ties.size(), alone.ties.size());
-  for (std::size_t i = 0; i < std::min(shared.ties.size(), alone.ties.size()); ++i) {
-    EXPECT_EQ(shared.ties[i].tetrahedron, alone.ties[i].tetrahedron);
-    EXPECT_EQ(shared.ties[i].load_time, alone.ties[i].load_time);
-    EXPECT_EQ(shared.ties[i].phase_time, alone.ties[i].phase_time);
-    EXPECT_EQ(shared.ties[i].released_energy, alone.ties[i].released_energy);
-    EXPECT_EQ(shared.ties[i].edges, alone.ties[i].edges);
+  EXPECT_EQ(alone.bridge_releases.empty(), parameters.fracture.release == input::Release::element);
+  EXPECT_EQ(shared.bridge_releases.size(), alone.bridge_releases.size());
+  for (std::size_t i = 0; i < std::min(shared.bridge_releases.size(), alone.bridge_releases.size()); ++i) {
+    EXPECT_EQ(shared.bridge_releases[i].tetrahedron, alone.bridge_releases[i].tetrahedron);
+    EXPECT_EQ(shared.bridge_releases[i].load_time, alone.bridge_releases[i].load_time);
+    EXPECT_EQ(shared.bridge_releases[i].phase_time, alone.bridge_releases[i].phase_time);
+    EXPECT_EQ(shared.bridge_releases[i].released_energy, alone.bridge_releases[i].released_energy);
+    EXPECT_EQ(shared.bridge_releases[i].edges, alone.bridge_releases[i].edges);
   }
   EXPECT_EQ(shared.energy.size(), alone.energy.size());
   for (std::size_t i = 0; i < std::min(shared.energy.size(), alone.energy.size()); ++i) {
@@ -127,7 +127,7 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankFromQuasiStaticLoadingOn) {
   compare(parameters, 20);
 }
 
-/// Facets and the tie rule, whose edges may lie between two ghosts, and a strength that differs from one
+/// Facets and the bridging rule, whose edges may lie between two ghosts, and a strength that differs from one
 /// tetrahedron to the next.
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithFacetsAndToughness) {
   auto parameters = torn_bar();
@@ -247,18 +247,18 @@ TEST_P(SampleOnManyRanks, ExchangesGhostsOnceForEachForce) {
     const auto result = run_sample(world, parameters, part);
     const auto n_ghosts = static_cast<std::int64_t>(part.nodes.size()) - part.layout.n_owned;
     const std::int64_t number = GetParam() == input::Precision::mixed ? 4 : 8;
-    const auto& traffic = result.timings.traffic;
+    const auto& exchange_cost = result.timings.exchange_cost;
     std::printf("rank %d: %lld forces, %lld exchanges of %lld bytes for %lld ghosts\n", world.rank(),
                 static_cast<long long>(result.counts.force_evaluations),
-                static_cast<long long>(traffic.n_exchanges),
-                static_cast<long long>(traffic.bytes_per_exchange), static_cast<long long>(n_ghosts));
+                static_cast<long long>(exchange_cost.n_exchanges),
+                static_cast<long long>(exchange_cost.bytes_per_exchange), static_cast<long long>(n_ghosts));
     if (world.size() == 1) {
-      EXPECT_EQ(traffic.n_exchanges, 0);
+      EXPECT_EQ(exchange_cost.n_exchanges, 0);
       continue;
     }
-    EXPECT_EQ(traffic.bytes_per_exchange, 3 * number * n_ghosts);
+    EXPECT_EQ(exchange_cost.bytes_per_exchange, 3 * number * n_ghosts);
     const std::int64_t drifts_per_step = integrator == input::Integrator::bilateral4 ? 4 : 1;
-    EXPECT_EQ(traffic.n_exchanges, drifts_per_step * result.counts.steps);
+    EXPECT_EQ(exchange_cost.n_exchanges, drifts_per_step * result.counts.steps);
     EXPECT_LE(result.counts.force_evaluations, drifts_per_step * result.counts.steps + 1);
   }
 }

@@ -81,7 +81,7 @@ protected:
     fracture::BreakableBody body(subdomain, test::epoxy());
     auto criterion =
         test::tuler_butcher({.strength = strength, .exponent = 2, .impulse = impulse}, subdomain, step);
-    ScriptedMotion motion(body, stress, criterion.watched_share(stable_step));
+    ScriptedMotion motion(body, stress, criterion.screening_share(stable_step));
     std::optional<BreakingCheck> check;
     for (int i = 0; i < n_steps && body.breaks().empty(); ++i) {
       if (i == 0 || i == restart) check.emplace(body, motion, criterion).start();

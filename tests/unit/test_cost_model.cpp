@@ -24,9 +24,9 @@ std::vector<GroupPlan> plans(std::int64_t ranks, std::int64_t samples, const Mac
 }
 
 TEST(CostModel, SharesAreThoseOfThePartition) {
-  EXPECT_EQ(largest_share(bar(), 1).tetrahedra, 60000);
-  EXPECT_EQ(largest_share(bar(), 1).ghosts, 0);
-  const Share two = largest_share(bar(), 2);
+  EXPECT_EQ(largest_rank_work(bar(), 1).tetrahedra, 60000);
+  EXPECT_EQ(largest_rank_work(bar(), 1).ghosts, 0);
+  const RankWork two = largest_rank_work(bar(), 2);
   std::printf("2 ranks: %ld tetrahedra, %ld ghosts, %d neighbours\n", static_cast<long>(two.tetrahedra),
               static_cast<long>(two.ghosts), two.neighbours);
   // Half of them and one layer of the halo; one cross-section of 11 x 11 nodes and what METIS adds.
@@ -35,7 +35,7 @@ TEST(CostModel, SharesAreThoseOfThePartition) {
   EXPECT_GE(two.ghosts, 121 / 2);
   EXPECT_LE(two.ghosts, 2 * 121);
   EXPECT_EQ(two.neighbours, 1);
-  EXPECT_LE(largest_share(bar(), 8).neighbours, 3);
+  EXPECT_LE(largest_rank_work(bar(), 8).neighbours, 3);
 }
 
 TEST(CostModel, ForceTimeFollowsItsFormula) {
@@ -47,7 +47,7 @@ TEST(CostModel, ForceTimeFollowsItsFormula) {
                                     machine, input::Precision::mixed, 4);
   EXPECT_DOUBLE_EQ(time.computation, 5e-4);
   EXPECT_DOUBLE_EQ(time.exchange, 2 * 2e-6 + 12e3 / 1e9);
-  EXPECT_DOUBLE_EQ(time.looks, 3 * 2 * 2e-6 / 32 / 4);
+  EXPECT_DOUBLE_EQ(time.polls, 3 * 2 * 2e-6 / 32 / 4);
 }
 
 TEST(CostModel, ASampleIsItsForcesItsStaticPartAndTheRootsWork) {
@@ -56,7 +56,7 @@ TEST(CostModel, ASampleIsItsForcesItsStaticPartAndTheRootsWork) {
   machine.root_updates_per_second = 60000;
   const auto all = plans(17, 200, machine);
   EXPECT_DOUBLE_EQ(all[0].sample_seconds, 80000 * 60000.0 / 1e8 + 1.5 + 1);
-  // Ranks share what is static as they share the forces.
+  // Ranks share what is static as they work the forces.
   const double faster = all[0].force.total() / all[1].force.total();
   EXPECT_GT(faster, 1.5);
   EXPECT_DOUBLE_EQ(all[1].sample_seconds, (80000 * 60000.0 / 1e8 + 1.5) / faster + 1);
@@ -64,10 +64,10 @@ TEST(CostModel, ASampleIsItsForcesItsStaticPartAndTheRootsWork) {
 
 TEST(CostModel, FewRanksForManySamplesManyRanksForFew) {
   const Machine machine;
-  EXPECT_EQ(recommended(plans(17, 200, machine)).share.ranks, 1);
-  EXPECT_EQ(recommended(plans(17, 1, machine)).share.ranks, 16);
+  EXPECT_EQ(recommended(plans(17, 200, machine)).work.ranks, 1);
+  EXPECT_EQ(recommended(plans(17, 1, machine)).work.ranks, 16);
   // Four samples on 16 workers: groups of four.
-  EXPECT_EQ(recommended(plans(17, 4, machine)).share.ranks, 4);
+  EXPECT_EQ(recommended(plans(17, 4, machine)).work.ranks, 4);
   EXPECT_EQ(plans(17, 4, machine).size(), 5U);
   EXPECT_EQ(plans(1, 4, machine).size(), 1U);
 }
@@ -102,7 +102,7 @@ TEST(CostModel, MeshesWithABaseOfTheirOwnTakeLonger) {
 TEST(CostModel, SlowNetworksMakeGroupsSmaller) {
   Machine slow;
   slow.latency = 1e-3;
-  EXPECT_LT(recommended(plans(17, 1, slow)).share.ranks, 16);
+  EXPECT_LT(recommended(plans(17, 1, slow)).work.ranks, 16);
 }
 
 }  // namespace

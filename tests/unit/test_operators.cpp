@@ -118,8 +118,8 @@ protected:
         subdomain_(test::whole(mesh_)),
         operators_(make_operators(subdomain_, 1180)),
         elasticity_(test::epoxy()),
-        integrity_(operators_, elasticity_),
-        force_(operators_, integrity_) {}
+        residual_stiffness_(operators_, elasticity_),
+        force_(operators_, residual_stiffness_) {}
 
   std::vector<double> displacement_of(auto&& function) const {
     std::vector<double> u;
@@ -138,7 +138,7 @@ protected:
   geometry::Subdomain subdomain_;
   PdsOperators operators_;
   IsotropicElasticity elasticity_;
-  Integrity integrity_;
+  ResidualStiffness residual_stiffness_;
   ReferenceForce force_;
 };
 
@@ -177,7 +177,7 @@ TEST_F(Forces, RigidMotionsGiveNoForce) {
 
 TEST_F(Forces, TotalForceAndMomentVanishForAnyDisplacementAndBrokenSet) {
   RandomStream stream(3, 0, "forces");
-  for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); t += 5) integrity_.release(t, all_edges);
+  for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); t += 5) residual_stiffness_.release(t, all_edges);
   const auto u = displacement_of([&](const Point&) {
     return Vector{stream.uniform(-1e-5, 1e-5), stream.uniform(-1e-5, 1e-5), stream.uniform(-1e-5, 1e-5)};
   });

@@ -151,7 +151,7 @@ TEST_F(SampleFile, HoldsNoTimesOutsideProvenance) {
 }
 
 TEST_F(SampleFile, HoldsTheTiesWithReleaseByFacets) {
-  result.ties = {{7, 76.18, 1e-6, 2e-9, 9}, {5, 76.18, 2e-6, 1e-9, 34}};
+  result.bridge_releases = {{7, 76.18, 1e-6, 2e-9, 9}, {5, 76.18, 2e-6, 1e-9, 34}};
   const fs::path elements = folder.path() / "elements.h5";
   const fs::path facets = folder.path() / "facets.h5";
   write(elements);

@@ -115,7 +115,7 @@ TEST(TulerButcher, BreaksAtTheEndOfAStepNearestToTheMomentOfFailure) {
 
 TEST(TulerButcher, WatchesWhatMayBreakWithinHalfAStep) {
   const auto share = [](double step, input::Memory memory = input::Memory::cumulative) {
-    return one_tetrahedron(step, memory)->watched_share(5e-8);
+    return one_tetrahedron(step, memory)->screening_share(5e-8);
   };
   EXPECT_LT(share(4.5e-8), 0.85);
   EXPECT_GT(share(4.5e-8), 0.75);

@@ -49,7 +49,7 @@ Pushed push(double strain, Contact contact, input::Release release, bool is_brok
     const auto n = std::ranges::count_if(subdomain.tetrahedra[index(t)], is_upper);
     if (n > 0 && n < 4) body.release(t, tension, 0, 0);
   }
-  body.tie(self, 0, 0, [&](std::int32_t) { return mechanics::Symmetric{}; });
+  body.release_bridges(self, 0, 0, [&](std::int32_t) { return mechanics::Symmetric{}; });
 
   auto criterion = test::unbreakable(subdomain);
   MotionState state{parallel::NodeField(self, subdomain.layout), parallel::NodeField(self, subdomain.layout)};

@@ -57,14 +57,14 @@ protected:
 
   std::unique_ptr<MovingBody> fixed_point(Precision precision, MotionState& state, double strength = 35e6,
                                           InstructionSet set = best_instruction_set(),
-                                          double watched_share = 1) {
-    return make_fixed_point_motion(context(strength, watched_share), precision, 0, 1e-4, state, set);
+                                          double screening_share = 1) {
+    return make_fixed_point_motion(context(strength, screening_share), precision, 0, 1e-4, state, set);
   }
 
-  MotionContext context(double strength, double watched_share = 1) {
+  MotionContext context(double strength, double screening_share = 1) {
     criterion_ = fracture::make_criterion({.strength = strength, .exponent = 2, .impulse = 1e4},
                                           subdomain_.tetrahedra.size(), 5e-9);
-    return {&self_, &body_, &loads_, test::epoxy().density, criterion_.get(), watched_share};
+    return {&self_, &body_, &loads_, test::epoxy().density, criterion_.get(), screening_share};
   }
 
   void run(MovingBody& motion, int n_steps) const {
@@ -276,7 +276,7 @@ TEST_F(VibratingBlock, AStateThatOutgrowsItsNumbersIsReported) {
 
 TEST_F(VibratingBlock, LoadsAndMotionsBeyondTheRangeAreReported) {
   loads_.forces.push_back({.component = 0,
-                           .amplitude = mechanics::Program(1, 1e8, {}),
+                           .amplitude = mechanics::LoadCurve(1, 1e8, {}),
                            .nodes = {5},
                            .weight = {1},
                            .total_weight = 1});
@@ -285,7 +285,7 @@ TEST_F(VibratingBlock, LoadsAndMotionsBeyondTheRangeAreReported) {
   loads_.motions.push_back({.component = 0,
                             .is_velocity = true,
                             .is_fixed = false,
-                            .program = mechanics::Program(0, 1e9, {}),
+                            .curve = mechanics::LoadCurve(0, 1e9, {}),
                             .nodes = {7}});
   const auto driven = loads_;
   for (const auto& [loads, what] : {std::pair(&loaded, "loaded"), std::pair(&driven, "driven")}) {

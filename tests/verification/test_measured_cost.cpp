@@ -54,7 +54,7 @@ TEST(MeasuredCost, HasEveryPartOfASample) {
 }
 
 TEST(MeasuredCost, EndsAtTheFirstLookAfterItsTime) {
-  EXPECT_EQ(measure_cost(strip(), slotted(), stable_step, grid, 0).n_steps, dynamics::steps_per_look);
+  EXPECT_EQ(measure_cost(strip(), slotted(), stable_step, grid, 0).n_steps, dynamics::steps_per_poll);
 }
 
 TEST(MeasuredCost, SeesThatNoLoadBreaksTheBody) {

@@ -76,7 +76,7 @@ struct Share {
     const auto n_before = body.changes().size();
     for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t)
       if (subdomain.tetrahedron_number[index(t)] % 9 == first) body.release(t, strain(t), 0, 0);
-    body.tie(group, 0, 0, strain);
+    body.release_bridges(group, 0, 0, strain);
     const auto changes = body.changes().subspan(n_before);
     return {changes.begin(), changes.end()};
   }
@@ -180,7 +180,7 @@ protected:
 std::unique_ptr<mechanics::StiffnessProduct> product_of(const Share& share) {
   return std::make_unique<mechanics::StiffnessProduct>(share.group, share.subdomain, share.body.operators(),
                                                        share.body.elasticity(), share.body.edges(),
-                                                       share.body.integrity());
+                                                       share.body.residual_stiffness());
 }
 
 TEST_F(PartitionBits, StiffnessProducts) {
@@ -233,7 +233,7 @@ TEST_F(PartitionBits, StaticSolves) {
     std::optional<mechanics::StaticSolver> shared_solver, solver;
     const auto make = [](const Share& share, auto& made) {
       made.emplace(share.group, share.subdomain, share.body.operators(), share.body.elasticity(),
-                   share.body.edges(), share.body.integrity(), share.held());
+                   share.body.edges(), share.body.residual_stiffness(), share.held());
     };
     make(shared, shared_solver);
     make(alone, solver);
@@ -262,8 +262,8 @@ TEST_F(PartitionBits, CoarseCorrections) {
     const auto held = shared.held(), all_held = alone.held();
     mechanics::CoarseSpace mine(shared.group, shared.subdomain, held);
     mechanics::CoarseSpace all(alone.group, alone.subdomain, all_held);
-    mine.factorize(shared.body.operators(), shared.body.elasticity(), shared.body.integrity());
-    all.factorize(alone.body.operators(), alone.body.elasticity(), alone.body.integrity());
+    mine.factorize(shared.body.operators(), shared.body.elasticity(), shared.body.residual_stiffness());
+    all.factorize(alone.body.operators(), alone.body.elasticity(), alone.body.residual_stiffness());
     for (int number = 0; number < 12; ++number) {
       const auto at = [&](std::int64_t node, const Point& p) { return operand(number, node, p); };
       std::vector<double> correction(shared.field(at).owned().size()), whole(alone.field(at).owned().size());
@@ -311,7 +311,7 @@ TEST_F(PartitionBits, Bounds) {
         const std::vector<double> no_mass(static_cast<std::size_t>(share.subdomain.layout.n_owned), 1.0);
         mechanics::FixedPointForce<double> force(
             share.subdomain, share.body.operators(), share.body.elasticity(), share.body.edges(),
-            share.body.integrity(), no_mass, {1, 1, 1e9}, best_instruction_set());
+            share.body.residual_stiffness(), no_mass, {1, 1, 1e9}, best_instruction_set());
         for (std::size_t n = 0; n < share.subdomain.nodes.size(); ++n)
           for (std::size_t i = 0; i < 3; ++i)
             force.nodes()[n].displacement[i] =

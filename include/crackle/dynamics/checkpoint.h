@@ -33,7 +33,7 @@ struct MotionCheckpoint {
 /// What came to carry less in a dynamic phase.
 struct Releases {
   std::vector<fracture::Break> breaks;
-  std::vector<fracture::Tie> ties;
+  std::vector<fracture::BridgeRelease> bridge_releases;
 };
 
 /// A dynamic phase that has arrested.
@@ -88,21 +88,21 @@ Checkpoint share_checkpoint(const parallel::Communicator& group, std::span<const
 /// The breaks of all ranks on the root, in order of time, then of tetrahedron number. Collective.
 std::vector<fracture::Break> gather_breaks(const parallel::Communicator& group,
                                            std::span<const fracture::Break> local);
-/// As gather_breaks, for what the tie rule released.
-std::vector<fracture::Tie> gather_ties(const parallel::Communicator& group,
-                                       std::span<const fracture::Tie> local);
+/// As gather_breaks, for what the bridging rule released.
+std::vector<fracture::BridgeRelease> gather_bridge_releases(const parallel::Communicator& group,
+                                                            std::span<const fracture::BridgeRelease> local);
 
 /// Marks a moment in a body's breaking, to gather what is released from then on.
 class ReleasesSince {
 public:
   explicit ReleasesSince(const fracture::BreakableBody& body)
-      : body_(&body), n_breaks_(body.breaks().size()), n_ties_(body.ties().size()) {}
+      : body_(&body), n_breaks_(body.breaks().size()), n_bridge_releases_(body.bridge_releases().size()) {}
   /// Those of all ranks on the root. Collective.
   Releases gather(const parallel::Communicator& group) const;
 
 private:
   const fracture::BreakableBody* body_;
-  std::size_t n_breaks_, n_ties_;
+  std::size_t n_breaks_, n_bridge_releases_;
 };
 
 /// Impulses of all tetrahedra on the root. Collective.

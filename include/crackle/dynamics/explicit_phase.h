@@ -32,7 +32,7 @@ enum class Request : int {
 
 /// Steps between two looks of a phase at whether it has arrested, failed or is asked for something: each look
 /// costs messages between the ranks.
-inline constexpr std::int64_t steps_per_look = 32;
+inline constexpr std::int64_t steps_per_poll = 32;
 
 struct PhaseResult {
   bool arrested = false;
@@ -80,7 +80,7 @@ struct PhaseOptions {
 /// Explicit dynamics with breaking: the splitting's stages, at the end of every step the breaking check, then
 /// outputs. On return `state` is the last one. Collective.
 /// @param motion of the context's body, at the phase's start
-/// @param load_time time of the load programs at the phase's start [s]
+/// @param load_time time of the load curves at the phase's start [s]
 /// @throws NumberRangeExceeded when the motion's state can no longer be trusted
 /// @throws parallel::AgreedError at most 32 steps after anything in a step failed on any rank
 PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,

@@ -36,7 +36,7 @@ public:
 
   /// The stages of one step of the splitting. Collective; what it throws on one rank, it throws when its
   /// messages are complete.
-  /// @param time of the load programs at the beginning of the step [s]
+  /// @param time of the load curves at the beginning of the step [s]
   virtual void step(std::span<const Stage> stages, double time_step, double time) = 0;
 
   /// The local tetrahedra above the watched share of their strength now, ascending, and among them only
@@ -75,7 +75,7 @@ public:
   virtual std::int64_t n_forces() const = 0;  ///< evaluations of the internal force so far
 
   /// Exchanges of ghost displacements so far.
-  virtual Traffic traffic() const { return {}; }
+  virtual ExchangeCost exchange_cost() const { return {}; }
 };
 
 /// What the dynamic phases of one sample share.
@@ -85,7 +85,7 @@ struct MotionContext {
   const mechanics::BoundaryLoads* loads;
   double density;  ///< [kg/m^3]
   const fracture::Criterion* criterion;
-  double watched_share = 1;  ///< of the strength: MovingBody::overloaded() tells what is above it
+  double screening_share = 1;  ///< of the strength: MovingBody::overloaded() tells what is above it
 };
 
 /// The definition: every operation in double precision, one after the other, with the plain loop over

@@ -19,14 +19,14 @@ namespace crackle::dynamics {
 
 /// How a quasi-static phase ended.
 enum class QuasiStaticEnd {
-  run_away,   ///< a tetrahedron is over the limit at an unchanged load: dynamics takes over
-  no_load,    ///< no further load of the program breaks the body
+  unstable,   ///< a tetrahedron is over the limit at an unchanged load: dynamics takes over
+  no_load,    ///< no further load breaks the body
   separated,  ///< the loaded part came loose, or hangs on as a mechanism
   parked,     ///< asked to stop between two breaks
 };
 
 /// Event-driven quasi-static loading. Between two breaks the equilibrium is linear in the loads: one unit
-/// solution for each force pattern and each prescribed motion, scaled by its program. Under a slow ramp the
+/// solution for each force pattern and each prescribed motion, scaled by its curve. Under a slow ramp the
 /// Tuler-Butcher overshoot is negligible, so a tetrahedron breaks when its largest principal stress reaches
 /// the strength.
 class QuasiStaticLoading {
@@ -47,7 +47,7 @@ public:
   ///   with the load at which the first one would have broken. Collective.
   void refuse_overload() const;
 
-  /// Loads on from the present time until run-away or the end of the program. Collective.
+  /// Loads on from the present time until run-away or the end of the curve. Collective.
   /// @param is_asked_to_park this rank's wish, looked at after each break; may be empty
   QuasiStaticEnd advance(EnergyAccount& account, const std::function<bool()>& is_asked_to_park = {});
 

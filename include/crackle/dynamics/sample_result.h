@@ -55,7 +55,7 @@ struct SampleCounts {
 };
 
 /// What the ranks of a group send each other in dynamic phases.
-struct Traffic {
+struct ExchangeCost {
   std::int64_t n_exchanges = 0;         ///< of ghost displacements
   std::int64_t bytes_per_exchange = 0;  ///< that this rank receives
   double seconds = 0;                   ///< spent beginning and ending them [s]
@@ -68,11 +68,11 @@ struct SampleTimings {
   double quasi_static = 0;
   double dynamic = 0;
   double element_updates_per_second = 0;  ///< tetrahedra x force evaluations / dynamic time, of the group
-  Traffic traffic{};
+  ExchangeCost exchange_cost{};
 };
 
-/// What the mechanics of one sample yields. Complete on the group's root; elsewhere breaks, ties and frames
-/// are empty.
+/// What the mechanics of one sample yields. Complete on the group's root; elsewhere breaks, bridge releases
+/// and frames are empty.
 struct SampleResult {
   static constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
@@ -94,7 +94,8 @@ struct SampleResult {
   double equilibrium_residual =
       none;  ///< largest of the static solves, relative to the load; NaN without any
   std::vector<fracture::Break> breaks;  ///< in order of time, then of tetrahedron number
-  std::vector<fracture::Tie> ties;      ///< in the same order; empty with release by elements
+  std::vector<fracture::BridgeRelease>
+      bridge_releases;  ///< in the same order; empty with release by elements
   std::vector<EnergyRow> energy;
   std::vector<Frame> frames;
   SampleCounts counts;

@@ -11,7 +11,7 @@
 namespace crackle::ensemble {
 
 /// The largest share that a rank has when a number of ranks share one sample; the slowest sets the pace.
-struct Share {
+struct RankWork {
   int ranks = 1;
   std::int64_t tetrahedra = 0;  ///< computed by one rank, halo included
   std::int64_t ghosts = 0;      ///< nodes that one rank receives
@@ -19,7 +19,7 @@ struct Share {
 };
 
 /// Shares of a realization by the partition that a run would use.
-Share largest_share(const geometry::Realization& realization, int ranks);
+RankWork largest_rank_work(const geometry::Realization& realization, int ranks);
 
 /// Tetrahedron updates per second of one core where none were measured: the force of one tetrahedron with its
 /// share of the time step and the breaking check, under few breaks.
@@ -53,14 +53,14 @@ struct ForceTime {
   double computation = 0;
   double exchange = 0;  ///< of ghosts, as if nothing were hidden behind the computation
   double looks = 0;     ///< of sums over all ranks
-  double total() const { return computation + exchange + looks; }
+  double total() const { return computation + exchange + polls; }
 };
-ForceTime force_time(const Share& share, const Machine& machine, input::Precision precision,
+ForceTime force_time(const RankWork& work, const Machine& machine, input::Precision precision,
                      double forces_per_step);
 
 /// How an ensemble runs with a number of ranks per sample.
 struct GroupPlan {
-  Share share;
+  RankWork work;
   ForceTime force;
   std::int64_t groups = 0;
   double sample_seconds = 0;      ///< dynamic phases, what is static, and the root's own work

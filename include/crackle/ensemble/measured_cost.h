@@ -25,7 +25,7 @@ struct MeasuredCost {
 
 /// Measures them on a realization: the equilibrium of the intact body, one break with the equilibrium after
 /// it, and the time loop for as long as given, in the course of breaking. Not collective.
-/// @param stable_step the breaking check looks ahead by it, see fracture::TulerButcher::watched_share() [s]
+/// @param stable_step the breaking check looks ahead by it, see fracture::TulerButcher::screening_share() [s]
 /// @param seconds of the time loop
 /// @throws std::runtime_error when the static problem has no solution, or the motion cannot be trusted
 MeasuredCost measure_cost(const input::Parameters& parameters, const geometry::Realization& realization,

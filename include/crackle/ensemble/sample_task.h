@@ -65,7 +65,7 @@ struct SampleSteps {
   std::function<analysis::SampleSummary(const std::string& reason)> failure_row;
   /// Lines about the progress of a sample; on the group's root.
   dynamics::SampleLog log;
-  /// See dynamics::SampleControl. hand_out() brings it from the root of a single group to rank 0.
+  /// See dynamics::SampleControl. schedule_samples() brings it from the root of a single group to rank 0.
   dynamics::SampleLog progress;
   /// Called where a stage of a sample's local work begins, on every rank that does it; what it throws fails
   /// the sample. For tests; may be empty.

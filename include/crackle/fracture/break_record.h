@@ -22,7 +22,7 @@ struct Break {
 
 /// Edges that a tetrahedron broken by facets let go of besides those of its cut; its times are those of the
 /// break that caused it.
-struct Tie {
+struct BridgeRelease {
   std::int64_t tetrahedron;  ///< number in the realization
   double load_time;          ///< as in Break [s]
   double phase_time;         ///< as in Break [s]

@@ -5,9 +5,9 @@
 #include "crackle/fracture/break_record.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/mechanics/edges.h"
-#include "crackle/mechanics/integrity.h"
 #include "crackle/mechanics/internal_force.h"
 #include "crackle/mechanics/operators.h"
+#include "crackle/mechanics/residual_stiffness.h"
 #include "crackle/parallel/communicator.h"
 
 #include <array>
@@ -30,13 +30,13 @@ mechanics::EdgeSet crossed_edges(int cut);
 /// With release by facets, a broken tetrahedron also lets go of an edge when the dual facets of the unbroken
 /// tetrahedra round that edge are at most this share of all. With 0 it waits until all round the edge are
 /// broken.
-inline constexpr double tie_share = 0.0;
+inline constexpr double bridging_share = 0.0;
 
 /// A body that can break: its constant operators, its internal force and its broken set, on one subdomain.
 ///
 /// Release by elements: a broken tetrahedron carries nothing. Release by facets: it lets go of the edges that
-/// its most loaded cut crosses (mechanics::EdgeStiffness), and of further ones by the tie rule, without which
-/// neighbouring tetrahedra with different cuts would bridge the crack for ever.
+/// its most loaded cut crosses (mechanics::EdgeStiffness), and of further ones by the bridging rule, without
+/// which neighbouring tetrahedra with different cuts would bridge the crack for ever.
 ///
 /// Ranks that hold the same tetrahedron see the same stress bits, so they break it together without a
 /// message.
@@ -54,7 +54,7 @@ public:
   const mechanics::IsotropicElasticity& elasticity() const { return elasticity_; }
   const mechanics::Edges& edges() const { return edges_; }
   const mechanics::InternalForce& force() const { return force_; }
-  const mechanics::Integrity& integrity() const { return integrity_; }
+  const mechanics::ResidualStiffness& residual_stiffness() const { return residual_stiffness_; }
   /// Whether broken tetrahedra resist being closed again.
   bool has_contact() const { return contact_ != input::Contact::none; }
 
@@ -65,8 +65,8 @@ public:
   std::span<const std::int32_t> changes() const { return changes_; }
   /// Records of the breaks that this rank counts, in order of breaking.
   std::span<const Break> breaks() const { return records_; }
-  /// What the tie rule released of tetrahedra that this rank counts.
-  std::span<const Tie> ties() const { return ties_; }
+  /// What the bridging rule released of tetrahedra that this rank counts.
+  std::span<const BridgeRelease> bridge_releases() const { return bridge_releases_; }
 
   mechanics::Symmetric strain(std::int32_t tetrahedron, std::span<const double> displacement) const {
     return mechanics::strain(operators_.tetrahedra[index(tetrahedron)], displacement);
@@ -82,28 +82,29 @@ public:
                double phase_time);
 
   /// Opens tetrahedra as records of an earlier run tell: all that this rank holds, counted or not.
-  void restore(std::span<const Break> breaks, std::span<const Tie> ties);
+  void restore(std::span<const Break> breaks, std::span<const BridgeRelease> bridge_releases);
 
-  /// Applies the tie rule after breaks since the last call; nothing with release by elements. Collective;
-  /// does not agree() before. Where a rank fails before its messages, it throws and the others do nothing.
+  /// Applies the bridging rule after breaks since the last call; nothing with release by elements.
+  /// Collective; does not agree() before. Where a rank fails before its messages, it throws and the others do
+  /// nothing.
   /// @param load_time, phase_time of these breaks, for the records
   /// @param strain of a local tetrahedron now
-  void tie(const parallel::Communicator& group, double load_time, double phase_time,
-           const std::function<mechanics::Symmetric(std::int32_t)>& strain);
+  void release_bridges(const parallel::Communicator& group, double load_time, double phase_time,
+                       const std::function<mechanics::Symmetric(std::int32_t)>& strain);
 
   /// Strain energies of the tetrahedra that this rank counts [J], one for each.
   std::vector<double> strain_energies(std::span<const double> displacement) const;
-  /// Energies taken out by the breaks and ties that this rank counts [J].
+  /// Energies taken out by the breaks and bridge releases that this rank counts [J].
   std::vector<double> released_energies() const;
 
 private:
   /// Edge k of the tetrahedron with this number in the realization.
-  struct LooseEdge {
+  struct BridgingEdge {
     std::int64_t tetrahedron;
     std::int64_t edge;
-    auto operator<=>(const LooseEdge&) const = default;
+    auto operator<=>(const BridgingEdge&) const = default;
   };
-  std::vector<LooseEdge> find_loose_edges() const;
+  std::vector<BridgingEdge> find_bridging_edges() const;
   /// Local number of a tetrahedron of the realization, or -1.
   std::int32_t local_number(std::int64_t tetrahedron) const;
   void open(std::int32_t tetrahedron, int cut);
@@ -115,13 +116,13 @@ private:
   mechanics::PdsOperators operators_;
   mechanics::Edges edges_;
   mechanics::IsotropicElasticity elasticity_;
-  mechanics::Integrity integrity_;
+  mechanics::ResidualStiffness residual_stiffness_;
   mechanics::ReferenceForce force_;
   std::vector<std::uint8_t> broken_;
   std::vector<std::int32_t> order_;
   std::vector<std::int32_t> changes_;
-  std::size_t n_tied_ = 0;  // of order_, those whose edges were looked at
-  std::vector<Tie> ties_;
+  std::size_t n_checked_ = 0;  // of order_, those whose edges were looked at
+  std::vector<BridgeRelease> bridge_releases_;
   std::vector<Break> records_;
 };
 

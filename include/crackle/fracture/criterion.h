@@ -42,7 +42,7 @@ public:
 
   /// The share of its strength above which a tetrahedron must be shown to advance() at the end of a step.
   /// @param stable_step in which a wave crosses the smallest tetrahedra [s]
-  virtual double watched_share([[maybe_unused]] double stable_step) const { return 1; }
+  virtual double screening_share([[maybe_unused]] double stable_step) const { return 1; }
 
   /// Time to failure under constant stress from now on, without regard to the past [s]; infinity where it is
   /// over the strength by rounding only.

@@ -23,7 +23,7 @@ public:
   bool advance(std::size_t tetrahedron, double earlier, double before, double after) override;
 
   /// One that is below its strength may be about to pass it and to break within half a step.
-  double watched_share(double stable_step) const override;
+  double screening_share(double stable_step) const override;
   double time_to_failure(std::size_t tetrahedron, double stress) const override;
 
 private:

@@ -35,7 +35,7 @@
 /// analysis::Fork |
 /// | /crossings/position, share, arm, notch, section | q | see analysis::ArmCrossing |
 /// | /breaks/... | b | the columns of fracture::Break |
-/// | /ties/... | r | the columns of fracture::Tie; with release by facets only |
+/// | /ties/... | r | the columns of fracture::BridgeRelease; with release by facets only |
 /// | /energy/... | e | the columns of dynamics::EnergyRow |
 /// | /frames/time, broken | t | see dynamics::Frame |
 /// | /frames/displacement, velocity | t x n x 3 | single precision |

@@ -12,10 +12,10 @@
 namespace crackle::mechanics {
 
 /// A quantity that is prescribed over time: value + rate t, or value times a piecewise linear factor.
-class Program {
+class LoadCurve {
 public:
-  Program() = default;
-  Program(double value, double rate, std::vector<std::pair<double, double>> history);
+  LoadCurve() = default;
+  LoadCurve(double value, double rate, std::vector<std::pair<double, double>> history);
 
   double at(double time) const;
   double slope(double time) const;     ///< right-sided derivative
@@ -34,22 +34,22 @@ private:
 /// weight[i].
 struct ForcePattern {
   int component = 0;
-  Program amplitude;                ///< total force [N], or traction [Pa]
+  LoadCurve amplitude;              ///< total force [N], or traction [Pa]
   std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
   std::vector<double> weight;       ///< share of the total (adds up to 1 over all ranks), or area [m^2]
   double total_weight = 0;          ///< over all ranks
 };
 
-/// Displacement components that follow a program.
+/// Displacement components that follow a curve.
 struct PrescribedMotion {
   int component = 0;
-  bool is_velocity = false;  ///< the program is a velocity, the displacement its integral from time 0
+  bool is_velocity = false;  ///< the curve is a velocity, the displacement its integral from time 0
   bool is_fixed = false;
-  Program program;
+  LoadCurve curve;
   std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
 
-  double displacement(double time) const { return is_velocity ? program.integral(time) : program.at(time); }
-  double velocity(double time) const { return is_velocity ? program.at(time) : program.slope(time); }
+  double displacement(double time) const { return is_velocity ? curve.integral(time) : curve.at(time); }
+  double velocity(double time) const { return is_velocity ? curve.at(time) : curve.slope(time); }
 };
 
 /// The input's boundary list on one subdomain. A node belongs to a condition when a boundary triangle of a

@@ -3,8 +3,8 @@
 
 #include "crackle/geometry/subdomain.h"
 #include "crackle/mechanics/elasticity.h"
-#include "crackle/mechanics/integrity.h"
 #include "crackle/mechanics/operators.h"
+#include "crackle/mechanics/residual_stiffness.h"
 
 #include <array>
 #include <cstdint>
@@ -45,6 +45,7 @@ struct EdgeCoupling {
 /// Sum over what the tetrahedra round an edge carry, in ascending order: the same bits on every rank.
 /// `w` is exactly 0 where the edge is inner and all tetrahedra round it are intact.
 EdgeCoupling edge_coupling(const PdsOperators& operators, const IsotropicElasticity& elasticity,
-                           const Edges& edges, const Integrity& integrity, std::int32_t edge);
+                           const Edges& edges, const ResidualStiffness& residual_stiffness,
+                           std::int32_t edge);
 
 }  // namespace crackle::mechanics

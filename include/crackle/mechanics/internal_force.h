@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/mechanics/integrity.h"
 #include "crackle/mechanics/operators.h"
+#include "crackle/mechanics/residual_stiffness.h"
 
 #include <cstdint>
 #include <memory>
@@ -29,13 +29,13 @@ public:
 class ReferenceForce final : public InternalForce {
 public:
   /// The references must outlive the object; what the tetrahedra carry may change.
-  ReferenceForce(const PdsOperators& operators, const Integrity& integrity)
-      : operators_(&operators), integrity_(&integrity) {}
+  ReferenceForce(const PdsOperators& operators, const ResidualStiffness& residual_stiffness)
+      : operators_(&operators), residual_stiffness_(&residual_stiffness) {}
   void evaluate(std::span<const double> displacement, std::span<double> force) const override;
 
 private:
   const PdsOperators* operators_;
-  const Integrity* integrity_;
+  const ResidualStiffness* residual_stiffness_;
 };
 
 }  // namespace crackle::mechanics

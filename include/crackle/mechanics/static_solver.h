@@ -33,10 +33,10 @@ using HeldComponents = std::vector<std::uint8_t>;  ///< 3 n_local, 1 where presc
 class StaticSolver {
 public:
   /// Collective. The references must outlive the object.
-  /// @param integrity may change, see release()
+  /// @param residual_stiffness may change, see release()
   StaticSolver(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                const PdsOperators& operators, const IsotropicElasticity& elasticity, const Edges& edges,
-               const Integrity& integrity, HeldComponents held);
+               const ResidualStiffness& residual_stiffness, HeldComponents held);
   ~StaticSolver();
   StaticSolver(const StaticSolver&) = delete;
   StaticSolver& operator=(const StaticSolver&) = delete;

@@ -39,8 +39,8 @@ private:
 };
 
 /// What a gathering needs before its messages.
-struct GatherRoom {
-  GatherRoom(std::size_t value_size, int n_ranks)
+struct GatherBuffers {
+  GatherBuffers(std::size_t value_size, int n_ranks)
       : type(value_size), counts(static_cast<std::size_t>(n_ranks)), offsets(counts.size()) {}
   ValueType type;
   std::vector<int> counts, offsets;  ///< of each rank's values
@@ -52,7 +52,7 @@ template <class Value>
 std::vector<Value> gather_all(const Communicator& group, std::span<const Value> mine) {
   static_assert(std::is_trivially_copyable_v<Value>);
   const int count = static_cast<int>(mine.size());
-  auto [type, counts, offsets] = agree(group, [&] { return GatherRoom(sizeof(Value), group.size()); });
+  auto [type, counts, offsets] = agree(group, [&] { return GatherBuffers(sizeof(Value), group.size()); });
   check_mpi(MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, group.get()), "MPI_Allgather");
   std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
   auto all = agree(
@@ -70,7 +70,7 @@ template <class Value>
 std::vector<Value> gather_on_root(const Communicator& group, std::span<const Value> mine) {
   static_assert(std::is_trivially_copyable_v<Value>);
   const int count = static_cast<int>(mine.size());
-  auto [type, counts, offsets] = agree(group, [&] { return GatherRoom(sizeof(Value), group.size()); });
+  auto [type, counts, offsets] = agree(group, [&] { return GatherBuffers(sizeof(Value), group.size()); });
   check_mpi(MPI_Gather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, group.get()), "MPI_Gather");
   std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
   std::vector<Value> all;

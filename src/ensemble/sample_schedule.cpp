@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/ensemble/hand_out.h"
+#include "crackle/ensemble/sample_schedule.h"
 
 #include "crackle/common/stopwatch.h"
 #include "crackle/parallel/sleeping_wait.h"
@@ -18,7 +18,7 @@ namespace {
 
 constexpr double progress_interval = 0.5;  // [s]
 
-bool is_enough(const HandOutEvents& events) {
+bool is_enough(const ScheduleEvents& events) {
   return events.enough && events.enough();
 }
 
@@ -26,7 +26,7 @@ bool is_asked(const std::function<bool()>& stop) {
   return stop && stop();
 }
 
-void tell(const HandOutEvents& events, const SampleReport& report) {
+void report_end(const ScheduleEvents& events, const SampleReport& report) {
   if (!report.parked)
     events.finished(report);
   else if (events.parked)
@@ -34,7 +34,7 @@ void tell(const HandOutEvents& events, const SampleReport& report) {
 }
 
 void serve_groups(const parallel::Communicator& world, int n_groups, RealizationQueue& queue,
-                  const SampleSteps& steps, const HandOutEvents& events) {
+                  const SampleSteps& steps, const ScheduleEvents& events) {
   std::deque<int> waiting;  // roots that ask for work, in order of asking
   std::set<int> at_work;    // roots that compute a sample
   bool is_stopping = false;
@@ -46,7 +46,7 @@ void serve_groups(const parallel::Communicator& world, int n_groups, Realization
     while (const auto line = poll_progress(world)) steps.progress(*line);
     while (const auto request = poll_request(world)) {
       if (request->report) {
-        tell(events, *request->report);
+        report_end(events, *request->report);
         // A group that was asked to park speaks for all.
         is_stopping = is_stopping || request->report->parked;
       }
@@ -118,7 +118,7 @@ void work_in_group(const parallel::Communicator& world, SampleGroup& group, Samp
 }
 
 void work_alone(SampleGroup& group, const std::vector<std::uint64_t>& samples, const SampleSteps& steps,
-                const HandOutEvents& events) {
+                const ScheduleEvents& events) {
   for (const std::uint64_t sample : samples) {
     if (is_asked(steps.stop) || is_enough(events)) break;
     events.started(sample);
@@ -126,16 +126,16 @@ void work_alone(SampleGroup& group, const std::vector<std::uint64_t>& samples, c
     auto prepared = prepare(steps.make, sample);
     const auto report = prepared.failed() ? report_failure(steps, sample, prepared.error, prepared.seconds)
                                           : lead_sample(group, steps, std::move(prepared));
-    tell(events, report);
+    report_end(events, report);
     if (report.parked) break;
   }
 }
 
 }  // namespace
 
-void hand_out(const parallel::Communicator& world, const GroupLayout& layout,
-              const std::vector<std::uint64_t>& samples, const SampleSteps& steps,
-              const HandOutEvents& events, QueueLimits limits) {
+void schedule_samples(const parallel::Communicator& world, const GroupLayout& layout,
+                      const std::vector<std::uint64_t>& samples, const SampleSteps& steps,
+                      const ScheduleEvents& events, QueueLimits limits) {
   const int group_number = layout.group_of(world.rank());
   // Many groups' samples do not fit one line.
   bool tells_progress = steps.progress && layout.n_groups == 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "stress_watch.h"
+#include "stress_screening.h"
 
 #include "crackle/common/index.h"
 
@@ -22,11 +22,12 @@ double reference(std::span<const double> strength) {
 }  // namespace
 
 template <class Real>
-StressWatch<Real>::StressWatch(const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
-                               const mechanics::IsotropicElasticity& elasticity,
-                               const EquivalentStress& stress, std::span<const double> strength,
-                               double displacement_quantum, std::int32_t nodes_per_block,
-                               InstructionSet instruction_set)
+StressScreening<Real>::StressScreening(const geometry::Subdomain& subdomain,
+                                       const mechanics::PdsOperators& operators,
+                                       const mechanics::IsotropicElasticity& elasticity,
+                                       const EquivalentStress& stress, std::span<const double> strength,
+                                       double displacement_quantum, std::int32_t nodes_per_block,
+                                       InstructionSet instruction_set)
     : n_tetrahedra_(subdomain.n_tetrahedra()),
       instruction_set_(instruction_set),
       bound_{
@@ -71,13 +72,13 @@ StressWatch<Real>::StressWatch(const geometry::Subdomain& subdomain, const mecha
     chunk.blocks.erase(std::unique(chunk.blocks.begin(), chunk.blocks.end()), chunk.blocks.end());
     chunks_.push_back(std::move(chunk));
   }
-  suspect_groups_.resize(groups_per_chunk);
+  candidate_groups_.resize(groups_per_chunk);
 }
 
 template <class Real>
-std::span<const std::int32_t> StressWatch<Real>::suspects(std::span<const kernels::NodeRecord<Real>> nodes,
-                                                          std::span<const double> movement) {
-  suspects_.clear();
+std::span<const std::int32_t> StressScreening<Real>::candidates(
+    std::span<const kernels::NodeRecord<Real>> nodes, std::span<const double> movement) {
+  candidates_.clear();
   const auto& kernels = kernels::kernels<Real>(instruction_set_);
   for (Chunk& chunk : chunks_) {
     double furthest = 0;
@@ -87,26 +88,26 @@ std::span<const std::int32_t> StressWatch<Real>::suspects(std::span<const kernel
     const std::size_t n_groups = chunk.last_group - chunk.first_group;
     const std::size_t n =
         kernels.check(groups_.data() + chunk.first_group, n_groups, nodes.data(), bound_, chunk.clock,
-                      deadline_.data() + chunk.first_group, suspect_groups_.data());
+                      deadline_.data() + chunk.first_group, candidate_groups_.data());
     for (std::size_t i = 0; i < n; ++i) {
-      const auto first = static_cast<std::int32_t>(8 * (chunk.first_group + suspect_groups_[i]));
-      for (std::int32_t t = first; t < std::min(first + 8, n_tetrahedra_); ++t) suspects_.push_back(t);
+      const auto first = static_cast<std::int32_t>(8 * (chunk.first_group + candidate_groups_[i]));
+      for (std::int32_t t = first; t < std::min(first + 8, n_tetrahedra_); ++t) candidates_.push_back(t);
     }
     chunk.deadline = *std::min_element(deadline_.begin() + static_cast<std::ptrdiff_t>(chunk.first_group),
                                        deadline_.begin() + static_cast<std::ptrdiff_t>(chunk.last_group));
   }
-  return suspects_;
+  return candidates_;
 }
 
 template <class Real>
-void StressWatch<Real>::retire(std::int32_t tetrahedron) {
+void StressScreening<Real>::exclude(std::int32_t tetrahedron) {
   auto& group = groups_[index(tetrahedron / 8)];
   const auto lane = index(tetrahedron % 8);
   for (auto& component : group.gradient) component[lane] = 0;
   group.sensitivity[lane] = static_cast<Real>(no_sensitivity);
 }
 
-template class StressWatch<float>;
-template class StressWatch<double>;
+template class StressScreening<float>;
+template class StressScreening<double>;
 
 }  // namespace crackle::fracture

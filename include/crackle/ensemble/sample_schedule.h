@@ -14,7 +14,7 @@
 namespace crackle::ensemble {
 
 /// What the master tells about the run; all called on rank 0.
-struct HandOutEvents {
+struct ScheduleEvents {
   std::function<void(std::uint64_t sample)> started;         ///< handed out to a group
   std::function<void(const SampleReport& report)> finished;  ///< done or failed
   std::function<void()> tick;                                ///< now and then, while nothing happens
@@ -32,8 +32,8 @@ struct HandOutEvents {
 /// @param samples to do, in order of handing out; used on rank 0 only
 /// @param steps `stop` is used on every rank, `make` and `progress` on rank 0 only, as `events` are
 /// @throws std::runtime_error on a rank whose messages fail, which cannot be agreed on any more
-void hand_out(const parallel::Communicator& world, const GroupLayout& layout,
-              const std::vector<std::uint64_t>& samples, const SampleSteps& steps,
-              const HandOutEvents& events, QueueLimits limits);
+void schedule_samples(const parallel::Communicator& world, const GroupLayout& layout,
+                      const std::vector<std::uint64_t>& samples, const SampleSteps& steps,
+                      const ScheduleEvents& events, QueueLimits limits);
 
 }  // namespace crackle::ensemble

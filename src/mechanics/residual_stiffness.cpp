@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/mechanics/integrity.h"
+#include "crackle/mechanics/residual_stiffness.h"
 
 #include "crackle/common/index.h"
 #include "crackle/geometry/dual_facets.h"
@@ -98,13 +98,13 @@ Matrix EdgeStiffness::coupling(std::size_t a, std::size_t b) const {
   return block;
 }
 
-Integrity::Integrity(const PdsOperators& operators, const IsotropicElasticity& elasticity)
+ResidualStiffness::ResidualStiffness(const PdsOperators& operators, const IsotropicElasticity& elasticity)
     : operators_(&operators),
       elasticity_(elasticity),
       released_(operators.tetrahedra.size(), no_edge),
       place_(operators.tetrahedra.size(), -1) {}
 
-Symmetric Integrity::stress(std::int32_t tetrahedron, const Symmetric& strain) const {
+Symmetric ResidualStiffness::stress(std::int32_t tetrahedron, const Symmetric& strain) const {
   if (is_intact(tetrahedron)) return elasticity_(strain);
   Symmetric sigma{};
   if (carries(tetrahedron)) sigma = partial(tetrahedron).stress(strain);
@@ -115,14 +115,14 @@ Symmetric Integrity::stress(std::int32_t tetrahedron, const Symmetric& strain) c
   return sigma;
 }
 
-void Integrity::add_contact(std::int32_t tetrahedron, const Vector& normal) {
+void ResidualStiffness::add_contact(std::int32_t tetrahedron, const Vector& normal) {
   if (contact_place_.empty()) contact_place_.assign(released_.size(), -1);
   contact_place_[index(tetrahedron)] = static_cast<std::int32_t>(contacts_.size());
   contacts_.push_back(tetrahedron);
   contact_normal_.push_back(normal);
 }
 
-Symmetric Integrity::contact_stress(std::size_t i, const Symmetric& strain) const {
+Symmetric ResidualStiffness::contact_stress(std::size_t i, const Symmetric& strain) const {
   const Vector& n = contact_normal_[i];
   const double closing = dot(n, apply(strain, n));
   if (closing >= 0) return {};
@@ -132,12 +132,12 @@ Symmetric Integrity::contact_stress(std::size_t i, const Symmetric& strain) cons
           pressure * n[1] * n[2], pressure * n[0] * n[2], pressure * n[0] * n[1]};
 }
 
-double Integrity::energy(std::int32_t tetrahedron, const Symmetric& strain) const {
+double ResidualStiffness::energy(std::int32_t tetrahedron, const Symmetric& strain) const {
   return 0.5 * operators_->tetrahedra[index(tetrahedron)].volume *
          contract(stress(tetrahedron, strain), strain);
 }
 
-void Integrity::release(std::int32_t tetrahedron, EdgeSet edges) {
+void ResidualStiffness::release(std::int32_t tetrahedron, EdgeSet edges) {
   const auto i = index(tetrahedron);
   released_[i] = static_cast<EdgeSet>(released_[i] | edges);
   if (released_[i] == no_edge || released_[i] == all_edges) return;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/ensemble/hand_out.h"
+#include "crackle/ensemble/sample_schedule.h"
 
 #include <gmock/gmock.h>
 
@@ -99,17 +99,17 @@ inline std::vector<std::uint64_t> numbers(std::uint64_t n) {
   return list;
 }
 
-class HandOut : public testing::Test {
+class Schedule : public testing::Test {
 protected:
   void run(int ranks_per_sample, const std::vector<std::uint64_t>& samples) {
     layout_ = make_group_layout(world_.size(), ranks_per_sample);
-    HandOutEvents events;
+    ScheduleEvents events;
     events.started = [&](std::uint64_t sample) { EXPECT_TRUE(started_.insert(sample).second); };
     events.finished = [&](const SampleReport& report) {
       EXPECT_TRUE(reports_.emplace(report.sample, report).second) << "sample " << report.sample;
     };
     events.tick = [] {};
-    hand_out(world_, layout_, samples, steps_, events, {.n_realizations = 2});
+    schedule_samples(world_, layout_, samples, steps_, events, {.n_realizations = 2});
   }
 
   /// Samples `failing` have failed with `reason`, all others of 0..n-1 have the known answer.

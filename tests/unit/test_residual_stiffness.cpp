@@ -127,7 +127,7 @@ protected:
   void break_where(auto&& chosen, const std::vector<double>& u) {
     for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); ++t)
       if (chosen(t)) body_.release(t, body_.strain(t, u), 0, 0);
-    body_.tie(self_, 0, 0, [&](std::int32_t t) { return body_.strain(t, u); });
+    body_.release_bridges(self_, 0, 0, [&](std::int32_t t) { return body_.strain(t, u); });
   }
   double total(const std::vector<double>& values) const { return parallel::exact_sum(self_, values); }
 
@@ -159,7 +159,7 @@ TEST_F(FacetBody, IsFreeOfForceInRigidRotationsAndTheFastForceIsThePlainOne) {
 
   const std::vector<double> no_mass(subdomain_.nodes.size(), 1.0);
   FixedPointForce<double> fast(
-      subdomain_, body_.operators(), body_.elasticity(), body_.edges(), body_.integrity(), no_mass,
+      subdomain_, body_.operators(), body_.elasticity(), body_.edges(), body_.residual_stiffness(), no_mass,
       fixed_point_scale<double>({.stretch = 1e-4, .velocity = 1, .force = 4000}), best_instruction_set());
   for (std::size_t i = 0; i < u.size(); ++i)
     fast.nodes()[i / 3].displacement[i % 3] = std::llrint(u[i] / fast.scale().displacement);
@@ -199,7 +199,7 @@ TEST_F(FacetBody, CrackRightThroughCarriesNothing) {
   body_.force().evaluate(opened, f);
   const auto labels = fracture::piece_labels(self_, body_);
   std::size_t n_partial = 0;
-  for (const auto t : body_.broken_tetrahedra()) n_partial += body_.integrity().carries(t) ? 1 : 0;
+  for (const auto t : body_.broken_tetrahedra()) n_partial += body_.residual_stiffness().carries(t) ? 1 : 0;
   std::printf("crack of %zu tetrahedra opened by 0.01 mm: largest force %.1e N; %zu carry along it\n",
               body_.broken_tetrahedra().size(), largest(f), n_partial);
   EXPECT_LT(largest(f), 1e-12);

@@ -39,10 +39,10 @@ EdgeStiffness edge_stiffness(const TetrahedronOperator& tetrahedron, const Isotr
                              EdgeSet released);
 
 /// What each tetrahedron of a subdomain still carries.
-class Integrity {
+class ResidualStiffness {
 public:
   /// All are intact. The operators must outlive the object.
-  Integrity(const PdsOperators& operators, const IsotropicElasticity& elasticity);
+  ResidualStiffness(const PdsOperators& operators, const IsotropicElasticity& elasticity);
 
   EdgeSet released(std::int32_t tetrahedron) const { return released_[index(tetrahedron)]; }
   bool is_intact(std::int32_t tetrahedron) const { return released(tetrahedron) == no_edge; }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Every sample is handed out once, to whichever group asks, and who waits sleeps.
 #include "crackle/parallel/sleeping_wait.h"
-#include "hand_out_fixture.h"
+#include "schedule_fixture.h"
 #include "support/cpu_time.h"
 
 #include <atomic>
@@ -14,7 +14,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-TEST_F(HandOut, EverySampleIsComputedOnce) {
+TEST_F(Schedule, EverySampleIsComputedOnce) {
   run(1, numbers(23));
   expect_only_failing(23, {}, "");
   EXPECT_EQ(gather(world_, calls_.made), numbers(23));
@@ -31,7 +31,7 @@ TEST_F(HandOut, EverySampleIsComputedOnce) {
   }
 }
 
-TEST_F(HandOut, TwoRanksShareASampleAndLeftOverRanksStayIdle) {
+TEST_F(Schedule, TwoRanksShareASampleAndLeftOverRanksStayIdle) {
   if (!enough_ranks(2)) GTEST_SKIP() << "needs 3 ranks";
   run(2, numbers(7));
   expect_only_failing(7, {}, "");
@@ -43,7 +43,7 @@ TEST_F(HandOut, TwoRanksShareASampleAndLeftOverRanksStayIdle) {
   }
 }
 
-TEST_F(HandOut, MoreGroupsThanSamples) {
+TEST_F(Schedule, MoreGroupsThanSamples) {
   run(1, {5});
   if (world_.is_root()) {
     ASSERT_EQ(reports_.size(), 1u);
@@ -52,7 +52,7 @@ TEST_F(HandOut, MoreGroupsThanSamples) {
   EXPECT_EQ(gather(world_, calls_.computed), std::vector<std::uint64_t>{5});
 }
 
-TEST_F(HandOut, TheMasterHearsWhereTheSampleOfASingleGroupStands) {
+TEST_F(Schedule, TheMasterHearsWhereTheSampleOfASingleGroupStands) {
   const auto compute = steps_.compute;
   steps_.compute = [&](const parallel::Communicator& group, std::uint64_t sample,
                        const geometry::Subdomain& subdomain, const dynamics::SampleControl& control) {
@@ -73,13 +73,13 @@ TEST_F(HandOut, TheMasterHearsWhereTheSampleOfASingleGroupStands) {
   EXPECT_TRUE(lines.empty()) << "several groups";
 }
 
-TEST_F(HandOut, NothingToDo) {
+TEST_F(Schedule, NothingToDo) {
   run(1, {});
   EXPECT_TRUE(reports_.empty());
   EXPECT_TRUE(gather(world_, calls_.computed).empty());
 }
 
-TEST_F(HandOut, LongSampleKeepsNoOtherWaiting) {
+TEST_F(Schedule, LongSampleKeepsNoOtherWaiting) {
   if (world_.size() < 3) GTEST_SKIP() << "needs 2 groups";
   // Sample 0 ends only when all others have been computed, elsewhere.
   const parallel::Communicator tokens(MPI_COMM_WORLD);
@@ -113,7 +113,7 @@ TEST_F(HandOut, LongSampleKeepsNoOtherWaiting) {
   }
 }
 
-TEST_F(HandOut, MasterServesWhileItMakesARealization) {
+TEST_F(Schedule, MasterServesWhileItMakesARealization) {
   if (world_.size() < 3) GTEST_SKIP() << "needs 2 groups";
   // The second realization is not ready before the first sample is reported: while one group waits for it,
   // the other one's report is taken.
@@ -128,18 +128,18 @@ TEST_F(HandOut, MasterServesWhileItMakesARealization) {
     return make(sample);
   };
   layout_ = make_group_layout(world_.size(), 1);
-  HandOutEvents events;
+  ScheduleEvents events;
   events.started = [](std::uint64_t) {};
   events.finished = [&](const SampleReport& report) {
     reported = true;
     reports_.emplace(report.sample, report);
   };
   events.tick = [] {};
-  hand_out(world_, layout_, numbers(4), steps_, events, {.n_realizations = 2});
+  schedule_samples(world_, layout_, numbers(4), steps_, events, {.n_realizations = 2});
   expect_only_failing(4, {}, "");
 }
 
-TEST_F(HandOut, WhoWaitsSleeps) {
+TEST_F(Schedule, WhoWaitsSleeps) {
   if (world_.size() == 1) GTEST_SKIP() << "needs 2 ranks";
   auto compute = steps_.compute;
   steps_.compute = [compute](const auto& group, auto sample, const auto& subdomain, const auto& control) {

@@ -9,7 +9,7 @@
 namespace crackle::dynamics {
 
 /// One force evaluation with the kick and the drift that follow it; any part may be missing.
-struct Round {
+struct Substep {
   bool has_force = false;
   bool has_kick = false;
   bool has_drift = false;
@@ -21,10 +21,10 @@ struct Round {
   double drift_time = 0;  ///< at its end
 };
 
-/// The stages of one step as rounds, in place of what `rounds` holds.
-/// @param time of the load programs at the beginning of the step [s]
+/// The stages of one step as substeps, in place of what `substeps` holds.
+/// @param time of the load curves at the beginning of the step [s]
 /// @param force_is_current the first kick needs no force of its own
-void rounds_of(std::span<const Stage> stages, double time_step, double time, bool force_is_current,
-               std::vector<Round>& rounds);
+void substeps_of(std::span<const Stage> stages, double time_step, double time, bool force_is_current,
+                 std::vector<Substep>& substeps);
 
 }  // namespace crackle::dynamics

@@ -7,7 +7,7 @@
 
 namespace crackle::apps {
 
-void tell(const std::string& line) {
+void notify(const std::string& line) {
   fmt::print(stderr, "{}\n", line);
 }
 

@@ -22,26 +22,26 @@ namespace crackle::fracture {
 /// the motion tells after each step how far the nodes of each block moved at most. A tetrahedron above the
 /// strength is never missed: the bounds hold for every motion.
 template <class Real>
-class StressWatch {
+class StressScreening {
 public:
   /// @param strength of each tetrahedron [Pa]
   /// @param displacement_quantum of the node records [m]
   /// @param nodes_per_block blocks of nodes whose movement is reported; owned nodes and ghosts in blocks of
   ///   their own
-  StressWatch(const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
-              const mechanics::IsotropicElasticity& elasticity, const EquivalentStress& stress,
-              std::span<const double> strength, double displacement_quantum, std::int32_t nodes_per_block,
-              InstructionSet instruction_set);
+  StressScreening(const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
+                  const mechanics::IsotropicElasticity& elasticity, const EquivalentStress& stress,
+                  std::span<const double> strength, double displacement_quantum, std::int32_t nodes_per_block,
+                  InstructionSet instruction_set);
 
   /// The tetrahedra that must be looked at after a step, ascending; among them all above the strength, and
   /// also broken ones.
   /// @param movement upper bound for each block of nodes, of the change of any displacement component since
   ///   the last call, in quanta
-  std::span<const std::int32_t> suspects(std::span<const kernels::NodeRecord<Real>> nodes,
-                                         std::span<const double> movement);
+  std::span<const std::int32_t> candidates(std::span<const kernels::NodeRecord<Real>> nodes,
+                                           std::span<const double> movement);
 
   /// A broken tetrahedron is not looked at any more.
-  void retire(std::int32_t tetrahedron);
+  void exclude(std::int32_t tetrahedron);
 
 private:
   struct Chunk {
@@ -57,8 +57,8 @@ private:
   std::vector<kernels::TetrahedronGroup<Real>> groups_;
   std::vector<double> deadline_;  // of each group, on its chunk's clock
   std::vector<Chunk> chunks_;
-  std::vector<std::uint32_t> suspect_groups_;
-  std::vector<std::int32_t> suspects_;
+  std::vector<std::uint32_t> candidate_groups_;
+  std::vector<std::int32_t> candidates_;
 };
 
 }  // namespace crackle::fracture
