@@ -299,7 +299,7 @@ void print_estimate(const input::Parameters& parameters, const CheckOptions& opt
   const auto available = ensemble::available_memory();
   if (const auto message =
           ensemble::shortage(ensemble::expected_mesh_memory(parameters, *body), "making the mesh", available))
-    throw std::runtime_error(*message + "; take coarser spacings, or check the input where there is more");
+    throw std::runtime_error(*message + "; use coarser spacings, or check the input where there is more");
   const Subject subject = make_subject(parameters, *body);
   const double memory =
       sample_memory(parameters, ensemble::memory_demand(parameters, subject.n_nodes(), subject.n_tetrahedra(),

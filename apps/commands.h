@@ -42,7 +42,7 @@ void add_stats_command(CLI::App& app, Action& run);
 /// Declares the option --sample, the number of a sample.
 CLI::Option* add_sample_option(CLI::App& command, std::uint64_t& sample);
 
-/// A line on the standard error, for who waits.
+/// Prints a line of progress on standard error.
 void notify(const std::string& line);
 
 /// What `read` gives on the root, on every rank; only the root needs the files. Collective over `world`.

@@ -35,7 +35,7 @@ public:
 
 private:
   bool start() {
-    // A .petscrc that happens to lie about and options in the environment must not change results; signals
+    // A stray .petscrc and options in the environment must not change results; signals
     // are the program's own affair; and errors come back as return codes, which the callers turn into one
     // message.
     ::unsetenv("PETSC_OPTIONS");
@@ -105,7 +105,7 @@ int run_command(const apps::Action& run, const parallel::Communicator& world) {
     if (world.size() == 1) {
       fmt::print(stderr, "crackle: {}\n", error.what());
     } else {
-      // The other ranks may not know of this failure and would wait for ever.
+      // The other ranks may not know of this failure and would wait forever.
       fmt::print(stderr, "crackle: rank {}: {}\n", world.rank(), error.what());
       std::fflush(nullptr);
       MPI_Abort(world.get(), apps::internal_failure);

@@ -25,7 +25,7 @@ std::string spread(const geometry::Quantiles& q, double unit, int digits) {
 }
 
 std::string turn_text(const input::Specimen& specimen, std::uint8_t symmetry) {
-  if (symmetry == 0) return "as the base lies";
+  if (symmetry == 0) return "none";
   return geometry::symmetry_of(*geometry::make_body(specimen), symmetry).name;
 }
 

@@ -43,13 +43,13 @@ void add_parking_options(CLI::App& command, ParkingOptions& options) {
   static const std::map<std::string, double> time_units{{"s", 1}, {"min", 60}, {"h", 3600}, {"d", 86400}};
   command
       .add_option("--time-limit", options.time_limit,
-                  "park what is under way and stop before this time is over, such as 8h; in a SLURM job "
-                  "the job's end is a limit too")
+                  "park samples under way and stop within this time, such as 8h; in a SLURM job "
+                  "the end of the job is a limit too")
       ->transform(CLI::AsNumberWithUnit(time_units))
       ->check(CLI::PositiveNumber);
   command
       .add_option("--checkpoint-interval", options.checkpoint_interval,
-                  "keep a checkpoint of each sample that often, such as 30min; default: only when it is "
+                  "write a checkpoint of each sample this often, such as 30min; default: only when it is "
                   "parked")
       ->transform(CLI::AsNumberWithUnit(time_units))
       ->check(CLI::PositiveNumber);

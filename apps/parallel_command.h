@@ -27,21 +27,21 @@ void add_parking_options(CLI::App& command, ParkingOptions& options);
 
 /// What signals do; for the end of a command's help.
 inline constexpr const char* signals_help =
-    "SIGTERM, SIGINT, SIGUSR1: park what is under way and stop; a second signal ends the program at once.";
+    "SIGTERM, SIGINT, SIGUSR1: park samples under way and stop; a second signal ends the program at once.";
 
 /// For the end of a command's help.
 inline constexpr const char* crash_help =
-    "128 or more: a rank crashed or failed inside; what is whole is kept, continue with --resume.\n";
+    "128 or more: a rank crashed; complete results are kept, continue with --resume.\n";
 
 /// Words as a shell takes them.
 std::string shell_line(std::span<const std::string> words);
 
-/// The command line that goes on with what this one has left: without --resume, --retry-failed and
+/// The command line that continues with what this one left: without --resume, --retry-failed and
 /// --overwrite, and with `option` at its end. What started the ranks is no part of it.
 std::string continuation(const CommandLine& typed, const std::string& option);
 
 /// Runs `work`. An AgreedError passes; any other failure, of which the other ranks do not know and would wait
-/// for ever, is told and ends the whole program with the status internal_failure.
+/// forever, is notified and ends the whole program with the status internal_failure.
 int end_together(const parallel::Communicator& world, const std::function<int()>& work);
 
 }  // namespace crackle::apps

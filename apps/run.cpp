@@ -40,7 +40,7 @@ std::optional<ensemble::SampleRange> sample_range(const std::string& text) {
   const auto last =
       dash == std::string_view::npos ? first : whole_number<std::uint64_t>(all.substr(dash + 1));
   if (first && last) return ensemble::SampleRange{*first, *last};
-  throw CLI::ValidationError("'" + text + "' is no range; give one such as 0-49");
+  throw CLI::ValidationError("'" + text + "' is not a range; give one such as 0-49");
 }
 
 /// A part of the samples, as the command line has it.
@@ -57,7 +57,7 @@ Part part(const std::string& text) {
   const auto n =
       slash == std::string_view::npos ? std::nullopt : whole_number<std::uint64_t>(all.substr(slash + 1));
   if (!k || !n)
-    throw CLI::ValidationError("'" + text + "' is no part; give one such as 0/20, the first of 20");
+    throw CLI::ValidationError("'" + text + "' is not a part; give one such as 0/20, the first of 20");
   if (*k >= *n)
     throw CLI::ValidationError("there is no part " + text +
                                ": parts are numbered from 0, the last of N is N-1/N");
@@ -112,9 +112,9 @@ void add_run_command(CLI::App& app, const CommandLine& typed, Action& run) {
   command->add_option("input", arguments->input, "input file (TOML)")->required();
   command->add_option("-o,--output", arguments->folder, "folder for the results")->required();
   command->add_flag("--resume", arguments->resume,
-                    "continue the ensemble that the folder holds; samples that are done are kept");
+                    "continue the ensemble in the folder; finished samples are kept");
   command->add_flag("--retry-failed", arguments->retry_failed,
-                    "as --resume; samples that failed are computed again");
+                    "as --resume, and compute failed samples again");
   const auto checked = [](const auto& parse) {
     return [parse](const std::string& text) {
       try {

@@ -60,7 +60,7 @@ int sample_command(const parallel::Communicator& world, const input::Parameters&
     say(describe(report));
     if (const auto warning = analysis::sample_warning(report.sample, report.summary)) say(*warning);
     if (report.stored) say(io::sample_path(arguments.folder, arguments.sample).string());
-    if (report.parked) say("to go on: " + continuation(typed, "--resume"));
+    if (report.parked) say("to continue: " + continuation(typed, "--resume"));
   }
   if (report.parked) return stopped_resumable;
   return report.summary.status == analysis::SampleStatus::done ? success : some_samples_failed;
@@ -76,9 +76,9 @@ void add_sample_command(CLI::App& app, const CommandLine& typed, Action& run) {
   command->add_option("-o,--output", arguments->folder, "folder for the results")->required();
   CLI::Option* resume =
       command->add_flag("--resume", arguments->resume,
-                        "keep the sample if it is done, and go on from its checkpoint if it was parked");
+                        "keep the sample if it is done; continue from its checkpoint if it was parked");
   CLI::Option* retry_failed = command->add_flag("--retry-failed", arguments->retry_failed,
-                                                "as --resume; a sample that failed is computed again");
+                                                "as --resume, and compute a failed sample again");
   command
       ->add_flag("--overwrite", arguments->overwrite,
                  "compute the sample from its beginning, in place of what the folder holds of it; without "

@@ -15,7 +15,7 @@ CLI::Option* add_sample_option(CLI::App& command, std::uint64_t& sample) {
       ->check([](const std::string& text) {
         return whole_number<std::uint64_t>(text)
                    ? std::string()
-                   : "'" + text + "' is no sample number; give a whole number from 0 on";
+                   : "'" + text + "' is not a sample number; give a whole number from 0 on";
       });
 }
 

@@ -109,7 +109,7 @@ def _tell_other_commit(ensemble: Path, program: Path) -> None:
     with h5py.File(ensemble) as root:
         commit = root.attrs["git_commit"]
     if commit not in version:
-        print(f"{ensemble.parent} is kept from commit {commit[:7]}; remove it to compute it anew", file=sys.stderr)
+        print(f"{ensemble.parent} is kept from commit {commit[:7]}; remove it to compute it again", file=sys.stderr)
 
 
 def read(file: Path) -> Sample:

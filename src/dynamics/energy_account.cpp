@@ -99,7 +99,7 @@ std::optional<std::string> energy_fault(std::span<const EnergyRow> rows, std::si
   const EnergyRow& last = rows.back();
   const double held = last.kinetic + last.strain + last.released;
   if (!std::isfinite(held) || !std::isfinite(last.external))
-    return fmt::format("the energies are no numbers {:.4g} us after the start of the phase", 1e6 * last.time);
+    return fmt::format("the energies are not finite {:.4g} us after the start of the phase", 1e6 * last.time);
   if (rows.size() < 2 || 10 * rows.size() < n_rows) return {};
   double supplied = rows.front().kinetic + rows.front().strain + rows.front().released;
   for (const auto& row : rows) supplied = std::max(supplied, std::abs(row.external));

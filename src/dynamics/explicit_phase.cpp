@@ -203,14 +203,14 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Crite
       last_break = step;
     }
     auto request = Request::go_on;
-    std::int64_t wish = 0;
+    std::int64_t requested = 0;
     const bool is_poll = step % steps_per_poll == 0 || step == n_steps || step == last_step;
     // Before energies are made of numbers that may have outgrown their format.
     if (is_poll || has_output(step)) {
       std::optional<std::string> local_failure;
       step_failure.guard([&] {
         local_failure = motion.failure();
-        if (is_poll && options.request) wish = static_cast<std::int64_t>(options.request());
+        if (is_poll && options.request) requested = static_cast<std::int64_t>(options.request());
       });
       parallel::agree_on_error(group, step_failure.error());
       if (const auto failure = agreed_failure(group, local_failure)) {
@@ -226,7 +226,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Crite
       }
     }
     if (is_poll) {
-      std::array<std::int64_t, 2> poll{last_break, wish};
+      std::array<std::int64_t, 2> poll{last_break, requested};
       parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, poll.data(), 2, MPI_INT64_T, MPI_MAX, group.get()),
                           "MPI_Allreduce");
       last_break = poll[0];

@@ -136,7 +136,7 @@ public:
           "the {} left the range of +-{:.3g} {} that the {} number format has for this input; {}", what,
           limit * quantum, unit, sizeof(Real) == 4 ? "mixed" : "double",
           sizeof(Real) == 4 ? "set time.precision = \"double\""
-                            : "the motion is unstable, or not one of small strain");
+                            : "the motion is unstable, or its strains are not small");
     };
     if (force_has_overflown_ || !contacts_are_in_range_ || largest_force_ >= limit)
       return message("force on a node", scale_.force, "N");

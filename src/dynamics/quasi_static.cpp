@@ -237,11 +237,11 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
   LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
   for (;;) {
     if (is_asked_to_park) {
-      int wish = is_asked_to_park() ? 1 : 0;
+      int requested = is_asked_to_park() ? 1 : 0;
       parallel::agree(*group_);
-      parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &wish, 1, MPI_INT, MPI_MAX, group_->get()),
+      parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &requested, 1, MPI_INT, MPI_MAX, group_->get()),
                           "MPI_Allreduce");
-      if (wish != 0) return QuasiStaticEnd::parked;
+      if (requested != 0) return QuasiStaticEnd::parked;
     }
     Critical next = most_loaded();
     if (next.number < 0) return QuasiStaticEnd::separated;

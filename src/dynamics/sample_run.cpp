@@ -38,7 +38,7 @@ public:
   using std::runtime_error::runtime_error;
 };
 
-constexpr const char* mismatch_text = "the quasi-static loading does not lead to its dynamic phases";
+constexpr const char* mismatch_text = "the quasi-static loading does not reproduce its dynamic phases";
 
 /// One sample on its way; the phases in the order in which they happen.
 class SampleRun {
@@ -209,7 +209,7 @@ private:
     if (from_ != nullptr && phase_number == from_->ended.size() && from_->running) {
       if (from_->running->load_time != load_time) throw CheckpointMismatch(mismatch_text);
       options.from = from_;
-      say(fmt::format("dynamic phase {} goes on at step {}", result_.counts.dynamic_phases,
+      say(fmt::format("dynamic phase {} continues at step {}", result_.counts.dynamic_phases,
                       from_->running->step));
     }
     if (control_.stop || control_.save) {
@@ -433,7 +433,7 @@ SampleResult run_in_fitting_precision(const parallel::Communicator& group,
     }
     from = nullptr;
   } else if (is_mixed) {
-    say("the sample goes on in double: an earlier run has left the range of mixed numbers");
+    say("the sample continues in double: an earlier run left the range of mixed numbers");
   } else {
     throw CheckpointMismatch("it was made in mixed numbers");
   }

@@ -74,8 +74,9 @@ void prepare_run(const input::Parameters& parameters, const geometry::Body& body
   master.pending.insert(plan.to_do.begin(), plan.to_do.end());
   say(fmt::format("{} of {} samples to do in {}", plan.to_do.size(), parameters.ensemble.samples,
                   options.folder.string()));
-  if (!plan.parked.empty()) say(fmt::format("{} of them go on from checkpoints", plan.parked.size()));
-  if (!plan.anew.empty()) say(fmt::format("{} of them failed before and begin anew", plan.anew.size()));
+  if (!plan.parked.empty()) say(fmt::format("{} of them continue from checkpoints", plan.parked.size()));
+  if (!plan.anew.empty())
+    say(fmt::format("{} of them failed before and are computed again", plan.anew.size()));
 }
 
 ScheduleEvents make_events(MasterState& master, RunLog* log) {
@@ -137,7 +138,7 @@ RunOutcome share_counts(const parallel::Communicator& world, const std::optional
   return {.done = counts[0], .failed = counts[1], .left = counts[2], .stopped = false, .file_error = {}};
 }
 
-/// Whether the master was asked to stop, by whomever. Collective.
+/// Whether the master was asked to stop, by a signal, the time limit or another rank. Collective.
 bool share_stop(const parallel::Communicator& world, bool is_stopping) {
   parallel::check_mpi(MPI_Bcast(&is_stopping, 1, MPI_CXX_BOOL, 0, world.get()), "MPI_Bcast");
   return is_stopping;
@@ -162,7 +163,7 @@ void log_next(RunLog& log, const NextCommands& next, const RunOutcome& outcome, 
   const auto name = [&](const char* what, const std::string& command) {
     if (!command.empty()) log.line(fmt::format("{}: {}", what, command));
   };
-  if (outcome.left > 0 || !outcome.file_error.empty()) return name("to go on", next.resume);
+  if (outcome.left > 0 || !outcome.file_error.empty()) return name("to continue", next.resume);
   if (outcome.failed > 0) name("to compute failed samples again", next.retry_failed);
   if (outcome.done > 0 && has_results) name("pictures and report", next.report);
 }

@@ -112,8 +112,8 @@ fs::path beside(const fs::path& file, const char* purpose, const LockOwner& self
 /// @throws std::runtime_error: what is taken, by whom, and what to do
 [[noreturn]] void refuse(const std::string& taken, const std::string& text, const fs::path& file) {
   const auto owner = LockOwner::parse(text);
-  throw std::runtime_error(fmt::format("{}: {}; wait for its end, or remove {} if it is not running any more",
-                                       taken, owner ? owner->describe() : "its lock says not whose",
+  throw std::runtime_error(fmt::format("{}: {}; wait until it ends, or remove {} if it is no longer running",
+                                       taken, owner ? owner->describe() : "its lock names no owner",
                                        file.string()));
 }
 

@@ -37,8 +37,8 @@ std::string describe(const GroupLayout& layout) {
   if (layout.n_left_over > 0) {
     const int first = layout.n_ranks - layout.n_left_over;
     line += layout.n_left_over == 1
-                ? fmt::format("; rank {} fills no group and stays idle", first)
-                : fmt::format("; ranks {} to {} fill no group and stay idle", first, layout.n_ranks - 1);
+                ? fmt::format("; rank {} is left over and stays idle", first)
+                : fmt::format("; ranks {} to {} are left over and stay idle", first, layout.n_ranks - 1);
   }
   return line;
 }

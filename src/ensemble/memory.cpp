@@ -160,7 +160,7 @@ std::optional<std::string> shortage(double needed, const std::string& whose,
 
 void check_available(double needed, const std::string& whose, const AvailableMemory& available) {
   if (const auto message = shortage(needed, whose, available)) {
-    throw std::runtime_error(*message + "; take coarser spacings, more nodes, or more ranks_per_sample");
+    throw std::runtime_error(*message + "; use coarser spacings, more nodes, or more ranks_per_sample");
   }
 }
 

@@ -79,7 +79,7 @@ geometry::Subdomain receive_share(const SampleGroup& group, const ShareHeader& h
   for_each_array(part, [&](auto& array) {
     const auto bytes = std::as_writable_bytes(std::span(array));
     if (parallel::receive_length(control, 0, share_tag, 1) != bytes.size())
-      throw std::runtime_error("a part of a sample came with another length than announced");
+      throw std::runtime_error("a part of a sample arrived with an unexpected length");
     parallel::receive_pieces(control, bytes, 0, share_tag);
   });
   return part;

@@ -46,8 +46,9 @@ bool holds_ensemble(const fs::path& folder) {
 void check_same_text(const fs::path& folder, const fs::path& theirs, const std::string& their_text,
                      const std::string& our_text) {
   if (const auto difference = first_difference(their_text, our_text)) {
-    throw std::runtime_error(fmt::format("{} holds an ensemble of another input: compared with {}, {}; {}",
-                                         folder.string(), theirs.string(), *difference, advice_for_others));
+    throw std::runtime_error(
+        fmt::format("{} holds an ensemble made from another input: compared with {}, {}; {}", folder.string(),
+                    theirs.string(), *difference, advice_for_others));
   }
 }
 
@@ -106,9 +107,9 @@ std::string advice(const fs::path& folder, const std::vector<Difference>& found)
                              actual.substr(1, actual.size() - 2));
   }
   std::string text =
-      fmt::format("go on with the folder's {}, or use another folder", !has_sections ? "frames"
-                                                                       : !has_frames ? "sections"
-                                                                                     : "sections and frames");
+      fmt::format("keep the folder's {}, or use another folder", !has_sections ? "frames"
+                                                                 : !has_frames ? "sections"
+                                                                               : "sections and frames");
   if (!options.empty())
     text +=
         fmt::format("; look at other sections afterwards, with crackle stats {}{}", folder.string(), options);
@@ -173,7 +174,7 @@ void check_same_input(const fs::path& folder, const input::Parameters& parameter
   const fs::path file = input_copy(folder);
   if (!fs::exists(file)) return;
   if (const auto found = difference(folder, read_text(file), file, parameters)) {
-    throw std::runtime_error(fmt::format("{} holds an ensemble of another input: compared with {}, {}",
+    throw std::runtime_error(fmt::format("{} holds an ensemble made from another input: compared with {}, {}",
                                          folder.string(), file.string(), *found));
   }
   const fs::path points = points_copy(folder);
@@ -197,7 +198,8 @@ SampleRange part_of_samples(std::uint64_t number, std::uint64_t n_parts, std::ui
 
 void check_folder(const fs::path& folder, const input::Parameters& parameters, const PlanOptions& options) {
   if (fs::exists(folder) && !fs::is_directory(folder)) {
-    throw std::runtime_error(folder.string() + " is no folder; the results need one, or a name that is free");
+    throw std::runtime_error(folder.string() +
+                             " is not a folder; give a folder, or a name that is not in use");
   }
   if (!options.resume && holds_ensemble(folder)) {
     throw std::runtime_error(folder.string() +
@@ -236,7 +238,7 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
         plan.invalid.push_back({file, "it holds no result"});
       } catch (const io::OlderFormat& error) {
         throw std::runtime_error(fmt::format(
-            "{}: {}; go on with the program that began this ensemble, or start it anew in another "
+            "{}: {}; continue with the program that began this ensemble, or start again in another "
             "folder; crackle stats and the report still read this one",
             folder.string(), error.what()));
       } catch (const std::exception& error) {
@@ -301,8 +303,8 @@ std::vector<std::string> prepare_folder(const fs::path& folder, const input::Par
   std::error_code ignored;
   for (const auto& kept : plan.kept) fs::remove(io::checkpoint_path(folder, kept.sample), ignored);
   for (const auto sample : plan.anew) {
-    // The file goes last, so that a kill in between leaves nothing to go on from. Without it the sample is
-    // pending, and when it is parked --resume goes on with it.
+    // The file goes last, so that a kill in between leaves nothing to continue from. Without it the sample is
+    // pending, and when it is parked --resume continues with it.
     fs::remove(io::checkpoint_path(folder, sample));
     fs::remove(io::sample_path(folder, sample));
   }

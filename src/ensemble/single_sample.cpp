@@ -60,7 +60,7 @@ SamplePlan plan_sample(const input::Parameters& parameters, const SingleSampleOp
   if (std::filesystem::exists(std::filesystem::symlink_status(checkpoint))) {
     throw std::runtime_error(
         checkpoint.string() +
-        " is a checkpoint of this sample; go on from it with --resume, or begin anew with --overwrite");
+        " is a checkpoint of this sample; continue from it with --resume, or start again with --overwrite");
   }
   return plan;
 }
@@ -101,7 +101,7 @@ SampleReport run_single_sample(const parallel::Communicator& ranks, const input:
   SampleReport report;
   if (group.is_root()) {
     if (!plan.kept.empty()) {
-      say(fmt::format("sample {} has ended before; it is kept", options.sample));
+      say(fmt::format("sample {} is finished already; it is kept", options.sample));
       report.sample = options.sample;
       report.summary = plan.kept.front().summary;
       report.stored = true;

@@ -85,7 +85,7 @@ std::vector<Point> read_points(const std::filesystem::path& file, const Body& bo
       word = next_word(rest);
     }
     if (!valid || !word.empty()) {
-      messages.add(line, "not a point; accepted are three numbers \"x y z\" in millimetres");
+      messages.add(line, "not a point; give three numbers \"x y z\" in millimetres");
       continue;
     }
     p = body.snapped(p, tolerance);

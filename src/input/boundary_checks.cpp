@@ -65,7 +65,7 @@ void check_course(const Boundary& condition, const std::string& key, Start start
                     "a fixed boundary does not change with time; give a displacement instead "
                     "of fix");
   } else if (has_rate && has_history) {
-    findings.report(key + ".history", "stands beside rate; give one of rate and history");
+    findings.report(key + ".history", "is given besides rate; give one of the two");
   } else if (condition.kind == BoundaryKind::velocity && start != Start::rest && (has_rate || has_history)) {
     findings.report(key + (has_rate ? ".rate" : ".history"),
                     "a velocity that changes with time is not accepted unless start = \"rest\": the "
@@ -82,7 +82,7 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
   const double tolerance = 1e-9 * specimen.size[normal];
   if (position < lower - tolerance || position > upper + tolerance) {
     findings.report(key + ".region." + axis_names[normal],
-                    fmt::format("the face stands at {} = {}, outside the region from {} to {}",
+                    fmt::format("the face lies at {} = {}, outside the region from {} to {}",
                                 axis_names[normal], show(position), show(lower), show(upper)));
     return;
   }

@@ -128,7 +128,7 @@ Key fix_key() {
               const auto axis = read_choice(element, {axis_names.begin(), axis_names.end()});
               if (!axis) continue;
               if (condition.components[*axis]) {
-                element.report(fmt::format("{} stands here twice; give {}", element.value.source, form));
+                element.report(fmt::format("{} appears twice; give {}", element.value.source, form));
               }
               condition.components[*axis] = true;
             }

@@ -103,7 +103,7 @@ void check_sections_along(int axis, const std::vector<double>& positions, const 
     const char* axis_name = axis == 1 ? "y" : "z";
     const int other = 3 - axis;
     findings.report(name,
-                    fmt::format("no crack can arrive, since no notch is cut into a {}-face; give "
+                    fmt::format("no crack can reach them, since no notch is cut into a {}-face; give "
                                 "sections.{} instead, {}",
                                 axis_name, other == 1 ? "y" : "z", describe_ligaments(specimen, other)));
     return;
@@ -118,7 +118,7 @@ void check_sections_along(int axis, const std::vector<double>& positions, const 
       findings.report(key, fmt::format("{} is not above {} before it; give ascending lengths",
                                        show(positions[i]), show(positions[i - 1])));
     } else if (has_notches && !can_arrive(specimen, axis, positions[i])) {
-      findings.report(key, fmt::format("no crack can arrive at {}; give a length in a notch's ligament: {}",
+      findings.report(key, fmt::format("no crack can reach {}; give a length in a notch's ligament: {}",
                                        show(positions[i]), ligaments));
     }
   }

@@ -122,7 +122,7 @@ std::string condensed(const std::string& explanation, const std::string& line) {
     const auto end = line.find_last_not_of(" \t\r") + 1;
     text += fmt::format(", in: {}", shortened(line.substr(start, end - start)));
   }
-  if (is_unquoted_quantity(line)) text += " (a value with a unit stands in quotes, such as \"1.0 mm\")";
+  if (is_unquoted_quantity(line)) text += " (a value with a unit must be in quotes, such as \"1.0 mm\")";
   return text;
 }
 

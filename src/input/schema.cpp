@@ -268,11 +268,11 @@ Table fracture_table() {
        number_key("exponent", in(&Parameters::fracture, &Fracture::exponent), {0, 20, true}, by_default("2"),
                   "beta"),
        impulse_key(),
-       choice_key<Memory>("memory", in(&Parameters::fracture, &Fracture::memory),
-                          {{"cumulative", Memory::cumulative}, {"step", Memory::step}},
-                          by_default("\"cumulative\""),
-                          "damage adds up for ever, or over one time step only: a strength of sigma_0 + "
-                          "(impulse / step)^(1 / exponent)"),
+       choice_key<Memory>(
+           "memory", in(&Parameters::fracture, &Fracture::memory),
+           {{"cumulative", Memory::cumulative}, {"step", Memory::step}}, by_default("\"cumulative\""),
+           "whether damage accumulates over all steps or over one only: a strength of sigma_0 + "
+           "(impulse / step)^(1 / exponent)"),
        choice_key<Release>("release", in(&Parameters::fracture, &Fracture::release),
                            {{"element", Release::element}, {"facet", Release::facet}},
                            by_default("\"element\""),
@@ -287,7 +287,7 @@ Table fracture_table() {
 Table time_table() {
   return {"time",
           Occurrence::once,
-          "the way of loading and the dynamic phase",
+          "loading and the dynamic phase",
           {choice_key<Start>(
                "start", in(&Parameters::time, &Time::start),
                {{"quasi-static", Start::quasi_static},

@@ -114,7 +114,7 @@ void visit(const Value& table, const std::string& path, const std::string& key,
       } else if (value.kind == ValueKind::array) {
         findings.report(
             member_key, value.line,
-            fmt::format("this is a table that stands once; write [{}], in single brackets", member_path));
+            fmt::format("this table can be given only once; write [{}], in single brackets", member_path));
       } else {
         findings.report(
             member_key, value.line,

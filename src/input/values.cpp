@@ -91,7 +91,8 @@ std::optional<double> read_quantity(const Source& source, const Dimension& dimen
           fmt::format("{} has the unknown unit \"{}\"{}", value.source, shortened(quantity.unit), advice));
       return {};
     case QuantityError::wrong_dimension:
-      source.report(fmt::format("{} has not the dimension of {}{}", value.source, dimension.name, advice));
+      source.report(
+          fmt::format("{} does not have the dimension of {}{}", value.source, dimension.name, advice));
       return {};
     case QuantityError::not_finite:
       source.report(value.source + " is not a finite number; give " + accepted(dimension, range));

@@ -22,7 +22,7 @@ constexpr std::uint32_t schema = 3;
 /// What must agree, each with what is said when it does not.
 std::vector<std::pair<std::string, std::string>> identity(const input::Parameters& parameters,
                                                           std::uint64_t sample) {
-  return {{fmt::format("crackle checkpoint {}", schema), "is no checkpoint of this format"},
+  return {{fmt::format("crackle checkpoint {}", schema), "is not a checkpoint of this format"},
           {git_commit() + " " + program_version(), "was made by another build of the program"},
           {input::sample_identity(parameters), "was made from another input"},
           {fmt::format("sample {}", sample), "is of another sample"}};

@@ -157,7 +157,7 @@ Handle unlocked_access() {
 
 Handle open_for_reading(const std::filesystem::path& file) {
   const Handle access = unlocked_access();
-  return Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose, "no whole HDF5 file");
+  return Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose, "not a complete HDF5 file");
 }
 
 Handle create_group(hid_t parent, const std::string& name) {

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tests of jobs/paper/study: its inputs, its statistics, and a run that is stopped and goes on."""
+"""Tests of jobs/paper/study: its inputs, its statistics, and a run that is stopped and continued."""
 from __future__ import annotations
 
 import argparse

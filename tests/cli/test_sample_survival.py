@@ -36,14 +36,14 @@ class SampleSurvival(SurvivalCase):
     def assert_parked(self, result):
         self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
         self.assertIn("sample 1 parked after", result.stdout)
-        self.assertRegex(result.stdout, rf"\nto go on: {re.escape(survival_fixture.PROGRAM)} sample {self.slow} --sample 1 "
+        self.assertRegex(result.stdout, rf"\nto continue: {re.escape(survival_fixture.PROGRAM)} sample {self.slow} --sample 1 "
                                         rf"-o {self.out} .*--resume\n")
         self.assertEqual(result.stdout.count("--resume"), 1)
         self.assertTrue(self.checkpoint.exists())
         self.assertEqual(list(self.out.glob("lock-*")), [])
 
     def step_gone_on_from(self, result):
-        return int(re.search(r"goes on at step (\d+)", result.stdout)[1])
+        return int(re.search(r"continues at step (\d+)", result.stdout)[1])
 
     def parked_at_a_time_limit(self, n_ranks):
         """A run that has gone on for a while before its time limit came."""
@@ -51,7 +51,7 @@ class SampleSurvival(SurvivalCase):
             result = self.call(*self.sample("--resume", "--time-limit", f"{limit}s"), n_ranks=n_ranks)
             self.assertIn(f"the time limit of {limit} s: stopping", result.stdout)
             self.assert_parked(result)
-            if "goes on at step" in result.stdout:
+            if "continues at step" in result.stdout:
                 return result
         self.fail("no time limit was long enough to start")
 
@@ -84,7 +84,7 @@ class SampleSurvival(SurvivalCase):
         result = self.call(*self.sample("--resume"))
         steps.append(self.step_gone_on_from(result))
         print(f"gone on from steps {steps}")
-        self.assertEqual(steps, sorted(set(steps)), "each piece goes on where the one before was parked")
+        self.assertEqual(steps, sorted(set(steps)), "each piece continues where the one before was parked")
         self.assert_equal_sample(result)
 
     def test_a_kill_costs_what_came_after_the_checkpoint(self):
@@ -108,7 +108,7 @@ class SampleSurvival(SurvivalCase):
         file = self.out / "samples" / "0001.h5"
         written = self.written(file)
         result = self.call(*arguments, "--resume")
-        self.assertIn("sample 1 has ended before; it is kept", result.stdout)
+        self.assertIn("sample 1 is finished already; it is kept", result.stdout)
         self.assertEqual((result.returncode, self.written(file)), (0, written))
         data = file.read_bytes()
         file.write_bytes(data[:1000] + b"x" + data[1001:])

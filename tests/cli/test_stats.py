@@ -360,9 +360,9 @@ class Stats(unittest.TestCase):
 
     def test_wrong_sections_are_refused(self):
         for given, reason in (("y=1 mm", r"sections.y\[0\]: no crack can arrive at 1 mm; .*between 2 mm and 8 mm"),
-                              ("y=3 mm,3 kg", r"sections.y\[1\]: \"3 kg\" has not the dimension of a length"),
+                              ("y=3 mm,3 kg", r"sections.y\[1\]: \"3 kg\" does not have the dimension of a length"),
                               ("y=4 mm,3 mm", r"sections.y\[1\]: 3 mm is not above 4 mm"),
-                              ("z=9 mm", r"sections.z: no crack can arrive, since no notch is cut into a z-face"),
+                              ("z=9 mm", r"sections.z: no crack can reach them, since no notch is cut into a z-face"),
                               ("x=1 mm", r"\"x=1 mm\" is not known"), ("3 mm", r"\"3 mm\" is not known")):
             for ranks in (0, 2):
                 result = invoke("stats", self.folder, "--sections", given, ranks=ranks)

@@ -54,7 +54,7 @@ class Survival(SurvivalCase):
         result = self.call("run", self.slow, "-o", self.out, "--resume",
                            extra_environment={"SLURM_JOB_END_TIME": str(int(time.time()) + 2)})
         self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
-        self.assertIn(f"to go on: {survival_fixture.PROGRAM} run {self.slow} -o {self.out} --resume\n", result.stdout)
+        self.assertIn(f"to continue: {survival_fixture.PROGRAM} run {self.slow} -o {self.out} --resume\n", result.stdout)
         result = self.call("run", self.slow, "-o", self.out, "--resume")
         self.assertIn(f"pictures and report: tools/crackle-report {self.out}\n", result.stdout)
         self.assert_complete(self.slow, result)

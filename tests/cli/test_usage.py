@@ -77,7 +77,7 @@ class Usage(unittest.TestCase):
                 return invoke("run", os.path.abspath(OPTIONS.demo), "-o", "out", *arguments, cwd=folder, ranks=ranks)
 
             for part in ("3", "3/", "/3", "-1/3", "0x1/3", "1/3/5", "1 /3", "a/b", "1.0/3", "99999999999999999999/3"):
-                self.assert_usage_error(run(f"--part={part}"), f"'{part}' is no part; give one such as 0/20")
+                self.assert_usage_error(run(f"--part={part}"), f"'{part}' is not a part; give one such as 0/20")
             for part in ("3/3", "0/0", "7/3"):
                 self.assert_usage_error(run("--part", part), f"there is no part {part}", "numbered from 0")
             self.assert_usage_error(run("--part", "0/3", "--samples", "0-1"), "--samples", "excludes", "--part")

@@ -16,7 +16,7 @@ def with_region(text, value):
 CASES = [
     # Values with units.
     Case("wrong dimension", lambda t: t.set("mesh", "spacing", '"3 kg"'), "mesh.spacing",
-         '"3 kg" has not the dimension of a length', 'give a length such as "1.0 mm"'),
+         '"3 kg" does not have the dimension of a length', 'give a length such as "1.0 mm"'),
     Case("number without quotes and unit", lambda t: t.set("mesh", "spacing", "3"), "mesh.spacing",
          "3 is a plain number without a unit", '"1.0 mm"'),
     Case("float without unit", lambda t: t.set("material", "youngs_modulus", "3.3e9"),
@@ -29,7 +29,7 @@ CASES = [
          'unknown unit "kgs/m^3"', '"1180 kg/m^3"'),
     Case("decimal comma", lambda t: t.set("mesh", "spacing", '"3,5 mm"'), "mesh.spacing", 'unknown unit ",5 mm"'),
     Case("reciprocal unit", lambda t: t.set("time", "duration", '"10 kHz"'), "time.duration",
-         '"10 kHz" has not the dimension of a time'),
+         '"10 kHz" does not have the dimension of a time'),
     Case("factor after the unit", lambda t: t.set("mesh", "spacing", '"3 mm 2"'), "mesh.spacing",
          'unknown unit "mm 2"'),
     Case("unit with an offset", lambda t: t.set("time", "duration", '"1 s since 2000-01-01"'),
@@ -165,7 +165,7 @@ CASES = [
     Case("two sizes", lambda t: t.set("specimen", "size", '["5 mm", "24.5 mm"]'), "specimen.size",
          "the array has 2 elements", "three lengths"),
     Case("size of wrong unit", lambda t: t.set("specimen", "size", '["5 mm", "24.5 s", "140 mm"]'),
-         "specimen.size[1]", '"24.5 s" has not the dimension of a length'),
+         "specimen.size[1]", '"24.5 s" does not have the dimension of a length'),
     Case("negative size", lambda t: t.set("specimen", "size", '["5 mm", "24.5 mm", "-140 mm"]'),
          "specimen.size[2]", "out of range"),
     Case("size is no array", lambda t: t.set("specimen", "size", '"5 mm"'), "specimen.size", "three lengths"),

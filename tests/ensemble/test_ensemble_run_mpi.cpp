@@ -138,7 +138,7 @@ TEST_F(EnsembleRun, SameEnsembleWithTwoRanksPerSample) {
   EXPECT_EQ(run("all", parameters, false).done, 3);
   if (!world_.is_root()) return;
   if (world_.size() == 4) {
-    EXPECT_THAT(log_.str(), HasSubstr("rank 3 fills no group and stays idle"));
+    EXPECT_THAT(log_.str(), HasSubstr("rank 3 is left over and stays idle"));
   }
   run_on(parallel::Communicator(MPI_COMM_SELF), "alone", parameters, false);
   expect_same_ensemble(root_ / "all", root_ / "alone", 3);
@@ -203,7 +203,7 @@ TEST_F(EnsembleRun, PoisonedSampleFailsAlone) {
 
 TEST_F(EnsembleRun, FailedSampleLeavesNoCheckpointAndIsTriedAgainFromItsBeginning) {
   const auto parameters = plate(3, 1);
-  std::size_t found = 0;  // bytes of checkpoints to go on from, on this rank
+  std::size_t found = 0;  // bytes of checkpoints to continue from, on this rank
   const auto checkpointed = [&](bool fails) -> SampleFunction {
     return [&found, fails](const auto& group, auto sample, const auto& subdomain,
                            const dynamics::SampleControl& control) {
@@ -296,7 +296,7 @@ TEST_F(EnsembleRun, TheEndNamesWhatIsPendingAndHowToGoOn) {
   run_ensemble(world_, parameters, options, strip);
   if (world_.is_root()) {
     EXPECT_THAT(log_.str(), HasSubstr("\npending: samples 0-4\n0 done, 0 failed, 5 pending after "));
-    EXPECT_THAT(log_.str(), HasSubstr("\nto go on: go on!\n"));
+    EXPECT_THAT(log_.str(), HasSubstr("\nto continue: go on!\n"));
     EXPECT_THAT(log_.str(), Not(HasSubstr("pictures!")));
   }
   options.plan.resume = true;
@@ -305,7 +305,7 @@ TEST_F(EnsembleRun, TheEndNamesWhatIsPendingAndHowToGoOn) {
   run_ensemble(world_, parameters, options, strip);
   if (world_.is_root()) {
     EXPECT_THAT(log_.str(), HasSubstr("\npending: samples 1-3\nsamples 1 to 3: 0 done"));
-    EXPECT_THAT(log_.str(), HasSubstr("\nto go on: go on!\n"));
+    EXPECT_THAT(log_.str(), HasSubstr("\nto continue: go on!\n"));
   }
   options.plan.range.reset();
   options.stop = {};

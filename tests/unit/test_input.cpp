@@ -216,7 +216,7 @@ TEST(Input, OtherSectionsAreReadLikeThoseOfTheFile) {
     return {};
   };
   EXPECT_THAT(errors({"y=7 mm, 3 kg"}),
-              ElementsAre("--sections: sections.y[1]: \"3 kg\" has not the dimension of a "
+              ElementsAre("--sections: sections.y[1]: \"3 kg\" does not have the dimension of a "
                           "length; give a length such as \"1.0 mm\""));
   EXPECT_THAT(
       errors({"y=7 mm", "z=135 mm"}),

@@ -21,8 +21,9 @@ using ::testing::StartsWith;
 TEST(InputErrors, NameFileLineKeyAndWhatIsAccepted) {
   EXPECT_THAT(
       errors_with("[mesh]", "spacing", R"("3 kg")"),
-      ElementsAre("test.toml:6: mesh.spacing: \"3 kg\" has not the dimension of a length; give a length "
-                  "such as \"1.0 mm\""));
+      ElementsAre(
+          "test.toml:6: mesh.spacing: \"3 kg\" does not have the dimension of a length; give a length "
+          "such as \"1.0 mm\""));
 }
 
 TEST(InputErrors, AllAreReportedInTheOrderOfTheLines) {
@@ -86,9 +87,10 @@ TEST(InputErrors, SectionsAreWhereACrackCanArrive) {
               ElementsAre(HasSubstr("between 0 and 134 mm (specimen.notch[0])")));
   EXPECT_THAT(
       errors("zZ", "y", R"(["7 mm", "9 mm"])"),
-      ElementsAre("test.toml:20: sections.y: no crack can arrive, since no notch is cut into a y-face; give "
-                  "sections.z instead, between 6 mm and 140 mm (specimen.notch[0]) or between 0 and 134 mm "
-                  "(specimen.notch[1])"));
+      ElementsAre(
+          "test.toml:20: sections.y: no crack can reach them, since no notch is cut into a y-face; give "
+          "sections.z instead, between 6 mm and 140 mm (specimen.notch[0]) or between 0 and 134 mm "
+          "(specimen.notch[1])"));
   EXPECT_THAT(errors("y", "z", R"(["7 mm"])"), ElementsAre(HasSubstr("no notch is cut into a z-face")));
   auto tables = minimal_tables();
   std::erase_if(tables, [](const auto& table) { return table.header == "[sections]"; });

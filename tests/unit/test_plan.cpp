@@ -235,7 +235,8 @@ TEST_F(Plan, ResumeWithOtherSectionsOrFramesIsToldWhatIsPossible) {
   };
   const std::pair<std::string, std::string> sections{R"(["3 mm", "4 mm"])", R"(["3 mm", "5 mm"])"};
   const std::pair<std::string, std::string> frames{"frames = 4", "frames = 9"};
-  const std::string of_another = folder_.string() + " holds an ensemble of another input: compared with " +
+  const std::string of_another = folder_.string() +
+                                 " holds an ensemble made from another input: compared with " +
                                  (folder_ / "input.toml").string() + ", ";
   const std::string look = "look at other sections afterwards, with crackle stats " + folder_.string() +
                            " --sections y=\"3 mm, 5 mm\"";
@@ -245,7 +246,7 @@ TEST_F(Plan, ResumeWithOtherSectionsOrFramesIsToldWhatIsPossible) {
                                      "folder's sections, or use another folder; " +
                                      look);
   EXPECT_EQ(changed({frames}), of_another +
-                                   "output.frames is 9, not 4; go on with the folder's frames, or use "
+                                   "output.frames is 9, not 4; keep the folder's frames, or use "
                                    "another folder; frames cannot be changed afterwards");
   EXPECT_EQ(changed({sections, frames}),
             of_another +

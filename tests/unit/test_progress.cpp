@@ -270,10 +270,9 @@ TEST(GroupLayout, MasterGroupsAndLeftOverRanks) {
   for (int rank = 0; rank < 8; ++rank) groups.push_back(layout.group_of(rank));
   EXPECT_EQ(groups, (std::vector<int>{-1, 0, 0, 0, 1, 1, 1, -1}));
   EXPECT_EQ(layout.root_of(1), 4);
-  EXPECT_EQ(describe(layout),
-            "8 ranks: master on rank 0, 2 groups of 3; rank 7 fills no group and stays idle");
+  EXPECT_EQ(describe(layout), "8 ranks: master on rank 0, 2 groups of 3; rank 7 is left over and stays idle");
   EXPECT_EQ(describe(make_group_layout(9, 3)),
-            "9 ranks: master on rank 0, 2 groups of 3; ranks 7 to 8 fill no group and stay idle");
+            "9 ranks: master on rank 0, 2 groups of 3; ranks 7 to 8 are left over and stay idle");
   EXPECT_EQ(describe(make_group_layout(3, 2)), "3 ranks: master on rank 0, 1 group of 2");
 }
 

@@ -18,7 +18,7 @@ namespace crackle::dynamics {
 class BreakingCheck {
 public:
   /// The references must outlive the object.
-  /// @param motion of `body`, at the start of a phase or where it goes on from a checkpoint
+  /// @param motion of `body`, at the start of a phase or where it continues from a checkpoint
   BreakingCheck(const fracture::BreakableBody& body, MovingBody& motion, fracture::Criterion& criterion)
       : body_(&body), motion_(&motion), criterion_(&criterion) {}
 

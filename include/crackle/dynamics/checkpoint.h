@@ -16,7 +16,7 @@
 
 namespace crackle::dynamics {
 
-/// What a MovingBody needs to go on, besides what it is made from: by node number, so that it fits any
+/// What a MovingBody needs to continue, besides what it is made from: by node number, so that it fits any
 /// partition. Integers as they are, floating-point numbers by their bits.
 struct MotionCheckpoint {
   /// Of each node: displacement, velocity, displacement at the start of the last step, force (if current).
@@ -30,7 +30,7 @@ struct MotionCheckpoint {
   std::int64_t n_forces = 0;
 };
 
-/// What came to carry less in a dynamic phase.
+/// What a dynamic phase released.
 struct Releases {
   std::vector<fracture::Break> breaks;
   std::vector<fracture::BridgeRelease> bridge_releases;

@@ -70,10 +70,10 @@ double energy_error(std::span<const EnergyRow> rows);
 double energy_at_strength(const parallel::Communicator& group, const fracture::BreakableBody& body,
                           std::span<const double> strength);
 
-/// Why the motion cannot be trusted by its energies at the last of the rows: they are no numbers, or, once a
+/// Why the energies of the last row show that the motion cannot be trusted: they are not finite, or, once a
 /// tenth of the phase is over, the body has ten times the energy that it can have.
 /// @param n_rows of the whole phase
-/// @param negligible what rounding may make of nothing [J]
+/// @param negligible energy that rounding alone may produce [J]
 std::optional<std::string> energy_fault(std::span<const EnergyRow> rows, std::size_t n_rows,
                                         double negligible = 0);
 

@@ -23,21 +23,21 @@ public:
   using std::runtime_error::runtime_error;
 };
 
-/// What becomes of a phase after a look at it; the larger wish of all ranks counts.
+/// What a phase does after a poll; the ranks' most far-reaching request counts.
 enum class Request : int {
   go_on,
   save,  ///< a checkpoint, and on
   park   ///< a checkpoint, and no further
 };
 
-/// Steps between two looks of a phase at whether it has arrested, failed or is asked for something: each look
+/// Steps between two polls of whether a phase has arrested, failed or is to save or park: each poll
 /// costs messages between the ranks.
 inline constexpr std::int64_t steps_per_poll = 32;
 
 struct PhaseResult {
   bool arrested = false;
   bool separated = false;  ///< the body was apart when the phase ended
-  bool parked = false;     ///< the rest is without meaning
+  bool parked = false;     ///< the rest is undefined
   double time = 0;         ///< at which the phase ended, since its start [s]
   /// Up to which its breaks count, should it be the last phase: the duration at most [s].
   double counted_time = 0;
@@ -63,9 +63,9 @@ struct PhaseOptions {
   int n_energy_rows = 200;  ///< about this many rows of the energy account
   std::function<void(const EnergyRow& row)> on_row =
       {};                                 ///< called for each of them, on every rank; may be empty
-  std::function<Request()> request = {};  ///< this rank's wish, at every look; may be empty
+  std::function<Request()> request = {};  ///< this rank's request, at every poll; may be empty
   /// Takes the phase's state: the running phase, and energy rows and frames so far, on the root. Called on
-  /// every rank; may be empty when nobody wishes for it.
+  /// every rank; may be empty.
   std::function<void(RunningPhase phase, const std::vector<EnergyRow>& energy,
                      const std::vector<Frame>& frames)>
       save = {};
@@ -74,7 +74,7 @@ struct PhaseOptions {
   std::function<void(double time, const MotionState& state)> on_first_break = {};
   /// Takes what there is of a phase that fails; on every rank, may be empty.
   std::function<void(PhaseResult partial)> on_failure = {};
-  const Checkpoint* from = nullptr;  ///< goes on from its running phase
+  const Checkpoint* from = nullptr;  ///< continues from its running phase
 };
 
 /// Explicit dynamics with breaking: the splitting's stages, at the end of every step the breaking check, then

@@ -64,7 +64,7 @@ public:
   /// Why the state can no longer be trusted on this rank, as when a number outgrew its format; or empty.
   virtual std::optional<std::string> failure() const { return {}; }
 
-  /// What restore() needs to go on from here, on the root. Collective.
+  /// What restore() needs to continue from here, on the root. Collective.
   virtual MotionCheckpoint save() const = 0;
 
   /// Goes on from where a body that was made alike was saved; the tetrahedra that it broke up to there have

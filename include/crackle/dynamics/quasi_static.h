@@ -48,7 +48,7 @@ public:
   void refuse_overload() const;
 
   /// Loads on from the present time until run-away or the end of the curve. Collective.
-  /// @param is_asked_to_park this rank's wish, looked at after each break; may be empty
+  /// @param is_asked_to_park this rank's request, polled after each break; may be empty
   QuasiStaticEnd advance(EnergyAccount& account, const std::function<bool()>& is_asked_to_park = {});
 
   /// Continues at `time` from a body that came to rest after the dynamic state `displacement`, with what

@@ -76,7 +76,7 @@ struct SampleTimings {
 struct SampleResult {
   static constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-  bool parked = false;  ///< stopped on the way as asked; the rest is without meaning
+  bool parked = false;  ///< stopped on the way as asked; the rest is undefined
   Outcome outcome = Outcome::unbroken;
   std::string note;  ///< what else is to be known of the end; mostly empty
   /// Load time at the first break [s] and the largest force or reaction of any condition then [N]; NaN where

@@ -30,7 +30,7 @@ struct SampleControl {
   /// the sample goes on.
   std::function<void(std::span<const std::byte> checkpoint)> save;
   std::vector<std::byte>
-      checkpoint;  ///< on the root: what was saved last, to go on from; empty: from the start
+      checkpoint;  ///< on the root: what was saved last, to continue from; empty: from the start
   double checkpoint_interval = std::numeric_limits<double>::infinity();  ///< wall time between two saves [s]
   /// Takes what there is of a sample that fails, before the failure is thrown; called on every rank or on
   /// none.

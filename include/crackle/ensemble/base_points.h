@@ -19,7 +19,7 @@ std::string waiting_notice(double n_mother_points);
 double placing_seconds(double n_mother_points);
 
 /// Makes the base mother points of an ensemble or, with mesh.base own, of a sample. Not collective.
-/// @param say hears the waiting_notice before
+/// @param say receives the waiting_notice beforehand
 /// @throws std::runtime_error as geometry::make_mother_points
 geometry::MotherPoints make_base_points(const geometry::Body& body, const input::Parameters& parameters,
                                         const std::function<void(const std::string&)>& say = {},
@@ -27,7 +27,7 @@ geometry::MotherPoints make_base_points(const geometry::Body& body, const input:
 
 /// The base mother points that all samples of an ensemble share, none with mesh.base own: but then the number
 /// that each sample will have is looked at. Not collective.
-/// @param say hears the waiting_notice before, and about how many points there are
+/// @param say receives the waiting_notice and the expected number of points beforehand
 /// @throws std::runtime_error as geometry::make_mother_points
 geometry::MotherPoints make_shared_points(const geometry::Body& body, const input::Parameters& parameters,
                                           const std::function<void(const std::string&)>& say = {});

@@ -19,7 +19,7 @@ namespace crackle::ensemble {
 
 /// Command lines that the end of the log names, for what is left to do.
 struct NextCommands {
-  std::string resume;        ///< goes on with pending samples
+  std::string resume;        ///< continues with pending samples
   std::string retry_failed;  ///< computes failed ones again
   std::string report;        ///< makes pictures and report of what there is
 };

@@ -31,7 +31,7 @@ struct SamplePlan {
   SampleRange range;                  ///< of the samples that this run may compute
   std::vector<std::uint64_t> to_do;   ///< ascending
   std::vector<KeptSample> kept;       ///< ascending
-  std::vector<std::uint64_t> parked;  ///< of to_do, those with a checkpoint to go on from
+  std::vector<std::uint64_t> parked;  ///< of to_do, those with a checkpoint to continue from
   std::vector<std::uint64_t> anew;    ///< of to_do, those whose file and checkpoint go first
   std::vector<InvalidFile> invalid;   ///< their samples are in to_do
 };
@@ -56,7 +56,7 @@ struct PlanOptions {
 SampleRange part_of_samples(std::uint64_t number, std::uint64_t n_parts, std::uint64_t n_samples);
 
 /// Refuses a folder that this run must not use. Reads only.
-/// @throws std::runtime_error when the folder is no folder, holds an ensemble and `resume` is not set, or
+/// @throws std::runtime_error when the path is not a folder, holds an ensemble and `resume` is not set, or
 /// holds one of another input; or when the range leaves the ensemble
 void check_folder(const std::filesystem::path& folder, const input::Parameters& parameters,
                   const PlanOptions& options);

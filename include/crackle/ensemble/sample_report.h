@@ -18,7 +18,7 @@ struct SampleReport {
   analysis::SampleSummary summary;
   bool stored = false;   ///< a whole sample file tells the same; without one, a resumed run computes it again
   bool parked = false;   ///< stopped on the way as asked: neither done nor failed
-  int mesh_attempt = 0;  ///< that gave the realization; others than 0 are told
+  int mesh_attempt = 0;  ///< that gave the realization; shown when it is not 0
   std::int64_t n_tetrahedra = 0;
   double seconds = 0;  ///< wall time from the realization's arrival to the file
 };

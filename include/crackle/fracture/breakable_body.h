@@ -36,7 +36,7 @@ inline constexpr double bridging_share = 0.0;
 ///
 /// Release by elements: a broken tetrahedron carries nothing. Release by facets: it lets go of the edges that
 /// its most loaded cut crosses (mechanics::EdgeStiffness), and of further ones by the bridging rule, without
-/// which neighbouring tetrahedra with different cuts would bridge the crack for ever.
+/// which neighbouring tetrahedra with different cuts would bridge the crack forever.
 ///
 /// Ranks that hold the same tetrahedron see the same stress bits, so they break it together without a
 /// message.
@@ -61,7 +61,7 @@ public:
   bool is_broken(std::int32_t tetrahedron) const { return broken_[index(tetrahedron)] != 0; }
   /// Local tetrahedra in order of breaking.
   std::span<const std::int32_t> broken_tetrahedra() const { return order_; }
-  /// Local tetrahedra that came to carry less, in the order of the changes; some more than once.
+  /// Local tetrahedra whose stiffness was reduced, in order; some more than once.
   std::span<const std::int32_t> changes() const { return changes_; }
   /// Records of the breaks that this rank counts, in order of breaking.
   std::span<const Break> breaks() const { return records_; }

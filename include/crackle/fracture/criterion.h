@@ -29,7 +29,7 @@ public:
 
   const EquivalentStress& stress() const { return *stress_; }
 
-  /// The equivalent stress up to which the tetrahedron lasts for ever, and at which slowly growing load
+  /// The equivalent stress up to which the tetrahedron never breaks, and at which slowly growing load
   /// breaks it [Pa].
   double strength(std::size_t tetrahedron) const { return strengths_[tetrahedron]; }
   std::span<const double> strengths() const { return strengths_; }

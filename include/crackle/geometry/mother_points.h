@@ -67,7 +67,7 @@ double checked_n_points(const Body& body, const input::Mesh& mesh);
 /// sample and attempt. With `mesh.points` the points
 /// come from that file (read_points), and only points at tetrahedra that do not conform or fall below
 /// `min_quality` are moved.
-/// @param expects hears about how many points will be placed, before that begins
+/// @param expects is called with the expected number of points before they are placed
 /// @param sample whose points these are, and its attempt: without effect unless `mesh.base` is own
 /// @throws std::runtime_error naming the reason where the body cannot be meshed with this spacing and
 /// quality,

@@ -56,7 +56,7 @@ namespace crackle::io {
 /// Raised with every change of what the file holds.
 inline constexpr std::int64_t sample_schema_version = 3;
 
-/// Of the files, samples' and ensembles', whose results can still be read; no sample goes on from them.
+/// Of the files, samples' and ensembles', whose results can still be read; no sample continues from them.
 inline constexpr std::int64_t oldest_schema_version = 2;
 
 /// A whole file that an older version of the program wrote.
