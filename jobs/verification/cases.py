@@ -267,7 +267,7 @@ def griffith_strip(folder: Path, program: Path) -> list[Figure]:
         samples = run(with_keys(text, keys), folder / f"griffith-strip-{spacing}", program)
         loads = [float(sample.summary["onset_time"]) * rate / _griffith_travel() for sample in samples]
         energy = [float(sample.summary["effective_toughness"]) / TOUGHNESS for sample in samples]
-        figures.append(Figure(case, f"load at run-away over Griffith's, spacing {spacing} mm", _mean(loads, ".2f"),
+        figures.append(Figure(case, f"load at instability over Griffith's, spacing {spacing} mm", _mean(loads, ".2f"),
                               "1; c is set by the mean"))
         figures.append(Figure(case, f"energy of broken tetrahedra per traced area over the toughness, {spacing} mm",
                               _mean(energy, ".2f"), "0.73 = 0.86/1.18"))

@@ -165,7 +165,7 @@ private:
       say(fmt::format(
           "{} at t = {:.6f} s, {:.2f} N, after {} quasi-static breaks and {} static solves with {} "
           "iterations in {:.1f} s; dynamic phase {} starts",
-          is_first ? "equilibrium" : "run-away", loading.time(), loading.load(), loading.n_breaks(),
+          is_first ? "equilibrium" : "instability", loading.time(), loading.load(), loading.n_breaks(),
           loading.n_solves(), loading.n_iterations(), result_.timings.quasi_static,
           result_.counts.dynamic_phases + 1));
       MotionState state = at_rest();

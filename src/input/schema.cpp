@@ -294,7 +294,7 @@ Table time_table() {
                 {"equilibrium", Start::equilibrium},
                 {"rest", Start::rest}},
                by_default("\"quasi-static\""),
-               "equilibria up to run-away; dynamics from the equilibrium under the loads at t = 0, whatever "
+               "equilibria up to instability; dynamics from the equilibrium under the loads at t = 0, whatever "
                "is over the strength there; or dynamics from the body at rest at t = 0"),
            automatic_time_key("step", in(&Parameters::time, &Time::step), "5 ns",
                               "time step; \"auto\" is a fraction of the stable step"),

@@ -167,7 +167,7 @@ private:
   mechanics::FixedPointForce<Real> force_;
 };
 
-/// The time loop as a sample runs it, in the course of breaking: from the first run-away's equilibrium under
+/// The time loop as a sample runs it, in the course of breaking: from the first instability's equilibrium under
 /// `overload` times its load.
 class BreakingLoop {
 public:

@@ -65,7 +65,7 @@ TEST(Toughness, MakesTheLoadAtRunAwayIndependentOfTheSpacing) {
     with_strength.fracture.strength = fracture::strength_of(parameters.material, 30, height / 12);
     strong.push_back(run_away_travel(with_strength, cells) / griffith);
     std::printf(
-        "spacing %.2f mm: load at run-away over Griffith's %.3f with toughness (reference 1), %.3f with "
+        "spacing %.2f mm: load at instability over Griffith's %.3f with toughness (reference 1), %.3f with "
         "strength\n",
         1e3 * height / cells, tough.back(), strong.back());
   }

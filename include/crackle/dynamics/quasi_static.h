@@ -47,7 +47,7 @@ public:
   ///   with the load at which the first one would have broken. Collective.
   void refuse_overload() const;
 
-  /// Loads on from the present time until run-away or the end of the curve. Collective.
+  /// Loads on from the present time until instability or the end of the curve. Collective.
   /// @param is_asked_to_park this rank's request, polled after each break; may be empty
   QuasiStaticEnd advance(EnergyAccount& account, const std::function<bool()>& is_asked_to_park = {});
 

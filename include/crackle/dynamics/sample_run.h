@@ -42,7 +42,7 @@ struct SampleControl {
 /// answered its last break; what comes later has been reflected again.
 double arrest_window(const input::Parameters& parameters);
 
-/// One body's way from the unloaded state to its end: quasi-static loading, run-away, dynamic breaking,
+/// One body's way from the unloaded state to its end: quasi-static loading, instability, dynamic breaking,
 /// arrest. Collective over the group; a failure on one rank is thrown on all.
 ///
 /// When any rank is asked to, the sample is parked: within 32 steps of a dynamic phase, or between two
