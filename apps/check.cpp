@@ -165,7 +165,8 @@ std::string uneven_toughness_text(const Subject& subject) {
   const auto& parameters = subject.parameters;
   // Points from a file have the spacings of the file.
   if (parameters.fracture.toughness > 0 || parameters.mesh.points) return {};
-  const auto criterion = fracture::make_criterion(parameters.fracture, 1, subject.phase.grid.step);
+  const auto criterion =
+      fracture::make_criterion(parameters, {parameters.fracture.strength}, subject.phase.grid.step);
   const auto range = fracture::toughness_along_ligaments(
       parameters, *geometry::make_body(parameters.specimen), criterion->strength(0));
   if (!range || range->greatest <= uneven_toughness * range->least) return {};
@@ -185,7 +186,7 @@ void add_criterion(Rows& rows, const Subject& subject) {
       geometry::split(subject.realization, geometry::partition(subject.realization, 1)).front();
   const auto operators = mechanics::make_operators(subdomain, parameters.material.density);
   const auto criterion = fracture::make_criterion(
-      parameters.fracture, fracture::tetrahedron_strengths(self, parameters, subdomain, operators),
+      parameters, fracture::tetrahedron_strengths(self, parameters, subdomain, operators),
       subject.phase.grid.step);
   const auto strengths = criterion->strengths();
   const auto spread = [](std::vector<double> values, double unit, const char* name) {

@@ -45,7 +45,7 @@ public:
   }
 
   void measure_solves(MeasuredCost& cost) {
-    const auto criterion = fracture::make_criterion(parameters_.fracture, strength_, grid_.step);
+    const auto criterion = fracture::make_criterion(parameters_, strength_, grid_.step);
     const ThreadClock first;
     dynamics::QuasiStaticLoading loading(self_, body_, loads_, *criterion,
                                          dynamics::arrest_window(parameters_));
@@ -74,7 +74,7 @@ public:
     // A lower strength under the load that is: the same as the load that much higher, but for the scale.
     std::vector<double> weakened = strength_;
     for (double& value : weakened) value /= overload;
-    const auto criterion = fracture::make_criterion(parameters_.fracture, weakened, grid_.step);
+    const auto criterion = fracture::make_criterion(parameters_, weakened, grid_.step);
     const dynamics::MotionContext context{&self_,          &body_,
                                           &loads_,         parameters_.material.density,
                                           criterion.get(), criterion->screening_share(stable_step_)};

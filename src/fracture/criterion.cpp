@@ -5,16 +5,12 @@
 
 namespace crackle::fracture {
 
-std::unique_ptr<Criterion> make_criterion(const input::Fracture& parameters, std::vector<double> strengths,
+std::unique_ptr<Criterion> make_criterion(const input::Parameters& parameters, std::vector<double> strengths,
                                           double time_step) {
-  if (parameters.memory == input::Memory::step)
-    return std::make_unique<OneStepTulerButcher>(parameters, std::move(strengths), time_step);
-  return std::make_unique<TulerButcher>(parameters, std::move(strengths), time_step);
-}
-
-std::unique_ptr<Criterion> make_criterion(const input::Fracture& parameters, std::size_t n_tetrahedra,
-                                          double time_step) {
-  return make_criterion(parameters, std::vector<double>(n_tetrahedra, parameters.strength), time_step);
+  const input::Fracture& fracture = parameters.fracture;
+  if (fracture.memory == input::Memory::step)
+    return std::make_unique<OneStepTulerButcher>(fracture, std::move(strengths), time_step);
+  return std::make_unique<TulerButcher>(fracture, std::move(strengths), time_step);
 }
 
 }  // namespace crackle::fracture

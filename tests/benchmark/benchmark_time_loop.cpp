@@ -81,8 +81,7 @@ struct Sample {
 
   std::unique_ptr<fracture::Criterion> criterion(double step) const {
     return fracture::make_criterion(
-        parameters.fracture, fracture::tetrahedron_strengths(self, parameters, subdomain, body.operators()),
-        step);
+        parameters, fracture::tetrahedron_strengths(self, parameters, subdomain, body.operators()), step);
   }
   dynamics::MotionContext context(const fracture::Criterion& criterion, double screening_share) {
     return {&self, &body, &loads, parameters.material.density, &criterion, screening_share};
@@ -167,8 +166,8 @@ private:
   mechanics::FixedPointForce<Real> force_;
 };
 
-/// The time loop as a sample runs it, in the course of breaking: from the first instability's equilibrium under
-/// `overload` times its load.
+/// The time loop as a sample runs it, in the course of breaking: from the first instability's equilibrium
+/// under `overload` times its load.
 class BreakingLoop {
 public:
   BreakingLoop(Sample& sample, input::Precision precision, input::Integrator integrator,

@@ -19,9 +19,16 @@ input::Fracture epoxy_fracture(input::Memory memory = input::Memory::cumulative)
   return {.strength = 35e6, .exponent = 2, .impulse = 1e4, .memory = memory};  // 1e-8 MPa^2 s
 }
 
+std::unique_ptr<Criterion> criterion_of(const input::Fracture& fracture, std::vector<double> strengths,
+                                        double time_step) {
+  input::Parameters parameters;
+  parameters.fracture = fracture;
+  return make_criterion(parameters, std::move(strengths), time_step);
+}
+
 std::unique_ptr<Criterion> one_tetrahedron(double time_step,
                                            input::Memory memory = input::Memory::cumulative) {
-  return make_criterion(epoxy_fracture(memory), 1, time_step);
+  return criterion_of(epoxy_fracture(memory), {35e6}, time_step);
 }
 
 /// Time at which the tetrahedron breaks under stress(t), in steps from `start` on.
@@ -103,7 +110,8 @@ TEST(TulerButcher, BreaksAtTheEndOfAStepNearestToTheMomentOfFailure) {
       for (int phase = 0; phase < n_phases; ++phase) {
         const double start = -10 * dt + (phase + 0.5) / n_phases * dt;
         const double time = breaking_time(
-            make_criterion(parameters, 1, dt), [&](double t) { return 35e6 + rate * t; }, dt, 100, start);
+            criterion_of(parameters, {parameters.strength}, dt), [&](double t) { return 35e6 + rate * t; },
+            dt, 100, start);
         worst = std::max(worst, std::abs(time - expected) / dt);
         mean += (time - expected) / dt / n_phases;
       }
@@ -151,11 +159,11 @@ TEST(TulerButcher, StepMemoryAddsToTheStrengthOfEachTetrahedron) {
   parameters.exponent = 1;
   parameters.impulse = 0.01;
   const std::vector<double> strengths{30e6, 40e6};
-  const auto criterion = make_criterion(parameters, strengths, 5e-9);
+  const auto criterion = criterion_of(parameters, strengths, 5e-9);
   EXPECT_DOUBLE_EQ(criterion->strength(0), 32e6);
   EXPECT_DOUBLE_EQ(criterion->strength(1), 42e6);
   parameters.toughness = 3;
-  EXPECT_EQ(make_criterion(parameters, strengths, 5e-9)->strength(1), 40e6)
+  EXPECT_EQ(criterion_of(parameters, strengths, 5e-9)->strength(1), 40e6)
       << "what a slow crack takes is given";
 }
 

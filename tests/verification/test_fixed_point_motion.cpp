@@ -4,6 +4,7 @@
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/fracture/principal_stress.h"
+#include "crackle/fracture/tuler_butcher.h"
 
 #include "dynamics/fixed_point_state.h"
 #include "support/box_mesh.h"
@@ -62,8 +63,9 @@ protected:
   }
 
   MotionContext context(double strength, double screening_share = 1) {
-    criterion_ = fracture::make_criterion({.strength = strength, .exponent = 2, .impulse = 1e4},
-                                          subdomain_.tetrahedra.size(), 5e-9);
+    criterion_ = std::make_unique<fracture::TulerButcher>(
+        input::Fracture{.strength = strength, .exponent = 2, .impulse = 1e4},
+        std::vector<double>(subdomain_.tetrahedra.size(), strength), 5e-9);
     return {&self_, &body_, &loads_, test::epoxy().density, criterion_.get(), screening_share};
   }
 

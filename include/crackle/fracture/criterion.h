@@ -68,11 +68,7 @@ protected:
 /// The criterion that the input asks for.
 /// @param strengths sigma_0 of each tetrahedron, or what follows from the input's toughness [Pa]
 /// @param time_step that advance() will be called with [s]
-std::unique_ptr<Criterion> make_criterion(const input::Fracture& parameters, std::vector<double> strengths,
-                                          double time_step);
-
-/// The same with the input's strength everywhere.
-std::unique_ptr<Criterion> make_criterion(const input::Fracture& parameters, std::size_t n_tetrahedra,
+std::unique_ptr<Criterion> make_criterion(const input::Parameters& parameters, std::vector<double> strengths,
                                           double time_step);
 
 }  // namespace crackle::fracture
