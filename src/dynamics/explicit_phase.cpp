@@ -110,19 +110,19 @@ std::vector<std::int64_t> frame_steps(int n_frames, std::int64_t n_steps) {
 }
 
 /// @param result is there in part when this throws
-void run_phase(const MotionContext& context, MovingBody& motion, fracture::Criterion& criterion,
-               const Splitting& splitting, const EnergyAccount& account, double load_time,
-               const PhaseOptions& options, MotionState& state, PhaseResult& result) {
+void run_phase(const MotionContext& context, MovingBody& motion, const Splitting& splitting,
+               const EnergyAccount& account, double load_time, const PhaseOptions& options,
+               MotionState& state, PhaseResult& result) {
   const parallel::Communicator& group = *context.group;
   fracture::BreakableBody& body = *context.body;
+  fracture::Criterion& criterion = *context.criterion;
   const double dt = options.grid.step;
   const std::int64_t n_steps = options.grid.n_steps;
   const std::int64_t last_step = options.arrest_window ? max_phase_durations * n_steps : n_steps;
   const std::int64_t row_interval = std::max<std::int64_t>(1, n_steps / options.n_energy_rows);
   const auto pictures = frame_steps(options.n_frames, n_steps);
 
-  const double negligible =
-      negligible_share * energy_at_strength(group, body, context.criterion->strengths());
+  const double negligible = negligible_share * energy_at_strength(group, body, criterion.strengths());
 
   const auto is_picture = [&](std::int64_t step) { return std::ranges::binary_search(pictures, step); };
   const auto has_output = [&](std::int64_t step) {
@@ -268,13 +268,12 @@ void run_phase(const MotionContext& context, MovingBody& motion, fracture::Crite
 
 }  // namespace
 
-PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
-                               fracture::Criterion& criterion, const Splitting& splitting,
+PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion, const Splitting& splitting,
                                const EnergyAccount& account, double load_time, const PhaseOptions& options,
                                MotionState& state) {
   PhaseResult result;
   try {
-    run_phase(context, motion, criterion, splitting, account, load_time, options, state, result);
+    run_phase(context, motion, splitting, account, load_time, options, state, result);
   } catch (...) {
     if (options.on_failure) options.on_failure(std::move(result));
     throw;

@@ -258,7 +258,7 @@ private:
     options.ends_out_of_range = parameters_.time.precision == input::Precision::double_;
     const ReleasesSince releases(body_);
     PhaseResult phase =
-        run_explicit_phase(context_, *motion, *criterion_, splitting_, account_, load_time, options, state);
+        run_explicit_phase(context_, *motion, splitting_, account_, load_time, options, state);
     result_.timings.dynamic += watch.seconds();
     const ExchangeCost exchange_cost = motion->exchange_cost();
     result_.timings.exchange_cost.n_exchanges += exchange_cost.n_exchanges;

@@ -99,9 +99,9 @@ public:
     };
     options.save = [](const auto&...) {};
     try {
-      const auto result = dynamics::run_explicit_phase(context, *motion, *criterion,
-                                                       dynamics::splitting(parameters_.time.integrator),
-                                                       account_, load_time_, options, state_);
+      const auto result =
+          dynamics::run_explicit_phase(context, *motion, dynamics::splitting(parameters_.time.integrator),
+                                       account_, load_time_, options, state_);
       cost.n_steps = result.parked ? n_polls * dynamics::steps_per_poll : result.n_steps;
       if (!result.parked) measured = loop.seconds();
     } catch (const std::runtime_error&) {

@@ -83,7 +83,7 @@ struct Sample {
     return fracture::make_criterion(
         parameters, fracture::tetrahedron_strengths(self, parameters, subdomain, body.operators()), step);
   }
-  dynamics::MotionContext context(const fracture::Criterion& criterion, double screening_share) {
+  dynamics::MotionContext context(fracture::Criterion& criterion, double screening_share) {
     return {&self, &body, &loads, parameters.material.density, &criterion, screening_share};
   }
 };

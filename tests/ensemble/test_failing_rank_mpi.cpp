@@ -104,8 +104,8 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
     options.grid = {2e-8, 2500};
     std::string message;
     try {
-      run_explicit_phase(context, failing, *criterion, splitting(input::Integrator::bilateral4), account, 0,
-                         options, state);
+      run_explicit_phase(context, failing, splitting(input::Integrator::bilateral4), account, 0, options,
+                         state);
     } catch (const parallel::AgreedError& error) {
       message = error.what();
       EXPECT_EQ(error.failing_rank(), world.size() - 1);

@@ -62,7 +62,7 @@ Pushed push(double strain, Contact contact, input::Release release, bool is_brok
   options.grid = choose_time_grid(time, 0.5 * map.stability_limit / omega);
   const EnergyAccount account(self, body);
   const auto motion = make_fixed_point_motion(context, input::Precision::double_, 0, duration, state);
-  auto phase = run_explicit_phase(context, *motion, criterion, map, account, 0, options, state);
+  auto phase = run_explicit_phase(context, *motion, map, account, 0, options, state);
   // The energy of the prior breaks is no part of this motion.
   for (auto& row : phase.energy) row.released = 0;
   const double unbroken = parameters.material.youngs_modulus * size[0] * size[1] * std::abs(strain);

@@ -95,8 +95,7 @@ public:
     options.grid = {dt, n_steps};
     const MotionContext context{&self_, &body_, &no_loads, test::epoxy().density, &criterion};
     const auto motion = make_reference_motion(context, 0, state);
-    auto result =
-        run_explicit_phase(context, *motion, criterion, splitting(integrator), account, 0, options, state);
+    auto result = run_explicit_phase(context, *motion, splitting(integrator), account, 0, options, state);
     return {std::move(state), std::move(result)};
   }
 

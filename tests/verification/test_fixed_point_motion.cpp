@@ -311,7 +311,7 @@ TEST(FixedPointContact, ForcesBeyondTheRangeAreReported) {
   const auto subdomain = test::whole(mesh);
   const parallel::Communicator self(MPI_COMM_SELF);
   const mechanics::BoundaryLoads loads;
-  const auto criterion = test::unbreakable(subdomain, 1e5);
+  auto criterion = test::unbreakable(subdomain, 1e5);
   const auto fails = [&](double closing) {
     fracture::BreakableBody body(subdomain, test::epoxy(), input::Release::element,
                                  input::Contact::frictionless);

@@ -162,7 +162,7 @@ protected:
 
   static void expect_equal_ranges(Share& shared, Share& alone, int number) {
     const auto range = [&](Share& share) {
-      const auto criterion = test::unbreakable(share.subdomain, 35e6);
+      auto criterion = test::unbreakable(share.subdomain, 35e6);
       const auto at = [&](std::int64_t node, const Point& p) { return operand(number, node, p); };
       const dynamics::MotionState state{share.field(at), share.field(at)};
       return dynamics::expected_range({&share.group, &share.body, &share.loads, 1180, &criterion}, 0.1, 2e-5,

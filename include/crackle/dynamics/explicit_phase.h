@@ -6,7 +6,6 @@
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/dynamics/stable_step.h"
-#include "crackle/fracture/criterion.h"
 
 #include <cstdint>
 #include <functional>
@@ -83,8 +82,7 @@ struct PhaseOptions {
 /// @param load_time time of the load curves at the phase's start [s]
 /// @throws NumberRangeExceeded when the motion's state can no longer be trusted
 /// @throws parallel::AgreedError at most 32 steps after anything in a step failed on any rank
-PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion,
-                               fracture::Criterion& criterion, const Splitting& splitting,
+PhaseResult run_explicit_phase(const MotionContext& context, MovingBody& motion, const Splitting& splitting,
                                const EnergyAccount& account, double load_time, const PhaseOptions& options,
                                MotionState& state);
 

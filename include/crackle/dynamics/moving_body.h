@@ -84,7 +84,7 @@ struct MotionContext {
   fracture::BreakableBody* body;
   const mechanics::BoundaryLoads* loads;
   double density;  ///< [kg/m^3]
-  const fracture::Criterion* criterion;
+  fracture::Criterion* criterion;
   double screening_share = 1;  ///< of the strength: MovingBody::overloaded() tells what is above it
 };
 
