@@ -51,7 +51,7 @@ ForceTime force_time(const RankWork& work, const Machine& machine, input::Precis
   time.computation = n / machine.shared_updates_per_second;
   time.exchange = work.neighbours * machine.latency +
                   static_cast<double>(work.ghosts) * bytes_per_ghost / machine.bandwidth;
-  time.looks =
+  time.polls =
       sums_per_poll * std::log2(work.ranks) * machine.latency / dynamics::steps_per_poll / forces_per_step;
   return time;
 }

@@ -52,7 +52,7 @@ struct Machine {
 struct ForceTime {
   double computation = 0;
   double exchange = 0;  ///< of ghosts, as if nothing were hidden behind the computation
-  double looks = 0;     ///< of sums over all ranks
+  double polls = 0;     ///< of sums over all ranks
   double total() const { return computation + exchange + polls; }
 };
 ForceTime force_time(const RankWork& work, const Machine& machine, input::Precision precision,
