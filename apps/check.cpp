@@ -92,7 +92,7 @@ Subject make_subject(const input::Parameters& parameters, const geometry::Body& 
   const double stable_step = dynamics::stable_step(parameters, realization);
   const auto phase = ensemble::phase_work(parameters, stable_step);
   const double analysis = static_cast<double>(realization.tetrahedra.size()) /
-                          ensemble::Machine(parameters.time.precision).root_updates_per_second;
+                          ensemble::Machine(parameters.time).root_updates_per_second;
   return {parameters, std::move(realization), stable_step, phase, base_seconds + clock.seconds() + analysis};
 }
 
@@ -344,8 +344,9 @@ int check(const parallel::Communicator& world, const CheckOptions& options) {
     if (!world.is_root()) return;
     if (parameters.mesh.points)
       geometry::read_points(*parameters.mesh.points, *geometry::make_body(parameters.specimen));
-    fmt::print("{} is valid\n\n{}\nThe mesh of sample 0 and what the ensemble takes:\n", file,
-               input::echo(parameters));
+    const std::string notice = input::bits_notice(parameters.time.engine);
+    fmt::print("{} is valid\n\n{}{}{}\nThe mesh of sample 0 and what the ensemble takes:\n", file,
+               input::echo(parameters), notice, notice.empty() ? "" : "\n");
     std::fflush(stdout);
     try {
       print_estimate(parameters, options);

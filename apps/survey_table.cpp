@@ -122,7 +122,7 @@ void add_times(TextTable& table, const input::Parameters& parameters, const std:
     const auto phase = ensemble::phase_work(parameters, stable_step);
     const double sample_seconds = static_cast<double>(phase.force_evaluations) *
                                   static_cast<double>(rows.front().n_tetrahedra) /
-                                  ensemble::updates_per_core_second(parameters.time.precision);
+                                  ensemble::updates_per_core_second(parameters.time);
     table.row(
         "time per sample",
         fmt::format("{:.{}f} s on one core, estimated from {} force evaluations; one master feeds {:.0f} "

@@ -322,6 +322,62 @@ def _jumps(file: Path) -> list[tuple[float, float]]:
     return jumps
 
 
+ENGINES = {"double": {"time.precision": '"double"'}, "mixed": {}, "petsc": {"time.engine": '"petsc"'}}
+
+
+def engines(folder: Path, program: Path) -> list[Figure]:
+    """The demo's plate by the fixed-point engine and by PETSc's matrix."""
+    text = with_keys((ROOT / "jobs" / "demo.toml").read_text(), {"ensemble.samples": "16"})
+    return compare_engines(text, folder, program)
+
+
+def compare_engines(text: str, folder: Path, program: Path) -> list[Figure]:
+    """The samples of an input by PETSc, against those by the fixed-point engine in both precisions."""
+    breaks, samples, paths = {}, {}, {}
+    for name, keys in ENGINES.items():
+        samples[name] = run(with_keys(text, keys), folder / f"engines-{name}", program)
+        results = folder / f"engines-{name}" / "out"
+        breaks[name] = [_breaks(file) for file in sorted((results / "samples").glob("*.h5"))]
+        with h5py.File(results / "ensemble.h5") as root:
+            paths[name] = root["statistics/z_mean"][:], root["statistics/z_half_width"][:]
+    figures = []
+    for name in ("double", "mixed"):
+        case = f"`engine = \"petsc\"` against fixed-point numbers, `{name}`, {len(breaks[name])} samples"
+        equal = [_equal_breaks(a, b) for a, b in zip(breaks["petsc"], breaks[name], strict=True)]
+        parted = sorted(n for n in equal if n is not None)
+        figures.append(Figure(case, "all breaks equal, in time and place",
+                              f"{len(equal) - len(parted)} of {len(equal)}"
+                              + (f"; the others up to break {', '.join(map(str, parted))}" if parted else ""), "all"))
+        for title, key in (("load at the onset equal to the last bit", "onset_force"), ("pattern equal", "pattern")):
+            n = sum(_same(a.summary[key], b.summary[key]) for a, b in zip(samples["petsc"], samples[name], strict=True))
+            figures.append(Figure(case, title, f"{n} of {len(equal)}", "all"))
+        (mean, half_width), (other, _) = paths["petsc"], paths[name]
+        known = np.isfinite(mean) & np.isfinite(other) & np.isfinite(half_width)
+        if known.any():
+            figures.append(Figure(case, "largest difference of a mean crack position, over its half width",
+                                  f"{np.max(np.abs(mean - other)[known] / half_width[known]):.1e}", "below 1"))
+    return figures
+
+
+def _same(a: float, b: float) -> bool:
+    return bool(a == b or (np.isnan(a) and np.isnan(b)))
+
+
+def _breaks(file: Path) -> np.ndarray:
+    """Tetrahedron, load time and phase time of each break, in their order."""
+    with h5py.File(file) as root:
+        return np.stack([root[f"breaks/{name}"][:].astype(float) for name in ("tetrahedron", "load_time", "phase_time")], axis=1)
+
+
+def _equal_breaks(a: np.ndarray, b: np.ndarray) -> int | None:
+    """How many breaks are equal before the first that differs; None when all are."""
+    n = min(len(a), len(b))
+    different = np.flatnonzero((a[:n] != b[:n]).any(axis=1))
+    if different.size:
+        return int(different[0])
+    return None if len(a) == len(b) else n
+
+
 def test_programs(build: Path) -> list[Figure]:
     """Figures that the test programs print."""
     waves = _output(build / "bin" / "test_waves")

@@ -86,6 +86,7 @@ RunningPhase get_running(Unpacker& unpacker) {
 std::vector<std::byte> shared_part(const Checkpoint& checkpoint) {
   Packer packer;
   packer.put(checkpoint.precision);
+  packer.put(checkpoint.engine);
   packer.put(checkpoint.first_break_reaction);
   packer.put<std::uint64_t>(checkpoint.ended.size());
   for (const auto& phase : checkpoint.ended) put(packer, phase);
@@ -100,6 +101,7 @@ Checkpoint from_shared_part(std::span<const std::byte> bytes) {
   Unpacker unpacker(bytes);
   Checkpoint checkpoint;
   checkpoint.precision = unpacker.get<input::Precision>();
+  checkpoint.engine = unpacker.get<input::Engine>();
   checkpoint.first_break_reaction = unpacker.get<double>();
   const auto n_ended = unpacker.get<std::uint64_t>();
   for (std::uint64_t i = 0; i < n_ended; ++i) checkpoint.ended.push_back(get_ended(unpacker));

@@ -252,8 +252,7 @@ private:
       last_report = watch.seconds();
       say(line());
     };
-    const auto motion =
-        make_fixed_point_motion(context_, parameters_.time.precision, load_time, duration, state);
+    const auto motion = make_motion(context_, parameters_.time, load_time, duration, state);
     if (parameters_.time.after_separation > 0) options.after_separation = parameters_.time.after_separation;
     options.ends_out_of_range = parameters_.time.precision == input::Precision::double_;
     const ReleasesSince releases(body_);
@@ -339,6 +338,7 @@ private:
   Checkpoint checkpoint(std::optional<RunningPhase> running, const std::vector<EnergyRow>& energy,
                         const std::vector<Frame>& frames) const {
     return {.precision = parameters_.time.precision,
+            .engine = parameters_.time.engine,
             .first_break_reaction = first_break_reaction_,
             .ended = ended_,
             .running = std::move(running),
@@ -423,6 +423,8 @@ SampleResult run_in_fitting_precision(const parallel::Communicator& group,
   };
   const bool is_mixed = parameters.time.precision == input::Precision::mixed;
   group.enter("set-up");
+  if (from != nullptr && from->engine != parameters.time.engine)
+    throw CheckpointMismatch("it was made by another engine");
   if (from == nullptr || from->precision == parameters.time.precision) {
     try {
       return SampleRun(group, parameters, subdomain, control, from).run();

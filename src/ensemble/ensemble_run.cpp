@@ -11,6 +11,7 @@
 #include "crackle/ensemble/run_log.h"
 #include "crackle/ensemble/sample_plan.h"
 #include "crackle/ensemble/sample_schedule.h"
+#include "crackle/input/reader.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
 
@@ -57,6 +58,7 @@ void prepare_run(const input::Parameters& parameters, const geometry::Body& body
     if (log != nullptr) log->line(text);
   };
   say(describe(layout));
+  if (const auto notice = input::bits_notice(parameters.time.engine); !notice.empty()) say(notice);
   const auto& plan = master.plan;
   master.base = plan.to_do.empty() ? base_points(options.folder, parameters)
                                    : make_shared_points(body, parameters, say);

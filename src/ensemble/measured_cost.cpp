@@ -80,8 +80,8 @@ public:
                                           criterion.get(), criterion->screening_share(stable_step_)};
     agitate();
     const ThreadClock start;
-    const auto motion = dynamics::make_fixed_point_motion(context, parameters_.time.precision, load_time_,
-                                                          grid_.duration(), state_);
+    const auto motion =
+        dynamics::make_motion(context, parameters_.time, load_time_, grid_.duration(), state_);
     cost.phase_start = start.seconds();
     const ThreadClock loop;
     double measured = 0;

@@ -5,6 +5,7 @@
 #include "crackle/ensemble/folder_lock.h"
 #include "crackle/ensemble/memory.h"
 #include "crackle/ensemble/sample_plan.h"
+#include "crackle/input/reader.h"
 #include "crackle/io/checkpoint_file.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
@@ -88,6 +89,7 @@ SampleReport run_single_sample(const parallel::Communicator& ranks, const input:
   parallel::agree_on_root(ranks, [&] { plan = plan_sample(parameters, options); });
   check_memory(ranks, parameters, *body, one_group(ranks.size()), !plan.to_do.empty());
   parallel::agree_on_root(ranks, [&] {
+    if (const auto notice = input::bits_notice(parameters.time.engine); !notice.empty()) say(notice);
     if (!plan.to_do.empty()) base = make_shared_points(*body, parameters, say);
     lock.emplace(options.folder, SampleRange{options.sample, options.sample});
     for (const auto& line : lock->taken_over()) say(line);

@@ -181,6 +181,10 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
     findings.report(
         "fracture.contact",
         "\"frictionless\" is for dynamics only, equilibria are linear; give time.start = \"rest\"");
+  if (parameters.fracture.contact == Contact::frictionless && parameters.time.engine == Engine::petsc)
+    findings.report("fracture.contact",
+                    "\"frictionless\" is not linear, which a matrix cannot be; give \"none\", or "
+                    "time.engine = \"fixed-point\"");
   if (findings.faulty("fracture.strength") || findings.faulty("fracture.toughness")) return;
   const Fracture& fracture = parameters.fracture;
   if (fracture.strength == 0 && fracture.toughness == 0) {
@@ -193,6 +197,10 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
 
 void check_time(const Parameters& parameters, Findings& findings) {
   const Time& time = parameters.time;
+  if (time.engine == Engine::petsc && time.precision == Precision::mixed && findings.given("time.precision"))
+    findings.report("time.precision",
+                    "\"mixed\" is for engine = \"fixed-point\"; with \"petsc\" give \"double\", or leave it "
+                    "out");
   if (!time.step || findings.faulty("time.step") || findings.faulty("time.duration")) return;
   constexpr double max_steps = 1e9;
   const std::string duration = format_quantity(time.duration, time_dimension());

@@ -57,10 +57,20 @@ std::vector<std::string> sample_settings(const Parameters& parameters) {
   return settings;
 }
 
+std::string same_bits(Engine engine) {
+  return engine == Engine::petsc ? "on the same number of ranks only" : "on any number of ranks";
+}
+
+std::string bits_notice(Engine engine) {
+  if (engine == Engine::fixed_point) return {};
+  return fmt::format("engine {}: a sample has the same bits {}", to_string(engine), same_bits(engine));
+}
+
 std::string sample_identity(const Parameters& parameters) {
   std::vector<std::string> settings = sample_settings(parameters);
-  // Files from before there was this key have the samples of its default.
-  std::erase(settings, "mesh.base = shared");
+  // Files from before there were these keys have the samples of their defaults.
+  for (const char* const setting : {"mesh.base = shared", "time.engine = fixed-point"})
+    std::erase(settings, setting);
   return fmt::format("FNV-1a {:016x}", checksum(fmt::format("{}", fmt::join(settings, "\n"))));
 }
 

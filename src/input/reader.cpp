@@ -161,6 +161,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
   if (parameters.mesh.notch_spacing == 0) parameters.mesh.notch_spacing = parameters.mesh.spacing;
   check_consistency(parameters, findings);
   if (!findings.empty()) throw InputError(findings.messages(name));
+  if (parameters.time.engine == Engine::petsc) parameters.time.precision = Precision::double_;
   parameters.text = text;
   return parameters;
 }

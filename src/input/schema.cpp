@@ -284,6 +284,16 @@ Table fracture_table() {
                            "\"frictionless\" needs start = \"rest\"")}};
 }
 
+Key engine_key() {
+  const auto word = [](Engine engine) { return std::pair{std::string(to_string(engine)), engine}; };
+  return choice_key<Engine>(
+      "engine", in(&Parameters::time, &Time::engine), {word(Engine::fixed_point), word(Engine::petsc)},
+      by_default("\"fixed-point\""),
+      "what computes the dynamic phase: sums of integers, with the same bits on any number of ranks; or "
+      "PETSc's matrix and vectors in double precision, slower and with the same bits on the same number of "
+      "ranks only");
+}
+
 Table time_table() {
   return {"time",
           Occurrence::once,
@@ -305,12 +315,13 @@ Table time_table() {
                                   {{"bilateral4", Integrator::bilateral4}, {"verlet", Integrator::verlet}},
                                   by_default("\"bilateral4\""),
                                   "order 4 with four forces per step, or order 2 with one"),
+           engine_key(),
            choice_key<Precision>(
                "precision", in(&Parameters::time, &Time::precision),
                {{"mixed", Precision::mixed}, {"double", Precision::double_}}, by_default("\"mixed\""),
                "of the dynamic phase: fixed-point numbers of 32 or of 64 bits; what outgrows "
                "32 bits is computed again in "
-               "64"),
+               "64; \"double\" with engine = \"petsc\""),
            automatic_time_key("arrest", in(&Parameters::time, &Time::arrest), "20 us",
                               "time without a break after which a dynamic phase has arrested; \"auto\" is "
                               "what a bar's longitudinal wave takes along the body's longest extent"),

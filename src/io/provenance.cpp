@@ -33,6 +33,8 @@ void write_identity(hid_t file, const std::string& kind, std::int64_t schema_ver
   hdf5::write_attribute(file, "input", parameters.text);
   hdf5::write_attribute(file, "points", parameters.mesh.points_digest);
   hdf5::write_attribute(file, "input_identity", input::sample_identity(parameters));
+  hdf5::write_attribute(file, "engine", std::string(input::to_string(parameters.time.engine)));
+  hdf5::write_attribute(file, "same_bits", input::same_bits(parameters.time.engine));
 }
 
 std::int64_t check_identity(hid_t file, const std::string& kind, std::int64_t oldest, std::int64_t newest) {

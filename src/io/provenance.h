@@ -10,7 +10,8 @@
 namespace crackle::io {
 
 /// Attributes of / that every result file carries: kind, schema_version, program_version, git_commit,
-/// library_versions, seed, input, points (the digest of mesh.points), input_identity.
+/// library_versions, seed, input, points (the digest of mesh.points), input_identity,
+/// engine, same_bits (input::same_bits).
 void write_identity(hid_t file, const std::string& kind, std::int64_t schema_version,
                     const input::Parameters& parameters);
 

@@ -339,6 +339,16 @@ CASES = [
          "is given besides strength"),
     Case("contact in equilibria", lambda t: t.set("fracture", "contact", '"frictionless"'), "fracture.contact",
          "is for dynamics only"),
+    Case("unknown engine", lambda t: t.set("time", "engine", '"PETSc"'), "time.engine",
+         '"PETSc" is not known', '"fixed-point" or "petsc"'),
+    Case("engine that is no word", lambda t: t.set("time", "engine", "2"), "time.engine", '"fixed-point" or "petsc"'),
+    Case("mixed numbers with PETSc",
+         lambda t: t.set("time", "engine", '"petsc"').set("time", "precision", '"mixed"'), "time.precision",
+         '"mixed" is for engine = "fixed-point"', '"double"'),
+    Case("contact with PETSc",
+         lambda t: t.set("time", "engine", '"petsc"').set("time", "start", '"rest"')
+         .set("fracture", "contact", '"frictionless"'), "fracture.contact", "is not linear", '"none"',
+         'time.engine = "fixed-point"'),
     # Syntax.
     Case("value without quotes", lambda t: t.set("mesh", "spacing", "3 mm"), "syntax error", "in quotes"),
     Case("no value", lambda t: t.set("mesh", "spacing", ""), "syntax error", "missing value"),

@@ -121,10 +121,13 @@ input::Parameters pulled_bar() {
   return parameters;
 }
 
-TEST(FailingAllocation, EndsTheSampleOnAllRanks) {
+class FailingAllocation : public testing::TestWithParam<input::Engine> {};
+
+TEST_P(FailingAllocation, EndsTheSampleOnAllRanks) {
   const parallel::Communicator world(MPI_COMM_WORLD);
   if (world.size() > 3) GTEST_SKIP() << "groups of one, two and three ranks are enough";
-  const auto parameters = pulled_bar();
+  auto parameters = pulled_bar();
+  parameters.time.engine = GetParam();
   const auto mesh =
       test::make_box({.size = parameters.specimen.size, .cells = {2, 3, 6}, .disturbance = 0.2});
   const auto part = geometry::split(mesh, geometry::partition(mesh, world.size()))[index(world.rank())];
@@ -153,6 +156,7 @@ TEST(FailingAllocation, EndsTheSampleOnAllRanks) {
     return failed;
   };
 
+  allocations = {};
   allocations.records = allocations.counts = true;
   ASSERT_FALSE(run()) << message;
   allocations.records = false;
@@ -188,6 +192,12 @@ TEST(FailingAllocation, EndsTheSampleOnAllRanks) {
   EXPECT_GT(n_failed, n_runs / 2);
   if (world.is_root()) std::printf("%d allocations failed, %d of them ended the sample\n", n_runs, n_failed);
 }
+
+INSTANTIATE_TEST_SUITE_P(Engines, FailingAllocation,
+                         testing::Values(input::Engine::fixed_point, input::Engine::petsc),
+                         [](const auto& info) {
+                           return info.param == input::Engine::petsc ? "Petsc" : "FixedPoint";
+                         });
 
 }  // namespace
 }  // namespace crackle::dynamics

@@ -15,6 +15,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 
 namespace crackle::dynamics {
 namespace {
@@ -73,7 +74,7 @@ private:
   std::int64_t n_steps_ = 0;
 };
 
-class FailingRank : public testing::TestWithParam<input::Release> {};
+class FailingRank : public testing::TestWithParam<std::tuple<input::Release, input::Engine>> {};
 
 TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
   const parallel::Communicator world(MPI_COMM_WORLD);
@@ -81,7 +82,8 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
   parameters.specimen.size = {0.002, 0.004, 0.012};
   parameters.material = test::epoxy();
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
-  parameters.fracture.release = GetParam();
+  std::tie(parameters.fracture.release, parameters.time.engine) = GetParam();
+  parameters.time.precision = input::Precision::double_;
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
   parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::traction, {}, {0, 3e6, 22e6}));
   const auto mesh =
@@ -97,7 +99,7 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
     const MotionContext context{&world, &body, &loads, parameters.material.density, criterion.get()};
     const EnergyAccount account(world, body);
     MotionState state{parallel::NodeField(world, part.layout), parallel::NodeField(world, part.layout)};
-    const auto motion = make_fixed_point_motion(context, input::Precision::double_, 0, 5e-5, state);
+    const auto motion = make_motion(context, parameters.time, 0, 5e-5, state);
     const bool fails = world.rank() == world.size() - 1;
     FailingMotion failing(*motion, place, fails ? failing_step : std::int64_t{1} << 60);
     PhaseOptions options;
@@ -127,9 +129,12 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Releases, FailingRank,
-                         testing::Values(input::Release::element, input::Release::facet),
+                         testing::Combine(testing::Values(input::Release::element, input::Release::facet),
+                                          testing::Values(input::Engine::fixed_point, input::Engine::petsc)),
                          [](const auto& info) {
-                           return info.param == input::Release::element ? "Element" : "Facet";
+                           const auto& [release, engine] = info.param;
+                           return std::string(release == input::Release::element ? "Element" : "Facet") +
+                                  (engine == input::Engine::petsc ? "Petsc" : "FixedPoint");
                          });
 
 }  // namespace

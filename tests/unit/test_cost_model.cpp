@@ -50,6 +50,14 @@ TEST(CostModel, ForceTimeFollowsItsFormula) {
   EXPECT_DOUBLE_EQ(time.polls, 3 * 2 * 2e-6 / 32 / 4);
 }
 
+TEST(CostModel, TheRateFollowsTheEngine) {
+  const double petsc = updates_per_core_second({.engine = input::Engine::petsc});
+  const double in_double = updates_per_core_second({.precision = input::Precision::double_});
+  EXPECT_LT(petsc, in_double);
+  EXPECT_LT(in_double, updates_per_core_second({}));
+  EXPECT_EQ(Machine({.engine = input::Engine::petsc}).updates_per_second, petsc);
+}
+
 TEST(CostModel, ASampleIsItsForcesItsStaticPartAndTheRootsWork) {
   Machine machine(1e8);
   EXPECT_EQ(machine.shared_updates_per_second, shared_rate_share * 1e8);

@@ -55,6 +55,8 @@ TEST(Input, Defaults) {
   EXPECT_FALSE(p.time.step.has_value());
   EXPECT_FALSE(p.time.arrest.has_value());
   EXPECT_EQ(p.time.integrator, input::Integrator::bilateral4);
+  EXPECT_EQ(p.time.engine, input::Engine::fixed_point);
+  EXPECT_EQ(p.time.precision, input::Precision::mixed);
   EXPECT_EQ(p.output.frames, 11);
   EXPECT_EQ(p.text, to_text(minimal_tables()));
 }

@@ -163,9 +163,26 @@ TEST(InputEcho, AnOwnBaseMakesOtherSamples) {
   EXPECT_THAT(input::sample_settings(minimal), ::testing::Contains("mesh.base = shared"));
   EXPECT_EQ(input::sample_identity(with(R"("shared")")), input::sample_identity(minimal));
   EXPECT_NE(input::sample_identity(with(R"("own")")), input::sample_identity(minimal));
-  // As of files from before there was this key.
+}
+
+TEST(InputEcho, AnotherEngineMakesOtherSamples) {
+  const auto with = [](const std::string& engine) { return parse_with("[time]", "engine", engine); };
+  const auto minimal = parse_tables(minimal_tables());
+  EXPECT_THAT(input::sample_settings(minimal), ::testing::Contains("time.engine = fixed-point"));
+  EXPECT_THAT(input::sample_settings(with(R"("petsc")")),
+              ::testing::IsSupersetOf({"time.engine = petsc", "time.precision = double"}));
+  EXPECT_EQ(input::sample_identity(with(R"("fixed-point")")), input::sample_identity(minimal));
+  EXPECT_NE(input::sample_identity(with(R"("petsc")")), input::sample_identity(minimal));
+  EXPECT_EQ(input::bits_notice(minimal.time.engine), "");
+  EXPECT_EQ(input::bits_notice(with(R"("petsc")").time.engine),
+            "engine petsc: a sample has the same bits on the same number of ranks only");
+}
+
+TEST(InputEcho, TheIdentityIsThatOfFilesFromBeforeSomeKeys) {
+  const auto minimal = parse_tables(minimal_tables());
   auto settings = input::sample_settings(minimal);
-  std::erase(settings, "mesh.base = shared");
+  EXPECT_EQ(std::erase(settings, "mesh.base = shared") + std::erase(settings, "time.engine = fixed-point"),
+            2U);
   EXPECT_EQ(input::sample_identity(minimal),
             fmt::format("FNV-1a {:016x}", checksum(fmt::format("{}", fmt::join(settings, "\n")))));
 }

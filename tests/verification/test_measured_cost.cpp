@@ -53,6 +53,15 @@ TEST(MeasuredCost, HasEveryPartOfASample) {
   EXPECT_LE(cost.n_steps, grid.n_steps);
 }
 
+TEST(MeasuredCost, IsThatOfTheEngine) {
+  auto parameters = strip();
+  parameters.time.engine = input::Engine::petsc;
+  const auto petsc = measure_cost(parameters, slotted(), stable_step, grid, 1e9);
+  const auto fixed_point = measure_cost(strip(), slotted(), stable_step, grid, 1e9);
+  EXPECT_GT(petsc.n_steps, 100);
+  EXPECT_GT(petsc.step, fixed_point.step);
+}
+
 TEST(MeasuredCost, EndsAtTheFirstLookAfterItsTime) {
   EXPECT_EQ(measure_cost(strip(), slotted(), stable_step, grid, 0).n_steps, dynamics::steps_per_poll);
 }

@@ -69,6 +69,7 @@ struct RunningPhase {
 struct Checkpoint {
   /// That the phases were computed in: double for a mixed input whose numbers have not sufficed.
   input::Precision precision = input::Precision::mixed;
+  input::Engine engine = input::Engine::fixed_point;  ///< likewise
   double first_break_reaction =
       0;  ///< largest reaction at the first break, where that was in a dynamic phase [N]
   std::vector<EndedPhase> ended;

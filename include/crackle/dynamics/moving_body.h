@@ -29,7 +29,7 @@ struct MotionState {
 /// A body in explicit dynamics: displacement and velocity in the number format of the implementation, and the
 /// internal force that goes with its broken set. One object lasts for one dynamic phase.
 ///
-/// Every implementation gives owned nodes the same bits for every partition.
+/// Every implementation but PETSc's gives owned nodes the same bits for every partition.
 class MovingBody {
 public:
   virtual ~MovingBody() = default;
@@ -90,6 +90,7 @@ struct MotionContext {
 
 /// The definition: every operation in double precision, one after the other, with the plain loop over
 /// tetrahedra (mechanics::ReferenceForce). Collective.
+/// @param state at the start; the motion goes on in it, so it must outlive the motion
 std::unique_ptr<MovingBody> make_reference_motion(const MotionContext& context, double load_time,
                                                   MotionState& state);
 
@@ -100,5 +101,16 @@ std::unique_ptr<MovingBody> make_reference_motion(const MotionContext& context, 
 std::unique_ptr<MovingBody> make_fixed_point_motion(const MotionContext& context, input::Precision precision,
                                                     double load_time, double duration, MotionState& state,
                                                     InstructionSet instruction_set = best_instruction_set());
+
+/// As the definition, but with PETSc's product (mechanics::PetscStiffness), whose bits depend on the
+/// partition. Collective.
+/// @pre no contact
+std::unique_ptr<MovingBody> make_petsc_motion(const MotionContext& context, double load_time,
+                                              MotionState& state);
+
+/// That of the input's engine. Collective.
+/// @param duration as for make_fixed_point_motion()
+std::unique_ptr<MovingBody> make_motion(const MotionContext& context, const input::Time& parameters,
+                                        double load_time, double duration, MotionState& state);
 
 }  // namespace crackle::dynamics

@@ -23,8 +23,9 @@ RankWork largest_rank_work(const geometry::Realization& realization, int ranks);
 
 /// Tetrahedron updates per second of one core where none were measured: the force of one tetrahedron with its
 /// share of the time step and the breaking check, under few breaks.
-constexpr double updates_per_core_second(input::Precision precision) {
-  return precision == input::Precision::mixed ? 320e6 : 200e6;
+constexpr double updates_per_core_second(const input::Time& time) {
+  if (time.engine == input::Engine::petsc) return 25e6;
+  return time.precision == input::Precision::mixed ? 320e6 : 200e6;
 }
 
 /// Rate of a core in a group over that of a core that has a sample for itself.
@@ -33,8 +34,7 @@ inline constexpr double shared_rate_share = 0.95;
 /// What the model reckons with; the defaults are cautious figures for a cluster of today.
 /// `tools/benchmark` and `tools/rank-comparison` measure the first three and the model's error.
 struct Machine {
-  explicit Machine(input::Precision precision = input::Precision::mixed)
-      : Machine(updates_per_core_second(precision)) {}
+  explicit Machine(const input::Time& time = {}) : Machine(updates_per_core_second(time)) {}
   /// @param updates_per_second measured on one core, see MeasuredCost
   explicit Machine(double updates_per_second)
       : updates_per_second(updates_per_second),

@@ -125,10 +125,18 @@ struct Boundary {
 
 enum class Start { quasi_static, equilibrium, rest };
 enum class Integrator { bilateral4, verlet };
-enum class Precision { mixed, double_ };  ///< of the dynamic phase: fixed point in 32 or in 64 bits
+/// What computes the dynamic phases. Samples by PETSc have the same bits on the same number of ranks only.
+enum class Engine { fixed_point, petsc };
+/// As in the input.
+constexpr const char* to_string(Engine engine) {
+  return engine == Engine::petsc ? "petsc" : "fixed-point";
+}
+/// Of the dynamic phase: fixed point in 32 or in 64 bits; double_ with Engine::petsc.
+enum class Precision { mixed, double_ };
 
 struct Time {
   Start start = Start::quasi_static;
+  Engine engine = Engine::fixed_point;
   std::optional<double> step;  ///< [s]; empty: a fraction of the stable step ("auto")
   double duration = 0;         ///< of the dynamic phase [s]
   Integrator integrator = Integrator::bilateral4;

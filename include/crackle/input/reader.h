@@ -54,6 +54,12 @@ std::vector<std::string> sample_settings(const Parameters& parameters);
 /// Check sum of sample_settings(), as text: two inputs with the same one have the same samples.
 std::string sample_identity(const Parameters& parameters);
 
+/// In which runs a sample of an engine has the same bits: "on any number of ranks".
+std::string same_bits(Engine engine);
+
+/// The line of a log that says so; empty for the default engine.
+std::string bits_notice(Engine engine);
+
 /// The table of all keys in Markdown: key, dimension, default, accepted range, meaning.
 std::string key_table();
 

@@ -20,7 +20,7 @@
 /// | object | shape | meaning |
 /// |---|---|---|
 /// | attributes of / | | kind, schema_version, program_version, git_commit, library_versions, input,
-/// points, input_identity, seed, sample, status, error, note |
+/// points, input_identity, engine, same_bits, seed, sample, status, error, note |
 /// | /specimen/... | | see geometry::for_each_member |
 /// | /mesh/nodes, tetrahedra | n x 3, m x 4 | the realization; attributes of /mesh: its report |
 /// | /mesh/boundary, boundary_surface | k x 3, k | boundary triangles and their geometry::SurfaceId |

@@ -3,11 +3,19 @@
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/fracture/principal_stress.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 
 #include "external_work.h"
 
+#include "mechanics/petsc_stiffness.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <utility>
@@ -17,24 +25,55 @@ namespace crackle::dynamics {
 
 namespace {
 
-class ReferenceMotion final : public MovingBody {
+/// By the plain loop over tetrahedra.
+class ReferenceProduct {
 public:
-  ReferenceMotion(const MotionContext& context, double load_time, MotionState& state)
+  explicit ReferenceProduct(const MotionContext& context) : force_(&context.body->force()) {}
+
+  void apply(parallel::NodeField& displacement, parallel::NodeField& force) const {
+    displacement.update_ghosts();
+    force_->evaluate(displacement.local(), force.local());
+  }
+  void update(std::span<const std::int32_t>) {}
+  void assemble() {}
+
+private:
+  const mechanics::InternalForce* force_;
+};
+
+/// By PETSc's matrix.
+class PetscProduct : public mechanics::PetscStiffness {
+public:
+  explicit PetscProduct(const MotionContext& context)
+      : PetscStiffness(*context.group, context.body->subdomain(), context.body->operators(),
+                       context.body->elasticity(), context.body->integrity()) {}
+};
+
+/// One operation after the other, in double precision, on the caller's state.
+/// @tparam Product of stiffness and displacement: apply() and assemble() are collective, update() is local
+template <class Product>
+class PlainMotion final : public MovingBody {
+public:
+  PlainMotion(const MotionContext& context, double load_time, MotionState& state)
       : context_(context),
         state_(&state),
-        force_(state.displacement.local().size()),
+        product_(context),
+        force_(*context.group, context.body->subdomain().layout),
         inverse_mass_(state.displacement.owned().size()),
         work_(start_work(context, load_time, state)) {
     for (std::size_t i = 0; i < inverse_mass_.size(); ++i)
       inverse_mass_[i] = 1 / context.body->operators().node_mass[i / 3];
     for (const auto& motion : context.loads->motions)
       for (const auto node : motion.nodes) inverse_mass_[index(node, motion.component)] = 0;
-    before_[0].assign(state.displacement.local().begin(), state.displacement.local().end());
+    for (auto& before : before_)
+      before.assign(state.displacement.local().begin(), state.displacement.local().end());
   }
 
   void step(std::span<const Stage> stages, double time_step, double time) override {
-    before_[1] = std::move(before_[0]);
-    before_[0].assign(state_->displacement.local().begin(), state_->displacement.local().end());
+    // Nothing here allocates: the ranks wait for each other.
+    std::swap(before_[0], before_[1]);
+    std::ranges::copy(state_->displacement.local(), before_[0].begin());
+    take_over_releases();
     double elapsed = 0;  // in steps, by the drifts done
     for (const Stage& stage : stages) {
       if (stage.kind == Stage::Kind::kick) {
@@ -44,7 +83,7 @@ public:
         drift(stage.fraction * time_step, time + elapsed * time_step);
       }
     }
-    update_ghosts();
+    state_->displacement.update_ghosts();
   }
 
   std::span<const std::int32_t> overloaded() override {
@@ -71,17 +110,38 @@ public:
   }
 
   void release(std::span<const std::int32_t> broken) override {
-    if (!broken.empty()) force_is_current_ = false;
+    if (broken.empty()) return;
+    has_released_ = true;
+    product_.update(broken);
   }
 
-  void read(MotionState&) const override {}
+  void read(MotionState& state) const override {
+    if (&state == state_) return;
+    state.displacement.assign(state_->displacement);
+    state.velocity.assign(state_->velocity);
+  }
 
   double external_work(double time, const MotionState& state) const override {
     return work_.value(time, state);
   }
   std::int64_t n_forces() const override { return n_forces_; }
 
+  std::optional<std::string> failure() const override {
+    const auto is_finite = [](double value) { return std::isfinite(value); };
+    for (const auto& [name, field] :
+         {std::pair{"displacement", &state_->displacement}, std::pair{"velocity", &state_->velocity}}) {
+      const auto values = std::as_const(*field).owned();
+      const auto place = std::ranges::find_if_not(values, is_finite) - values.begin();
+      if (place == std::ssize(values)) continue;
+      const auto node = context_.body->subdomain().layout.number[index(place) / 3];
+      return fmt::format("the {} of node {} is no finite number", name, node);
+    }
+    return {};
+  }
+
   MotionCheckpoint save() const override {
+    parallel::agree(*context_.group);
+    const bool force_is_kept = force_is_current_ && !is_released_anywhere();
     MotionCheckpoint checkpoint;
     parallel::NumberedRows local;
     local.width = 9;
@@ -97,7 +157,7 @@ public:
     checkpoint.nodes = parallel::gather_rows(*context_.group, local);
     work_.save(checkpoint);
     // The force is evaluated again, which counts it again.
-    checkpoint.n_forces = n_forces_ - (force_is_current_ ? 1 : 0);
+    checkpoint.n_forces = n_forces_ - (force_is_kept ? 1 : 0);
     return checkpoint;
   }
 
@@ -113,7 +173,6 @@ public:
     }
     work_.restore(checkpoint);
     force_is_current_ = false;
-    ghosts_are_current_ = true;
     n_forces_ = checkpoint.n_forces;
   }
 
@@ -126,19 +185,28 @@ private:
     return ExternalWork(context, load_time, state, driven);
   }
 
-  void update_ghosts() {
-    if (!ghosts_are_current_) state_->displacement.update_ghosts();
-    ghosts_are_current_ = true;
+  /// Since the last step, on any rank. Collective.
+  bool is_released_anywhere() const {
+    const double here = has_released_ ? 1 : 0;
+    return (context_.group->size() > 1 ? parallel::largest_of_all(*context_.group, here) : here) > 0;
+  }
+
+  /// All ranks together, as the product needs them all.
+  void take_over_releases() {
+    const bool is_due = is_released_anywhere();
+    has_released_ = false;
+    if (!is_due) return;
+    product_.assemble();
+    force_is_current_ = false;
   }
 
   void kick(double duration, double time) {
-    update_ghosts();
     if (!force_is_current_) {
-      context_.body->force().evaluate(state_->displacement.local(), force_);
+      product_.apply(state_->displacement, force_);
       force_is_current_ = true;
       ++n_forces_;
     }
-    const auto f = std::span<double>(force_).first(inverse_mass_.size());
+    const auto f = std::as_const(force_).owned();
     const auto v = state_->velocity.owned();
     // Loads act on few nodes: they enter after the sweep over the internal force.
     for (std::size_t i = 0; i < v.size(); ++i) v[i] -= duration * inverse_mass_[i] * f[i];
@@ -167,7 +235,6 @@ private:
     const auto v = state_->velocity.owned();
     for (std::size_t i = 0; i < u.size(); ++i) u[i] += duration * v[i];
     set_prescribed(*context_.loads, time_after, *state_);
-    ghosts_are_current_ = false;
     force_is_current_ = false;
   }
 
@@ -175,12 +242,13 @@ private:
   MotionState* state_;
   // Displacements of local nodes at the starts of the last step and of the one before.
   std::array<std::vector<double>, 2> before_;
-  std::vector<double> force_;
+  Product product_;
+  parallel::NodeField force_;
   std::vector<double> inverse_mass_;  // 0 for prescribed components
   ExternalWork work_;
   std::vector<std::int32_t> overloaded_;
-  bool ghosts_are_current_ = true;
-  bool force_is_current_ = false;
+  bool force_is_current_ = false;  // on every rank or on none
+  bool has_released_ = false;      // since the last step, on this rank
   std::int64_t n_forces_ = 0;
 };
 
@@ -188,7 +256,18 @@ private:
 
 std::unique_ptr<MovingBody> make_reference_motion(const MotionContext& context, double load_time,
                                                   MotionState& state) {
-  return std::make_unique<ReferenceMotion>(context, load_time, state);
+  return std::make_unique<PlainMotion<ReferenceProduct>>(context, load_time, state);
+}
+
+std::unique_ptr<MovingBody> make_petsc_motion(const MotionContext& context, double load_time,
+                                              MotionState& state) {
+  return std::make_unique<PlainMotion<PetscProduct>>(context, load_time, state);
+}
+
+std::unique_ptr<MovingBody> make_motion(const MotionContext& context, const input::Time& parameters,
+                                        double load_time, double duration, MotionState& state) {
+  if (parameters.engine == input::Engine::petsc) return make_petsc_motion(context, load_time, state);
+  return make_fixed_point_motion(context, parameters.precision, load_time, duration, state);
 }
 
 }  // namespace crackle::dynamics

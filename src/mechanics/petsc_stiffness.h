@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/subdomain.h"
+#include "crackle/mechanics/elasticity.h"
+#include "crackle/mechanics/integrity.h"
+#include "crackle/mechanics/operators.h"
+#include "crackle/parallel/communicator.h"
+#include "crackle/parallel/node_field.h"
+#include "crackle/parallel/petsc.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace crackle::mechanics {
+
+/// The stiffness of a body as PETSc's symmetric block matrix, with blocks of three, whose rows belong to the
+/// ranks that own the nodes. Contact is no part of it.
+///
+/// PETSc adds up in the order of its columns, so the bits of a product depend on the partition.
+class PetscStiffness {
+public:
+  /// Assembles the matrix. Collective; agrees before its messages. The references must outlive the object.
+  PetscStiffness(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+                 const PdsOperators& operators, const IsotropicElasticity& elasticity,
+                 const Integrity& integrity);
+
+  /// force = K displacement, for owned nodes [N]. Collective; does not agree() before.
+  /// @param displacement owned values; ghosts are not read [m]
+  /// @throws std::runtime_error with PETSc's message
+  void apply(parallel::NodeField& displacement, parallel::NodeField& force) const;
+
+  /// After tetrahedra came to carry less: makes the rows of their nodes anew, which have the bits of a matrix
+  /// assembled from the start. Local; assemble() must follow before the next product.
+  void update(std::span<const std::int32_t> tetrahedra);
+
+  /// Takes over what update() has changed on any rank. Collective; does not agree() before.
+  void assemble();
+
+private:
+  void find_columns(std::int32_t node);
+  void set_row(std::int32_t node);
+
+  const PdsOperators* operators_;
+  IsotropicElasticity elasticity_;
+  const Integrity* integrity_;
+  std::int32_t n_owned_;
+  std::vector<PetscInt> number_;  // of each local node, in the order of the matrix
+  NodeTetrahedra round_node_;
+  parallel::MatOwner matrix_;
+  // Of the row at hand: block columns from the diagonal on, and their values row by row.
+  std::vector<PetscInt> columns_;
+  std::vector<double> values_;
+};
+
+}  // namespace crackle::mechanics

@@ -1,0 +1,127 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs with engine = "petsc": what they say and store, on several ranks and resumed, and jobs/verification's comparison."""
+from __future__ import annotations
+
+import argparse
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.dont_write_bytecode = True
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs" / "verification")]
+
+import cases  # noqa: E402
+from crackle_launch import environment, mpirun  # noqa: E402
+from crackle_runs import with_keys  # noqa: E402
+
+PROGRAM = ""
+NOTICE = "engine petsc: a sample has the same bits on the same number of ranks only"
+PLATE = with_keys((ROOT / "jobs" / "demo.toml").read_text(), {
+    "ensemble.samples": "2", "mesh.spacing": '"4 mm"', "mesh.notch_spacing": '"1.2 mm"', "mesh.growth": "0.2",
+    "time.duration": '"60 us"', "output.frames": "2"})
+PETSC = with_keys(PLATE, {"time.engine": '"petsc"'})
+
+
+def call(*arguments, n_ranks=1):
+    launcher = [] if n_ranks == 1 else mpirun(n_ranks)
+    return subprocess.run([*launcher, PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False,
+                          timeout=400, env=environment())
+
+
+class Engines(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="crackle-engines-")
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        self.input, self.fixed_point = self.folder / "petsc.toml", self.folder / "fixed-point.toml"
+        self.input.write_text(PETSC)
+        self.fixed_point.write_text(with_keys(PLATE, {"time.precision": '"double"'}))
+
+    def succeed(self, *arguments, n_ranks=1):
+        result = call(*arguments, n_ranks=n_ranks)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        return result.stdout
+
+    def test_the_engine_is_told(self):
+        told = self.succeed("check", "--no-measure", self.input)
+        self.assertIn(NOTICE + "\n", told)
+        self.assertRegex(told, r"time.engine +=  ?petsc\n")
+        self.assertRegex(told, r"time.precision +=  ?double\n")
+        self.assertNotIn("same bits", self.succeed("check", "--no-measure", self.fixed_point))
+
+    def test_the_cost_is_that_of_the_engine(self):
+        def updates(setting):
+            line = next(line for line in self.succeed("check", setting).splitlines() if line.startswith("dynamic phase"))
+            return float(line.split("per step, ")[1].split()[0])
+        petsc, fixed_point = updates(self.input), updates(self.fixed_point)
+        print(f"million tetrahedron updates per second: {petsc} by PETSc, {fixed_point} in fixed-point numbers")
+        self.assertLess(petsc, fixed_point)
+
+    def test_shared_samples_break_as_the_other_engine_breaks_them(self):
+        shared, other = self.folder / "shared", self.folder / "other"
+        self.input.write_text(with_keys(PETSC, {"ensemble.ranks_per_sample": "2"}))
+        told = self.succeed("run", self.input, "-o", shared, n_ranks=3)
+        self.assertEqual(told.count(NOTICE), 1)
+        self.assertNotIn("same bits", self.succeed("run", self.fixed_point, "-o", other))
+        for folder, engine, same_bits in ((shared, "petsc", "on the same number of ranks only"),
+                                          (other, "fixed-point", "on any number of ranks")):
+            for file in ("ensemble.h5", "samples/0001.h5"):
+                with h5py.File(folder / file) as root:
+                    self.assertEqual((root.attrs["engine"], root.attrs["same_bits"]), (engine, same_bits))
+        for sample in ("0000.h5", "0001.h5"):
+            mine, theirs = (cases._breaks(folder / "samples" / sample) for folder in (shared, other))
+            print(f"{sample}: {len(mine)} breaks")
+            self.assertGreater(len(mine), 50)
+            np.testing.assert_array_equal(mine, theirs)
+
+    def test_a_parked_sample_goes_on_on_other_ranks_but_not_by_the_other_engine(self):
+        whole, parts = self.folder / "whole", self.folder / "parts"
+        self.input.write_text(with_keys(PETSC, {"time.step": '"4 ns"'}))
+        self.succeed("sample", self.input, "--sample", 0, "-o", whole)
+        for limit in (1, 2, 4, 8, 16, 32):  # a busy machine may take seconds to start
+            shutil.rmtree(parts, ignore_errors=True)
+            result = call("sample", self.input, "--sample", 0, "-o", parts, "--time-limit", f"{limit}s", n_ranks=2)
+            self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
+            if (parts / "samples" / "0000.checkpoint").exists():
+                break
+        refused = call("sample", self.fixed_point, "--sample", 0, "-o", parts, "--resume")
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("time.engine is fixed-point, not petsc", refused.stderr)
+        told = self.succeed("sample", self.input, "--sample", 0, "-o", parts, "--resume")
+        self.assertRegex(told, r"goes on at step \d+|is taken from the checkpoint")
+        self.assertIn(NOTICE, told)
+        np.testing.assert_array_equal(cases._breaks(whole / "samples" / "0000.h5"), cases._breaks(parts / "samples" / "0000.h5"))
+
+    def test_verification_compares_them(self):
+        found = {(figure.case, figure.quantity): figure.found for figure in
+                 cases.compare_engines(PLATE, self.folder, Path(PROGRAM))}
+        for (case, quantity), text in found.items():
+            print(f"{case}: {quantity}: {text}")
+        of_double = {quantity: text for (case, quantity), text in found.items() if "`double`" in case}
+        self.assertEqual(of_double["all breaks equal, in time and place"], "2 of 2")
+        self.assertEqual(of_double["load at the onset equal to the last bit"], "2 of 2")
+        self.assertEqual(of_double["pattern equal"], "2 of 2")
+
+    def test_equal_breaks_are_counted(self):
+        breaks = np.array([[3, 70, 0], [5, 70, 1e-6], [9, 70, 2e-6]])
+        later = breaks + [[0, 0, 0], [0, 0, 1e-9], [0, 0, 0]]
+        self.assertIsNone(cases._equal_breaks(breaks, breaks.copy()))
+        self.assertEqual(cases._equal_breaks(breaks, later), 1)
+        self.assertEqual(cases._equal_breaks(breaks, breaks[:2]), 2)
+        self.assertEqual(cases._equal_breaks(breaks[:0], breaks), 0)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--program", required=True)
+    options, rest = parser.parse_known_args()
+    PROGRAM = options.program
+    unittest.main(argv=[sys.argv[0], *rest])

@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Dynamics by PETSc's matrix and vectors: held against the plain loop over tetrahedra and against the
+// fixed-point engine, on any number of ranks and after restarts.
+#include "crackle/common/index.h"
+#include "crackle/dynamics/checkpoint.h"
+#include "crackle/dynamics/explicit_phase.h"
+#include "crackle/dynamics/sample_run.h"
+#include "crackle/fracture/toughness.h"
+#include "crackle/parallel/collectives.h"
+
+#include "mechanics/petsc_stiffness.h"
+#include "support/box_mesh.h"
+#include "support/partitions.h"
+#include "support/same_result.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <span>
+#include <string>
+#include <tuple>
+#include <vector>
+
+namespace crackle::dynamics {
+namespace {
+
+using input::BoundaryKind;
+using input::Engine;
+using input::Face;
+
+/// A bar that is torn apart from rest: loads that change with time, and an end that is moved.
+input::Parameters torn_bar() {
+  input::Parameters parameters;
+  parameters.specimen.size = {0.002, 0.004, 0.012};
+  parameters.material = test::epoxy();
+  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e5};
+  parameters.time.start = input::Start::rest;
+  parameters.time.duration = 1.2e-5;
+  parameters.time.step = 1e-8;
+  parameters.time.engine = Engine::petsc;
+  parameters.time.precision = input::Precision::double_;
+  parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::velocity, {true, true, true}));
+  parameters.boundaries.back().value = {0, 0, -1};
+  parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::traction, {}, {0, 3e6, 22e6}));
+  parameters.boundaries.back().rate = {0, 0, 1e11};
+  parameters.output.frames = 4;
+  return parameters;
+}
+
+/// Loaded slowly, with so short a patience that dynamic phases arrest and the load rises again.
+input::Parameters pulled_bar() {
+  auto parameters = torn_bar();
+  parameters.time.start = input::Start::quasi_static;
+  parameters.time.arrest = 2.5e-6;
+  parameters.boundaries.clear();
+  parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
+  parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10}));
+  return parameters;
+}
+
+class PetscEngine : public testing::Test {
+protected:
+  geometry::Subdomain part(const parallel::Communicator& group) const {
+    return geometry::split(mesh_, geometry::partition(mesh_, group.size()))[index(group.rank())];
+  }
+
+  SampleResult sample(const input::Parameters& parameters) const {
+    return run_sample(world_, parameters, part(world_));
+  }
+
+  /// The largest difference of owned values over the largest value. Collective.
+  double difference(std::span<const double> a, std::span<const double> b) const {
+    double worst = 0, largest = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      worst = std::max(worst, std::abs(a[i] - b[i]));
+      largest = std::max(largest, std::abs(b[i]));
+    }
+    return parallel::largest_of_all(world_, worst) / parallel::largest_of_all(world_, largest);
+  }
+
+  using Event = std::tuple<std::int64_t, double, double, int>;
+  static std::vector<Event> events(const std::vector<fracture::Break>& breaks) {
+    std::vector<Event> all;
+    for (const auto& one : breaks) all.emplace_back(one.tetrahedron, one.load_time, one.phase_time, one.cut);
+    return all;
+  }
+
+  /// Every number of the two, to the last bit. On the root.
+  static void expect_same_bits(const SampleResult& a, const SampleResult& b) {
+    test::expect_same_end(a, b);
+    EXPECT_EQ(events(a.breaks), events(b.breaks));
+    EXPECT_EQ(a.counts.steps, b.counts.steps);
+    EXPECT_EQ(a.counts.force_evaluations, b.counts.force_evaluations);
+    ASSERT_EQ(a.frames.size(), b.frames.size());
+    for (std::size_t i = 0; i < a.frames.size(); ++i) {
+      EXPECT_EQ(a.frames[i].displacement, b.frames[i].displacement) << i;
+      EXPECT_EQ(a.frames[i].velocity, b.frames[i].velocity) << i;
+    }
+    ASSERT_EQ(a.energy.size(), b.energy.size());
+    for (std::size_t i = 0; i < a.energy.size(); ++i) {
+      EXPECT_EQ(a.energy[i].kinetic, b.energy[i].kinetic) << i;
+      EXPECT_EQ(a.energy[i].strain, b.energy[i].strain) << i;
+      EXPECT_EQ(a.energy[i].external, b.energy[i].external) << i;
+    }
+  }
+
+  /// The sample in pieces, each parked when it has been looked at often enough. Complete on rank 0.
+  /// @param on_fewer every second piece is computed on rank 0 alone
+  SampleResult in_pieces(const input::Parameters& parameters, bool on_fewer) {
+    std::vector<std::byte> saved;
+    SampleResult result;
+    n_parked_ = 0;
+    bool is_parked = true;
+    for (int piece = 0; is_parked; ++piece) {
+      const parallel::Communicator& group = on_fewer && piece % 2 == 1 ? self_ : world_;
+      int n_looks = 0;
+      SampleControl control;
+      control.stop = [&] { return group.rank() == group.size() - 1 && ++n_looks > 5 * (piece + 1); };
+      control.save = [&](std::span<const std::byte> bytes) { saved.assign(bytes.begin(), bytes.end()); };
+      control.log = [&](const std::string& line) { EXPECT_EQ(line.find("is not used"), line.npos) << line; };
+      if (group.is_root()) control.checkpoint = saved;
+      if (group.size() == world_.size() || world_.is_root())
+        result = run_sample(group, parameters, part(group), control);
+      is_parked = result.parked;
+      MPI_Bcast(&is_parked, 1, MPI_CXX_BOOL, 0, world_.get());
+      n_parked_ += is_parked ? 1 : 0;
+    }
+    return result;
+  }
+
+  parallel::Communicator world_{MPI_COMM_WORLD}, self_{MPI_COMM_SELF};
+  geometry::Realization mesh_ =
+      test::make_box({.size = torn_bar().specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
+  int n_parked_ = 0;
+};
+
+/// With tetrahedra that are broken altogether or in part, before the matrix is assembled and after.
+TEST_F(PetscEngine, MultipliesAsThePlainLoopDoes) {
+  double worst = 0;
+  for (const auto release : {input::Release::element, input::Release::facet}) {
+    for (const auto& [name, make] : test::hostile_partitions(torn_bar().specimen.size)) {
+      SCOPED_TRACE(name);
+      const auto subdomain = geometry::split(mesh_, make(mesh_, world_.size()))[index(world_.rank())];
+      fracture::BreakableBody body(subdomain, test::epoxy(), release);
+      const auto number_of = [&](std::int32_t t) { return subdomain.tetrahedron_number[index(t)]; };
+      const auto break_some = [&](std::int64_t first) {
+        const auto n_before = body.changes().size();
+        for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t)
+          if (number_of(t) % 9 == first) body.release(t, {1e-3, 0, 2e-3, 1e-4, 0, 0}, 0, 0);
+        return body.changes().subspan(n_before);
+      };
+      break_some(4);
+      mechanics::PetscStiffness stiffness(world_, subdomain, body.operators(), body.elasticity(),
+                                          body.integrity());
+      for (const bool is_updated : {false, true}) {
+        if (is_updated) {
+          stiffness.update(break_some(7));
+          stiffness.assemble();
+        }
+        parallel::NodeField u(world_, subdomain.layout), force(world_, subdomain.layout);
+        for (std::size_t n = 0; n < index(subdomain.layout.n_owned); ++n) {
+          auto stream =
+              RandomStream(3, 0, "u").substream(static_cast<std::uint64_t>(subdomain.layout.number[n]));
+          for (std::size_t i = 0; i < 3; ++i) u.owned()[3 * n + i] = 1e-6 * stream.uniform(-1, 1);
+        }
+        stiffness.apply(u, force);
+        u.update_ghosts();
+        std::vector<double> plain(u.local().size());
+        body.force().evaluate(u.local(), plain);
+        worst = std::max(worst, difference(force.owned(), std::span(plain).first(u.owned().size())));
+      }
+    }
+  }
+  if (world_.is_root()) std::printf("%d ranks: product within %.1e\n", world_.size(), worst);
+  EXPECT_LT(worst, 1e-13);
+}
+
+/// The same phase by both; a break that comes in another step would show in all that follows.
+TEST_F(PetscEngine, MovesAsTheDefinitionDoes) {
+  const auto parameters = torn_bar();
+  const auto subdomain = part(world_);
+  const auto loads = mechanics::make_boundary_loads(world_, parameters, subdomain);
+  for (const auto release : {input::Release::element, input::Release::facet}) {
+    for (const auto integrator : {input::Integrator::bilateral4, input::Integrator::verlet}) {
+      const auto run = [&](const auto& make_motion) {
+        fracture::BreakableBody body(subdomain, parameters.material, release);
+        const auto criterion = fracture::make_criterion(
+            parameters.fracture,
+            fracture::tetrahedron_strengths(world_, parameters, subdomain, body.operators()),
+            *parameters.time.step);
+        const MotionContext context{&world_, &body, &loads, parameters.material.density, criterion.get()};
+        const EnergyAccount account(world_, body);
+        MotionState state{parallel::NodeField(world_, subdomain.layout),
+                          parallel::NodeField(world_, subdomain.layout)};
+        PhaseOptions options;
+        options.grid = {*parameters.time.step, 1200};
+        const auto motion = make_motion(context, 0.0, state);
+        const auto result = run_explicit_phase(context, *motion, *criterion, splitting(integrator), account,
+                                               0, options, state);
+        return std::tuple(std::move(state), events(gather_breaks(world_, body.breaks())), result.n_forces);
+      };
+      const auto [state, breaks, n_forces] = run(make_petsc_motion);
+      const auto [plain_state, plain_breaks, n_plain_forces] = run(make_reference_motion);
+      const double u = difference(state.displacement.owned(), plain_state.displacement.owned());
+      const double v = difference(state.velocity.owned(), plain_state.velocity.owned());
+      EXPECT_LT(u, 1e-9);
+      EXPECT_LT(v, 1e-7);
+      EXPECT_EQ(n_forces, n_plain_forces);
+      EXPECT_EQ(breaks, plain_breaks);
+      if (!world_.is_root()) continue;
+      std::printf("%d ranks: %zu breaks, displacement within %.1e, velocity within %.1e\n", world_.size(),
+                  breaks.size(), u, v);
+      EXPECT_GT(breaks.size(), 20U) << "the case must break";
+    }
+  }
+}
+
+TEST_F(PetscEngine, BreaksWhatTheFixedPointEngineBreaks) {
+  for (auto parameters : {torn_bar(), pulled_bar()}) {
+    for (const auto release : {input::Release::element, input::Release::facet}) {
+      parameters.fracture.release = release;
+      parameters.time.engine = Engine::petsc;
+      const auto result = sample(parameters);
+      parameters.time.engine = Engine::fixed_point;
+      const auto expected = sample(parameters);
+      if (!world_.is_root()) continue;
+      std::printf("%d ranks: %zu breaks, energy error %.1e and %.1e\n", world_.size(), result.breaks.size(),
+                  result.energy_error, expected.energy_error);
+      EXPECT_GT(result.breaks.size(), 20U) << "the case must break";
+      EXPECT_EQ(events(result.breaks), events(expected.breaks));
+      EXPECT_EQ(result.ties.size(), expected.ties.size());
+      EXPECT_EQ(result.counts.steps, expected.counts.steps);
+      EXPECT_EQ(result.outcome, expected.outcome);
+      EXPECT_LT(result.energy_error, 1e-4);
+      if (parameters.time.start == input::Start::quasi_static) {
+        EXPECT_EQ(result.onset_force, expected.onset_force);
+      }
+    }
+  }
+}
+
+TEST_F(PetscEngine, HasTheSameBitsOnTheSameNumberOfRanks) {
+  auto parameters = pulled_bar();
+  parameters.fracture.release = input::Release::facet;
+  for (const auto& each : {torn_bar(), pulled_bar(), parameters}) {
+    const auto whole = sample(each);
+    const auto again = sample(each);
+    const auto pieces = in_pieces(each, false);
+    if (!world_.is_root()) continue;
+    EXPECT_GT(whole.breaks.size(), 20U) << "the case must break";
+    EXPECT_GE(n_parked_, 2);
+    expect_same_bits(whole, again);
+    expect_same_bits(whole, pieces);
+  }
+}
+
+TEST_F(PetscEngine, GoesOnOnAnotherNumberOfRanks) {
+  for (const auto& each : {torn_bar(), pulled_bar()}) {
+    const auto whole = sample(each);
+    const auto pieces = in_pieces(each, true);
+    if (!world_.is_root()) continue;
+    std::printf("%d ranks, and one in between: %zu breaks, parked %d times\n", world_.size(),
+                whole.breaks.size(), n_parked_);
+    EXPECT_GE(n_parked_, 2);
+    EXPECT_EQ(events(whole.breaks), events(pieces.breaks));
+    EXPECT_EQ(whole.counts.steps, pieces.counts.steps);
+    EXPECT_EQ(whole.counts.force_evaluations, pieces.counts.force_evaluations);
+    EXPECT_NEAR(whole.energy.back().kinetic, pieces.energy.back().kinetic,
+                1e-9 * whole.energy.back().kinetic);
+  }
+}
+
+TEST_F(PetscEngine, DoesNotGoOnFromTheOtherEngine) {
+  for (const auto from : {Engine::fixed_point, Engine::petsc}) {
+    auto parameters = torn_bar();
+    parameters.time.engine = from;
+    std::vector<std::byte> saved;
+    int n_looks = 0;
+    SampleControl control;
+    control.stop = [&] { return ++n_looks > 10; };
+    control.save = [&](std::span<const std::byte> bytes) { saved.assign(bytes.begin(), bytes.end()); };
+    EXPECT_TRUE(run_sample(world_, parameters, part(world_), control).parked);
+    parameters.time.engine = from == Engine::petsc ? Engine::fixed_point : Engine::petsc;
+    std::string lines;
+    SampleControl again;
+    again.log = [&](const std::string& line) { lines += line + "\n"; };
+    again.checkpoint = saved;
+    const auto result = run_sample(world_, parameters, part(world_), again);
+    const auto expected = sample(parameters);
+    if (!world_.is_root()) continue;
+    EXPECT_NE(lines.find("the checkpoint is not used: it was made by another engine"), std::string::npos)
+        << lines;
+    expect_same_bits(expected, result);
+  }
+}
+
+TEST_F(PetscEngine, EndsOnAllRanksWhenANumberIsNotFinite) {
+  const auto parameters = torn_bar();
+  const auto subdomain = part(world_);
+  for (const double wrong : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    fracture::BreakableBody body(subdomain, parameters.material);
+    const auto loads = mechanics::make_boundary_loads(world_, parameters, subdomain);
+    const auto criterion = fracture::make_criterion(
+        parameters.fracture, fracture::tetrahedron_strengths(world_, parameters, subdomain, body.operators()),
+        *parameters.time.step);
+    const MotionContext context{&world_, &body, &loads, parameters.material.density, criterion.get()};
+    const EnergyAccount account(world_, body);
+    MotionState state{parallel::NodeField(world_, subdomain.layout),
+                      parallel::NodeField(world_, subdomain.layout)};
+    const auto motion = make_petsc_motion(context, 0, state);
+    EXPECT_FALSE(motion->failure());
+    PhaseOptions options;
+    options.grid = {*parameters.time.step, 1200};
+    options.n_energy_rows = 1;
+    std::int64_t node = 0;
+    options.on_row = [&](const EnergyRow&) {
+      if (world_.rank() != world_.size() - 1) return;
+      node = subdomain.layout.number[10];
+      state.velocity.owned()[31] = wrong;
+    };
+    std::string message;
+    try {
+      run_explicit_phase(context, *motion, *criterion, splitting(input::Integrator::verlet), account, 0,
+                         options, state);
+    } catch (const NumberRangeExceeded& error) {
+      message = error.what();
+    }
+    EXPECT_TRUE(motion->failure().has_value() || world_.size() > 1);
+    EXPECT_NE(message.find("is no finite number (0.32 us after the start of the phase)"), std::string::npos)
+        << message;
+    if (world_.size() == 1) EXPECT_NE(message.find("the displacement of node "), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace crackle::dynamics
