@@ -46,7 +46,7 @@ class PetscProduct : public mechanics::PetscStiffness {
 public:
   explicit PetscProduct(const MotionContext& context)
       : PetscStiffness(*context.group, context.body->subdomain(), context.body->operators(),
-                       context.body->elasticity(), context.body->integrity()) {}
+                       context.body->elasticity(), context.body->residual_stiffness()) {}
 };
 
 /// One operation after the other, in double precision, on the caller's state.
@@ -134,7 +134,7 @@ public:
       const auto place = std::ranges::find_if_not(values, is_finite) - values.begin();
       if (place == std::ssize(values)) continue;
       const auto node = context_.body->subdomain().layout.number[index(place) / 3];
-      return fmt::format("the {} of node {} is no finite number", name, node);
+      return fmt::format("the {} of node {} is not finite", name, node);
     }
     return {};
   }

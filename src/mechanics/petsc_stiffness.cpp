@@ -34,10 +34,10 @@ Matrix intact_coupling(const TetrahedronOperator& t, const IsotropicElasticity& 
 
 PetscStiffness::PetscStiffness(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                                const PdsOperators& operators, const IsotropicElasticity& elasticity,
-                               const Integrity& integrity)
+                               const ResidualStiffness& residual_stiffness)
     : operators_(&operators),
       elasticity_(elasticity),
-      integrity_(&integrity),
+      residual_stiffness_(&residual_stiffness),
       n_owned_(subdomain.layout.n_owned),
       round_node_(node_tetrahedra(subdomain)) {
   const auto& layout = subdomain.layout;
@@ -107,7 +107,7 @@ void PetscStiffness::set_row(std::int32_t node) {
   const std::size_t n = columns_.size();
   values_.assign(9 * n, 0.0);
   for (const auto number : round_node_[node]) {
-    if (!integrity_->carries(number)) continue;
+    if (!residual_stiffness_->carries(number)) continue;
     const auto& t = operators_->tetrahedra[index(number)];
     const auto a = static_cast<std::size_t>(std::ranges::find(t.nodes, node) - t.nodes.begin());
     for (std::size_t b = 0; b < 4; ++b) {
@@ -115,8 +115,9 @@ void PetscStiffness::set_row(std::int32_t node) {
       if (column < number_[index(node)]) continue;
       const auto place =
           static_cast<std::size_t>(std::ranges::lower_bound(columns_, column) - columns_.begin());
-      const Matrix block = integrity_->is_intact(number) ? intact_coupling(t, elasticity_, a, b)
-                                                         : integrity_->partial(number).coupling(a, b);
+      const Matrix block = residual_stiffness_->is_intact(number)
+                               ? intact_coupling(t, elasticity_, a, b)
+                               : residual_stiffness_->partial(number).coupling(a, b);
       for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < 3; ++j) values_[3 * (n * i + place) + j] += t.volume * block[i][j];
     }

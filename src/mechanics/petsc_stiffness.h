@@ -3,8 +3,8 @@
 
 #include "crackle/geometry/subdomain.h"
 #include "crackle/mechanics/elasticity.h"
-#include "crackle/mechanics/integrity.h"
 #include "crackle/mechanics/operators.h"
+#include "crackle/mechanics/residual_stiffness.h"
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
 #include "crackle/parallel/petsc.h"
@@ -24,7 +24,7 @@ public:
   /// Assembles the matrix. Collective; agrees before its messages. The references must outlive the object.
   PetscStiffness(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                  const PdsOperators& operators, const IsotropicElasticity& elasticity,
-                 const Integrity& integrity);
+                 const ResidualStiffness& residual_stiffness);
 
   /// force = K displacement, for owned nodes [N]. Collective; does not agree() before.
   /// @param displacement owned values; ghosts are not read [m]
@@ -44,7 +44,7 @@ private:
 
   const PdsOperators* operators_;
   IsotropicElasticity elasticity_;
-  const Integrity* integrity_;
+  const ResidualStiffness* residual_stiffness_;
   std::int32_t n_owned_;
   std::vector<PetscInt> number_;  // of each local node, in the order of the matrix
   NodeTetrahedra round_node_;
