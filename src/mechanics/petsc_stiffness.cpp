@@ -62,11 +62,12 @@ PetscStiffness::PetscStiffness(const parallel::Communicator& group, const geomet
                              0, n_other_columns.data(), matrix_.put()),
               "MatCreateSBAIJ");
   check_petsc(MatSetOption(matrix_.get(), MAT_NO_OFF_PROC_ENTRIES, PETSC_TRUE), "MatSetOption");
-  check_petsc(MatSetOption(matrix_.get(), MAT_NEW_NONZERO_LOCATION_ERR, PETSC_TRUE), "MatSetOption");
   parallel::agree(group, [&] {
     for (std::int32_t node = 0; node < n_owned_; ++node) set_row(node);
   });
   assemble();
+  // From here on PETSc need not look for new places in the matrix, which takes messages.
+  check_petsc(MatSetOption(matrix_.get(), MAT_NEW_NONZERO_LOCATION_ERR, PETSC_TRUE), "MatSetOption");
   // The first product allocates, the later ones do not.
   parallel::NodeField nothing(group, layout), result(group, layout);
   apply(nothing, result);
