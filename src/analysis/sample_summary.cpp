@@ -9,7 +9,6 @@
 
 #include <climits>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>

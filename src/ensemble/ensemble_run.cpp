@@ -10,7 +10,6 @@
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/ensemble/run_log.h"
-#include "crackle/ensemble/sample_plan.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
 
@@ -23,8 +22,6 @@
 #include <optional>
 #include <set>
 #include <span>
-#include <string>
-#include <utility>
 #include <vector>
 
 namespace crackle::ensemble {

@@ -21,11 +21,8 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <functional>
 #include <optional>
-#include <span>
 #include <stdexcept>
-#include <string_view>
 #include <type_traits>
 
 namespace crackle::io {

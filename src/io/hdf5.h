@@ -4,7 +4,6 @@
 #include <hdf5.h>
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <span>

@@ -11,7 +11,6 @@
 
 #include <fmt/format.h>
 
-#include <stdexcept>
 #include <type_traits>
 #include <utility>
 
