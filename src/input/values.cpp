@@ -35,7 +35,7 @@ std::string describe_wrong_type(const Value& value) {
 /// Messages about arrays and tables do not repeat their source, which may be long.
 std::string what_is_given(const Value& value) {
   const bool compound = value.kind == ValueKind::array || value.kind == ValueKind::table;
-  return compound ? "this is " + describe(value.kind) : describe_wrong_type(value);
+  return compound ? std::string("this is ") + describe(value.kind) : describe_wrong_type(value);
 }
 
 }  // namespace
@@ -67,9 +67,9 @@ std::optional<double> read_quantity(const Source& source, const Dimension& dimen
   const std::string advice = fmt::format("; give {} such as \"{}\"", dimension.name, dimension.example);
   if (value.kind == ValueKind::integer || value.kind == ValueKind::number)
     return source.report(
-        fmt::format("{} is a plain number without a unit; give {} with its unit, in quotes, such as "
-                    "\"{}\"",
-                    value.source, dimension.name, dimension.example));
+        "{} is a plain number without a unit; give {} with its unit, in quotes, such as "
+        "\"{}\"",
+        value.source, dimension.name, dimension.example);
   if (value.kind != ValueKind::string) return source.report(what_is_given(value) + advice);
   const Quantity quantity = source.context.units.read(value.string, dimension);
   switch (quantity.error) {
@@ -80,11 +80,10 @@ std::optional<double> read_quantity(const Source& source, const Dimension& dimen
     case QuantityError::no_unit:
       return source.report(value.source + " has no unit" + advice);
     case QuantityError::unknown_unit:
-      return source.report(
-          fmt::format("{} has the unknown unit \"{}\"{}", value.source, shortened(quantity.unit), advice));
+      return source.report("{} has the unknown unit \"{}\"{}", value.source, shortened(quantity.unit),
+                           advice);
     case QuantityError::wrong_dimension:
-      return source.report(
-          fmt::format("{} has not the dimension of {}{}", value.source, dimension.name, advice));
+      return source.report("{} has not the dimension of {}{}", value.source, dimension.name, advice);
     case QuantityError::not_finite:
       return source.report(value.source + " is not a finite number; give " + accepted(dimension, range));
   }
@@ -96,8 +95,7 @@ std::optional<double> read_quantity(const Source& source, const Dimension& dimen
 std::optional<double> read_number(const Source& source, const Range& range) {
   const Value& value = source.value;
   if (value.kind != ValueKind::integer && value.kind != ValueKind::number)
-    return source.report(
-        fmt::format("{}; give {}, without quotes", what_is_given(value), accepted_number(range)));
+    return source.report("{}; give {}, without quotes", what_is_given(value), accepted_number(range));
   if (!value.representable || !std::isfinite(value.number))
     return source.report(value.source + " is not a finite number; give " + accepted_number(range));
   if (!range.contains(value.number))
@@ -118,10 +116,10 @@ std::optional<std::int64_t> read_integer(const Source& source, std::int64_t lowe
 
 std::optional<std::string> read_text(const Source& source, const std::string& accepted) {
   if (source.value.kind != ValueKind::string || source.value.string.empty())
-    return source.report(fmt::format(
+    return source.report(
         "{}; give {}",
         source.value.kind == ValueKind::string ? "the string is empty" : what_is_given(source.value),
-        accepted));
+        accepted);
   return source.value.string;
 }
 
@@ -141,7 +139,7 @@ std::optional<std::vector<Source>> read_elements(const Source& source, std::size
   if (value.kind != ValueKind::array) return source.report(what_is_given(value) + "; give " + accepted);
   if (value.elements.empty() || (count != 0 && value.elements.size() != count)) {
     const std::size_t n = value.elements.size();
-    return source.report(fmt::format("the array has {} element{}; give {}", n, n == 1 ? "" : "s", accepted));
+    return source.report("the array has {} element{}; give {}", n, n == 1 ? "" : "s", accepted);
   }
   std::vector<Source> elements;
   for (std::size_t i = 0; i < value.elements.size(); ++i) {

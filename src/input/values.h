@@ -35,6 +35,10 @@ struct Source {
     context.findings.report(key, value.line, message);
     return std::nullopt;
   }
+  template <class... Arguments>
+  std::nullopt_t report(fmt::format_string<Arguments...> message, Arguments&&... arguments) const {
+    return report(fmt::format(message, std::forward<Arguments>(arguments)...));
+  }
 };
 
 /// An interval of accepted values, in SI units.
