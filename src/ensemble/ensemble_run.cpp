@@ -112,20 +112,6 @@ void remove_surplus_files(const analysis::Statistics& statistics, const std::fil
   }
 }
 
-void count(SampleStatus status, RunOutcome& outcome) {
-  switch (status) {
-    case SampleStatus::done:
-      ++outcome.done;
-      break;
-    case SampleStatus::failed:
-      ++outcome.failed;
-      break;
-    case SampleStatus::pending:
-      ++outcome.left;
-      break;
-  }
-}
-
 /// The master's counts on every rank. Collective.
 RunOutcome share_counts(const parallel::Communicator& world, const std::optional<Progress>& progress) {
   std::array<int, 3> counts{};
@@ -261,7 +247,10 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
     if (world.is_root() && outcome.file_error.empty())
       remove_surplus_files(results.statistics, options.folder);
     for (int i = 0; i < results.statistics.n_needed; ++i) {
-      count(results.rows[index(i)].status, outcome);
+      const SampleStatus status = results.rows[index(i)].status;
+      ++(status == SampleStatus::done     ? outcome.done
+         : status == SampleStatus::failed ? outcome.failed
+                                          : outcome.left);
     }
   } catch (const parallel::AgreedError& error) {
     outcome = share_counts(world, ledger.progress);
