@@ -12,7 +12,6 @@
 #include <cstdio>
 #include <exception>
 #include <map>
-#include <string>
 #include <string_view>
 
 namespace crackle::apps {

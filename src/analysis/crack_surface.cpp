@@ -11,7 +11,6 @@
 #include <cmath>
 #include <stdexcept>
 #include <unordered_map>
-#include <utility>
 
 namespace crackle::analysis {
 

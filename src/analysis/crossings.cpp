@@ -9,7 +9,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numeric>
 
 namespace crackle::analysis {
 
@@ -142,13 +141,35 @@ std::vector<std::vector<std::size_t>> group(std::span<const Trace> traces, doubl
   std::vector<std::vector<std::size_t>> members(traces.size());
   for (std::size_t i = 0; i < traces.size(); ++i) members[sets.smallest(i)].push_back(i);
   std::erase_if(members, [&](const auto& some) {
-    return some.empty() || covered(traces, some) < min_thickness_share * thickness;
+    return some.empty() || integrate(traces, some).length < min_thickness_share * thickness;
   });
   return members;
 }
 
-double covered(std::span<const Trace> traces, std::span<const std::size_t> members) {
-  return integrate(traces, members).length;
+std::pair<double, double> advances(const CrackFacet& facet, const geometry::CrackStart& start) {
+  std::array<double, 4> advance{};
+  std::ranges::transform(facet.corner, advance.begin(),
+                         [&](const geometry::Point& corner) { return start.advance(corner); });
+  const auto [low, high] = std::ranges::minmax(advance);
+  return {low, high};
+}
+
+void sort_out(Numbers& numbers) {
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
+
+bool have_common(const Numbers& a, const Numbers& b) {
+  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();) {
+    if (*i == *j) return true;
+    *i < *j ? ++i : ++j;
+  }
+  return false;
+}
+
+void add(Numbers& to, const Numbers& from) {
+  to.insert(to.end(), from.begin(), from.end());
+  sort_out(to);
 }
 
 std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thickness,

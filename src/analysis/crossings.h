@@ -38,8 +38,15 @@ Trace extent(const CrackSurface& surface, std::size_t facet, const Vector& acros
 /// min_thickness_share of the thickness; each in ascending order, groups ordered by their first member.
 std::vector<std::vector<std::size_t>> group(std::span<const Trace> traces, double thickness);
 
-/// Length in x that the traces of a group cover together [m].
-double covered(std::span<const Trace> traces, std::span<const std::size_t> members);
+/// Least and greatest advance of a facet's corners [m].
+std::pair<double, double> advances(const CrackFacet& facet, const geometry::CrackStart& start);
+
+/// Indices in ascending order, each once.
+using Numbers = std::vector<std::size_t>;
+
+void sort_out(Numbers& numbers);
+bool have_common(const Numbers& a, const Numbers& b);
+void add(Numbers& to, const Numbers& from);
 
 /// Where a crack crosses a plane, seen through the thickness.
 struct Crossing {

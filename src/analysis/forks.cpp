@@ -13,7 +13,6 @@
 #include <iterator>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <utility>
 
 namespace crackle::analysis {
@@ -26,26 +25,7 @@ constexpr int projection = -1;
 /// Forks seen in two windows, which have at most half of their facets in common, are one from this share on.
 constexpr double min_likeness = 0.1;
 
-using Numbers = std::vector<std::size_t>;  // ascending, each once
 using Facets = Numbers;
-
-void sort_out(Numbers& numbers) {
-  std::sort(numbers.begin(), numbers.end());
-  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
-}
-
-bool have_common(const Numbers& a, const Numbers& b) {
-  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();) {
-    if (*i == *j) return true;
-    *i < *j ? ++i : ++j;
-  }
-  return false;
-}
-
-void add(Numbers& to, const Numbers& from) {
-  to.insert(to.end(), from.begin(), from.end());
-  sort_out(to);
-}
 
 /// The facets that belong to pieces of at least stray_size; connected are those of one tetrahedron and those
 /// of one edge.
@@ -380,12 +360,7 @@ private:
   };
 
   void add_traces(std::size_t facet) {
-    double low = start_.advance(surface_.facets[facet].corner[0]);
-    double high = low;
-    for (const geometry::Point& corner : surface_.facets[facet].corner) {
-      low = std::min(low, start_.advance(corner));
-      high = std::max(high, start_.advance(corner));
-    }
+    const auto [low, high] = advances(surface_.facets[facet], start_);
     const std::size_t one[] = {facet};
     const auto last = static_cast<double>(traces_.size()) - 1;
     for (double k = std::max(0.0, std::floor(low / step_)); k <= std::min(high / step_, last); ++k) {

@@ -2,14 +2,16 @@
 #include "crackle/analysis/sample_summary.h"
 
 #include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/sample_warning.h"
 #include "crackle/common/packing.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
+#include <fmt/format.h>
+
 #include <climits>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
@@ -18,27 +20,9 @@ namespace crackle::analysis {
 
 namespace {
 
-/// Takes fields out of a message in the order of for_each_field.
-class FieldReader {
-public:
-  explicit FieldReader(Unpacker& unpacker) : unpacker_(unpacker) {}
-  template <class Value>
-  void operator()(Value& value) {
-    value = unpacker_.get<Value>();
-  }
-  void operator()(std::string& text) { text = unpacker_.get_string(); }
-  template <class Value>
-  void operator()(std::vector<Value>& values) {
-    values = unpacker_.get_vector<Value>();
-  }
-
-private:
-  Unpacker& unpacker_;
-};
-
 /// Visits every field, in the order of the message.
 template <class Summary, class Visitor>
-void for_each_field(Summary& row, Visitor& visit) {
+void for_each_field(Summary& row, Visitor&& visit) {
   visit(row.status);
   visit(row.error);
   visit(row.note);
@@ -124,16 +108,21 @@ void measure_crossings(const geometry::Body& body, const CrackSurface& surface,
 
 std::vector<std::byte> to_bytes(const SampleSummary& summary) {
   Packer packer;
-  const auto put = [&packer](const auto& field) { packer.put(field); };
-  for_each_field(summary, put);
+  for_each_field(summary, [&](const auto& field) { packer.put(field); });
   return packer.bytes();
 }
 
 SampleSummary summary_from_bytes(std::span<const std::byte> bytes) {
   SampleSummary row;
   Unpacker unpacker(bytes);
-  FieldReader get(unpacker);
-  for_each_field(row, get);
+  for_each_field(row, [&]<class Field>(Field& field) {
+    if constexpr (std::is_trivially_copyable_v<Field>)
+      field = unpacker.get<Field>();
+    else if constexpr (std::is_same_v<Field, std::string>)
+      field = unpacker.get_string();
+    else
+      field = unpacker.get_vector<typename Field::value_type>();
+  });
   if (!unpacker.empty()) throw std::runtime_error("message with a sample's row is too long");
   return row;
 }
@@ -161,6 +150,21 @@ std::vector<SampleSummary> all_gather(const parallel::Communicator& group,
       gathered.push_back(summary_from_bytes(unpacker.get_vector<std::byte>()));
   }
   return gathered;
+}
+
+std::optional<std::string> sample_warning(std::uint64_t sample, const SampleSummary& summary) {
+  if (summary.status != SampleStatus::done || !(summary.crack_speed_ratio > 1)) return std::nullopt;
+  return fmt::format(
+      "warning: sample {}: a crack speed of {:.0f} m/s is {:.2f} times the Rayleigh speed, the limit of an "
+      "opening crack",
+      sample, summary.crack_speed_max, summary.crack_speed_ratio);
+}
+
+std::vector<std::string> sample_warnings(std::span<const SampleSummary> samples) {
+  std::vector<std::string> warnings;
+  for (std::size_t sample = 0; sample < samples.size(); ++sample)
+    if (auto warning = sample_warning(sample, samples[sample])) warnings.push_back(std::move(*warning));
+  return warnings;
 }
 
 }  // namespace crackle::analysis

@@ -5,20 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 namespace crackle::analysis {
 
 namespace {
-
-bool share_an_element(const std::vector<std::size_t>& a, const std::vector<std::size_t>& b) {
-  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();) {
-    if (*i == *j) return true;
-    *i < *j ? ++i : ++j;
-  }
-  return false;
-}
 
 /// The pieces of each of the slabs k, k + 1, ... that ways from piece `start` of slab k pass, over at most
 /// min_branch_length slabs.
@@ -31,8 +22,7 @@ Way pieces_ahead(const std::vector<Slab>& slabs, std::size_t k, std::size_t star
       reached.insert(reached.end(), slab[piece].next.begin(), slab[piece].next.end());
     }
     if (reached.empty()) break;
-    std::sort(reached.begin(), reached.end());
-    reached.erase(std::unique(reached.begin(), reached.end()), reached.end());
+    sort_out(reached);
     levels.push_back(std::move(reached));
   }
   return levels;
@@ -45,13 +35,7 @@ std::vector<Slab> cut_in_slabs(const CrackSurface& surface, std::span<const std:
   const auto n_slabs = static_cast<std::size_t>(std::ceil(start.ligament / spacing));
   std::vector<std::vector<Trace>> traces(n_slabs);
   for (const std::size_t i : facets) {
-    const CrackFacet& facet = surface.facets[i];
-    double low = start.advance(facet.corner[0]);
-    double high = low;
-    for (const geometry::Point& corner : facet.corner) {
-      low = std::min(low, start.advance(corner));
-      high = std::max(high, start.advance(corner));
-    }
+    const auto [low, high] = advances(surface.facets[i], start);
     if (high < 0 || low >= start.ligament) continue;
     const auto first = static_cast<std::size_t>(std::max(0.0, std::floor(low / spacing)));
     const auto last = std::min(static_cast<std::size_t>(std::floor(high / spacing)), n_slabs - 1);
@@ -69,7 +53,7 @@ std::vector<Slab> cut_in_slabs(const CrackSurface& surface, std::span<const std:
   for (std::size_t k = 0; k + 1 < n_slabs; ++k) {
     for (Piece& piece : slabs[k]) {
       for (std::size_t j = 0; j < slabs[k + 1].size(); ++j) {
-        if (share_an_element(piece.facets, slabs[k + 1][j].facets)) piece.next.push_back(j);
+        if (have_common(piece.facets, slabs[k + 1][j].facets)) piece.next.push_back(j);
       }
     }
   }
@@ -85,18 +69,13 @@ std::vector<Way> separate_ways(const std::vector<Slab>& slabs, std::size_t k, co
     for (std::size_t i = 0; i < ways.size();) {
       bool meet = false;
       for (std::size_t level = 0; level < min_branch_length; ++level) {
-        meet = meet || share_an_element(ways[i][level], way[level]);
+        meet = meet || have_common(ways[i][level], way[level]);
       }
       if (!meet) {
         ++i;
         continue;
       }
-      for (std::size_t level = 0; level < min_branch_length; ++level) {
-        std::vector<std::size_t> both;
-        std::set_union(way[level].begin(), way[level].end(), ways[i][level].begin(), ways[i][level].end(),
-                       std::back_inserter(both));
-        way[level] = std::move(both);
-      }
+      for (std::size_t level = 0; level < min_branch_length; ++level) add(way[level], ways[i][level]);
       ways.erase(ways.begin() + static_cast<std::ptrdiff_t>(i));
       i = 0;
     }

@@ -3,7 +3,6 @@
 
 #include "crackle/analysis/running_statistics.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>

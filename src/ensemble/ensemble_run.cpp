@@ -9,7 +9,6 @@
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/ensemble/run_log.h"
-#include "crackle/ensemble/sample_plan.h"
 #include "crackle/ensemble/sample_schedule.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/sample_file.h"
@@ -24,8 +23,6 @@
 #include <optional>
 #include <set>
 #include <span>
-#include <string>
-#include <utility>
 #include <vector>
 
 namespace crackle::ensemble {
@@ -115,20 +112,6 @@ void remove_surplus_files(const analysis::Statistics& statistics, const std::fil
   std::error_code ignored;
   for (int sample = statistics.n_needed; sample < statistics.n_samples; ++sample) {
     std::filesystem::remove(io::sample_path(folder, static_cast<std::uint64_t>(sample)), ignored);
-  }
-}
-
-void count(SampleStatus status, RunOutcome& outcome) {
-  switch (status) {
-    case SampleStatus::done:
-      ++outcome.done;
-      break;
-    case SampleStatus::failed:
-      ++outcome.failed;
-      break;
-    case SampleStatus::pending:
-      ++outcome.left;
-      break;
   }
 }
 
@@ -267,7 +250,10 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
     if (world.is_root() && outcome.file_error.empty())
       remove_surplus_files(results.statistics, options.folder);
     for (int i = 0; i < results.statistics.n_needed; ++i) {
-      count(results.rows[index(i)].status, outcome);
+      const SampleStatus status = results.rows[index(i)].status;
+      ++(status == SampleStatus::done     ? outcome.done
+         : status == SampleStatus::failed ? outcome.failed
+                                          : outcome.left);
     }
   } catch (const parallel::AgreedError& error) {
     outcome = share_counts(world, master.progress);

@@ -8,7 +8,6 @@
 #include "crackle/parallel/ghost_exchange.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace crackle::fracture {
 

@@ -6,7 +6,6 @@
 #include "crackle/geometry/mother_points.h"
 
 #include <functional>
-#include <span>
 #include <vector>
 
 namespace crackle::geometry {

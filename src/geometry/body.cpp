@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/body.h"
 
-#include "crackle/common/index.h"
-
 #include "notched_box.h"
 
 #include <algorithm>

@@ -2,7 +2,6 @@
 #include "crackle/geometry/realization.h"
 
 #include "crackle/common/index.h"
-#include "crackle/geometry/quality.h"
 #include "crackle/geometry/symmetry.h"
 
 #include "displacement.h"

@@ -7,7 +7,6 @@
 #include "tessellation.h"
 
 #include <bit>
-#include <utility>
 
 namespace crackle::geometry {
 

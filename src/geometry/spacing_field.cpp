@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/common/index.h"
 #include "crackle/geometry/mesh_regions.h"
 #include "crackle/geometry/mother_points.h"
 

@@ -14,14 +14,8 @@ namespace crackle::input {
 
 namespace {
 
-constexpr std::array<const char*, 3> axis_names{"x", "y", "z"};
-
 std::string boundary_key(std::size_t i) {
   return fmt::format("boundary[{}]", i);
-}
-
-std::string show(double length) {
-  return format_quantity(length, length_dimension());
 }
 
 bool prescribes_motion(const Boundary& condition) {
@@ -43,17 +37,14 @@ Region part_of_face(const Boundary& condition, const Vector& size) {
 }
 
 void check_kind(const std::string& key, Findings& findings) {
-  std::vector<std::string> given;
-  for (const char* kind : {"fix", "force", "traction", "velocity", "displacement"}) {
-    if (findings.given(key + "." + kind)) given.emplace_back(kind);
-  }
+  const std::vector<std::string> given = kinds_given(findings, key);
   if (given.empty()) {
     findings.report(key, "prescribes nothing; give one of fix, force, traction, velocity, displacement");
   } else if (given.size() > 1) {
     findings.report(key,
-                    fmt::format("gives {}; give exactly one of fix, force, traction, velocity, displacement, "
-                                "and the others in a [[boundary]] of their own",
-                                fmt::join(given, " and ")));
+                    "gives {}; give exactly one of fix, force, traction, velocity, displacement, "
+                    "and the others in a [[boundary]] of their own",
+                    fmt::join(given, " and "));
   }
 }
 
@@ -82,17 +73,17 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
   const double tolerance = 1e-9 * specimen.size[normal];
   if (position < lower - tolerance || position > upper + tolerance) {
     findings.report(key + ".region." + axis_names[normal],
-                    fmt::format("the face lies at {} = {}, outside the region from {} to {}",
-                                axis_names[normal], show(position), show(lower), show(upper)));
+                    "the face lies at {} = {}, outside the region from {} to {}", axis_names[normal],
+                    show(position), show(lower), show(upper));
     return;
   }
   const Region part = part_of_face(condition, specimen.size);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (axis != normal && part[axis].first >= part[axis].second) {
       findings.report(key + ".region." + axis_names[axis],
-                      fmt::format("the region from {} to {} misses the face; give a part of 0 to {}",
-                                  show(condition.region[axis].first), show(condition.region[axis].second),
-                                  show(specimen.size[axis])));
+                      "the region from {} to {} misses the face; give a part of 0 to {}",
+                      show(condition.region[axis].first), show(condition.region[axis].second),
+                      show(specimen.size[axis]));
       return;
     }
   }
@@ -105,7 +96,7 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
       inside = inside && part[axis].first >= slot[axis].first && part[axis].second <= slot[axis].second;
     }
     if (inside) {
-      findings.report(key + ".region", fmt::format("lies in the mouth of {}, where there is no face", notch));
+      findings.report(key + ".region", "lies in the mouth of {}, where there is no face", notch);
     }
   }
 }
@@ -131,9 +122,9 @@ void check_conflicts(const Parameters& parameters, std::size_t i, Findings& find
     }
     if (overlap && !shared.empty()) {
       findings.report(boundary_key(i),
-                      fmt::format("prescribes the motion in {} of points that {} prescribes too; "
-                                  "give each component once",
-                                  fmt::join(shared, " and "), boundary_key(j)));
+                      "prescribes the motion in {} of points that {} prescribes too; "
+                      "give each component once",
+                      fmt::join(shared, " and "), boundary_key(j));
       return;
     }
   }
@@ -152,12 +143,19 @@ void check_held_in_all_directions(const Parameters& parameters, Findings& findin
   }
   if (loose.empty()) return;
   findings.report("boundary",
-                  fmt::format("nothing holds the body in {}, and with start = \"quasi-static\" it must be in "
-                              "equilibrium; give a fix, displacement or velocity for each of x, y and z",
-                              fmt::join(loose, " and ")));
+                  "nothing holds the body in {}, and with start = \"quasi-static\" it must be in "
+                  "equilibrium; give a fix, displacement or velocity for each of x, y and z",
+                  fmt::join(loose, " and "));
 }
 
 }  // namespace
+
+std::vector<std::string> kinds_given(const Findings& findings, const std::string& table) {
+  std::vector<std::string> given;
+  for (const char* kind : kind_names)
+    if (findings.given(fmt::format("{}.{}", table, kind))) given.emplace_back(kind);
+  return given;
+}
 
 void check_boundaries(const Parameters& parameters, Findings& findings) {
   if (parameters.boundaries.empty()) {

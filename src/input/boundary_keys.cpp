@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "consistency.h"
 #include "schema.h"
-
-#include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -11,30 +9,12 @@ namespace crackle::input {
 
 namespace {
 
-const std::array<std::string, 3> axis_names{"x", "y", "z"};
-
 Boundary& boundary(Parameters& parameters, std::size_t i) {
   return parameters.boundaries.at(i);
 }
 
-std::string bracketed(const std::vector<std::string>& items) {
-  return fmt::format("[{}]", fmt::join(items, ", "));
-}
-
-std::string kind_name(BoundaryKind kind) {
-  switch (kind) {
-    case BoundaryKind::fix:
-      return "fix";
-    case BoundaryKind::force:
-      return "force";
-    case BoundaryKind::traction:
-      return "traction";
-    case BoundaryKind::velocity:
-      return "velocity";
-    case BoundaryKind::displacement:
-      break;
-  }
-  return "displacement";
+const char* kind_name(BoundaryKind kind) {
+  return kind_names[static_cast<std::size_t>(kind)];
 }
 
 /// Whether components may be left free: motions are prescribed by component, loads as a whole.
@@ -70,8 +50,8 @@ std::optional<Components> read_components(const Source& source, const Dimension&
     const Source& element = (*elements)[axis];
     if (element.value.kind == ValueKind::string && element.value.string == "free") {
       if (free) continue;
-      element.report(fmt::format("a load has no free components; give {} such as \"0 {}\"", dimension.name,
-                                 dimension.si_unit));
+      element.report("a load has no free components; give {} such as \"0 {}\"", dimension.name,
+                     dimension.si_unit);
       sound = false;
       continue;
     }
@@ -106,7 +86,7 @@ Key on_key() {
 
 Key region_key(std::size_t axis) {
   return range_key(
-      "region." + axis_names[axis],
+      fmt::format("region.{}", axis_names[axis]),
       [=](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).region[axis]; },
       {"50 mm", "100 mm"}, "whole face",
       "restricts the condition to the part of the face between these coordinates");
@@ -128,7 +108,7 @@ Key fix_key() {
               const auto axis = read_choice(element, {axis_names.begin(), axis_names.end()});
               if (!axis) continue;
               if (condition.components[*axis]) {
-                element.report(fmt::format("{} appears twice; give {}", element.value.source, form));
+                element.report("{} appears twice; give {}", element.value.source, form);
               }
               condition.components[*axis] = true;
             }
@@ -138,7 +118,7 @@ Key fix_key() {
             if (condition.kind != BoundaryKind::fix) return {};
             std::vector<std::string> items;
             for (std::size_t axis = 0; axis < 3; ++axis) {
-              if (condition.components[axis]) items.push_back(axis_names[axis]);
+              if (condition.components[axis]) items.emplace_back(axis_names[axis]);
             }
             return bracketed(items);
           }};
@@ -147,40 +127,29 @@ Key fix_key() {
 Key prescription_key(BoundaryKind kind, const std::string& help) {
   const Dimension& dimension = value_dimension(kind);
   const bool free = may_be_free(kind);
-  return {
-      kind_name(kind),
-      dimension.name.substr(dimension.name.find(' ') + 1),
-      optional("one of the five kinds"),
-      vector_form(dimension, free),
-      help,
-      [=](const Source& source, Parameters& parameters, std::size_t i) {
-        const auto components = read_components(source, dimension, value_range(kind), free);
-        Boundary& condition = boundary(parameters, i);
-        condition.kind = kind;
-        if (!components) return;
-        condition.value = components->value;
-        const auto& prescribed = components->prescribed;
-        if (free) condition.components = prescribed;
-        if (std::none_of(prescribed.begin(), prescribed.end(), [](bool p) { return p; })) {
-          source.report(fmt::format("all three components are free; prescribe at least one, such as \"{}\"",
-                                    dimension.example));
-        }
-      },
-      [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-        const Boundary& condition = boundary(parameters, i);
-        if (condition.kind != kind) return {};
-        return show_components(condition.value, given_components(condition), dimension);
-      }};
-}
-
-/// The kinds that a [[boundary]] in the file names; it should name one.
-int n_kinds_given(const Findings& findings, const std::string& table) {
-  int n_kinds = 0;
-  for (const BoundaryKind kind : {BoundaryKind::fix, BoundaryKind::force, BoundaryKind::traction,
-                                  BoundaryKind::velocity, BoundaryKind::displacement}) {
-    n_kinds += findings.given(table + "." + kind_name(kind)) ? 1 : 0;
-  }
-  return n_kinds;
+  return {kind_name(kind),
+          dimension.name.substr(dimension.name.find(' ') + 1),
+          optional("one of the five kinds"),
+          vector_form(dimension, free),
+          help,
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            const auto components = read_components(source, dimension, value_range(kind), free);
+            Boundary& condition = boundary(parameters, i);
+            condition.kind = kind;
+            if (!components) return;
+            condition.value = components->value;
+            const auto& prescribed = components->prescribed;
+            if (free) condition.components = prescribed;
+            if (std::none_of(prescribed.begin(), prescribed.end(), [](bool p) { return p; })) {
+              source.report("all three components are free; prescribe at least one, such as \"{}\"",
+                            dimension.example);
+            }
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const Boundary& condition = boundary(parameters, i);
+            if (condition.kind != kind) return {};
+            return show_components(condition.value, given_components(condition), dimension);
+          }};
 }
 
 Key rate_key() {
@@ -193,7 +162,7 @@ Key rate_key() {
             Boundary& condition = boundary(parameters, i);
             const std::string table = source.key.substr(0, source.key.rfind('.'));
             // With none or several kinds the dimension is not known; that is an error of its own.
-            if (n_kinds_given(source.context.findings, table) != 1) return;
+            if (kinds_given(source.context.findings, table).size() != 1) return;
             if (condition.kind == BoundaryKind::fix) {
               source.report("a fixed boundary does not change with time; give a displacement instead of fix");
               return;
@@ -203,8 +172,8 @@ Key rate_key() {
             if (!rate || source.context.findings.faulty(table + "." + kind_name(condition.kind))) return;
             for (std::size_t axis = 0; axis < 3; ++axis) {
               if (rate->value[axis] != 0 && !given_components(condition)[axis]) {
-                source.report(fmt::format(
-                    "component {} is free and cannot have a rate; give \"free\" here too", axis_names[axis]));
+                source.report("component {} is free and cannot have a rate; give \"free\" here too",
+                              axis_names[axis]);
               }
             }
             condition.rate = rate->value;

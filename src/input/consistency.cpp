@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,10 +18,6 @@ namespace {
 
 /// Planes nearer to each other than this part of the body's size count as touching.
 constexpr double touching = 1e-6;
-
-std::string show(double length) {
-  return format_quantity(length, length_dimension());
-}
 
 std::string notch_key(std::size_t i) {
   return fmt::format("specimen.notch[{}]", i);
@@ -38,23 +33,21 @@ void check_notch_in_body(const Notch& notch, const std::string& key, const Vecto
   const double depth_extent = size[index(depth_axis)];
   const double extent = size[index(axis)];
   if (!findings.faulty(key + ".depth") && notch.depth >= depth_extent * (1 - touching)) {
-    findings.report(key + ".depth",
-                    fmt::format("{} cuts the body in two; give less than its {} of {}", show(notch.depth),
-                                extent_name(depth_axis), show(depth_extent)));
+    findings.report(key + ".depth", "{} cuts the body in two; give less than its {} of {}", show(notch.depth),
+                    extent_name(depth_axis), show(depth_extent));
   }
   if (findings.faulty(key + ".at") || findings.faulty(key + ".height")) return;
   if (notch.height >= extent * (1 - 2 * touching)) {
-    findings.report(key + ".height", fmt::format("{} leaves nothing of the body; give less than its {} of {}",
-                                                 show(notch.height), extent_name(axis), show(extent)));
+    findings.report(key + ".height", "{} leaves nothing of the body; give less than its {} of {}",
+                    show(notch.height), extent_name(axis), show(extent));
     return;
   }
   if (notch.at - notch.height / 2 <= extent * touching ||
       notch.at + notch.height / 2 >= extent * (1 - touching)) {
     findings.report(
         key + ".at",
-        fmt::format(
-            "a slot of height {} at {} does not stay inside the body; give a position between {} and {}",
-            show(notch.height), show(notch.at), show(notch.height / 2), show(extent - notch.height / 2)));
+        "a slot of height {} at {} does not stay inside the body; give a position between {} and {}",
+        show(notch.height), show(notch.at), show(notch.height / 2), show(extent - notch.height / 2));
   }
 }
 
@@ -103,23 +96,23 @@ void check_sections_along(int axis, const std::vector<double>& positions, const 
     const char* axis_name = axis == 1 ? "y" : "z";
     const int other = 3 - axis;
     findings.report(name,
-                    fmt::format("no crack can reach them, since no notch is cut into a {}-face; give "
-                                "sections.{} instead, {}",
-                                axis_name, other == 1 ? "y" : "z", describe_ligaments(specimen, other)));
+                    "no crack can reach them, since no notch is cut into a {}-face; give "
+                    "sections.{} instead, {}",
+                    axis_name, other == 1 ? "y" : "z", describe_ligaments(specimen, other));
     return;
   }
   for (std::size_t i = 0; i < positions.size(); ++i) {
     const std::string key = fmt::format("{}[{}]", name, i);
     if (findings.faulty(key)) continue;
     if (has_size && !(positions[i] > 0 && positions[i] < extent)) {
-      findings.report(key, fmt::format("{} is not inside the {}; give a length between 0 and {}",
-                                       show(positions[i]), extent_name(axis), show(extent)));
+      findings.report(key, "{} is not inside the {}; give a length between 0 and {}", show(positions[i]),
+                      extent_name(axis), show(extent));
     } else if (i > 0 && positions[i] <= positions[i - 1]) {
-      findings.report(key, fmt::format("{} is not above {} before it; give ascending lengths",
-                                       show(positions[i]), show(positions[i - 1])));
+      findings.report(key, "{} is not above {} before it; give ascending lengths", show(positions[i]),
+                      show(positions[i - 1]));
     } else if (has_notches && !can_arrive(specimen, axis, positions[i])) {
-      findings.report(key, fmt::format("no crack can reach {}; give a length in a notch's ligament: {}",
-                                       show(positions[i]), ligaments));
+      findings.report(key, "no crack can reach {}; give a length in a notch's ligament: {}",
+                      show(positions[i]), ligaments);
     }
   }
 }
@@ -156,9 +149,8 @@ void check_specimen(const Parameters& parameters, Findings& findings) {
         meet = meet && gap <= touching * size[axis];
       }
       if (meet) {
-        findings.report(
-            notch_key(i),
-            fmt::format("touches or overlaps {}; leave material between the notches", notch_key(j)));
+        findings.report(notch_key(i), "touches or overlaps {}; leave material between the notches",
+                        notch_key(j));
         break;
       }
     }
@@ -206,10 +198,10 @@ void check_time(const Parameters& parameters, Findings& findings) {
   const std::string duration = format_quantity(time.duration, time_dimension());
   const std::string step = format_quantity(*time.step, time_dimension());
   if (*time.step > time.duration) {
-    findings.report("time.step", fmt::format("{} is over the duration; give at most {}", step, duration));
+    findings.report("time.step", "{} is over the duration; give at most {}", step, duration);
   } else if (time.duration / *time.step > max_steps) {
-    findings.report("time.step", fmt::format("{} makes more than {:.0e} steps in {}; give a longer step",
-                                             step, max_steps, duration));
+    findings.report("time.step", "{} makes more than {:.0e} steps in {}; give a longer step", step, max_steps,
+                    duration);
   }
 }
 

@@ -14,6 +14,9 @@ void check_fracture(const Parameters& parameters, Findings& findings);
 void check_boundaries(const Parameters& parameters, Findings& findings);
 void check_time(const Parameters& parameters, Findings& findings);
 
+/// The kinds that a [[boundary]] in the file names; it should name one.
+std::vector<std::string> kinds_given(const Findings& findings, const std::string& table);
+
 /// The closed intervals of x, y and z that a notch removes.
 Region slot_of(const Notch& notch, const Vector& size);
 

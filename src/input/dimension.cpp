@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
+#include <map>
 #include <utility>
 
 namespace crackle::input {
@@ -55,45 +55,23 @@ Dimension impulse_dimension(double exponent) {
 }
 
 const Dimension& value_dimension(BoundaryKind kind) {
-  static const Dimension force{"a force", "N", "135 N", 0, {{"N", 1}, {"mN", 1e-3}}};
-  static const Dimension velocity{"a velocity", "m/s", "0.1 m/s", 0, {{"m/s", 1}, {"mm/s", 1e-3}}};
-  static const Dimension displacement = with_example(length_dimension(), "0.1 mm");
-  switch (kind) {
-    case BoundaryKind::force:
-      return force;
-    case BoundaryKind::traction:
-      return stress_dimension();
-    case BoundaryKind::velocity:
-      return velocity;
-    case BoundaryKind::displacement:
-      return displacement;
-    case BoundaryKind::fix:
-      break;
-  }
-  throw std::logic_error("a fixed boundary prescribes no quantity");
+  static const std::map<BoundaryKind, Dimension> dimensions{
+      {BoundaryKind::force, {"a force", "N", "135 N", 0, {{"N", 1}, {"mN", 1e-3}}}},
+      {BoundaryKind::traction, stress_dimension()},
+      {BoundaryKind::velocity, {"a velocity", "m/s", "0.1 m/s", 0, {{"m/s", 1}, {"mm/s", 1e-3}}}},
+      {BoundaryKind::displacement, with_example(length_dimension(), "0.1 mm")}};
+  return dimensions.at(kind);
 }
 
 const Dimension& rate_dimension(BoundaryKind kind) {
-  static const Dimension force_rate{"a force per time", "N/s", "5 N/s", 0, {{"N/s", 1}, {"mN/s", 1e-3}}};
-  static const Dimension stress_rate{
-      "a stress per time", "Pa/s", "1 MPa/s", 0, {{"MPa/s", 1e6}, {"kPa/s", 1e3}, {"Pa/s", 1}}};
-  static const Dimension acceleration{
-      "an acceleration", "m/s^2", "1 m/s^2", 0, {{"m/s^2", 1}, {"mm/s^2", 1e-3}}};
-  static const Dimension displacement_rate{
-      "a displacement per time", "m/s", "0.01 mm/s", 0, {{"m/s", 1}, {"mm/s", 1e-3}, {"um/s", 1e-6}}};
-  switch (kind) {
-    case BoundaryKind::force:
-      return force_rate;
-    case BoundaryKind::traction:
-      return stress_rate;
-    case BoundaryKind::velocity:
-      return acceleration;
-    case BoundaryKind::displacement:
-      return displacement_rate;
-    case BoundaryKind::fix:
-      break;
-  }
-  throw std::logic_error("a fixed boundary has no rate");
+  static const std::map<BoundaryKind, Dimension> dimensions{
+      {BoundaryKind::force, {"a force per time", "N/s", "5 N/s", 0, {{"N/s", 1}, {"mN/s", 1e-3}}}},
+      {BoundaryKind::traction,
+       {"a stress per time", "Pa/s", "1 MPa/s", 0, {{"MPa/s", 1e6}, {"kPa/s", 1e3}, {"Pa/s", 1}}}},
+      {BoundaryKind::velocity, {"an acceleration", "m/s^2", "1 m/s^2", 0, {{"m/s^2", 1}, {"mm/s^2", 1e-3}}}},
+      {BoundaryKind::displacement,
+       {"a displacement per time", "m/s", "0.01 mm/s", 0, {{"m/s", 1}, {"mm/s", 1e-3}, {"um/s", 1e-6}}}}};
+  return dimensions.at(kind);
 }
 
 Dimension with_example(Dimension dimension, std::string example) {
@@ -123,6 +101,10 @@ std::string format_quantity(double si_value, const Dimension& dimension) {
     }
   }
   return format_number(si_value / unit->factor) + " " + unit->name;
+}
+
+std::string show(double length) {
+  return format_quantity(length, length_dimension());
 }
 
 }  // namespace crackle::input

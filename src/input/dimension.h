@@ -3,6 +3,7 @@
 
 #include "crackle/input/parameters.h"
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,10 @@ const Dimension& energy_per_area_dimension();
 /// stress^exponent time, the dimension of the Tuler-Butcher impulse K_f.
 Dimension impulse_dimension(double exponent);
 
+/// By BoundaryKind, as the keys of [[boundary]].
+inline constexpr std::array kind_names{"fix", "force", "traction", "velocity", "displacement"};
+inline constexpr std::array axis_names{"x", "y", "z"};
+
 /// Of the quantity that a boundary condition prescribes, and of its rate of change. @pre kind is not fix
 const Dimension& value_dimension(BoundaryKind kind);
 const Dimension& rate_dimension(BoundaryKind kind);
@@ -42,6 +47,9 @@ Dimension with_example(Dimension dimension, std::string example);
 
 /// "24.5 mm": the value in the largest readable unit that fits it.
 std::string format_quantity(double si_value, const Dimension& dimension);
+
+/// "24.5 mm": a length.
+std::string show(double length);
 
 /// A plain number, as short as ten digits allow.
 std::string format_number(double value);

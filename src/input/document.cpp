@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "document.h"
 
-#include "text_checks.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <map>
 #include <sstream>
@@ -101,9 +100,8 @@ std::string condensed(const std::string& explanation, const std::string& line) {
   std::istringstream lines(explanation);
   std::string text;
   std::getline(lines, text);
-  for (const std::string prefix : {"[error] ", "toml::"}) {
-    if (text.compare(0, prefix.size(), prefix) == 0) text.erase(0, prefix.size());
-  }
+  for (const std::string_view prefix : {"[error] ", "toml::"})
+    if (text.starts_with(prefix)) text.erase(0, prefix.size());
   if (const auto colon = text.find(": "); colon != std::string::npos && text.find(' ') > colon) {
     text.erase(0, colon + 2);
   }
@@ -129,10 +127,8 @@ std::string condensed(const std::string& explanation, const std::string& line) {
 }  // namespace
 
 const Value* Value::find(const std::string& name) const {
-  for (const Member& member : members) {
-    if (member.name == name) return &member.value;
-  }
-  return nullptr;
+  const auto member = std::ranges::find(members, name, &Member::name);
+  return member == members.end() ? nullptr : &member->value;
 }
 
 Value parse_document(const std::string& text) {
@@ -154,12 +150,8 @@ Value parse_document(const std::string& text) {
 std::string shortened(const std::string& text, std::size_t length) {
   std::string result;
   for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7f) {
-      result += c == '\n' || c == '\t' ? " " : "?";
-    } else {
-      result += c;
-    }
+    const bool is_control = static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
+    result += !is_control ? c : c == '\n' || c == '\t' ? ' ' : '?';
   }
   if (result.size() <= length) return result;
   result.resize(length);
@@ -169,23 +161,10 @@ std::string shortened(const std::string& text, std::size_t length) {
   return result + "...";
 }
 
-std::string describe(ValueKind kind) {
-  switch (kind) {
-    case ValueKind::boolean:
-      return "a boolean";
-    case ValueKind::integer:
-    case ValueKind::number:
-      return "a plain number";
-    case ValueKind::string:
-      return "a string";
-    case ValueKind::array:
-      return "an array";
-    case ValueKind::table:
-      return "a table";
-    case ValueKind::date:
-      break;
-  }
-  return "a date";
+const char* describe(ValueKind kind) {
+  constexpr std::array names{"a boolean", "a plain number", "a plain number", "a string",
+                             "an array",  "a table",        "a date"};
+  return names[static_cast<std::size_t>(kind)];
 }
 
 }  // namespace crackle::input

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -8,6 +9,7 @@
 
 namespace crackle::input {
 
+/// describe() names them in this order.
 enum class ValueKind { boolean, integer, number, string, array, table, date };
 
 struct Member;
@@ -43,6 +45,14 @@ private:
   int line_;
 };
 
+/// More than any input needs. toml11's time grows with the square of the size: a second for this one.
+inline constexpr std::size_t max_text_size = std::size_t{1} << 17;
+
+/// What the TOML parser must not be given: bytes that are no text, invalid UTF-8, no content at all, or
+/// nesting so deep that its recursion would exhaust the stack.
+/// @throws SyntaxError
+void check_text(const std::string& text);
+
 /// The document's root table.
 /// @throws SyntaxError for anything that is not a text or not TOML
 Value parse_document(const std::string& text);
@@ -51,6 +61,6 @@ Value parse_document(const std::string& text);
 std::string shortened(const std::string& text, std::size_t length = 60);
 
 /// "a string", "a table", ... for messages.
-std::string describe(ValueKind kind);
+const char* describe(ValueKind kind);
 
 }  // namespace crackle::input

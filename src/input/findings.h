@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace crackle::input {
@@ -22,6 +25,10 @@ public:
   /// An error at the key's place, or at that of the nearest table above it.
   void report(const std::string& key, const std::string& message);
   void report(const std::string& key, int line, const std::string& message);
+  template <class... Arguments>
+  void report(const std::string& key, fmt::format_string<Arguments...> message, Arguments&&... arguments) {
+    report(key, fmt::format(message, std::forward<Arguments>(arguments)...));
+  }
 
   /// Whether there is an error at the key, at something inside it or at a table that it is in; values that
   /// depend on it cannot be judged then.

@@ -13,10 +13,6 @@ namespace crackle::input {
 
 namespace {
 
-std::string show(double length) {
-  return format_quantity(length, length_dimension());
-}
-
 /// To two figures, for advice.
 double rounded_up(double value) {
   const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
@@ -47,10 +43,8 @@ void check_number(const Mesh& mesh, double spacing, double volume, const std::st
   const double n_points = volume / std::pow(spacing, 3);
   if (n_points <= max_mother_points || mesh.points) return;
   findings.report(
-      key,
-      fmt::format("{} gives {:.0e} mother points or more, and at most {:.0e} can be made; give at least {}",
-                  show(spacing), n_points, max_mother_points,
-                  show(rounded_up(std::cbrt(volume / max_mother_points)))));
+      key, "{} gives {:.0e} mother points or more, and at most {:.0e} can be made; give at least {}",
+      show(spacing), n_points, max_mother_points, show(rounded_up(std::cbrt(volume / max_mother_points))));
 }
 
 void check_region(const Parameters& parameters, std::size_t i, Findings& findings) {
@@ -61,15 +55,14 @@ void check_region(const Parameters& parameters, std::size_t i, Findings& finding
                     "has no bounds; give at least one of x, y and z, such as z = [\"60 mm\", \"80 mm\"]");
   if (!findings.faulty(key + ".spacing") && !findings.faulty("mesh.spacing") &&
       region.spacing > parameters.mesh.spacing)
-    findings.report(key + ".spacing",
-                    fmt::format("{} is over mesh.spacing, which holds everywhere; give at most {}",
-                                show(region.spacing), show(parameters.mesh.spacing)));
+    findings.report(key + ".spacing", "{} is over mesh.spacing, which holds everywhere; give at most {}",
+                    show(region.spacing), show(parameters.mesh.spacing));
   if (findings.faulty(key) || findings.faulty("specimen.size")) return;
   const Vector& size = parameters.specimen.size;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto [lower, upper] = region.box[axis];
     if (lower < size[axis] && upper > 0) continue;
-    findings.report(fmt::format("{}.{}", key, "xyz"[axis]),
+    findings.report(fmt::format("{}.{}", key, axis_names[axis]),
                     fmt::format("the region from {} to {} is outside the body; give a part of 0 to {}",
                                 show(lower), show(upper), show(size[axis])));
   }
@@ -92,15 +85,15 @@ void check_mesh(const Parameters& parameters, Findings& findings) {
         "\"own\" places points for each sample, but mesh.points gives them; leave out one of the two");
   if (findings.faulty("mesh.spacing")) return;
   if (!findings.faulty("mesh.notch_spacing") && mesh.notch_spacing > mesh.spacing) {
-    findings.report("mesh.notch_spacing", fmt::format("{} is over mesh.spacing; give at most {}",
-                                                      show(mesh.notch_spacing), show(mesh.spacing)));
+    findings.report("mesh.notch_spacing", "{} is over mesh.spacing; give at most {}",
+                    show(mesh.notch_spacing), show(mesh.spacing));
   }
   if (findings.faulty("specimen.size")) return;
   const Vector& size = parameters.specimen.size;
   const double smallest = *std::min_element(size.begin(), size.end());
   if (mesh.spacing > smallest) {
-    findings.report("mesh.spacing", fmt::format("{} is over the smallest edge of the body; give at most {}",
-                                                show(mesh.spacing), show(smallest)));
+    findings.report("mesh.spacing", "{} is over the smallest edge of the body; give at most {}",
+                    show(mesh.spacing), show(smallest));
     return;
   }
   if (findings.faulty("specimen.notch")) return;

@@ -5,28 +5,21 @@
 #include "document.h"
 #include "findings.h"
 #include "schema.h"
-#include "text_checks.h"
 #include "unknown_keys.h"
 #include "values.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <stdexcept>
 #include <system_error>
 #include <utility>
 
 namespace crackle::input {
 
 namespace {
-
-std::string joined(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) text += (text.empty() ? "" : "\n") + line;
-  return text;
-}
 
 void locate(const Value& value, const std::string& key, Findings& findings) {
   if (!key.empty()) findings.locate(key, value.line);
@@ -65,26 +58,21 @@ void read_table(const Table& table, const Value& value, const std::string& name,
     if (const Value* given = find_path(value, key.name)) {
       key.read({*given, key_name, context}, parameters, index);
     } else if (key.requirement.required) {
-      context.findings.report(key_name, fmt::format("the key is missing; give {}", key.accepted));
+      context.findings.report(key_name, "the key is missing; give {}", key.accepted);
     } else {
       read_default(key, key_name, parameters, index, context);
     }
   }
 }
 
-void report_missing_table(const Table& table, Findings& findings) {
-  std::string needed;
-  for (const Key& key : table.keys) {
-    if (key.requirement.required) needed += (needed.empty() ? "" : ", ") + key.name;
-  }
-  findings.report(table.path, fmt::format("the table [{}] is missing; it gives {}", table.path, needed));
-}
-
-bool has_required_keys(const Table& table) {
-  for (const Key& key : table.keys) {
-    if (key.requirement.required) return true;
-  }
-  return false;
+/// Reads a table that the document does not have.
+void read_missing_table(const Table& table, Parameters& parameters, Context& context) {
+  std::vector<std::string> needed;
+  for (const Key& key : table.keys)
+    if (key.requirement.required) needed.push_back(key.name);
+  if (needed.empty()) return read_table(table, Value{}, table.path, parameters, 0, context);
+  context.findings.report(table.path, "the table [{}] is missing; it gives {}", table.path,
+                          fmt::join(needed, ", "));
 }
 
 /// Reads all tables of one entry of the schema.
@@ -102,21 +90,8 @@ void read_tables(const Table& table, const Value& root, Parameters& parameters, 
     table.append(parameters);
     read_table(table, *value, table.path, parameters, 0, context);
   } else if (table.occurrence == Occurrence::once) {
-    if (has_required_keys(table)) {
-      report_missing_table(table, context.findings);
-    } else {
-      read_table(table, Value{}, table.path, parameters, 0, context);
-    }
+    read_missing_table(table, parameters, context);
   }
-}
-
-void check_consistency(const Parameters& parameters, Findings& findings) {
-  check_specimen(parameters, findings);
-  check_mesh(parameters, findings);
-  check_sections(parameters, findings);
-  check_fracture(parameters, findings);
-  check_boundaries(parameters, findings);
-  check_time(parameters, findings);
 }
 
 std::string read_text_file(const std::filesystem::path& file) {
@@ -140,7 +115,7 @@ std::string read_text_file(const std::filesystem::path& file) {
 }  // namespace
 
 InputError::InputError(std::vector<std::string> messages)
-    : std::runtime_error(joined(messages)), messages_(std::move(messages)) {}
+    : std::runtime_error(fmt::format("{}", fmt::join(messages, "\n"))), messages_(std::move(messages)) {}
 
 Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points) {
   Findings findings;
@@ -159,7 +134,9 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
     throw InputError(findings.messages(name));
   }
   if (parameters.mesh.notch_spacing == 0) parameters.mesh.notch_spacing = parameters.mesh.spacing;
-  check_consistency(parameters, findings);
+  for (const auto check :
+       {check_specimen, check_mesh, check_sections, check_fracture, check_boundaries, check_time})
+    check(parameters, findings);
   if (!findings.empty()) throw InputError(findings.messages(name));
   if (parameters.time.engine == Engine::petsc) parameters.time.precision = Precision::double_;
   parameters.text = text;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "schema.h"
 
-#include "content_digest.h"
+#include "crackle/common/checksum.h"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <span>
 #include <system_error>
 
 namespace crackle::input {
@@ -30,8 +31,10 @@ Access<T> stop(T EnsembleStop::*member) {
   return [=](Parameters& parameters, std::size_t) -> T& { return parameters.ensemble.stop.value().*member; };
 }
 
-std::string bracketed(const std::vector<std::string>& items) {
-  return fmt::format("[{}]", fmt::join(items, ", "));
+std::string show_lengths(std::span<const double> lengths) {
+  std::vector<std::string> items;
+  for (const double length : lengths) items.push_back(show(length));
+  return bracketed(items);
 }
 
 Key size_key() {
@@ -49,13 +52,25 @@ Key size_key() {
               }
             }
           },
-          [](Parameters& parameters, std::size_t) {
-            std::vector<std::string> items;
-            for (const double size : parameters.specimen.size) {
-              items.push_back(format_quantity(size, length_dimension()));
-            }
-            return bracketed(items);
-          }};
+          [](Parameters& parameters, std::size_t) { return show_lengths(parameters.specimen.size); }};
+}
+
+/// Number of bytes and 64-bit FNV-1a hash of a file's content, as text: tells contents apart that differ by
+/// mistake, not by intent. Nothing when the file cannot be read.
+std::optional<std::string> content_digest(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return std::nullopt;
+  std::vector<char> buffer(std::size_t{1} << 16);
+  std::uint64_t hash = empty_checksum;
+  std::uint64_t n_bytes = 0;
+  while (stream) {
+    stream.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
+    const auto n_read = static_cast<std::size_t>(stream.gcount());
+    hash = checksum(std::as_bytes(std::span(buffer).first(n_read)), hash);
+    n_bytes += n_read;
+  }
+  if (stream.bad()) return std::nullopt;
+  return fmt::format("{} bytes, FNV-1a {:016x}", n_bytes, hash);
 }
 
 Key points_key() {
@@ -76,18 +91,16 @@ Key points_key() {
             std::error_code error;
             if (!std::filesystem::is_regular_file(file, error)) {
               source.report(
-                  fmt::format("there is no file \"{}\"; give the name of a file with points, "
-                              "relative to the input file",
-                              shortened(file.string(), 200)));
+                  "there is no file \"{}\"; give the name of a file with points, "
+                  "relative to the input file",
+                  shortened(file.string(), 200));
               return;
             }
             const auto digest = content_digest(file);
-            if (!digest) {
-              source.report(fmt::format("the file \"{}\" cannot be read; give the name of a readable file",
-                                        shortened(file.string(), 200)));
-              return;
-            }
-            parameters.mesh.points_digest = *digest;
+            if (!digest)
+              source.report("the file \"{}\" cannot be read; give the name of a readable file",
+                            shortened(file.string(), 200));
+            parameters.mesh.points_digest = digest.value_or("");
           },
           [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
             if (!parameters.mesh.points) return {};
@@ -133,12 +146,8 @@ Key sections_key(const std::string& name, std::vector<double> Sections::*positio
             }
           },
           [=](Parameters& parameters, std::size_t) -> std::optional<std::string> {
-            std::vector<std::string> items;
-            for (const double position : parameters.sections.*positions) {
-              items.push_back(format_quantity(position, length_dimension()));
-            }
-            if (items.empty()) return {};
-            return bracketed(items);
+            if ((parameters.sections.*positions).empty()) return {};
+            return show_lengths(parameters.sections.*positions);
           }};
 }
 
@@ -295,39 +304,40 @@ Key engine_key() {
 }
 
 Table time_table() {
-  return {"time",
-          Occurrence::once,
-          "loading and the dynamic phase",
-          {choice_key<Start>(
-               "start", in(&Parameters::time, &Time::start),
-               {{"quasi-static", Start::quasi_static},
-                {"equilibrium", Start::equilibrium},
-                {"rest", Start::rest}},
-               by_default("\"quasi-static\""),
-               "equilibria up to instability; dynamics from the equilibrium under the loads at t = 0, whatever "
-               "is over the strength there; or dynamics from the body at rest at t = 0"),
-           automatic_time_key("step", in(&Parameters::time, &Time::step), "5 ns",
-                              "time step; \"auto\" is a fraction of the stable step"),
-           quantity_key("duration", in(&Parameters::time, &Time::duration),
-                        with_example(time_dimension(), "100 us"), positive_time, required(),
-                        "of the dynamic phase"),
-           choice_key<Integrator>("integrator", in(&Parameters::time, &Time::integrator),
-                                  {{"bilateral4", Integrator::bilateral4}, {"verlet", Integrator::verlet}},
-                                  by_default("\"bilateral4\""),
-                                  "order 4 with four forces per step, or order 2 with one"),
-           engine_key(),
-           choice_key<Precision>(
-               "precision", in(&Parameters::time, &Time::precision),
-               {{"mixed", Precision::mixed}, {"double", Precision::double_}}, by_default("\"mixed\""),
-               "of the dynamic phase: fixed-point numbers of 32 or of 64 bits; what outgrows "
-               "32 bits is computed again in "
-               "64; \"double\" with engine = \"petsc\""),
-           automatic_time_key("arrest", in(&Parameters::time, &Time::arrest), "20 us",
-                              "time without a break after which a dynamic phase has arrested; \"auto\" is "
-                              "what a bar's longitudinal wave takes along the body's longest extent"),
-           optional_quantity_key("after_separation", in(&Parameters::time, &Time::after_separation),
-                                 with_example(time_dimension(), "20 us"), positive_time, optional("off"),
-                                 "a dynamic phase ends this long after the body came apart")}};
+  return {
+      "time",
+      Occurrence::once,
+      "loading and the dynamic phase",
+      {choice_key<Start>(
+           "start", in(&Parameters::time, &Time::start),
+           {{"quasi-static", Start::quasi_static},
+            {"equilibrium", Start::equilibrium},
+            {"rest", Start::rest}},
+           by_default("\"quasi-static\""),
+           "equilibria up to instability; dynamics from the equilibrium under the loads at t = 0, whatever "
+           "is over the strength there; or dynamics from the body at rest at t = 0"),
+       automatic_time_key("step", in(&Parameters::time, &Time::step), "5 ns",
+                          "time step; \"auto\" is a fraction of the stable step"),
+       quantity_key("duration", in(&Parameters::time, &Time::duration),
+                    with_example(time_dimension(), "100 us"), positive_time, required(),
+                    "of the dynamic phase"),
+       choice_key<Integrator>("integrator", in(&Parameters::time, &Time::integrator),
+                              {{"bilateral4", Integrator::bilateral4}, {"verlet", Integrator::verlet}},
+                              by_default("\"bilateral4\""),
+                              "order 4 with four forces per step, or order 2 with one"),
+       engine_key(),
+       choice_key<Precision>("precision", in(&Parameters::time, &Time::precision),
+                             {{"mixed", Precision::mixed}, {"double", Precision::double_}},
+                             by_default("\"mixed\""),
+                             "of the dynamic phase: fixed-point numbers of 32 or of 64 bits; what outgrows "
+                             "32 bits is computed again in "
+                             "64; \"double\" with engine = \"petsc\""),
+       automatic_time_key("arrest", in(&Parameters::time, &Time::arrest), "20 us",
+                          "time without a break after which a dynamic phase has arrested; \"auto\" is "
+                          "what a bar's longitudinal wave takes along the body's longest extent"),
+       optional_quantity_key("after_separation", in(&Parameters::time, &Time::after_separation),
+                             with_example(time_dimension(), "20 us"), positive_time, optional("off"),
+                             "a dynamic phase ends this long after the body came apart")}};
 }
 
 Table output_table() {
@@ -365,18 +375,10 @@ const std::vector<Table>& schema() {
 
 Key quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
                  Requirement requirement, std::string help) {
-  const std::string plain_name = dimension.name.substr(dimension.name.find(' ') + 1);
-  return {std::move(name),
-          plain_name,
-          std::move(requirement),
-          accepted(dimension, range),
-          std::move(help),
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            if (const auto value = read_quantity(source, dimension, range)) access(parameters, i) = *value;
-          },
-          [=](Parameters& parameters, std::size_t i) {
-            return format_quantity(access(parameters, i), dimension);
-          }};
+  return value_key(
+      name, dimension.name.substr(dimension.name.find(' ') + 1), requirement, accepted(dimension, range),
+      help, access, [=](const Source& source) { return read_quantity(source, dimension, range); },
+      [=](double value) { return format_quantity(value, dimension); });
 }
 
 Key optional_quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
@@ -403,8 +405,8 @@ Key automatic_time_key(std::string name, Access<std::optional<double>> access, c
             if (text && source.value.string == "auto") {
               access(parameters, i).reset();
             } else if (text && source.value.string.find_first_of("0123456789") == std::string::npos) {
-              source.report(fmt::format("{} is not known; give \"auto\" or a time such as \"{}\"",
-                                        source.value.source, example));
+              source.report("{} is not known; give \"auto\" or a time such as \"{}\"", source.value.source,
+                            example);
             } else if (const auto value = read_quantity(source, dimension, positive_time)) {
               access(parameters, i) = *value;
             }
@@ -417,15 +419,9 @@ Key automatic_time_key(std::string name, Access<std::optional<double>> access, c
 
 Key number_key(std::string name, Access<double> access, Range range, Requirement requirement,
                std::string help) {
-  return {std::move(name),
-          "number",
-          std::move(requirement),
-          accepted_number(range),
-          std::move(help),
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            if (const auto value = read_number(source, range)) access(parameters, i) = *value;
-          },
-          [=](Parameters& parameters, std::size_t i) { return format_number(access(parameters, i)); }};
+  return value_key(
+      name, "number", requirement, accepted_number(range), help, access,
+      [=](const Source& source) { return read_number(source, range); }, format_number);
 }
 
 Key range_key(std::string name, Access<std::pair<double, double>> access,
@@ -444,8 +440,8 @@ Key range_key(std::string name, Access<std::pair<double, double>> access,
             const auto upper = read_quantity((*ends)[1], length_dimension(), coordinate);
             if (!lower || !upper) return;
             if (*lower >= *upper) {
-              source.report(fmt::format("{} is not below {}; give {}", (*ends)[0].value.source,
-                                        (*ends)[1].value.source, form));
+              source.report("{} is not below {}; give {}", (*ends)[0].value.source, (*ends)[1].value.source,
+                            form);
               return;
             }
             access(parameters, i) = {*lower, *upper};
@@ -453,8 +449,7 @@ Key range_key(std::string name, Access<std::pair<double, double>> access,
           [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
             const auto [lower, upper] = access(parameters, i);
             if (lower == -infinity) return {};
-            return bracketed(
-                {format_quantity(lower, length_dimension()), format_quantity(upper, length_dimension())});
+            return show_lengths(std::array{lower, upper});
           }};
 }
 

@@ -5,6 +5,10 @@
 
 #include "crackle/input/parameters.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -83,20 +87,28 @@ Key number_key(std::string name, Access<double> access, Range range, Requirement
 Key range_key(std::string name, Access<std::pair<double, double>> access,
               const std::pair<std::string, std::string>& example, std::string whole, std::string help);
 
+/// A key whose value `read` gives, if it is sound, and `show` writes.
+template <class T, class Read, class Show>
+Key value_key(std::string name, std::string dimension, Requirement requirement, std::string accepted,
+              std::string help, Access<T> access, Read read, Show show) {
+  return {std::move(name),
+          std::move(dimension),
+          std::move(requirement),
+          std::move(accepted),
+          std::move(help),
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto value = read(source)) access(parameters, i) = static_cast<T>(*value);
+          },
+          [=](Parameters& parameters, std::size_t i) { return show(access(parameters, i)); }};
+}
+
 template <class Integer>
 Key integer_key(std::string name, Access<Integer> access, std::int64_t lower, std::int64_t upper,
                 Requirement requirement, std::string help) {
-  return {std::move(name),
-          "integer",
-          std::move(requirement),
-          accepted_integer(lower, upper),
-          std::move(help),
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            if (const auto value = read_integer(source, lower, upper)) {
-              access(parameters, i) = static_cast<Integer>(*value);
-            }
-          },
-          [=](Parameters& parameters, std::size_t i) { return std::to_string(access(parameters, i)); }};
+  return value_key(
+      name, "integer", requirement, accepted_integer(lower, upper), help, access,
+      [=](const Source& source) { return read_integer(source, lower, upper); },
+      [](Integer value) { return std::to_string(value); });
 }
 
 /// One of the words of `choices`.
@@ -105,20 +117,20 @@ Key choice_key(std::string name, Access<Enum> access, std::vector<std::pair<std:
                Requirement requirement, std::string help) {
   std::vector<std::string> names;
   for (const auto& choice : choices) names.push_back(choice.first);
-  return {std::move(name),
-          "word",
-          std::move(requirement),
-          accepted_choice(names),
-          std::move(help),
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            if (const auto index = read_choice(source, names)) access(parameters, i) = choices[*index].second;
-          },
-          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-            for (const auto& choice : choices) {
-              if (choice.second == access(parameters, i)) return choice.first;
-            }
-            return {};
-          }};
+  return value_key(
+      name, "word", requirement, accepted_choice(names), help, access,
+      [=](const Source& source) -> std::optional<Enum> {
+        const auto index = read_choice(source, names);
+        return index ? std::optional(choices[*index].second) : std::nullopt;
+      },
+      [=](Enum value) {
+        return std::ranges::find(choices, value, &std::pair<std::string, Enum>::second)->first;
+      });
+}
+
+/// "[a, b]"
+inline std::string bracketed(const std::vector<std::string>& items) {
+  return fmt::format("[{}]", fmt::join(items, ", "));
 }
 
 /// The faces from this one to the last, for choice_key.

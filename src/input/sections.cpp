@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <map>
 #include <string_view>
-#include <utility>
 
 namespace crackle::input {
 

@@ -1,48 +1,29 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "text_checks.h"
-
 #include "document.h"
 
 #include <fmt/format.h>
-
-#include <string_view>
+#include <boost/locale/utf.hpp>
 
 namespace crackle::input {
 
 namespace {
 
-/// Length of the valid UTF-8 sequence at the front of `text`, or 0.
-std::size_t utf8_length(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char lead = byte(0);
-  if (lead < 0x80) return 1;
-  const std::size_t length = lead >= 0xf0 ? 4 : lead >= 0xe0 ? 3 : 2;
-  if (lead < 0xc2 || lead > 0xf4 || text.size() < length) return 0;
-  for (std::size_t i = 1; i < length; ++i) {
-    if ((byte(i) & 0xc0) != 0x80) return 0;
-  }
-  const bool overlong = (lead == 0xe0 && byte(1) < 0xa0) || (lead == 0xf0 && byte(1) < 0x90);
-  const bool surrogate = lead == 0xed && byte(1) > 0x9f;
-  const bool beyond_unicode = lead == 0xf4 && byte(1) > 0x8f;
-  return overlong || surrogate || beyond_unicode ? 0 : length;
-}
-
 void check_characters(const std::string& text) {
+  namespace utf = boost::locale::utf;
   int line = 1;
-  for (std::size_t i = 0; i < text.size();) {
-    const char c = text[i];
+  for (auto next = text.begin(); next != text.end();) {
+    const char c = *next;
     const bool control = static_cast<unsigned char>(c) < 0x20 && c != '\t' && c != '\n' && c != '\r';
     if (control || c == 0x7f) {
       throw SyntaxError(line, fmt::format("not a text file (byte 0x{:02x}); give an input file in TOML",
                                           static_cast<unsigned char>(c)));
     }
-    const std::size_t length = utf8_length(std::string_view(text).substr(i));
-    if (length == 0) {
+    const utf::code_point point = utf::utf_traits<char>::decode(next, text.end());
+    if (point == utf::illegal || point == utf::incomplete) {
       throw SyntaxError(line, fmt::format("not valid UTF-8 (byte 0x{:02x}); give an input file in TOML",
                                           static_cast<unsigned char>(c)));
     }
     if (c == '\n') ++line;
-    i += length;
   }
 }
 

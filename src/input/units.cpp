@@ -6,8 +6,8 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <regex>
 #include <stdexcept>
-#include <string_view>
 
 namespace crackle::input {
 
@@ -16,42 +16,19 @@ namespace {
 using Unit = std::unique_ptr<ut_unit, void (*)(ut_unit*)>;
 using Converter = std::unique_ptr<cv_converter, void (*)(cv_converter*)>;
 
-bool is_digit(char c) {
-  return c >= '0' && c <= '9';
-}
-bool is_name(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || static_cast<unsigned char>(c) >= 0x80;
-}
-
 /// Products, quotients and small integer powers of names. UDUNITS reads far more as a unit ("mm 3", "m @ 5",
 /// "lg(re 1 m)", "s since 2000"), which in an input file can only be a slip.
-bool looks_like_unit(std::string_view text) {
-  if (text.empty() || text.size() > 80 || !(is_name(text[0]) || text[0] == '(')) return false;
-  for (std::size_t i = 0; i < text.size();) {
-    if (is_name(text[i]) || text[i] == ')') {
-      const bool name = is_name(text[i]);
-      ++i;
-      while (name && i < text.size() && is_name(text[i])) ++i;
-      std::size_t digits = i;
-      if (digits < text.size() && text[digits] == '^') ++digits;
-      if (digits < text.size() && (text[digits] == '-' || text[digits] == '+')) ++digits;
-      std::size_t end = digits;
-      while (end < text.size() && is_digit(text[end])) ++end;
-      if (end - digits > 2 || (end == digits && digits != i)) return false;
-      i = end;
-    } else if (std::string_view(" ./*(").find(text[i]) != std::string_view::npos) {
-      ++i;
-    } else {
-      return false;
-    }
-  }
-  return true;
+bool looks_like_unit(const std::string& text) {
+  // Letters are those of ASCII and all bytes of others in UTF-8.
+  static const std::regex units(
+      R"((?=[^)./* ])(?:(?:[^\x01-@[-`{-\x7f]|\))(?:\^?[-+]?[0-9]{1,2})?|[ ./*(])+)");
+  return text.size() <= 80 && std::regex_match(text, units);
 }
 
 /// SI value of one `unit` [si_unit], 0 for something that is no unit, NaN for another dimension.
-double factor_to(ut_system* system, std::string_view unit, const std::string& si_unit) {
+double factor_to(ut_system* system, const std::string& unit, const std::string& si_unit) {
   if (!looks_like_unit(unit)) return 0;
-  const Unit from(ut_parse(system, std::string(unit).c_str(), UT_UTF8), ut_free);
+  const Unit from(ut_parse(system, unit.c_str(), UT_UTF8), ut_free);
   if (!from) return 0;
   const Unit to(ut_parse(system, si_unit.c_str(), UT_UTF8), ut_free);
   if (!to) throw std::logic_error("UDUNITS does not know " + si_unit);
@@ -89,8 +66,9 @@ Quantity UnitSystem::convert(double number, const std::string& unit, const Dimen
     const char* const end = unit.data() + unit.size();
     if (caret != std::string::npos) {
       const auto [rest, status] = std::from_chars(unit.data() + caret + 1, end, exponent);
-      const std::string_view after = trimmed(std::string_view(rest, static_cast<std::size_t>(end - rest)));
-      const double stress = factor_to(system_.get(), trimmed(std::string_view(unit).substr(0, caret)), "Pa");
+      const std::string before(trimmed(std::string_view(unit).substr(0, caret)));
+      const std::string after(trimmed({rest, static_cast<std::size_t>(end - rest)}));
+      const double stress = factor_to(system_.get(), before, "Pa");
       const double time = factor_to(system_.get(), after, "s");
       const bool matches = status == std::errc{} && std::abs(exponent - dimension.exponent) < 1e-12;
       factor =

@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -24,13 +25,11 @@ struct Place {
 std::vector<Place> all_places() {
   std::vector<Place> places;
   const auto add = [&](const std::string& path, Place::Form form) {
-    for (Place& place : places) {
-      if (place.path == path) {
-        if (form == Place::Form::tables) place.form = form;
-        return;
-      }
-    }
-    places.push_back({path, form});
+    const auto known = std::ranges::find(places, path, &Place::path);
+    if (known == places.end())
+      places.push_back({path, form});
+    else if (form == Place::Form::tables)
+      known->form = form;
   };
   for (const Table& table : schema()) {
     for (auto dot = table.path.find('.'); dot != std::string::npos; dot = table.path.find('.', dot + 1)) {
@@ -58,7 +57,7 @@ std::string parent(const std::string& path) {
 /// Levenshtein distance.
 std::size_t edit_distance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  std::iota(row.begin(), row.end(), 0);
   for (std::size_t i = 0; i < a.size(); ++i) {
     std::size_t diagonal = row[0];
     row[0] = i + 1;
@@ -87,9 +86,8 @@ std::string advice(const std::vector<Place>& places, const std::string& path, co
     }
   }
   if (nearest != nullptr) return fmt::format("did you mean {}?", last_name(nearest->path));
-  for (const Place& place : places) {
+  for (const Place& place : places)
     if (last_name(place.path) == name) return fmt::format("did you mean {}?", place.path);
-  }
   return fmt::format("known here: {}", fmt::join(siblings, ", "));
 }
 
@@ -99,8 +97,7 @@ void visit(const Value& table, const std::string& path, const std::string& key,
     const Value& value = member.value;
     const std::string member_path = path.empty() ? member.name : path + "." + member.name;
     const std::string member_key = key.empty() ? member.name : key + "." + member.name;
-    const auto place =
-        std::find_if(places.begin(), places.end(), [&](const Place& p) { return p.path == member_path; });
+    const auto place = std::ranges::find(places, member_path, &Place::path);
     const bool is_table = value.kind == ValueKind::table;
     if (place == places.end() || member.name.find('.') != std::string::npos) {
       const bool tables = is_table || (value.kind == ValueKind::array && !value.elements.empty() &&

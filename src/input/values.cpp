@@ -35,7 +35,7 @@ std::string describe_wrong_type(const Value& value) {
 /// Messages about arrays and tables do not repeat their source, which may be long.
 std::string what_is_given(const Value& value) {
   const bool compound = value.kind == ValueKind::array || value.kind == ValueKind::table;
-  return compound ? "this is " + describe(value.kind) : describe_wrong_type(value);
+  return compound ? std::string("this is ") + describe(value.kind) : describe_wrong_type(value);
 }
 
 }  // namespace
@@ -65,117 +65,81 @@ std::string accepted_choice(const std::vector<std::string>& names) {
 std::optional<double> read_quantity(const Source& source, const Dimension& dimension, const Range& range) {
   const Value& value = source.value;
   const std::string advice = fmt::format("; give {} such as \"{}\"", dimension.name, dimension.example);
-  if (value.kind == ValueKind::integer || value.kind == ValueKind::number) {
-    source.report(
-        fmt::format("{} is a plain number without a unit; give {} with its unit, in quotes, such as "
-                    "\"{}\"",
-                    value.source, dimension.name, dimension.example));
-    return {};
-  }
-  if (value.kind != ValueKind::string) {
-    source.report(what_is_given(value) + advice);
-    return {};
-  }
+  if (value.kind == ValueKind::integer || value.kind == ValueKind::number)
+    return source.report(
+        "{} is a plain number without a unit; give {} with its unit, in quotes, such as "
+        "\"{}\"",
+        value.source, dimension.name, dimension.example);
+  if (value.kind != ValueKind::string) return source.report(what_is_given(value) + advice);
   const Quantity quantity = source.context.units.read(value.string, dimension);
   switch (quantity.error) {
     case QuantityError::none:
       break;
     case QuantityError::no_number:
-      source.report(value.source + " is not a number with a unit" + advice);
-      return {};
+      return source.report(value.source + " is not a number with a unit" + advice);
     case QuantityError::no_unit:
-      source.report(value.source + " has no unit" + advice);
-      return {};
+      return source.report(value.source + " has no unit" + advice);
     case QuantityError::unknown_unit:
-      source.report(
-          fmt::format("{} has the unknown unit \"{}\"{}", value.source, shortened(quantity.unit), advice));
-      return {};
+      return source.report("{} has the unknown unit \"{}\"{}", value.source, shortened(quantity.unit),
+                           advice);
     case QuantityError::wrong_dimension:
-      source.report(
-          fmt::format("{} does not have the dimension of {}{}", value.source, dimension.name, advice));
-      return {};
+      return source.report("{} does not have the dimension of {}{}", value.source, dimension.name, advice);
     case QuantityError::not_finite:
-      source.report(value.source + " is not a finite number; give " + accepted(dimension, range));
-      return {};
+      return source.report(value.source + " is not a finite number; give " + accepted(dimension, range));
   }
-  if (!range.contains(quantity.value)) {
-    source.report(value.source + " is out of range; give " + accepted(dimension, range));
-    return {};
-  }
+  if (!range.contains(quantity.value))
+    return source.report(value.source + " is out of range; give " + accepted(dimension, range));
   return quantity.value;
 }
 
 std::optional<double> read_number(const Source& source, const Range& range) {
   const Value& value = source.value;
-  if (value.kind != ValueKind::integer && value.kind != ValueKind::number) {
-    source.report(fmt::format("{}; give {}, without quotes", what_is_given(value), accepted_number(range)));
-    return {};
-  }
-  if (!value.representable || !std::isfinite(value.number)) {
-    source.report(value.source + " is not a finite number; give " + accepted_number(range));
-    return {};
-  }
-  if (!range.contains(value.number)) {
-    source.report(value.source + " is out of range; give " + accepted_number(range));
-    return {};
-  }
+  if (value.kind != ValueKind::integer && value.kind != ValueKind::number)
+    return source.report("{}; give {}, without quotes", what_is_given(value), accepted_number(range));
+  if (!value.representable || !std::isfinite(value.number))
+    return source.report(value.source + " is not a finite number; give " + accepted_number(range));
+  if (!range.contains(value.number))
+    return source.report(value.source + " is out of range; give " + accepted_number(range));
   return value.number;
 }
 
 std::optional<std::int64_t> read_integer(const Source& source, std::int64_t lower, std::int64_t upper) {
   const Value& value = source.value;
   const std::string advice = "; give " + accepted_integer(lower, upper);
-  if (value.kind == ValueKind::number) {
-    source.report(value.source + " is not a whole number" + advice);
-    return {};
-  }
-  if (value.kind != ValueKind::integer) {
-    source.report(what_is_given(value) + advice + ", without quotes");
-    return {};
-  }
-  if (!value.representable || value.integer < lower || value.integer > upper) {
-    source.report(value.source + " is out of range" + advice);
-    return {};
-  }
+  if (value.kind == ValueKind::number) return source.report(value.source + " is not a whole number" + advice);
+  if (value.kind != ValueKind::integer)
+    return source.report(what_is_given(value) + advice + ", without quotes");
+  if (!value.representable || value.integer < lower || value.integer > upper)
+    return source.report(value.source + " is out of range" + advice);
   return value.integer;
 }
 
 std::optional<std::string> read_text(const Source& source, const std::string& accepted) {
-  if (source.value.kind != ValueKind::string || source.value.string.empty()) {
-    source.report(fmt::format(
+  if (source.value.kind != ValueKind::string || source.value.string.empty())
+    return source.report(
         "{}; give {}",
         source.value.kind == ValueKind::string ? "the string is empty" : what_is_given(source.value),
-        accepted));
-    return {};
-  }
+        accepted);
   return source.value.string;
 }
 
 std::optional<std::size_t> read_choice(const Source& source, const std::vector<std::string>& names) {
   const Value& value = source.value;
-  if (value.kind != ValueKind::string) {
-    source.report(what_is_given(value) + "; give " + accepted_choice(names));
-    return {};
-  }
+  if (value.kind != ValueKind::string)
+    return source.report(what_is_given(value) + "; give " + accepted_choice(names));
   const auto found = std::find(names.begin(), names.end(), value.string);
-  if (found == names.end()) {
-    source.report(value.source + " is not known; give " + accepted_choice(names));
-    return {};
-  }
+  if (found == names.end())
+    return source.report(value.source + " is not known; give " + accepted_choice(names));
   return static_cast<std::size_t>(found - names.begin());
 }
 
 std::optional<std::vector<Source>> read_elements(const Source& source, std::size_t count,
                                                  const std::string& accepted) {
   const Value& value = source.value;
-  if (value.kind != ValueKind::array) {
-    source.report(what_is_given(value) + "; give " + accepted);
-    return {};
-  }
+  if (value.kind != ValueKind::array) return source.report(what_is_given(value) + "; give " + accepted);
   if (value.elements.empty() || (count != 0 && value.elements.size() != count)) {
     const std::size_t n = value.elements.size();
-    source.report(fmt::format("the array has {} element{}; give {}", n, n == 1 ? "" : "s", accepted));
-    return {};
+    return source.report("the array has {} element{}; give {}", n, n == 1 ? "" : "s", accepted);
   }
   std::vector<Source> elements;
   for (std::size_t i = 0; i < value.elements.size(); ++i) {

@@ -30,7 +30,15 @@ struct Source {
   std::string key;
   Context& context;
 
-  void report(const std::string& message) const { context.findings.report(key, value.line, message); }
+  /// @return nothing, for a function that has no value then
+  std::nullopt_t report(const std::string& message) const {
+    context.findings.report(key, value.line, message);
+    return std::nullopt;
+  }
+  template <class... Arguments>
+  std::nullopt_t report(fmt::format_string<Arguments...> message, Arguments&&... arguments) const {
+    return report(fmt::format(message, std::forward<Arguments>(arguments)...));
+  }
 };
 
 /// An interval of accepted values, in SI units.

@@ -11,8 +11,6 @@
 #include "partial_file.h"
 #include "provenance.h"
 #include "result_attributes.h"
-#include "sample_shape.h"
-#include "specimen.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -21,11 +19,8 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <functional>
 #include <optional>
-#include <span>
 #include <stdexcept>
-#include <string_view>
 #include <type_traits>
 
 namespace crackle::io {
@@ -112,18 +107,15 @@ void check_block(const EnsembleBlock& block, const EnsembleShape& shape) {
 
 /// Blocks must not overlap. Collective; every rank sees all blocks, so all ranks come to the same verdict.
 void check_disjoint(const parallel::Communicator& world, const EnsembleBlock& block) {
-  const std::array<unsigned long long, 2> mine{block.first, block.rows.size()};
-  std::vector<std::array<unsigned long long, 2>> blocks(static_cast<std::size_t>(world.size()));
-  parallel::check_mpi(MPI_Allgather(mine.data(), 2, MPI_UNSIGNED_LONG_LONG, blocks.data(), 2,
-                                    MPI_UNSIGNED_LONG_LONG, world.get()),
-                      "MPI_Allgather");
-  std::erase_if(blocks, [](const auto& some) { return some[1] == 0; });
+  using Rows = std::array<std::size_t, 2>;  // first, number
+  const Rows mine{block.first, block.rows.size()};
+  auto blocks = parallel::gather_all<Rows>(world, {&mine, 1});
+  std::erase_if(blocks, [](const Rows& some) { return some[1] == 0; });
   std::sort(blocks.begin(), blocks.end());
   std::optional<std::string> error;
   for (std::size_t i = 0; i + 1 < blocks.size(); ++i) {
-    if (blocks[i][0] + blocks[i][1] > blocks[i + 1][0]) {
+    if (blocks[i][0] + blocks[i][1] > blocks[i + 1][0])
       error = fmt::format("ensemble row {} is held by two ranks", blocks[i + 1][0]);
-    }
   }
   parallel::agree_on_error(world, error);
 }
@@ -163,37 +155,35 @@ void write_paths(hid_t id, const analysis::PathStatistics& paths, std::size_t n_
 
 void write_statistics(hid_t file, const analysis::Statistics& statistics, const EnsembleShape& shape) {
   const hdf5::Handle group = hdf5::create_group(file, "statistics");
-  const hid_t id = group.get();
-  hdf5::write_attribute(id, "confidence", statistics.confidence);
-  hdf5::write_attribute(id, "interval_scope", std::string(analysis::interval_scope(statistics.base)));
-  hdf5::write_attribute(id, "n_looks", std::int64_t{statistics.n_looks});
-  hdf5::write_attribute(id, "n_needed", std::int64_t{statistics.n_needed});
-  write_paths(id, statistics, shape.n_notches, shape);
+  hdf5::write_attribute(group, "confidence", statistics.confidence);
+  hdf5::write_attribute(group, "interval_scope", analysis::interval_scope(statistics.base));
+  hdf5::write_attribute(group, "n_looks", std::int64_t{statistics.n_looks});
+  hdf5::write_attribute(group, "n_needed", std::int64_t{statistics.n_needed});
+  write_paths(group, statistics, shape.n_notches, shape);
   for (const auto& [name, values] : {std::pair{"pattern_share", &statistics.pattern_share},
                                      {"pattern_half_width", &statistics.pattern_half_width},
                                      {"pattern_lower", &statistics.pattern_lower},
                                      {"pattern_upper", &statistics.pattern_upper}})
-    hdf5::write_dataset<double>(id, name, {analysis::n_patterns}, *values, "1");
-  hdf5::write_dataset<std::int32_t>(id, "reference_notch", {shape.n_notches}, statistics.reference_notch, "");
+    hdf5::write_dataset<double>(group, name, {analysis::n_patterns}, *values, "1");
+  hdf5::write_dataset<std::int32_t>(group, "reference_notch", {shape.n_notches}, statistics.reference_notch,
+                                    "");
   analysis::for_each_rank(statistics, [&](const std::string& name, const analysis::RankStatistics& ranks) {
-    const hdf5::Handle of_rank = hdf5::create_group(id, name);
+    const hdf5::Handle of_rank = hdf5::create_group(group, name);
     const std::size_t n_rows = ranks.notch.size();
-    hdf5::write_dataset<std::int32_t>(of_rank.get(), "leading_notch", {n_rows}, ranks.leading_notch, "");
-    hdf5::write_dataset<std::int32_t>(of_rank.get(), "notch", {n_rows}, ranks.notch, "");
-    hdf5::write_dataset<std::int32_t>(of_rank.get(), "counted", {n_rows, shape.n_sections}, ranks.counted,
-                                      "");
-    write_paths(of_rank.get(), ranks, n_rows, shape);
+    hdf5::write_dataset<std::int32_t>(of_rank, "leading_notch", {n_rows}, ranks.leading_notch, "");
+    hdf5::write_dataset<std::int32_t>(of_rank, "notch", {n_rows}, ranks.notch, "");
+    hdf5::write_dataset<std::int32_t>(of_rank, "counted", {n_rows, shape.n_sections}, ranks.counted, "");
+    write_paths(of_rank, ranks, n_rows, shape);
   });
 }
 
 void write_mother_points(hid_t file, const geometry::MotherPoints& base) {
   const hdf5::Handle group = hdf5::create_group(file, "mother_points");
   std::vector<double> position;
-  position.reserve(3 * base.size());
-  for (const geometry::Point& p : base.position) position.insert(position.end(), p.begin(), p.end());
-  hdf5::write_dataset<double>(group.get(), "position", {base.size(), 3}, position, "m");
-  hdf5::write_dataset<double>(group.get(), "spacing", {base.size()}, base.spacing, "m");
-  hdf5::write_dataset<std::uint8_t>(group.get(), "movable", {base.size()}, base.movable, "");
+  hdf5::flatten(base.position, position);
+  hdf5::write_dataset<double>(group, "position", {base.size(), 3}, position, "m");
+  hdf5::write_dataset<double>(group, "spacing", {base.size()}, base.spacing, "m");
+  hdf5::write_dataset<std::uint8_t>(group, "movable", {base.size()}, base.movable, "");
 }
 
 void write_sections(hid_t file, const input::Sections& sections) {
@@ -205,10 +195,9 @@ void write_sections(hid_t file, const input::Sections& sections) {
   }
   hdf5::write_dataset<double>(file, "crack_path/section", {position.size()}, position, "m");
   hdf5::write_dataset<std::int32_t>(file, "crack_path/section_axis", {axis.size()}, axis, "");
-  const hdf5::Handle dataset(H5Dopen2(file, "crack_path/section_axis", H5P_DEFAULT), H5Dclose,
-                             "dataset crack_path/section_axis");
-  hdf5::write_attribute(dataset.get(), "meaning", std::string("axis across the section"));
-  hdf5::write_attribute(dataset.get(), "categories", std::string("1 y, 2 z"));
+  const hdf5::Handle dataset = hdf5::open_dataset(file, "crack_path/section_axis");
+  hdf5::write_attribute(dataset, "meaning", "axis across the section");
+  hdf5::write_attribute(dataset, "categories", "1 y, 2 z");
 }
 
 /// The texts of all samples.
@@ -226,63 +215,60 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts&
   const SampleSummary pending = analysis::empty_summary(
       static_cast<int>(shape.n_notches), static_cast<int>(shape.n_sections), analysis::SampleStatus::pending);
   hdf5::MemoryFile file;
-  write_identity(file.get(), ensemble_kind, ensemble_schema_version, parameters);
-  write_specimen(file.get(), *geometry::make_body(parameters.specimen));
-  for (const char* name : {"samples", "crack_path", "timing"}) hdf5::create_group(file.get(), name);
+  write_identity(file, ensemble_kind, ensemble_schema_version, parameters);
+  write_specimen(file, *geometry::make_body(parameters.specimen));
+  for (const char* name : {"samples", "crack_path", "timing"}) hdf5::create_group(file, name);
   int n_columns = 0;
   for_each_column([&](const std::string& name, const ResultInfo& info, auto value) {
     using Value = std::invoke_result_t<decltype(value), const SampleSummary&>;
     const std::vector<Value> column(shape.n_samples, value(pending));
-    hdf5::write_dataset<Value>(file.get(), name, {shape.n_samples}, column, info.units);
-    describe_result(file.get(), name, info, n_columns++);
+    hdf5::write_dataset<Value>(file, name, {shape.n_samples}, column, info.units);
+    describe_result(file, name, info, n_columns++);
   });
-  hdf5::write_texts(file.get(), "samples/error", texts.errors);
-  hdf5::write_texts(file.get(), "samples/note", texts.notes);
-  write_sections(file.get(), parameters.sections);
-  for_each_position_table(
-      shape, [&](const std::string& name, const ResultInfo& info, std::size_t n_sections, auto values) {
-        const auto& row = values(pending);
-        using Value = typename std::decay_t<decltype(row)>::value_type;
-        std::vector<Value> table;
-        for (std::size_t i = 0; i < shape.n_samples; ++i) table.insert(table.end(), row.begin(), row.end());
-        hdf5::write_dataset<Value>(file.get(), name, {shape.n_samples, shape.n_notches, n_sections}, table,
-                                   info.units);
-        describe_result(file.get(), name, info, n_columns++);
-      });
-  write_statistics(file.get(), statistics, shape);
-  if (parameters.mesh.base == input::Base::shared) write_mother_points(file.get(), base);
-  write_provenance(file.get(), n_ranks);
+  hdf5::write_texts(file, "samples/error", texts.errors);
+  hdf5::write_texts(file, "samples/note", texts.notes);
+  write_sections(file, parameters.sections);
+  for_each_position_table(shape, [&](const std::string& name, const ResultInfo& info, std::size_t n_sections,
+                                     auto values) {
+    const auto& row = values(pending);
+    using Value = typename std::decay_t<decltype(row)>::value_type;
+    std::vector<Value> table;
+    for (std::size_t i = 0; i < shape.n_samples; ++i) table.insert(table.end(), row.begin(), row.end());
+    hdf5::write_dataset<Value>(file, name, {shape.n_samples, shape.n_notches, n_sections}, table, info.units);
+    describe_result(file, name, info, n_columns++);
+  });
+  write_statistics(file, statistics, shape);
+  if (parameters.mesh.base == input::Base::shared) write_mother_points(file, base);
+  write_provenance(file, n_ranks);
   return file.finish();
 }
 
 /// The partial file, opened by all ranks together. Collective.
 hdf5::Handle open_together(const parallel::Communicator& world, const std::filesystem::path& file) {
   const hdf5::Handle access = hdf5::unlocked_access();
-  hdf5::check(H5Pset_fapl_mpio(access.get(), world.get(), MPI_INFO_NULL), "HDF5 through MPI-IO");
-  return hdf5::Handle(H5Fopen(file.c_str(), H5F_ACC_RDWR, access.get()), H5Fclose, file.string());
+  hdf5::check(H5Pset_fapl_mpio(access, world.get(), MPI_INFO_NULL), "HDF5 through MPI-IO");
+  return hdf5::Handle(H5Fopen(file.c_str(), H5F_ACC_RDWR, access), H5Fclose, file.string());
 }
 
 template <class Value>
 void write_rows(hid_t file, const std::string& name, std::size_t first, std::size_t n_rows,
                 const std::vector<Value>& values) {
   const std::string what = "dataset " + name;
-  const hdf5::Handle dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose, what);
-  const hdf5::Handle space(H5Dget_space(dataset.get()), H5Sclose, what);
+  const hdf5::Handle dataset = hdf5::open_dataset(file, name);
+  const hdf5::Handle space(H5Dget_space(dataset), H5Sclose, what);
   std::array<hsize_t, 3> extent{};
-  hdf5::check(H5Sget_simple_extent_dims(space.get(), extent.data(), nullptr), what);
+  hdf5::check(H5Sget_simple_extent_dims(space, extent.data(), nullptr), what);
   const std::array<hsize_t, 3> start{first, 0, 0};
   const std::array<hsize_t, 3> count{n_rows, extent[1], extent[2]};
   if (values.empty()) {
-    hdf5::check(H5Sselect_none(space.get()), what);
+    hdf5::check(H5Sselect_none(space), what);
   } else {
-    hdf5::check(
-        H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr), what);
+    hdf5::check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr),
+                what);
   }
   const hsize_t n_values = values.size();
   const hdf5::Handle memory(H5Screate_simple(1, &n_values, nullptr), H5Sclose, what);
-  hdf5::check(H5Dwrite(dataset.get(), hdf5::memory_type<Value>(), memory.get(), space.get(), H5P_DEFAULT,
-                       values.data()),
-              what);
+  hdf5::check(H5Dwrite(dataset, hdf5::memory_type<Value>(), memory, space, H5P_DEFAULT, values.data()), what);
 }
 
 void write_block(hid_t file, const EnsembleBlock& block, const EnsembleShape& shape) {
@@ -335,8 +321,8 @@ void write_blocks(const parallel::Communicator& world, const std::filesystem::pa
   hdf5::Handle together;
   attempt([&] { together = open_together(world, file); });
   parallel::agree_on_error(world, error);
-  attempt([&] { write_block(together.get(), block, shape); });
-  attempt([&] { hdf5::check(H5Fflush(together.get(), H5F_SCOPE_GLOBAL), "flush"); });
+  attempt([&] { write_block(together, block, shape); });
+  attempt([&] { hdf5::check(H5Fflush(together, H5F_SCOPE_GLOBAL), "flush"); });
   attempt([&] { together.close("close"); });
   parallel::agree_on_error(world, error);
 }

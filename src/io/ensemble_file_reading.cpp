@@ -4,7 +4,6 @@
 #include "crackle/analysis/sample_results.h"
 #include "hdf5.h"
 #include "provenance.h"
-#include "sample_shape.h"
 
 #include <fmt/format.h>
 
@@ -71,15 +70,14 @@ input::Sections read_sections(hid_t file, std::size_t n_sections, std::int64_t v
 
 geometry::MotherPoints read_mother_points(hid_t file) {
   const hdf5::Handle group = hdf5::open_group(file, "mother_points");
-  const hid_t id = group.get();
-  const Shape shape = hdf5::read_shape(id, "spacing");
+  const Shape shape = hdf5::read_shape(group, "spacing");
   if (shape.size() != 1) throw hdf5::Error("dataset mother_points/spacing: not one value for each point");
   geometry::MotherPoints base;
-  const auto position = hdf5::read_dataset<double>(id, "position", {shape[0], 3});
+  const auto position = hdf5::read_dataset<double>(group, "position", {shape[0], 3});
   base.position.resize(shape[0]);
   for (std::size_t i = 0; i < position.size(); ++i) base.position[i / 3][i % 3] = position[i];
-  base.spacing = hdf5::read_dataset<double>(id, "spacing", shape);
-  base.movable = hdf5::read_dataset<std::uint8_t>(id, "movable", shape);
+  base.spacing = hdf5::read_dataset<double>(group, "spacing", shape);
+  base.movable = hdf5::read_dataset<std::uint8_t>(group, "movable", shape);
   return base;
 }
 
@@ -90,8 +88,8 @@ auto read_file(const std::filesystem::path& file, Read&& read) {
     const hdf5::QuietErrors quiet;
     const hdf5::Handle root = hdf5::open_for_reading(file);
     const std::int64_t version =
-        check_identity(root.get(), ensemble_kind, oldest_schema_version, ensemble_schema_version);
-    return read(root.get(), version);
+        check_identity(root, ensemble_kind, oldest_schema_version, ensemble_schema_version);
+    return read(root, version);
   } catch (const std::exception& error) {
     throw std::runtime_error("cannot use '" + file.string() + "': " + error.what());
   }

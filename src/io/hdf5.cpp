@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cstring>
 #include <functional>
 #include <numeric>
 
@@ -28,53 +27,32 @@ std::string stack_text() {
   return lines.front() + " (" + lines.back() + ")";
 }
 
-template <class Value>
-struct Types;
-template <>
-struct Types<std::uint8_t> {
-  static hid_t memory() { return H5T_NATIVE_UINT8; }
-  static hid_t stored() { return H5T_STD_U8LE; }
-};
-template <>
-struct Types<std::int32_t> {
-  static hid_t memory() { return H5T_NATIVE_INT32; }
-  static hid_t stored() { return H5T_STD_I32LE; }
-};
-template <>
-struct Types<std::int64_t> {
-  static hid_t memory() { return H5T_NATIVE_INT64; }
-  static hid_t stored() { return H5T_STD_I64LE; }
-};
-template <>
-struct Types<std::uint64_t> {
-  static hid_t memory() { return H5T_NATIVE_UINT64; }
-  static hid_t stored() { return H5T_STD_U64LE; }
-};
-template <>
-struct Types<float> {
-  static hid_t memory() { return H5T_NATIVE_FLOAT; }
-  static hid_t stored() { return H5T_IEEE_F32LE; }
-};
-template <>
-struct Types<double> {
-  static hid_t memory() { return H5T_NATIVE_DOUBLE; }
-  static hid_t stored() { return H5T_IEEE_F64LE; }
+/// HDF5's types for a number.
+struct Types {
+  hid_t memory;
+  hid_t stored;
 };
 
-Handle scalar_space() {
-  return Handle(H5Screate(H5S_SCALAR), H5Sclose, "HDF5 dataspace");
+template <class Value>
+Types types() {
+  if constexpr (std::is_same_v<Value, std::uint8_t>) return {H5T_NATIVE_UINT8, H5T_STD_U8LE};
+  if constexpr (std::is_same_v<Value, std::int32_t>) return {H5T_NATIVE_INT32, H5T_STD_I32LE};
+  if constexpr (std::is_same_v<Value, std::int64_t>) return {H5T_NATIVE_INT64, H5T_STD_I64LE};
+  if constexpr (std::is_same_v<Value, std::uint64_t>) return {H5T_NATIVE_UINT64, H5T_STD_U64LE};
+  if constexpr (std::is_same_v<Value, float>) return {H5T_NATIVE_FLOAT, H5T_IEEE_F32LE};
+  if constexpr (std::is_same_v<Value, double>) return {H5T_NATIVE_DOUBLE, H5T_IEEE_F64LE};
 }
 
 Handle make_space(const Shape& shape) {
-  if (shape.empty()) return scalar_space();
+  if (shape.empty()) return Handle(H5Screate(H5S_SCALAR), H5Sclose, "HDF5 dataspace");
   return Handle(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose,
                 "HDF5 dataspace");
 }
 
 Handle text_type() {
   Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "HDF5 text type");
-  check(H5Tset_size(type.get(), H5T_VARIABLE), "HDF5 text type");
-  check(H5Tset_cset(type.get(), H5T_CSET_UTF8), "HDF5 text type");
+  check(H5Tset_size(type, H5T_VARIABLE), "HDF5 text type");
+  check(H5Tset_cset(type, H5T_CSET_UTF8), "HDF5 text type");
   return type;
 }
 
@@ -84,37 +62,45 @@ hsize_t count(const Shape& shape) {
 
 Handle creation_list(const Shape& shape, std::size_t value_size, Storage storage) {
   Handle list = property_list(H5P_DATASET_CREATE);
-  check(H5Pset_obj_track_times(list.get(), false), "HDF5 object times");
+  check(H5Pset_obj_track_times(list, false), "HDF5 object times");
   if (storage == Storage::compressed && count(shape) > 0 && !shape.empty()) {
     Shape chunk = shape;
     const hsize_t row_bytes = count(shape) / shape[0] * value_size;
     chunk[0] = std::clamp<hsize_t>(chunk_bytes / row_bytes, 1, shape[0]);
-    check(H5Pset_chunk(list.get(), static_cast<int>(chunk.size()), chunk.data()), "HDF5 chunks");
-    check(H5Pset_shuffle(list.get()), "HDF5 shuffle filter");
-    check(H5Pset_deflate(list.get(), deflate_level), "HDF5 deflate filter");
+    check(H5Pset_chunk(list, static_cast<int>(chunk.size()), chunk.data()), "HDF5 chunks");
+    check(H5Pset_shuffle(list), "HDF5 shuffle filter");
+    check(H5Pset_deflate(list, deflate_level), "HDF5 deflate filter");
   } else {
-    check(H5Pset_alloc_time(list.get(), H5D_ALLOC_TIME_EARLY), "HDF5 allocation time");
+    check(H5Pset_alloc_time(list, H5D_ALLOC_TIME_EARLY), "HDF5 allocation time");
   }
   return list;
 }
 
-template <class Value>
-void write_scalar_attribute(hid_t object, const std::string& name, Value value) {
-  const Handle space = scalar_space();
-  const Handle attribute(
-      H5Acreate2(object, name.c_str(), Types<Value>::stored(), space.get(), H5P_DEFAULT, H5P_DEFAULT),
-      H5Aclose, "attribute " + name);
-  check(H5Awrite(attribute.get(), Types<Value>::memory(), &value), "attribute " + name);
+/// @param type of the values in the file, and also in memory unless `memory` is given
+void create_attribute(hid_t object, const std::string& name, hid_t type, const Shape& shape,
+                      const void* values, hid_t memory = H5I_INVALID_HID) {
+  const Handle space = make_space(shape);
+  const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+                         "attribute " + name);
+  check(H5Awrite(attribute, memory < 0 ? type : memory, values), "attribute " + name);
 }
 
-template <class Value>
-Value read_scalar_attribute(hid_t object, const std::string& name) {
-  const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, "attribute " + name);
-  const Handle space(H5Aget_space(attribute.get()), H5Sclose, "attribute " + name);
-  if (H5Sget_simple_extent_npoints(space.get()) != 1) throw Error("attribute " + name + " is not one value");
-  Value value{};
-  check(H5Aread(attribute.get(), Types<Value>::memory(), &value), "attribute " + name);
-  return value;
+/// An attribute of one value. @param kind "value" or "text"
+Handle open_attribute(hid_t object, const std::string& name, const char* kind) {
+  Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, "attribute " + name);
+  const Handle space(H5Aget_space(attribute), H5Sclose, "attribute " + name);
+  if (H5Sget_simple_extent_npoints(space) != 1)
+    throw Error(fmt::format("attribute {} is not one {}", name, kind));
+  return attribute;
+}
+
+/// The texts that HDF5 has allocated, and frees them.
+std::vector<std::string> take_texts(std::vector<char*>& data, hid_t type, hid_t space,
+                                    const std::string& what) {
+  std::vector<std::string> texts;
+  for (const char* text : data) texts.emplace_back(text ? text : "");
+  check(H5Dvlen_reclaim(type, space, H5P_DEFAULT, data.data()), what);
+  return texts;
 }
 
 }  // namespace
@@ -151,19 +137,19 @@ Handle property_list(hid_t list_class) {
 
 Handle unlocked_access() {
   Handle list = property_list(H5P_FILE_ACCESS);
-  check(H5Pset_file_locking(list.get(), false, true), "HDF5 file locking");
+  check(H5Pset_file_locking(list, false, true), "HDF5 file locking");
   return list;
 }
 
 Handle open_for_reading(const std::filesystem::path& file) {
   const Handle access = unlocked_access();
-  return Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose, "not a complete HDF5 file");
+  return Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access), H5Fclose, "not a complete HDF5 file");
 }
 
 Handle create_group(hid_t parent, const std::string& name) {
   const Handle creation = property_list(H5P_GROUP_CREATE);
-  check(H5Pset_obj_track_times(creation.get(), false), "HDF5 object times");
-  return Handle(H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, creation.get(), H5P_DEFAULT), H5Gclose,
+  check(H5Pset_obj_track_times(creation, false), "HDF5 object times");
+  return Handle(H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, creation, H5P_DEFAULT), H5Gclose,
                 "group " + name);
 }
 
@@ -171,107 +157,85 @@ Handle open_group(hid_t parent, const std::string& name) {
   return Handle(H5Gopen2(parent, name.c_str(), H5P_DEFAULT), H5Gclose, "group " + name);
 }
 
+Handle open_dataset(hid_t parent, const std::string& name) {
+  return Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose, "dataset " + name);
+}
+
 void write_attribute(hid_t object, const std::string& name, const std::string& text) {
-  const Handle type = text_type();
-  const Handle space = scalar_space();
-  const Handle attribute(H5Acreate2(object, name.c_str(), type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT),
-                         H5Aclose, "attribute " + name);
   const char* data = text.c_str();
-  check(H5Awrite(attribute.get(), type.get(), &data), "attribute " + name);
+  create_attribute(object, name, text_type(), {}, &data);
 }
 
-void write_attribute(hid_t object, const std::string& name, std::int64_t value) {
-  write_scalar_attribute(object, name, value);
-}
-void write_attribute(hid_t object, const std::string& name, std::uint64_t value) {
-  write_scalar_attribute(object, name, value);
-}
-void write_attribute(hid_t object, const std::string& name, double value) {
-  write_scalar_attribute(object, name, value);
-}
-
-void write_attribute(hid_t object, const std::string& name, const std::array<std::int64_t, 2>& values) {
-  const Handle space = make_space({values.size()});
-  const Handle attribute(
-      H5Acreate2(object, name.c_str(), H5T_STD_I64LE, space.get(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
-      "attribute " + name);
-  check(H5Awrite(attribute.get(), H5T_NATIVE_INT64, values.data()), "attribute " + name);
+template <class Value>
+void write_attribute(hid_t object, const std::string& name, std::span<const Value> values,
+                     const Shape& shape) {
+  create_attribute(object, name, types<Value>().stored, shape, values.data(), types<Value>().memory);
 }
 
 void write_fixed_text_attribute(hid_t object, const std::string& name, const std::string& text) {
   const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "HDF5 text type");
-  check(H5Tset_size(type.get(), text.size()), "HDF5 text type");
-  check(H5Tset_strpad(type.get(), H5T_STR_NULLPAD), "HDF5 text type");
-  const Handle space = scalar_space();
-  const Handle attribute(H5Acreate2(object, name.c_str(), type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT),
-                         H5Aclose, "attribute " + name);
-  check(H5Awrite(attribute.get(), type.get(), text.data()), "attribute " + name);
+  check(H5Tset_size(type, text.size()), "HDF5 text type");
+  check(H5Tset_strpad(type, H5T_STR_NULLPAD), "HDF5 text type");
+  create_attribute(object, name, type, {}, text.data());
 }
 
 std::string read_text_attribute(hid_t object, const std::string& name) {
-  const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, "attribute " + name);
-  const Handle space(H5Aget_space(attribute.get()), H5Sclose, "attribute " + name);
-  if (H5Sget_simple_extent_npoints(space.get()) != 1) throw Error("attribute " + name + " is not one text");
+  const Handle attribute = open_attribute(object, name, "text");
   const Handle type = text_type();
-  char* data = nullptr;
-  check(H5Aread(attribute.get(), type.get(), &data), "attribute " + name);
-  std::string text = data ? data : "";
-  check(H5Dvlen_reclaim(type.get(), space.get(), H5P_DEFAULT, &data), "attribute " + name);
-  return text;
+  std::vector<char*> data(1, nullptr);
+  check(H5Aread(attribute, type, data.data()), "attribute " + name);
+  return take_texts(data, type, make_space({}), "attribute " + name).front();
 }
 
 std::int64_t read_integer_attribute(hid_t object, const std::string& name) {
-  return read_scalar_attribute<std::int64_t>(object, name);
+  std::int64_t value = 0;
+  check(H5Aread(open_attribute(object, name, "value"), H5T_NATIVE_INT64, &value), "attribute " + name);
+  return value;
 }
+
 template <class Value>
 hid_t memory_type() {
-  return Types<Value>::memory();
+  return types<Value>().memory;
 }
 
 template <class Value>
 void write_dataset(hid_t parent, const std::string& name, const Shape& shape, std::span<const Value> values,
                    const std::string& units, Storage storage) {
-  if (values.size() != count(shape)) {
+  if (values.size() != count(shape))
     throw std::invalid_argument(
         fmt::format("dataset {}: {} values for shape ({})", name, values.size(), fmt::join(shape, ", ")));
-  }
   const Handle space = make_space(shape);
   const Handle creation = creation_list(shape, sizeof(Value), storage);
-  const Handle dataset(H5Dcreate2(parent, name.c_str(), Types<Value>::stored(), space.get(), H5P_DEFAULT,
-                                  creation.get(), H5P_DEFAULT),
-                       H5Dclose, "dataset " + name);
+  const Handle dataset(
+      H5Dcreate2(parent, name.c_str(), types<Value>().stored, space, H5P_DEFAULT, creation, H5P_DEFAULT),
+      H5Dclose, "dataset " + name);
   if (!values.empty()) {
-    check(H5Dwrite(dataset.get(), Types<Value>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+    check(H5Dwrite(dataset, types<Value>().memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
           "dataset " + name);
   }
-  if (!units.empty()) write_attribute(dataset.get(), "units", units);
+  if (!units.empty()) write_attribute(dataset, "units", units);
 }
 
 void write_texts(hid_t parent, const std::string& name, const std::vector<std::string>& texts) {
   const Handle type = text_type();
   const Handle space = make_space({texts.size()});
   const Handle creation = creation_list({texts.size()}, sizeof(char*), Storage::plain);
-  const Handle dataset(
-      H5Dcreate2(parent, name.c_str(), type.get(), space.get(), H5P_DEFAULT, creation.get(), H5P_DEFAULT),
-      H5Dclose, "dataset " + name);
+  const Handle dataset(H5Dcreate2(parent, name.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT),
+                       H5Dclose, "dataset " + name);
   std::vector<const char*> data;
   for (const std::string& text : texts) data.push_back(text.c_str());
   if (data.empty()) return;
-  check(H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, data.data()), "dataset " + name);
+  check(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.data()), "dataset " + name);
 }
 
 namespace {
 
-Handle open_dataset(hid_t parent, const std::string& name) {
-  return Handle(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose, "dataset " + name);
-}
-
 Shape shape_of(const Handle& dataset, const std::string& name) {
-  const Handle space(H5Dget_space(dataset.get()), H5Sclose, "dataset " + name);
-  const int rank = H5Sget_simple_extent_ndims(space.get());
+  const Handle space(H5Dget_space(dataset), H5Sclose, "dataset " + name);
+  const int rank = H5Sget_simple_extent_ndims(space);
   check(rank, "dataset " + name);
   Shape shape(static_cast<std::size_t>(rank));
-  check(H5Sget_simple_extent_dims(space.get(), shape.data(), nullptr), "dataset " + name);
+  check(H5Sget_simple_extent_dims(space, shape.data(), nullptr), "dataset " + name);
   return shape;
 }
 
@@ -280,14 +244,11 @@ Shape shape_of(const Handle& dataset, const std::string& name) {
 std::vector<std::string> read_texts(hid_t parent, const std::string& name) {
   const Handle dataset = open_dataset(parent, name);
   const Handle type = text_type();
-  const Handle space(H5Dget_space(dataset.get()), H5Sclose, "dataset " + name);
+  const Handle space(H5Dget_space(dataset), H5Sclose, "dataset " + name);
   std::vector<char*> data(count(shape_of(dataset, name)), nullptr);
   if (data.empty()) return {};
-  check(H5Dread(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, data.data()), "dataset " + name);
-  std::vector<std::string> texts;
-  for (const char* text : data) texts.emplace_back(text ? text : "");
-  check(H5Dvlen_reclaim(type.get(), space.get(), H5P_DEFAULT, data.data()), "dataset " + name);
-  return texts;
+  check(H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.data()), "dataset " + name);
+  return take_texts(data, type, space, "dataset " + name);
 }
 
 Shape read_shape(hid_t parent, const std::string& name) {
@@ -298,26 +259,27 @@ template <class Value>
 std::vector<Value> read_dataset(hid_t parent, const std::string& name, const Shape& shape) {
   const Handle dataset = open_dataset(parent, name);
   const Shape found = shape_of(dataset, name);
-  if (found != shape) {
+  if (found != shape)
     throw Error(fmt::format("dataset {}: shape ({}) instead of ({})", name, fmt::join(found, ", "),
                             fmt::join(shape, ", ")));
-  }
   std::vector<Value> values(count(shape));
   if (!values.empty()) {
-    check(H5Dread(dataset.get(), Types<Value>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+    check(H5Dread(dataset, types<Value>().memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
           "dataset " + name);
   }
   return values;
 }
 
-#define CRACKLE_INSTANTIATE(Value)                                                                    \
-  template void write_dataset<Value>(hid_t, const std::string&, const Shape&, std::span<const Value>, \
-                                     const std::string&, Storage);                                    \
-  template std::vector<Value> read_dataset<Value>(hid_t, const std::string&, const Shape&);           \
+#define CRACKLE_INSTANTIATE(Value)                                                                       \
+  template void write_dataset<Value>(hid_t, const std::string&, const Shape&, std::span<const Value>,    \
+                                     const std::string&, Storage);                                       \
+  template std::vector<Value> read_dataset<Value>(hid_t, const std::string&, const Shape&);              \
+  template void write_attribute<Value>(hid_t, const std::string&, std::span<const Value>, const Shape&); \
   template hid_t memory_type<Value>();
 CRACKLE_INSTANTIATE(std::uint8_t)
 CRACKLE_INSTANTIATE(std::int32_t)
 CRACKLE_INSTANTIATE(std::int64_t)
+CRACKLE_INSTANTIATE(std::uint64_t)
 CRACKLE_INSTANTIATE(float)
 CRACKLE_INSTANTIATE(double)
 #undef CRACKLE_INSTANTIATE

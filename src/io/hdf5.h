@@ -3,13 +3,12 @@
 
 #include <hdf5.h>
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -54,7 +53,7 @@ public:
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
 
-  hid_t get() const { return id_; }
+  operator hid_t() const { return id_; }
   /// Closes now. @throws Error when that fails; a destructor can not tell
   void close(const std::string& what);
 
@@ -82,19 +81,25 @@ Handle open_for_reading(const std::filesystem::path& file);
 
 Handle create_group(hid_t parent, const std::string& name);
 Handle open_group(hid_t parent, const std::string& name);
+Handle open_dataset(hid_t parent, const std::string& name);
 
 void write_attribute(hid_t object, const std::string& name, const std::string& text);
-void write_attribute(hid_t object, const std::string& name, std::int64_t value);
-void write_attribute(hid_t object, const std::string& name, std::uint64_t value);
-void write_attribute(hid_t object, const std::string& name, double value);
-void write_attribute(hid_t object, const std::string& name, const std::array<std::int64_t, 2>& values);
+/// Value is one of those of write_dataset. An empty shape is a scalar.
+template <class Value>
+void write_attribute(hid_t object, const std::string& name, std::span<const Value> values,
+                     const Shape& shape);
+template <class Value>
+requires std::is_arithmetic_v<Value>
+void write_attribute(hid_t object, const std::string& name, Value value) {
+  write_attribute<Value>(object, name, std::span(&value, 1), {});
+}
 /// As text of a fixed length without end mark, which some readers ask for.
 void write_fixed_text_attribute(hid_t object, const std::string& name, const std::string& text);
 std::string read_text_attribute(hid_t object, const std::string& name);
 std::int64_t read_integer_attribute(hid_t object, const std::string& name);
 
 /// Creates and fills a dataset; an empty shape is a scalar. `units` become an attribute, "" for none.
-/// Value is one of std::uint8_t, std::int32_t, std::int64_t, float, double.
+/// Value is one of std::uint8_t, std::int32_t, std::int64_t, std::uint64_t, float, double.
 /// @throws std::invalid_argument when `values` has another size than `shape`
 template <class Value>
 void write_dataset(hid_t parent, const std::string& name, const Shape& shape, std::span<const Value> values,
@@ -118,6 +123,16 @@ void write_scalar(hid_t parent, const std::string& name, Value value, const std:
 template <class Value>
 Value read_scalar(hid_t parent, const std::string& name) {
   return read_dataset<Value>(parent, name, {}).front();
+}
+
+/// Adds the numbers in nested arrays one after the other.
+template <class Value, class From>
+void flatten(const From& from, std::vector<Value>& to) {
+  if constexpr (std::is_arithmetic_v<From>) {
+    to.push_back(static_cast<Value>(from));
+  } else {
+    for (const auto& one : from) flatten(one, to);
+  }
 }
 
 /// HDF5's type for Value in memory.

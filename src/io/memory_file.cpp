@@ -19,9 +19,9 @@ constexpr std::size_t increment = 1 << 20;  // by which a file grows [bytes]
 MemoryFile::MemoryFile() {
   const QuietErrors quiet;
   const Handle creation = property_list(H5P_FILE_CREATE);
-  check(H5Pset_obj_track_times(creation.get(), false), "HDF5 object times");
+  check(H5Pset_obj_track_times(creation, false), "HDF5 object times");
   const Handle access = unlocked_access();
-  check(H5Pset_fapl_core(access.get(), increment, false), "file in memory");
+  check(H5Pset_fapl_core(access, increment, false), "file in memory");
   H5FD_file_image_callbacks_t callbacks{};
   callbacks.image_malloc = [](size_t size, H5FD_file_image_op_t, void*) { return std::malloc(size); };
   callbacks.image_memcpy = [](void* to, const void* from, size_t size, H5FD_file_image_op_t, void*) {
@@ -41,17 +41,16 @@ MemoryFile::MemoryFile() {
   callbacks.udata_copy = [](void* owner) { return owner; };
   callbacks.udata_free = [](void*) -> herr_t { return 0; };
   callbacks.udata = &bytes_;
-  check(H5Pset_file_image_callbacks(access.get(), &callbacks), "file in memory");
+  check(H5Pset_file_image_callbacks(access, &callbacks), "file in memory");
   // The 1.8 format has check sums in its metadata, so that a damaged file is noticed.
-  check(H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_V18), "HDF5 file format");
-  file_ =
-      Handle(H5Fcreate("in memory", H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose, "file in memory");
+  check(H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18), "HDF5 file format");
+  file_ = Handle(H5Fcreate("in memory", H5F_ACC_TRUNC, creation, access), H5Fclose, "file in memory");
 }
 
 std::vector<std::byte> MemoryFile::finish() {
   const QuietErrors quiet;
-  check(H5Fflush(file_.get(), H5F_SCOPE_GLOBAL), "file in memory");
-  const ssize_t size = H5Fget_file_image(file_.get(), nullptr, 0);
+  check(H5Fflush(file_, H5F_SCOPE_GLOBAL), "file in memory");
+  const ssize_t size = H5Fget_file_image(file_, nullptr, 0);
   if (size < 48) check(-1, "file in memory");
   bytes_.resize(static_cast<std::size_t>(size));
   file_.close("file in memory");

@@ -15,7 +15,7 @@ public:
   MemoryFile();
   MemoryFile(const MemoryFile&) = delete;
   MemoryFile& operator=(const MemoryFile&) = delete;
-  hid_t get() const { return file_.get(); }
+  operator hid_t() const { return file_; }
   /// Ends the file and returns its bytes.
   std::vector<std::byte> finish();
 

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "partial_file.h"
 
+#include "crackle/io/text_file.h"
+
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
-#include <string>
 #include <system_error>
 #include <utility>
 
@@ -81,6 +83,13 @@ void PartialFile::commit() {
 void write_whole_file(const std::filesystem::path& file, std::span<const std::byte> bytes) {
   PartialFile partial(file);
   partial.write(bytes);
+  partial.commit();
+}
+
+void write_text_file(const std::filesystem::path& file, const std::string& text) {
+  // Runs of other ranges of samples may write the same file.
+  PartialFile partial(file, fmt::format(".{}", ::getpid()));
+  partial.write(std::as_bytes(std::span(text)));
   partial.commit();
 }
 

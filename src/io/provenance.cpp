@@ -67,10 +67,10 @@ void check_input(hid_t file, const input::Parameters& parameters) {
 
 void write_provenance(hid_t file, int n_ranks) {
   const hdf5::Handle group = hdf5::create_group(file, "provenance");
-  hdf5::write_attribute(group.get(), "host", host_name());
-  hdf5::write_attribute(group.get(), "written",
+  hdf5::write_attribute(group, "host", host_name());
+  hdf5::write_attribute(group, "written",
                         fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))));
-  hdf5::write_attribute(group.get(), "ranks", std::int64_t{n_ranks});
+  hdf5::write_attribute(group, "ranks", std::int64_t{n_ranks});
 }
 
 }  // namespace crackle::io

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/geometry/body.h"
 #include "crackle/input/parameters.h"
 #include "crackle/io/sample_file.h"
 #include "hdf5.h"
@@ -8,6 +9,14 @@
 #include <string>
 
 namespace crackle::io {
+
+inline constexpr const char* sample_kind = "crackle sample";
+inline constexpr const char* ensemble_kind = "crackle ensemble";
+
+/// Of the results at the sections: crack starts x sections.
+inline hdf5::Shape position_shape(const input::Parameters& parameters) {
+  return {geometry::n_crack_starts(parameters.specimen), parameters.sections.size()};
+}
 
 /// Attributes of / that every result file carries: kind, schema_version, program_version, git_commit,
 /// library_versions, seed, input, points (the digest of mesh.points), input_identity,

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "result_attributes.h"
 
+#include "crackle/geometry/outline.h"
+
+#include <type_traits>
+
 namespace crackle::io {
 
 using analysis::Reduction;
@@ -11,20 +15,29 @@ const analysis::ResultInfo wall_time_info{
     "wall_time", "s", "wall time that the sample took", Reduction::none, "wall time", "s", 1, ".1f"};
 
 void describe_result(hid_t parent, const std::string& dataset, const analysis::ResultInfo& info, int column) {
-  const hdf5::Handle object(H5Dopen2(parent, dataset.c_str(), H5P_DEFAULT), H5Dclose, "dataset " + dataset);
-  const hid_t id = object.get();
-  hdf5::write_attribute(id, "column", std::int64_t{column});
-  hdf5::write_attribute(id, "meaning", std::string(info.meaning));
-  hdf5::write_attribute(id, "label", std::string(info.label));
-  hdf5::write_attribute(id, "shown_units", std::string(info.shown_units));
-  hdf5::write_attribute(id, "shown_factor", info.shown_factor);
-  hdf5::write_attribute(id, "format", std::string(info.format));
-  if (*info.categories != 0) hdf5::write_attribute(id, "categories", std::string(info.categories));
+  const hdf5::Handle object = hdf5::open_dataset(parent, dataset);
+  hdf5::write_attribute(object, "column", std::int64_t{column});
+  hdf5::write_attribute(object, "meaning", info.meaning);
+  hdf5::write_attribute(object, "label", info.label);
+  hdf5::write_attribute(object, "shown_units", info.shown_units);
+  hdf5::write_attribute(object, "shown_factor", info.shown_factor);
+  hdf5::write_attribute(object, "format", info.format);
+  if (*info.categories != 0) hdf5::write_attribute(object, "categories", info.categories);
 }
 
 void describe_dataset(hid_t parent, const std::string& dataset, const std::string& meaning) {
-  const hdf5::Handle object(H5Dopen2(parent, dataset.c_str(), H5P_DEFAULT), H5Dclose, "dataset " + dataset);
-  hdf5::write_attribute(object.get(), "meaning", meaning);
+  hdf5::write_attribute(hdf5::open_dataset(parent, dataset), "meaning", meaning);
+}
+
+void write_specimen(hid_t file, const geometry::Body& body) {
+  const hdf5::Handle group = hdf5::create_group(file, "specimen");
+  geometry::for_each_member(
+      geometry::outline_of(body),
+      [&](const char* name, const auto& shape, const auto& values, const char* units, const char* meaning) {
+        using Value = typename std::remove_cvref_t<decltype(values)>::value_type;
+        hdf5::write_dataset<Value>(group, name, hdf5::Shape(shape.begin(), shape.end()), values, units);
+        describe_dataset(group, name, meaning);
+      });
 }
 
 }  // namespace crackle::io

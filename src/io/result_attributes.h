@@ -2,6 +2,7 @@
 #pragma once
 
 #include "crackle/analysis/sample_results.h"
+#include "crackle/geometry/body.h"
 #include "hdf5.h"
 
 #include <string>
@@ -14,6 +15,9 @@ void describe_result(hid_t parent, const std::string& dataset, const analysis::R
 
 /// The attribute `meaning` of a dataset that is no result.
 void describe_dataset(hid_t parent, const std::string& dataset, const std::string& meaning);
+
+/// Writes the group /specimen: the members of geometry::for_each_member, for those who draw the body.
+void write_specimen(hid_t file, const geometry::Body& body);
 
 /// The dataset `status`: 0 pending, 1 done, 2 failed.
 extern const analysis::ResultInfo status_info;

@@ -6,7 +6,6 @@
 #include "crackle/io/ensemble_file.h"
 #include "hdf5.h"
 #include "provenance.h"
-#include "sample_shape.h"
 
 #include <fmt/format.h>
 
@@ -34,7 +33,7 @@ auto read_file(const std::filesystem::path& file, std::int64_t oldest, Read&& re
     read_checked_file(file);
     const hdf5::QuietErrors quiet;
     const hdf5::Handle root = hdf5::open_for_reading(file);
-    return read(root.get(), check_identity(root.get(), sample_kind, oldest, sample_schema_version));
+    return read(root, check_identity(root, sample_kind, oldest, sample_schema_version));
   } catch (const OlderFormat& error) {
     throw OlderFormat(cannot_use(error));
   } catch (const std::exception& error) {
@@ -45,9 +44,8 @@ auto read_file(const std::filesystem::path& file, std::int64_t oldest, Read&& re
 SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters& parameters,
                        std::uint64_t sample) {
   const std::int64_t number = hdf5::read_integer_attribute(root, "sample");
-  if (number != static_cast<std::int64_t>(sample)) {
+  if (number != static_cast<std::int64_t>(sample))
     throw hdf5::Error(fmt::format("holds sample {} instead of {}", number, sample));
-  }
   // How an input is told from another one may have changed since an older version.
   if (version == sample_schema_version) check_input(root, parameters);
   SampleSummary row;
@@ -60,19 +58,17 @@ SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters
   row.error = hdf5::read_text_attribute(root, "error");
   if (version >= 3) row.note = hdf5::read_text_attribute(root, "note");
   const hdf5::Handle group = hdf5::open_group(root, "summary");
-  const hid_t id = group.get();
   analysis::for_each_result([&](const ResultInfo& info, auto member) {
     if (info.since > version) return;
     row.*member =
-        hdf5::read_scalar<std::remove_reference_t<decltype(row.*member)>>(id, info.name_in(version));
+        hdf5::read_scalar<std::remove_reference_t<decltype(row.*member)>>(group, info.name_in(version));
   });
   analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
     if (info.since > version) return;
     using Value = typename std::remove_cvref_t<decltype(row.*member)>::value_type;
-    row.*member = hdf5::read_dataset<Value>(id, info.name_in(version), position_shape(parameters));
+    row.*member = hdf5::read_dataset<Value>(group, info.name_in(version), position_shape(parameters));
   });
-  const hdf5::Handle timing = hdf5::open_group(root, "timing");
-  row.wall_time = hdf5::read_scalar<double>(timing.get(), "wall_time");
+  row.wall_time = hdf5::read_scalar<double>(root, "timing/wall_time");
   return row;
 }
 
@@ -91,55 +87,53 @@ SampleSummary row_or_reason(const std::filesystem::path& file, const input::Para
   return row;
 }
 
-analysis::CrackSurface read_surface(hid_t root) {
-  const hdf5::Handle group = hdf5::open_group(root, "crack_surface");
-  const hid_t id = group.get();
-  const auto n_facets = hdf5::read_shape(id, "crack").at(0);
-  const auto corners = hdf5::read_dataset<double>(id, "corners", {n_facets, 4, 3});
-  const auto time = hdf5::read_dataset<double>(id, "time", {n_facets});
-  const auto area = hdf5::read_dataset<double>(id, "area", {n_facets});
-  const auto tetrahedron = hdf5::read_dataset<std::int64_t>(id, "tetrahedron", {n_facets});
-  const auto crack = hdf5::read_dataset<std::int32_t>(id, "crack", {n_facets});
-  const auto n_cracks = hdf5::read_shape(id, "cracks/notch").at(0);
-  const auto notch = hdf5::read_dataset<std::int32_t>(id, "cracks/notch", {n_cracks});
-  const auto crack_area = hdf5::read_dataset<double>(id, "cracks/area", {n_cracks});
-  const auto first_time = hdf5::read_dataset<double>(id, "cracks/first_time", {n_cracks});
-  const auto last_time = hdf5::read_dataset<double>(id, "cracks/last_time", {n_cracks});
+/// One column of a table into a member of its rows.
+template <class Value, class Row, class Member>
+void read_column(hid_t group, const std::string& name, std::vector<Row>& rows, Member Row::*member) {
+  const auto values = hdf5::read_dataset<Value>(group, name, {rows.size()});
+  for (std::size_t i = 0; i < rows.size(); ++i) rows[i].*member = static_cast<Member>(values[i]);
+}
 
+analysis::CrackSurface read_surface(hid_t root) {
+  using analysis::Crack;
+  using analysis::CrackFacet;
+  const hdf5::Handle group = hdf5::open_group(root, "crack_surface");
   analysis::CrackSurface surface;
-  for (std::size_t i = 0; i < n_cracks; ++i)
-    surface.cracks.push_back({notch[i], crack_area[i], first_time[i], last_time[i]});
-  surface.facets.resize(n_facets);
-  for (std::size_t i = 0; i < n_facets; ++i) {
-    analysis::CrackFacet& facet = surface.facets[i];
-    if (crack[i] < 0 || static_cast<std::size_t>(crack[i]) >= n_cracks)
-      throw hdf5::Error(fmt::format("facet {} is of crack {}, and there are {}", i, crack[i], n_cracks));
-    for (std::size_t k = 0; k < 12; ++k) facet.corner[k / 3][k % 3] = corners[12 * i + k];
-    facet.time = time[i];
-    facet.area = area[i];
-    facet.tetrahedron = tetrahedron[i];
-    facet.crack = crack[i];
-  }
+  auto& [facets, cracks] = surface;
+  cracks.resize(hdf5::read_shape(group, "cracks/notch").at(0));
+  read_column<std::int32_t>(group, "cracks/notch", cracks, &Crack::notch);
+  read_column<double>(group, "cracks/area", cracks, &Crack::area);
+  read_column<double>(group, "cracks/first_time", cracks, &Crack::first_time);
+  read_column<double>(group, "cracks/last_time", cracks, &Crack::last_time);
+  facets.resize(hdf5::read_shape(group, "crack").at(0));
+  const auto corners = hdf5::read_dataset<double>(group, "corners", {facets.size(), 4, 3});
+  for (std::size_t k = 0; k < corners.size(); ++k) facets[k / 12].corner[k / 3 % 4][k % 3] = corners[k];
+  read_column<double>(group, "time", facets, &CrackFacet::time);
+  read_column<double>(group, "area", facets, &CrackFacet::area);
+  read_column<std::int64_t>(group, "tetrahedron", facets, &CrackFacet::tetrahedron);
+  read_column<std::int32_t>(group, "crack", facets, &CrackFacet::crack);
+  for (std::size_t i = 0; i < facets.size(); ++i)
+    if (facets[i].crack < 0 || static_cast<std::size_t>(facets[i].crack) >= cracks.size())
+      throw hdf5::Error(
+          fmt::format("facet {} is of crack {}, and there are {}", i, facets[i].crack, cracks.size()));
   return surface;
 }
 
 std::vector<analysis::Fork> read_forks(hid_t root) {
+  using analysis::Fork;
   const hdf5::Handle group = hdf5::open_group(root, "forks");
-  const hid_t id = group.get();
-  const auto n = hdf5::read_shape(id, "x").at(0);
-  const auto position = hdf5::read_dataset<double>(id, "position", {n, 2});
-  const auto x = hdf5::read_dataset<double>(id, "x", {n});
-  const auto time = hdf5::read_dataset<double>(id, "time", {n});
-  const auto length = hdf5::read_dataset<double>(id, "length", {n});
-  const auto angle = hdf5::read_dataset<double>(id, "angle", {n});
-  const auto share = hdf5::read_dataset<double>(id, "share", {n});
-  const auto notch = hdf5::read_dataset<std::int32_t>(id, "notch", {n});
-  const auto in_projection = hdf5::read_dataset<std::uint8_t>(id, "in_projection", {n});
-  const auto in_space = hdf5::read_dataset<std::uint8_t>(id, "in_space", {n});
-  std::vector<analysis::Fork> forks;
-  for (std::size_t i = 0; i < n; ++i)
-    forks.push_back({notch[i], x[i], position[2 * i], position[2 * i + 1], time[i], length[i], angle[i],
-                     share[i], in_projection[i] != 0, in_space[i] != 0});
+  std::vector<Fork> forks(hdf5::read_shape(group, "x").at(0));
+  const auto position = hdf5::read_dataset<double>(group, "position", {forks.size(), 2});
+  for (std::size_t k = 0; k < position.size(); ++k)
+    (k % 2 == 0 ? forks[k / 2].y : forks[k / 2].z) = position[k];
+  read_column<double>(group, "x", forks, &Fork::x);
+  read_column<double>(group, "time", forks, &Fork::time);
+  read_column<double>(group, "length", forks, &Fork::length);
+  read_column<double>(group, "angle", forks, &Fork::angle);
+  read_column<double>(group, "share", forks, &Fork::share);
+  read_column<std::int32_t>(group, "notch", forks, &Fork::notch);
+  read_column<std::uint8_t>(group, "in_projection", forks, &Fork::is_in_projection);
+  read_column<std::uint8_t>(group, "in_space", forks, &Fork::is_in_space);
   return forks;
 }
 
@@ -150,7 +144,7 @@ std::optional<std::int64_t> version_of(const std::filesystem::path& file, const 
     if (kind == sample_kind) read_checked_file(file);
     const hdf5::QuietErrors quiet;
     const hdf5::Handle root = hdf5::open_for_reading(file);
-    return check_identity(root.get(), kind, 0, newest);
+    return check_identity(root, kind, 0, newest);
   } catch (const std::exception&) {
     return std::nullopt;  // whoever reads its results says what is wrong with it
   }

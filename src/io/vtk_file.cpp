@@ -9,14 +9,13 @@
 #include "hdf5.h"
 #include "memory_file.h"
 #include "partial_file.h"
-#include "specimen.h"
+#include "result_attributes.h"
 
 #include <fmt/format.h>
 
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -47,9 +46,8 @@ void write_fields(hid_t parent, const char* name, const std::vector<Field>& fiel
   if (fields.empty()) return;
   const hdf5::Handle group = hdf5::create_group(parent, name);
   for (const auto& [field_name, field] : fields)
-    std::visit(
-        [&, field_name = field_name](const auto& values) { write_list(group.get(), field_name, values); },
-        field);
+    std::visit([&, field_name = field_name](const auto& values) { write_list(group, field_name, values); },
+               field);
 }
 
 std::vector<std::byte> make_grid(const std::vector<geometry::Point>& points,
@@ -57,35 +55,29 @@ std::vector<std::byte> make_grid(const std::vector<geometry::Point>& points,
                                  std::uint8_t cell_type, const Fields& fields,
                                  const std::function<void(hid_t)>& add) {
   std::vector<double> coordinates;
-  coordinates.reserve(3 * points.size());
-  for (const geometry::Point& p : points) coordinates.insert(coordinates.end(), p.begin(), p.end());
-  std::vector<std::int64_t> connectivity;
-  std::vector<std::int64_t> offsets{0};
-  connectivity.reserve(4 * cells.size());
-  for (const auto& cell : cells) {
-    connectivity.insert(connectivity.end(), cell.begin(), cell.end());
-    offsets.push_back(static_cast<std::int64_t>(connectivity.size()));
-  }
+  std::vector<std::int64_t> connectivity, offsets;
+  hdf5::flatten(points, coordinates);
+  hdf5::flatten(cells, connectivity);
+  for (std::size_t i = 0; i <= cells.size(); ++i) offsets.push_back(static_cast<std::int64_t>(4 * i));
   const auto count = [](std::size_t n) { return std::vector<std::int64_t>{static_cast<std::int64_t>(n)}; };
 
   const hdf5::QuietErrors quiet;
   hdf5::MemoryFile file;
   {
-    const hdf5::Handle group = hdf5::create_group(file.get(), "VTKHDF");
-    const hid_t id = group.get();
-    hdf5::write_attribute(id, "Version", std::array<std::int64_t, 2>{1, 0});
-    hdf5::write_fixed_text_attribute(id, "Type", "UnstructuredGrid");
-    write_list(id, "NumberOfPoints", count(points.size()));
-    write_list(id, "NumberOfCells", count(cells.size()));
-    write_list(id, "NumberOfConnectivityIds", count(connectivity.size()));
-    hdf5::write_dataset<double>(id, "Points", {points.size(), 3}, coordinates, "");
-    write_list(id, "Connectivity", connectivity);
-    write_list(id, "Offsets", offsets);
-    write_list(id, "Types", std::vector<std::uint8_t>(cells.size(), cell_type));
-    write_fields(id, "PointData", fields.of_points);
-    write_fields(id, "CellData", fields.of_cells);
+    const hdf5::Handle group = hdf5::create_group(file, "VTKHDF");
+    hdf5::write_attribute<std::int64_t>(group, "Version", std::array<std::int64_t, 2>{1, 0}, {2});
+    hdf5::write_fixed_text_attribute(group, "Type", "UnstructuredGrid");
+    write_list(group, "NumberOfPoints", count(points.size()));
+    write_list(group, "NumberOfCells", count(cells.size()));
+    write_list(group, "NumberOfConnectivityIds", count(connectivity.size()));
+    hdf5::write_dataset<double>(group, "Points", {points.size(), 3}, coordinates, "");
+    write_list(group, "Connectivity", connectivity);
+    write_list(group, "Offsets", offsets);
+    write_list(group, "Types", std::vector<std::uint8_t>(cells.size(), cell_type));
+    write_fields(group, "PointData", fields.of_points);
+    write_fields(group, "CellData", fields.of_cells);
   }
-  if (add) add(file.get());
+  if (add) add(file);
   return file.finish();
 }
 
@@ -99,8 +91,8 @@ void write_regions(hid_t root, const geometry::Body& body, const input::Mesh& me
     for (std::size_t i = 0; i < 3; ++i) boxes.insert(boxes.end(), {box.lower[i], box.upper[i]});
     spacings.push_back(region.spacing);
   }
-  hdf5::write_dataset<double>(group.get(), "box", {spacings.size(), 3, 2}, boxes, "m");
-  hdf5::write_dataset<double>(group.get(), "spacing", {spacings.size()}, spacings, "m");
+  hdf5::write_dataset<double>(group, "box", {spacings.size(), 3, 2}, boxes, "m");
+  hdf5::write_dataset<double>(group, "spacing", {spacings.size()}, spacings, "m");
 }
 
 /// @param add writes what VTK does not read
@@ -108,10 +100,9 @@ void write_grid(const std::filesystem::path& file, const std::vector<geometry::P
                 const std::vector<std::array<std::int32_t, 4>>& cells, std::uint8_t cell_type,
                 const Fields& fields, const std::function<void(hid_t)>& add = {}) {
   const std::filesystem::path folder = file.parent_path();
-  if (!folder.empty() && !std::filesystem::is_directory(folder)) {
+  if (!folder.empty() && !std::filesystem::is_directory(folder))
     throw std::runtime_error(
         fmt::format("cannot write '{}': there is no folder '{}'", file.string(), folder.string()));
-  }
   write_whole_file(file, make_grid(points, cells, cell_type, fields, add));
 }
 

@@ -3,7 +3,6 @@
 
 #include "crackle/common/index.h"
 #include "crackle/geometry/body.h"
-#include "crackle/mechanics/tensor.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/exact_sum.h"
 
@@ -12,7 +11,6 @@
 #include <limits>
 #include <map>
 #include <set>
-#include <stdexcept>
 #include <string>
 
 namespace crackle::mechanics {

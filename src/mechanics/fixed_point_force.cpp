@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fixed_point_force.h"
 
-#include "crackle/common/index.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/mechanics/operators.h"
 
-#include "crackle/common/index.h"
-
 #include <numeric>
 
 namespace crackle::mechanics {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/mechanics/residual_stiffness.h"
 
-#include "crackle/common/index.h"
 #include "crackle/geometry/dual_facets.h"
 
 namespace crackle::mechanics {

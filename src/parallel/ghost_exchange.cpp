@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/parallel/ghost_exchange.h"
 
-#include "crackle/common/index.h"
 #include "crackle/parallel/agreement.h"
 
 namespace crackle::parallel {

@@ -18,6 +18,12 @@ from .plate import MeshRegion, Plate  # noqa: E402
 EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
 
+def gradients(corner: np.ndarray) -> np.ndarray:
+    """Of the shape functions of tetrahedra with these corners, m x 4 x 3."""
+    inverse = np.linalg.inv(corner[:, 1:] - corner[:, :1]).transpose(0, 2, 1)
+    return np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)
+
+
 @dataclass(frozen=True)
 class Mesh:
     nodes: np.ndarray  # n x 3 [m]

@@ -19,6 +19,8 @@ from typing import Iterator, Sequence
 
 import numpy as np
 
+from .mesh import gradients
+
 STRESS_OPTIC = 5.5e-11  # C [1/Pa], a typical epoxy resin
 WAVELENGTH = 546e-9  # [m], the green line of mercury
 
@@ -172,8 +174,7 @@ class _Faces:
 def _faces(nodes: np.ndarray, tetrahedra: np.ndarray) -> _Faces:
     corner = nodes[tetrahedra].astype(float)
     centre = corner.mean(axis=1)
-    gradient = np.linalg.inv(corner[:, 1:] - corner[:, :1]).transpose(0, 2, 1)  # of corners 1 to 3's coordinates
-    gradient = np.concatenate([-gradient.sum(axis=1, keepdims=True), gradient], axis=1)
+    gradient = gradients(corner)
     # A face along the rays limits them by leaning a little: in or out everywhere but on itself.
     slope = gradient[:, :, 0]
     least = 1e-12 * np.abs(slope).max(axis=1, keepdims=True)

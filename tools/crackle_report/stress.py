@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .mesh import EDGES
+from .mesh import EDGES, gradients
 from .results import Frames
 
 ALL_EDGES = (1 << len(EDGES)) - 1
@@ -63,17 +63,11 @@ def _elastic_stress(strain: np.ndarray, youngs_modulus: float, poisson_ratio: fl
     return 2 * shear * strain + first * trace * np.eye(3)
 
 
-def _gradients(corner: np.ndarray) -> np.ndarray:
-    """Of the corners' shape functions, m x 4 x 3."""
-    inverse = np.linalg.inv(corner[:, 1:] - corner[:, :1]).transpose(0, 2, 1)
-    return np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)
-
-
 def _edge_stress(corner: np.ndarray, strain: np.ndarray, released: np.ndarray, youngs_modulus: float,
                  poisson_ratio: float) -> np.ndarray:
     """What tetrahedra carry by the edges that are not released, m x 3 x 3."""
     first, second = np.array(EDGES).T
-    gradient = _gradients(corner)
+    gradient = gradients(corner)
     # The strains in which only one edge is stretched, and the intact stiffness between them.
     product = gradient[:, first, :, None] * gradient[:, second, None, :]
     stretch = -(product + product.swapaxes(2, 3)) / 2
@@ -93,7 +87,7 @@ def _edge_stress(corner: np.ndarray, strain: np.ndarray, released: np.ndarray, y
 def _contact_stress(corner: np.ndarray, strain: np.ndarray, cut: np.ndarray, youngs_modulus: float) -> np.ndarray:
     """What broken tetrahedra carry while their cut is pressed together, m x 3 x 3."""
     side = np.array([[corner in cut for corner in range(4)] for cut in CUTS], float)
-    normal = np.einsum("ma,mai->mi", side[cut], _gradients(corner))
+    normal = np.einsum("ma,mai->mi", side[cut], gradients(corner))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     closing = np.minimum(np.einsum("mi,mij,mj->m", normal, strain, normal), 0)
     return youngs_modulus * closing[:, None, None] * normal[:, :, None] * normal[:, None, :]

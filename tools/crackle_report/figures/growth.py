@@ -15,7 +15,7 @@ from .. import style
 from ..choosing import samples_in_detail
 from ..drawing import draw_facets, draw_plate, time_bar, time_colours
 from ..options import Options
-from ..photoelasticity import Fringes, Grid, make_series
+from ..photoelasticity import Grid, make_series
 from ..results import CrackSurface, Ensemble, Frames
 from ..stress import frame_stresses
 from .picture import Animation, Picture, Section
@@ -91,7 +91,7 @@ class _View:
         self._grid = Grid.over((0, width), self._z, width / PIXELS_ACROSS)
         self._colours = time_colours(float(crack.time.max(initial=0.0)))
         self._options = options
-        self._fringes = self._look_through()
+        self._fringes = make_series(frames.nodes, frames.tetrahedra, frame_stresses(frames), self._grid, options.optics)
 
     def _shown_length(self) -> tuple[float, float]:
         """The range of z [m] round all notches and cracks, stray breaks far away left out."""
@@ -103,10 +103,6 @@ class _View:
             ends += [float(low) - 0.2 * width, float(high) + 0.2 * width]
         ends = ends or [0.0, length]
         return max(0.0, min(ends)), min(length, max(ends))
-
-    def _look_through(self) -> list[Fringes]:
-        frames = self._frames
-        return make_series(frames.nodes, frames.tetrahedra, frame_stresses(frames), self._grid, self._options.optics)
 
     def rows(self, chosen: list[int]) -> Figure:
         """Fringes above, cracks below, a column for each time."""

@@ -1,13 +1,29 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "commands.h"
+#include "crackle/common/whole_number.h"
 #include "crackle/parallel/agreement.h"
 
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
 #include <sstream>
-#include <string>
 #include <utility>
-#include <vector>
 
 namespace crackle::apps {
+
+CLI::Option* add_sample_option(CLI::App& command, std::uint64_t& sample) {
+  return command.add_option("--sample", sample, "number of the sample, from 0")
+      ->check([](const std::string& text) {
+        return whole_number<std::uint64_t>(text)
+                   ? std::string()
+                   : "'" + text + "' is not a sample number; give a whole number from 0 on";
+      });
+}
+
+void notify(const std::string& line) {
+  fmt::print(stderr, "{}\n", line);
+}
 
 input::Parameters share_input(const parallel::Communicator& world, const std::filesystem::path& name,
                               const std::function<input::Parameters()>& read) {
