@@ -63,6 +63,8 @@ class Memory(unittest.TestCase):
         for name, n_ranks, text in (
                 ("demo", 1, setting("demo.toml")),
                 ("between, many frames", 1, setting("demo.toml", ("1.6 mm", "0.5 mm"), frames=60, growth=0.05)),
+                ("between, by PETSc", 1, setting("demo.toml", ("1.6 mm", "0.5 mm"), growth=0.05,
+                                                 integrator='"bilateral4"\nengine = "petsc"')),
                 ("between", 2, setting("demo.toml", ("1.6 mm", "0.5 mm"), growth=0.05, ranks_per_sample=2)),
                 ("paper", 1, setting("paper/clock-from-zero.toml"))):
             with self.subTest(name, ranks=n_ranks):

@@ -195,7 +195,7 @@ TEST_F(PetscEngine, MovesAsTheDefinitionDoes) {
         MotionState state{parallel::NodeField(world_, subdomain.layout),
                           parallel::NodeField(world_, subdomain.layout)};
         PhaseOptions options;
-        options.grid = {*parameters.time.step, 1200};
+        options.grid = {*parameters.time.step, 700};
         const auto motion = make_motion(context, 0.0, state);
         const auto result =
             run_explicit_phase(context, *motion, splitting(integrator), account, 0, options, state);

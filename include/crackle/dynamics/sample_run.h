@@ -47,8 +47,9 @@ double arrest_window(const input::Parameters& parameters);
 ///
 /// When any rank is asked to, the sample is parked: within 32 steps of a dynamic phase, or between two
 /// quasi-static breaks. From a checkpoint it goes on, on any number of ranks, to the same bits as without an
-/// interruption: quasi-static loading is computed again, dynamic phases are not. A checkpoint that does not
-/// fit the sample is logged and not used.
+/// interruption: quasi-static loading is computed again, dynamic phases are not. With Engine::petsc the bits
+/// are the same on the same number of ranks. A checkpoint that does not fit the sample is logged and not
+/// used.
 ///
 /// A sample that leaves the range of mixed numbers is computed again in double from its start, and from then
 /// on its checkpoints go on in double.
