@@ -281,6 +281,10 @@ class Running(unittest.TestCase):
             self.assertEqual(rows.read_csv(output / "kept" / "campaign.csv")[0].sample.tolist(), [0, 1, 2])
             self.assertEqual(found.sample.tolist(), [0, 1, 2])
             self.assertTrue(np.all(found.values["onset_force"] > 0))
+            (output / "branching-own").unlink()
+            keep(["branching"], output, output / "kept")
+            self.assertEqual([one.name for one in rows.read_csv(output / "kept" / "branching.csv")],
+                             ["branching-center", "branching-own"], "a run that is not here keeps its rows")
             with self.assertRaises(RunError):
                 compute(replace(run, keys={**run.keys, "fracture.strength": '"36 MPa"'}), output, OPTIONS.program, 2, None)
 

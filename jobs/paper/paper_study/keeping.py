@@ -32,7 +32,11 @@ def keep(studies: list[str], output: Path, folder: Path) -> None:
         if not found:
             print(f"{study}: nothing computed yet")
             continue
-        rows.write_csv(list(found.values()), folder / f"{study}.csv")
+        table = folder / f"{study}.csv"
+        # Runs that were computed elsewhere stay.
+        known = {one.name: one for one in rows.read_csv(table)} if table.is_file() else {}
+        known |= found
+        rows.write_csv([known[run.name] for run in STUDIES[study] if run.name in known], table)
         if study == "campaign":
             _keep_campaign(found[CAMPAIGN.name], output / CAMPAIGN.name / "out", folder)
     kept = {study: {one.name: one for one in rows.read_csv(folder / f"{study}.csv")} for study in STUDIES
