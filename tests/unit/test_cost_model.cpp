@@ -51,11 +51,14 @@ TEST(CostModel, ForceTimeFollowsItsFormula) {
 }
 
 TEST(CostModel, TheRateFollowsTheEngine) {
-  const double petsc = updates_per_core_second({.engine = input::Engine::petsc});
-  const double in_double = updates_per_core_second({.precision = input::Precision::double_});
+  input::Time time;
+  time.precision = input::Precision::double_;
+  const double in_double = updates_per_core_second(time);
+  time.engine = input::Engine::petsc;
+  const double petsc = updates_per_core_second(time);
   EXPECT_LT(petsc, in_double);
   EXPECT_LT(in_double, updates_per_core_second({}));
-  EXPECT_EQ(Machine({.engine = input::Engine::petsc}).updates_per_second, petsc);
+  EXPECT_EQ(Machine(time).updates_per_second, petsc);
 }
 
 TEST(CostModel, ASampleIsItsForcesItsStaticPartAndTheRootsWork) {
