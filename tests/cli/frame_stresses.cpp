@@ -64,7 +64,7 @@ struct Sample {
 
 void print_stresses(const std::filesystem::path& path) {
   const hdf5::Handle file = hdf5::open_for_reading(path);
-  const Sample sample(file.get());
+  const Sample sample(file);
   const geometry::Subdomain subdomain = test::whole(sample.mesh);
   const std::size_t n_values = 3 * sample.mesh.nodes.size();
   for (std::size_t k = 0; k < sample.time.size(); ++k) {

@@ -106,17 +106,17 @@ TEST_F(EnsembleFile, HoldsThePositionsAtTheSectionsYOnce) {
   const fs::path file = shared_folder / "ensemble.h5";
   write_ensemble(world, file, parameters, even_block(world), statistics(), base);
   const hdf5::Handle root = hdf5::open_for_reading(file);
-  const auto z = hdf5::read_dataset<double>(root.get(), "crack_path/z", {7, 2, 2});
+  const auto z = hdf5::read_dataset<double>(root, "crack_path/z", {7, 2, 2});
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const std::vector<double>& p = rows[i].position;
     EXPECT_THAT((std::vector<double>{z.begin() + static_cast<std::ptrdiff_t>(4 * i),
                                      z.begin() + static_cast<std::ptrdiff_t>(4 * i + 4)}),
                 testing::Pointwise(testing::NanSensitiveDoubleEq(), {p[0], p[1], p[3], p[4]}));
   }
-  EXPECT_EQ(hdf5::read_dataset<std::int32_t>(root.get(), "crack_path/section_axis", {3}),
+  EXPECT_EQ(hdf5::read_dataset<std::int32_t>(root, "crack_path/section_axis", {3}),
             (std::vector<std::int32_t>{1, 1, 2}));
-  const hdf5::Handle axis(H5Dopen2(root.get(), "crack_path/section_axis", H5P_DEFAULT), H5Dclose, "axis");
-  EXPECT_EQ(hdf5::read_text_attribute(axis.get(), "categories"), "1 y, 2 z");
+  const hdf5::Handle axis(H5Dopen2(root, "crack_path/section_axis", H5P_DEFAULT), H5Dclose, "axis");
+  EXPECT_EQ(hdf5::read_text_attribute(axis, "categories"), "1 y, 2 z");
 }
 
 TEST_F(EnsembleFile, WithoutSectionsYIsWhole) {

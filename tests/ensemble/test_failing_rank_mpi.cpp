@@ -128,14 +128,16 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
   }
 }
 
+std::string case_name(const testing::TestParamInfo<FailingRank::ParamType>& info) {
+  const auto& [release, engine] = info.param;
+  return std::string(release == input::Release::element ? "Element" : "Facet") +
+         (engine == input::Engine::petsc ? "Petsc" : "FixedPoint");
+}
+
 INSTANTIATE_TEST_SUITE_P(Releases, FailingRank,
                          testing::Combine(testing::Values(input::Release::element, input::Release::facet),
                                           testing::Values(input::Engine::fixed_point, input::Engine::petsc)),
-                         [](const auto& info) {
-                           const auto& [release, engine] = info.param;
-                           return std::string(release == input::Release::element ? "Element" : "Facet") +
-                                  (engine == input::Engine::petsc ? "Petsc" : "FixedPoint");
-                         });
+                         case_name);
 
 }  // namespace
 }  // namespace crackle::dynamics
