@@ -96,7 +96,7 @@ class Engines(unittest.TestCase):
         self.assertEqual(refused.returncode, 1)
         self.assertIn("time.engine is fixed-point, not petsc", refused.stderr)
         told = self.succeed("sample", self.input, "--sample", 0, "-o", parts, "--resume")
-        self.assertRegex(told, r"goes on at step \d+|is taken from the checkpoint")
+        self.assertRegex(told, r"continues at step \d+|is taken from the checkpoint")
         self.assertIn(NOTICE, told)
         np.testing.assert_array_equal(cases._breaks(whole / "samples" / "0000.h5"), cases._breaks(parts / "samples" / "0000.h5"))
 

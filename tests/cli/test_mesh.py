@@ -162,7 +162,7 @@ class Mesh(unittest.TestCase):
                                   ((DEMO, "--survey", 0), "not in range 1 to 1000000"),
                                   ((DEMO, "--table", "x.csv", "-o", mesh), "requires --survey"),
                                   ((DEMO, "--ranks", 0, "-o", mesh), "not in range 1 to 100000"),
-                                  ((DEMO, "--sample", -1, "-o", mesh), "'-1' is no sample number"),
+                                  ((DEMO, "--sample", -1, "-o", mesh), "'-1' is not a sample number"),
                                   ((DEMO, "--survey", 3, "--table", self.folder / "no" / "x.csv"),
                                    "x.csv: cannot be written")):
             result = invoke(*arguments)

@@ -359,7 +359,7 @@ class Stats(unittest.TestCase):
                              "its own sections\n")
 
     def test_wrong_sections_are_refused(self):
-        for given, reason in (("y=1 mm", r"sections.y\[0\]: no crack can arrive at 1 mm; .*between 2 mm and 8 mm"),
+        for given, reason in (("y=1 mm", r"sections.y\[0\]: no crack can reach 1 mm; .*between 2 mm and 8 mm"),
                               ("y=3 mm,3 kg", r"sections.y\[1\]: \"3 kg\" does not have the dimension of a length"),
                               ("y=4 mm,3 mm", r"sections.y\[1\]: 3 mm is not above 4 mm"),
                               ("z=9 mm", r"sections.z: no crack can reach them, since no notch is cut into a z-face"),
@@ -453,7 +453,7 @@ class Stats(unittest.TestCase):
         refused = invoke("run", old / "input.toml", "-o", old, "--resume")
         self.assertEqual(refused.returncode, 1, refused.stdout)
         self.assertIn("version 2 of the file format, written by version", refused.stderr)
-        self.assertIn("go on with the program that began this ensemble", refused.stderr)
+        self.assertIn("continue with the program that began this ensemble", refused.stderr)
         report = subprocess.run([ROOT / "tools/crackle-report", old], capture_output=True, text=True, check=False)
         self.assertEqual((report.returncode, report.stderr), (0, ""))
         after = {file: file.read_bytes() for file in old.rglob("*")

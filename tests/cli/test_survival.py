@@ -200,7 +200,7 @@ class Survival(SurvivalCase):
         result = self.call("run", self.small, "-o", self.out, "--resume")
         self.assertEqual(result.returncode, 1, result.stdout)
         self.assertRegex(result.stderr, rf"0001\.h5': version {version - 1} of the file format, written by .*; this program "
-                         rf"writes version {version}; go on with the program that began this ensemble")
+                         rf"writes version {version}; continue with the program that began this ensemble")
         self.assertEqual(file.read_bytes(), before)
 
     # Disks.
@@ -227,7 +227,7 @@ class Survival(SurvivalCase):
 
     def test_folders_that_cannot_be(self):
         (self.root / "plain").write_text("a file")
-        self.assert_refused(self.call("run", self.small, "-o", self.root / "plain"), "is no folder")
+        self.assert_refused(self.call("run", self.small, "-o", self.root / "plain"), "is not a folder")
         self.assert_refused(self.call("run", self.small, "-o", self.root / "plain" / "out"), "cannot be made")
         self.assert_refused(self.call("run", self.small, "-o", "/proc/crackle"), "cannot be made")
 

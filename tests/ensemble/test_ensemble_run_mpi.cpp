@@ -230,7 +230,7 @@ TEST_F(EnsembleRun, FailedSampleLeavesNoCheckpointAndIsTriedAgainFromItsBeginnin
   EXPECT_EQ(outcome.done, 3);
   EXPECT_EQ(found, 0u);
   if (!world_.is_root()) return;
-  EXPECT_THAT(log_.str(), HasSubstr("1 of them failed before and begin anew"));
+  EXPECT_THAT(log_.str(), HasSubstr("1 of them failed before and are computed again"));
   EXPECT_FALSE(fs::exists(io::checkpoint_path(root_ / "retried", 1)));
 }
 

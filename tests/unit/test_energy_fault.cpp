@@ -17,7 +17,7 @@ TEST(EnergyFault, NumbersThatAreNone) {
   for (const double wrong :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     EXPECT_THAT(*energy_fault(std::vector{row(1e-6, wrong, 1)}, 200),
-                testing::HasSubstr("no numbers 1 us after"));
+                testing::HasSubstr("not finite 1 us after"));
     EXPECT_TRUE(energy_fault(std::vector{row(1e-6, 1, wrong)}, 200));
   }
   EXPECT_FALSE(energy_fault(std::vector{row(1e-6, 1, 1)}, 200));

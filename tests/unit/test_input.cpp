@@ -222,7 +222,7 @@ TEST(Input, OtherSectionsAreReadLikeThoseOfTheFile) {
                           "length; give a length such as \"1.0 mm\""));
   EXPECT_THAT(
       errors({"y=7 mm", "z=135 mm"}),
-      ElementsAre("--sections: sections.z[0]: no crack can arrive at 135 mm; give a length in a notch's "
+      ElementsAre("--sections: sections.z[0]: no crack can reach 135 mm; give a length in a notch's "
                   "ligament: between 0 and 130 mm (specimen.notch[1])"));
   EXPECT_THAT(errors({"y=9 mm", "y=7 mm"}), ElementsAre(::testing::HasSubstr("7 mm is not above 9 mm")));
   EXPECT_THAT(errors({"y=7 mm,"}), ElementsAre(::testing::HasSubstr("sections.y[1]: \"\" is not a number")));

@@ -73,9 +73,9 @@ TEST(InputErrors, SectionsAreWhereACrackCanArrive) {
   EXPECT_THAT(errors("y", "y", R"(["7 mm", "24 mm"])"), IsEmpty());
   EXPECT_THAT(
       errors("y", "y", R"(["3 mm", "7 mm"])"),
-      ElementsAre("test.toml:20: sections.y[0]: no crack can arrive at 3 mm; give a length in a notch's "
+      ElementsAre("test.toml:20: sections.y[0]: no crack can reach 3 mm; give a length in a notch's "
                   "ligament: between 6 mm and 24.5 mm (specimen.notch[0])"));
-  EXPECT_THAT(errors("y", "y", R"(["6 mm"])"), ElementsAre(HasSubstr("no crack can arrive at 6 mm")))
+  EXPECT_THAT(errors("y", "y", R"(["6 mm"])"), ElementsAre(HasSubstr("no crack can reach 6 mm")))
       << "the tip";
   EXPECT_THAT(errors("Y", "y", R"(["18.5 mm"])"), ElementsAre(HasSubstr("between 0 and 18.5 mm")));
   EXPECT_THAT(errors("yY", "y", R"(["3 mm", "21 mm"])"), IsEmpty()) << "the other notch's crack can";
@@ -157,7 +157,7 @@ TEST(InputErrors, UnitsThatUdunitsReadsOtherwiseAreRefused) {
     EXPECT_EQ(errors.size(), 1U) << value;
     for (const auto& error : errors) {
       EXPECT_THAT(error,
-                  ::testing::AnyOf(HasSubstr("has the unknown unit"), HasSubstr("has not the dimension")))
+                  ::testing::AnyOf(HasSubstr("has the unknown unit"), HasSubstr("does not have the dimension")))
           << value;
     }
   }
@@ -204,7 +204,7 @@ TEST(InputErrors, RestNeedsNoSupport) {
 TEST(InputErrors, SyntaxErrorsAreOneLine) {
   const auto errors = errors_of("[mesh]\nspacing = 3 mm\n");
   ASSERT_EQ(errors.size(), 1U);
-  EXPECT_THAT(errors[0], AllOf(StartsWith("test.toml:2: syntax error: "), HasSubstr("stands in quotes")));
+  EXPECT_THAT(errors[0], AllOf(StartsWith("test.toml:2: syntax error: "), HasSubstr("must be in quotes")));
   EXPECT_EQ(errors[0].find('\n'), std::string::npos);
 }
 

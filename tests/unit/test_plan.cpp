@@ -208,7 +208,7 @@ TEST_F(Plan, FolderWithAnEnsembleIsRefusedWithoutResume) {
 TEST_F(Plan, FileInPlaceOfTheFolderIsRefused) {
   write(folder_, "something else");
   for (const bool resume : {false, true}) {
-    EXPECT_THAT(message_of([&] { plan(resume); }), HasSubstr("out is no folder"));
+    EXPECT_THAT(message_of([&] { plan(resume); }), HasSubstr("out is not a folder"));
   }
   EXPECT_EQ(text_of(folder_), "something else");
 }
@@ -242,7 +242,7 @@ TEST_F(Plan, ResumeWithOtherSectionsOrFramesIsToldWhatIsPossible) {
                            " --sections y=\"3 mm, 5 mm\"";
   EXPECT_EQ(changed({}), "");
   EXPECT_EQ(changed({sections}), of_another +
-                                     "sections.y is [3 mm, 5 mm], not [3 mm, 4 mm]; go on with the "
+                                     "sections.y is [3 mm, 5 mm], not [3 mm, 4 mm]; keep the "
                                      "folder's sections, or use another folder; " +
                                      look);
   EXPECT_EQ(changed({frames}), of_another +
@@ -250,7 +250,7 @@ TEST_F(Plan, ResumeWithOtherSectionsOrFramesIsToldWhatIsPossible) {
                                    "another folder; frames cannot be changed afterwards");
   EXPECT_EQ(changed({sections, frames}),
             of_another +
-                "output.frames is 9, not 4, sections.y is [3 mm, 5 mm], not [3 mm, 4 mm]; go on with the "
+                "output.frames is 9, not 4, sections.y is [3 mm, 5 mm], not [3 mm, 4 mm]; keep the "
                 "folder's sections and frames, or use another folder; " +
                 look + "; frames cannot be changed afterwards");
   EXPECT_EQ(changed({sections, {"seed = 1", "seed = 2"}}),
