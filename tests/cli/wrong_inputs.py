@@ -285,7 +285,7 @@ CASES = [
     Case("history of a fixed boundary", lambda t: t.set("boundary", "history", '[["0 s", 0], ["1 s", 1]]'),
          "boundary[0].history", "a fixed boundary does not change with time"),
     Case("rate and history", lambda t: t.set("boundary", "history", '[["0 s", 0], ["1 s", 1]]', 1),
-         "boundary[1].history", "give one of rate and history"),
+         "boundary[1].history", "give one of the two"),
     Case("history not ascending",
          lambda t: t.drop("boundary", "rate", 1)
          .set("boundary", "history", '[["0 s", 0], ["2 s", 1], ["1 s", 2]]', 1),
