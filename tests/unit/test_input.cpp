@@ -220,10 +220,9 @@ TEST(Input, OtherSectionsAreReadLikeThoseOfTheFile) {
   EXPECT_THAT(errors({"y=7 mm, 3 kg"}),
               ElementsAre("--sections: sections.y[1]: \"3 kg\" does not have the dimension of a "
                           "length; give a length such as \"1.0 mm\""));
-  EXPECT_THAT(
-      errors({"y=7 mm", "z=135 mm"}),
-      ElementsAre("--sections: sections.z[0]: no crack can reach 135 mm; give a length in a notch's "
-                  "ligament: between 0 and 130 mm (specimen.notch[1])"));
+  EXPECT_THAT(errors({"y=7 mm", "z=135 mm"}),
+              ElementsAre("--sections: sections.z[0]: no crack can reach 135 mm; give a length in a notch's "
+                          "ligament: between 0 and 130 mm (specimen.notch[1])"));
   EXPECT_THAT(errors({"y=9 mm", "y=7 mm"}), ElementsAre(::testing::HasSubstr("7 mm is not above 9 mm")));
   EXPECT_THAT(errors({"y=7 mm,"}), ElementsAre(::testing::HasSubstr("sections.y[1]: \"\" is not a number")));
   for (const char* wrong : {"7 mm", "x=7 mm", "=7 mm", ""})

@@ -71,10 +71,9 @@ TEST(InputErrors, SectionsAreWhereACrackCanArrive) {
     return errors_of(to_text(tables));
   };
   EXPECT_THAT(errors("y", "y", R"(["7 mm", "24 mm"])"), IsEmpty());
-  EXPECT_THAT(
-      errors("y", "y", R"(["3 mm", "7 mm"])"),
-      ElementsAre("test.toml:20: sections.y[0]: no crack can reach 3 mm; give a length in a notch's "
-                  "ligament: between 6 mm and 24.5 mm (specimen.notch[0])"));
+  EXPECT_THAT(errors("y", "y", R"(["3 mm", "7 mm"])"),
+              ElementsAre("test.toml:20: sections.y[0]: no crack can reach 3 mm; give a length in a notch's "
+                          "ligament: between 6 mm and 24.5 mm (specimen.notch[0])"));
   EXPECT_THAT(errors("y", "y", R"(["6 mm"])"), ElementsAre(HasSubstr("no crack can reach 6 mm")))
       << "the tip";
   EXPECT_THAT(errors("Y", "y", R"(["18.5 mm"])"), ElementsAre(HasSubstr("between 0 and 18.5 mm")));
@@ -156,8 +155,8 @@ TEST(InputErrors, UnitsThatUdunitsReadsOtherwiseAreRefused) {
     const auto errors = errors_with("[mesh]", "spacing", value);
     EXPECT_EQ(errors.size(), 1U) << value;
     for (const auto& error : errors) {
-      EXPECT_THAT(error,
-                  ::testing::AnyOf(HasSubstr("has the unknown unit"), HasSubstr("does not have the dimension")))
+      EXPECT_THAT(error, ::testing::AnyOf(HasSubstr("has the unknown unit"),
+                                          HasSubstr("does not have the dimension")))
           << value;
     }
   }
