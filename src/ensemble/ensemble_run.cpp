@@ -228,7 +228,8 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   }
   ScheduleEvents events = make_events(master, log_or_null);
   events.parked = [&, tell = events.parked](const SampleReport& report) {
-    stop.set();
+    // A signal to all ranks may reach the group first; the log names it all the same.
+    if (!stop()) stop.set();
     tell(report);
   };
   schedule_samples(world, layout, master.plan.to_do, steps, events,
