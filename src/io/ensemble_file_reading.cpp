@@ -6,7 +6,6 @@
 #include "hdf5.h"
 #include "provenance.h"
 
-#include <stdexcept>
 #include <type_traits>
 #include <utility>
 
