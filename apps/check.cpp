@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle check: validates an input file and says what running it will take.
+#include "crackle/common/failure.h"
 #include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/stable_step.h"
@@ -52,14 +53,6 @@ constexpr double measured_seconds = 1;
 constexpr double solves_of_a_million = 60;
 constexpr double short_wait = 20;  // [s]
 
-std::string aligned(const std::vector<std::pair<std::string, std::string>>& rows) {
-  std::size_t width = 0;
-  for (const auto& row : rows) width = std::max(width, row.first.size());
-  std::string text;
-  for (const auto& [name, value] : rows) text += fmt::format("{:<{}} = {}\n", name, width, value);
-  return text;
-}
-
 std::string duration_text(double seconds) {
   if (seconds < 120) return fmt::format("{:.3g} s", seconds);
   return seconds < 7200 ? fmt::format("{:.3g} min", seconds / 60) : fmt::format("{:.3g} h", seconds / 3600);
@@ -68,6 +61,7 @@ std::string duration_text(double seconds) {
 /// Sample 0 and what has been found out about it.
 struct Subject {
   const input::Parameters& parameters;
+  const geometry::Body& body;
   geometry::Realization realization;
   double stable_step;  ///< [s]
   ensemble::PhaseWork phase;
@@ -93,7 +87,8 @@ Subject make_subject(const input::Parameters& parameters, const geometry::Body& 
   const auto phase = ensemble::phase_work(parameters, stable_step);
   const double analysis = static_cast<double>(realization.tetrahedra.size()) /
                           ensemble::Machine(parameters.time).root_updates_per_second;
-  return {parameters, std::move(realization), stable_step, phase, base_seconds + clock.seconds() + analysis};
+  return {parameters,  body,  std::move(realization),
+          stable_step, phase, base_seconds + clock.seconds() + analysis};
 }
 
 double forces_per_step(const ensemble::PhaseWork& phase) {
@@ -130,23 +125,13 @@ std::string plan_text(const Subject& subject, const ensemble::MeasuredCost& meas
   return text;
 }
 
-ensemble::GroupLayout layout_of_sample(const input::Parameters& parameters) {
-  return ensemble::one_group(parameters.ensemble.ranks_per_sample);
-}
-
-/// Of all ranks that share a sample [byte].
-double sample_memory(const input::Parameters& parameters, const ensemble::MemoryDemand& demand) {
-  return demand.master + (parameters.ensemble.ranks_per_sample - 1) * demand.member;
-}
-
-using Rows = std::vector<std::pair<std::string, std::string>>;
+using Rows = std::vector<input::Line>;
 
 /// Where the mesh is fine, and what stands there.
 void add_regions(Rows& rows, const Subject& subject) {
   const auto& mesh = subject.parameters.mesh;
   if (mesh.regions.empty()) return;
-  const auto contents =
-      geometry::region_contents(subject.realization, *geometry::make_body(subject.parameters.specimen), mesh);
+  const auto contents = geometry::region_contents(subject.realization, subject.body, mesh);
   for (std::size_t i = 0; i < contents.size(); ++i) {
     const bool is_rest = i == mesh.regions.size();
     const char* const rest = subject.parameters.specimen.notches.empty() ? "rest" : "notches and rest";
@@ -167,8 +152,7 @@ std::string uneven_toughness_text(const Subject& subject) {
   if (parameters.fracture.toughness > 0 || parameters.mesh.points) return {};
   const auto criterion =
       fracture::make_criterion(parameters, {parameters.fracture.strength}, subject.phase.grid.step);
-  const auto range = fracture::toughness_along_ligaments(
-      parameters, *geometry::make_body(parameters.specimen), criterion->strength(0));
+  const auto range = fracture::toughness_along_ligaments(parameters, subject.body, criterion->strength(0));
   if (!range || range->greatest <= uneven_toughness * range->least) return {};
   return fmt::format(
       "\nWarning: with one strength the toughness follows the spacing, {:.3g} to {:.3g} J/m^2 along the "
@@ -286,7 +270,7 @@ std::string cost_text(const Subject& subject, const CheckOptions& options) {
   rows.emplace_back("core-hours",
                     fmt::format("{:.3g} for {}, with {} each", subject.n_samples() * cost.total() / 3600,
                                 subject.samples_text(), phases_text(n_phases)));
-  std::string text = aligned(rows);
+  std::string text = input::aligned(rows);
   if (!measured.overload.empty())
     text += fmt::format("\nWarning: sample 0 will fail: {}\n", measured.overload);
   if (options.ranks > 0) text += plan_text(subject, measured, work, cost, rate, options.ranks);
@@ -302,11 +286,12 @@ void print_estimate(const input::Parameters& parameters, const CheckOptions& opt
           ensemble::shortage(ensemble::expected_mesh_memory(parameters, *body), "making the mesh", available))
     throw std::runtime_error(*message + "; use coarser spacings, or check the input where there is more");
   const Subject subject = make_subject(parameters, *body);
-  const double memory =
-      sample_memory(parameters, ensemble::memory_demand(parameters, subject.n_nodes(), subject.n_tetrahedra(),
-                                                        layout_of_sample(parameters)));
-  fmt::print("{}{}", aligned(subject_rows(subject, memory, available.bytes)), uneven_toughness_text(subject));
   const int n_ranks = parameters.ensemble.ranks_per_sample;
+  const auto demand = ensemble::memory_demand(parameters, subject.n_nodes(), subject.n_tetrahedra(),
+                                              ensemble::one_group(n_ranks));
+  const double memory = demand.master + (n_ranks - 1) * demand.member;  // of all ranks that share a sample
+  fmt::print("{}{}", input::aligned(subject_rows(subject, memory, available.bytes)),
+             uneven_toughness_text(subject));
   const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
   if (const auto message = ensemble::shortage(memory, whose, available))
     fmt::print(
@@ -351,7 +336,7 @@ int check(const parallel::Communicator& world, const CheckOptions& options) {
     try {
       print_estimate(parameters, options);
     } catch (const std::runtime_error& error) {
-      throw std::runtime_error(fmt::format("{}: {}", file, error.what()));
+      fail("{}: {}", file, error.what());
     }
   });
   return success;

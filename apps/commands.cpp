@@ -2,6 +2,7 @@
 #include "commands.h"
 #include "crackle/common/whole_number.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -31,10 +32,10 @@ input::Parameters share_input(const parallel::Communicator& world, const std::fi
   parallel::agree_on_root(world, [&] { parameters = read(); });
   const bool is_root = world.is_root();
   const bool has_points = is_root && parameters.mesh.points;
-  const std::string text = parallel::share_text(world, parameters.text);
+  const std::string text = parallel::share(world, parameters.text);
   const std::string points =
-      parallel::share_text(world, has_points ? parameters.mesh.points->string() : std::string());
-  const std::string digest = parallel::share_text(world, parameters.mesh.points_digest);
+      parallel::share(world, has_points ? parameters.mesh.points->string() : std::string());
+  const std::string digest = parallel::share(world, parameters.mesh.points_digest);
   return parallel::agree(world, [&] {
     return is_root ? std::move(parameters) : input::parse(text, name, {.path = points, .digest = digest});
   });

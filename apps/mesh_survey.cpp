@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Makes many realizations for their statistics.
+#include "crackle/common/failure.h"
 #include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/ensemble/base_points.h"
@@ -17,7 +18,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
-#include <stdexcept>
 
 namespace crackle::apps {
 
@@ -27,7 +27,7 @@ namespace {
 void check_writable(const std::filesystem::path& table) {
   const std::filesystem::path folder = table.has_parent_path() ? table.parent_path() : ".";
   if (std::filesystem::is_directory(table) || ::access(folder.c_str(), W_OK) != 0)
-    throw std::runtime_error(fmt::format("{}: cannot be written", table.string()));
+    fail("{}: cannot be written", table.string());
 }
 
 }  // namespace

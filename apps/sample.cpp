@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle sample: one realization on all ranks as one group.
-#include "crackle/analysis/sample_warning.h"
+#include "crackle/analysis/sample_summary.h"
 #include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/ensemble/run_log.h"
@@ -9,7 +9,6 @@
 
 #include "parallel_command.h"
 
-#include <fmt/format.h>
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 

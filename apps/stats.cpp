@@ -4,8 +4,8 @@
 #include "commands.h"
 #include "crackle/analysis/crack_path.h"
 #include "crackle/analysis/sample_results.h"
-#include "crackle/analysis/sample_warning.h"
 #include "crackle/analysis/statistics.h"
+#include "crackle/common/failure.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/ensemble/sample_plan.h"
@@ -14,6 +14,7 @@
 #include "crackle/io/ensemble_file.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -22,7 +23,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -51,16 +51,13 @@ input::Parameters input_of(const parallel::Communicator& world, const fs::path& 
   const input::PointsFile points{
       .path = fs::exists(ensemble::points_copy(folder)) ? ensemble::points_copy(folder) : fs::path(),
       .digest = {}};
-  int has_copy = fs::exists(copy) ? 1 : 0;
-  parallel::check_mpi(MPI_Bcast(&has_copy, 1, MPI_INT, 0, world.get()), "MPI_Bcast");
-  if (has_copy != 0) return read_input(world, copy, points);
+  if (parallel::share(world, fs::exists(copy))) return read_input(world, copy, points);
   return share_input(world, results, [&] {
     if (fs::exists(results)) return input::parse(io::read_ensemble(results).input_text, results, points);
     if (const fs::path sample = first_sample_file(folder); !sample.empty())
       return input::parse(io::read_input_text(sample), sample, points);
-    throw std::runtime_error(fmt::format(
-        "'{}' is not the folder of an ensemble: it holds neither input.toml nor ensemble.h5 nor samples",
-        folder.string()));
+    fail("'{}' is not the folder of an ensemble: it holds neither input.toml nor ensemble.h5 nor samples",
+         folder.string());
   });
 }
 
@@ -86,15 +83,14 @@ void print(const Options& options, const std::vector<analysis::SampleSummary>& s
 /// Whether ensemble.h5 must stay as it is: it is all that is left of an ensemble, or of an older version of
 /// the program; or there never was an ensemble, only samples. Collective.
 bool is_read_only(const parallel::Communicator& world, const fs::path& folder) {
-  int answer = 0;
+  bool answer = false;
   parallel::agree_on_root(world, [&] {
     const bool has_results = fs::exists(ensemble::results_file(folder));
     const bool has_only_results = has_results && !fs::exists(folder / "samples");
     const bool has_only_samples = !has_results && !fs::exists(folder / "input.toml");
-    answer = has_only_results || has_only_samples || io::holds_older_format(folder) ? 1 : 0;
+    answer = has_only_results || has_only_samples || io::holds_older_format(folder);
   });
-  parallel::check_mpi(MPI_Bcast(&answer, 1, MPI_INT, 0, world.get()), "MPI_Bcast");
-  return answer != 0;
+  return parallel::share(world, answer);
 }
 
 /// The rows of an ensemble whose files stay as they are: those of ensemble.h5, and of sample files that it

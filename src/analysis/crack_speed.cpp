@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/crack_path.h"
-#include "crackle/common/index.h"
 
 #include "crossings.h"
 

@@ -2,10 +2,9 @@
 #include "crackle/analysis/crack_surface.h"
 
 #include "crackle/common/disjoint_sets.h"
+#include "crackle/common/failure.h"
 #include "crackle/common/index.h"
 #include "crackle/common/vector.h"
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -46,15 +45,9 @@ CrackFacet dual_facet(const Realization& realization, const Tetrahedron& tetrahe
   const Point& pa = p[index(a)];
   const Point& pb = p[index(b)];
   CrackFacet facet{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    facet.corner[0][i] = (pa[i] + pb[i]) / 2;
-    facet.corner[1][i] = (pa[i] + pb[i] + p[other[0]][i]) / 3;
-    facet.corner[2][i] = (p[0][i] + p[1][i] + p[2][i] + p[3][i]) / 4;
-    facet.corner[3][i] = (pa[i] + pb[i] + p[other[1]][i]) / 3;
-  }
-  facet.area = norm(cross(difference(facet.corner[2], facet.corner[0]),
-                          difference(facet.corner[3], facet.corner[1]))) /
-               2;
+  facet.corner = {(pa + pb) / 2, (pa + pb + p[other[0]]) / 3, (p[0] + p[1] + p[2] + p[3]) / 4,
+                  (pa + pb + p[other[1]]) / 3};
+  facet.area = norm(cross(facet.corner[2] - facet.corner[0], facet.corner[3] - facet.corner[1])) / 2;
   return facet;
 }
 
@@ -129,7 +122,7 @@ CrackForest connect(const geometry::Body& body, const Realization& realization,
 }  // namespace
 
 double local_spacing(const CrackFacet& facet) {
-  return 3 * norm(difference(facet.corner[3], facet.corner[1]));
+  return 3 * norm(facet.corner[3] - facet.corner[1]);
 }
 
 double CrackSurface::area() const {
@@ -151,10 +144,10 @@ CrackSurface make_crack_surface(const geometry::Body& body, const Realization& r
     if (broken.tetrahedron < 0 ||
         broken.tetrahedron >= static_cast<std::int64_t>(realization.tetrahedra.size()) || broken.cut < 0 ||
         broken.cut >= fracture::n_cuts) {
-      throw std::invalid_argument(
-          fmt::format("break of tetrahedron {} by cut {}: the realization has {} "
-                      "tetrahedra and the cuts are 0 to {}",
-                      broken.tetrahedron, broken.cut, realization.tetrahedra.size(), fracture::n_cuts - 1));
+      fail<std::invalid_argument>(
+          "break of tetrahedron {} by cut {}: the realization has {} "
+          "tetrahedra and the cuts are 0 to {}",
+          broken.tetrahedron, broken.cut, realization.tetrahedra.size(), fracture::n_cuts - 1);
     }
   }
   CrackForest forest = connect(body, realization, breaks);

@@ -11,7 +11,6 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
-#include <limits>
 #include <map>
 #include <utility>
 
@@ -39,31 +38,24 @@ Facets without_strays(const CrackSurface& surface, const Facets& facets) {
                                     in_tetrahedron.try_emplace(facet.tetrahedron, i).first->second})
       pieces.join(i, other);
   }
-  struct Box {
-    geometry::Point low, high;
+  struct Extent {
+    geometry::Box box = geometry::nowhere;
     double spacing = 0;
     int n = 0;
   };
-  std::vector<Box> boxes(facets.size());
+  std::vector<Extent> extents(facets.size());
   for (std::size_t i = 0; i < facets.size(); ++i) {
-    Box& box = boxes[pieces.smallest(i)];
+    Extent& extent = extents[pieces.smallest(i)];
     const CrackFacet& facet = surface.facets[facets[i]];
-    for (const geometry::Point& p : facet.corner) {
-      const bool is_first = box.n == 0 && &p == facet.corner.data();
-      for (std::size_t k = 0; k < 3; ++k) {
-        box.low[k] = is_first ? p[k] : std::min(box.low[k], p[k]);
-        box.high[k] = is_first ? p[k] : std::max(box.high[k], p[k]);
-      }
-    }
-    box.spacing += local_spacing(facet);
-    ++box.n;
+    for (const geometry::Point& p : facet.corner) extent.box.include(p);
+    extent.spacing += local_spacing(facet);
+    ++extent.n;
   }
   Facets kept;
   for (std::size_t i = 0; i < facets.size(); ++i) {
-    const Box& box = boxes[pieces.smallest(i)];
-    double size = 0;
-    for (std::size_t k = 0; k < 3; ++k) size = std::max(size, box.high[k] - box.low[k]);
-    if (size >= stray_size * box.spacing / box.n) kept.push_back(facets[i]);
+    const Extent& extent = extents[pieces.smallest(i)];
+    const double size = std::ranges::max(extent.box.upper - extent.box.lower);
+    if (size >= stray_size * extent.spacing / extent.n) kept.push_back(facets[i]);
   }
   return kept;
 }
@@ -509,17 +501,13 @@ private:
     fork.time = std::max(median_time(seen.arms[0].first), median_time(seen.arms[1].first));
     fork.length = arm.length;
     fork.angle = seen.angle;
-    double low = std::numeric_limits<double>::infinity();
-    double high = -low;
+    geometry::Box box = geometry::nowhere;
     for (const std::size_t i : arm.facets) {
       found.arm[i] = static_cast<std::int32_t>(found.forks.size());
-      for (const geometry::Point& p : surface_.facets[i].corner) {
-        low = std::min(low, p[0]);
-        high = std::max(high, p[0]);
-      }
+      for (const geometry::Point& p : surface_.facets[i].corner) box.include(p);
     }
-    fork.x = (low + high) / 2;
-    fork.share = (high - low) / thickness_;
+    fork.x = (box.lower[0] + box.upper[0]) / 2;
+    fork.share = (box.upper[0] - box.lower[0]) / thickness_;
     fork.is_in_projection = seen.is_in_projection;
     fork.is_in_space = seen.is_in_space;
   }
@@ -535,14 +523,6 @@ private:
 };
 
 }  // namespace
-
-std::int32_t CrackArms::n_projected() const {
-  return static_cast<std::int32_t>(std::ranges::count_if(forks, &Fork::is_in_projection));
-}
-
-std::int32_t CrackArms::n_in_space() const {
-  return static_cast<std::int32_t>(std::ranges::count_if(forks, &Fork::is_in_space));
-}
 
 CrackArms find_forks(const geometry::Body& body, const CrackSurface& surface) {
   CrackArms found;

@@ -2,11 +2,10 @@
 #include "crackle/analysis/running_statistics.h"
 
 #include "crackle/analysis/stop_rule.h"
+#include "crackle/common/failure.h"
 
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -43,16 +42,16 @@ double student_quantile(int n, double confidence) {
 void check_row(const SampleSummary& row, std::size_t sample, const Statistics& shape) {
   const auto n_positions = static_cast<std::size_t>(shape.n_notches * shape.n_sections);
   if (row.position.size() != n_positions || row.z_spread.size() != n_positions) {
-    throw std::invalid_argument(
-        fmt::format("sample {}: {} crack positions instead of {}", sample, row.position.size(), n_positions));
+    fail<std::invalid_argument>("sample {}: {} crack positions instead of {}", sample, row.position.size(),
+                                n_positions);
   }
   if (row.pattern < 0 || row.pattern >= n_patterns) {
-    throw std::invalid_argument(
-        fmt::format("sample {}: pattern {} is not one of 0 to {}", sample, row.pattern, n_patterns - 1));
+    fail<std::invalid_argument>("sample {}: pattern {} is not one of 0 to {}", sample, row.pattern,
+                                n_patterns - 1);
   }
   if (row.leading_notch < -1 || row.leading_notch >= shape.n_notches) {
-    throw std::invalid_argument(
-        fmt::format("sample {}: leading notch {} of {}", sample, row.leading_notch, shape.n_notches));
+    fail<std::invalid_argument>("sample {}: leading notch {} of {}", sample, row.leading_notch,
+                                shape.n_notches);
   }
 }
 
@@ -72,9 +71,8 @@ RankStatistics empty_ranks(const LeaderFrame& frame, bool leaders) {
 }
 
 Statistics empty_statistics(std::size_t n_samples, const LeaderFrame& frame, double confidence) {
-  if (!(confidence > 0 && confidence < 1)) {
-    throw std::invalid_argument(fmt::format("confidence {}: must lie between 0 and 1", confidence));
-  }
+  if (!(confidence > 0 && confidence < 1))
+    fail<std::invalid_argument>("confidence {}: must lie between 0 and 1", confidence);
   Statistics statistics;
   statistics.n_notches = frame.n_notches();
   statistics.n_sections = frame.n_sections();
@@ -119,10 +117,8 @@ void compute_paths(PathStatistics& paths, std::size_t n_positions, const Statist
   const auto n_samples = static_cast<std::size_t>(shape.n_samples);
   paths.running_mean.assign(n_samples * n_positions, none);
   paths.running_half_width.assign(n_samples * n_positions, none);
-  paths.spread_mean.assign(n_positions, none);
-  paths.z_mean.assign(n_positions, none);
-  paths.z_std.assign(n_positions, none);
-  paths.z_half_width.assign(n_positions, none);
+  for (auto* values : {&paths.spread_mean, &paths.z_mean, &paths.z_std, &paths.z_half_width})
+    values->assign(n_positions, none);
   paths.reached.assign(n_positions, 0);
   paths.z_quantile.clear();
   const double confidence = confidence_of_look(shape.confidence, shape.n_looks);
@@ -187,10 +183,9 @@ void compute_shares(Statistics& statistics, std::span<const SampleSummary> rows)
     ++count[static_cast<std::size_t>(row.pattern)];
   }
   const int n = statistics.n_done;
-  statistics.pattern_share.fill(none);
-  statistics.pattern_half_width.fill(none);
-  statistics.pattern_lower.fill(none);
-  statistics.pattern_upper.fill(none);
+  for (auto* values : {&statistics.pattern_share, &statistics.pattern_half_width, &statistics.pattern_lower,
+                       &statistics.pattern_upper})
+    values->fill(none);
   if (n == 0) return;
   for (std::size_t k = 0; k < count.size(); ++k) {
     const double share = static_cast<double>(count[k]) / n;
@@ -282,13 +277,11 @@ RunningStatistics::RunningStatistics(const input::Parameters& parameters)
 }
 
 void RunningStatistics::add(std::size_t sample, SampleSummary row) {
-  if (sample >= rows_.size()) {
-    throw std::invalid_argument(fmt::format("sample {}: the ensemble has {}", sample, rows_.size()));
-  }
+  if (sample >= rows_.size())
+    fail<std::invalid_argument>("sample {}: the ensemble has {}", sample, rows_.size());
   if (row.status == SampleStatus::pending) return;
-  if (rows_[sample].status != SampleStatus::pending) {
-    throw std::invalid_argument(fmt::format("sample {} is in the statistics already", sample));
-  }
+  if (rows_[sample].status != SampleStatus::pending)
+    fail<std::invalid_argument>("sample {} is in the statistics already", sample);
   if (row.status == SampleStatus::done) {
     check_row(row, sample, statistics_);
     for (std::size_t p = 0; p < leader_moments_.size(); ++p) {
@@ -344,7 +337,7 @@ double RunningStatistics::median_onset_force() const {
 
 void RunningStatistics::stop_at(std::size_t n) {
   if (n > rows_.size())
-    throw std::invalid_argument(fmt::format("stop at sample {}: the ensemble has {}", n, rows_.size()));
+    fail<std::invalid_argument>("stop at sample {}: the ensemble has {}", n, rows_.size());
   stopped_at_ = n;
 }
 

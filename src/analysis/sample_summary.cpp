@@ -2,7 +2,6 @@
 #include "crackle/analysis/sample_summary.h"
 
 #include "crackle/analysis/sample_results.h"
-#include "crackle/analysis/sample_warning.h"
 #include "crackle/common/packing.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
@@ -12,24 +11,12 @@
 
 #include <climits>
 #include <cmath>
-#include <stdexcept>
 #include <type_traits>
 #include <utility>
 
 namespace crackle::analysis {
 
 namespace {
-
-/// Visits every field, in the order of the message.
-template <class Summary, class Visitor>
-void for_each_field(Summary& row, Visitor&& visit) {
-  visit(row.status);
-  visit(row.error);
-  visit(row.note);
-  for_each_result([&](const ResultInfo&, auto member) { visit(row.*member); });
-  for_each_position_result([&](const ResultInfo&, auto member) { visit(row.*member); });
-  visit(row.wall_time);
-}
 
 double traced_length(const std::vector<CrackLine>& lines) {
   double length = 0;
@@ -106,37 +93,11 @@ void measure_crossings(const geometry::Body& body, const CrackSurface& surface,
   set_crossings(section_crossings(body, surface, find_forks(body, surface), sections), row);
 }
 
-std::vector<std::byte> to_bytes(const SampleSummary& summary) {
-  Packer packer;
-  for_each_field(summary, [&](const auto& field) { packer.put(field); });
-  return packer.bytes();
-}
-
-SampleSummary summary_from_bytes(std::span<const std::byte> bytes) {
-  SampleSummary row;
-  Unpacker unpacker(bytes);
-  for_each_field(row, [&]<class Field>(Field& field) {
-    if constexpr (std::is_trivially_copyable_v<Field>)
-      field = unpacker.get<Field>();
-    else if constexpr (std::is_same_v<Field, std::string>)
-      field = unpacker.get_string();
-    else
-      field = unpacker.get_vector<typename Field::value_type>();
-  });
-  if (!unpacker.empty()) throw std::runtime_error("message with a sample's row is too long");
-  return row;
-}
-
 std::vector<SampleSummary> all_gather(const parallel::Communicator& group,
                                       std::span<const SampleSummary> rows) {
-  Packer packer;
-  packer.put<std::uint64_t>(rows.size());
-  for (const SampleSummary& row : rows) packer.put(to_bytes(row));
-  const std::vector<std::byte>& mine = packer.bytes();
+  const std::vector<std::byte> mine = to_bytes(std::vector<SampleSummary>(rows.begin(), rows.end()));
 
-  long long total = static_cast<long long>(mine.size());
-  parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LONG_LONG, MPI_SUM, group.get()),
-                      "MPI_Allreduce");
+  const auto total = parallel::all_reduce<std::int64_t>(group, std::ssize(mine), MPI_SUM);
   // Every rank has the same total.
   if (total > INT_MAX)
     throw parallel::AgreedError(0, "the rows of all samples are too large for one message");
@@ -145,9 +106,7 @@ std::vector<SampleSummary> all_gather(const parallel::Communicator& group,
   std::vector<SampleSummary> gathered;
   Unpacker unpacker(all);
   while (!unpacker.empty()) {
-    const auto n_rows = unpacker.get<std::uint64_t>();
-    for (std::uint64_t i = 0; i < n_rows; ++i)
-      gathered.push_back(summary_from_bytes(unpacker.get_vector<std::byte>()));
+    for (SampleSummary& row : unpacker.get<std::vector<SampleSummary>>()) gathered.push_back(std::move(row));
   }
   return gathered;
 }

@@ -16,18 +16,10 @@ Statistics make_statistics(std::span<const SampleSummary> samples, int n_notches
   return running.statistics();
 }
 
-Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters) {
-  RunningStatistics running(parameters);
-  for (std::size_t i = 0; i < samples.size(); ++i) running.add(i, samples[i]);
-  Statistics statistics = running.statistics();
-  statistics.base = parameters.mesh.base;
-  return statistics;
-}
-
 Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters,
-                           int n_needed) {
+                           std::optional<int> n_needed) {
   RunningStatistics running(parameters);
-  running.stop_at(static_cast<std::size_t>(n_needed));
+  if (n_needed) running.stop_at(static_cast<std::size_t>(*n_needed));
   for (std::size_t i = 0; i < samples.size(); ++i) running.add(i, samples[i]);
   Statistics statistics = running.statistics();
   statistics.base = parameters.mesh.base;

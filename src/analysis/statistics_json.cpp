@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/leader_frame.h"
 #include "crackle/analysis/sample_results.h"
-#include "crackle/analysis/sample_warning.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/analysis/stop_rule.h"
 #include "crackle/geometry/outline.h"
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/common/instruction_set.h"
 
+#include "crackle/common/index.h"
+
+#include <array>
+
 namespace crackle {
 
 std::vector<InstructionSet> available_instruction_sets() {
@@ -24,15 +28,8 @@ InstructionSet best_instruction_set() {
 }
 
 std::string_view to_string(InstructionSet set) {
-  switch (set) {
-    case InstructionSet::generic:
-      return "generic";
-    case InstructionSet::avx2:
-      return "AVX2";
-    case InstructionSet::avx512:
-      return "AVX-512";
-  }
-  return "unknown";
+  constexpr std::array names{"generic", "AVX2", "AVX-512"};
+  return names.at(index(set));
 }
 
 }  // namespace crackle

@@ -67,7 +67,4 @@ private:
   bool stays_in_range_ = true;
 };
 
-extern template class BoundaryNodes<float>;
-extern template class BoundaryNodes<double>;
-
 }  // namespace crackle::dynamics

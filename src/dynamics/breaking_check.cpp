@@ -6,10 +6,6 @@
 
 namespace crackle::dynamics {
 
-double BreakingCheck::stress(const mechanics::Symmetric& strain) const {
-  return criterion_->stress()(body_->elasticity()(strain));
-}
-
 void BreakingCheck::start() {
   over_.clear();
   for (const auto t : motion_->overloaded())

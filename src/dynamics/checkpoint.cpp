@@ -1,128 +1,50 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/checkpoint.h"
 
+#include "crackle/common/packing.h"
 #include "crackle/parallel/collectives.h"
 
 #include <algorithm>
+#include <concepts>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
 
 namespace crackle::dynamics {
 
-namespace {
-
-void put(Packer& packer, const MotionCheckpoint& motion) {
-  parallel::put(packer, motion.nodes);
-  packer.put(motion.has_force);
-  for (const auto* tables : {&motion.rate_work, &motion.reaction_work, &motion.remainder}) {
-    packer.put<std::uint64_t>(tables->size());
-    for (const auto& rows : *tables) parallel::put(packer, rows);
-  }
-  packer.put(motion.n_steps);
-  packer.put(motion.n_forces);
+void for_each_field(std::derived_from<MotionCheckpoint> auto& motion, const auto& visit) {
+  visit(motion.nodes, motion.has_force, motion.rate_work, motion.reaction_work, motion.remainder,
+        motion.n_steps, motion.n_forces);
 }
 
-MotionCheckpoint get_motion(Unpacker& unpacker) {
-  MotionCheckpoint motion;
-  motion.nodes = parallel::get_rows(unpacker);
-  motion.has_force = unpacker.get<bool>();
-  for (auto* tables : {&motion.rate_work, &motion.reaction_work, &motion.remainder}) {
-    const auto n = unpacker.get<std::uint64_t>();
-    for (std::uint64_t i = 0; i < n; ++i) tables->push_back(parallel::get_rows(unpacker));
-  }
-  motion.n_steps = unpacker.get<std::int64_t>();
-  motion.n_forces = unpacker.get<std::int64_t>();
-  return motion;
+void for_each_field(std::derived_from<Releases> auto& releases, const auto& visit) {
+  visit(releases.breaks, releases.bridge_releases);
 }
 
-void put(Packer& packer, const EndedPhase& phase) {
-  for (const double value : {phase.load_time, phase.time, phase.kinetic, phase.external_work})
-    packer.put(value);
-  packer.put(phase.n_steps);
-  packer.put(phase.n_forces);
-  packer.put(phase.releases.breaks);
-  packer.put(phase.releases.bridge_releases);
-  parallel::put(packer, phase.displacement);
+void for_each_field(std::derived_from<EndedPhase> auto& phase, const auto& visit) {
+  visit(phase.load_time, phase.time, phase.kinetic, phase.external_work, phase.n_steps, phase.n_forces,
+        phase.releases, phase.displacement);
 }
 
-EndedPhase get_ended(Unpacker& unpacker) {
-  EndedPhase phase;
-  for (double* value : {&phase.load_time, &phase.time, &phase.kinetic, &phase.external_work})
-    *value = unpacker.get<double>();
-  phase.n_steps = unpacker.get<std::int64_t>();
-  phase.n_forces = unpacker.get<std::int64_t>();
-  phase.releases.breaks = unpacker.get_vector<fracture::Break>();
-  phase.releases.bridge_releases = unpacker.get_vector<fracture::BridgeRelease>();
-  phase.displacement = parallel::get_rows(unpacker);
-  return phase;
+void for_each_field(std::derived_from<RunningPhase> auto& phase, const auto& visit) {
+  visit(phase.load_time, phase.step, phase.last_break, phase.separation.looked_at, phase.separation.found,
+        phase.releases, phase.motion);
 }
 
-void put(Packer& packer, const RunningPhase& phase) {
-  packer.put(phase.load_time);
-  packer.put(phase.step);
-  packer.put(phase.last_break);
-  packer.put(phase.separation.looked_at);
-  packer.put(phase.separation.found.value_or(-1));
-  packer.put(phase.releases.breaks);
-  packer.put(phase.releases.bridge_releases);
-  put(packer, phase.motion);
-}
-
-RunningPhase get_running(Unpacker& unpacker) {
-  RunningPhase phase;
-  phase.load_time = unpacker.get<double>();
-  phase.step = unpacker.get<std::int64_t>();
-  phase.last_break = unpacker.get<std::int64_t>();
-  phase.separation.looked_at = unpacker.get<std::int64_t>();
-  if (const auto found = unpacker.get<std::int64_t>(); found >= 0) phase.separation.found = found;
-  phase.releases.breaks = unpacker.get_vector<fracture::Break>();
-  phase.releases.bridge_releases = unpacker.get_vector<fracture::BridgeRelease>();
-  phase.motion = get_motion(unpacker);
-  return phase;
+void for_each_field(std::derived_from<Frame> auto& frame, const auto& visit) {
+  visit(frame.time, frame.displacement, frame.velocity, frame.broken);
 }
 
 /// All but the frames, which the other ranks do not need.
-std::vector<std::byte> shared_part(const Checkpoint& checkpoint) {
-  Packer packer;
-  packer.put(checkpoint.precision);
-  packer.put(checkpoint.engine);
-  packer.put(checkpoint.first_break_reaction);
-  packer.put<std::uint64_t>(checkpoint.ended.size());
-  for (const auto& phase : checkpoint.ended) put(packer, phase);
-  packer.put(checkpoint.running.has_value());
-  if (checkpoint.running) put(packer, *checkpoint.running);
-  parallel::put(packer, checkpoint.memory);
-  packer.put(checkpoint.energy);
-  return packer.bytes();
+void for_each_field(std::derived_from<Checkpoint> auto& checkpoint, const auto& visit) {
+  visit(checkpoint.precision, checkpoint.engine, checkpoint.first_break_reaction, checkpoint.ended,
+        checkpoint.running, checkpoint.memory, checkpoint.energy);
 }
-
-Checkpoint from_shared_part(std::span<const std::byte> bytes) {
-  Unpacker unpacker(bytes);
-  Checkpoint checkpoint;
-  checkpoint.precision = unpacker.get<input::Precision>();
-  checkpoint.engine = unpacker.get<input::Engine>();
-  checkpoint.first_break_reaction = unpacker.get<double>();
-  const auto n_ended = unpacker.get<std::uint64_t>();
-  for (std::uint64_t i = 0; i < n_ended; ++i) checkpoint.ended.push_back(get_ended(unpacker));
-  if (unpacker.get<bool>()) checkpoint.running = get_running(unpacker);
-  checkpoint.memory = parallel::get_rows(unpacker);
-  checkpoint.energy = unpacker.get_vector<EnergyRow>();
-  return checkpoint;
-}
-
-}  // namespace
 
 std::vector<std::byte> to_bytes(const Checkpoint& checkpoint) {
   Packer packer;
-  packer.put(shared_part(checkpoint));
-  packer.put<std::uint64_t>(checkpoint.frames.size());
-  for (const Frame& frame : checkpoint.frames) {
-    packer.put(frame.time);
-    packer.put(frame.displacement);
-    packer.put(frame.velocity);
-    packer.put(frame.broken);
-  }
+  packer.put(crackle::to_bytes(checkpoint));
+  packer.put(checkpoint.frames);
   return packer.bytes();
 }
 
@@ -132,20 +54,13 @@ Checkpoint share_checkpoint(const parallel::Communicator& group, std::span<const
   if (group.is_root()) {
     try {
       Unpacker unpacker(bytes);
-      shared = unpacker.get_vector<std::byte>();
-      const auto n_frames = unpacker.get<std::uint64_t>();
-      for (std::uint64_t i = 0; i < n_frames; ++i) {
-        Frame& frame = frames.emplace_back();
-        frame.time = unpacker.get<double>();
-        frame.displacement = unpacker.get_vector<float>();
-        frame.velocity = unpacker.get_vector<float>();
-        frame.broken = unpacker.get<std::int64_t>();
-      }
+      shared = unpacker.get<std::vector<std::byte>>();
+      frames = unpacker.get<std::vector<Frame>>();
     } catch (const std::runtime_error&) {
       shared.clear();  // which every rank finds too short
     }
   }
-  Checkpoint checkpoint = from_shared_part(parallel::share_bytes(group, std::move(shared)));
+  auto checkpoint = from_bytes<Checkpoint>(parallel::share(group, std::move(shared)));
   checkpoint.frames = std::move(frames);
   return checkpoint;
 }

@@ -2,6 +2,7 @@
 #include "crackle/dynamics/energy_account.h"
 
 #include "crackle/common/index.h"
+#include "crackle/parallel/collectives.h"
 #include "crackle/parallel/exact_sum.h"
 
 #include <fmt/format.h>
@@ -33,7 +34,7 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
   for (const auto& motion : loads.motions) {
     terms.clear();
     for (const auto node : motion.nodes) {
-      const auto i = 3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(motion.component);
+      const auto i = index(node, motion.component);
       terms.push_back(force[i] - external[i]);
     }
     state.reaction.push_back(parallel::exact_sum(group, terms));
@@ -76,9 +77,7 @@ EnergyRow EnergyAccount::row(double time, double kinetic, double phase_work,
   row.external = external_ + phase_work;
   row.released = parallel::exact_sum(*group_, body_->released_energies());
   row.dissipated = dissipated_;
-  row.broken = static_cast<std::int64_t>(body_->breaks().size());
-  parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &row.broken, 1, MPI_INT64_T, MPI_SUM, group_->get()),
-                      "MPI_Allreduce");
+  row.broken = parallel::all_reduce<std::int64_t>(*group_, std::ssize(body_->breaks()), MPI_SUM);
   return row;
 }
 

@@ -183,7 +183,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
     const std::size_t n_changes = body.changes().size();
     std::span<const std::int32_t> breaking;
     step_failure.guard([&] { breaking = breaking_check.end_step(); });
-    if (awaits_first_break && parallel::largest_of_all(group, breaking.empty() ? 0 : 1) > 0) {
+    if (awaits_first_break && parallel::any_of_all(group, !breaking.empty())) {
       awaits_first_break = false;
       parallel::agree_on_error(group, step_failure.error());
       motion.read(state);
@@ -227,8 +227,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
     }
     if (is_poll) {
       std::array<std::int64_t, 2> poll{last_break, requested};
-      parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, poll.data(), 2, MPI_INT64_T, MPI_MAX, group.get()),
-                          "MPI_Allreduce");
+      parallel::all_reduce(group, poll, MPI_MAX);
       last_break = poll[0];
       request = static_cast<Request>(poll[1]);
       result.arrested =

@@ -97,7 +97,4 @@ private:
   bool starts_in_range_ = true;
 };
 
-extern template class FixedPointState<float>;
-extern template class FixedPointState<double>;
-
 }  // namespace crackle::dynamics

@@ -45,7 +45,4 @@ private:
   double seconds_ = 0;
 };
 
-extern template class GhostDisplacements<float>;
-extern template class GhostDisplacements<double>;
-
 }  // namespace crackle::dynamics

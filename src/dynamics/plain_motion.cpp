@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/common/index.h"
 #include "crackle/dynamics/moving_body.h"
-#include "crackle/fracture/principal_stress.h"
+#include "crackle/fracture/equivalent_stress.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
@@ -186,10 +186,7 @@ private:
   }
 
   /// Since the last step, on any rank. Collective.
-  bool is_released_anywhere() const {
-    const double here = has_released_ ? 1 : 0;
-    return (context_.group->size() > 1 ? parallel::largest_of_all(*context_.group, here) : here) > 0;
-  }
+  bool is_released_anywhere() const { return parallel::any_of_all(*context_.group, has_released_); }
 
   /// All ranks together, as the product needs them all.
   void take_over_releases() {

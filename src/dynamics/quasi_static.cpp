@@ -143,15 +143,12 @@ bool QuasiStaticLoading::update_after_breaks() {
 QuasiStaticLoading::Critical QuasiStaticLoading::agree(Critical local, bool smallest) const {
   parallel::agree(*group_);
   if (!smallest) local.value = -local.value;
-  double best = local.number < 0 ? infinity : local.value;
-  parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &best, 1, MPI_DOUBLE, MPI_MIN, group_->get()),
-                      "MPI_Allreduce");
+  const double best = parallel::all_reduce(*group_, local.number < 0 ? infinity : local.value, MPI_MIN);
   Critical agreed;
   agreed.value = smallest ? best : -best;
   constexpr auto none = std::numeric_limits<std::int64_t>::max();
-  std::int64_t number = local.number >= 0 && local.value == best ? local.number : none;
-  parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &number, 1, MPI_INT64_T, MPI_MIN, group_->get()),
-                      "MPI_Allreduce");
+  const std::int64_t number =
+      parallel::all_reduce(*group_, local.number >= 0 && local.value == best ? local.number : none, MPI_MIN);
   if (number == none) return agreed;
   agreed.number = number;
   const auto& numbers = body_->subdomain().tetrahedron_number;
@@ -201,13 +198,13 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
 }
 
 bool QuasiStaticLoading::breaks_soon(const Critical& overloaded) const {
-  int soon = 0;
+  bool is_soon = false;
   if (overloaded.local >= 0) {
     const auto t = static_cast<std::size_t>(overloaded.local);
-    soon = criterion_->time_to_failure(t, overloaded.value * criterion_->strength(t)) <= patience_ ? 1 : 0;
+    is_soon = criterion_->time_to_failure(t, overloaded.value * criterion_->strength(t)) <= patience_;
   }
   parallel::agree(*group_);
-  return parallel::largest_of_all(*group_, soon) != 0;
+  return parallel::any_of_all(*group_, is_soon);
 }
 
 void QuasiStaticLoading::load_at_start(EnergyAccount& account) {
@@ -237,11 +234,9 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
   LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
   for (;;) {
     if (is_asked_to_park) {
-      int requested = is_asked_to_park() ? 1 : 0;
+      const bool is_requested = is_asked_to_park();
       parallel::agree(*group_);
-      parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &requested, 1, MPI_INT, MPI_MAX, group_->get()),
-                          "MPI_Allreduce");
-      if (requested != 0) return QuasiStaticEnd::parked;
+      if (parallel::any_of_all(*group_, is_requested)) return QuasiStaticEnd::parked;
     }
     Critical next = most_loaded();
     if (next.number < 0) return QuasiStaticEnd::separated;

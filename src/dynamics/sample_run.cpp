@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/sample_run.h"
 
+#include "crackle/common/index.h"
 #include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/checkpoint.h"
 #include "crackle/dynamics/explicit_phase.h"
@@ -14,6 +15,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <functional>
@@ -188,7 +190,7 @@ private:
   /// Whether anything has broken. Collective.
   bool has_broken() const {
     parallel::agree(group_);
-    return parallel::largest_of_all(group_, body_.breaks().empty() ? 0 : 1) > 0;
+    return parallel::any_of_all(group_, !body_.breaks().empty());
   }
 
   MotionState at_rest() const {
@@ -450,10 +452,8 @@ SampleResult run_in_fitting_precision(const parallel::Communicator& group,
 SampleResult run_from_checkpoint(const parallel::Communicator& group, const input::Parameters& parameters,
                                  const geometry::Subdomain& subdomain, const SampleControl& control) {
   group.enter("restoring");
-  bool has_checkpoint = !control.checkpoint.empty();
   parallel::agree(group);
-  parallel::check_mpi(MPI_Bcast(&has_checkpoint, 1, MPI_CXX_BOOL, 0, group.get()), "MPI_Bcast");
-  if (has_checkpoint) {
+  if (parallel::share(group, !control.checkpoint.empty())) {
     // Every rank has the same checkpoint, so all of them refuse it or none.
     std::optional<Checkpoint> from;
     try {
@@ -482,19 +482,8 @@ double arrest_window(const input::Parameters& parameters) {
 }
 
 std::string to_string(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::unbroken:
-      return "unbroken";
-    case Outcome::arrested:
-      return "arrested";
-    case Outcome::separated:
-      return "separated";
-    case Outcome::running:
-      return "in one piece";
-    case Outcome::undecided:
-      return "undecided";
-  }
-  return "unknown";
+  constexpr std::array names{"unbroken", "arrested", "separated", "in one piece", "undecided"};
+  return names.at(index(outcome));
 }
 
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,

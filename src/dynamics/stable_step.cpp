@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/stable_step.h"
 
+#include "crackle/common/failure.h"
 #include "crackle/common/random.h"
 #include "crackle/dynamics/integrator.h"
 #include "crackle/geometry/partition.h"
@@ -8,12 +9,9 @@
 #include "crackle/parallel/exact_sum.h"
 #include "crackle/parallel/node_field.h"
 
-#include <fmt/format.h>
 #include <Eigen/Eigenvalues>
 
-#include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <vector>
 
 namespace crackle::dynamics {
@@ -79,16 +77,14 @@ double stable_step(const input::Parameters& parameters, const geometry::Realizat
   const auto subdomain = geometry::split(realization, geometry::partition(realization, 1)).front();
   const auto operators = mechanics::make_operators(subdomain, parameters.material.density);
   const mechanics::ResidualStiffness intact(operators, mechanics::IsotropicElasticity(parameters.material));
-  const mechanics::ReferenceForce force(operators, intact);
+  const mechanics::InternalForce force(operators, intact);
   return splitting(parameters.time.integrator).stability_limit /
          largest_frequency(self, subdomain, operators, force);
 }
 
 TimeGrid choose_time_grid(const input::Time& time, double stable_step) {
-  if (!(stable_step > 0) || !std::isfinite(stable_step)) {
-    throw std::runtime_error(
-        fmt::format("the stable time step of the mesh is {} s; no step can be chosen", stable_step));
-  }
+  if (!(stable_step > 0) || !std::isfinite(stable_step))
+    fail("the stable time step of the mesh is {} s; no step can be chosen", stable_step);
   const int cycle = splitting(time.integrator).steps_per_cycle;
   const auto whole_cycles = [cycle](double steps) {
     return cycle * static_cast<std::int64_t>(std::ceil(steps / cycle * (1 - 1e-12)));
@@ -98,10 +94,10 @@ TimeGrid choose_time_grid(const input::Time& time, double stable_step) {
     return {time.duration / static_cast<double>(n_steps), n_steps};
   }
   if (*time.step > stable_step) {
-    throw std::runtime_error(
-        fmt::format("time.step: {:.4g} ns is above the stable step of this mesh, {:.4g} ns; give a smaller "
-                    "one, or \"auto\"",
-                    1e9 * *time.step, 1e9 * stable_step));
+    fail(
+        "time.step: {:.4g} ns is above the stable step of this mesh, {:.4g} ns; give a smaller "
+        "one, or \"auto\"",
+        1e9 * *time.step, 1e9 * stable_step);
   }
   return {*time.step, whole_cycles(time.duration / *time.step)};
 }

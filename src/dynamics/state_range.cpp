@@ -3,6 +3,7 @@
 
 #include "crackle/common/index.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 #include "crackle/parallel/exact_sum.h"
 
 #include <algorithm>
@@ -50,9 +51,7 @@ struct Extremes {
     std::array<double, 8> values{};
     std::ranges::transform(all, values.begin(), [](const double* value) { return *value; });
     parallel::agree(group);
-    parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()),
-                                      MPI_DOUBLE, MPI_MAX, group.get()),
-                        "MPI_Allreduce");
+    parallel::all_reduce(group, values, MPI_MAX);
     for (std::size_t i = 0; i < all.size(); ++i) *all[i] = values[i];
   }
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/ensemble_run.h"
 
-#include "crackle/analysis/sample_warning.h"
+#include "crackle/analysis/sample_summary.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/common/index.h"
 #include "crackle/ensemble/base_points.h"
@@ -13,10 +13,10 @@
 #include "crackle/input/reader.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <chrono>
 #include <map>
@@ -119,14 +119,8 @@ void remove_surplus_files(const analysis::Statistics& statistics, const std::fil
 RunOutcome share_counts(const parallel::Communicator& world, const std::optional<Progress>& progress) {
   std::array<int, 3> counts{};
   if (progress) counts = {progress->n_done(), progress->n_failed(), progress->n_left()};
-  parallel::check_mpi(MPI_Bcast(counts.data(), 3, MPI_INT, 0, world.get()), "MPI_Bcast");
+  counts = parallel::share(world, counts);
   return {.done = counts[0], .failed = counts[1], .left = counts[2], .stopped = false, .file_error = {}};
-}
-
-/// Whether the master was asked to stop, by a signal, the time limit or another rank. Collective.
-bool share_stop(const parallel::Communicator& world, bool is_stopping) {
-  parallel::check_mpi(MPI_Bcast(&is_stopping, 1, MPI_CXX_BOOL, 0, world.get()), "MPI_Bcast");
-  return is_stopping;
 }
 
 /// The pending samples, each reason in a line of its own.
@@ -234,7 +228,8 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   };
   schedule_samples(world, layout, master.plan.to_do, steps, events,
                    QueueLimits{.n_realizations = static_cast<std::size_t>(layout.n_groups) + 1});
-  const bool is_stopping = share_stop(world, stop.is_set());
+  // Whether the master was asked to stop, by a signal, the time limit or another rank.
+  const bool is_stopping = parallel::share(world, stop.is_set());
 
   RunOutcome outcome;
   Results results;

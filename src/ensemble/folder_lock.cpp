@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/folder_lock.h"
 
+#include "crackle/common/failure.h"
 #include "crackle/common/stopwatch.h"
 #include "crackle/common/whole_number.h"
 
@@ -111,9 +112,8 @@ fs::path beside(const fs::path& file, const char* purpose, const LockOwner& self
 /// @throws std::runtime_error: what is taken, by whom, and what to do
 [[noreturn]] void refuse(const std::string& taken, const std::string& text, const fs::path& file) {
   const auto owner = LockOwner::parse(text);
-  throw std::runtime_error(fmt::format("{}: {}; wait until it ends, or remove {} if it is no longer running",
-                                       taken, owner ? owner->describe() : "its lock names no owner",
-                                       file.string()));
+  fail("{}: {}; wait until it ends, or remove {} if it is no longer running", taken,
+       owner ? owner->describe() : "its lock names no owner", file.string());
 }
 
 /// Takes a stale lock away. It is renamed first and looked at again, so that of two runs that find it only
@@ -206,9 +206,7 @@ LockFile::LockFile(fs::path file, const std::string& taken, double patience) : f
   const fs::path folder = file_.parent_path();
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error)
-    throw std::runtime_error(
-        fmt::format("{}: the folder cannot be made: {}", folder.string(), error.message()));
+  if (error) fail("{}: the folder cannot be made: {}", folder.string(), error.message());
   create(taken, patience);
   thread_ = std::jthread([this](const std::stop_token& stop) { keep_touching(stop); });
 }
@@ -228,11 +226,9 @@ void LockFile::create(const std::string& taken, double patience) {
       const int write_error = errno;
       if (::close(id) == 0 && is_written) return;
       ::unlink(file_.c_str());
-      throw std::runtime_error(
-          fmt::format("cannot write '{}': {}", file_.string(), std::strerror(write_error)));
+      fail("cannot write '{}': {}", file_.string(), std::strerror(write_error));
     }
-    if (reason != EEXIST)
-      throw std::runtime_error(fmt::format("cannot write '{}': {}", file_.string(), std::strerror(reason)));
+    if (reason != EEXIST) fail("cannot write '{}': {}", file_.string(), std::strerror(reason));
     const fs::path probe = beside(file_, "probe", self_);
     std::ofstream(probe) << "\n";
     const std::string text = read_text(file_);

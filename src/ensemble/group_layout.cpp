@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/group_layout.h"
 
-#include <fmt/format.h>
+#include "crackle/common/failure.h"
 
-#include <stdexcept>
+#include <fmt/format.h>
 
 namespace crackle::ensemble {
 
@@ -17,10 +17,10 @@ int GroupLayout::group_of(int rank) const {
 GroupLayout make_group_layout(int n_ranks, int ranks_per_sample) {
   if (n_ranks == 1) return {};
   if (n_ranks < 1 + ranks_per_sample) {
-    throw std::runtime_error(fmt::format(
+    fail(
         "ensemble.ranks_per_sample = {0} needs at least {1} ranks (a master and one group of {0}), "
         "but there are {2}; start {1} or more, or 1",
-        ranks_per_sample, 1 + ranks_per_sample, n_ranks));
+        ranks_per_sample, 1 + ranks_per_sample, n_ranks);
   }
   GroupLayout layout;
   layout.n_ranks = n_ranks;

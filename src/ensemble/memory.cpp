@@ -4,6 +4,7 @@
 #include "crackle/ensemble/realization_queue.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -164,14 +165,11 @@ void check_available(double needed, const std::string& whose, const AvailableMem
 
 void check_memory(const parallel::Communicator& world, const input::Parameters& parameters,
                   const geometry::Body& body, const GroupLayout& layout, bool has_work) {
-  std::array<double, 3> shared{};
+  MemoryDemand demand{};
   parallel::agree_on_root(world, [&] {
-    if (!has_work) return;
-    const MemoryDemand demand = expected_memory_demand(parameters, body, layout);
-    shared = {demand.master, demand.root, demand.member};
+    if (has_work) demand = expected_memory_demand(parameters, body, layout);
   });
-  parallel::check_mpi(MPI_Bcast(shared.data(), 3, MPI_DOUBLE, 0, world.get()), "MPI_Bcast");
-  const MemoryDemand demand{shared[0], shared[1], shared[2]};
+  demand = parallel::share(world, demand);
   MPI_Comm on_node = MPI_COMM_NULL;
   parallel::check_mpi(
       MPI_Comm_split_type(world.get(), MPI_COMM_TYPE_SHARED, world.rank(), MPI_INFO_NULL, &on_node),
@@ -179,8 +177,7 @@ void check_memory(const parallel::Communicator& world, const input::Parameters& 
   const parallel::Communicator node(on_node);
   MPI_Comm_free(&on_node);
   double needed = std::max(0.0, of_rank(demand, layout, world.rank()) - resident());
-  parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &needed, 1, MPI_DOUBLE, MPI_SUM, node.get()),
-                      "MPI_Allreduce");
+  needed = parallel::all_reduce(node, needed, MPI_SUM);
   parallel::agree(world, [&] {
     if (!node.is_root()) return;
     std::array<char, 256> name{};

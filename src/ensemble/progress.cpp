@@ -35,17 +35,9 @@ Progress::Progress(std::size_t n_to_do, int n_groups, const input::Parameters& p
       watched_(middle_section(parameters)),
       statistics_(parameters) {}
 
-void Progress::count(std::uint64_t sample, const analysis::SampleSummary& summary) {
-  statistics_.add(sample, summary);
-  if (summary.status != analysis::SampleStatus::done) {
-    ++n_failed_;
-    return;
-  }
-  ++n_done_;
-}
-
 void Progress::kept(std::uint64_t sample, const analysis::SampleSummary& summary) {
-  count(sample, summary);
+  statistics_.add(sample, summary);
+  ++(summary.status == analysis::SampleStatus::done ? n_done_ : n_failed_);
 }
 
 void Progress::started(std::uint64_t sample, double now) {
@@ -61,7 +53,7 @@ void Progress::finished(const SampleReport& report, double now) {
     running_.erase(start);
   }
   ++n_ended_here_;
-  count(report.sample, report.summary);
+  kept(report.sample, report.summary);
 }
 
 int Progress::n_left() const {
@@ -83,10 +75,6 @@ double Progress::time_left(double now) const {
   // Neither can the groups be faster than all at work without a pause, nor can the end come before the sample
   // that takes longest.
   return std::max(work / n_groups_, longest);
-}
-
-double Progress::mean_position() const {
-  return statistics_.mean_leader_position(static_cast<int>(watched_));
 }
 
 std::string Progress::line(double now) const {

@@ -2,16 +2,18 @@
 #include "crackle/ensemble/results.h"
 
 #include "crackle/analysis/crack_path.h"
+#include "crackle/common/failure.h"
+#include "crackle/common/packing.h"
 #include "crackle/ensemble/folder_lock.h"
 #include "crackle/geometry/body.h"
 #include "crackle/io/ensemble_file.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 
 #include <fmt/format.h>
 
 #include <optional>
-#include <stdexcept>
 #include <system_error>
 #include <utility>
 
@@ -43,28 +45,28 @@ void check_sample_files(const fs::path& folder) {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder / "samples", ignored))
     if (entry.path().extension() == ".h5") return;
-  throw std::runtime_error(
-      fmt::format("'{}' holds no sample files; crossings at other sections follow from the crack surfaces in "
-                  "these, ensemble.h5 alone has only those of its own sections",
-                  folder.string()));
+  fail(
+      "'{}' holds no sample files; crossings at other sections follow from the crack surfaces in "
+      "these, ensemble.h5 alone has only those of its own sections",
+      folder.string());
 }
 
 /// Rows of samples that failed without a file, from the master to the rank that writes them. Collective.
 void complete_block(const parallel::Communicator& world,
                     const std::map<std::uint64_t, analysis::SampleSummary>& unstored,
                     io::EnsembleBlock& block) {
-  auto n_unstored = static_cast<std::uint64_t>(unstored.size());
-  parallel::check_mpi(MPI_Bcast(&n_unstored, 1, MPI_UINT64_T, 0, world.get()), "MPI_Bcast");
-  auto next = unstored.begin();
-  for (std::uint64_t i = 0; i < n_unstored; ++i) {
-    std::uint64_t sample = 0;
-    std::string reason;
-    if (world.is_root()) {
-      sample = next->first;
-      reason = (next++)->second.error;
+  const auto packed = parallel::agree(world, [&] {
+    Packer packer;
+    for (const auto& [sample, row] : unstored) {
+      packer.put(sample);
+      packer.put(row.error);
     }
-    parallel::check_mpi(MPI_Bcast(&sample, 1, MPI_UINT64_T, 0, world.get()), "MPI_Bcast");
-    reason = parallel::share_text(world, std::move(reason));
+    return packer.bytes();
+  });
+  const auto bytes = parallel::share(world, packed);
+  for (Unpacker unpacker(bytes); !unpacker.empty();) {
+    const auto sample = unpacker.get<std::uint64_t>();
+    const auto reason = unpacker.get<std::string>();
     if (sample < block.first || sample >= block.first + block.rows.size()) continue;
     auto& row = block.rows[sample - block.first];
     if (row.status != analysis::SampleStatus::pending) continue;

@@ -30,13 +30,6 @@ void for_each_array(Subdomain& part, const Work& work) {
 
 }  // namespace
 
-SampleGroup::SampleGroup(const parallel::Communicator& ranks)
-    : control_(ranks.get()), computation_(ranks.get()) {}
-
-void SampleGroup::renew() {
-  computation_ = parallel::Communicator(control_.get());
-}
-
 void send_shares(const SampleGroup& group, std::uint64_t sample, std::span<geometry::Subdomain> parts) {
   const auto& control = group.control();
   for (int rank = 1; rank < group.size(); ++rank) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/sample_plan.h"
 
+#include "crackle/common/failure.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/checkpoint_file.h"
@@ -40,16 +41,6 @@ bool holds_anything(const fs::path& folder) {
 bool holds_ensemble(const fs::path& folder) {
   return fs::exists(input_copy(folder)) || fs::exists(results_file(folder)) ||
          holds_anything(sample_folder(folder));
-}
-
-/// @throws std::runtime_error with the first line in which `ours` differs from the folder's `theirs`
-void check_same_text(const fs::path& folder, const fs::path& theirs, const std::string& their_text,
-                     const std::string& our_text) {
-  if (const auto difference = first_difference(their_text, our_text)) {
-    throw std::runtime_error(
-        fmt::format("{} holds an ensemble made from another input: compared with {}, {}; {}", folder.string(),
-                    theirs.string(), *difference, advice_for_others));
-  }
 }
 
 std::string read_text(const fs::path& file) {
@@ -174,12 +165,14 @@ void check_same_input(const fs::path& folder, const input::Parameters& parameter
   const fs::path file = input_copy(folder);
   if (!fs::exists(file)) return;
   if (const auto found = difference(folder, read_text(file), file, parameters)) {
-    throw std::runtime_error(fmt::format("{} holds an ensemble made from another input: compared with {}, {}",
-                                         folder.string(), file.string(), *found));
+    fail("{} holds an ensemble made from another input: compared with {}, {}", folder.string(), file.string(),
+         *found);
   }
   const fs::path points = points_copy(folder);
   if (!parameters.mesh.points || !fs::exists(points)) return;
-  check_same_text(folder, points, read_text(points), read_text(*parameters.mesh.points));
+  if (const auto found = first_difference(read_text(points), read_text(*parameters.mesh.points)))
+    fail("{} holds an ensemble made from another input: compared with {}, {}; {}", folder.string(),
+         points.string(), *found, advice_for_others);
 }
 
 SummaryReader summary_reader(const input::Parameters& parameters) {
@@ -189,10 +182,8 @@ SummaryReader summary_reader(const input::Parameters& parameters) {
 }
 
 SampleRange part_of_samples(std::uint64_t number, std::uint64_t n_parts, std::uint64_t n_samples) {
-  if (n_parts > n_samples) {
-    throw std::runtime_error(fmt::format(
-        "there are no {} parts: ensemble.samples = {}, so there can be as many at most", n_parts, n_samples));
-  }
+  if (n_parts > n_samples)
+    fail("there are no {} parts: ensemble.samples = {}, so there can be as many at most", n_parts, n_samples);
   return {n_samples * number / n_parts, n_samples * (number + 1) / n_parts - 1};
 }
 
@@ -208,9 +199,8 @@ void check_folder(const fs::path& folder, const input::Parameters& parameters, c
   check_same_input(folder, parameters);
   const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
   if (options.range && (options.range->first > options.range->last || options.range->last >= n_samples)) {
-    throw std::runtime_error(
-        fmt::format("there are no samples {}-{}: ensemble.samples = {} has samples 0 to {}",
-                    options.range->first, options.range->last, n_samples, n_samples - 1));
+    fail("there are no samples {}-{}: ensemble.samples = {} has samples 0 to {}", options.range->first,
+         options.range->last, n_samples, n_samples - 1);
   }
 }
 
@@ -237,10 +227,10 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
         }
         plan.invalid.push_back({file, "it holds no result"});
       } catch (const io::OlderFormat& error) {
-        throw std::runtime_error(fmt::format(
+        fail(
             "{}: {}; continue with the program that began this ensemble, or start again in another "
             "folder; crackle stats and the report still read this one",
-            folder.string(), error.what()));
+            folder.string(), error.what());
       } catch (const std::exception& error) {
         plan.invalid.push_back({file, error.what()});
       }
@@ -285,10 +275,7 @@ void remove_partial_files(const fs::path& folder, const input::Parameters& param
 void make_sample_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(sample_folder(folder), error);
-  if (error) {
-    throw std::runtime_error(
-        fmt::format("{}: the folder cannot be made: {}", sample_folder(folder).string(), error.message()));
-  }
+  if (error) fail("{}: the folder cannot be made: {}", sample_folder(folder).string(), error.message());
 }
 
 std::vector<std::string> prepare_folder(const fs::path& folder, const input::Parameters& parameters,

@@ -1,40 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/sample_report.h"
 
-#include "crackle/analysis/sample_results.h"
-#include "crackle/common/packing.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
 #include <type_traits>
 
 namespace crackle::ensemble {
-
-std::vector<std::byte> to_bytes(const SampleReport& report) {
-  Packer packer;
-  packer.put(report.sample);
-  packer.put(report.stored);
-  packer.put(report.parked);
-  packer.put(report.mesh_attempt);
-  packer.put(report.n_tetrahedra);
-  packer.put(report.seconds);
-  packer.put(analysis::to_bytes(report.summary));
-  return packer.bytes();
-}
-
-SampleReport report_from_bytes(std::span<const std::byte> bytes) {
-  Unpacker unpacker(bytes);
-  SampleReport report;
-  report.sample = unpacker.get<std::uint64_t>();
-  report.stored = unpacker.get<bool>();
-  report.parked = unpacker.get<bool>();
-  report.mesh_attempt = unpacker.get<int>();
-  report.n_tetrahedra = unpacker.get<std::int64_t>();
-  report.seconds = unpacker.get<double>();
-  report.summary = analysis::summary_from_bytes(unpacker.get_vector<std::byte>());
-  return report;
-}
 
 namespace {
 

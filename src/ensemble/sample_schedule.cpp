@@ -1,22 +1,116 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/sample_schedule.h"
 
+#include "crackle/common/packing.h"
 #include "crackle/common/stopwatch.h"
+#include "crackle/parallel/collectives.h"
+#include "crackle/parallel/message.h"
 #include "crackle/parallel/sleeping_wait.h"
-
-#include "sample_message.h"
 
 #include <deque>
 #include <optional>
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace crackle::ensemble {
 
 namespace {
 
 constexpr double progress_interval = 0.5;  // [s]
+
+// Messages between the master and the roots of the groups.
+
+constexpr int master = 0;
+constexpr int request_tag = 1;
+constexpr int work_tag = 2;
+constexpr int stop_tag = 3;
+constexpr int progress_tag = 4;
+
+/// Root of a group to the master: asks for work, and reports the sample that was under way, if any.
+void send_request(const parallel::Communicator& world, const std::optional<SampleReport>& report) {
+  parallel::send_array(world, report ? to_bytes(*report) : std::vector<std::byte>{}, master, request_tag);
+}
+
+struct Request {
+  int rank = 0;  ///< that asks
+  std::optional<SampleReport> report;
+};
+
+/// Master: a request that has arrived, or nothing.
+std::optional<Request> poll_request(const parallel::Communicator& world) {
+  const auto status = parallel::poll_message(world, MPI_ANY_SOURCE, request_tag);
+  if (!status) return std::nullopt;
+  Request request;
+  request.rank = status->MPI_SOURCE;
+  const auto bytes = parallel::receive_array<std::byte>(world, request.rank, request_tag);
+  if (!bytes.empty()) request.report = from_bytes<SampleReport>(bytes);
+  return request;
+}
+
+/// Master: answers a request with a realization.
+void send_work(const parallel::Communicator& world, int rank, const PreparedSample& prepared) {
+  Packer header;
+  header.put(prepared.sample);
+  header.put(prepared.seconds);
+  header.put(prepared.realization.report);
+  parallel::send_array(world, header.bytes(), rank, work_tag);
+  parallel::send_array(world, prepared.realization.nodes, rank, work_tag);
+  parallel::send_array(world, prepared.realization.tetrahedra, rank, work_tag);
+  parallel::send_array(world, prepared.realization.boundary, rank, work_tag);
+}
+
+/// Master: answers a request with the end of the work.
+void send_no_work(const parallel::Communicator& world, int rank) {
+  parallel::send_array(world, std::vector<std::byte>{}, rank, work_tag);
+}
+
+/// Master: asks a group that is at work to park its sample.
+void send_stop(const parallel::Communicator& world, int rank) {
+  parallel::check_mpi(MPI_Send(nullptr, 0, MPI_BYTE, rank, stop_tag, world.get()), "MPI_Send");
+}
+
+/// Root of a group: whether the master has asked for that.
+bool is_asked_to_stop(const parallel::Communicator& world) {
+  return parallel::poll_message(world, master, stop_tag).has_value();
+}
+
+/// Root of a group whose work has ended: takes a request that came too late.
+void discard_stop(const parallel::Communicator& world) {
+  if (!is_asked_to_stop(world)) return;
+  parallel::check_mpi(MPI_Recv(nullptr, 0, MPI_BYTE, master, stop_tag, world.get(), MPI_STATUS_IGNORE),
+                      "MPI_Recv");
+}
+
+/// Root of a group to the master: the line that says where its sample stands.
+void send_progress(const parallel::Communicator& world, const std::string& line) {
+  parallel::send_array(world, std::vector<char>(line.begin(), line.end()), master, progress_tag);
+}
+
+/// Master: such a line that has arrived, or nothing.
+std::optional<std::string> poll_progress(const parallel::Communicator& world) {
+  const auto status = parallel::poll_message(world, MPI_ANY_SOURCE, progress_tag);
+  if (!status) return std::nullopt;
+  const auto line = parallel::receive_array<char>(world, status->MPI_SOURCE, progress_tag);
+  return std::string(line.begin(), line.end());
+}
+
+/// Root of a group: sleeps until the answer comes; nothing when the work has ended.
+std::optional<PreparedSample> receive_work(const parallel::Communicator& world) {
+  const auto bytes = parallel::receive_array<std::byte>(world, master, work_tag);
+  if (bytes.empty()) return std::nullopt;
+  Unpacker header(bytes);
+  PreparedSample prepared;
+  prepared.sample = header.get<std::uint64_t>();
+  prepared.seconds = header.get<double>();
+  prepared.realization.report = header.get<geometry::RealizationReport>();
+  prepared.realization.nodes = parallel::receive_array<geometry::Point>(world, master, work_tag);
+  prepared.realization.tetrahedra = parallel::receive_array<geometry::Tetrahedron>(world, master, work_tag);
+  prepared.realization.boundary =
+      parallel::receive_array<geometry::BoundaryTriangle>(world, master, work_tag);
+  return prepared;
+}
 
 bool is_enough(const ScheduleEvents& events) {
   return events.enough && events.enough();
@@ -138,8 +232,7 @@ void schedule_samples(const parallel::Communicator& world, const GroupLayout& la
                       const ScheduleEvents& events, QueueLimits limits) {
   const int group_number = layout.group_of(world.rank());
   // Many groups' samples do not fit one line.
-  bool tells_progress = steps.progress && layout.n_groups == 1;
-  parallel::check_mpi(MPI_Bcast(&tells_progress, 1, MPI_CXX_BOOL, 0, world.get()), "MPI_Bcast");
+  const bool tells_progress = parallel::share(world, steps.progress && layout.n_groups == 1);
   // Split colors are non-negative: the ranks without a group form one of their own, which has nothing to do.
   const parallel::Communicator ranks =
       world.split(group_number >= 0 ? group_number : layout.n_groups, world.rank());

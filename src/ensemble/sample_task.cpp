@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/sample_task.h"
 
+#include "crackle/common/failure.h"
 #include "crackle/common/stopwatch.h"
 #include "crackle/parallel/agreement.h"
 
@@ -115,15 +116,14 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
             "sample {}: realization made in {:.2f} s, worst quality {:.3f}, {} points redrawn", sample,
             prepared.seconds, realization.report.min_quality, realization.report.redrawn_points));
       auto split = steps.split(realization, group.size());
-      if (split.size() != static_cast<std::size_t>(group.size())) {
-        throw std::runtime_error(fmt::format("{} parts for {} ranks", split.size(), group.size()));
-      }
+      if (split.size() != static_cast<std::size_t>(group.size()))
+        fail("{} parts for {} ranks", split.size(), group.size());
       return split;
     });
     try {
       send_shares(group, sample, parts);
     } catch (const parallel::AgreedError& failure) {
-      throw StepError(fmt::format("sharing: {}", failure.what()));
+      fail<StepError>("sharing: {}", failure.what());
     }
     result = staged("computation", [&] { return compute_agreed(group, steps, sample, parts[0], partial); });
     if (result.parked) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/single_sample.h"
 
+#include "crackle/common/failure.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/folder_lock.h"
 #include "crackle/ensemble/memory.h"
@@ -9,11 +10,11 @@
 #include "crackle/io/checkpoint_file.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 #include "crackle/parallel/sleeping_wait.h"
 
 #include <fmt/format.h>
 
-#include <array>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -32,9 +33,8 @@ void check_is_free(const std::filesystem::path& file, const input::Parameters& p
   } catch (const std::exception&) {
     // A damaged file is not replaced without a word either.
   }
-  throw std::runtime_error(fmt::format(
-      "{} holds this sample already{}; keep it with --resume, or compute it again with {}--overwrite",
-      file.string(), has_failed ? ", as one that failed" : "", has_failed ? "--retry-failed or " : ""));
+  fail("{} holds this sample already{}; keep it with --resume, or compute it again with {}--overwrite",
+       file.string(), has_failed ? ", as one that failed" : "", has_failed ? "--retry-failed or " : "");
 }
 
 /// What there is to do for the sample; reads only.
@@ -42,8 +42,8 @@ SamplePlan plan_sample(const input::Parameters& parameters, const SingleSampleOp
   const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
   const std::uint64_t sample = options.sample;
   if (sample >= n_samples) {
-    throw std::runtime_error(fmt::format("there is no sample {}: ensemble.samples = {} has samples 0 to {}",
-                                         sample, n_samples, n_samples - 1));
+    fail("there is no sample {}: ensemble.samples = {} has samples 0 to {}", sample, n_samples,
+         n_samples - 1);
   }
   const PlanOptions as_range{
       .resume = true, .retry_failed = options.retry_failed, .range = SampleRange{sample, sample}};
@@ -118,10 +118,8 @@ SampleReport run_single_sample(const parallel::Communicator& ranks, const input:
     follow_samples(group, steps);
   }
   parallel::barrier_asleep(ranks);
-  std::array<std::int32_t, 2> outcome{static_cast<std::int32_t>(report.summary.status), report.parked};
-  parallel::check_mpi(MPI_Bcast(outcome.data(), 2, MPI_INT32_T, 0, ranks.get()), "MPI_Bcast");
-  report.summary.status = static_cast<analysis::SampleStatus>(outcome[0]);
-  report.parked = outcome[1] != 0;
+  report.summary.status = parallel::share(ranks, report.summary.status);
+  report.parked = parallel::share(ranks, report.parked);
   return report;
 }
 

@@ -36,16 +36,8 @@ void watch_stop_signals() {
 }
 
 std::optional<std::string> stop_signal() {
-  switch (received) {
-    case 0:
-      return std::nullopt;
-    case SIGTERM:
-      return "SIGTERM";
-    case SIGINT:
-      return "SIGINT";
-    default:
-      return "SIGUSR1";
-  }
+  if (received == 0) return std::nullopt;
+  return received == SIGTERM ? "SIGTERM" : received == SIGINT ? "SIGINT" : "SIGUSR1";
 }
 
 std::optional<double> time_left(std::optional<double> limit) {

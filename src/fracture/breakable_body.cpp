@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/fracture/breakable_body.h"
 
-#include "crackle/fracture/principal_stress.h"
+#include "crackle/fracture/equivalent_stress.h"
 #include "crackle/geometry/dual_facets.h"
 #include "crackle/parallel/collectives.h"
 
 #include <algorithm>
-#include <cmath>
 #include <exception>
 #include <stdexcept>
 
@@ -16,10 +15,8 @@ using mechanics::Symmetric;
 
 std::array<Vector, n_cuts> cut_areas(const mechanics::TetrahedronOperator& t) {
   std::array<Vector, n_cuts> areas{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t a = 0; a < 4; ++a) areas[a][i] = t.volume * t.gradient[a][i];
-    for (std::size_t k = 1; k < 4; ++k) areas[3 + k][i] = t.volume * (t.gradient[0][i] + t.gradient[k][i]);
-  }
+  for (std::size_t a = 0; a < 4; ++a) areas[a] = t.volume * t.gradient[a];
+  for (std::size_t k = 1; k < 4; ++k) areas[3 + k] = t.volume * (t.gradient[0] + t.gradient[k]);
   return areas;
 }
 
@@ -82,10 +79,8 @@ void BreakableBody::open(std::int32_t tetrahedron, int cut) {
   broken_[index] = 1;
   order_.push_back(tetrahedron);
   if (contact_ == input::Contact::frictionless) {
-    Vector normal = cut_areas(operators_.tetrahedra[index])[static_cast<std::size_t>(cut)];
-    const double area = norm(normal);
-    for (double& component : normal) component /= area;
-    residual_stiffness_.add_contact(tetrahedron, normal);
+    const Vector area = cut_areas(operators_.tetrahedra[index])[static_cast<std::size_t>(cut)];
+    residual_stiffness_.add_contact(tetrahedron, area / norm(area));
   }
 }
 
@@ -164,9 +159,7 @@ void BreakableBody::release_bridges(const parallel::Communicator& group, double 
   // Of an edge between two ghosts a rank does not see all tetrahedra: the others tell. Mostly there is
   // nothing.
   auto most = static_cast<int>(found);
-  if (group.size() > 1)
-    parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT, MPI_MAX, group.get()),
-                        "MPI_Allreduce");
+  if (group.size() > 1) most = parallel::all_reduce(group, most, MPI_MAX);
   if (failure) std::rethrow_exception(failure);
   if (most != static_cast<int>(Found::edges)) return;
   if (group.size() > 1) bridging = parallel::gather_all<BridgingEdge>(group, bridging);

@@ -5,6 +5,7 @@
 #include "crackle/common/index.h"
 #include "crackle/geometry/dual_facets.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 #include "crackle/parallel/ghost_exchange.h"
 
 #include <algorithm>
@@ -25,7 +26,7 @@ std::vector<std::int64_t> piece_labels(const parallel::Communicator& group, cons
   std::vector<std::int64_t> label = subdomain.layout.number;
   std::vector<std::int64_t> of_owner(label.size());
   parallel::GhostExchange<std::int64_t> exchange(group, subdomain.layout);
-  for (int changed = 1; changed != 0;) {
+  for (bool changed = true; changed;) {
     // Within the rank every piece takes its smallest label; then ghosts learn their owners' labels.
     std::vector<std::int64_t> smallest(label.size(), subdomain.layout.n_global);
     for (std::size_t n = 0; n < label.size(); ++n) {
@@ -39,13 +40,12 @@ std::vector<std::int64_t> piece_labels(const parallel::Communicator& group, cons
     of_owner = label;
     parallel::agree(group);
     exchange.update(of_owner);
-    changed = 0;
+    changed = false;
     for (std::size_t n = static_cast<std::size_t>(subdomain.layout.n_owned); n < label.size(); ++n) {
-      if (of_owner[n] != label[n]) changed = 1;
+      if (of_owner[n] != label[n]) changed = true;
       label[n] = std::min(label[n], of_owner[n]);
     }
-    parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_INT, MPI_MAX, group.get()),
-                        "MPI_Allreduce");
+    changed = parallel::any_of_all(group, changed);
   }
   return label;
 }

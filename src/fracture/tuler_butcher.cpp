@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/fracture/tuler_butcher.h"
 
-#include "crackle/fracture/principal_stress.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,12 +12,11 @@ namespace {
 /// Of the stress at a crack front, in a stable step and over the strength. What rises faster breaks a little
 /// later.
 constexpr double fastest_rise = 0.4;
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
 TulerButcher::TulerButcher(const input::Fracture& parameters, std::vector<double> strengths, double time_step)
-    : Criterion(std::make_unique<LargestPrincipalStress>(), std::move(strengths)),
+    : Criterion(std::move(strengths)),
       exponent_(parameters.exponent),
       impulse_(parameters.impulse),
       time_step_(time_step) {
@@ -39,7 +36,7 @@ double TulerButcher::screening_share(double stable_step) const {
 }
 
 double TulerButcher::time_to_failure(std::size_t tetrahedron, double stress) const {
-  if (!is_over(tetrahedron, stress)) return infinity;
+  if (!is_over(tetrahedron, stress)) return std::numeric_limits<double>::infinity();
   const double over = stress - strengths_[tetrahedron];
   return impulse_ / mean_rate(over, over);
 }
@@ -59,18 +56,10 @@ double TulerButcher::mean_rate(double from, double to) const {
 
 OneStepTulerButcher::OneStepTulerButcher(const input::Fracture& parameters, std::vector<double> strengths,
                                          double time_step)
-    : Criterion(std::make_unique<LargestPrincipalStress>(), std::move(strengths)), time_step_(time_step) {
+    : Criterion(std::move(strengths)), time_step_(time_step) {
   if (parameters.toughness > 0) return;
   const double over = std::pow(parameters.impulse / time_step, 1 / parameters.exponent);
   for (double& value : strengths_) value += over;
-}
-
-bool OneStepTulerButcher::advance(std::size_t tetrahedron, double, double, double after) {
-  return after > strengths_[tetrahedron];
-}
-
-double OneStepTulerButcher::time_to_failure(std::size_t tetrahedron, double stress) const {
-  return is_over(tetrahedron, stress) ? time_step_ : infinity;
 }
 
 }  // namespace crackle::fracture

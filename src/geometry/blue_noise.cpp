@@ -33,20 +33,12 @@ double measure(const Box& region) {
   return product;
 }
 
-Point centre(const Box& region) {
-  Point p{};
-  for (std::size_t i = 0; i < 3; ++i) p[i] = region.lower[i] + (region.upper[i] - region.lower[i]) / 2;
-  return p;
-}
-
 /// Calls `visit` for boxes that fill a region of the patch and are small enough for the spacing to vary
 /// little in them, until it returns false.
 template <class Visit>
 bool subdivide(const SpacingField& spacing, const Patch& patch, const Box& region, const Visit& visit) {
-  std::size_t longest = 0;
-  for (std::size_t i = 1; i < 3; ++i)
-    if (region.upper[i] - region.lower[i] > region.upper[longest] - region.lower[longest]) longest = i;
-  const Point middle = centre(region);
+  const std::size_t longest = longest_axis(region);
+  const Point middle = region.lower + (region.upper - region.lower) / 2;
   const double length = region.upper[longest] - region.lower[longest];
   if (length <= 2 * spacing(patch.at(middle)) && length <= 4 * spacing.lower_bound(patch.bounds(region)))
     return visit(region);
@@ -123,7 +115,7 @@ std::vector<Point> blue_noise(const SpacingField& spacing, const Patch& patch,
     for (const std::int32_t j : near) {
       const auto other = static_cast<std::size_t>(j);
       if (other == i) continue;
-      const double gap = norm(difference(pool.position[other], pool.position[i]));
+      const double gap = norm(pool.position[other] - pool.position[i]);
       if (gap >= search * pool.spacing[other]) continue;
       const double w = weight(gap, pool.spacing[other] + pool.spacing[i], reach);
       if (w > 0) visit(other, w);

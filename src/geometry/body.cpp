@@ -9,10 +9,7 @@
 namespace crackle::geometry {
 
 Point Patch::at(const Point& own) const {
-  Point p = origin;
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t k = 0; k < 3; ++k) p[i] += own[k] * axes[k][i];
-  return p;
+  return origin + own[0] * axes[0] + own[1] * axes[1] + own[2] * axes[2];
 }
 
 Box Patch::bounds(const Box& own) const {
@@ -27,22 +24,15 @@ Box Patch::bounds(const Box& own) const {
 }
 
 Edge::Edge(const Point& from, const Point& to)
-    : from_(from), to_(to), length_(norm(difference(to, from))), direction_(difference(to, from)) {
-  for (double& component : direction_) component /= length_;
-}
+    : from_(from), to_(to), length_(norm(to - from)), direction_((to - from) / length_) {}
 
 Point Edge::at(double length) const {
-  Point p = from_;
-  for (std::size_t i = 0; i < 3; ++i) p[i] += length * direction_[i];
-  return p;
+  return from_ + length * direction_;
 }
 
 Box Edge::bounds() const {
   Box box{from_, from_};
-  for (std::size_t i = 0; i < 3; ++i) {
-    box.lower[i] = std::min(from_[i], to_[i]);
-    box.upper[i] = std::max(from_[i], to_[i]);
-  }
+  box.include(to_);
   return box;
 }
 

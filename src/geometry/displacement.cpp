@@ -17,7 +17,7 @@ Point displaced(const Body& body, const Point& centre, std::uint8_t movable, dou
     for (int k = 0; k < directions.n; ++k) {
       const double offset = stream.uniform(-1, 1);
       squared += offset * offset;
-      for (std::size_t i = 0; i < 3; ++i) p[i] += radius * offset * directions.vector[index(k)][i];
+      p = p + radius * offset * directions.vector[index(k)];
     }
     if (squared <= 1 && body.contains(p) && body.movable(p) == movable) return p;
   }

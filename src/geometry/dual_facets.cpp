@@ -28,8 +28,7 @@ void for_components(const Visit& visit) {
 Point centroid(const std::vector<Point>& nodes, std::span<const std::int32_t> corners) {
   Point mean{};
   for (const std::int32_t node : corners)
-    for (std::size_t i = 0; i < 3; ++i)
-      mean[i] += nodes[index(node)][i] / static_cast<double>(corners.size());
+    mean = mean + nodes[index(node)] / static_cast<double>(corners.size());
   return mean;
 }
 
@@ -68,24 +67,14 @@ std::array<std::size_t, 2> others(std::size_t a, std::size_t b) {
 
 std::array<Point, 6> dual_facet_areas(const Point& a, const Point& b, const Point& c, const Point& d) {
   // V grad N of each node is a third of the inward vector area of the face opposite to it.
-  const std::array<Point, 4> gradient{[&] {
-    const Point u = difference(b, a);
-    const Point v = difference(c, a);
-    const Point w = difference(d, a);
-    const std::array<Point, 3> scaled{cross(v, w), cross(w, u), cross(u, v)};
-    std::array<Point, 4> result{};
-    for (std::size_t k = 0; k < 3; ++k)
-      for (std::size_t i = 0; i < 3; ++i) {
-        result[k + 1][i] = scaled[k][i] / 6;
-        result[0][i] -= scaled[k][i] / 6;
-      }
-    return result;
-  }()};
+  const Point u = b - a;
+  const Point v = c - a;
+  const Point w = d - a;
+  std::array<Point, 4> gradient{Point{}, cross(v, w) / 6, cross(w, u) / 6, cross(u, v) / 6};
+  for (std::size_t k = 1; k < 4; ++k) gradient[0] = gradient[0] - gradient[k];
   std::array<Point, 6> areas{};
   for (std::size_t facet = 0; facet < 6; ++facet)
-    for (std::size_t i = 0; i < 3; ++i)
-      areas[facet][i] =
-          (gradient[dual_facet_nodes[facet][1]][i] - gradient[dual_facet_nodes[facet][0]][i]) / 4;
+    areas[facet] = (gradient[dual_facet_nodes[facet][1]] - gradient[dual_facet_nodes[facet][0]]) / 4;
   return areas;
 }
 
@@ -123,10 +112,6 @@ OrientationMoments orientation_moments(const Realization& realization,
     moments.fourth[i][j][k][l] /= moments.area;
   });
   return moments;
-}
-
-OrientationMoments orientation_moments(const Realization& realization, const Box& region) {
-  return orientation_moments(realization, [&](const Point& p) { return region.contains(p); });
 }
 
 double second_order_bias(const OrientationMoments& moments) {

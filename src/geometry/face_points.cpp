@@ -25,7 +25,7 @@ std::vector<Point> missing_face_points(const Body& body, std::span<const Point> 
           const std::optional<Point> p =
               body.passage(static_cast<FaceId>(face), corners[i], corners[j], margin * local);
           if (p && body.movable(*p) != 0 && std::none_of(added.begin(), added.end(), [&](const Point& other) {
-                return norm(difference(*p, other)) < 0.5 * local;
+                return norm(*p - other) < 0.5 * local;
               }))
             added.push_back(*p);
         }

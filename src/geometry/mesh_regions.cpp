@@ -35,8 +35,7 @@ std::vector<RegionContent> region_contents(const Realization& realization, const
   centroids.reserve(realization.tetrahedra.size());
   for (const Tetrahedron& t : realization.tetrahedra) {
     Point centroid{};
-    for (const std::int32_t node : t)
-      for (std::size_t i = 0; i < 3; ++i) centroid[i] += realization.nodes[index(node)][i] / 4;
+    for (const std::int32_t node : t) centroid = centroid + realization.nodes[index(node)] / 4;
     centroids.push_back(centroid);
   }
   std::vector<RegionContent> contents(mesh.regions.size() + 1);

@@ -41,7 +41,7 @@ MeshStatistics mesh_statistics(const Realization& realization) {
   std::vector<double> length;
   length.reserve(edges.size());
   for (const auto& [a, b] : edges)
-    length.push_back(norm(difference(realization.nodes[index(a)], realization.nodes[index(b)])));
+    length.push_back(norm(realization.nodes[index(a)] - realization.nodes[index(b)]));
   statistics.n_edges = static_cast<std::int64_t>(edges.size());
   statistics.edge_length = quantiles(std::move(length));
   statistics.quality = quantiles(std::move(quality));

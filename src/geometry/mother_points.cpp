@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/mother_points.h"
 
+#include "crackle/common/failure.h"
 #include "crackle/common/index.h"
 #include "crackle/common/vector.h"
-#include "crackle/input/limits.h"
+#include "crackle/input/parameters.h"
 
 #include "blue_noise.h"
 #include "displacement.h"
@@ -16,7 +17,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
 namespace crackle::geometry {
@@ -65,10 +65,10 @@ std::vector<double> n_edge_spacings(const SpacingField& spacing, const Edge& edg
   const double length = edge.length();
   const double finest = spacing.lower_bound(edge.bounds());
   if (length / finest > max_edge_length)
-    throw std::runtime_error(fmt::format(
+    fail(
         "mesh: an edge of {:g} mm is more than {:.0e} times as long as the finest spacing on it: {}; "
         "use coarser spacings, or leave out what is finer",
-        length * 1e3, max_edge_length, spacing.range_text()));
+        length * 1e3, max_edge_length, spacing.range_text());
   const auto n_steps = static_cast<std::size_t>(std::ceil(20 * length / finest));
   std::vector<double> count(n_steps + 1, 0);
   for (std::size_t i = 0; i < n_steps; ++i) {
@@ -127,7 +127,7 @@ void relax(Collection& collection) {
   const Body& body = collection.body;
   const auto may_move = [&](std::size_t i, const Point& p) {
     const double spacing = collection.points.spacing[i];
-    if (norm(difference(p, collection.points.position[i])) > 0.5 * spacing) return false;
+    if (norm(p - collection.points.position[i]) > 0.5 * spacing) return false;
     const FaceId id = collection.face[i];
     return id < 0 ? body.distance_to_surface(p) >= surface_margin * spacing
                   : accepts_in_face(body, id)(p, spacing);
@@ -169,13 +169,13 @@ std::vector<Tetrahedron> improve(const Body& body, MotherPoints& points, double 
                          const std::vector<Tetrahedron>& bad) {
   const auto corner = [&](std::size_t i) { return points.position[index(bad.front()[i])]; };
   const bool crossing = body.place({corner(0), corner(1), corner(2), corner(3)}) == Place::crossing;
-  throw std::runtime_error(fmt::format(
+  fail(
       "mesh: the body cannot be tessellated with these points: {} tetrahedra reach out of the body or "
       "stay below "
       "min_quality = {}; the first, near ({:g}, {:g}, {:g}) mm, {}; use a finer spacing there or a lower "
       "min_quality",
       bad.size(), min_quality, 1e3 * corner(0)[0], 1e3 * corner(0)[1], 1e3 * corner(0)[2],
-      crossing ? "reaches out of it" : "has a lower quality"));
+      crossing ? "reaches out of it" : "has a lower quality");
 }
 
 /// Blue noise on edges, in faces and in the interior, relaxed.
@@ -222,10 +222,10 @@ double estimate_n_points(const Body& body, const input::Mesh& mesh) {
 double checked_n_points(const Body& body, const input::Mesh& mesh) {
   const double n_points = estimate_n_points(body, mesh);
   if (n_points > max_mother_points)
-    throw std::runtime_error(
-        fmt::format("mesh: more than {:.0e} mother points would be needed: {}; use coarser spacings, or "
-                    "leave out what is finer",
-                    max_mother_points, SpacingField(body, mesh).range_text()));
+    fail(
+        "mesh: more than {:.0e} mother points would be needed: {}; use coarser spacings, or "
+        "leave out what is finer",
+        max_mother_points, SpacingField(body, mesh).range_text());
   return n_points;
 }
 

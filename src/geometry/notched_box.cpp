@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "notched_box.h"
 
+#include "crackle/common/failure.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -44,12 +46,10 @@ void check_notch(const input::Notch& notch, const Point& size, std::size_t numbe
   if (!(notch.height > 0) || !(notch.depth > 0))
     throw std::runtime_error(name + ": depth and height must be positive");
   if (!(section.lower > 0) || !(section.upper < at_limit))
-    throw std::runtime_error(
-        fmt::format("{}: the slot from {} m to {} m does not lie inside the face, which ends at 0 and {} m",
-                    name, section.lower, section.upper, at_limit));
+    fail("{}: the slot from {} m to {} m does not lie inside the face, which ends at 0 and {} m", name,
+         section.lower, section.upper, at_limit);
   if (!(section.tip > 0) || !(section.tip < depth_limit))
-    throw std::runtime_error(fmt::format("{}: depth {} m cuts the body in two; it must be below {} m", name,
-                                         notch.depth, depth_limit));
+    fail("{}: depth {} m cuts the body in two; it must be below {} m", name, notch.depth, depth_limit);
 }
 
 /// Area of the overlap of a slot's opening or cross-section with the face of the box at axis = position.
@@ -71,8 +71,7 @@ Vector unit(int axis, double length = 1) {
 NotchedBox::NotchedBox(const input::Specimen& specimen) : notches_(specimen.notches) {
   for (const double length : specimen.size)
     if (!(length > 0) || !std::isfinite(length))
-      throw std::runtime_error(
-          fmt::format("specimen: size must be three positive lengths, not {} m", length));
+      fail("specimen: size must be three positive lengths, not {} m", length);
   shape_.bounds = {{0, 0, 0}, specimen.size};
   cut_slots();
   add_faces();
@@ -92,10 +91,10 @@ void NotchedBox::cut_slots() {
     slots_.push_back(slot_of(section, size));
     for (std::size_t j = 0; j < i; ++j)
       if (distance(slots_[i], slots_[j]) <= 0)
-        throw std::runtime_error(
-            fmt::format("notch {} ({}) and notch {} ({}) overlap or touch; they would cut the body in two or "
-                        "leave no material between them",
-                        j + 1, name_of(notches_[j].face), i + 1, name_of(notches_[i].face)));
+        fail(
+            "notch {} ({}) and notch {} ({}) overlap or touch; they would cut the body in two or "
+            "leave no material between them",
+            j + 1, name_of(notches_[j].face), i + 1, name_of(notches_[i].face));
     shape_.volume -= size[0] * (section.upper - section.lower) * std::abs(section.tip - section.mouth);
   }
 }
@@ -185,11 +184,7 @@ void NotchedBox::add_edges() {
 
 void NotchedBox::add_corners() {
   const auto add = [&](const Box& box) {
-    for (int corner = 0; corner < 8; ++corner) {
-      Point p{};
-      for (std::size_t i = 0; i < 3; ++i) p[i] = (corner >> i) & 1 ? box.upper[i] : box.lower[i];
-      shape_.corners.push_back(p);
-    }
+    for (const Point& corner : corners_of(box)) shape_.corners.push_back(corner);
   };
   add(shape_.bounds);
   for (const Box& slot : slots_) add(slot);

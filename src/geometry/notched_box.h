@@ -34,7 +34,9 @@ public:
   const Box& slot(int i) const { return slots_[index(i)]; }
 
   bool contains(const Point& p) const override;
-  bool in_face(FaceId face, const Point& p) const override;
+  bool in_face(FaceId face, const Point& p) const override {
+    return faces()[index(face)].patch.domain.contains(p);
+  }
   std::uint8_t movable(const Point& p) const override;
   Directions directions(const Point& p, std::uint8_t movable) const override;
   double distance_to_surface(const Point& p) const override;

@@ -5,13 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace crackle::geometry {
 
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 Place place(const SlotSection& section, const std::array<Point, 4>& corners) {
   const auto at_axis = static_cast<std::size_t>(section.at_axis);
@@ -49,10 +46,6 @@ bool NotchedBox::contains(const Point& p) const {
     const bool before_tip = section.tip > section.mouth ? d < section.tip : d > section.tip;
     return section.lower < a && a < section.upper && before_tip;
   });
-}
-
-bool NotchedBox::in_face(FaceId face, const Point& p) const {
-  return faces()[index(face)].patch.domain.contains(p);
 }
 
 std::uint8_t NotchedBox::movable(const Point& p) const {
@@ -103,8 +96,7 @@ std::optional<Point> NotchedBox::passage(FaceId face, const Point& p, const Poin
   const double after = q[axis] - position;
   if (!((before < 0 && after > 0) || (before > 0 && after < 0))) return std::nullopt;
   const double share = before / (before - after);
-  Point x{};
-  for (std::size_t i = 0; i < 3; ++i) x[i] = p[i] + share * (q[i] - p[i]);
+  Point x = p + share * (q - p);
   x[axis] = position;
   if (!rectangle.contains(x)) return std::nullopt;
 

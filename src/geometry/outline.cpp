@@ -3,7 +3,6 @@
 
 #include "crackle/common/index.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace crackle::geometry {
@@ -25,10 +24,8 @@ Outline outline_of(const Body& body) {
     Box slot{start.tip, start.tip};
     for (const FaceId face : start.faces) {
       const Box bounds = body.faces()[index(face)].patch.bounds();
-      for (std::size_t i = 0; i < 3; ++i) {
-        slot.lower[i] = std::min(slot.lower[i], bounds.lower[i]);
-        slot.upper[i] = std::max(slot.upper[i], bounds.upper[i]);
-      }
+      slot.include(bounds.lower);
+      slot.include(bounds.upper);
     }
     outline.slots.insert(outline.slots.end(), {slot.lower[1], slot.upper[1], slot.lower[2], slot.upper[2]});
   }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/partition.h"
 
+#include "crackle/common/failure.h"
 #include "crackle/common/index.h"
 
-#include <fmt/format.h>
 #include <metis.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ void check_metis(int code) {
   const char* const reason = code == METIS_ERROR_INPUT    ? "erroneous input"
                              : code == METIS_ERROR_MEMORY ? "not enough memory"
                                                           : "other error";
-  throw std::runtime_error(fmt::format("METIS_PartMeshDual: {} ({})", reason, code));
+  fail("METIS_PartMeshDual: {} ({})", reason, code);
 }
 
 std::vector<std::int32_t> metis_parts(const Realization& realization, int n_parts, int seed) {
@@ -88,7 +88,7 @@ std::vector<std::int32_t> node_parts(const Realization& realization, const Parti
 }  // namespace
 
 Partition partition(const Realization& realization, int n_parts, int seed) {
-  if (n_parts < 1) throw std::invalid_argument(fmt::format("partition into {} parts", n_parts));
+  if (n_parts < 1) fail<std::invalid_argument>("partition into {} parts", n_parts);
   const std::size_t n_tetrahedra = realization.tetrahedra.size();
   std::vector<std::int32_t> parts(n_tetrahedra, 0);
   if (static_cast<std::size_t>(n_parts) >= n_tetrahedra) {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/common/index.h"
+
+#include "crackle/common/failure.h"
 #include "crackle/common/vector.h"
 #include "crackle/geometry/mother_points.h"
 
@@ -65,7 +67,7 @@ private:
 
 std::vector<Point> read_points(const std::filesystem::path& file, const Body& body) {
   std::ifstream stream(file);
-  if (!stream) throw std::runtime_error(fmt::format("{}: cannot be opened for reading", file.string()));
+  if (!stream) fail("{}: cannot be opened for reading", file.string());
   const Point size = body.size();
   const double tolerance = relative_tolerance * *std::ranges::max_element(size);
   Messages messages(file);
@@ -97,7 +99,7 @@ std::vector<Point> read_points(const std::filesystem::path& file, const Body& bo
     points.push_back(p);
     lines.push_back(line);
   }
-  if (stream.bad()) throw std::runtime_error(fmt::format("{}: reading failed", file.string()));
+  if (stream.bad()) fail("{}: reading failed", file.string());
 
   const PointTree tree(points);
   std::vector<std::int32_t> near;
@@ -111,9 +113,8 @@ std::vector<Point> read_points(const std::filesystem::path& file, const Body& bo
   for (const Point& corner : body.corners()) {
     tree.find(corner, tolerance, near);
     if (near.empty())
-      throw std::runtime_error(fmt::format(
-          "{}: the corner ({:g}, {:g}, {:g}) mm of the body is not among the points", file.string(),
-          corner[0] / metres_per_unit, corner[1] / metres_per_unit, corner[2] / metres_per_unit));
+      fail("{}: the corner ({:g}, {:g}, {:g}) mm of the body is not among the points", file.string(),
+           corner[0] / metres_per_unit, corner[1] / metres_per_unit, corner[2] / metres_per_unit);
   }
   return points;
 }

@@ -2,6 +2,7 @@
 #include "point_tree.h"
 
 #include "crackle/common/index.h"
+#include "crackle/geometry/box.h"
 
 #include <algorithm>
 #include <numeric>
@@ -20,18 +21,9 @@ PointTree::PointTree(std::span<const Point> points)
 
 void PointTree::build(std::size_t begin, std::size_t end) {
   if (end - begin <= leaf_size) return;
-  Point lower = points_[index(order_[begin])];
-  Point upper = lower;
-  for (std::size_t i = begin; i < end; ++i) {
-    const Point& p = points_[index(order_[i])];
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      lower[axis] = std::min(lower[axis], p[axis]);
-      upper[axis] = std::max(upper[axis], p[axis]);
-    }
-  }
-  std::size_t widest = 0;
-  for (std::size_t axis = 1; axis < 3; ++axis)
-    if (upper[axis] - lower[axis] > upper[widest] - lower[widest]) widest = axis;
+  Box box = nowhere;
+  for (std::size_t i = begin; i < end; ++i) box.include(points_[index(order_[i])]);
+  const std::size_t widest = longest_axis(box);
   const std::size_t middle = begin + (end - begin) / 2;
   const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
   std::nth_element(at(begin), at(middle), at(end), [&](std::int32_t a, std::int32_t b) {
@@ -51,11 +43,8 @@ void PointTree::find(const Point& p, double radius, std::vector<std::int32_t>& f
 void PointTree::collect(std::size_t begin, std::size_t end, const Point& p, double radius,
                         std::vector<std::int32_t>& found) const {
   const auto examine = [&](std::size_t i) {
-    const Point& q = points_[index(order_[i])];
-    const double dx = q[0] - p[0];
-    const double dy = q[1] - p[1];
-    const double dz = q[2] - p[2];
-    if (dx * dx + dy * dy + dz * dz < radius * radius) found.push_back(order_[i]);
+    const Vector d = points_[index(order_[i])] - p;
+    if (dot(d, d) < radius * radius) found.push_back(order_[i]);
   };
   if (end - begin <= leaf_size) {
     for (std::size_t i = begin; i < end; ++i) examine(i);

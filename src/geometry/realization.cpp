@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/realization.h"
 
+#include "crackle/common/failure.h"
 #include "crackle/common/index.h"
 #include "crackle/geometry/symmetry.h"
 
@@ -11,7 +12,6 @@
 
 #include <algorithm>
 #include <array>
-#include <stdexcept>
 #include <utility>
 
 namespace crackle::geometry {
@@ -96,10 +96,10 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
              },
              RandomStream(seed, sample, "choice of redrawn points" + suffix), {.max_rounds = max_rounds});
   if (!outcome.remaining.empty())
-    throw std::runtime_error(fmt::format(
+    fail(
         "sample {}: after {} rounds of redrawing, {} tetrahedra are still below min_quality = {} or "
         "reach out of the body",
-        sample, outcome.rounds, outcome.remaining.size(), mesh.min_quality));
+        sample, outcome.rounds, outcome.remaining.size(), mesh.min_quality);
 
   realization.nodes.assign(tessellation.points().begin(), tessellation.points().end());
   TessellationContent content = tessellation.content();

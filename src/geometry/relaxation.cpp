@@ -19,28 +19,23 @@ struct Pull {
 };
 
 Pull pull_of_tetrahedron(const Point& a, const Point& b, const Point& c, const Point& d) {
-  const Point u = difference(b, a);
-  const Point v = difference(c, a);
-  const Point w = difference(d, a);
+  const Point u = b - a;
+  const Point v = c - a;
+  const Point w = d - a;
   const Point vw = cross(v, w);
   const Point wu = cross(w, u);
   const Point uv = cross(u, v);
-  Pull pull{dot(u, vw) / 6, {}};
-  for (std::size_t i = 0; i < 3; ++i)
-    pull.vector[i] = (dot(u, u) * vw[i] + dot(v, v) * wu[i] + dot(w, w) * uv[i]) / 12;
-  return pull;
+  return {dot(u, vw) / 6, (dot(u, u) * vw + dot(v, v) * wu + dot(w, w) * uv) / 12};
 }
 
 Pull pull_of_triangle(const Point& a, const Point& b, const Point& c) {
-  const Point u = difference(b, a);
-  const Point v = difference(c, a);
+  const Point u = b - a;
+  const Point v = c - a;
   const Point n = cross(u, v);
   const double length = norm(n);
   const Point nu = cross(n, u);
   const Point vn = cross(v, n);
-  Pull pull{length / 2, {}};
-  for (std::size_t i = 0; i < 3; ++i) pull.vector[i] = (dot(v, v) * nu[i] + dot(u, u) * vn[i]) / (4 * length);
-  return pull;
+  return {length / 2, (dot(v, v) * nu + dot(u, u) * vn) / (4 * length)};
 }
 
 }  // namespace
@@ -55,10 +50,9 @@ void relax(const Body& body, MotherPoints& points, const MayMove& may_move) {
   std::vector<Point> sum(points.size(), Point{});
   std::vector<double> weights(points.size(), 0);
   const auto add = [&](std::int32_t node, std::int32_t first, const Pull& pull, double scale) {
-    const Point offset = difference(points.position[index(first)], points.position[index(node)]);
+    const Point offset = points.position[index(first)] - points.position[index(node)];
     weights[index(node)] += scale * pull.weight;
-    for (std::size_t i = 0; i < 3; ++i)
-      sum[index(node)][i] += scale * (pull.weight * offset[i] + pull.vector[i]);
+    sum[index(node)] = sum[index(node)] + scale * (pull.weight * offset + pull.vector);
   };
   const auto position = [&](std::int32_t node) -> const Point& { return points.position[index(node)]; };
   const auto freedom = [&](std::int32_t node) { return std::popcount(points.movable[index(node)]); };
@@ -87,8 +81,7 @@ void relax(const Body& body, MotherPoints& points, const MayMove& may_move) {
     Point p = points.position[i];
     const Directions directions = body.directions(p, points.movable[i]);
     for (std::size_t k = 0; k < index(directions.n); ++k) {
-      const double way = dot(sum[i], directions.vector[k]) / weights[i];
-      for (std::size_t axis = 0; axis < 3; ++axis) p[axis] += way * directions.vector[k][axis];
+      p = p + dot(sum[i], directions.vector[k]) / weights[i] * directions.vector[k];
     }
     if (body.contains(p) && body.movable(p) == points.movable[i] && may_move(i, p)) points.position[i] = p;
   }

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/symmetry.h"
 
+#include "crackle/common/failure.h"
 #include "crackle/geometry/mesh_regions.h"
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,16 +14,6 @@ namespace {
 
 constexpr double tolerance = 1e-12;  ///< of coordinates, in the body's largest size
 
-std::vector<Point> corners_of(const Box& box) {
-  std::vector<Point> corners;
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    Point p{};
-    for (std::size_t i = 0; i < 3; ++i) p[i] = (corner >> i) & 1u ? box.upper[i] : box.lower[i];
-    corners.push_back(p);
-  }
-  return corners;
-}
-
 }  // namespace
 
 std::vector<Symmetry> symmetries(const Body& body, const input::Mesh& mesh) {
@@ -33,12 +22,12 @@ std::vector<Symmetry> symmetries(const Body& body, const input::Mesh& mesh) {
   // Symmetries keep distances, so a box whose corners come to corners of another one comes to this one.
   const auto maps = [&](const Symmetry& symmetry, const input::MeshRegion& from,
                         const input::MeshRegion& to) {
-    const std::vector<Point> corners = corners_of(box_of(to, body.bounds()));
+    const auto corners = corners_of(box_of(to, body.bounds()));
     return from.spacing == to.spacing &&
            std::ranges::all_of(corners_of(box_of(from, body.bounds())), [&](const Point& p) {
              const Point image = symmetry.image(p);
              return std::ranges::any_of(corners, [&](const Point& corner) {
-               const Point gap = difference(image, corner);
+               const Point gap = image - corner;
                return std::ranges::all_of(gap, [&](double each) { return std::abs(each) <= near; });
              });
            });
@@ -55,7 +44,7 @@ std::vector<Symmetry> symmetries(const Body& body, const input::Mesh& mesh) {
 Symmetry symmetry_of(const Body& body, std::uint8_t code) {
   for (Symmetry& symmetry : body.symmetries())
     if (symmetry.code == code) return std::move(symmetry);
-  throw std::invalid_argument(fmt::format("the body has no symmetry {}", code));
+  fail<std::invalid_argument>("the body has no symmetry {}", code);
 }
 
 }  // namespace crackle::geometry

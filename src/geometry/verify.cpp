@@ -3,6 +3,7 @@
 #include "crackle/common/vector.h"
 #include "crackle/geometry/quality.h"
 #include "crackle/geometry/realization.h"
+#include "crackle/parallel/exact_sum.h"
 
 #include <fmt/format.h>
 
@@ -23,21 +24,6 @@ template <class... Arguments>
   throw std::runtime_error("realization: " + fmt::format(format, std::forward<Arguments>(arguments)...));
 }
 
-/// Neumaier's compensated sum.
-class CompensatedSum {
-public:
-  void add(double term) {
-    const double sum = sum_ + term;
-    correction_ += std::abs(sum_) >= std::abs(term) ? (sum_ - sum) + term : (term - sum) + sum_;
-    sum_ = sum;
-  }
-  double value() const { return sum_ + correction_; }
-
-private:
-  double sum_ = 0;
-  double correction_ = 0;
-};
-
 bool same(double value, double exact) {
   return std::abs(value - exact) <= relative_tolerance * exact;
 }
@@ -47,7 +33,7 @@ double check_tetrahedra(const Realization& realization, const Body& body, double
   const auto& nodes = realization.nodes;
   const auto n_nodes = static_cast<std::int32_t>(nodes.size());
   std::vector<std::uint8_t> used(nodes.size(), 0);
-  CompensatedSum volume;
+  parallel::ExactSum volume;
   double worst = 1;
   for (std::size_t i = 0; i < realization.tetrahedra.size(); ++i) {
     const Tetrahedron& t = realization.tetrahedra[i];
@@ -141,7 +127,7 @@ void check_boundary(const Realization& realization, const Body& body) {
   if (expected.size() != boundary.size())
     violation("{} boundary triangles are listed, but {} faces have only one tetrahedron", boundary.size(),
               expected.size());
-  std::vector<CompensatedSum> area(body.faces().size());
+  std::vector<parallel::ExactSum> area(body.faces().size());
   for (std::size_t i = 0; i < boundary.size(); ++i) {
     const auto& [t, id] = boundary[i];
     if (t != expected[i])
@@ -153,8 +139,7 @@ void check_boundary(const Realization& realization, const Body& body) {
       if (!body.in_face(id, realization.nodes[index(node)]))
         violation("node {} of boundary triangle {} does not lie exactly on surface {}", node, i, id);
     const Point& a = realization.nodes[index(t[0])];
-    const Point normal =
-        cross(difference(realization.nodes[index(t[1])], a), difference(realization.nodes[index(t[2])], a));
+    const Point normal = cross(realization.nodes[index(t[1])] - a, realization.nodes[index(t[2])] - a);
     const double projected = dot(normal, body.faces()[index(id)].outward) / 2;
     if (!(projected > 0)) violation("boundary triangle {} is not oriented outwards", i);
     area[index(id)].add(projected);

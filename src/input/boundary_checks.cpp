@@ -6,7 +6,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <string>
 #include <vector>
 
@@ -131,15 +130,12 @@ void check_conflicts(const Parameters& parameters, std::size_t i, Findings& find
 }
 
 void check_held_in_all_directions(const Parameters& parameters, Findings& findings) {
-  std::array<bool, 3> held{};
-  for (const Boundary& condition : parameters.boundaries) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      held[axis] = held[axis] || (prescribes_motion(condition) && condition.components[axis]);
-    }
-  }
   std::vector<std::string> loose;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!held[axis]) loose.emplace_back(axis_names[axis]);
+    const auto is_held = std::ranges::any_of(parameters.boundaries, [&](const Boundary& condition) {
+      return prescribes_motion(condition) && condition.components[axis];
+    });
+    if (!is_held) loose.emplace_back(axis_names[axis]);
   }
   if (loose.empty()) return;
   findings.report("boundary",

@@ -200,7 +200,7 @@ Key history_key() {
             for (const Source& point : *points) {
               const auto pair = read_elements(point, 2, "a time and a factor, such as [\"10 s\", 1]");
               if (!pair) continue;
-              const auto time = read_quantity((*pair)[0], with_example(time_dimension(), "10 s"), {0, 1e12});
+              const auto time = read_quantity((*pair)[0], with_example(time_dimension, "10 s"), {0, 1e12});
               const auto factor = read_number((*pair)[1], {-1e12, 1e12});
               if (!time || !factor) continue;
               if (!history.empty() && *time <= history.back().first) {
@@ -215,7 +215,7 @@ Key history_key() {
             if (history.empty()) return {};
             std::vector<std::string> items;
             for (const auto& [time, factor] : history) {
-              items.push_back(bracketed({format_quantity(time, time_dimension()), format_number(factor)}));
+              items.push_back(bracketed({format_quantity(time, time_dimension), format_number(factor)}));
             }
             return bracketed(items);
           }};

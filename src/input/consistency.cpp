@@ -195,8 +195,8 @@ void check_time(const Parameters& parameters, Findings& findings) {
                     "out");
   if (!time.step || findings.faulty("time.step") || findings.faulty("time.duration")) return;
   constexpr double max_steps = 1e9;
-  const std::string duration = format_quantity(time.duration, time_dimension());
-  const std::string step = format_quantity(*time.step, time_dimension());
+  const std::string duration = format_quantity(time.duration, time_dimension);
+  const std::string step = format_quantity(*time.step, time_dimension);
   if (*time.step > time.duration) {
     findings.report("time.step", "{} is over the duration; give at most {}", step, duration);
   } else if (time.duration / *time.step > max_steps) {

@@ -9,13 +9,10 @@
 #include <algorithm>
 #include <array>
 #include <string_view>
-#include <utility>
 
 namespace crackle::input {
 
 namespace {
-
-using Line = std::pair<std::string, std::string>;  // key, value
 
 std::vector<Line> resolved(const Parameters& parameters) {
   Parameters shown = parameters;
@@ -36,13 +33,16 @@ std::vector<Line> resolved(const Parameters& parameters) {
 
 }  // namespace
 
-std::string echo(const Parameters& parameters) {
-  const std::vector<Line> lines = resolved(parameters);
+std::string aligned(const std::vector<Line>& lines) {
   std::size_t width = 0;
   for (const Line& line : lines) width = std::max(width, line.first.size());
   std::string result;
   for (const auto& [key, text] : lines) result += fmt::format("{:<{}} = {}\n", key, width, text);
   return result;
+}
+
+std::string echo(const Parameters& parameters) {
+  return aligned(resolved(parameters));
 }
 
 std::vector<std::string> sample_settings(const Parameters& parameters) {

@@ -11,38 +11,19 @@
 
 namespace crackle::input {
 
-const Dimension& length_dimension() {
-  static const Dimension dimension{
-      "a length", "m", "1.0 mm", 0, {{"km", 1e3}, {"m", 1}, {"mm", 1e-3, 1e-5}, {"um", 1e-6}, {"nm", 1e-9}}};
-  return dimension;
-}
-
-const Dimension& time_dimension() {
-  static const Dimension dimension{
-      "a time",
-      "s",
-      "5 ns",
-      0,
-      {{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}, {"ps", 1e-12}, {"fs", 1e-15}}};
-  return dimension;
-}
-
-const Dimension& stress_dimension() {
-  static const Dimension dimension{
-      "a stress", "Pa", "35 MPa", 0, {{"GPa", 1e9, 1e11}, {"MPa", 1e6}, {"kPa", 1e3}, {"Pa", 1}}};
-  return dimension;
-}
-
-const Dimension& density_dimension() {
-  static const Dimension dimension{"a density", "kg/m^3", "1180 kg/m^3", 0, {{"kg/m^3", 1}}};
-  return dimension;
-}
-
-const Dimension& energy_per_area_dimension() {
-  static const Dimension dimension{
-      "an energy per area", "J/m^2", "3 J/m^2", 0, {{"kJ/m^2", 1e3, 1e4}, {"J/m^2", 1}}};
-  return dimension;
-}
+const Dimension length_dimension{
+    "a length", "m", "1.0 mm", 0, {{"km", 1e3}, {"m", 1}, {"mm", 1e-3, 1e-5}, {"um", 1e-6}, {"nm", 1e-9}}};
+const Dimension time_dimension{
+    "a time",
+    "s",
+    "5 ns",
+    0,
+    {{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}, {"ps", 1e-12}, {"fs", 1e-15}}};
+const Dimension stress_dimension{
+    "a stress", "Pa", "35 MPa", 0, {{"GPa", 1e9, 1e11}, {"MPa", 1e6}, {"kPa", 1e3}, {"Pa", 1}}};
+const Dimension density_dimension{"a density", "kg/m^3", "1180 kg/m^3", 0, {{"kg/m^3", 1}}};
+const Dimension energy_per_area_dimension{
+    "an energy per area", "J/m^2", "3 J/m^2", 0, {{"kJ/m^2", 1e3, 1e4}, {"J/m^2", 1}}};
 
 Dimension impulse_dimension(double exponent) {
   const std::string power = exponent == 1 ? std::string() : fmt::format("^{}", format_number(exponent));
@@ -57,9 +38,9 @@ Dimension impulse_dimension(double exponent) {
 const Dimension& value_dimension(BoundaryKind kind) {
   static const std::map<BoundaryKind, Dimension> dimensions{
       {BoundaryKind::force, {"a force", "N", "135 N", 0, {{"N", 1}, {"mN", 1e-3}}}},
-      {BoundaryKind::traction, stress_dimension()},
+      {BoundaryKind::traction, stress_dimension},
       {BoundaryKind::velocity, {"a velocity", "m/s", "0.1 m/s", 0, {{"m/s", 1}, {"mm/s", 1e-3}}}},
-      {BoundaryKind::displacement, with_example(length_dimension(), "0.1 mm")}};
+      {BoundaryKind::displacement, with_example(length_dimension, "0.1 mm")}};
   return dimensions.at(kind);
 }
 
@@ -104,7 +85,7 @@ std::string format_quantity(double si_value, const Dimension& dimension) {
 }
 
 std::string show(double length) {
-  return format_quantity(length, length_dimension());
+  return format_quantity(length, length_dimension);
 }
 
 }  // namespace crackle::input

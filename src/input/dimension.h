@@ -25,11 +25,8 @@ struct Dimension {
   std::vector<ReadableUnit> units;  ///< largest first
 };
 
-const Dimension& length_dimension();
-const Dimension& time_dimension();
-const Dimension& stress_dimension();
-const Dimension& density_dimension();
-const Dimension& energy_per_area_dimension();
+extern const Dimension length_dimension, time_dimension, stress_dimension, density_dimension,
+    energy_per_area_dimension;
 
 /// stress^exponent time, the dimension of the Tuler-Butcher impulse K_f.
 Dimension impulse_dimension(double exponent);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "consistency.h"
-#include "crackle/input/limits.h"
+#include "crackle/input/parameters.h"
 #include "dimension.h"
 
 #include <fmt/format.h>

@@ -5,7 +5,6 @@
 #include "document.h"
 #include "findings.h"
 #include "schema.h"
-#include "unknown_keys.h"
 #include "values.h"
 
 #include <fmt/format.h>

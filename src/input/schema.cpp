@@ -47,7 +47,7 @@ Key size_key() {
           [=](const Source& source, Parameters& parameters, std::size_t) {
             const auto elements = read_elements(source, 3, form);
             for (std::size_t axis = 0; elements && axis < 3; ++axis) {
-              if (const auto value = read_quantity((*elements)[axis], length_dimension(), positive_length)) {
+              if (const auto value = read_quantity((*elements)[axis], length_dimension, positive_length)) {
                 parameters.specimen.size[axis] = *value;
               }
             }
@@ -141,7 +141,7 @@ Key sections_key(const std::string& name, std::vector<double> Sections::*positio
             const auto elements = read_elements(source, 0, form);
             if (!elements) return;
             for (const Source& element : *elements) {
-              const auto value = read_quantity(element, length_dimension(), coordinate);
+              const auto value = read_quantity(element, length_dimension, coordinate);
               (parameters.sections.*positions).push_back(value.value_or(std::nan("")));
             }
           },
@@ -169,7 +169,7 @@ Table stop_table() {
           Occurrence::optional,
           "stop when the mean path of the leading cracks is known well enough",
           {quantity_key("half_width", stop(&EnsembleStop::half_width),
-                        with_example(length_dimension(), "0.25 mm"), positive_length, required(),
+                        with_example(length_dimension, "0.25 mm"), positive_length, required(),
                         "of the confidence interval of the mean path, at every section"),
            number_key("confidence", stop(&EnsembleStop::confidence), {0, 1, true, true}, by_default("0.95"),
                       "level of that interval"),
@@ -185,11 +185,11 @@ Table notch_table() {
           "a slot through the whole thickness",
           {choice_key<Face>("face", notch(&Notch::face), faces_from(Face::y_min), required(),
                             "face that the slot is cut into"),
-           quantity_key("at", notch(&Notch::at), with_example(length_dimension(), "65 mm"), {0, 1e3, true},
+           quantity_key("at", notch(&Notch::at), with_example(length_dimension, "65 mm"), {0, 1e3, true},
                         required(), "mid-plane of the slot, along the face's other in-plane axis (y or z)"),
-           quantity_key("depth", notch(&Notch::depth), with_example(length_dimension(), "6 mm"),
+           quantity_key("depth", notch(&Notch::depth), with_example(length_dimension, "6 mm"),
                         positive_length, required(), "from the face to the tip"),
-           quantity_key("height", notch(&Notch::height), with_example(length_dimension(), "0.6 mm"),
+           quantity_key("height", notch(&Notch::height), with_example(length_dimension, "0.6 mm"),
                         positive_length, required(), "opening of the slot")},
           [](const Parameters& parameters) { return parameters.specimen.notches.size(); },
           [](Parameters& parameters) { parameters.specimen.notches.emplace_back(); }};
@@ -200,10 +200,10 @@ Table mesh_table() {
       "mesh",
       Occurrence::once,
       "the mother points and their tessellation",
-      {quantity_key("spacing", in(&Parameters::mesh, &Mesh::spacing), length_dimension(), positive_length,
+      {quantity_key("spacing", in(&Parameters::mesh, &Mesh::spacing), length_dimension, positive_length,
                     required(), "distance of the points far from notches and regions"),
        quantity_key("notch_spacing", in(&Parameters::mesh, &Mesh::notch_spacing),
-                    with_example(length_dimension(), "0.3 mm"), positive_length, optional("as spacing"),
+                    with_example(length_dimension, "0.3 mm"), positive_length, optional("as spacing"),
                     "distance of the points at the notch tips"),
        number_key("growth", in(&Parameters::mesh, &Mesh::growth), {0, 1}, by_default("0.03"),
                   "increase of the spacing per unit distance from a notch tip or a region"),
@@ -243,7 +243,7 @@ Table region_table() {
                [](Parameters& parameters, std::size_t i) -> double& {
                  return parameters.mesh.regions.at(i).spacing;
                },
-               with_example(length_dimension(), "0.3 mm"), positive_length, required(),
+               with_example(length_dimension, "0.3 mm"), positive_length, required(),
                "largest distance of the points in the box")},
           [](const Parameters& parameters) { return parameters.mesh.regions.size(); },
           [](Parameters& parameters) { parameters.mesh.regions.emplace_back(); }};
@@ -254,11 +254,11 @@ Table material_table() {
           Occurrence::once,
           "isotropic linear elasticity",
           {quantity_key("youngs_modulus", in(&Parameters::material, &Material::youngs_modulus),
-                        with_example(stress_dimension(), "3300 MPa"), positive_stress, required(),
+                        with_example(stress_dimension, "3300 MPa"), positive_stress, required(),
                         "Young's modulus"),
            number_key("poisson_ratio", in(&Parameters::material, &Material::poisson_ratio),
                       {-1, 0.5, true, true}, required(), "Poisson's ratio"),
-           quantity_key("density", in(&Parameters::material, &Material::density), density_dimension(),
+           quantity_key("density", in(&Parameters::material, &Material::density), density_dimension,
                         {0, 1e6, true}, required(), "mass density")}};
 }
 
@@ -267,11 +267,11 @@ Table fracture_table() {
       "fracture",
       Occurrence::once,
       "the Tuler-Butcher criterion",
-      {optional_quantity_key("strength", in(&Parameters::fracture, &Fracture::strength), stress_dimension(),
+      {optional_quantity_key("strength", in(&Parameters::fracture, &Fracture::strength), stress_dimension,
                              positive_stress, optional("from toughness"),
                              "sigma_0: largest principal stress without damage"),
        optional_quantity_key("toughness", in(&Parameters::fracture, &Fracture::toughness),
-                             energy_per_area_dimension(), {0, 1e9, true}, optional("from strength"),
+                             energy_per_area_dimension, {0, 1e9, true}, optional("from strength"),
                              "energy per crack area that a slow crack takes; instead of strength, which then "
                              "follows from it and the local spacing"),
        number_key("exponent", in(&Parameters::fracture, &Fracture::exponent), {0, 20, true}, by_default("2"),
@@ -319,7 +319,7 @@ Table time_table() {
        automatic_time_key("step", in(&Parameters::time, &Time::step), "5 ns",
                           "time step; \"auto\" is a fraction of the stable step"),
        quantity_key("duration", in(&Parameters::time, &Time::duration),
-                    with_example(time_dimension(), "100 us"), positive_time, required(),
+                    with_example(time_dimension, "100 us"), positive_time, required(),
                     "of the dynamic phase"),
        choice_key<Integrator>("integrator", in(&Parameters::time, &Time::integrator),
                               {{"bilateral4", Integrator::bilateral4}, {"verlet", Integrator::verlet}},
@@ -336,7 +336,7 @@ Table time_table() {
                           "time without a break after which a dynamic phase has arrested; \"auto\" is "
                           "what a bar's longitudinal wave takes along the body's longest extent"),
        optional_quantity_key("after_separation", in(&Parameters::time, &Time::after_separation),
-                             with_example(time_dimension(), "20 us"), positive_time, optional("off"),
+                             with_example(time_dimension, "20 us"), positive_time, optional("off"),
                              "a dynamic phase ends this long after the body came apart")}};
 }
 
@@ -394,7 +394,7 @@ Key optional_quantity_key(std::string name, Access<double> access, const Dimensi
 
 Key automatic_time_key(std::string name, Access<std::optional<double>> access, const std::string& example,
                        std::string help) {
-  const Dimension dimension = with_example(time_dimension(), example);
+  const Dimension dimension = with_example(time_dimension, example);
   return {std::move(name),
           "time",
           by_default("\"auto\""),
@@ -436,8 +436,8 @@ Key range_key(std::string name, Access<std::pair<double, double>> access,
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             const auto ends = read_elements(source, 2, form);
             if (!ends) return;
-            const auto lower = read_quantity((*ends)[0], length_dimension(), coordinate);
-            const auto upper = read_quantity((*ends)[1], length_dimension(), coordinate);
+            const auto lower = read_quantity((*ends)[0], length_dimension, coordinate);
+            const auto upper = read_quantity((*ends)[1], length_dimension, coordinate);
             if (!lower || !upper) return;
             if (*lower >= *upper) {
               source.report("{} is not below {}; give {}", (*ends)[0].value.source, (*ends)[1].value.source,

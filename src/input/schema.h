@@ -66,6 +66,10 @@ struct Table {
 /// All tables with their keys, in the order in which they are read and shown.
 const std::vector<Table>& schema();
 
+/// Reports every key and table of the document that the schema does not have, with the nearest known name,
+/// and tables that stand in the wrong form ([name] for [[name]], a number for a table).
+void report_unknown_keys(const Value& root, Findings& findings);
+
 /// Keys of [[boundary]], whose values depend on each other.
 Table boundary_table();
 

@@ -50,7 +50,7 @@ std::vector<Section> Sections::all() const {
 
 std::string name_of(const Section& section) {
   return fmt::format("{} = {}", section.axis == 1 ? "y" : "z",
-                     format_quantity(section.position, length_dimension()));
+                     format_quantity(section.position, length_dimension));
 }
 
 Parameters with_sections(Parameters parameters, const std::vector<std::string>& given,

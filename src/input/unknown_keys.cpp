@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "unknown_keys.h"
-
 #include "schema.h"
 
 #include <fmt/format.h>
@@ -99,6 +97,7 @@ void visit(const Value& table, const std::string& path, const std::string& key,
     const std::string member_key = key.empty() ? member.name : key + "." + member.name;
     const auto place = std::ranges::find(places, member_path, &Place::path);
     const bool is_table = value.kind == ValueKind::table;
+    const auto report = [&](const std::string& message) { findings.report(member_key, value.line, message); };
     if (place == places.end() || member.name.find('.') != std::string::npos) {
       const bool tables = is_table || (value.kind == ValueKind::array && !value.elements.empty() &&
                                        value.elements.front().kind == ValueKind::table);
@@ -109,13 +108,9 @@ void visit(const Value& table, const std::string& path, const std::string& key,
       if (is_table) {
         visit(value, member_path, member_key, places, findings);
       } else if (value.kind == ValueKind::array) {
-        findings.report(
-            member_key, value.line,
-            fmt::format("this table can be given only once; write [{}], in single brackets", member_path));
+        report(fmt::format("this table can be given only once; write [{}], in single brackets", member_path));
       } else {
-        findings.report(
-            member_key, value.line,
-            fmt::format("{} is {}; give a table [{}]", value.source, describe(value.kind), member_path));
+        report(fmt::format("{} is {}; give a table [{}]", value.source, describe(value.kind), member_path));
       }
     } else if (place->form == Place::Form::tables) {
       bool sound = value.kind == ValueKind::array;
@@ -124,11 +119,8 @@ void visit(const Value& table, const std::string& path, const std::string& key,
         if (sound)
           visit(value.elements[i], member_path, fmt::format("{}[{}]", member_key, i), places, findings);
       }
-      if (!sound) {
-        findings.report(
-            member_key, value.line,
-            fmt::format("this is a list of tables; write [[{}]], in double brackets", member_path));
-      }
+      if (!sound)
+        report(fmt::format("this is a list of tables; write [[{}]], in double brackets", member_path));
     }
   }
 }

@@ -17,7 +17,7 @@ namespace crackle::io {
 
 namespace {
 
-constexpr std::uint32_t schema = 4;
+constexpr std::uint32_t schema = 5;
 
 /// What must agree, each with what is said when it does not.
 std::vector<std::pair<std::string, std::string>> identity(const input::Parameters& parameters,
@@ -49,7 +49,7 @@ std::vector<std::byte> read_checkpoint(const std::filesystem::path& file, const 
   Unpacker unpacker(bytes);
   std::size_t length = 0;
   for (const auto& [text, complaint] : identity(parameters, sample)) {
-    if (unpacker.get_string() != text) throw std::runtime_error(complaint);
+    if (unpacker.get<std::string>() != text) throw std::runtime_error(complaint);
     length += sizeof(std::uint64_t) + text.size();
   }
   bytes.erase(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(length));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/ensemble_file.h"
 
+#include "crackle/common/failure.h"
 #include "crackle/common/packing.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
@@ -91,16 +92,16 @@ void for_each_position_table(const EnsembleShape& shape, Visit&& visit) {
 
 void check_block(const EnsembleBlock& block, const EnsembleShape& shape) {
   if (block.first > shape.n_samples || block.rows.size() > shape.n_samples - block.first) {
-    throw std::invalid_argument(fmt::format("ensemble rows {} to {}: the ensemble has {} samples",
-                                            block.first, block.first + block.rows.size(), shape.n_samples));
+    fail<std::invalid_argument>("ensemble rows {} to {}: the ensemble has {} samples", block.first,
+                                block.first + block.rows.size(), shape.n_samples);
   }
   for (std::size_t i = 0; i < block.rows.size(); ++i) {
     const SampleSummary& row = block.rows[i];
     analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
       if ((row.*member).size() == shape.n_positions()) return;
-      throw std::invalid_argument(
-          fmt::format("ensemble row {}: {} values {} instead of {} notches x {} sections", block.first + i,
-                      (row.*member).size(), info.name, shape.n_notches, shape.n_sections));
+      fail<std::invalid_argument>("ensemble row {}: {} values {} instead of {} notches x {} sections",
+                                  block.first + i, (row.*member).size(), info.name, shape.n_notches,
+                                  shape.n_sections);
     });
   }
 }
@@ -134,7 +135,7 @@ std::vector<std::string> gather_texts(const parallel::Communicator& world, const
   Unpacker unpacker(gathered);
   while (!unpacker.empty()) {
     const auto sample = unpacker.get<std::uint64_t>();
-    texts[sample] = unpacker.get_string();
+    texts[sample] = unpacker.get<std::string>();
   }
   return texts;
 }
@@ -296,9 +297,7 @@ void write_blocks(const parallel::Communicator& world, const std::filesystem::pa
   const hdf5::QuietErrors quiet;
   // Opening is the one step that could leave ranks waiting, so first make sure that every rank can.
   parallel::agree(world, [&] {
-    if (::access(file.c_str(), R_OK | W_OK) != 0) {
-      throw std::runtime_error(fmt::format("rank {}: {}", world.rank(), std::strerror(errno)));
-    }
+    if (::access(file.c_str(), R_OK | W_OK) != 0) fail("rank {}: {}", world.rank(), std::strerror(errno));
     // With memory for it too: MPI-IO loads its libraries when the first file is opened.
     try {
       parallel::check_room(room_for_writing);
@@ -307,7 +306,7 @@ void write_blocks(const parallel::Communicator& world, const std::filesystem::pa
                           "MPI_File_open");
       parallel::check_mpi(MPI_File_close(&alone), "MPI_File_close");
     } catch (const std::exception& failure) {
-      throw std::runtime_error(fmt::format("rank {}: {}", world.rank(), failure.what()));
+      fail("rank {}: {}", world.rank(), failure.what());
     }
   });
   std::optional<std::string> error;
@@ -348,7 +347,7 @@ void write_ensemble(const parallel::Communicator& world, const std::filesystem::
       partial->write(lay_out(parameters, texts, statistics, base, world.size()));
     });
     const std::string partial_name =
-        parallel::share_text(world, partial ? partial->partial_name().string() : std::string());
+        parallel::share(world, partial ? partial->partial_name().string() : std::string());
     write_blocks(world, partial_name, block, shape);
     parallel::agree(world, [&] {
       if (partial) partial->commit();

@@ -2,12 +2,10 @@
 #include "crackle/io/ensemble_file.h"
 
 #include "crackle/analysis/sample_results.h"
+#include "crackle/common/failure.h"
 #include "hdf5.h"
 #include "provenance.h"
 
-#include <fmt/format.h>
-
-#include <stdexcept>
 #include <type_traits>
 #include <utility>
 
@@ -32,7 +30,7 @@ std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape, std::int
     throw hdf5::Error("datasets samples/error and note: not one text for each sample");
   std::vector<SampleSummary> samples(n_samples);
   for (std::size_t i = 0; i < n_samples; ++i) {
-    if (status[i] < 0 || status[i] > 2) throw hdf5::Error(fmt::format("sample {}: unknown status", i));
+    if (status[i] < 0 || status[i] > 2) fail<hdf5::Error>("sample {}: unknown status", i);
     samples[i].status = static_cast<analysis::SampleStatus>(status[i]);
     samples[i].error = errors[i];
     samples[i].note = notes[i];
@@ -81,18 +79,9 @@ geometry::MotherPoints read_mother_points(hid_t file) {
   return base;
 }
 
-/// `read` of an open ensemble file. @throws std::runtime_error naming the file
 template <class Read>
 auto read_file(const std::filesystem::path& file, Read&& read) {
-  try {
-    const hdf5::QuietErrors quiet;
-    const hdf5::Handle root = hdf5::open_for_reading(file);
-    const std::int64_t version =
-        check_identity(root, ensemble_kind, oldest_schema_version, ensemble_schema_version);
-    return read(root, version);
-  } catch (const std::exception& error) {
-    throw std::runtime_error("cannot use '" + file.string() + "': " + error.what());
-  }
+  return read_results(file, ensemble_kind, oldest_schema_version, ensemble_schema_version, read);
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "hdf5.h"
 
+#include "crackle/common/failure.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -89,8 +91,7 @@ void create_attribute(hid_t object, const std::string& name, hid_t type, const S
 Handle open_attribute(hid_t object, const std::string& name, const char* kind) {
   Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, "attribute " + name);
   const Handle space(H5Aget_space(attribute), H5Sclose, "attribute " + name);
-  if (H5Sget_simple_extent_npoints(space) != 1)
-    throw Error(fmt::format("attribute {} is not one {}", name, kind));
+  if (H5Sget_simple_extent_npoints(space) != 1) fail<Error>("attribute {} is not one {}", name, kind);
   return attribute;
 }
 
@@ -202,8 +203,8 @@ template <class Value>
 void write_dataset(hid_t parent, const std::string& name, const Shape& shape, std::span<const Value> values,
                    const std::string& units, Storage storage) {
   if (values.size() != count(shape))
-    throw std::invalid_argument(
-        fmt::format("dataset {}: {} values for shape ({})", name, values.size(), fmt::join(shape, ", ")));
+    fail<std::invalid_argument>("dataset {}: {} values for shape ({})", name, values.size(),
+                                fmt::join(shape, ", "));
   const Handle space = make_space(shape);
   const Handle creation = creation_list(shape, sizeof(Value), storage);
   const Handle dataset(
@@ -260,8 +261,8 @@ std::vector<Value> read_dataset(hid_t parent, const std::string& name, const Sha
   const Handle dataset = open_dataset(parent, name);
   const Shape found = shape_of(dataset, name);
   if (found != shape)
-    throw Error(fmt::format("dataset {}: shape ({}) instead of ({})", name, fmt::join(found, ", "),
-                            fmt::join(shape, ", ")));
+    fail<Error>("dataset {}: shape ({}) instead of ({})", name, fmt::join(found, ", "),
+                fmt::join(shape, ", "));
   std::vector<Value> values(count(shape));
   if (!values.empty()) {
     check(H5Dread(dataset, types<Value>().memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),

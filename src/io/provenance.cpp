@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "provenance.h"
 
+#include "crackle/common/failure.h"
 #include "crackle/input/reader.h"
 #include "crackle/version.h"
 
@@ -43,13 +44,12 @@ std::int64_t check_identity(hid_t file, const std::string& kind, std::int64_t ol
   }
   const std::int64_t version = hdf5::read_integer_attribute(file, "schema_version");
   if (version > newest)
-    throw hdf5::Error(
-        fmt::format("version {} of the file format; this program reads versions up to {}", version, newest));
+    fail<hdf5::Error>("version {} of the file format; this program reads versions up to {}", version, newest);
   if (version < oldest)
-    throw OlderFormat(
-        fmt::format("version {} of the file format, written by version {} of the program; this program "
-                    "writes version {}",
-                    version, hdf5::read_text_attribute(file, "program_version"), newest));
+    fail<OlderFormat>(
+        "version {} of the file format, written by version {} of the program; this program "
+        "writes version {}",
+        version, hdf5::read_text_attribute(file, "program_version"), newest);
   return version;
 }
 
@@ -60,8 +60,8 @@ void check_input(hid_t file, const input::Parameters& parameters) {
   const std::string found =
       H5Aexists(file, "points") > 0 ? hdf5::read_text_attribute(file, "points") : std::string();
   if (found != parameters.mesh.points_digest) {
-    throw hdf5::Error(fmt::format("was made from other points ({}, not {})", found.empty() ? "none" : found,
-                                  parameters.mesh.points_digest));
+    fail<hdf5::Error>("was made from other points ({}, not {})", found.empty() ? "none" : found,
+                      parameters.mesh.points_digest);
   }
 }
 

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "checked_file.h"
 #include "crackle/geometry/body.h"
 #include "crackle/input/parameters.h"
 #include "crackle/io/sample_file.h"
 #include "hdf5.h"
 
+#include <filesystem>
+#include <stdexcept>
 #include <string>
 
 namespace crackle::io {
@@ -32,6 +35,27 @@ std::int64_t check_identity(hid_t file, const std::string& kind, std::int64_t ol
 /// @throws hdf5::Error unless the file was made from an input with the same samples, input::sample_identity,
 /// and the same content of mesh.points
 void check_input(hid_t file, const input::Parameters& parameters);
+
+/// `read(root, version)` of a whole result file.
+/// @throws OlderFormat, std::runtime_error with the file's name in front
+template <class Read>
+auto read_results(const std::filesystem::path& file, const char* kind, std::int64_t oldest,
+                  std::int64_t newest, Read&& read) {
+  const auto cannot_use = [&](const std::exception& error) {
+    return "cannot use '" + file.string() + "': " + error.what();
+  };
+  try {
+    // HDF5 must not see a damaged file: it can crash on one.
+    if (kind == sample_kind) read_checked_file(file);
+    const hdf5::QuietErrors quiet;
+    const hdf5::Handle root = hdf5::open_for_reading(file);
+    return read(root, check_identity(root, kind, oldest, newest));
+  } catch (const OlderFormat& error) {
+    throw OlderFormat(cannot_use(error));
+  } catch (const std::exception& error) {
+    throw std::runtime_error(cannot_use(error));
+  }
+}
 
 /// The group /provenance: where and when the file was written, by how many ranks.
 void write_provenance(hid_t file, int n_ranks);

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/sample_file.h"
 
-#include "checked_file.h"
 #include "crackle/analysis/sample_results.h"
+#include "crackle/common/failure.h"
 #include "crackle/io/ensemble_file.h"
+
 #include "hdf5.h"
 #include "provenance.h"
-
-#include <fmt/format.h>
 
 #include <optional>
 #include <stdexcept>
@@ -22,38 +21,23 @@ namespace {
 
 using analysis::ResultInfo;
 
-/// `read(root, version)` of a whole sample file. @throws with the file's name in front
 template <class Read>
 auto read_file(const std::filesystem::path& file, std::int64_t oldest, Read&& read) {
-  const auto cannot_use = [&](const std::exception& error) {
-    return "cannot use '" + file.string() + "': " + error.what();
-  };
-  try {
-    // HDF5 must not see a damaged file: it can crash on one.
-    read_checked_file(file);
-    const hdf5::QuietErrors quiet;
-    const hdf5::Handle root = hdf5::open_for_reading(file);
-    return read(root, check_identity(root, sample_kind, oldest, sample_schema_version));
-  } catch (const OlderFormat& error) {
-    throw OlderFormat(cannot_use(error));
-  } catch (const std::exception& error) {
-    throw std::runtime_error(cannot_use(error));
-  }
+  return read_results(file, sample_kind, oldest, sample_schema_version, read);
 }
 
 SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters& parameters,
                        std::uint64_t sample) {
   const std::int64_t number = hdf5::read_integer_attribute(root, "sample");
   if (number != static_cast<std::int64_t>(sample))
-    throw hdf5::Error(fmt::format("holds sample {} instead of {}", number, sample));
+    fail<hdf5::Error>("holds sample {} instead of {}", number, sample);
   // How an input is told from another one may have changed since an older version.
   if (version == sample_schema_version) check_input(root, parameters);
   SampleSummary row;
   const std::int64_t status = hdf5::read_integer_attribute(root, "status");
   if (status != static_cast<std::int64_t>(analysis::SampleStatus::done) &&
-      status != static_cast<std::int64_t>(analysis::SampleStatus::failed)) {
-    throw hdf5::Error(fmt::format("status {} is neither done (1) nor failed (2)", status));
-  }
+      status != static_cast<std::int64_t>(analysis::SampleStatus::failed))
+    fail<hdf5::Error>("status {} is neither done (1) nor failed (2)", status);
   row.status = static_cast<analysis::SampleStatus>(status);
   row.error = hdf5::read_text_attribute(root, "error");
   if (version >= 3) row.note = hdf5::read_text_attribute(root, "note");
@@ -114,8 +98,7 @@ analysis::CrackSurface read_surface(hid_t root) {
   read_column<std::int32_t>(group, "crack", facets, &CrackFacet::crack);
   for (std::size_t i = 0; i < facets.size(); ++i)
     if (facets[i].crack < 0 || static_cast<std::size_t>(facets[i].crack) >= cracks.size())
-      throw hdf5::Error(
-          fmt::format("facet {} is of crack {}, and there are {}", i, facets[i].crack, cracks.size()));
+      fail<hdf5::Error>("facet {} is of crack {}, and there are {}", i, facets[i].crack, cracks.size());
   return surface;
 }
 
@@ -141,10 +124,7 @@ std::vector<analysis::Fork> read_forks(hid_t root) {
 std::optional<std::int64_t> version_of(const std::filesystem::path& file, const char* kind,
                                        std::int64_t newest) {
   try {
-    if (kind == sample_kind) read_checked_file(file);
-    const hdf5::QuietErrors quiet;
-    const hdf5::Handle root = hdf5::open_for_reading(file);
-    return check_identity(root, kind, 0, newest);
+    return read_results(file, kind, 0, newest, [](hid_t, std::int64_t version) { return version; });
   } catch (const std::exception&) {
     return std::nullopt;  // whoever reads its results says what is wrong with it
   }

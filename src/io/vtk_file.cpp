@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/vtk_file.h"
 
+#include "crackle/common/failure.h"
 #include "crackle/common/index.h"
 #include "crackle/geometry/mesh_regions.h"
 #include "crackle/geometry/mother_points.h"
@@ -11,13 +12,9 @@
 #include "partial_file.h"
 #include "result_attributes.h"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <stdexcept>
-#include <string>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -50,10 +47,13 @@ void write_fields(hid_t parent, const char* name, const std::vector<Field>& fiel
                field);
 }
 
-std::vector<std::byte> make_grid(const std::vector<geometry::Point>& points,
-                                 const std::vector<std::array<std::int32_t, 4>>& cells,
-                                 std::uint8_t cell_type, const Fields& fields,
-                                 const std::function<void(hid_t)>& add) {
+/// @param add writes what VTK does not read
+void write_grid(const std::filesystem::path& path, const std::vector<geometry::Point>& points,
+                const std::vector<std::array<std::int32_t, 4>>& cells, std::uint8_t cell_type,
+                const Fields& fields, const std::function<void(hid_t)>& add = {}) {
+  const std::filesystem::path folder = path.parent_path();
+  if (!folder.empty() && !std::filesystem::is_directory(folder))
+    fail("cannot write '{}': there is no folder '{}'", path.string(), folder.string());
   std::vector<double> coordinates;
   std::vector<std::int64_t> connectivity, offsets;
   hdf5::flatten(points, coordinates);
@@ -78,7 +78,7 @@ std::vector<std::byte> make_grid(const std::vector<geometry::Point>& points,
     write_fields(group, "CellData", fields.of_cells);
   }
   if (add) add(file);
-  return file.finish();
+  write_whole_file(path, file.finish());
 }
 
 /// The part of the body that each region covers, and its spacing.
@@ -93,17 +93,6 @@ void write_regions(hid_t root, const geometry::Body& body, const input::Mesh& me
   }
   hdf5::write_dataset<double>(group, "box", {spacings.size(), 3, 2}, boxes, "m");
   hdf5::write_dataset<double>(group, "spacing", {spacings.size()}, spacings, "m");
-}
-
-/// @param add writes what VTK does not read
-void write_grid(const std::filesystem::path& file, const std::vector<geometry::Point>& points,
-                const std::vector<std::array<std::int32_t, 4>>& cells, std::uint8_t cell_type,
-                const Fields& fields, const std::function<void(hid_t)>& add = {}) {
-  const std::filesystem::path folder = file.parent_path();
-  if (!folder.empty() && !std::filesystem::is_directory(folder))
-    throw std::runtime_error(
-        fmt::format("cannot write '{}': there is no folder '{}'", file.string(), folder.string()));
-  write_whole_file(file, make_grid(points, cells, cell_type, fields, add));
 }
 
 }  // namespace

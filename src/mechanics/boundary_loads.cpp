@@ -4,6 +4,7 @@
 #include "crackle/common/index.h"
 #include "crackle/geometry/body.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 #include "crackle/parallel/exact_sum.h"
 
 #include <algorithm>
@@ -38,8 +39,7 @@ TriangleGeometry measure(const geometry::Subdomain& subdomain, const geometry::T
   const auto& a = subdomain.nodes[index(nodes[0])];
   const auto& b = subdomain.nodes[index(nodes[1])];
   const auto& c = subdomain.nodes[index(nodes[2])];
-  const Vector n = cross({b[0] - a[0], b[1] - a[1], b[2] - a[2]}, {c[0] - a[0], c[1] - a[1], c[2] - a[2]});
-  return {{(a[0] + b[0] + c[0]) / 3, (a[1] + b[1] + c[1]) / 3, (a[2] + b[2] + c[2]) / 3}, norm(n) / 2};
+  return {(a + b + c) / 3, norm(cross(b - a, c - a)) / 2};
 }
 
 /// The rank that owns a triangle's lowest node counts the triangle.
@@ -96,9 +96,6 @@ std::vector<std::int32_t> held_nodes(const input::Boundary& condition, const Fac
 
 }  // namespace
 
-LoadCurve::LoadCurve(double value, double rate, std::vector<std::pair<double, double>> history)
-    : value_(value), rate_(rate), history_(std::move(history)) {}
-
 double LoadCurve::at(double time) const {
   if (history_.empty()) return value_ + rate_ * time;
   if (time <= history_.front().first) return value_ * history_.front().second;
@@ -137,10 +134,6 @@ double LoadCurve::next_kink(double time) const {
     if (t > time) return t;
   }
   return infinity;
-}
-
-bool LoadCurve::is_zero() const {
-  return value_ == 0 && rate_ == 0;
 }
 
 double BoundaryLoads::next_kink(double time) const {
@@ -224,11 +217,8 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
       }
     } else {
       const std::vector<std::int32_t> nodes = held_nodes(condition, faces, subdomain);
-      auto n_nodes = static_cast<std::int64_t>(nodes.size());
       parallel::agree(group);
-      parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, &n_nodes, 1, MPI_INT64_T, MPI_SUM, group.get()),
-                          "MPI_Allreduce");
-      refuse_empty(n_nodes == 0, "node");
+      refuse_empty(!parallel::any_of_all(group, !nodes.empty()), "node");
       for (int component = 0; component < 3; ++component) {
         const auto c = static_cast<std::size_t>(component);
         if (!condition.components[c]) continue;

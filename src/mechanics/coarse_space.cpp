@@ -62,23 +62,16 @@ CoarseSpace::CoarseSpace(const parallel::Communicator& group, const geometry::Su
 CoarseSpace::~CoarseSpace() = default;
 
 void CoarseSpace::find_cells() {
-  std::array<double, 3> low, high;
-  low.fill(infinity);
-  high.fill(-infinity);
-  for (const auto& node : subdomain_->nodes) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      low[i] = std::min(low[i], node[i]);
-      high[i] = std::max(high[i], node[i]);
-    }
-  }
+  geometry::Box box = geometry::nowhere;
+  for (const auto& node : subdomain_->nodes) box.include(node);
   parallel::agree(*group_);
   for (std::size_t i = 0; i < 3; ++i) {
-    low[i] = -parallel::largest_of_all(*group_, -low[i]);
-    high[i] = parallel::largest_of_all(*group_, high[i]);
+    box.lower[i] = -parallel::largest_of_all(*group_, -box.lower[i]);
+    box.upper[i] = parallel::largest_of_all(*group_, box.upper[i]);
   }
 
   // Every box of a level has the same shape, so each level halves one axis: the longest.
-  std::array<double, 3> side{high[0] - low[0], high[1] - low[1], high[2] - low[2]};
+  Vector side = box.upper - box.lower;
   std::array<int, 3> halvings{};
   std::array<std::size_t, max_depth> axis_of_level{};
   for (auto& axis : axis_of_level) {
@@ -89,9 +82,9 @@ void CoarseSpace::find_cells() {
   const auto code_of = [&](const geometry::Point& p) {
     std::array<std::int64_t, 3> place{};
     for (std::size_t i = 0; i < 3; ++i) {
-      const double extent = high[i] - low[i];
+      const double extent = box.upper[i] - box.lower[i];
       const std::int64_t n = std::int64_t{1} << halvings[i];
-      const double x = extent > 0 ? (p[i] - low[i]) / extent : 0;
+      const double x = extent > 0 ? (p[i] - box.lower[i]) / extent : 0;
       place[i] = std::min(n - 1, static_cast<std::int64_t>(x * static_cast<double>(n)));
     }
     std::int64_t code = 0;
@@ -138,9 +131,7 @@ void CoarseSpace::find_cells() {
   }
   factors_->make_room(extremes.size());
   parallel::agree(*group_);
-  parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, extremes.data(), static_cast<int>(extremes.size()),
-                                    MPI_DOUBLE, MPI_MAX, group_->get()),
-                      "MPI_Allreduce");
+  parallel::all_reduce(*group_, extremes, MPI_MAX);
   arm_.resize(codes.size());
   for (std::size_t n = 0; n < codes.size(); ++n) {
     const double* extreme = &extremes[6 * index(cell_[n])];
@@ -188,12 +179,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
       const Vector& b = t.gradient[a];
       for (std::size_t m = 0; m < n_motions; ++m) {
         const Vector u{rigid(node, 0, m), rigid(node, 1, m), rigid(node, 2, m)};
-        strains[a][m] = {u[0] * b[0],
-                         u[1] * b[1],
-                         u[2] * b[2],
-                         0.5 * (u[1] * b[2] + u[2] * b[1]),
-                         0.5 * (u[0] * b[2] + u[2] * b[0]),
-                         0.5 * (u[0] * b[1] + u[1] * b[0])};
+        strains[a][m] = symmetric_product(u, b);
       }
     }
     // Corners in the same cell move together.
@@ -279,10 +265,7 @@ void CoarseSpace::add_correction(std::span<const double> residual, std::span<dou
       sum[3 + i] += std::llrint(arm[(i + 1) % 3] * r[(i + 2) % 3] - arm[(i + 2) % 3] * r[(i + 1) % 3]);
     }
   }
-  if (group_->size() > 1)
-    parallel::check_mpi(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_INT64_T,
-                                      MPI_SUM, group_->get()),
-                        "MPI_Allreduce");
+  if (group_->size() > 1) parallel::all_reduce(*group_, sums, MPI_SUM);
   for (std::size_t i = 0; i < sums.size(); ++i)
     factors_->sides[static_cast<Eigen::Index>(i)] = static_cast<double>(sums[i]) / scale;
   factors_->solve();

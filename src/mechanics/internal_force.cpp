@@ -7,7 +7,7 @@
 
 namespace crackle::mechanics {
 
-void ReferenceForce::evaluate(std::span<const double> displacement, std::span<double> force) const {
+void InternalForce::evaluate(std::span<const double> displacement, std::span<double> force) const {
   std::ranges::fill(force, 0.0);
   for (std::size_t number = 0; number < operators_->tetrahedra.size(); ++number) {
     const auto tetrahedron = static_cast<std::int32_t>(number);

@@ -5,30 +5,20 @@
 
 namespace crackle::mechanics {
 
-namespace {
-
-Vector difference(const geometry::Point& a, const geometry::Point& b) {
-  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-
-}  // namespace
-
 TetrahedronOperator tetrahedron_operator(const geometry::Tetrahedron& nodes,
                                          const std::array<geometry::Point, 4>& x) {
-  const Vector d1 = difference(x[1], x[0]);
-  const Vector d2 = difference(x[2], x[0]);
-  const Vector d3 = difference(x[3], x[0]);
+  const Vector d1 = x[1] - x[0];
+  const Vector d2 = x[2] - x[0];
+  const Vector d3 = x[3] - x[0];
   const Vector n1 = cross(d2, d3);
   const Vector n2 = cross(d3, d1);
   const Vector n3 = cross(d1, d2);
   const double six_volumes = dot(d1, n1);
   TetrahedronOperator t{nodes, {}, six_volumes / 6};
-  for (std::size_t i = 0; i < 3; ++i) {
-    t.gradient[1][i] = n1[i] / six_volumes;
-    t.gradient[2][i] = n2[i] / six_volumes;
-    t.gradient[3][i] = n3[i] / six_volumes;
-    t.gradient[0][i] = -(t.gradient[1][i] + t.gradient[2][i] + t.gradient[3][i]);
-  }
+  t.gradient[1] = n1 / six_volumes;
+  t.gradient[2] = n2 / six_volumes;
+  t.gradient[3] = n3 / six_volumes;
+  t.gradient[0] = -1 * (t.gradient[1] + t.gradient[2] + t.gradient[3]);
   return t;
 }
 
@@ -48,10 +38,7 @@ PdsOperators make_operators(const geometry::Subdomain& subdomain, double density
 }
 
 Vector dual_facet_area(const TetrahedronOperator& tetrahedron, int a, int b) {
-  const Vector& from = tetrahedron.gradient[index(a)];
-  const Vector& to = tetrahedron.gradient[index(b)];
-  const double factor = tetrahedron.volume / 4;
-  return {factor * (to[0] - from[0]), factor * (to[1] - from[1]), factor * (to[2] - from[2])};
+  return tetrahedron.volume / 4 * (tetrahedron.gradient[index(b)] - tetrahedron.gradient[index(a)]);
 }
 
 NodeTetrahedra node_tetrahedra(const geometry::Subdomain& subdomain) {

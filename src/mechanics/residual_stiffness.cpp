@@ -16,21 +16,8 @@ std::array<Vector, 4> corners(const TetrahedronOperator& t) {
   const auto& g = t.gradient;
   const double determinant = dot(g[1], cross(g[2], g[3]));
   std::array<Vector, 4> x{};
-  for (std::size_t a = 1; a < 4; ++a) {
-    const Vector column = cross(g[a % 3 + 1], g[(a + 1) % 3 + 1]);
-    for (std::size_t i = 0; i < 3; ++i) x[a][i] = column[i] / determinant;
-  }
+  for (std::size_t a = 1; a < 4; ++a) x[a] = cross(g[a % 3 + 1], g[(a + 1) % 3 + 1]) / determinant;
   return x;
-}
-
-/// The strain in which only edge (a, b) is stretched, by d . eps . d = 1.
-Symmetric unit_stretch(const Vector& a, const Vector& b) {
-  return {-a[0] * b[0],
-          -a[1] * b[1],
-          -a[2] * b[2],
-          -0.5 * (a[1] * b[2] + a[2] * b[1]),
-          -0.5 * (a[0] * b[2] + a[2] * b[0]),
-          -0.5 * (a[0] * b[1] + a[1] * b[0])};
 }
 
 }  // namespace
@@ -42,8 +29,10 @@ EdgeStiffness edge_stiffness(const TetrahedronOperator& t, const IsotropicElasti
   std::array<Symmetric, 6> stretch{};
   for (std::size_t k = 0; k < 6; ++k) {
     const auto [i, j] = geometry::dual_facet_nodes[k];
-    for (std::size_t c = 0; c < 3; ++c) result.edge[k][c] = x[j][c] - x[i][c];
-    stretch[k] = unit_stretch(t.gradient[i], t.gradient[j]);
+    result.edge[k] = x[j] - x[i];
+    // The strain in which only this edge is stretched, by d . eps . d = 1.
+    stretch[k] = symmetric_product(t.gradient[i], t.gradient[j]);
+    for (double& component : stretch[k]) component = -component;
   }
   auto& k = result.k;
   for (std::size_t p = 0; p < 6; ++p) {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/mechanics/static_solver.h"
 
+#include "crackle/common/failure.h"
 #include "crackle/common/index.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/reproducible.h"
 
 #include "coarse_space.h"
 #include "stiffness_product.h"
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -126,17 +125,17 @@ public:
       final_residual_ = residual / reference;
       // Equal on every rank. An infinite reference would make an equilibrium of any residual.
       if (!std::isfinite(residual) || !std::isfinite(reference))
-        throw NoEquilibrium(
-            fmt::format("static equilibrium: the residual is {:.1e} and that of the load {:.1e} after {} "
-                        "iterations; both must be finite numbers",
-                        residual, reference, iterations));
+        fail<NoEquilibrium>(
+            "static equilibrium: the residual is {:.1e} and that of the load {:.1e} after {} "
+            "iterations; both must be finite numbers",
+            residual, reference, iterations);
       if (residual <= (run == 0 ? 1 : drift_allowance) * tolerance) break;
       if (run == max_runs) {
         if (residual <= rounding_allowance * reference) break;
-        throw NoEquilibrium(
-            fmt::format("static equilibrium: the residual is still {:.1e} of the load after {} "
-                        "iterations",
-                        residual / reference, iterations));
+        fail<NoEquilibrium>(
+            "static equilibrium: the residual is still {:.1e} of the load after {} "
+            "iterations",
+            residual / reference, iterations);
       }
       const auto [has_converged, n] =
           gradients_.solve(matrix_.get(), preconditioner_.get(), residual_.vector(), correction_.vector(),
@@ -147,7 +146,7 @@ public:
       for (std::size_t i = 0; i < result.size(); ++i) result[i] += correction[i];
       displacement.update_ghosts();
       if (!has_converged)
-        throw NoEquilibrium(fmt::format("static equilibrium: no convergence in {} iterations", iterations));
+        fail<NoEquilibrium>("static equilibrium: no convergence in {} iterations", iterations);
       residual = find_residual(force, displacement);
     }
     if (fresh_iterations_ == 0)
@@ -166,7 +165,7 @@ private:
     try {
       product_.apply(displacement, residual);
     } catch (const std::runtime_error& error) {  // what it refuses, it refuses on every rank
-      throw NoEquilibrium(fmt::format("static equilibrium: {}", error.what()));
+      fail<NoEquilibrium>("static equilibrium: {}", error.what());
     }
     for (std::size_t i = 0; i < residual.size(); ++i)
       residual[i] = held_[i] != 0 ? 0 : force[i] - residual[i];

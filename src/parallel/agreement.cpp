@@ -52,12 +52,4 @@ void agree_on_error(const Communicator& group, const std::optional<std::string>&
   }
 }
 
-std::string share_text(const Communicator& group, std::string text) {
-  std::uint64_t length = text.size();
-  check_mpi(MPI_Bcast(&length, 1, MPI_UINT64_T, 0, group.get()), "MPI_Bcast");
-  agree(group, [&] { text.resize(length); });
-  check_mpi(MPI_Bcast(text.data(), static_cast<int>(length), MPI_CHAR, 0, group.get()), "MPI_Bcast");
-  return text;
-}
-
 }  // namespace crackle::parallel

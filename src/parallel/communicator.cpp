@@ -16,18 +16,13 @@ void check_mpi(int code, const char* call) {
                            std::string(text.data(), static_cast<std::size_t>(length)));
 }
 
-namespace {
-
-MPI_Comm with_returned_errors(MPI_Comm communicator) {
-  check_mpi(MPI_Comm_set_errhandler(communicator, MPI_ERRORS_RETURN), "MPI_Comm_set_errhandler");
-  return communicator;
-}
-
-}  // namespace
-
 Communicator::Communicator(MPI_Comm communicator) {
   check_mpi(MPI_Comm_dup(communicator, &communicator_), "MPI_Comm_dup");
-  with_returned_errors(communicator_);
+  set_up();
+}
+
+void Communicator::set_up() {
+  check_mpi(MPI_Comm_set_errhandler(communicator_, MPI_ERRORS_RETURN), "MPI_Comm_set_errhandler");
   check_mpi(MPI_Comm_rank(communicator_, &rank_), "MPI_Comm_rank");
   check_mpi(MPI_Comm_size(communicator_, &size_), "MPI_Comm_size");
 }
@@ -35,13 +30,6 @@ Communicator::Communicator(MPI_Comm communicator) {
 Communicator::~Communicator() {
   if (communicator_ != MPI_COMM_NULL) MPI_Comm_free(&communicator_);
 }
-
-Communicator::Communicator(Communicator&& other) noexcept
-    : communicator_(std::exchange(other.communicator_, MPI_COMM_NULL)),
-      rank_(other.rank_),
-      size_(other.size_),
-      stage_(other.stage_),
-      on_stage_(std::move(other.on_stage_)) {}
 
 Communicator& Communicator::operator=(Communicator&& other) noexcept {
   std::swap(communicator_, other.communicator_);
@@ -55,9 +43,7 @@ Communicator& Communicator::operator=(Communicator&& other) noexcept {
 Communicator Communicator::split(int color, int key) const {
   Communicator part;
   check_mpi(MPI_Comm_split(communicator_, color, key, &part.communicator_), "MPI_Comm_split");
-  with_returned_errors(part.communicator_);
-  check_mpi(MPI_Comm_rank(part.communicator_, &part.rank_), "MPI_Comm_rank");
-  check_mpi(MPI_Comm_size(part.communicator_, &part.size_), "MPI_Comm_size");
+  part.set_up();
   return part;
 }
 

@@ -3,6 +3,7 @@
 
 #include "crackle/common/index.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 
 #include <algorithm>
 #include <bit>
@@ -57,14 +58,6 @@ void ExactSum::add(double term) {
   if (++terms_since_carry_ == max_terms_before_carry) carry();
 }
 
-void ExactSum::add(const ExactSum& other) {
-  ExactSum normal = other;
-  normal.carry();
-  carry();
-  for (std::size_t d = 0; d < n_digits; ++d) digit_[d] += normal.digit_[d];
-  ++terms_since_carry_;
-}
-
 void ExactSum::carry() {
   // Arithmetic shift rounds down, so all digits but the last become non-negative: a unique form of the sum.
   for (std::size_t d = 0; d + 1 < n_digits; ++d) {
@@ -95,8 +88,7 @@ double ExactSum::value() const {
 void ExactSum::all_reduce(const Communicator& group) {
   carry();
   if (group.size() == 1) return;
-  check_mpi(MPI_Allreduce(MPI_IN_PLACE, digit_.data(), n_digits, MPI_INT64_T, MPI_SUM, group.get()),
-            "MPI_Allreduce");
+  parallel::all_reduce(group, digit_, MPI_SUM);
   carry();
 }
 

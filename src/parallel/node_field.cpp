@@ -3,9 +3,9 @@
 
 #include "crackle/common/index.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace crackle::parallel {
 
@@ -69,31 +69,9 @@ void NodeField::assign(const NodeField& other) {
 
 std::vector<double> gather_nodes(const Communicator& group, const NodeLayout& layout,
                                  std::span<const double> owned) {
-  const int n_owned = layout.n_owned;
-  std::vector<int> counts(static_cast<std::size_t>(group.size()));
-  agree(group);
-  check_mpi(MPI_Gather(&n_owned, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, group.get()), "MPI_Gather");
-  std::vector<int> offsets;
-  std::vector<std::int64_t> numbers;
-  std::vector<double> values;
-  agree(group, [&] {
-    offsets.resize(counts.size());
-    if (!group.is_root()) return;
-    numbers.resize(static_cast<std::size_t>(layout.n_global));
-    values.resize(3 * numbers.size());
-  });
-  std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
-  check_mpi(MPI_Gatherv(layout.number.data(), n_owned, MPI_INT64_T, numbers.data(), counts.data(),
-                        offsets.data(), MPI_INT64_T, 0, group.get()),
-            "MPI_Gatherv");
-  for (std::size_t rank = 0; rank < counts.size(); ++rank) {
-    counts[rank] *= 3;
-    offsets[rank] *= 3;
-  }
-  check_mpi(MPI_Gatherv(owned.data(), 3 * n_owned, MPI_DOUBLE, values.data(), counts.data(), offsets.data(),
-                        MPI_DOUBLE, 0, group.get()),
-            "MPI_Gatherv");
-  if (!group.is_root()) return {};
+  const std::span<const std::int64_t> own_numbers = std::span(layout.number).first(index(layout.n_owned));
+  const auto numbers = gather_on_root(group, own_numbers);
+  const auto values = gather_on_root(group, owned);
   std::vector<double> ordered(values.size());
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,

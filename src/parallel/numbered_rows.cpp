@@ -2,7 +2,6 @@
 #include "crackle/parallel/numbered_rows.h"
 
 #include "crackle/parallel/collectives.h"
-#include "crackle/parallel/message.h"
 
 #include <algorithm>
 #include <numeric>
@@ -36,34 +35,6 @@ NumberedRows gather_rows(const Communicator& group, const NumberedRows& local) {
     rows.values.insert(rows.values.end(), row.begin(), row.end());
   }
   return rows;
-}
-
-void put(Packer& packer, const NumberedRows& rows) {
-  packer.put<std::uint64_t>(rows.width);
-  packer.put(rows.numbers);
-  packer.put(rows.values);
-}
-
-NumberedRows get_rows(Unpacker& unpacker) {
-  NumberedRows rows;
-  rows.width = unpacker.get<std::uint64_t>();
-  rows.numbers = unpacker.get_vector<std::int64_t>();
-  rows.values = unpacker.get_vector<std::int64_t>();
-  if (rows.width * rows.numbers.size() != rows.values.size())
-    throw std::runtime_error("a packed table has not as many values as rows");
-  return rows;
-}
-
-std::vector<std::byte> share_bytes(const Communicator& group, std::vector<std::byte> bytes) {
-  agree(group);
-  auto size = static_cast<std::uint64_t>(bytes.size());
-  check_mpi(MPI_Bcast(&size, 1, MPI_UINT64_T, 0, group.get()), "MPI_Bcast");
-  agree(group, [&] { bytes.resize(size); });
-  for (std::size_t begin = 0; begin < bytes.size(); begin += largest_message) {
-    const auto part = static_cast<int>(std::min(largest_message, bytes.size() - begin));
-    check_mpi(MPI_Bcast(bytes.data() + begin, part, MPI_BYTE, 0, group.get()), "MPI_Bcast");
-  }
-  return bytes;
 }
 
 }  // namespace crackle::parallel

@@ -27,7 +27,9 @@ MPI_Status wait_for_message(const Communicator& group, int source, int tag) {
   }
 }
 
-void wait_asleep(MPI_Request& request) {
+void barrier_asleep(const Communicator& group) {
+  MPI_Request request = MPI_REQUEST_NULL;
+  check_mpi(MPI_Ibarrier(group.get(), &request), "MPI_Ibarrier");
   BackOff back_off;
   for (;;) {
     int complete = 0;
@@ -35,12 +37,6 @@ void wait_asleep(MPI_Request& request) {
     if (complete != 0) return;
     back_off.sleep();
   }
-}
-
-void barrier_asleep(const Communicator& group) {
-  MPI_Request request = MPI_REQUEST_NULL;
-  check_mpi(MPI_Ibarrier(group.get(), &request), "MPI_Ibarrier");
-  wait_asleep(request);
 }
 
 }  // namespace crackle::parallel

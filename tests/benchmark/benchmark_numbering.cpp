@@ -80,7 +80,7 @@ void evaluate_forces(benchmark::State& state, const Numbering& numbering, const 
   const auto parts = geometry::split(realization, geometry::partition(realization, 1));
   const mechanics::PdsOperators operators = mechanics::make_operators(parts[0], material.density);
   const mechanics::ResidualStiffness intact(operators, mechanics::IsotropicElasticity(material));
-  const mechanics::ReferenceForce force(operators, intact);
+  const mechanics::InternalForce force(operators, intact);
   std::vector<double> displacement(3 * realization.nodes.size());
   RandomStream stream(2, 0, "displacement");
   for (double& u : displacement) u = 1e-6 * stream.uniform(-1, 1);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/sample_results.h"
+#include "crackle/common/packing.h"
 #include "crackle/io/ensemble_file.h"
 
-#include "crackle/io/result_comparison.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
+#include "support/result_comparison.h"
 #include "support/temporary_folder.h"
 
 #include "io/hdf5.h"
@@ -126,7 +128,7 @@ TEST_F(EnsembleFile, WithoutSectionsYIsWhole) {
   const EnsembleContent content = read_ensemble(file);
   EXPECT_TRUE(content.sections.y.empty());
   EXPECT_EQ(content.sections.z, parameters.sections.z);
-  EXPECT_EQ(analysis::to_bytes(content.samples[0]), analysis::to_bytes(rows[0]));
+  EXPECT_EQ(to_bytes(content.samples[0]), to_bytes(rows[0]));
 }
 
 TEST_F(EnsembleFile, ReadsBackEverythingThatWasWritten) {
@@ -138,7 +140,7 @@ TEST_F(EnsembleFile, ReadsBackEverythingThatWasWritten) {
   EXPECT_EQ(content.sections.z, parameters.sections.z);
   ASSERT_EQ(content.samples.size(), rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    EXPECT_EQ(analysis::to_bytes(content.samples[i]), analysis::to_bytes(rows[i])) << "sample " << i;
+    EXPECT_EQ(to_bytes(content.samples[i]), to_bytes(rows[i])) << "sample " << i;
   }
   const geometry::MotherPoints points = read_mother_points(file, parameters);
   for (const geometry::MotherPoints& stored : {content.base, points}) {
@@ -197,7 +199,7 @@ TEST_F(EnsembleFile, RowsThatNobodyHoldsArePending) {
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const SampleSummary expected =
         i >= 1 && i < 4 ? rows[i] : analysis::empty_summary(2, 3, SampleStatus::pending);
-    EXPECT_EQ(analysis::to_bytes(samples[i]), analysis::to_bytes(expected)) << "sample " << i;
+    EXPECT_EQ(to_bytes(samples[i]), to_bytes(expected)) << "sample " << i;
   }
 }
 
@@ -286,7 +288,7 @@ TEST_F(EnsembleFile, RowsOfAllRanksAreGatheredInOrder) {
   const auto gathered = analysis::all_gather(world, mine.rows);
   ASSERT_EQ(gathered.size(), rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    EXPECT_EQ(analysis::to_bytes(gathered[i]), analysis::to_bytes(rows[i])) << "sample " << i;
+    EXPECT_EQ(to_bytes(gathered[i]), to_bytes(rows[i])) << "sample " << i;
   }
 }
 

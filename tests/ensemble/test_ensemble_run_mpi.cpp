@@ -4,10 +4,11 @@
 #include "crackle/ensemble/single_sample.h"
 #include "crackle/io/checkpoint_file.h"
 #include "crackle/io/ensemble_file.h"
-#include "crackle/io/result_comparison.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 #include "strip_plate.h"
+#include "support/result_comparison.h"
 #include "support/temporary_folder.h"
 
 #include <fmt/format.h>
@@ -55,7 +56,7 @@ class EnsembleRun : public testing::Test {
 protected:
   void SetUp() override {
     if (world_.is_root()) folder_.emplace();
-    root_ = parallel::share_text(world_, folder_ ? folder_->path().string() : "");
+    root_ = parallel::share(world_, folder_ ? folder_->path().string() : "");
   }
   void TearDown() override { MPI_Barrier(world_.get()); }
 

@@ -4,12 +4,12 @@
 #include "crackle/common/index.h"
 #include "crackle/ensemble/ensemble_run.h"
 #include "crackle/input/reader.h"
-#include "crackle/io/result_comparison.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/mechanics/static_solver.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
+#include "support/result_comparison.h"
 #include "support/temporary_folder.h"
 #include "two_pieces.h"
 
@@ -135,7 +135,7 @@ protected:
       folder_.emplace();
     else
       watchdog_.emplace(world_.rank());
-    root_ = parallel::share_text(world_, folder_ ? folder_->path().string() : "");
+    root_ = parallel::share(world_, folder_ ? folder_->path().string() : "");
   }
   void TearDown() override { MPI_Barrier(world_.get()); }
 

@@ -76,7 +76,7 @@ TEST_F(FaultyNumbers, EndExactSumsOnAllRanks) {
 TEST_F(FaultyNumbers, InTheMassEndTheSearchForTheStableStep) {
   auto operators = mechanics::make_operators(part_, test::epoxy().density);
   const mechanics::ResidualStiffness intact(operators, mechanics::IsotropicElasticity(test::epoxy()));
-  const mechanics::ReferenceForce force(operators, intact);
+  const mechanics::InternalForce force(operators, intact);
   if (is_last()) operators.node_mass[0] = nan;
   EXPECT_THROW(dynamics::largest_frequency(world_, part_, operators, force), parallel::AgreedError);
 }

@@ -3,6 +3,7 @@
 #include "crackle/common/packing.h"
 #include "crackle/ensemble/sample_group.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
 #include "crackle/parallel/message.h"
 #include "crackle/parallel/sleeping_wait.h"
 
@@ -57,8 +58,8 @@ TEST(Packing, ValuesComeOutAsTheyWentIn) {
   packer.put(true);
   Unpacker unpacker(packer.bytes());
   EXPECT_EQ(unpacker.get<std::int32_t>(), -7);
-  EXPECT_EQ(unpacker.get_string(), "a reason");
-  EXPECT_EQ(unpacker.get_vector<double>(), (std::vector<double>{1.5, -2.5}));
+  EXPECT_EQ(unpacker.get<std::string>(), "a reason");
+  EXPECT_EQ(unpacker.get<std::vector<double>>(), (std::vector<double>{1.5, -2.5}));
   EXPECT_TRUE(unpacker.get<bool>());
   EXPECT_TRUE(unpacker.empty());
   EXPECT_THROW(unpacker.get<char>(), std::runtime_error);
@@ -68,7 +69,7 @@ TEST(Packing, LengthBeyondTheEndIsRefused) {
   Packer packer;
   packer.put(std::uint64_t{1} << 62);
   Unpacker unpacker(packer.bytes());
-  EXPECT_THROW(unpacker.get_vector<double>(), std::runtime_error);
+  EXPECT_THROW(unpacker.get<std::vector<double>>(), std::runtime_error);
 }
 
 TEST(SampleGroup, SharesArriveWhole) {
@@ -179,8 +180,8 @@ TEST(Agreement, AnythingThrownIsAgreed) {
 TEST(Agreement, TextOfTheRootIsShared) {
   const parallel::Communicator world(MPI_COMM_WORLD);
   const std::string text = "[ensemble]\nsamples = 3\n";
-  EXPECT_EQ(parallel::share_text(world, world.is_root() ? text : "other"), text);
-  EXPECT_EQ(parallel::share_text(world, world.is_root() ? "" : "other"), "");
+  EXPECT_EQ(parallel::share(world, world.is_root() ? text : "other"), text);
+  EXPECT_EQ(parallel::share(world, std::string(world.is_root() ? "" : "other")), "");
 }
 
 }  // namespace

@@ -59,8 +59,7 @@ inline MeshProblem random_problem(RandomStream stream, bool absurd) {
 }
 
 /// A slot in the plane of y and z, closed.
-inline std::array<std::array<double, 2>, 2> slot_in_plane(const input::Notch& notch,
-                                                          const input::Vector& size) {
+inline std::array<std::array<double, 2>, 2> slot_in_plane(const input::Notch& notch, const Vector& size) {
   const std::array<double, 2> along{notch.at - notch.height / 2, notch.at + notch.height / 2};
   switch (notch.face) {
     case input::Face::y_min:
@@ -99,7 +98,7 @@ inline std::string impossible(const input::Specimen& specimen) {
 /// along the two walls of one of its slots, with the layers that grow away from them.
 inline double rough_number_of_points(const MeshProblem& problem) {
   const auto& [specimen, mesh] = problem;
-  const input::Vector& size = specimen.size;
+  const Vector& size = specimen.size;
   const double far = std::min(mesh.spacing, std::min({size[0], size[1], size[2]}));
   double n = size[0] * size[1] * size[2] / (far * far * far);
   for (const input::Notch& notch : specimen.notches) {

@@ -120,8 +120,7 @@ inline input::Material epoxy() {
 }
 
 inline input::Boundary boundary(input::Face face, input::BoundaryKind kind,
-                                std::array<bool, 3> components = {}, input::Vector value = {},
-                                input::Vector rate = {}) {
+                                std::array<bool, 3> components = {}, Vector value = {}, Vector rate = {}) {
   input::Boundary condition;
   condition.on = face;
   condition.kind = kind;

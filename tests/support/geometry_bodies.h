@@ -16,7 +16,7 @@ inline input::Notch notch(input::Face face, double at_mm, double depth_mm, doubl
   return {.face = face, .at = at_mm * mm, .depth = depth_mm * mm, .height = height_mm * mm};
 }
 
-inline geometry::NotchedBox body(const input::Vector& size_mm, std::vector<input::Notch> notches = {}) {
+inline geometry::NotchedBox body(const Vector& size_mm, std::vector<input::Notch> notches = {}) {
   return geometry::NotchedBox({{size_mm[0] * mm, size_mm[1] * mm, size_mm[2] * mm}, std::move(notches)});
 }
 

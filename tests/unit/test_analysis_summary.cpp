@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/sample_results.h"
 #include "crackle/analysis/sample_summary.h"
+#include "crackle/common/packing.h"
 
 #include "support/structured_mesh.h"
 
@@ -82,7 +83,7 @@ SampleSummary some_row() {
 TEST(SampleSummary, SurvivesTheWayThroughBytes) {
   const SampleSummary row = some_row();
   const auto bytes = to_bytes(row);
-  const SampleSummary back = summary_from_bytes(bytes);
+  const SampleSummary back = from_bytes<SampleSummary>(bytes);
   EXPECT_EQ(to_bytes(back), bytes);
   EXPECT_EQ(back.status, row.status);
   EXPECT_EQ(back.error, row.error);
@@ -122,11 +123,11 @@ TEST(ResultList, HasARowForEachResult) {
 TEST(SampleSummary, RefusesDamagedBytes) {
   const auto bytes = to_bytes(some_row());
   for (std::size_t n = 0; n < bytes.size(); ++n) {
-    EXPECT_THROW(summary_from_bytes(std::span(bytes).first(n)), std::runtime_error) << n;
+    EXPECT_THROW(from_bytes<SampleSummary>(std::span(bytes).first(n)), std::runtime_error) << n;
   }
   auto longer = bytes;
   longer.push_back(std::byte{0});
-  EXPECT_THROW(summary_from_bytes(longer), std::runtime_error);
+  EXPECT_THROW(from_bytes<SampleSummary>(longer), std::runtime_error);
 }
 
 TEST(SampleSummary, ARowWithoutResultsHasItsShape) {

@@ -117,7 +117,7 @@ TEST(Body, ThreeEdgesEndAtEachCorner) {
       EXPECT_EQ(std::popcount(movable), 1);
       const Directions along = any.directions(edge.at(edge.length() / 3), movable);
       ASSERT_EQ(along.n, 1);
-      EXPECT_EQ(dot(along.vector[0], difference(edge.to(), edge.from())), edge.length());
+      EXPECT_EQ(dot(along.vector[0], edge.to() - edge.from()), edge.length());
     }
   }
 }

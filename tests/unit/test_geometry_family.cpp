@@ -7,7 +7,7 @@
 #include "crackle/common/stopwatch.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
-#include "crackle/input/limits.h"
+#include "crackle/input/parameters.h"
 
 #include "geometry/notched_box.h"
 #include "support/body_family.h"

@@ -139,7 +139,7 @@ protected:
   PdsOperators operators_;
   IsotropicElasticity elasticity_;
   ResidualStiffness residual_stiffness_;
-  ReferenceForce force_;
+  InternalForce force_;
 };
 
 TEST_F(Forces, ConstantStrainIsReproduced) {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/sample_results.h"
+#include "crackle/common/packing.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/ensemble_file.h"
-#include "crackle/io/result_comparison.h"
 #include "crackle/io/sample_file.h"
+#include "support/result_comparison.h"
 #include "support/structured_mesh.h"
 #include "support/temporary_folder.h"
 
@@ -101,7 +102,7 @@ TEST_F(SampleFile, ReadsTheRowThatWasWritten) {
   EXPECT_EQ(file, folder.path() / "out/samples/0003.h5");
   write(file);
   const SampleSummary row = read_summary(file, parameters, 3);
-  EXPECT_EQ(analysis::to_bytes(row), analysis::to_bytes(summary));
+  EXPECT_EQ(to_bytes(row), to_bytes(summary));
   EXPECT_EQ(row.wall_time, 10);
   EXPECT_TRUE(std::isfinite(row.position.at(0)));
   EXPECT_TRUE(std::isnan(row.position.at(3)));
@@ -162,13 +163,13 @@ TEST_F(SampleFile, HoldsTheTiesWithReleaseByFacets) {
       testing::ElementsAre("/@input_identity", "/ties", "/ties/edges", "/ties/load_time",
                            "/ties/load_time@units", "/ties/phase_time", "/ties/phase_time@units",
                            "/ties/released_energy", "/ties/released_energy@units", "/ties/tetrahedron"));
-  EXPECT_EQ(analysis::to_bytes(read_summary(facets, parameters, 3)), analysis::to_bytes(summary));
+  EXPECT_EQ(to_bytes(read_summary(facets, parameters, 3)), to_bytes(summary));
 }
 
 TEST_F(SampleFile, CrackSurfaceIsReadBackBitByBit) {
   write(sample_path(folder.path(), 3));
   const StoredSample stored = read_stored_sample(folder.path(), parameters, 3);
-  EXPECT_EQ(analysis::to_bytes(stored.summary), analysis::to_bytes(summary));
+  EXPECT_EQ(to_bytes(stored.summary), to_bytes(summary));
   ASSERT_EQ(stored.surface.facets.size(), surface.facets.size());
   ASSERT_GT(surface.facets.size(), 100u);
   for (std::size_t i = 0; i < surface.facets.size(); ++i) {
@@ -185,13 +186,13 @@ TEST_F(SampleFile, CrackSurfaceIsReadBackBitByBit) {
   SampleSummary row = stored.summary;
   row.position.assign(6, -1);
   analysis::measure_crossings(mesh.body(), stored.surface, parameters.sections, row);
-  EXPECT_EQ(analysis::to_bytes(row), analysis::to_bytes(summary));
+  EXPECT_EQ(to_bytes(row), to_bytes(summary));
   const input::Sections others{.y = {5.25, 6.5}, .z = {12}};
   analysis::measure_crossings(mesh.body(), stored.surface, others, row);
   const SampleSummary expected = analysis::summarize(
       mesh.body(), result, surface, lines, arms,
       analysis::section_crossings(mesh.body(), surface, arms, others), parameters.material);
-  EXPECT_EQ(analysis::to_bytes(row), analysis::to_bytes(expected));
+  EXPECT_EQ(to_bytes(row), to_bytes(expected));
   EXPECT_NE(row.position, summary.position);
 }
 
@@ -244,7 +245,7 @@ TEST_F(SampleFile, AFailedSampleKeepsItsReason) {
   const SampleSummary row = read_summary(file, parameters, 0);
   EXPECT_EQ(row.status, SampleStatus::failed);
   EXPECT_EQ(row.error, failed.error);
-  EXPECT_EQ(analysis::to_bytes(row), analysis::to_bytes(failed));
+  EXPECT_EQ(to_bytes(row), to_bytes(failed));
 }
 
 TEST_F(SampleFile, EmptyTablesAreWritten) {
@@ -325,7 +326,7 @@ TEST(OlderFormat, IsReadButNotGoneOnFrom) {
   SampleSummary again = stored.summary;
   analysis::measure_crossings(*geometry::make_body(parameters.specimen), stored.surface, parameters.sections,
                               again);
-  EXPECT_EQ(analysis::to_bytes(again), analysis::to_bytes(row)) << "crossings made anew";
+  EXPECT_EQ(to_bytes(again), to_bytes(row)) << "crossings made anew";
   try {
     read_summary(file, parameters, 0);
     FAIL() << "not refused";

@@ -123,7 +123,7 @@ TEST_P(Onset, IsExactUnderLateralAndShearStress) {
   const double rate = 1e6;
   Bar bar;
   bar.hold_at_corners();
-  const auto traction = [&](Face face, input::Vector value, input::Vector change = {}) {
+  const auto traction = [&](Face face, Vector value, Vector change = {}) {
     bar.parameters.boundaries.push_back(test::boundary(face, BoundaryKind::traction, {}, value, change));
   };
   traction(Face::z_max, {0, shear, 0}, {0, 0, rate});

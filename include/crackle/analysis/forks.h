@@ -46,8 +46,12 @@ struct CrackArms {
   std::vector<Fork> forks;  ///< by crack start, and in the order in which a crack comes to them
   std::vector<std::int32_t>
       arm;  ///< of each facet: 0 for a crack's main arm, i + 1 for the one that leaves it at forks[i]
-  std::int32_t n_projected() const;
-  std::int32_t n_in_space() const;
+  std::int32_t n_projected() const {
+    return static_cast<std::int32_t>(std::ranges::count_if(forks, &Fork::is_in_projection));
+  }
+  std::int32_t n_in_space() const {
+    return static_cast<std::int32_t>(std::ranges::count_if(forks, &Fork::is_in_space));
+  }
 };
 
 /// Finds the forks of every start's crack.

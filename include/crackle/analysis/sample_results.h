@@ -3,6 +3,7 @@
 
 #include "crackle/analysis/sample_summary.h"
 
+#include <concepts>
 #include <cstdint>
 #include <string>
 
@@ -136,6 +137,14 @@ void for_each_position_result(Visit&& visit) {
   visit(ResultInfo{"branches", "", "number of separate crossings there, of all arms", none, "crossings", "",
                    1, "d"},
         &Row::branches);
+}
+
+/// Visits every field of a row, for a Packer: messages between ranks of one machine type.
+void for_each_field(std::derived_from<SampleSummary> auto& row, const auto& visit) {
+  visit(row.status, row.error, row.note);
+  for_each_result([&](const ResultInfo&, auto member) { visit(row.*member); });
+  for_each_position_result([&](const ResultInfo&, auto member) { visit(row.*member); });
+  visit(row.wall_time);
 }
 
 /// The words of categories: category_name("0 none, 1 one crack", 1) is "one crack"; the number itself where

@@ -6,9 +6,9 @@
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/parallel/communicator.h"
 
-#include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -67,15 +67,15 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
 void measure_crossings(const geometry::Body& body, const CrackSurface& surface,
                        const input::Sections& sections, SampleSummary& row);
 
-/// A row as bytes, for messages between ranks of one machine type.
-std::vector<std::byte> to_bytes(const SampleSummary& summary);
-
-/// @throws std::runtime_error unless `bytes` are exactly one row
-SampleSummary summary_from_bytes(std::span<const std::byte> bytes);
-
 /// The rows of all ranks, in the order of the ranks, on every rank. Collective.
 /// @throws parallel::AgreedError on every rank when they are too large for one message
 std::vector<SampleSummary> all_gather(const parallel::Communicator& group,
                                       std::span<const SampleSummary> rows);
+
+/// "warning: sample 3: ..." for a sample whose crack was faster than the Rayleigh speed; else nothing.
+std::optional<std::string> sample_warning(std::uint64_t sample, const SampleSummary& summary);
+
+/// The warnings of an ensemble, given from sample 0 on.
+std::vector<std::string> sample_warnings(std::span<const SampleSummary> samples);
 
 }  // namespace crackle::analysis

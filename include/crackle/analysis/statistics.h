@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -97,11 +98,9 @@ Statistics make_statistics(std::span<const SampleSummary> samples, int n_notches
 
 /// As above, for the body and sections of the input, with its [ensemble.stop] (default_confidence and all
 /// samples without): the statistics of its ensemble.h5.
-Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters);
-
-/// As above, of an ensemble that is known to need the samples 0 to n_needed - 1.
+/// @param n_needed of an ensemble that is known to need the samples 0 to n_needed - 1
 Statistics make_statistics(std::span<const SampleSummary> samples, const input::Parameters& parameters,
-                           int n_needed);
+                           std::optional<int> n_needed = {});
 
 /// The same statistics of the same samples with running_half_width, which takes the longest.
 /// @param parameters with the sections of the statistics

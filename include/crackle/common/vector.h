@@ -10,8 +10,20 @@ namespace crackle {
 
 using Vector = std::array<double, 3>;
 
-inline Vector difference(const Vector& a, const Vector& b) {
+inline Vector operator+(const Vector& a, const Vector& b) {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+
+inline Vector operator-(const Vector& a, const Vector& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+
+inline Vector operator*(double factor, const Vector& a) {
+  return {factor * a[0], factor * a[1], factor * a[2]};
+}
+
+inline Vector operator/(const Vector& a, double divisor) {
+  return {a[0] / divisor, a[1] / divisor, a[2] / divisor};
 }
 
 inline double dot(const Vector& a, const Vector& b) {

@@ -30,7 +30,9 @@ public:
   std::span<const std::int32_t> end_step();
 
 private:
-  double stress(const mechanics::Symmetric& strain) const;
+  double stress(const mechanics::Symmetric& strain) const {
+    return criterion_->stress()(body_->elasticity()(strain));
+  }
 
   const fracture::BreakableBody* body_;
   MovingBody* motion_;

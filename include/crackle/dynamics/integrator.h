@@ -4,7 +4,6 @@
 #include "crackle/input/parameters.h"
 
 #include <span>
-#include <string>
 
 namespace crackle::dynamics {
 

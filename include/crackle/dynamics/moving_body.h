@@ -16,7 +16,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 namespace crackle::dynamics {
 
@@ -89,7 +88,7 @@ struct MotionContext {
 };
 
 /// The definition: every operation in double precision, one after the other, with the plain loop over
-/// tetrahedra (mechanics::ReferenceForce). Collective.
+/// tetrahedra (mechanics::InternalForce). Collective.
 /// @param state at the start; the motion goes on in it, so it must outlive the motion
 std::unique_ptr<MovingBody> make_reference_motion(const MotionContext& context, double load_time,
                                                   MotionState& state);

@@ -39,7 +39,7 @@ public:
   double time_left(double now) const;
   /// Of the leading cracks at the middle one of the sections that the crack of notch 0 can cross [m], see
   /// RunningStatistics; NaN when none arrived.
-  double mean_position() const;
+  double mean_position() const { return statistics_.mean_leader_position(static_cast<int>(watched_)); }
   /// Of the samples that have ended; tells whether more are needed.
   const analysis::RunningStatistics& statistics() const { return statistics_; }
 
@@ -50,8 +50,6 @@ public:
   std::string line(double now) const;
 
 private:
-  void count(std::uint64_t sample, const analysis::SampleSummary& summary);
-
   std::size_t n_to_do_;
   int n_groups_;
   std::vector<input::Section> sections_;

@@ -16,7 +16,8 @@ namespace crackle::ensemble {
 class SampleGroup {
 public:
   /// Collective over `ranks`, which is duplicated twice.
-  explicit SampleGroup(const parallel::Communicator& ranks);
+  explicit SampleGroup(const parallel::Communicator& ranks)
+      : control_(ranks.get()), computation_(ranks.get()) {}
 
   const parallel::Communicator& control() const { return control_; }
   const parallel::Communicator& computation() const { return computation_; }
@@ -28,7 +29,7 @@ public:
 
   /// Replaces the computation's communicator, so that messages which a failed sample left behind cannot meet
   /// the next sample. Collective.
-  void renew();
+  void renew() { computation_ = parallel::Communicator(control_.get()); }
 
 private:
   parallel::Communicator control_;

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/analysis/sample_summary.h"
+#include "crackle/analysis/sample_results.h"
 #include "crackle/dynamics/sample_result.h"
 
-#include <cstddef>
+#include <concepts>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -23,8 +22,11 @@ struct SampleReport {
   double seconds = 0;  ///< wall time from the realization's arrival to the file
 };
 
-std::vector<std::byte> to_bytes(const SampleReport& report);
-SampleReport report_from_bytes(std::span<const std::byte> bytes);
+/// For a Packer: messages between ranks of one machine type.
+void for_each_field(std::derived_from<SampleReport> auto& report, const auto& visit) {
+  visit(report.sample, report.stored, report.parked, report.mesh_attempt, report.n_tetrahedra, report.seconds,
+        report.summary);
+}
 
 /// One line for the log: sample number, onset force, pattern, crack area, breaks, energy error, seconds; or
 /// the reason of a failure.

@@ -117,7 +117,7 @@ private:
   mechanics::Edges edges_;
   mechanics::IsotropicElasticity elasticity_;
   mechanics::ResidualStiffness residual_stiffness_;
-  mechanics::ReferenceForce force_;
+  mechanics::InternalForce force_;
   std::vector<std::uint8_t> broken_;
   std::vector<std::int32_t> order_;
   std::vector<std::int32_t> changes_;

@@ -3,6 +3,8 @@
 
 #include "crackle/fracture/criterion.h"
 
+#include <limits>
+
 namespace crackle::fracture {
 
 /// The Tuler-Butcher criterion (paper eq. 5): a tetrahedron breaks when the integral of
@@ -42,8 +44,12 @@ public:
   /// @copydoc TulerButcher::TulerButcher
   OneStepTulerButcher(const input::Fracture& parameters, std::vector<double> strengths, double time_step);
 
-  bool advance(std::size_t tetrahedron, double earlier, double before, double after) override;
-  double time_to_failure(std::size_t tetrahedron, double stress) const override;
+  bool advance(std::size_t tetrahedron, double, double, double after) override {
+    return after > strengths_[tetrahedron];
+  }
+  double time_to_failure(std::size_t tetrahedron, double stress) const override {
+    return is_over(tetrahedron, stress) ? time_step_ : std::numeric_limits<double>::infinity();
+  }
 
 private:
   double time_step_;

@@ -106,8 +106,8 @@ public:
   virtual ~Body() = default;
 
   const Box& bounds() const { return shape_.bounds; }  ///< the smallest box round the body
-  Point size() const { return difference(shape_.bounds.upper, shape_.bounds.lower); }  ///< of that box [m]
-  double volume() const { return shape_.volume; }                                      ///< exact [m^3]
+  Point size() const { return shape_.bounds.upper - shape_.bounds.lower; }  ///< of that box [m]
+  double volume() const { return shape_.volume; }                           ///< exact [m^3]
   /// Those where edges meet; Delaunay tetrahedra of points that have them all fill the body's convex hull.
   const std::vector<Point>& corners() const { return shape_.corners; }
   const std::vector<Edge>& edges() const { return shape_.edges; }

@@ -3,6 +3,11 @@
 
 #include "crackle/geometry/point.h"
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+
 namespace crackle::geometry {
 
 /// The closed box lower <= p <= upper, by coordinate.
@@ -13,7 +18,25 @@ struct Box {
     return lower[0] <= p[0] && p[0] <= upper[0] && lower[1] <= p[1] && p[1] <= upper[1] && lower[2] <= p[2] &&
            p[2] <= upper[2];
   }
+
+  /// Extends the box to hold a point.
+  void include(const Point& p) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      lower[i] = std::min(lower[i], p[i]);
+      upper[i] = std::max(upper[i], p[i]);
+    }
+  }
 };
+
+inline constexpr double infinity = std::numeric_limits<double>::infinity();
+/// Holds no point.
+inline constexpr Box nowhere{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+
+/// The first of the axes along which the box is longest.
+std::size_t longest_axis(const Box& box);
+
+/// Bit i of a corner's number is set where it is at the upper end of axis i.
+std::array<Point, 8> corners_of(const Box& box);
 
 /// Euclidean distances [m]; 0 where the sets meet.
 double distance(const Point& p, const Box& box);

@@ -7,7 +7,6 @@
 #include "crackle/input/parameters.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -25,11 +24,7 @@ struct CrossPlane {
   double position;  ///< [m]
 
   /// The place in the plane at this coordinate across, dot(p, across); x is 0.
-  Point at(double coordinate) const {
-    Point p{};
-    for (std::size_t i = 0; i < 3; ++i) p[i] = position * normal[i] + coordinate * across[i];
-    return p;
-  }
+  Point at(double coordinate) const { return position * normal + coordinate * across; }
 };
 
 /// The plane of a section; coordinates across are z where y is const, y where z is const.

@@ -33,7 +33,6 @@ void add_share(OrientationMoments& moments, const OrientationMoments& other, dou
 /// Over the tetrahedra whose centroid lies in the region.
 OrientationMoments orientation_moments(const Realization& realization,
                                        const std::function<bool(const Point& centroid)>& region);
-OrientationMoments orientation_moments(const Realization& realization, const Box& region);
 
 /// Distance of the second moment from the isotropic one, delta_ij / 3, over the size of that (Frobenius
 /// norms): 0 when no direction is preferred, 1.41 when all normals are parallel.

@@ -3,7 +3,6 @@
 
 #include "crackle/geometry/body.h"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace crackle::input {
@@ -43,6 +44,11 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
 /// @throws InputError with every error
 Parameters with_sections(Parameters parameters, const std::vector<std::string>& given,
                          const std::string& name);
+
+/// Key or name, and value.
+using Line = std::pair<std::string, std::string>;
+/// "name = value" for each line, values under each other.
+std::string aligned(const std::vector<Line>& lines);
 
 /// The resolved input, one "key = value unit" line for each key, defaults included.
 std::string echo(const Parameters& parameters);

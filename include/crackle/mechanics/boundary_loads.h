@@ -15,14 +15,15 @@ namespace crackle::mechanics {
 class LoadCurve {
 public:
   LoadCurve() = default;
-  LoadCurve(double value, double rate, std::vector<std::pair<double, double>> history);
+  LoadCurve(double value, double rate, std::vector<std::pair<double, double>> history)
+      : value_(value), rate_(rate), history_(std::move(history)) {}
 
   double at(double time) const;
   double slope(double time) const;     ///< right-sided derivative
   double integral(double time) const;  ///< from 0 to time, exact
   /// First time after `time` at which the slope changes; infinity when there is none.
   double next_kink(double time) const;
-  bool is_zero() const;
+  bool is_zero() const { return value_ == 0 && rate_ == 0; }
 
 private:
   double value_ = 0;

@@ -7,7 +7,6 @@
 #include "crackle/mechanics/operators.h"
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
-#include "crackle/parallel/petsc.h"
 
 #include <cstdint>
 #include <memory>

@@ -16,6 +16,16 @@ inline Vector apply(const Symmetric& s, const Vector& v) {
           s[4] * v[0] + s[3] * v[1] + s[2] * v[2]};
 }
 
+/// (a b^T + b a^T) / 2
+inline Symmetric symmetric_product(const Vector& a, const Vector& b) {
+  return {a[0] * b[0],
+          a[1] * b[1],
+          a[2] * b[2],
+          0.5 * (a[1] * b[2] + a[2] * b[1]),
+          0.5 * (a[0] * b[2] + a[2] * b[0]),
+          0.5 * (a[0] * b[1] + a[1] * b[0])};
+}
+
 /// Double contraction a : b.
 inline double contract(const Symmetric& a, const Symmetric& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + 2 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5]);

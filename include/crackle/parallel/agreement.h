@@ -4,8 +4,6 @@
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/sleeping_wait.h"
 
-#include <exception>
-#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -120,8 +118,5 @@ void agree_on_root(const Communicator& group, Work&& work) {
   barrier_asleep(group);
   agree_on_error(group, error);
 }
-
-/// The root's text on every rank; what the others pass is replaced. Collective.
-std::string share_text(const Communicator& group, std::string text);
 
 }  // namespace crackle::parallel

@@ -3,8 +3,12 @@
 
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/communicator.h"
+#include "crackle/parallel/message.h"
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <numeric>
 #include <span>
 #include <type_traits>
@@ -13,10 +17,66 @@
 
 namespace crackle::parallel {
 
+/// MPI's name of a number's type.
+template <class Number>
+MPI_Datatype mpi_type() {
+  if constexpr (std::is_same_v<Number, int>) return MPI_INT;
+  if constexpr (std::is_same_v<Number, std::int64_t>) return MPI_INT64_T;
+  if constexpr (std::is_same_v<Number, double>) return MPI_DOUBLE;
+}
+
+/// Reduces the numbers of all ranks, place by place, in place on every rank. Collective; does not agree()
+/// before.
+template <class Numbers>
+requires requires {
+  typename Numbers::value_type;
+}
+void all_reduce(const Communicator& group, Numbers& numbers, MPI_Op operation) {
+  const auto type = mpi_type<typename Numbers::value_type>();
+  check_mpi(MPI_Allreduce(MPI_IN_PLACE, numbers.data(), static_cast<int>(numbers.size()), type, operation,
+                          group.get()),
+            "MPI_Allreduce");
+}
+
+/// The same for one number. Collective; does not agree() before.
+template <class Number>
+requires std::is_arithmetic_v<Number> Number all_reduce(const Communicator& group, Number number,
+                                                        MPI_Op operation) {
+  std::array<Number, 1> numbers{number};
+  all_reduce(group, numbers, operation);
+  return numbers[0];
+}
+
 /// The largest of all ranks' values, on every rank. Collective; does not agree() before.
 inline double largest_of_all(const Communicator& group, double value) {
-  check_mpi(MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_MAX, group.get()), "MPI_Allreduce");
+  return all_reduce(group, value, MPI_MAX);
+}
+
+/// Whether any rank says so, on every rank. Collective; does not agree() before.
+inline bool any_of_all(const Communicator& group, bool is_so) {
+  return all_reduce(group, is_so ? 1 : 0, MPI_MAX) != 0;
+}
+
+/// The root's value on every rank. Collective; does not agree() before.
+template <class Value>
+requires(std::is_trivially_copyable_v<Value> && !std::is_pointer_v<Value>) Value
+    share(const Communicator& group, Value value) {
+  check_mpi(MPI_Bcast(&value, sizeof value, MPI_BYTE, 0, group.get()), "MPI_Bcast");
   return value;
+}
+
+/// The root's text or list of bytes on every rank; what the others pass is replaced. Collective; agrees
+/// before its messages.
+template <class List>
+List share(const Communicator& group, List list) {
+  agree(group);
+  const auto size = share<std::uint64_t>(group, list.size());
+  agree(group, [&] { list.resize(size); });
+  for (std::size_t begin = 0; begin < size; begin += largest_message) {
+    const auto part = static_cast<int>(std::min(largest_message, size - begin));
+    check_mpi(MPI_Bcast(list.data() + begin, part, MPI_BYTE, 0, group.get()), "MPI_Bcast");
+  }
+  return list;
 }
 
 /// One value of a type as MPI sees it, so that counts of values need to fit an int, not counts of bytes.

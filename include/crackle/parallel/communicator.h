@@ -18,7 +18,7 @@ public:
   /// Duplicates `communicator`. Collective over it.
   explicit Communicator(MPI_Comm communicator);
   ~Communicator();
-  Communicator(Communicator&& other) noexcept;
+  Communicator(Communicator&& other) noexcept { *this = std::move(other); }
   Communicator& operator=(Communicator&& other) noexcept;
   Communicator(const Communicator&) = delete;
   Communicator& operator=(const Communicator&) = delete;
@@ -50,6 +50,7 @@ public:
 
 private:
   Communicator() = default;
+  void set_up();
   MPI_Comm communicator_ = MPI_COMM_NULL;
   int rank_ = 0;
   int size_ = 1;

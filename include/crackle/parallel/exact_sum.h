@@ -18,7 +18,6 @@ class ExactSum {
 public:
   /// @throws std::domain_error for a term that is not finite
   void add(double term);
-  void add(const ExactSum& other);
 
   /// The sum, rounded to a double (error below one unit in the last place).
   double value() const;

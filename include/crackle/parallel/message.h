@@ -4,7 +4,6 @@
 #include "crackle/parallel/communicator.h"
 
 #include <cstddef>
-#include <cstdint>
 #include <span>
 #include <type_traits>
 #include <vector>

@@ -5,7 +5,6 @@
 #include "crackle/parallel/node_layout.h"
 #include "crackle/parallel/petsc.h"
 
-#include <cstdint>
 #include <span>
 #include <vector>
 

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/common/packing.h"
 #include "crackle/parallel/communicator.h"
 
 #include <bit>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <stdexcept>
 #include <vector>
 
 namespace crackle::parallel {
@@ -34,10 +35,11 @@ struct NumberedRows {
 /// The rows of all ranks in ascending order of their numbers on the root, none elsewhere. Collective.
 NumberedRows gather_rows(const Communicator& group, const NumberedRows& local);
 
-void put(Packer& packer, const NumberedRows& rows);
-NumberedRows get_rows(Unpacker& unpacker);
-
-/// The root's bytes on every rank; what the others pass is replaced. Collective.
-std::vector<std::byte> share_bytes(const Communicator& group, std::vector<std::byte> bytes);
+/// For a Packer. @throws std::runtime_error when there are not as many values as the rows have
+void for_each_field(std::derived_from<NumberedRows> auto& rows, const auto& visit) {
+  visit(rows.width, rows.numbers, rows.values);
+  if (rows.width * rows.numbers.size() != rows.values.size())
+    throw std::runtime_error("a packed table has not as many values as rows");
+}
 
 }  // namespace crackle::parallel

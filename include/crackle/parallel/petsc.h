@@ -58,7 +58,6 @@ private:
 using VecOwner = PetscOwner<Vec, VecDestroy>;
 using MatOwner = PetscOwner<Mat, MatDestroy>;
 using PcOwner = PetscOwner<PC, PCDestroy>;
-using NullSpaceOwner = PetscOwner<MatNullSpace, MatNullSpaceDestroy>;
 
 /// This rank's owned values of a vector, given back to PETSc at the end of the object's life. Local.
 template <class Value, PetscErrorCode (*get)(Vec, Value**), PetscErrorCode (*restore)(Vec, Value**)>

@@ -4,7 +4,6 @@
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/petsc.h"
 
-#include <cstdint>
 #include <span>
 
 namespace crackle::parallel {

@@ -30,9 +30,6 @@ std::optional<MPI_Status> poll_message(const Communicator& group, int source, in
 /// Sleeps until a message from `source` (or MPI_ANY_SOURCE) has arrived; does not receive it.
 MPI_Status wait_for_message(const Communicator& group, int source, int tag);
 
-/// Sleeps until the request is complete.
-void wait_asleep(MPI_Request& request);
-
 /// Sleeps until every rank of the group has come here. Collective.
 void barrier_asleep(const Communicator& group);
 

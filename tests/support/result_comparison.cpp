@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/io/result_comparison.h"
+#include "result_comparison.h"
 
-#include "hdf5.h"
+#include "io/hdf5.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
