@@ -100,7 +100,7 @@ public:
       if (context_.criterion->stress().exceeds(body.elasticity()(strain(t)), screening_stress_[index(t)]))
         overloaded_.push_back(t);
     }
-    std::ranges::fill(movement_, 0.0);
+    std::ranges::fill(movement_, kernels::Movement<double>{});
     return overloaded_;
   }
 
@@ -330,8 +330,17 @@ private:
     if (substep.is_first_drift) state_.keep_displacements(first, first + n);
     if (substep.has_drift) {
       const auto factor = static_cast<Real>(substep.drift * scale_.velocity / scale_.displacement);
-      const double furthest = static_cast<double>(kernels_.drift(nodes, velocity, n, factor)) + 1;
-      movement_[number] += std::max(furthest, boundary_.after_drift(number, substep));
+      const kernels::Movement<Real> way = kernels_.drift(nodes, velocity, n, factor);
+      kernels::Movement<double> movement{};
+      for (std::size_t c = 0; c < 3; ++c) {
+        movement.low[c] = static_cast<double>(way.low[c]) - 1;
+        movement.high[c] = static_cast<double>(way.high[c]) + 1;
+      }
+      boundary_.after_drift(number, substep, movement);
+      for (std::size_t c = 0; c < 3; ++c) {
+        movement_[number].low[c] += movement.low[c];
+        movement_[number].high[c] += movement.high[c];
+      }
     }
   }
 
@@ -347,7 +356,7 @@ private:
   FixedPointState<Real> state_;
   ExternalWork work_;
   BoundaryNodes<Real> boundary_;
-  std::vector<double> movement_;  // of each block of nodes since the last breaking check, in quanta
+  std::vector<kernels::Movement<double>> movement_;  // of each block of nodes since the last breaking check
   GhostDisplacements<Real> ghosts_;
   std::vector<std::int32_t> overloaded_;
   // Of the step under way; with room for every step, which must not allocate.
