@@ -100,6 +100,7 @@ public:
       if (context_.criterion->stress().exceeds(body.elasticity()(strain(t)), screening_stress_[index(t)]))
         overloaded_.push_back(t);
     }
+    stretch_bound_ += 2 * furthest();
     std::ranges::fill(movement_, kernels::Movement<double>{});
     return overloaded_;
   }
@@ -140,7 +141,9 @@ public:
     };
     if (force_has_overflown_ || !contacts_are_in_range_ || largest_force_ >= limit)
       return message("force on a node", scale_.force, "N");
-    if (force_.largest_stretch() >= limit) return message("stretch of an edge", scale_.displacement, "m");
+    // Edges are looked at only when the ends of one may have come that far apart.
+    if (stretch_bound_ + 2 * furthest() >= limit) stretch_bound_ = force_.largest_stretch();
+    if (stretch_bound_ >= limit) return message("stretch of an edge", scale_.displacement, "m");
     const auto velocity_message = [&] { return message("velocity of a node", scale_.velocity, "m/s"); };
     if (!state_.starts_in_range() || !boundary_.stays_in_range()) return velocity_message();
     for (const auto& velocity : state_.velocity())
@@ -171,6 +174,7 @@ public:
     boundary_.restore(checkpoint);
     n_steps_ = checkpoint.n_steps;
     n_forces_ = checkpoint.n_forces;
+    stretch_bound_ = limit;
   }
 
 private:
@@ -205,6 +209,14 @@ private:
     std::vector<double> inverse;
     for (const double mass : context_.body->operators().node_mass) inverse.push_back(reference_mass_ / mass);
     return inverse;
+  }
+
+  /// Bound of the change of any displacement component since the last breaking check, in quanta.
+  double furthest() const {
+    double furthest = 0;
+    for (const auto& movement : movement_)
+      for (std::size_t c = 0; c < 3; ++c) furthest = std::max({furthest, movement.high[c], -movement.low[c]});
+    return furthest;
   }
 
   ExternalWork start_work(double load_time, MotionState& state) const {
@@ -368,6 +380,7 @@ private:
   bool force_has_overflown_ = false;
   bool contacts_are_in_range_ = true;
   double largest_force_ = 0;
+  mutable double stretch_bound_ = limit;  // of every edge that carries, at the last breaking check, in quanta
   std::int64_t n_steps_ = 0;
   std::int64_t n_forces_ = 0;
 };
