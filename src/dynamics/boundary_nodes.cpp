@@ -50,10 +50,13 @@ void BoundaryNodes<Real>::after_kick(std::size_t block, const Substep& substep) 
 }
 
 template <class Real>
-double BoundaryNodes<Real>::after_drift(std::size_t block, const Substep& substep) {
-  double furthest = 0;
-  for (const Entry& entry : blocks_[block].driven) furthest = std::max(furthest, drive(entry, substep));
-  return furthest;
+void BoundaryNodes<Real>::after_drift(std::size_t block, const Substep& substep,
+                                      kernels::Movement<double>& movement) {
+  for (const Entry& entry : blocks_[block].driven) {
+    const double way = drive(entry, substep);
+    movement.low[entry.component] = std::min(movement.low[entry.component], -way);
+    movement.high[entry.component] = std::max(movement.high[entry.component], way);
+  }
 }
 
 template <class Real>

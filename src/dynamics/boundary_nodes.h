@@ -26,8 +26,8 @@ public:
   /// Sets them again, and lets the loads kick.
   void after_kick(std::size_t block, const Substep& substep);
   /// Takes driven nodes to their places.
-  /// @return a bound of the way that any of them has gone with drift and drive together, in quanta
-  double after_drift(std::size_t block, const Substep& substep);
+  /// @param movement of the block in the drift: widened by what they have moved
+  void after_drift(std::size_t block, const Substep& substep, kernels::Movement<double>& movement);
 
   /// Whether the format could hold every driven displacement and velocity and every kick of a load so far.
   bool stays_in_range() const { return stays_in_range_; }

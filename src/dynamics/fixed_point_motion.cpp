@@ -99,7 +99,8 @@ public:
       if (context_.criterion->stress().exceeds(body.elasticity()(strain(t)), screening_stress_[index(t)]))
         overloaded_.push_back(t);
     }
-    std::ranges::fill(movement_, 0.0);
+    stretch_bound_ += 2 * furthest();
+    std::ranges::fill(movement_, kernels::Movement<double>{});
     return overloaded_;
   }
 
@@ -139,7 +140,9 @@ public:
     };
     if (force_has_overflown_ || !contacts_are_in_range_ || largest_force_ >= limit)
       return message("force on a node", scale_.force, "N");
-    if (force_.largest_stretch() >= limit) return message("stretch of an edge", scale_.displacement, "m");
+    // Edges are looked at only when the ends of one may have come that far apart.
+    if (stretch_bound_ + 2 * furthest() >= limit) stretch_bound_ = force_.largest_stretch();
+    if (stretch_bound_ >= limit) return message("stretch of an edge", scale_.displacement, "m");
     const auto velocity_message = [&] { return message("velocity of a node", scale_.velocity, "m/s"); };
     if (!state_.starts_in_range() || !boundary_.stays_in_range()) return velocity_message();
     for (const auto& velocity : state_.velocity())
@@ -170,6 +173,7 @@ public:
     boundary_.restore(checkpoint);
     n_steps_ = checkpoint.n_steps;
     n_forces_ = checkpoint.n_forces;
+    stretch_bound_ = limit;
   }
 
 private:
@@ -204,6 +208,14 @@ private:
     std::vector<double> inverse;
     for (const double mass : context_.body->operators().node_mass) inverse.push_back(reference_mass_ / mass);
     return inverse;
+  }
+
+  /// Bound of the change of any displacement component since the last breaking check, in quanta.
+  double furthest() const {
+    double furthest = 0;
+    for (const auto& movement : movement_)
+      for (std::size_t c = 0; c < 3; ++c) furthest = std::max({furthest, movement.high[c], -movement.low[c]});
+    return furthest;
   }
 
   ExternalWork start_work(double load_time, MotionState& state) const {
@@ -329,8 +341,17 @@ private:
     if (substep.is_first_drift) state_.keep_displacements(first, first + n);
     if (substep.has_drift) {
       const auto factor = static_cast<Real>(substep.drift * scale_.velocity / scale_.displacement);
-      const double furthest = static_cast<double>(kernels_.drift(nodes, velocity, n, factor)) + 1;
-      movement_[number] += std::max(furthest, boundary_.after_drift(number, substep));
+      const kernels::Movement<Real> way = kernels_.drift(nodes, velocity, n, factor);
+      kernels::Movement<double> movement{};
+      for (std::size_t c = 0; c < 3; ++c) {
+        movement.low[c] = static_cast<double>(way.low[c]) - 1;
+        movement.high[c] = static_cast<double>(way.high[c]) + 1;
+      }
+      boundary_.after_drift(number, substep, movement);
+      for (std::size_t c = 0; c < 3; ++c) {
+        movement_[number].low[c] += movement.low[c];
+        movement_[number].high[c] += movement.high[c];
+      }
     }
   }
 
@@ -346,7 +367,7 @@ private:
   FixedPointState<Real> state_;
   ExternalWork work_;
   BoundaryNodes<Real> boundary_;
-  std::vector<double> movement_;  // of each block of nodes since the last breaking check, in quanta
+  std::vector<kernels::Movement<double>> movement_;  // of each block of nodes since the last breaking check
   GhostDisplacements<Real> ghosts_;
   std::vector<std::int32_t> overloaded_;
   // Of the step under way; with room for every step, which must not allocate.
@@ -358,6 +379,7 @@ private:
   bool force_has_overflown_ = false;
   bool contacts_are_in_range_ = true;
   double largest_force_ = 0;
+  mutable double stretch_bound_ = limit;  // of every edge that carries, at the last breaking check, in quanta
   std::int64_t n_steps_ = 0;
   std::int64_t n_forces_ = 0;
 };

@@ -5,7 +5,7 @@
 #include "crackle/common/stopwatch.h"
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 
 namespace crackle::dynamics {
 
@@ -13,7 +13,8 @@ template <class Real>
 GhostDisplacements<Real>::GhostDisplacements(const parallel::Communicator& group,
                                              const parallel::NodeLayout& layout,
                                              std::span<kernels::NodeRecord<Real>> nodes,
-                                             std::span<double> movement, std::size_t nodes_per_block)
+                                             std::span<kernels::Movement<double>> movement,
+                                             std::size_t nodes_per_block)
     : nodes_(nodes),
       ghosts_(nodes.subspan(static_cast<std::size_t>(layout.n_owned))),
       movement_(movement),
@@ -48,16 +49,19 @@ void GhostDisplacements<Real>::end() {
   seconds_ += watch.seconds();
   const auto received = exchange_->received();
   for (std::size_t begin = 0; begin < ghosts_.size(); begin += nodes_per_block_) {
-    double furthest = 0;
-    for (std::size_t i = begin; i < std::min(begin + nodes_per_block_, ghosts_.size()); ++i) {
-      for (std::size_t c = 0; c < 3; ++c) {
+    auto& movement = movement_[begin / nodes_per_block_];
+    for (std::size_t c = 0; c < 3; ++c) {
+      double low = std::numeric_limits<double>::infinity(), high = -low;
+      for (std::size_t i = begin; i < std::min(begin + nodes_per_block_, ghosts_.size()); ++i) {
         auto& place = ghosts_[i].displacement[c];
-        furthest =
-            std::max(furthest, std::abs(static_cast<double>(kernels::difference(received[i][c], place))));
+        const auto way = static_cast<double>(kernels::difference(received[i][c], place));
+        low = std::min(low, way);
+        high = std::max(high, way);
         place = received[i][c];
       }
+      movement.low[c] += low;
+      movement.high[c] += high;
     }
-    movement_[begin / nodes_per_block_] += furthest;
   }
 }
 

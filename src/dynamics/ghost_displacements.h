@@ -21,11 +21,10 @@ class GhostDisplacements {
 public:
   /// Collective. The references must outlive the object.
   /// @param nodes records of the local nodes
-  /// @param movement of each block of ghosts: what arrives is added by the component that moved furthest, in
-  /// quanta
+  /// @param movement of each block of ghosts: what arrives is added to it
   GhostDisplacements(const parallel::Communicator& group, const parallel::NodeLayout& layout,
-                     std::span<kernels::NodeRecord<Real>> nodes, std::span<double> movement,
-                     std::size_t nodes_per_block);
+                     std::span<kernels::NodeRecord<Real>> nodes,
+                     std::span<kernels::Movement<double>> movement, std::size_t nodes_per_block);
 
   /// The owned nodes that are ghosts elsewhere, ascending.
   std::span<const std::int32_t> sent_nodes() const;
@@ -38,7 +37,7 @@ public:
 private:
   std::span<kernels::NodeRecord<Real>> nodes_;
   std::span<kernels::NodeRecord<Real>> ghosts_;
-  std::span<double> movement_;
+  std::span<kernels::Movement<double>> movement_;
   std::size_t nodes_per_block_;
   std::optional<parallel::GhostExchange<std::array<kernels::Integer<Real>, 3>>> exchange_;
   bool is_under_way_ = false;

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numeric>
 
 namespace crackle::fracture {
 
@@ -17,6 +19,21 @@ constexpr double no_sensitivity = 1e-30;
 /// The strength that the elastic constants are divided by.
 double reference(std::span<const double> strength) {
   return strength.empty() ? 1 : strength.front();
+}
+
+/// Of the smallest box that holds the changes of all nodes of these blocks.
+double half_diagonal(std::span<const kernels::Movement<double>> movement,
+                     std::span<const std::int32_t> blocks) {
+  kernels::Movement<double> box = movement[index(blocks.front())];
+  for (const auto block : blocks.subspan(1)) {
+    for (std::size_t c = 0; c < 4; ++c) {
+      box.low[c] = std::min(box.low[c], movement[index(block)].low[c]);
+      box.high[c] = std::max(box.high[c], movement[index(block)].high[c]);
+    }
+  }
+  double square = 0;
+  for (std::size_t c = 0; c < 3; ++c) square += (box.high[c] - box.low[c]) * (box.high[c] - box.low[c]);
+  return 0.5 * std::sqrt(square);
 }
 
 }  // namespace
@@ -35,25 +52,29 @@ StressScreening<Real>::StressScreening(const geometry::Subdomain& subdomain,
       groups_((operators.tetrahedra.size() + 7) / 8, kernels::TetrahedronGroup<Real>{}),
       deadline_(groups_.size(), 0.0) {
   const double stiffest = stress.sensitivity(elasticity) / reference(strength);
-  // The sensitivity counts a corner's way in the largest component, hence the root of 3.
-  const double per_gradient = std::sqrt(3.0) * stiffest * displacement_quantum;
+  const double per_gradient = stiffest * displacement_quantum;
   for (auto& group : groups_) std::ranges::fill(group.sensitivity, static_cast<Real>(no_sensitivity));
+  std::vector<double> sensitivity;
+  for (std::size_t t = 0; t < operators.tetrahedra.size(); ++t) {
+    double sum = 0;
+    for (const auto& gradient : operators.tetrahedra[t].gradient) sum += norm(gradient);
+    sensitivity.push_back(per_gradient * sum * (reference(strength) / strength[t]));
+  }
+  sort_chunks(sensitivity);
   for (std::size_t t = 0; t < operators.tetrahedra.size(); ++t) {
     const auto& tetrahedron = operators.tetrahedra[t];
-    auto& group = groups_[t / 8];
-    const std::size_t lane = t % 8;
+    auto& group = groups_[index(place_[t] / 8)];
+    const auto lane = index(place_[t] % 8);
     // Stresses in units of the tetrahedron's own strength.
     const double relative = reference(strength) / strength[t];
-    double sum = 0;
     for (std::size_t a = 0; a < 4; ++a) {
       group.corner[a][lane] = tetrahedron.nodes[a];
-      sum += norm(tetrahedron.gradient[a]);
       for (std::size_t i = 0; i < 3 && a > 0; ++i)
         group.gradient[3 * (a - 1) + i][lane] =
             static_cast<Real>(tetrahedron.gradient[a][i] * displacement_quantum * relative);
     }
     // Rounded up, since it is a bound.
-    group.sensitivity[lane] = static_cast<Real>(per_gradient * sum * relative * (1 + 0x1p-20));
+    group.sensitivity[lane] = static_cast<Real>(sensitivity[t] * (1 + 0x1p-20));
   }
 
   const auto n_owned_blocks = (subdomain.layout.n_owned + nodes_per_block - 1) / nodes_per_block;
@@ -75,14 +96,26 @@ StressScreening<Real>::StressScreening(const geometry::Subdomain& subdomain,
 }
 
 template <class Real>
+void StressScreening<Real>::sort_chunks(std::span<const double> sensitivity) {
+  tetrahedron_.resize(sensitivity.size());
+  std::iota(tetrahedron_.begin(), tetrahedron_.end(), 0);
+  for (std::size_t first = 0; first < tetrahedron_.size(); first += 8 * groups_per_chunk) {
+    const std::size_t n = std::min(8 * groups_per_chunk, tetrahedron_.size() - first);
+    std::ranges::stable_sort(std::span(tetrahedron_).subspan(first, n), std::greater{},
+                             [&](std::int32_t t) { return sensitivity[index(t)]; });
+  }
+  place_.resize(tetrahedron_.size());
+  for (std::size_t i = 0; i < tetrahedron_.size(); ++i)
+    place_[index(tetrahedron_[i])] = static_cast<std::int32_t>(i);
+}
+
+template <class Real>
 std::span<const std::int32_t> StressScreening<Real>::candidates(
-    std::span<const kernels::NodeRecord<Real>> nodes, std::span<const double> movement) {
+    std::span<const kernels::NodeRecord<Real>> nodes, std::span<const kernels::Movement<double>> movement) {
   candidates_.clear();
   const auto& kernels = kernels::kernels<Real>(instruction_set_);
   for (Chunk& chunk : chunks_) {
-    double furthest = 0;
-    for (const auto block : chunk.blocks) furthest = std::max(furthest, movement[index(block)]);
-    chunk.clock += furthest;
+    chunk.clock += half_diagonal(movement, chunk.blocks);
     if (chunk.deadline > chunk.clock) continue;
     const std::size_t n_groups = chunk.last_group - chunk.first_group;
     const std::size_t n =
@@ -90,18 +123,20 @@ std::span<const std::int32_t> StressScreening<Real>::candidates(
                       deadline_.data() + chunk.first_group, candidate_groups_.data());
     for (std::size_t i = 0; i < n; ++i) {
       const auto first = static_cast<std::int32_t>(8 * (chunk.first_group + candidate_groups_[i]));
-      for (std::int32_t t = first; t < std::min(first + 8, n_tetrahedra_); ++t) candidates_.push_back(t);
+      for (std::int32_t place = first; place < std::min(first + 8, n_tetrahedra_); ++place)
+        candidates_.push_back(tetrahedron_[index(place)]);
     }
     chunk.deadline = *std::min_element(deadline_.begin() + static_cast<std::ptrdiff_t>(chunk.first_group),
                                        deadline_.begin() + static_cast<std::ptrdiff_t>(chunk.last_group));
   }
+  std::ranges::sort(candidates_);
   return candidates_;
 }
 
 template <class Real>
 void StressScreening<Real>::exclude(std::int32_t tetrahedron) {
-  auto& group = groups_[index(tetrahedron / 8)];
-  const auto lane = index(tetrahedron % 8);
+  auto& group = groups_[index(place_[index(tetrahedron)] / 8)];
+  const auto lane = index(place_[index(tetrahedron)] % 8);
   for (auto& component : group.gradient) component[lane] = 0;
   group.sensitivity[lane] = static_cast<Real>(no_sensitivity);
 }

@@ -19,8 +19,9 @@ namespace crackle::fracture {
 ///
 /// It changes by at most EquivalentStress::sensitivity() sum |u^a||b^a| when the corners move by u^a. So a
 /// look at a tetrahedron with stress to spare says how far its corners must move before it can matter, and
-/// the motion tells after each step how far the nodes of each block moved at most. A tetrahedron above the
-/// strength is never missed: the bounds hold for every motion.
+/// the motion tells after each step between which bounds the nodes of each block moved: what all nodes
+/// around a tetrahedron have in common does not strain it. A tetrahedron above the strength is never missed:
+/// the bounds hold for every motion.
 template <class Real>
 class StressScreening {
 public:
@@ -35,10 +36,9 @@ public:
 
   /// The tetrahedra that must be looked at after a step, ascending; among them all above the strength, and
   /// also broken ones.
-  /// @param movement upper bound for each block of nodes, of the change of any displacement component since
-  ///   the last call, in quanta
+  /// @param movement of each block of nodes since the last call
   std::span<const std::int32_t> candidates(std::span<const kernels::NodeRecord<Real>> nodes,
-                                           std::span<const double> movement);
+                                           std::span<const kernels::Movement<double>> movement);
 
   /// A broken tetrahedron is not looked at any more.
   void exclude(std::int32_t tetrahedron);
@@ -47,13 +47,18 @@ private:
   struct Chunk {
     std::size_t first_group, last_group;
     std::vector<std::int32_t> blocks;  // of nodes, that its tetrahedra touch
-    double clock = 0;                  // sum of the movements so far
-    double deadline = 0;               // smallest of its groups
+    double clock = 0;     // how far nodes have moved so far, seen from the middle of their bounds
+    double deadline = 0;  // smallest of its groups
   };
+
+  void sort_chunks(std::span<const double> sensitivity);
 
   std::int32_t n_tetrahedra_;
   InstructionSet instruction_set_;
   kernels::StressBound<Real> bound_;
+  // The tetrahedra of a chunk are in the order of falling sensitivity, so that few groups are due often.
+  std::vector<std::int32_t> tetrahedron_;  // at each place: 8 x group + lane
+  std::vector<std::int32_t> place_;        // of each tetrahedron
   std::vector<kernels::TetrahedronGroup<Real>> groups_;
   std::vector<double> deadline_;  // of each group, on its chunk's clock
   std::vector<Chunk> chunks_;

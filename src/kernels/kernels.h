@@ -42,6 +42,13 @@ struct alignas(4 * sizeof(Real)) Velocity {
   Integer<Real> value[4];  ///< in quanta; the last is 0
 };
 
+/// Bounds of the displacements' changes at some nodes, component by component, in quanta; the last is 0.
+template <class Real>
+struct alignas(4 * sizeof(Real)) Movement {
+  Real low[4];
+  Real high[4];
+};
+
 /// Twice four edges; each four start at one owner node. Padding is an edge from its owner to itself.
 struct EdgeEnds {
   std::int32_t owner;         ///< of the first four
@@ -74,7 +81,7 @@ struct alignas(8 * sizeof(Real)) TetrahedronGroup {
   /// own.
   Real gradient[9][8];
   /// Bound of the change of the equivalent stress over the strength when no corner moves further than one
-  /// quantum in any component.
+  /// quantum.
   Real sensitivity[8];
   std::int32_t corner[4][8];
 };
@@ -103,11 +110,14 @@ struct Kernels {
   Real (*kick)(NodeRecord<Real>* nodes, Velocity<Real>* velocity, std::size_t n, Real factor,
                bool keep_force);
   /// u += factor * v.
-  /// @return largest change of a component
-  Real (*drift)(NodeRecord<Real>* nodes, const Velocity<Real>* velocity, std::size_t n, Real factor);
+  /// @param n at least 1
+  /// @return bounds of the changes before they are rounded
+  Movement<Real> (*drift)(NodeRecord<Real>* nodes, const Velocity<Real>* velocity, std::size_t n,
+                          Real factor);
   /// Looks at the groups whose deadline is not after `clock`. A group in which a tetrahedron's
   /// equivalent stress may be above the strength is written to `suspects`; another gets a new deadline,
-  /// before which it cannot be while the clock counts at least the movement of its corners.
+  /// before which it cannot be while the clock counts at least how far its corners move, seen from any place
+  /// that moves along.
   /// @return number of suspects
   std::size_t (*check)(const TetrahedronGroup<Real>* groups, std::size_t n, const NodeRecord<Real>* nodes,
                        StressBound<Real> stress, double clock, double* deadline, std::uint32_t* suspects);

@@ -12,6 +12,7 @@ using crackle::kernels::EdgeSkew;
 using crackle::kernels::EdgeSymmetric;
 using crackle::kernels::GeneralEdges;
 using crackle::kernels::Kernels;
+using crackle::kernels::Movement;
 using crackle::kernels::NodeRecord;
 using crackle::kernels::StressBound;
 using crackle::kernels::TetrahedronGroup;
@@ -214,19 +215,30 @@ Real kick(NodeRecord<Real>* nodes, Velocity<Real>* velocity, std::size_t n, Real
 }
 
 template <class Real>
-Real drift(NodeRecord<Real>* nodes, const Velocity<Real>* velocity, std::size_t n, Real factor) {
+Movement<Real> drift(NodeRecord<Real>* nodes, const Velocity<Real>* velocity, std::size_t n, Real factor) {
   using R = typename Lanes<Real, 4>::Real;
   using I = typename Lanes<Real, 4>::Integer;
-  R largest{};
+  R high = to_real(load<I>(velocity[0].value)) * factor;
+  R back = -high;
   for (std::size_t i = 0; i < n; ++i) {
     const R way = to_real(load<I>(velocity[i].value)) * factor;
-    largest = larger(largest, absolute(way));
+    high = larger(high, way);
+    back = larger(back, -way);
     // The fourth number, the inverse mass, stays: that of the velocity is 0.
     store(nodes[i].displacement, load<I>(nodes[i].displacement) + rounded(way));
   }
-  Watch<Real, R> watch;
-  watch.largest = largest;
-  return watch.value();
+  Movement<Real> movement;
+  store(movement.low, -back);
+  store(movement.high, high);
+  return movement;
+}
+
+/// Asks for all cache lines of an object.
+template <class Object>
+inline void fetch(const Object* object) {
+  constexpr std::size_t cache_line = 64;
+  for (std::size_t i = 0; i < sizeof(Object); i += cache_line)
+    __builtin_prefetch(reinterpret_cast<const char*>(object) + i);
 }
 
 template <class Real>
@@ -236,12 +248,20 @@ std::size_t check(const TetrahedronGroup<Real>* groups, std::size_t n, const Nod
   using R = typename Lanes<Real, N>::Real;
   using I = typename Lanes<Real, N>::Integer;
   using Row = Rows<Real, N>;
-  // Rounding: some 20 operations on terms that are below sensitivity times the largest difference.
-  constexpr Real slack = 64 * (sizeof(Real) == 4 ? 0x1p-24 : 0x1p-53);
+  // Rounding: some 20 operations on terms that are below sensitivity times the largest distance.
+  constexpr Real slack = 128 * (sizeof(Real) == 4 ? 0x1p-24 : 0x1p-53);
   constexpr Real shortened = 1 - 0x1p-10;
-  std::size_t n_suspects = 0;
+  constexpr std::size_t fetched_ahead = 4;
+  // The groups that are due are scattered: they are listed first, so that they can be fetched ahead.
+  std::size_t n_due = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    if (deadline[i] > clock) continue;
+    suspects[n_due] = static_cast<std::uint32_t>(i);
+    n_due += !(deadline[i] > clock);
+  }
+  std::size_t n_suspects = 0;
+  for (std::size_t due = 0; due < n_due; ++due) {
+    if (due + fetched_ahead < n_due) fetch(&groups[suspects[due + fetched_ahead]]);
+    const std::uint32_t i = suspects[due];
     const TetrahedronGroup<Real>& group = groups[i];
     bool is_suspect = false;
     double room = 1e300;
@@ -286,7 +306,7 @@ std::size_t check(const TetrahedronGroup<Real>* groups, std::size_t n, const Nod
       }
     }
     if (is_suspect)
-      suspects[n_suspects++] = static_cast<std::uint32_t>(i);
+      suspects[n_suspects++] = i;
     else
       deadline[i] = clock + room * shortened;
   }
