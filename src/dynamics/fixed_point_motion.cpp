@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/common/index.h"
 #include "crackle/dynamics/moving_body.h"
-#include "crackle/fracture/equivalent_stress.h"
+#include "crackle/fracture/principal_stress.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 

@@ -47,8 +47,9 @@ StressScreening<Real>::StressScreening(const geometry::Subdomain& subdomain,
                                        InstructionSet instruction_set)
     : n_tetrahedra_(subdomain.n_tetrahedra()),
       instruction_set_(instruction_set),
-      bound_{static_cast<Real>(elasticity.bulk_modulus() / reference(strength)),
-             static_cast<Real>(std::sqrt(stress.j2_factor) * 2 * elasticity.mu / reference(strength))},
+      bound_{
+          static_cast<Real>(stress.bound_factors().mean * elasticity.bulk_modulus() / reference(strength)),
+          static_cast<Real>(std::sqrt(stress.bound_factors().j2) * 2 * elasticity.mu / reference(strength))},
       groups_((operators.tetrahedra.size() + 7) / 8, kernels::TetrahedronGroup<Real>{}),
       deadline_(groups_.size(), 0.0) {
   const double stiffest = stress.sensitivity(elasticity) / reference(strength);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/fracture/tuler_butcher.h"
 
+#include "crackle/fracture/principal_stress.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -16,7 +18,7 @@ constexpr double fastest_rise = 0.4;
 }  // namespace
 
 TulerButcher::TulerButcher(const input::Fracture& parameters, std::vector<double> strengths, double time_step)
-    : Criterion(std::move(strengths)),
+    : Criterion(std::make_unique<LargestPrincipalStress>(), std::move(strengths)),
       exponent_(parameters.exponent),
       impulse_(parameters.impulse),
       time_step_(time_step) {
@@ -56,7 +58,7 @@ double TulerButcher::mean_rate(double from, double to) const {
 
 OneStepTulerButcher::OneStepTulerButcher(const input::Fracture& parameters, std::vector<double> strengths,
                                          double time_step)
-    : Criterion(std::move(strengths)), time_step_(time_step) {
+    : Criterion(std::make_unique<LargestPrincipalStress>(), std::move(strengths)), time_step_(time_step) {
   if (parameters.toughness > 0) return;
   const double over = std::pow(parameters.impulse / time_step, 1 / parameters.exponent);
   for (double& value : strengths_) value += over;

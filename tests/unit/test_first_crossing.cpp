@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which tetrahedron reaches its strength first, in whatever order and shares they are looked at.
 #include "crackle/common/random.h"
-#include "crackle/fracture/equivalent_stress.h"
+#include "crackle/fracture/principal_stress.h"
 
 #include "fracture/first_crossing.h"
 
@@ -19,7 +19,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double strength = 35e6;
-const EquivalentStress of;
+const LargestPrincipalStress of;
 
 struct Loaded {
   mechanics::Symmetric stress, rate;

@@ -21,12 +21,13 @@ namespace crackle::fracture {
 class Criterion {
 public:
   /// @param strengths of each tetrahedron [Pa]
-  explicit Criterion(std::vector<double> strengths) : strengths_(std::move(strengths)) {}
+  Criterion(std::unique_ptr<const EquivalentStress> stress, std::vector<double> strengths)
+      : stress_(std::move(stress)), strengths_(std::move(strengths)) {}
   virtual ~Criterion() = default;
   Criterion(const Criterion&) = delete;
   Criterion& operator=(const Criterion&) = delete;
 
-  const EquivalentStress& stress() const { return stress_; }
+  const EquivalentStress& stress() const { return *stress_; }
 
   /// The equivalent stress up to which the tetrahedron never breaks, and at which slowly growing load
   /// breaks it [Pa].
@@ -59,7 +60,7 @@ protected:
     return stress > strengths_[tetrahedron] * (1 + rounding);
   }
 
-  EquivalentStress stress_;
+  std::unique_ptr<const EquivalentStress> stress_;
   std::vector<double> strengths_;
   std::vector<double> memory_;
 };

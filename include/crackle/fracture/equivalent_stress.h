@@ -8,27 +8,32 @@
 
 namespace crackle::fracture {
 
-/// Largest principal value of a symmetric tensor, by additions, multiplications, divisions and square roots
-/// only, so that it has the same bits with every mathematical library.
-double largest_principal(const mechanics::Symmetric& tensor);
-
-/// The scalar of a stress that a criterion compares with a strength: the largest principal stress.
+/// The scalar of a stress that a criterion compares with a strength, such as the largest principal stress.
 ///
-/// It is isotropic, convex, and proportional to the stress (f(a sigma) = a f(sigma) for a >= 0): the search
-/// for the first break under growing load and the bounds of the breaking check rest on this.
+/// It must be isotropic, convex, and proportional to the stress (f(a sigma) = a f(sigma) for a >= 0): the
+/// search for the first break under growing load and the bounds of the breaking check rest on this.
 class EquivalentStress {
 public:
-  /// Of J2 in an upper bound, f(sigma) <= tr(sigma) / 3 + sqrt(j2_factor J2), which is attained in uniaxial
-  /// tension. The bound settles most tetrahedra without the value, in the vectorized breaking check too.
-  static constexpr double j2_factor = 4.0 / 3.0;
+  /// Factors of an upper bound: f(sigma) <= mean tr(sigma) / 3 + sqrt(j2 J2). The bound settles most
+  /// tetrahedra without the value, in the vectorized breaking check too.
+  struct Bound {
+    double mean;
+    double j2;  ///< not negative
+  };
 
-  double operator()(const mechanics::Symmetric& stress) const { return largest_principal(stress); }
+  explicit EquivalentStress(Bound bound) : bound_(bound) {}
+  virtual ~EquivalentStress() = default;
+
+  /// Must have the same bits with every mathematical library.
+  virtual double operator()(const mechanics::Symmetric& stress) const = 0;
+
+  const Bound& bound_factors() const { return bound_; }
 
   double bound(const mechanics::Symmetric& s) const {
     const double mean = (s[0] + s[1] + s[2]) / 3;
     const double d0 = s[0] - mean, d1 = s[1] - mean, d2 = s[2] - mean;
     const double j2 = 0.5 * (d0 * d0 + d1 * d1 + d2 * d2) + s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
-    return mean + std::sqrt(j2_factor * j2);
+    return bound_.mean * mean + std::sqrt(bound_.j2 * j2);
   }
 
   /// Far above what rounding does to the value and to its bound.
@@ -47,8 +52,11 @@ public:
   /// A bound c of the change of the value by a strain sym(u b): c |u| |b|. There tr(sigma) / 3 is at most
   /// K |u| |b| and sqrt(J2) at most sqrt(4/3) mu |u| |b|.
   double sensitivity(const mechanics::IsotropicElasticity& elasticity) const {
-    return elasticity.bulk_modulus() + std::sqrt(j2_factor * 4 / 3) * elasticity.mu;
+    return std::abs(bound_.mean) * elasticity.bulk_modulus() + std::sqrt(bound_.j2 * 4 / 3) * elasticity.mu;
   }
+
+private:
+  Bound bound_;
 };
 
 }  // namespace crackle::fracture

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/fracture/equivalent_stress.h"
+#include "crackle/fracture/principal_stress.h"
 
 #include <Eigen/Eigenvalues>
 
 namespace crackle::fracture {
+
+LargestPrincipalStress::LargestPrincipalStress() : EquivalentStress({1, 4.0 / 3.0}) {}
 
 double largest_principal(const mechanics::Symmetric& tensor) {
   Eigen::Matrix3d matrix;
