@@ -2,9 +2,9 @@
 #pragma once
 
 #include "commands.h"
+#include "crackle/common/real.h"
 
 #include <functional>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -18,8 +18,8 @@ int terminal_width(int stream);
 
 /// When a command parks what is under way, and how often it keeps checkpoints.
 struct ParkingOptions {
-  std::optional<double> time_limit;                                      ///< [s]
-  double checkpoint_interval = std::numeric_limits<double>::infinity();  ///< [s]
+  std::optional<double> time_limit;       ///< [s]
+  double checkpoint_interval = infinity;  ///< [s]
 };
 
 /// Declares --time-limit and --checkpoint-interval.

@@ -101,7 +101,7 @@ std::vector<Way> separate_ways(const std::vector<Slab>& slabs, std::size_t k, co
 }
 
 /// Places in each slab at which a path's direction is measured; the middle one is the line's point.
-constexpr int n_stations = 3;
+constexpr int n_stations_per_slab = 3;
 
 /// A path in the plane of the plate, straight between its points.
 class Polyline {
@@ -261,14 +261,14 @@ private:
     std::vector<Polyline::Place> path;
     for (const Place& place : places) {
       const auto& facets = slabs_[place.slab][place.piece].facets;
-      for (int i = 0; i < n_stations; ++i) {
-        const double advance = (static_cast<double>(place.slab) + (i + 0.5) / n_stations) * spacing_;
+      for (int i = 0; i < n_stations_per_slab; ++i) {
+        const double advance = (static_cast<double>(place.slab) + (i + 0.5) / n_stations_per_slab) * spacing_;
         const geometry::CrossPlane plane = start_.plane_at(advance);
         const auto traces = intersect(surface_, facets, plane);
         const auto crossing = main_crossing(traces, thickness_);
         if (!crossing) continue;  // rough edges of a piece can leave it free
         path.push_back({advance, crossing->mean});
-        if (i != n_stations / 2) continue;
+        if (i != n_stations_per_slab / 2) continue;
         const geometry::Point p = plane.at(crossing->mean);
         line.points.push_back({p[1], p[2], crossing->spread, crossing->time});
       }

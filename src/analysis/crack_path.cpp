@@ -2,13 +2,13 @@
 #include "crackle/analysis/crack_path.h"
 
 #include "crackle/common/index.h"
+#include "crackle/common/real.h"
 #include "crackle/common/vector.h"
 
 #include "crossings.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 namespace crackle::analysis {
@@ -16,14 +16,13 @@ namespace crackle::analysis {
 namespace {
 
 constexpr int n_stations = 50;  // of crossed_shares and path_overlap
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 using geometry::CrackStart;
 
 /// How far the crack from a crack start has come across its ligament.
 struct Advance {
-  double share = 0;  ///< of the way, up to the farthest station with a crossing
-  double time = std::numeric_limits<double>::infinity();  ///< at which it opened there first [s]
+  double share = 0;        ///< of the way, up to the farthest station with a crossing
+  double time = infinity;  ///< at which it opened there first [s]
 };
 
 geometry::CrossPlane station(const CrackStart& start, int i) {
@@ -62,7 +61,7 @@ std::vector<double> offsets_from_ligament(const geometry::Body& body, const Crac
   for (int i = 0; i < n_stations; ++i) {
     const std::vector<Trace> traces = intersect(surface, facets, station(start, i));
     const std::optional<Crossing> crossing = main_crossing(traces, body.size()[0]);
-    offsets.push_back(crossing ? crossing->mean - dot(start.tip, start.across) : none);
+    offsets.push_back(crossing ? crossing->mean - dot(start.tip, start.across) : not_a_number);
   }
   return offsets;
 }
@@ -80,7 +79,7 @@ std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const
       if (body.crack_starts()[number].advance_to(plane))
         crossing = main_crossing(intersect(surface, facets, plane), body.size()[0], arms.arm);
       crossings.push_back(crossing ? SectionCrossing{crossing->mean, crossing->spread, crossing->arms}
-                                   : SectionCrossing{none, none, {}});
+                                   : SectionCrossing{not_a_number, not_a_number, {}});
     }
   }
   return crossings;
@@ -117,7 +116,7 @@ std::optional<int> leading_notch(const geometry::Body& body, const input::Sectio
   for (std::size_t number = 0; number < bounds.size(); ++number) {
     const CrackStart& start = body.crack_starts()[number];
     const auto share = [&](std::size_t i) {
-      return start.advance_to(geometry::plane_of(planes[i])).value_or(none) / start.ligament;
+      return start.advance_to(geometry::plane_of(planes[i])).value_or(not_a_number) / start.ligament;
     };
     Bounds& found = bounds[number];
     for (std::size_t i = 0; i < planes.size(); ++i)
@@ -141,7 +140,8 @@ double path_overlap(const geometry::Body& body, const CrackSurface& surface, int
   const CrackStart& start = body.crack_starts()[index(one)];
   const CrackStart& opposite = body.crack_starts()[index(other)];
   constexpr double rounding = 1e-9;  // of the cosine between the ligaments
-  if (start.direction * opposite.direction * dot(start.along, opposite.along) > rounding - 1) return none;
+  if (start.direction * opposite.direction * dot(start.along, opposite.along) > rounding - 1)
+    return not_a_number;
   const double distance = overlap_distance_share * body.size()[1];
   const std::vector<double> path = offsets_from_ligament(body, surface, one);
   const std::vector<double> turned = offsets_from_ligament(body, surface, other);
@@ -153,12 +153,12 @@ double path_overlap(const geometry::Body& body, const CrackSurface& surface, int
     // Turning changes the sign of the way from the ligament.
     if (std::abs(path[i] + same_side * turned[i]) <= distance) ++n_over;
   }
-  return n_reached > 0 ? static_cast<double>(n_over) / n_reached : none;
+  return n_reached > 0 ? static_cast<double>(n_over) / n_reached : not_a_number;
 }
 
 double pattern_overlap(const geometry::Body& body, const CrackSurface& surface) {
   const std::vector<double> shares = crossed_shares(body, surface);
-  if (shares.size() < 2) return none;
+  if (shares.size() < 2) return not_a_number;
   std::vector<int> starts(shares.size());
   std::iota(starts.begin(), starts.end(), 0);
   std::stable_sort(starts.begin(), starts.end(),

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/crack_path.h"
 
+#include "crackle/common/real.h"
+
 #include "crossings.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -217,7 +218,7 @@ std::vector<Stretch> stretches_of(const History& history, double shortest) {
   // Fine enough that the largest speed changes by less than its standard error.
   constexpr double growth = 1.189207115002721;  // four lengths for each doubling
   constexpr int n_steps = 16;                   // for each length
-  double first = std::numeric_limits<double>::infinity();
+  double first = infinity;
   double last = 0;
   for (const Course& course : history) {
     if (course.is_empty()) continue;
@@ -325,7 +326,7 @@ double fastest(const History& history, double window, double spacing) {
   const std::vector<Stretch> stretches = stretches_of(history, window);
   const Windows windows(stretches, window, spacing);
   if (windows.is_empty()) return 0;
-  double least = std::numeric_limits<double>::infinity();
+  double least = infinity;
   double least_upper = least;
   for (const Stretch& stretch : stretches) {
     for (std::size_t degree = 1; degree <= largest_degree; ++degree) {

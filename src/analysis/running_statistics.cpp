@@ -3,13 +3,13 @@
 
 #include "crackle/analysis/stop_rule.h"
 #include "crackle/common/failure.h"
+#include "crackle/common/real.h"
 
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
 #include <stdexcept>
 #include <utility>
@@ -17,8 +17,6 @@
 namespace crackle::analysis {
 
 namespace {
-
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 /// Adds a * b without rounding: what the product loses is the remainder of a fused multiplication.
 void add_product(parallel::ExactSum& sum, double a, double b) {
@@ -35,7 +33,7 @@ double remainder(parallel::ExactSum sum, double rounded) {
 
 /// The t for which P(|T| < t) = confidence, for the mean of n values; NaN for fewer than two.
 double student_quantile(int n, double confidence) {
-  if (n < 2) return none;
+  if (n < 2) return not_a_number;
   return boost::math::quantile(boost::math::students_t(n - 1), (1 + confidence) / 2);
 }
 
@@ -87,9 +85,9 @@ Statistics empty_statistics(std::size_t n_samples, const LeaderFrame& frame, dou
 
 /// A sample's crack at a position of a table.
 struct Position {
-  bool counts = false;   ///< whether a crack that arrives counts there
-  double value = none;   ///< [m]; NaN where none does
-  double spread = none;  ///< through the thickness [m]; likewise
+  bool counts = false;           ///< whether a crack that arrives counts there
+  double value = not_a_number;   ///< [m]; NaN where none does
+  double spread = not_a_number;  ///< through the thickness [m]; likewise
 };
 
 /// In the frame of the sample's leading crack.
@@ -115,24 +113,24 @@ template <class PositionAt>
 void compute_paths(PathStatistics& paths, std::size_t n_positions, const Statistics& shape,
                    std::span<const SampleSummary> rows, Running running_values, PositionAt&& position_at) {
   const auto n_samples = static_cast<std::size_t>(shape.n_samples);
-  paths.running_mean.assign(n_samples * n_positions, none);
-  paths.running_half_width.assign(n_samples * n_positions, none);
+  paths.running_mean.assign(n_samples * n_positions, not_a_number);
+  paths.running_half_width.assign(n_samples * n_positions, not_a_number);
   for (auto* values : {&paths.spread_mean, &paths.z_mean, &paths.z_std, &paths.z_half_width})
-    values->assign(n_positions, none);
+    values->assign(n_positions, not_a_number);
   paths.reached.assign(n_positions, 0);
   paths.z_quantile.clear();
   const double confidence = confidence_of_look(shape.confidence, shape.n_looks);
-  std::vector<double> quantiles(2, none);  // Student's, by the number of values
+  std::vector<double> quantiles(2, not_a_number);  // Student's, by the number of values
   const auto half_width = [&](const Moments& moments) {
     const auto n = static_cast<std::size_t>(moments.count());
-    if (quantiles.size() <= n) quantiles.resize(n + 1, none);
+    if (quantiles.size() <= n) quantiles.resize(n + 1, not_a_number);
     if (std::isnan(quantiles[n])) quantiles[n] = student_quantile(moments.count(), confidence);
     return quantiles[n] * moments.standard_deviation() / std::sqrt(moments.count());
   };
   for (std::size_t p = 0; p < n_positions; ++p) {
     Moments moments, spreads;
     std::vector<double> values;
-    double running_mean = none, running_half_width = none;
+    double running_mean = not_a_number, running_half_width = not_a_number;
     // Samples that are not needed repeat the last values.
     for (std::size_t i = 0; i < (running_values != Running::none && !rows.empty() ? n_samples : rows.size());
          ++i) {
@@ -185,7 +183,7 @@ void compute_shares(Statistics& statistics, std::span<const SampleSummary> rows)
   const int n = statistics.n_done;
   for (auto* values : {&statistics.pattern_share, &statistics.pattern_half_width, &statistics.pattern_lower,
                        &statistics.pattern_upper})
-    values->fill(none);
+    values->fill(not_a_number);
   if (n == 0) return;
   for (std::size_t k = 0; k < count.size(); ++k) {
     const double share = static_cast<double>(count[k]) / n;
@@ -240,11 +238,11 @@ void Moments::add(double value) {
 }
 
 double Moments::mean() const {
-  return n_ > 0 ? first_.value() / n_ : none;
+  return n_ > 0 ? first_.value() / n_ : not_a_number;
 }
 
 double Moments::standard_deviation() const {
-  if (n_ < 2) return none;
+  if (n_ < 2) return not_a_number;
   // n (sum of squares) - (sum)^2 without cancellation: every sum is its rounded value and a remainder.
   const double first = first_.value();
   const double second = second_.value();
@@ -312,7 +310,7 @@ void RunningStatistics::look() {
 }
 
 double RunningStatistics::mean_leader_position(int section) const {
-  if (section >= statistics_.n_sections) return none;
+  if (section >= statistics_.n_sections) return not_a_number;
   const auto n_sections = static_cast<std::size_t>(statistics_.n_sections);
   const auto most = [&](const auto& reached) {
     auto best = static_cast<std::size_t>(section);
@@ -320,7 +318,7 @@ double RunningStatistics::mean_leader_position(int section) const {
       if (reached(p) > reached(best)) best = p;
     return best;
   };
-  if (leader_moments_.empty()) return none;
+  if (leader_moments_.empty()) return not_a_number;
   if (!stopped_at_)
     return leader_moments_[most([&](std::size_t p) { return leader_moments_[p].count(); })].mean();
   const Statistics end = statistics();

@@ -3,6 +3,7 @@
 
 #include "crackle/analysis/sample_results.h"
 #include "crackle/common/packing.h"
+#include "crackle/common/real.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
@@ -81,7 +82,7 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.traced_area = body.size()[0] * traced_length(lines);
   row.effective_toughness = row.traced_area > 0 && !result.energy.empty()
                                 ? result.energy.back().released / row.traced_area
-                                : std::numeric_limits<double>::quiet_NaN();
+                                : not_a_number;
   set_crossings(crossings, row);
   const dynamics::SampleTimings& timings = result.timings;
   row.wall_time = timings.mesh + timings.setup + timings.quasi_static + timings.dynamic;

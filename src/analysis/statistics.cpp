@@ -2,9 +2,9 @@
 #include "crackle/analysis/statistics.h"
 
 #include "crackle/analysis/running_statistics.h"
+#include "crackle/common/real.h"
 
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 namespace crackle::analysis {
@@ -60,7 +60,7 @@ std::vector<ResultStatistics> result_statistics(std::span<const SampleSummary> s
 
 double quantile(std::vector<double> values, double share) {
   std::erase_if(values, [](double value) { return std::isnan(value); });
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  if (values.empty()) return not_a_number;
   std::sort(values.begin(), values.end());
   const double rank = share * static_cast<double>(values.size() - 1);
   const auto below = static_cast<std::size_t>(std::floor(rank));

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/stop_rule.h"
 
+#include "crackle/common/real.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 namespace crackle::analysis {
 
@@ -42,7 +43,7 @@ std::optional<std::size_t> least_certain(const Statistics& statistics) {
 
 double n_samples_needed(const Statistics& statistics, double half_width) {
   const double confidence = confidence_of_look(statistics.confidence, statistics.n_looks);
-  double n_needed = std::numeric_limits<double>::quiet_NaN();
+  double n_needed = not_a_number;
   for (const std::size_t p : positions_that_count(statistics)) {
     int n = 2;  // values at this section
     while (student_half_width(statistics.leader.z_std[p], n, confidence) > half_width && n < most_samples)

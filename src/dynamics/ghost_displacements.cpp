@@ -2,10 +2,10 @@
 #include "ghost_displacements.h"
 
 #include "crackle/common/index.h"
+#include "crackle/common/real.h"
 #include "crackle/common/stopwatch.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace crackle::dynamics {
 
@@ -51,7 +51,7 @@ void GhostDisplacements<Real>::end() {
   for (std::size_t begin = 0; begin < ghosts_.size(); begin += nodes_per_block_) {
     auto& movement = movement_[begin / nodes_per_block_];
     for (std::size_t c = 0; c < 3; ++c) {
-      double low = std::numeric_limits<double>::infinity(), high = -low;
+      double low = infinity, high = -low;
       for (std::size_t i = begin; i < std::min(begin + nodes_per_block_, ghosts_.size()); ++i) {
         auto& place = ghosts_[i].displacement[c];
         const auto way = static_cast<double>(kernels::difference(received[i][c], place));

@@ -2,6 +2,7 @@
 #include "crackle/dynamics/quasi_static.h"
 
 #include "crackle/common/index.h"
+#include "crackle/common/real.h"
 #include "crackle/dynamics/separation.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
@@ -19,7 +20,6 @@ namespace crackle::dynamics {
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Displacements above this share of the body's extent mean a mechanism: linear elasticity ends long before.
 constexpr double mechanism_displacement = 0.2;
 

@@ -2,6 +2,7 @@
 #include "crackle/dynamics/sample_run.h"
 
 #include "crackle/common/index.h"
+#include "crackle/common/real.h"
 #include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/checkpoint.h"
 #include "crackle/dynamics/explicit_phase.h"
@@ -19,7 +20,6 @@
 #include <bit>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -355,7 +355,7 @@ private:
     // What broke when the last phase's duration was over showed only that it was the last one.
     const bool is_last = std::ranges::none_of(
         result_.breaks, [&](const fracture::Break& one) { return one.load_time > result_.phase_start; });
-    if (!is_last) counted_time_ = std::numeric_limits<double>::infinity();
+    if (!is_last) counted_time_ = infinity;
     std::erase_if(result_.energy, [&](const EnergyRow& row) { return row.time > counted_time_; });
     result_.energy_error = energy_error(result_.energy);
     const auto is_later = [&](const auto& one) {
@@ -382,7 +382,7 @@ private:
   void keep_what_there_is() {
     if (!control_.failed) return;
     try {
-      counted_time_ = std::numeric_limits<double>::infinity();
+      counted_time_ = infinity;
       // Where it is memory that failed, there is none to keep anything with.
       parallel::agree(group_, [] { parallel::check_room(room_for_keeping); });
       parallel::together(group_, [&] { finish(); });
@@ -406,10 +406,10 @@ private:
   EnergyAccount account_;
   MotionContext context_;
   SampleResult result_;
-  std::vector<EndedPhase> ended_;  // breaks and displacements on the root, or from the checkpoint
-  double load_at_first_break_ = std::numeric_limits<double>::quiet_NaN();  // in quasi-static loading [N]
-  double first_break_reaction_ = 0;                                        // in a dynamic phase [N]
-  double counted_time_ = 0;                                                // of the last dynamic phase [s]
+  std::vector<EndedPhase> ended_;              // breaks and displacements on the root, or from the checkpoint
+  double load_at_first_break_ = not_a_number;  // in quasi-static loading [N]
+  double first_break_reaction_ = 0;            // in a dynamic phase [N]
+  double counted_time_ = 0;                    // of the last dynamic phase [s]
   Stopwatch since_save_;
 };
 

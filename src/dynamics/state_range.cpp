@@ -2,6 +2,7 @@
 #include "state_range.h"
 
 #include "crackle/common/index.h"
+#include "crackle/common/real.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/exact_sum.h"
@@ -9,7 +10,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 namespace crackle::dynamics {
 
@@ -41,8 +41,7 @@ struct Extremes {
   double load_stress = 0;
   double stretch_force = 0;  // of an edge, per strain
   double longest_edge = 0;
-  double shortest_edge =
-      -std::numeric_limits<double>::infinity();  // its negative, so that the largest counts
+  double shortest_edge = -infinity;  // its negative, so that the largest counts
   double strength = 0;
 
   void all_reduce(const parallel::Communicator& group) {

@@ -14,7 +14,7 @@ namespace crackle::ensemble {
 namespace {
 
 constexpr double seconds_per_mother_point = 45e-6;  // on one core; much the same at 5e4 and at 8e5 points
-constexpr double short_wait = 5;                    // [s]
+constexpr double unnoticed_wait = 5;                // [s]
 
 }  // namespace
 
@@ -24,7 +24,7 @@ double placing_seconds(double n_mother_points) {
 
 std::string waiting_notice(double n_mother_points) {
   const double seconds = placing_seconds(n_mother_points);
-  if (seconds < short_wait) return {};
+  if (seconds < unnoticed_wait) return {};
   return fmt::format("placing some {:.2g} million mother points takes about {}", n_mother_points / 1e6,
                      format_duration(seconds));
 }

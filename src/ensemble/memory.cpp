@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/memory.h"
 
+#include "crackle/common/real.h"
 #include "crackle/ensemble/realization_queue.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/parallel/agreement.h"
@@ -12,7 +13,6 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
-#include <limits>
 #include <sstream>
 #include <stdexcept>
 
@@ -131,7 +131,7 @@ double expected_mesh_memory(const input::Parameters& parameters, const geometry:
 }
 
 AvailableMemory available_memory(const fs::path& root) {
-  AvailableMemory least{std::numeric_limits<double>::infinity(), "nothing"};
+  AvailableMemory least{infinity, "nothing"};
   if (const auto kilobytes = number_after(root / "proc/meminfo", "MemAvailable:"))
     least = {1024 * *kilobytes, "memory of the node"};
   std::ifstream groups(root / "proc/self/cgroup");

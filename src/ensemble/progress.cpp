@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/progress.h"
 
+#include "crackle/common/real.h"
 #include "crackle/geometry/body.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace crackle::ensemble {
 
 namespace {
 
-constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double unknown = not_a_number;
 
 /// The middle one of the sections that the crack of the first crack start can cross; of all where there is no
 /// crack start.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "first_crossing.h"
 
+#include "crackle/common/real.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -9,8 +11,6 @@ namespace crackle::fracture {
 namespace {
 
 using mechanics::Symmetric;
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 double excess(const EquivalentStress& value, const Symmetric& stress, const Symmetric& rate, double strength,
               double s) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/real.h"
 #include "crackle/fracture/equivalent_stress.h"
 
 #include <cstdint>
-#include <limits>
 
 namespace crackle::fracture {
 
@@ -33,7 +33,7 @@ public:
 private:
   const EquivalentStress* of_;
   double limit_;
-  double value_ = std::numeric_limits<double>::infinity();
+  double value_ = infinity;
   std::int64_t number_ = -1;
 };
 

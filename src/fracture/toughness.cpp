@@ -2,13 +2,13 @@
 #include "crackle/fracture/toughness.h"
 
 #include "crackle/common/index.h"
+#include "crackle/common/real.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/ghost_exchange.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace crackle::fracture {
 
@@ -34,7 +34,7 @@ std::optional<ToughnessRange> toughness_along_ligaments(const input::Parameters&
   if (body.crack_starts().empty()) return std::nullopt;
   const geometry::SpacingField spacing(body, parameters.mesh);
   constexpr int n_steps = 200;  // from the tip to the end
-  ToughnessRange range{std::numeric_limits<double>::infinity(), 0};
+  ToughnessRange range{infinity, 0};
   for (const geometry::CrackStart& start : body.crack_starts()) {
     for (int layer = 0; layer <= 2; ++layer) {
       for (int step = 0; step <= n_steps; ++step) {

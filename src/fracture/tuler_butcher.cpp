@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/fracture/tuler_butcher.h"
 
+#include "crackle/common/real.h"
 #include "crackle/fracture/principal_stress.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace crackle::fracture {
 
@@ -38,7 +38,7 @@ double TulerButcher::screening_share(double stable_step) const {
 }
 
 double TulerButcher::time_to_failure(std::size_t tetrahedron, double stress) const {
-  if (!is_over(tetrahedron, stress)) return std::numeric_limits<double>::infinity();
+  if (!is_over(tetrahedron, stress)) return infinity;
   const double over = stress - strengths_[tetrahedron];
   return impulse_ / mean_rate(over, over);
 }

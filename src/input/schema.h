@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/real.h"
 #include "values.h"
 
 #include "crackle/input/parameters.h"
@@ -10,7 +11,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -148,7 +148,6 @@ inline std::vector<std::pair<std::string, Face>> faces_from(Face first) {
 
 // Ranges. The outer bounds only keep slips such as "5e300 mm" away from the arithmetic.
 
-inline constexpr double infinity = std::numeric_limits<double>::infinity();
 inline constexpr Range positive_length{1e-9, 1e3};
 inline constexpr Range positive_time{1e-15, 1e6};
 inline constexpr Range positive_stress{0, 1e14, true};

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "units.h"
 
+#include "crackle/common/real.h"
+
 #include <udunits2.h>
 
 #include <charconv>
 #include <cmath>
-#include <limits>
 #include <regex>
 #include <stdexcept>
 
@@ -32,7 +33,7 @@ double factor_to(ut_system* system, const std::string& unit, const std::string& 
   if (!from) return 0;
   const Unit to(ut_parse(system, si_unit.c_str(), UT_UTF8), ut_free);
   if (!to) throw std::logic_error("UDUNITS does not know " + si_unit);
-  const double other_dimension = std::numeric_limits<double>::quiet_NaN();
+  const double other_dimension = not_a_number;
   if (!ut_are_convertible(from.get(), to.get())) return other_dimension;
   const Converter converter(ut_get_converter(from.get(), to.get()), cv_free);
   if (!converter) return other_dimension;
@@ -71,10 +72,9 @@ Quantity UnitSystem::convert(double number, const std::string& unit, const Dimen
       const double stress = factor_to(system_.get(), before, "Pa");
       const double time = factor_to(system_.get(), after, "s");
       const bool matches = status == std::errc{} && std::abs(exponent - dimension.exponent) < 1e-12;
-      factor =
-          matches ? std::pow(stress, dimension.exponent) * time : std::numeric_limits<double>::quiet_NaN();
+      factor = matches ? std::pow(stress, dimension.exponent) * time : not_a_number;
     } else {
-      factor = looks_like_unit(unit) ? std::numeric_limits<double>::quiet_NaN() : 0;
+      factor = looks_like_unit(unit) ? not_a_number : 0;
     }
   } else {
     factor = factor_to(system_.get(), unit, dimension.si_unit);

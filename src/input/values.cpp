@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "values.h"
 
+#include "crackle/common/real.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace crackle::input {
 
@@ -13,7 +14,7 @@ namespace {
 
 template <class Format>
 std::string describe_range(const Range& range, Format format) {
-  if (range.upper == std::numeric_limits<double>::infinity()) {
+  if (range.upper == infinity) {
     return fmt::format("{} {}", range.lower_open ? "above" : "at least", format(range.lower));
   }
   const bool from_to = !range.lower_open && !range.upper_open;

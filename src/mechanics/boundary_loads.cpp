@@ -2,6 +2,7 @@
 #include "crackle/mechanics/boundary_loads.h"
 
 #include "crackle/common/index.h"
+#include "crackle/common/real.h"
 #include "crackle/geometry/body.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
@@ -9,7 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 #include <string>
@@ -17,8 +17,6 @@
 namespace crackle::mechanics {
 
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 bool inside(const input::Boundary& condition, const geometry::Point& p) {
   for (std::size_t i = 0; i < 3; ++i) {

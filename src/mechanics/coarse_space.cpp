@@ -2,6 +2,7 @@
 #include "coarse_space.h"
 
 #include "crackle/common/index.h"
+#include "crackle/common/real.h"
 #include "crackle/parallel/collectives.h"
 
 #include <Eigen/SparseCholesky>
@@ -9,7 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <stdexcept>
 
@@ -22,7 +22,6 @@ constexpr std::int64_t max_nodes_per_cell = 160;
 /// Halvings of the bounding box at most.
 constexpr int max_depth = 20;
 constexpr int n_motions = 6;
-constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Stiffness added to every coarse unknown, over the largest entry: cells whose nodes lie on a line, or have
 /// come loose, leave the matrix singular.
 constexpr double regularization = 1e-10;

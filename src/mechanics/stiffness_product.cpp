@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "stiffness_product.h"
 
+#include "crackle/common/real.h"
 #include "crackle/parallel/collectives.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 namespace crackle::mechanics {
@@ -55,7 +55,7 @@ StiffnessProduct::StiffnessProduct(const parallel::Communicator& group, const ge
 void StiffnessProduct::apply(const parallel::NodeField& displacement, std::span<double> force) {
   double size = 0;
   for (const double u : displacement.owned())
-    if (!(std::abs(u) <= size)) size = std::isnan(u) ? std::numeric_limits<double>::infinity() : std::abs(u);
+    if (!(std::abs(u) <= size)) size = std::isnan(u) ? infinity : std::abs(u);
   size = parallel::largest_of_all(*group_, size);
   if (!std::isfinite(size)) throw std::runtime_error("stiffness product: the operand is not finite");
   if (size == 0) {

@@ -8,7 +8,7 @@ namespace crackle::parallel {
 namespace {
 
 /// What PETSc needs for a node that is sent or received at most, and for the rest of an exchange [byte].
-constexpr std::size_t bytes_per_node = 256;
+constexpr std::size_t bytes_per_local_node = 256;
 constexpr std::size_t bytes_per_object = 1 << 18;
 
 void set_graph(PetscSF forest, std::size_t n_roots, std::vector<PetscSFNode>& leaves) {
@@ -31,7 +31,7 @@ GhostForest::GhostForest(const Communicator& group, const NodeLayout& layout)
     place.resize(static_cast<std::size_t>(layout.n_owned), -1);
     ghost_place.resize(n_ghosts_);
     sent_nodes_.reserve(place.size());
-    check_room(3 * (bytes_per_node * layout.number.size() + bytes_per_object));
+    check_room(3 * (bytes_per_local_node * layout.number.size() + bytes_per_object));
   });
   check_petsc(PetscSFCreate(group.get(), all.put()), "PetscSFCreate");
   set_graph(all.get(), place.size(), leaves);

@@ -3,11 +3,11 @@
 
 #include "crackle/analysis/crack_line.h"
 #include "crackle/analysis/crack_path.h"
+#include "crackle/common/real.h"
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/parallel/communicator.h"
 
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -20,7 +20,7 @@ enum class SampleStatus : std::int32_t { pending = 0, done = 1, failed = 2 };
 /// One sample's row in the ensemble; sample_results.h says what each number means. Of a sample that is not
 /// done all results are NaN, 0 or -1.
 struct SampleSummary {
-  static constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  static constexpr double none = not_a_number;
 
   SampleStatus status = SampleStatus::pending;
   std::string error;  ///< reason of a failed sample; why a pending one's file was refused; or empty

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/real.h"
 #include "crackle/dynamics/energy_account.h"
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/fracture/criterion.h"
@@ -11,7 +12,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -70,7 +70,7 @@ public:
 
 private:
   struct Critical {
-    double value = std::numeric_limits<double>::infinity();
+    double value = infinity;
     std::int64_t number = -1;  ///< in the realization; -1: none
     std::int32_t local = -1;   ///< on this rank, or -1
   };
@@ -100,7 +100,7 @@ private:
   double extent_ = 0;                      // of the body, whose box starts at the origin [m]
   double time_ = 0;
   double load_ = 0;  // [N]
-  double load_at_first_break_ = std::numeric_limits<double>::quiet_NaN();
+  double load_at_first_break_ = not_a_number;
   double residual_ = 0;
   std::int64_t n_solves_ = 0;
   std::int64_t n_iterations_ = 0;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/real.h"
 #include "crackle/fracture/break_record.h"
 
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -74,7 +74,7 @@ struct SampleTimings {
 /// What the mechanics of one sample yields. Complete on the group's root; elsewhere breaks, bridge releases
 /// and frames are empty.
 struct SampleResult {
-  static constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  static constexpr double none = not_a_number;
 
   bool parked = false;  ///< stopped on the way as asked; the rest is undefined
   Outcome outcome = Outcome::unbroken;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/real.h"
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
@@ -8,7 +9,6 @@
 
 #include <cstddef>
 #include <functional>
-#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -31,7 +31,7 @@ struct SampleControl {
   std::function<void(std::span<const std::byte> checkpoint)> save;
   std::vector<std::byte>
       checkpoint;  ///< on the root: what was saved last, to continue from; empty: from the start
-  double checkpoint_interval = std::numeric_limits<double>::infinity();  ///< wall time between two saves [s]
+  double checkpoint_interval = infinity;  ///< wall time between two saves [s]
   /// Takes what there is of a sample that fails, before the failure is thrown; called on every rank or on
   /// none.
   std::function<void(SampleResult partial)> failed = {};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/real.h"
 #include "crackle/ensemble/sample_plan.h"
 #include "crackle/ensemble/sample_task.h"
 #include "crackle/ensemble/stop_request.h"
@@ -10,7 +11,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <limits>
 #include <ostream>
 #include <string>
 #include <string_view>
@@ -32,8 +32,8 @@ struct RunOptions {
   StopRequest stop{};           ///< looked at on every rank; may be empty
   /// SampleSteps::enter; may be empty.
   std::function<void(std::uint64_t sample, std::string_view stage)> enter{};
-  double checkpoint_interval = std::numeric_limits<double>::infinity();  ///< of a sample, wall time [s]
-  NextCommands next{};                                                   ///< empty ones are not named
+  double checkpoint_interval = infinity;  ///< of a sample, wall time [s]
+  NextCommands next{};                    ///< empty ones are not named
 };
 
 /// The same on every rank.

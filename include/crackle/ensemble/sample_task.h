@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/real.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/ensemble/realization_queue.h"
 #include "crackle/ensemble/sample_group.h"
@@ -8,7 +9,6 @@
 
 #include <filesystem>
 #include <functional>
-#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -77,7 +77,7 @@ struct SampleSteps {
   std::function<std::vector<std::byte>(std::uint64_t sample)> read_checkpoint;
   std::function<void(std::uint64_t sample, std::span<const std::byte> checkpoint)> write_checkpoint;
   std::function<void(std::uint64_t sample)> remove_checkpoint;
-  double checkpoint_interval = std::numeric_limits<double>::infinity();  ///< wall time [s]
+  double checkpoint_interval = infinity;  ///< wall time [s]
 };
 
 /// The steps of a real sample: geometry, crack surface and summary, files in `folder`/samples.

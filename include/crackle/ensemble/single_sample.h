@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/real.h"
 #include "crackle/ensemble/sample_task.h"
 #include "crackle/ensemble/stop_request.h"
 #include "crackle/input/parameters.h"
@@ -8,7 +9,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 
 namespace crackle::ensemble {
 
@@ -19,8 +19,8 @@ struct SingleSampleOptions {
   bool retry_failed = false;  ///< with `resume`: computed again when it failed
   bool overwrite = false;     ///< without `resume`: file and checkpoint go first
   StopRequest stop{};         ///< looked at on every rank; may be empty
-  double checkpoint_interval = std::numeric_limits<double>::infinity();  ///< wall time [s]
-  dynamics::SampleLog progress{};  ///< see dynamics::SampleControl; on rank 0
+  double checkpoint_interval = infinity;  ///< wall time [s]
+  dynamics::SampleLog progress{};         ///< see dynamics::SampleControl; on rank 0
 };
 
 /// Computes one sample of the ensemble with all ranks as one group, and writes its file to `folder`/samples.

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/real.h"
 #include "crackle/fracture/criterion.h"
-
-#include <limits>
 
 namespace crackle::fracture {
 
@@ -48,7 +47,7 @@ public:
     return after > strengths_[tetrahedron];
   }
   double time_to_failure(std::size_t tetrahedron, double stress) const override {
-    return is_over(tetrahedron, stress) ? time_step_ : std::numeric_limits<double>::infinity();
+    return is_over(tetrahedron, stress) ? time_step_ : infinity;
   }
 
 private:

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/real.h"
 #include "crackle/geometry/point.h"
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <limits>
 
 namespace crackle::geometry {
 
@@ -28,7 +28,6 @@ struct Box {
   }
 };
 
-inline constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Holds no point.
 inline constexpr Box nowhere{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
 

@@ -2,12 +2,12 @@
 #pragma once
 
 #include "crackle/common/index.h"
+#include "crackle/common/real.h"
 #include "crackle/common/vector.h"
 
 #include <array>
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -46,8 +46,7 @@ inline constexpr double max_mother_points = 2e7;
 
 /// Closed intervals of x, y and z [m]; infinite where a coordinate is not bounded.
 using Region = std::array<std::pair<double, double>, 3>;
-inline constexpr std::pair<double, double> unbounded{-std::numeric_limits<double>::infinity(),
-                                                     std::numeric_limits<double>::infinity()};
+inline constexpr std::pair<double, double> unbounded{-infinity, infinity};
 inline constexpr Region everywhere{unbounded, unbounded, unbounded};
 
 struct EnsembleStop {
