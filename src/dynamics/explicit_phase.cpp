@@ -216,9 +216,10 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
       if (const auto failure = agreed_failure(group, local_failure)) {
         const std::string when = fmt::format("{} ({:.4g} us after the start of the phase)", *failure,
                                              1e6 * static_cast<double>(step) * dt);
-        if (!options.ends_out_of_range || !is_separated(group, body, *context.loads))
+        // Nothing since the last output can be trusted, and a body that was whole then has no fragments.
+        if (!options.ends_out_of_range || result.energy.back().broken == 0 ||
+            !is_separated(group, body, *context.loads))
           throw NumberRangeExceeded(when);
-        // What left the range is a fragment; nothing since the last output can be trusted.
         result.separated = true;
         result.note = fmt::format("the phase ended early, with the body apart: {}", when);
         result.counted_time = result.energy.back().time;
