@@ -14,7 +14,60 @@ namespace crackle::input {
 
 namespace {
 
+// What differs between the versions 3 and 4 of toml11.
+#if TOML11_VERSION_MAJOR >= 4
+struct SortedTables : toml::type_config {
+  template <class Key, class Element>
+  using table_type = std::map<Key, Element>;
+};
+using TomlValue = toml::basic_value<SortedTables>;
+
+TomlValue parse(std::istream& stream) {
+  return toml::parse<SortedTables>(stream, "input");
+}
+std::size_t line_of(const toml::source_location& place) {
+  return place.first_line_number();
+}
+std::size_t column_of(const toml::source_location& place) {
+  return place.first_column_number();
+}
+std::size_t length_of(const toml::source_location& place) {
+  return place.length();
+}
+std::string text_of(const toml::source_location& place) {
+  return place.lines().empty() ? std::string() : place.lines().front();
+}
+const std::string& string_of(const TomlValue& value) {
+  return value.as_string();
+}
+toml::source_location place_of(const toml::syntax_error& error) {
+  return error.errors().at(0).locations().at(0).first;
+}
+#else
 using TomlValue = toml::basic_value<toml::discard_comments, std::map, std::vector>;
+
+TomlValue parse(std::istream& stream) {
+  return toml::parse<toml::discard_comments, std::map, std::vector>(stream, "input");
+}
+std::size_t line_of(const toml::source_location& place) {
+  return place.line();
+}
+std::size_t column_of(const toml::source_location& place) {
+  return place.column();
+}
+std::size_t length_of(const toml::source_location& place) {
+  return place.region();
+}
+std::string text_of(const toml::source_location& place) {
+  return place.line_str();
+}
+const std::string& string_of(const TomlValue& value) {
+  return value.as_string().str;
+}
+const toml::source_location& place_of(const toml::syntax_error& error) {
+  return error.location();
+}
+#endif
 
 /// toml11 clamps numbers that are too large without a word, so their source is read a second time.
 bool fits(std::string source, ValueKind kind) {
@@ -36,15 +89,15 @@ bool fits(std::string source, ValueKind kind) {
 }
 
 std::string source_of(const toml::source_location& place) {
-  const std::string& line = place.line_str();
-  const std::size_t start = place.column() > 0 ? place.column() - 1 : 0;
-  return start < line.size() ? line.substr(start, place.region()) : std::string();
+  const std::string line = text_of(place);
+  const std::size_t start = column_of(place) > 0 ? column_of(place) - 1 : 0;
+  return start < line.size() ? line.substr(start, length_of(place)) : std::string();
 }
 
 Value convert(const TomlValue& toml_value) {
   Value value;
   const toml::source_location place = toml_value.location();
-  value.line = static_cast<int>(place.line());
+  value.line = static_cast<int>(line_of(place));
   const std::string source = source_of(place);
   value.source = shortened(source);
   switch (toml_value.type()) {
@@ -65,7 +118,7 @@ Value convert(const TomlValue& toml_value) {
       break;
     case toml::value_t::string:
       value.kind = ValueKind::string;
-      value.string = toml_value.as_string().str;
+      value.string = string_of(toml_value);
       value.source = '"' + shortened(value.string) + '"';
       break;
     case toml::value_t::array:
@@ -135,11 +188,11 @@ Value parse_document(const std::string& text) {
   check_text(text);
   std::istringstream stream(text);
   try {
-    return convert(toml::parse<toml::discard_comments, std::map, std::vector>(stream, "input"));
-  } catch (const toml::exception& error) {
-    const toml::source_location& place = error.location();
-    throw SyntaxError(static_cast<int>(place.line()),
-                      "syntax error: " + condensed(error.what(), place.line_str()));
+    return convert(parse(stream));
+  } catch (const toml::syntax_error& error) {
+    const toml::source_location place = place_of(error);
+    throw SyntaxError(static_cast<int>(line_of(place)),
+                      "syntax error: " + condensed(error.what(), text_of(place)));
   } catch (const SyntaxError&) {
     throw;
   } catch (const std::exception& error) {
