@@ -46,7 +46,7 @@ public:
       static_assert(!std::is_pointer_v<T>);
       append(std::as_bytes(std::span(&value, 1)));
     } else {
-      for_each_field(value, [this](const auto&... fields) { (put(fields), ...); });
+      for_each_field(value, [this](const auto&... fields) { (this->put(fields), ...); });
     }
   }
 
@@ -91,7 +91,7 @@ private:
     } else if constexpr (std::is_trivially_copyable_v<T>) {
       std::memcpy(&value, take(1, sizeof(T)).data(), sizeof(T));
     } else {
-      for_each_field(value, [this](auto&... fields) { (get(fields), ...); });
+      for_each_field(value, [this](auto&... fields) { (this->get(fields), ...); });
     }
   }
 

@@ -112,13 +112,15 @@ template <class Value>
 std::vector<Value> gather_all(const Communicator& group, std::span<const Value> mine) {
   static_assert(std::is_trivially_copyable_v<Value>);
   const int count = static_cast<int>(mine.size());
-  auto [type, counts, offsets] = agree(group, [&] { return GatherBuffers(sizeof(Value), group.size()); });
-  check_mpi(MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, group.get()), "MPI_Allgather");
-  std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
-  auto all = agree(
-      group, [&] { return std::vector<Value>(static_cast<std::size_t>(offsets.back() + counts.back())); });
-  check_mpi(MPI_Allgatherv(mine.data(), count, type.get(), all.data(), counts.data(), offsets.data(),
-                           type.get(), group.get()),
+  auto buffers = agree(group, [&] { return GatherBuffers(sizeof(Value), group.size()); });
+  check_mpi(MPI_Allgather(&count, 1, MPI_INT, buffers.counts.data(), 1, MPI_INT, group.get()),
+            "MPI_Allgather");
+  std::exclusive_scan(buffers.counts.begin(), buffers.counts.end(), buffers.offsets.begin(), 0);
+  auto all = agree(group, [&] {
+    return std::vector<Value>(static_cast<std::size_t>(buffers.offsets.back() + buffers.counts.back()));
+  });
+  check_mpi(MPI_Allgatherv(mine.data(), count, buffers.type.get(), all.data(), buffers.counts.data(),
+                           buffers.offsets.data(), buffers.type.get(), group.get()),
             "MPI_Allgatherv");
   return all;
 }
@@ -130,15 +132,15 @@ template <class Value>
 std::vector<Value> gather_on_root(const Communicator& group, std::span<const Value> mine) {
   static_assert(std::is_trivially_copyable_v<Value>);
   const int count = static_cast<int>(mine.size());
-  auto [type, counts, offsets] = agree(group, [&] { return GatherBuffers(sizeof(Value), group.size()); });
-  check_mpi(MPI_Gather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, group.get()), "MPI_Gather");
-  std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
+  auto buffers = agree(group, [&] { return GatherBuffers(sizeof(Value), group.size()); });
+  check_mpi(MPI_Gather(&count, 1, MPI_INT, buffers.counts.data(), 1, MPI_INT, 0, group.get()), "MPI_Gather");
+  std::exclusive_scan(buffers.counts.begin(), buffers.counts.end(), buffers.offsets.begin(), 0);
   std::vector<Value> all;
   agree(group, [&] {
-    if (group.is_root()) all.resize(static_cast<std::size_t>(offsets.back() + counts.back()));
+    if (group.is_root()) all.resize(static_cast<std::size_t>(buffers.offsets.back() + buffers.counts.back()));
   });
-  check_mpi(MPI_Gatherv(mine.data(), count, type.get(), all.data(), counts.data(), offsets.data(), type.get(),
-                        0, group.get()),
+  check_mpi(MPI_Gatherv(mine.data(), count, buffers.type.get(), all.data(), buffers.counts.data(),
+                        buffers.offsets.data(), buffers.type.get(), 0, group.get()),
             "MPI_Gatherv");
   return all;
 }
