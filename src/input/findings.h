@@ -36,7 +36,7 @@ public:
 
   bool empty() const { return findings_.empty(); }
 
-  /// "file:line: key: message" for each error (without a line that is 0: a text that is no file), in the
+  /// "file:line: key: message" for each error (line 0, of a text without a file, is left out), in the
   /// order of the lines; the last line counts those beyond the first hundred.
   std::vector<std::string> messages(const std::filesystem::path& file) const;
 

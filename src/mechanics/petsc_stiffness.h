@@ -31,8 +31,8 @@ public:
   /// @throws std::runtime_error with PETSc's message
   void apply(parallel::NodeField& displacement, parallel::NodeField& force) const;
 
-  /// After tetrahedra came to carry less: makes the rows of their nodes anew, which have the bits of a matrix
-  /// assembled from the start. Local; assemble() must follow before the next product.
+  /// Once tetrahedra carry less: computes the rows of their nodes again, to the bits of a matrix assembled
+  /// from scratch. Local; assemble() must follow before the next product.
   void update(std::span<const std::int32_t> tetrahedra);
 
   /// Takes over what update() has changed on any rank. Collective; does not agree() before.

@@ -17,8 +17,8 @@ constexpr double shift = 6755399441055744.0;
 constexpr std::int64_t shift_bits = 0x4338000000000000;
 
 /// The bits of the largest magnitude among the products. Bits of magnitudes are ordered as the magnitudes
-/// are, with those of NaN above infinity: so unlike by comparison of doubles, none that is no number is lost,
-/// here or between ranks.
+/// are, with those of NaN above infinity: unlike a comparison of doubles, this loses no NaN, here or between
+/// ranks.
 std::int64_t largest_product(std::span<const double> a, std::span<const double> b) {
   std::int64_t largest = 0;
   for (std::size_t i = 0; i < a.size(); ++i)

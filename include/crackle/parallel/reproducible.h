@@ -28,8 +28,8 @@ public:
     int n_iterations;
   };
 
-  /// Solves from zero, until the norm of the residual r in the preconditioner's scalar product, sqrt(r . M^-1
-  /// r), is at most `tolerance`, or is no number, or the matrix is found not to be positive definite.
+  /// Solves from zero until the norm of the residual r in the preconditioner's scalar product, sqrt(r . M^-1
+  /// r), is at most `tolerance` or NaN, or the matrix turns out not to be positive definite.
   /// Allocates nothing. Collective; does not agree() before.
   /// @param residual the right-hand side on entry, what is left of it on return
   /// @throws std::runtime_error with PETSc's message
