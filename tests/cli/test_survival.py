@@ -48,11 +48,13 @@ class Survival(SurvivalCase):
         self.assertTrue(list(self.out.glob("lock-*")), "it took the time to end in order")
 
     def test_time_limits_park(self):
-        result = self.call("run", self.slow, "-o", self.out, "--time-limit", "3s")
+        result = self.call("run", self.slow, "-o", self.out, "--time-limit", "1s")
         self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
-        self.assertIn("the time limit of 3 s: stopping", result.stdout)
-        result = self.call("run", self.slow, "-o", self.out, "--resume",
-                           extra_environment={"SLURM_JOB_END_TIME": str(int(time.time()) + 2)})
+        self.assertIn("the time limit of 1 s: stopping", result.stdout)
+        self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
+        shutil.rmtree(self.out)
+        result = self.call("run", self.slow, "-o", self.out,
+                           extra_environment={"SLURM_JOB_END_TIME": str(int(time.time()) + 1)})
         self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
         self.assertIn(f"to continue: {survival_fixture.PROGRAM} run {self.slow} -o {self.out} --resume\n", result.stdout)
         result = self.call("run", self.slow, "-o", self.out, "--resume")
