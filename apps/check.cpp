@@ -119,9 +119,7 @@ std::string plan_text(const Subject& subject, const ensemble::MeasuredCost& meas
   const auto& best = ensemble::recommended(plans);
   text += fmt::format("recommended: ensemble.ranks_per_sample = {}\n", best.work.ranks);
   if (best.waits_for_master)
-    text +=
-        "One master makes meshes too slowly for so many groups: run ranges of the samples as a job array "
-        "(jobs/array.sbatch).\n";
+    text += "One master makes meshes too slowly for so many groups: set ensemble.meshes = \"auto\".\n";
   return text;
 }
 

@@ -82,8 +82,13 @@ std::vector<GroupPlan> make_plans(const geometry::Realization& realization,
     const auto rounds = (samples + plan.groups - 1) / plan.groups;
     const double computing = static_cast<double>(rounds) * plan.sample_seconds + mesh_seconds;
     const double meshing = static_cast<double>(samples) * mesh_seconds + plan.sample_seconds;
-    plan.waits_for_master = meshing > computing;
-    plan.wall_seconds = std::max(computing, meshing);
+    const double fed_by_master = std::max(computing, meshing);
+    const double fed_by_groups = static_cast<double>(rounds) * (plan.sample_seconds + mesh_seconds);
+    const auto makers = parameters.ensemble.meshes;
+    plan.waits_for_master = makers == input::MeshMakers::master && meshing > computing;
+    plan.wall_seconds = makers == input::MeshMakers::master   ? fed_by_master
+                        : makers == input::MeshMakers::groups ? fed_by_groups
+                                                              : std::min(fed_by_master, fed_by_groups);
     plan.efficiency = static_cast<double>(samples) * alone / (static_cast<double>(ranks) * plan.wall_seconds);
     plans.push_back(plan);
   }

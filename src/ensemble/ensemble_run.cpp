@@ -115,6 +115,26 @@ void remove_surplus_files(const analysis::Statistics& statistics, const std::fil
   }
 }
 
+/// The points that all samples share, from the master to the roots of the groups, which make meshes of them.
+/// Collective.
+void share_base(const parallel::Communicator& world, const GroupLayout& layout,
+                geometry::MotherPoints& base) {
+  const int group = layout.group_of(world.rank());
+  const bool makes = world.is_root() || (group >= 0 && layout.root_of(group) == world.rank());
+  const parallel::Communicator makers = world.split(makes ? 0 : 1, world.rank());
+  std::optional<std::string> error;
+  try {
+    if (makes) {
+      base.position = parallel::share(makers, std::move(base.position));
+      base.spacing = parallel::share(makers, std::move(base.spacing));
+      base.movable = parallel::share(makers, std::move(base.movable));
+    }
+  } catch (...) {
+    error = parallel::current_error();
+  }
+  parallel::agree_on_error(world, error);
+}
+
 /// The master's counts on every rank. Collective.
 RunOutcome share_counts(const parallel::Communicator& world, const std::optional<Progress>& progress) {
   std::array<int, 3> counts{};
@@ -206,6 +226,8 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   parallel::agree_on_root(world,
                           [&] { prepare_run(parameters, *body, options, layout, master, log_or_null); });
 
+  if (parameters.ensemble.meshes != input::MeshMakers::master) share_base(world, layout, master.base);
+
   StopLatch stop(options.stop, [log_or_null](const std::string& line) {
     if (log_or_null != nullptr) log_or_null->line(line);
   });
@@ -227,7 +249,8 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
     tell(report);
   };
   schedule_samples(world, layout, master.plan.to_do, steps, events,
-                   QueueLimits{.n_realizations = static_cast<std::size_t>(layout.n_groups) + 1});
+                   QueueLimits{.n_realizations = static_cast<std::size_t>(layout.n_groups) + 1},
+                   parameters.ensemble.meshes);
   // Whether the master was asked to stop, by a signal, the time limit or another rank.
   const bool is_stopping = parallel::share(world, stop.is_set());
 

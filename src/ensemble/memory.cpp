@@ -115,6 +115,8 @@ MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, 
   MemoryDemand demand{};
   demand.member = program + part;
   demand.root = program + kept * n_tetrahedra + std::max(part + frame_kept * frames, frame_written * frames);
+  if (parameters.ensemble.meshes != input::MeshMakers::master)
+    demand.root = std::max(demand.root, program + made * n_tetrahedra);
   demand.master = program + made * n_tetrahedra + ahead;
   if (layout.shared()) demand.master = std::max(demand.master, demand.root + ahead);
   return demand;

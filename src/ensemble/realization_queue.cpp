@@ -47,10 +47,9 @@ std::size_t size_in_bytes(const geometry::Realization& realization) {
 
 RealizationQueue::RealizationQueue(RealizationMaker make, std::vector<std::uint64_t> samples,
                                    QueueLimits limits)
-    : make_(std::move(make)),
-      samples_(std::move(samples)),
-      limits_(limits),
-      thread_([this](const std::stop_token& stop) { work(stop); }) {}
+    : make_(std::move(make)), samples_(std::move(samples)), limits_(limits) {
+  if (make_) thread_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
+}
 
 RealizationQueue::~RealizationQueue() = default;
 
@@ -59,10 +58,13 @@ bool RealizationQueue::has_room() const {
 }
 
 void RealizationQueue::work(const std::stop_token& stop) {
-  for (const std::uint64_t sample : samples_) {
+  for (;;) {
+    std::uint64_t sample = 0;
     {
       std::unique_lock lock(mutex_);
       if (!room_.wait(lock, stop, [this] { return has_room(); })) return;
+      if (n_begun_ == samples_.size()) return;
+      sample = samples_[n_begun_++];
     }
     if (stop.stop_requested()) return;
     PreparedSample prepared = prepare(make_, sample);
@@ -86,6 +88,13 @@ std::optional<PreparedSample> RealizationQueue::try_take() {
   }
   room_.notify_one();
   return taken;
+}
+
+std::optional<std::uint64_t> RealizationQueue::pass_on() {
+  const std::lock_guard lock(mutex_);
+  if (n_begun_ == samples_.size()) return std::nullopt;
+  ++n_taken_;
+  return samples_[n_begun_++];
 }
 
 bool RealizationQueue::exhausted() const {

@@ -49,6 +49,13 @@ std::optional<Request> poll_request(const parallel::Communicator& world) {
   return request;
 }
 
+/// Master: answers a request with a sample whose realization the group is to make.
+void send_sample(const parallel::Communicator& world, int rank, std::uint64_t sample) {
+  Packer header;
+  header.put(sample);
+  parallel::send_array(world, header.bytes(), rank, work_tag);
+}
+
 /// Master: answers a request with a realization.
 void send_work(const parallel::Communicator& world, int rank, const PreparedSample& prepared) {
   Packer header;
@@ -97,12 +104,15 @@ std::optional<std::string> poll_progress(const parallel::Communicator& world) {
 }
 
 /// Root of a group: sleeps until the answer comes; nothing when the work has ended.
-std::optional<PreparedSample> receive_work(const parallel::Communicator& world) {
+/// @param make what the master has not made
+std::optional<PreparedSample> receive_work(const parallel::Communicator& world,
+                                           const RealizationMaker& make) {
   const auto bytes = parallel::receive_array<std::byte>(world, master, work_tag);
   if (bytes.empty()) return std::nullopt;
   Unpacker header(bytes);
   PreparedSample prepared;
   prepared.sample = header.get<std::uint64_t>();
+  if (header.empty()) return prepare(make, prepared.sample);
   prepared.seconds = header.get<double>();
   prepared.realization.report = header.get<geometry::RealizationReport>();
   prepared.realization.nodes = parallel::receive_array<geometry::Point>(world, master, work_tag);
@@ -128,7 +138,7 @@ void report_end(const ScheduleEvents& events, const SampleReport& report) {
 }
 
 void serve_groups(const parallel::Communicator& world, int n_groups, RealizationQueue& queue,
-                  const SampleSteps& steps, const ScheduleEvents& events) {
+                  const SampleSteps& steps, const ScheduleEvents& events, bool groups_make) {
   std::deque<int> waiting;  // roots that ask for work, in order of asking
   std::set<int> at_work;    // roots that compute a sample
   bool is_stopping = false;
@@ -167,6 +177,11 @@ void serve_groups(const parallel::Communicator& world, int n_groups, Realization
         at_work.insert(waiting.front());
         waiting.pop_front();
         events.started(prepared->sample);
+      } else if (const auto sample = groups_make ? queue.pass_on() : std::nullopt) {
+        send_sample(world, waiting.front(), *sample);
+        at_work.insert(waiting.front());
+        waiting.pop_front();
+        events.started(*sample);
       } else {
         break;
       }
@@ -182,6 +197,11 @@ void serve_groups(const parallel::Communicator& world, int n_groups, Realization
   // What was told of the last samples and overtaken by their reports must not reach a later hand-out.
   while (poll_progress(world)) {
   }
+}
+
+SampleReport lead_or_report(SampleGroup& group, const SampleSteps& steps, PreparedSample prepared) {
+  if (prepared.failed()) return report_failure(steps, prepared.sample, prepared.error, prepared.seconds);
+  return lead_sample(group, steps, std::move(prepared));
 }
 
 /// @param tells_progress to the master
@@ -203,9 +223,9 @@ void work_in_group(const parallel::Communicator& world, SampleGroup& group, Samp
   std::optional<SampleReport> report;
   for (;;) {
     send_request(world, report);
-    auto prepared = receive_work(world);
+    auto prepared = receive_work(world, steps.make);
     if (!prepared) break;
-    report = lead_sample(group, steps, std::move(*prepared));
+    report = lead_or_report(group, steps, std::move(*prepared));
   }
   discard_stop(world);
   send_end(group);
@@ -217,9 +237,7 @@ void work_alone(SampleGroup& group, const std::vector<std::uint64_t>& samples, c
     if (is_asked(steps.stop) || is_enough(events)) break;
     events.started(sample);
     events.tick();
-    auto prepared = prepare(steps.make, sample);
-    const auto report = prepared.failed() ? report_failure(steps, sample, prepared.error, prepared.seconds)
-                                          : lead_sample(group, steps, std::move(prepared));
+    const auto report = lead_or_report(group, steps, prepare(steps.make, sample));
     report_end(events, report);
     if (report.parked) break;
   }
@@ -229,7 +247,7 @@ void work_alone(SampleGroup& group, const std::vector<std::uint64_t>& samples, c
 
 void schedule_samples(const parallel::Communicator& world, const GroupLayout& layout,
                       const std::vector<std::uint64_t>& samples, const SampleSteps& steps,
-                      const ScheduleEvents& events, QueueLimits limits) {
+                      const ScheduleEvents& events, QueueLimits limits, input::MeshMakers makers) {
   const int group_number = layout.group_of(world.rank());
   // Many groups' samples do not fit one line.
   const bool tells_progress = parallel::share(world, steps.progress && layout.n_groups == 1);
@@ -240,8 +258,9 @@ void schedule_samples(const parallel::Communicator& world, const GroupLayout& la
     SampleGroup group(ranks);
     work_alone(group, samples, steps, events);
   } else if (world.is_root()) {
-    RealizationQueue queue(steps.make, samples, limits);
-    serve_groups(world, layout.n_groups, queue, steps, events);
+    const bool groups_only = makers == input::MeshMakers::groups;
+    RealizationQueue queue(groups_only ? RealizationMaker() : steps.make, samples, limits);
+    serve_groups(world, layout.n_groups, queue, steps, events, makers != input::MeshMakers::master);
   } else if (group_number >= 0) {
     SampleGroup group(ranks);
     work_in_group(world, group, steps, tells_progress);

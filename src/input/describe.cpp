@@ -46,8 +46,8 @@ std::string echo(const Parameters& parameters) {
 }
 
 std::vector<std::string> sample_settings(const Parameters& parameters) {
-  constexpr std::array<std::string_view, 6> without_effect{
-      "ensemble.samples",         "ensemble.ranks_per_sample", "ensemble.stop.half_width",
+  constexpr std::array<std::string_view, 7> without_effect{
+      "ensemble.samples",         "ensemble.ranks_per_sample", "ensemble.meshes", "ensemble.stop.half_width",
       "ensemble.stop.confidence", "ensemble.stop.min_samples", "mesh.points"};
   std::vector<std::string> settings;
   for (const auto& [key, value] : resolved(parameters)) {

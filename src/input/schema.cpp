@@ -152,16 +152,23 @@ Key sections_key(const std::string& name, std::vector<double> Sections::*positio
 }
 
 Table ensemble_table() {
-  return {"ensemble",
-          Occurrence::once,
-          "the samples",
-          {integer_key("samples", in(&Parameters::ensemble, &Ensemble::samples), 1, 1'000'000, required(),
-                       "number of realizations"),
-           integer_key("seed", in(&Parameters::ensemble, &Ensemble::seed), 0,
-                       std::numeric_limits<std::int64_t>::max(), by_default("0"),
-                       "sample i depends on (seed, i) only"),
-           integer_key("ranks_per_sample", in(&Parameters::ensemble, &Ensemble::ranks_per_sample), 1, 100'000,
-                       by_default("1"), "ranks that share one realization")}};
+  return {
+      "ensemble",
+      Occurrence::once,
+      "the samples",
+      {integer_key("samples", in(&Parameters::ensemble, &Ensemble::samples), 1, 1'000'000, required(),
+                   "number of realizations"),
+       integer_key("seed", in(&Parameters::ensemble, &Ensemble::seed), 0,
+                   std::numeric_limits<std::int64_t>::max(), by_default("0"),
+                   "sample i depends on (seed, i) only"),
+       integer_key("ranks_per_sample", in(&Parameters::ensemble, &Ensemble::ranks_per_sample), 1, 100'000,
+                   by_default("1"), "ranks that share one realization"),
+       choice_key<MeshMakers>(
+           "meshes", in(&Parameters::ensemble, &Ensemble::meshes),
+           {{"auto", MeshMakers::automatic}, {"master", MeshMakers::master}, {"groups", MeshMakers::groups}},
+           by_default("\"auto\""),
+           "who makes the realizations: the master, ahead of need, or each group its own; with \"auto\" the "
+           "master, and a group for which none is ready makes its own")}};
 }
 
 Table stop_table() {

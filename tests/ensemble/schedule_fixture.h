@@ -109,7 +109,7 @@ protected:
       EXPECT_TRUE(reports_.emplace(report.sample, report).second) << "sample " << report.sample;
     };
     events.tick = [] {};
-    schedule_samples(world_, layout_, samples, steps_, events, {.n_realizations = 2});
+    schedule_samples(world_, layout_, samples, steps_, events, {.n_realizations = 2}, makers_);
   }
 
   /// Samples `failing` have failed with `reason`, all others of 0..n-1 have the known answer.
@@ -135,6 +135,7 @@ protected:
 
   parallel::Communicator world_{MPI_COMM_WORLD};
   GroupLayout layout_;
+  input::MeshMakers makers_ = input::MeshMakers::master;
   Calls calls_;
   SampleSteps steps_ = make_steps(calls_);
   std::set<std::uint64_t> started_;

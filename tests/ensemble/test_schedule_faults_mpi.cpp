@@ -78,10 +78,17 @@ TEST_F(Schedule, RealizationThatCannotBeMadeFailsAlone) {
     if (sample == 0 || sample == 4 || sample == 5) throw std::runtime_error("redrawing does not end");
     return make(sample);
   };
-  run(1, numbers(6));
-  expect_only_failing(6, {0, 4, 5}, "mesh: redrawing does not end");
-  EXPECT_EQ(gather(world_, calls_.computed), (std::vector<std::uint64_t>{1, 2, 3}));
-  EXPECT_EQ(gather(world_, calls_.failures_written), (std::vector<std::uint64_t>{0, 4, 5}));
+  for (const auto makers :
+       {input::MeshMakers::master, input::MeshMakers::groups, input::MeshMakers::automatic}) {
+    makers_ = makers;
+    calls_ = {};
+    reports_.clear();
+    started_.clear();
+    run(1, numbers(6));
+    expect_only_failing(6, {0, 4, 5}, "mesh: redrawing does not end");
+    EXPECT_EQ(gather(world_, calls_.computed), (std::vector<std::uint64_t>{1, 2, 3}));
+    EXPECT_EQ(gather(world_, calls_.failures_written), (std::vector<std::uint64_t>{0, 4, 5}));
+  }
 }
 
 TEST_F(Schedule, AllRealizationsFail) {

@@ -31,6 +31,32 @@ TEST_F(Schedule, EverySampleIsComputedOnce) {
   }
 }
 
+TEST_F(Schedule, GroupsMakeTheirOwnRealizations) {
+  makers_ = input::MeshMakers::groups;
+  run(1, numbers(23));
+  expect_only_failing(23, {}, "");
+  EXPECT_EQ(gather(world_, calls_.made), numbers(23));
+  EXPECT_EQ(calls_.made, calls_.computed) << "each group its own";
+}
+
+TEST_F(Schedule, AGroupDoesNotWaitForARealization) {
+  // The master is long at its first realization: the groups make all others.
+  makers_ = input::MeshMakers::automatic;
+  std::atomic<bool> is_first = world_.is_root() && world_.size() > 1;
+  auto make = steps_.make;
+  steps_.make = [&](std::uint64_t sample) {
+    if (is_first.exchange(false)) std::this_thread::sleep_for(500ms);
+    return make(sample);
+  };
+  run(1, numbers(23));
+  expect_only_failing(23, {}, "");
+  EXPECT_EQ(gather(world_, calls_.made), numbers(23));
+  EXPECT_EQ(gather(world_, calls_.computed), numbers(23));
+  if (world_.size() > 1 && world_.is_root()) {
+    EXPECT_LE(calls_.made.size(), 2u);
+  }
+}
+
 TEST_F(Schedule, TwoRanksShareASampleAndLeftOverRanksStayIdle) {
   if (!enough_ranks(2)) GTEST_SKIP() << "needs 3 ranks";
   run(2, numbers(7));
@@ -135,7 +161,8 @@ TEST_F(Schedule, MasterServesWhileItMakesARealization) {
     reports_.emplace(report.sample, report);
   };
   events.tick = [] {};
-  schedule_samples(world_, layout_, numbers(4), steps_, events, {.n_realizations = 2});
+  schedule_samples(world_, layout_, numbers(4), steps_, events, {.n_realizations = 2},
+                   input::MeshMakers::master);
   expect_only_failing(4, {}, "");
 }
 

@@ -85,14 +85,28 @@ TEST(CostModel, FewRanksForManySamplesManyRanksForFew) {
 
 TEST(CostModel, KnowsWhenTheMasterIsTooSlow) {
   const Machine machine;
-  EXPECT_FALSE(plans(50, 1000, machine).front().waits_for_master);
-  const auto many = plans(100'000, 100'000, machine);
-  EXPECT_TRUE(many.front().waits_for_master);
-  EXPECT_GE(many.front().wall_seconds, 100'000 * 60000.0 / machine.mesh_updates_per_second);
+  input::Parameters parameters;
+  const auto made_by = [&](input::MeshMakers makers, std::int64_t ranks, std::int64_t samples) {
+    parameters.ensemble.meshes = makers;
+    return make_plans(bar(), parameters, 80000, 1.5, machine, ranks, samples).front();
+  };
+  using enum input::MeshMakers;
+  const double mesh = 60000.0 / machine.mesh_updates_per_second;
+  const GroupPlan few = made_by(master, 50, 1000);
+  EXPECT_FALSE(few.waits_for_master);
+  EXPECT_EQ(made_by(automatic, 50, 1000).wall_seconds, few.wall_seconds);
+  EXPECT_GT(made_by(groups, 50, 1000).wall_seconds, few.wall_seconds);
+  const GroupPlan many = made_by(master, 100'000, 100'000);
+  EXPECT_TRUE(many.waits_for_master);
+  EXPECT_GE(many.wall_seconds, 100'000 * mesh);
+  const GroupPlan by_groups = made_by(automatic, 100'000, 100'000);
+  EXPECT_FALSE(by_groups.waits_for_master);
+  EXPECT_DOUBLE_EQ(by_groups.wall_seconds, 2 * (by_groups.sample_seconds + mesh));
 }
 
 TEST(CostModel, MeshesWithABaseOfTheirOwnTakeLonger) {
   input::Parameters parameters;
+  parameters.ensemble.meshes = input::MeshMakers::master;
   const Machine machine;
   const auto with = [&](input::Base base) {
     parameters.mesh.base = base;

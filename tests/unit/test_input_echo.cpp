@@ -21,7 +21,8 @@ namespace {
 
 /// An input that has every key but those of [ensemble.stop] and the file of points.
 std::vector<InputTable> full_tables() {
-  return {{"[ensemble]", {{"samples", "17"}, {"seed", "2012"}, {"ranks_per_sample", "2"}}},
+  return {{"[ensemble]",
+           {{"samples", "17"}, {"seed", "2012"}, {"ranks_per_sample", "2"}, {"meshes", R"("groups")"}}},
           {"[specimen]", {{"size", R"(["5 mm", "24.5 mm", "140 mm"])"}}},
           {"[[specimen.notch]]",
            {{"face", R"("y-max")"},

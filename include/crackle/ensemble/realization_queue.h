@@ -53,10 +53,10 @@ struct QueueLimits {
 
 /// Makes realizations ahead of need, one at a time, in the order of `samples`, in a thread of its own: the
 /// master serves requests at once while a mesh is being made. The thread makes no MPI calls and sleeps while
-/// the queue is full.
+/// the queue is full. Samples can be passed on to who makes their realizations himself.
 class RealizationQueue {
 public:
-  /// @param make is called from the queue's thread
+  /// @param make is called from the queue's thread; empty: all samples are to be passed on
   RealizationQueue(RealizationMaker make, std::vector<std::uint64_t> samples, QueueLimits limits);
   /// Stops after the realization under way.
   ~RealizationQueue();
@@ -65,7 +65,9 @@ public:
 
   /// The next realization, or nothing while none is ready.
   std::optional<PreparedSample> try_take();
-  /// True once every sample has been taken.
+  /// The next sample whose realization is not begun: the queue leaves it to the caller. Nothing when all are.
+  std::optional<std::uint64_t> pass_on();
+  /// True once every sample has been taken or passed on.
   bool exhausted() const;
 
 private:
@@ -80,6 +82,7 @@ private:
   std::deque<PreparedSample> ready_;
   std::size_t bytes_ = 0;    ///< of all in `ready_`
   std::size_t largest_ = 0;  ///< realization so far: what the next one is expected to take
+  std::size_t n_begun_ = 0;  ///< samples that are made, being made or passed on
   std::size_t n_taken_ = 0;
   std::jthread thread_;  ///< last: it ends before what it uses
 };

@@ -5,6 +5,7 @@
 #include "crackle/ensemble/realization_queue.h"
 #include "crackle/ensemble/sample_report.h"
 #include "crackle/ensemble/sample_task.h"
+#include "crackle/input/parameters.h"
 #include "crackle/parallel/communicator.h"
 
 #include <cstdint>
@@ -22,18 +23,20 @@ struct ScheduleEvents {
   std::function<void(const SampleReport& report)> parked;  ///< stopped on the way; may be empty
 };
 
-/// Works off `samples`: the master (rank 0) makes realizations ahead of need and hands them out, one at a
-/// time, to whichever group asks; a realization travels once, to the root of its group. Idle ranks sleep.
+/// Works off `samples`: the master (rank 0) hands them out, one at a time, to whichever group asks, with the
+/// realization that it has made ahead of need, or for the root of the group to make it. Idle ranks sleep.
 /// Returns when all ranks have ended.
 ///
 /// As soon as any rank's `steps.stop` says so, no more samples are handed out and those under way are parked:
 /// the master tells the groups, and a group that parked by itself tells the master. Collective over `world`,
 /// a communicator that nothing else uses meanwhile.
 /// @param samples to do, in order of handing out; used on rank 0 only
-/// @param steps `stop` is used on every rank, `make` and `progress` on rank 0 only, as `events` are
+/// @param steps `stop` is used on every rank, `progress` on rank 0 only, as `events` are, and `make` on the
+/// ranks
+///   that `makers` names
 /// @throws std::runtime_error on a rank whose messages fail, which cannot be agreed on any more
 void schedule_samples(const parallel::Communicator& world, const GroupLayout& layout,
                       const std::vector<std::uint64_t>& samples, const SampleSteps& steps,
-                      const ScheduleEvents& events, QueueLimits limits);
+                      const ScheduleEvents& events, QueueLimits limits, input::MeshMakers makers);
 
 }  // namespace crackle::ensemble

@@ -41,7 +41,7 @@ struct PartialSample {
 
 /// What is done with one sample, step by step. An exception in a step fails the sample and nothing else.
 struct SampleSteps {
-  /// The realization, made by the master; called from a thread of its own.
+  /// The realization; the master calls it from a thread of its own.
   RealizationMaker make;
   /// One subdomain for each rank of the group; on the group's root.
   std::function<std::vector<geometry::Subdomain>(const geometry::Realization& realization, int n_parts)>

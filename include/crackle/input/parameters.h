@@ -55,10 +55,18 @@ struct EnsembleStop {
   int min_samples;
 };
 
+/// Who makes the realizations of a run with several ranks. They have the same bits.
+enum class MeshMakers {
+  automatic,  ///< the master, ahead of need; a group for which none is ready makes its own
+  master,
+  groups,  ///< each its own
+};
+
 struct Ensemble {
   int samples = 1;
   std::uint64_t seed = 0;
   int ranks_per_sample = 1;
+  MeshMakers meshes = MeshMakers::automatic;
   std::optional<EnsembleStop> stop;
 };
 

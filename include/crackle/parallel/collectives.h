@@ -65,16 +65,17 @@ requires(std::is_trivially_copyable_v<Value> && !std::is_pointer_v<Value>) Value
   return value;
 }
 
-/// The root's text or list of bytes on every rank; what the others pass is replaced. Collective; agrees
-/// before its messages.
+/// The root's text or list of plain values on every rank; what the others pass is replaced. Collective;
+/// agrees before its messages.
 template <class List>
 List share(const Communicator& group, List list) {
   agree(group);
   const auto size = share<std::uint64_t>(group, list.size());
   agree(group, [&] { list.resize(size); });
-  for (std::size_t begin = 0; begin < size; begin += largest_message) {
-    const auto part = static_cast<int>(std::min(largest_message, size - begin));
-    check_mpi(MPI_Bcast(list.data() + begin, part, MPI_BYTE, 0, group.get()), "MPI_Bcast");
+  const auto bytes = std::as_writable_bytes(std::span(list));
+  for (std::size_t begin = 0; begin < bytes.size(); begin += largest_message) {
+    const auto part = static_cast<int>(std::min(largest_message, bytes.size() - begin));
+    check_mpi(MPI_Bcast(bytes.data() + begin, part, MPI_BYTE, 0, group.get()), "MPI_Bcast");
   }
   return list;
 }
