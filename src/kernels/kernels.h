@@ -97,8 +97,7 @@ struct StressBound {
 template <class Real>
 struct Kernels {
   /// f_a += S (u_b - u_a), f_b -= the same.
-  /// @return largest contribution or half difference of displacement, where the format has no flag of the
-  ///   processor for an overflow; else 0
+  /// @return largest contribution or half difference of displacement, where the kernels watch it; else 0
   Real (*add_symmetric_edges)(const EdgeEnds* ends, const EdgeSymmetric<Real>* symmetric, std::size_t n,
                               NodeRecord<Real>* nodes);
   /// f_a += S d + w x d, f_b += -S d + w x d, with d = u_b - u_a.
@@ -124,7 +123,9 @@ struct Kernels {
 };
 
 /// @pre the machine has the instruction set
+/// @param watches whether the edges' functions return the largest contribution. Those of double always do;
+///   with float, the processor's invalid flag tells of an overflow, at no cost
 template <class Real>
-const Kernels<Real>& kernels(InstructionSet set);
+const Kernels<Real>& kernels(InstructionSet set, bool watches = false);
 
 }  // namespace crackle::kernels

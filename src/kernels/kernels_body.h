@@ -72,13 +72,12 @@ struct Rows<Real, 8> {
   }
 };
 
-/// The largest magnitude that a kernel met, where the format has no flag of the processor for an overflow.
-template <class Real, class RealVector>
+/// The largest magnitude that a kernel met, where that is wanted.
+template <class Real, class RealVector, bool is_on>
 struct Watch {
   RealVector largest{};
   void see(RealVector x, RealVector y, RealVector z) {
-    if constexpr (sizeof(Real) == 8)
-      largest = larger(largest, larger(absolute(x), larger(absolute(y), absolute(z))));
+    if constexpr (is_on) largest = larger(largest, larger(absolute(x), larger(absolute(y), absolute(z))));
   }
   Real value() const {
     Real result = 0;
@@ -110,14 +109,14 @@ struct Products {
   }
 };
 
-template <class Real, bool has_skew>
+template <class Real, bool has_skew, bool watches>
 inline Real add_owned_edges(const EdgeEnds* ends, const EdgeSymmetric<Real>* symmetric,
                             const EdgeSkew<Real>* skew, std::size_t n, NodeRecord<Real>* all_nodes) {
   constexpr int N = width<Real>();
   using R = typename Lanes<Real, N>::Real;
   using I = typename Lanes<Real, N>::Integer;
   using Row = Rows<Real, N>;
-  Watch<Real, R> watch;
+  Watch<Real, R, watches> watch;
   for (std::size_t i = 0; i < n; ++i) {
     NodeRecord<Real>* nodes = all_nodes + ends[i].owner;
     for (int half = 0; half < 8 / N; ++half) {
@@ -152,25 +151,25 @@ inline Real add_owned_edges(const EdgeEnds* ends, const EdgeSymmetric<Real>* sym
   return watch.value();
 }
 
-template <class Real>
+template <class Real, bool watches>
 Real add_symmetric_edges(const EdgeEnds* ends, const EdgeSymmetric<Real>* symmetric, std::size_t n,
                          NodeRecord<Real>* nodes) {
-  return add_owned_edges<Real, false>(ends, symmetric, nullptr, n, nodes);
+  return add_owned_edges<Real, false, watches>(ends, symmetric, nullptr, n, nodes);
 }
 
-template <class Real>
+template <class Real, bool watches>
 Real add_skew_edges(const EdgeEnds* ends, const EdgeSymmetric<Real>* symmetric, const EdgeSkew<Real>* skew,
                     std::size_t n, NodeRecord<Real>* nodes) {
-  return add_owned_edges<Real, true>(ends, symmetric, skew, n, nodes);
+  return add_owned_edges<Real, true, watches>(ends, symmetric, skew, n, nodes);
 }
 
-template <class Real>
+template <class Real, bool watches>
 Real add_general_edges(const GeneralEdges<Real>* edges, std::size_t n, NodeRecord<Real>* nodes) {
   constexpr int N = width<Real>();
   using R = typename Lanes<Real, N>::Real;
   using I = typename Lanes<Real, N>::Integer;
   using Row = Rows<Real, N>;
-  Watch<Real, R> watch;
+  Watch<Real, R, watches> watch;
   for (std::size_t i = 0; i < n; ++i) {
     for (int half = 0; half < 8 / N; ++half) {
       const std::int32_t* a = edges[i].first + 4 * half;
@@ -209,7 +208,7 @@ Real kick(NodeRecord<Real>* nodes, Velocity<Real>* velocity, std::size_t n, Real
     store(velocity[i].value, load<I>(velocity[i].value) + rounded(force * c));
     if (!keep_force) store(nodes[i].force, I{});
   }
-  Watch<Real, R> watch;
+  Watch<Real, R, true> watch;
   watch.largest = largest;
   return watch.value();
 }
@@ -313,11 +312,11 @@ std::size_t check(const TetrahedronGroup<Real>* groups, std::size_t n, const Nod
   return n_suspects;
 }
 
-template <class Real>
+template <class Real, bool watches>
 constexpr Kernels<Real> all_kernels() {
-  return {add_symmetric_edges<Real>,
-          add_skew_edges<Real>,
-          add_general_edges<Real>,
+  return {add_symmetric_edges<Real, watches>,
+          add_skew_edges<Real, watches>,
+          add_general_edges<Real, watches>,
           kick<Real>,
           drift<Real>,
           check<Real>};

@@ -3,280 +3,281 @@
 
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
+#include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
-
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
-#include <map>
-#include <stdexcept>
+#include <limits>
+#include <numeric>
 
 namespace crackle::mechanics {
 
 namespace {
 
-/// More nodes make a cell to be halved again. Larger cells make the coarse problem cheaper and weaker.
-constexpr std::int64_t max_nodes_per_cell = 160;
-/// Halvings of the bounding box at most.
-constexpr int max_depth = 20;
-constexpr int n_motions = 6;
+using kernels::CellIntegers;
+using kernels::CellNumbers;
+using kernels::lane_of;
+using kernels::n_motions;
+using kernels::n_shares;
+
 /// Stiffness added to every coarse unknown, over the largest entry: cells whose nodes lie on a line, or have
 /// come loose, leave the matrix singular.
 constexpr double regularization = 1e-10;
-/// Digits of the integers that are summed, below the largest term: thousands of terms fit 64 bits.
-constexpr int digits = 44;
+/// Digits of the coarse matrix's integers, below the largest term: thousands of terms fit 64 bits.
+constexpr int matrix_digits = 36;
+constexpr double whole = NodeCells::whole;
 
-}  // namespace
+/// A block of the coarse matrix while its terms are summed.
+using BlockSum = std::array<CellIntegers, n_motions>;
 
-struct CoarseSpace::Factors {
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
-  // For add_correction(), which must not allocate: ranks wait for each other in it.
-  std::vector<std::int64_t> sums;
-  Eigen::VectorXd sides, motion, inverse_diagonal;
+/// The lower triangle of the coarse matrix, in rows of cells.
+class BlockSums {
+public:
+  explicit BlockSums(std::int32_t n_cells) : rows_(index(n_cells)) {}
 
-  void make_room(std::size_t n) {
-    sums.resize(n);
-    sides.resize(static_cast<Eigen::Index>(n));
-    motion.resize(static_cast<Eigen::Index>(n));
+  /// @pre column <= row
+  BlockSum& at(std::int32_t row, std::int32_t column) {
+    auto& entries = rows_[index(row)];
+    const auto place = std::ranges::find(entries, column, &Entry::column);
+    if (place != entries.end()) return blocks_[place->block];
+    entries.push_back({column, blocks_.size()});
+    return blocks_.emplace_back();
+  }
+  template <class Work>
+  void for_each(const Work& work) const {
+    for (std::size_t row = 0; row < rows_.size(); ++row)
+      for (const Entry& entry : rows_[row])
+        work(static_cast<std::int32_t>(row), entry.column, blocks_[entry.block]);
   }
 
-  /// As solver.solve(), from `sides` to `motion`.
-  void solve() {
-    motion.noalias() = solver.permutationP() * sides;
-    solver.matrixL().solveInPlace(motion);
-    sides.noalias() = inverse_diagonal.cwiseProduct(motion);
-    solver.matrixU().solveInPlace(sides);
-    motion.noalias() = solver.permutationPinv() * sides;
+private:
+  struct Entry {
+    std::int32_t column;
+    std::size_t block;
+  };
+  std::vector<std::vector<Entry>> rows_;
+  std::vector<BlockSum> blocks_;
+};
+
+/// The sums of all ranks on every rank. Collective.
+BlockSums sum_of_all(const parallel::Communicator& group, const BlockSums& mine, std::int32_t n_cells) {
+  std::vector<std::int64_t> packed;
+  mine.for_each([&](std::int32_t row, std::int32_t column, const BlockSum& block) {
+    packed.push_back(row);
+    packed.push_back(column);
+    for (const auto& numbers : block)
+      for (std::size_t n = 0; n < n_motions; ++n) packed.push_back(numbers.value[lane_of(n)]);
+  });
+  const auto all = parallel::gather_all<std::int64_t>(group, packed);
+  BlockSums sums(n_cells);
+  constexpr std::size_t stride = 2 + n_motions * n_motions;
+  for (std::size_t at = 0; at < all.size(); at += stride) {
+    BlockSum& block = sums.at(static_cast<std::int32_t>(all[at]), static_cast<std::int32_t>(all[at + 1]));
+    for (std::size_t k = 0; k < n_motions * n_motions; ++k)
+      block[k / n_motions].value[lane_of(k % n_motions)] += all[at + 2 + k];
+  }
+  return sums;
+}
+
+/// Twice the contraction of shear components is part of the stiffness: so that stress . strain is the
+/// energy's double.
+using StiffnessMatrix = std::array<double[6], 6>;
+template <class StressOfStrain>
+StiffnessMatrix stiffness_matrix(const StressOfStrain& stress, double factor) {
+  StiffnessMatrix matrix{};
+  for (std::size_t l = 0; l < 6; ++l) {
+    Symmetric unit{};
+    unit[l] = 1;
+    const Symmetric sigma = stress(unit);
+    for (std::size_t k = 0; k < 6; ++k) matrix[k][l] = factor * (k < 3 ? 1 : 2) * sigma[k];
+  }
+  return matrix;
+}
+
+/// The cells that a tetrahedron's corners have shares of.
+struct CornerShares {
+  std::vector<kernels::CornerShare> shares;
+  std::vector<std::int32_t> cells;
+  bool is_free = true;  // no component of a corner is held
+
+  int place_of(std::int32_t cell) {
+    const auto place = std::ranges::find(cells, cell) - cells.begin();
+    if (place == std::ssize(cells)) cells.push_back(cell);
+    return static_cast<int>(place);
   }
 };
 
+}  // namespace
+
 CoarseSpace::CoarseSpace(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
-                         std::span<const std::uint8_t> held)
-    : group_(&group), subdomain_(&subdomain), held_(held), factors_(std::make_unique<Factors>()) {
-  find_cells();
+                         const Edges& edges, std::span<const std::uint8_t> held)
+    : group_(&group),
+      subdomain_(&subdomain),
+      held_(held),
+      kernels_(&kernels::cell_kernels(best_instruction_set())),
+      cells_(make_node_cells(group, subdomain, edges)),
+      numbers_(index(cells_.size())),
+      packed_(n_motions * index(cells_.size())),
+      factors_(cells_.size()) {
+  order_nodes();
+  const Vector middle = 0.5 * (cells_.box.lower + cells_.box.upper);
+  const Vector side = cells_.box.upper - cells_.box.lower;
+  const double half_length = std::max({side[0], side[1], side[2], std::numeric_limits<double>::min()}) / 2;
+  const auto scaled = [&](const geometry::Point& p) { return (1 / half_length) * (p - middle); };
+  std::vector<std::int64_t> weight(index(cells_.size()));
+  for (auto& node : nodes_) {
+    const Vector at = scaled(subdomain.nodes[index(node.node)]);
+    for (std::size_t i = 0; i < 3; ++i) node.place[i] = static_cast<float>(at[i]);
+    const auto& shares = cells_.shares[index(node.node)];
+    for (std::size_t s = 0; s < n_shares; ++s) weight[index(shares.cell[s])] += shares.weight[s];
+  }
+  for (std::size_t c = 0; c < weight.size(); ++c) {
+    centre_.push_back(scaled(cells_.centre[c]));
+    magnification_.push_back(half_length / cells_.extent[c]);
+  }
+  parallel::agree(group);
+  if (!weight.empty()) parallel::all_reduce(group, weight, MPI_SUM);
+  // A sum of integers that a double holds is exact in every order. A moment is below twice the force.
+  const std::int64_t heaviest = weight.empty() ? 1 : std::ranges::max(weight);
+  digits_ = 52 - static_cast<int>(std::bit_width(static_cast<std::uint64_t>(heaviest)));
 }
 
-CoarseSpace::~CoarseSpace() = default;
-
-void CoarseSpace::find_cells() {
-  geometry::Box box = geometry::nowhere;
-  for (const auto& node : subdomain_->nodes) box.include(node);
-  parallel::agree(*group_);
-  for (std::size_t i = 0; i < 3; ++i) {
-    box.lower[i] = -parallel::largest_of_all(*group_, -box.lower[i]);
-    box.upper[i] = parallel::largest_of_all(*group_, box.upper[i]);
-  }
-
-  // Every box of a level has the same shape, so each level halves one axis: the longest.
-  Vector side = box.upper - box.lower;
-  std::array<int, 3> halvings{};
-  std::array<std::size_t, max_depth> axis_of_level{};
-  for (auto& axis : axis_of_level) {
-    axis = static_cast<std::size_t>(std::ranges::max_element(side) - side.begin());
-    side[axis] /= 2;
-    ++halvings[axis];
-  }
-  const auto code_of = [&](const geometry::Point& p) {
-    std::array<std::int64_t, 3> place{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      const double extent = box.upper[i] - box.lower[i];
-      const std::int64_t n = std::int64_t{1} << halvings[i];
-      const double x = extent > 0 ? (p[i] - box.lower[i]) / extent : 0;
-      place[i] = std::min(n - 1, static_cast<std::int64_t>(x * static_cast<double>(n)));
+void CoarseSpace::order_nodes() {
+  const auto n_owned = subdomain_->layout.n_owned;
+  std::vector<std::int32_t> order(index(n_owned));
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, {}, [&](std::int32_t node) { return cells_.shares[index(node)].cell; });
+  position_.resize(order.size());
+  for (const auto node : order) {
+    const auto& shares = cells_.shares[index(node)];
+    if (groups_.empty() || !std::ranges::equal(groups_.back().cell, shares.cell)) {
+      std::ranges::copy(shares.cell, groups_.emplace_back().cell);
+      groups_.back().n_nodes = 0;
     }
-    std::int64_t code = 0;
-    auto left = halvings;
-    for (const auto axis : axis_of_level) code = 2 * code + ((place[axis] >> --left[axis]) & 1);
-    return code;
-  };
-
-  std::vector<std::int64_t> codes;
-  for (const auto& node : subdomain_->nodes) codes.push_back(code_of(node));
-  const std::vector<std::int64_t> mine(codes.begin(), codes.begin() + subdomain_->layout.n_owned);
-  auto all = parallel::gather_all<std::int64_t>(*group_, mine);
-  std::ranges::sort(all);
-
-  // Cells as ranges of codes: halved while they hold too many nodes.
-  std::vector<std::int64_t> first_code;
-  const auto divide = [&](const auto& self, std::int64_t first, int level) -> void {
-    const std::int64_t width = std::int64_t{1} << (max_depth - level);
-    const auto begin = std::ranges::lower_bound(all, first);
-    const auto end = std::ranges::lower_bound(all, first + width);
-    if (begin == end) return;
-    if (end - begin <= max_nodes_per_cell || level == max_depth) {
-      first_code.push_back(first);
-      return;
-    }
-    self(self, first, level + 1);
-    self(self, first + width / 2, level + 1);
-  };
-  divide(divide, 0, 0);
-  n_cells_ = static_cast<std::int32_t>(first_code.size());
-
-  // Arms are taken about the middle of a box that the cell's first code lies in: any point will do.
-  cell_.resize(codes.size());
-  for (std::size_t n = 0; n < codes.size(); ++n)
-    cell_[n] =
-        static_cast<std::int32_t>(std::ranges::upper_bound(first_code, codes[n]) - first_code.begin()) - 1;
-  std::vector<double> extremes(static_cast<std::size_t>(6 * n_cells_), -infinity);
-  for (std::size_t n = 0; n < static_cast<std::size_t>(subdomain_->layout.n_owned); ++n) {
-    double* extreme = &extremes[6 * index(cell_[n])];
-    for (std::size_t i = 0; i < 3; ++i) {
-      extreme[i] = std::max(extreme[i], -subdomain_->nodes[n][i]);
-      extreme[3 + i] = std::max(extreme[3 + i], subdomain_->nodes[n][i]);
-    }
+    ++groups_.back().n_nodes;
+    position_[index(node)] = static_cast<std::int32_t>(nodes_.size());
+    auto& placed = nodes_.emplace_back();
+    placed.node = node;
+    for (std::size_t s = 0; s < n_shares; ++s) placed.weight[s] = static_cast<float>(shares.weight[s]);
   }
-  factors_->make_room(extremes.size());
-  parallel::agree(*group_);
-  parallel::all_reduce(*group_, extremes, MPI_MAX);
-  arm_.resize(codes.size());
-  for (std::size_t n = 0; n < codes.size(); ++n) {
-    const double* extreme = &extremes[6 * index(cell_[n])];
-    double size = 0;
-    for (std::size_t i = 0; i < 3; ++i) size = std::max(size, extreme[3 + i] + extreme[i]);
-    for (std::size_t i = 0; i < 3; ++i)
-      arm_[n][i] = size > 0 ? (subdomain_->nodes[n][i] - 0.5 * (extreme[3 + i] - extreme[i])) / size : 0;
-  }
-}
-
-double CoarseSpace::rigid(std::size_t n, std::size_t i, std::size_t motion) const {
-  if (held_[3 * n + i] != 0) return 0;
-  if (motion < 3) return i == motion ? 1 : 0;
-  // Rotation about axis m: e_m x arm.
-  const std::size_t m = motion - 3;
-  if (i == (m + 1) % 3) return -arm_[n][(m + 2) % 3];
-  if (i == (m + 2) % 3) return arm_[n][(m + 1) % 3];
-  return 0;
 }
 
 void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasticity& elasticity,
                             const ResidualStiffness& residual_stiffness) {
-  // A tetrahedron's coarse entries are below its stiffness bound times the motions, which are below 1.
-  const auto stiffness_bound = [&](const TetrahedronOperator& t) {
-    double steepest = 0;
-    for (const auto& g : t.gradient) steepest = std::max(steepest, dot(g, g));
-    return t.volume * (std::abs(elasticity.lambda) + 2 * elasticity.mu) * steepest;
-  };
-  double stiffest = 0;
-  for (const auto& t : operators.tetrahedra) stiffest = std::max(stiffest, stiffness_bound(t));
+  // A tetrahedron's coarse entries are below its stiffness bound times the motions, which are of order 1.
   parallel::agree(*group_);
-  stiffest = parallel::largest_of_all(*group_, stiffest);
-  const double scale = std::ldexp(1.0, digits - std::ilogb(stiffest) - 8);
+  const double stiffest = parallel::largest_of_all(*group_, stiffness_bound(operators, elasticity));
+  const double scale = std::ldexp(1.0, matrix_digits - std::ilogb(stiffest));
 
-  using Block = std::array<std::int64_t, n_motions * n_motions>;
-  std::map<std::pair<std::int32_t, std::int32_t>, Block> blocks;
+  BlockSums mine(cells_.size());
+  CornerShares corners;
+  std::vector<CellNumbers> strain, stress;
   for (std::size_t number = 0; number < operators.tetrahedra.size(); ++number) {
     const auto tetrahedron = static_cast<std::int32_t>(number);
     if (!residual_stiffness.carries(tetrahedron) || subdomain_->counted[number] == 0) continue;
     const auto& t = operators.tetrahedra[number];
-    // Strains of the four corners' rigid motions; energy products between them.
-    std::array<std::array<Symmetric, n_motions>, 4> strains{};
+    corners.shares.clear();
+    corners.cells.clear();
+    corners.is_free = true;
     for (std::size_t a = 0; a < 4; ++a) {
-      const auto node = static_cast<std::size_t>(t.nodes[a]);
-      const Vector& b = t.gradient[a];
-      for (std::size_t m = 0; m < n_motions; ++m) {
-        const Vector u{rigid(node, 0, m), rigid(node, 1, m), rigid(node, 2, m)};
-        strains[a][m] = symmetric_product(u, b);
-      }
-    }
-    // Corners in the same cell move together.
-    std::array<std::int32_t, 4> cells{};
-    std::array<std::array<Symmetric, n_motions>, 4> of_cell{};
-    std::size_t n_here = 0;
-    for (std::size_t a = 0; a < 4; ++a) {
-      const std::int32_t cell = cell_[index(t.nodes[a])];
-      const auto place = static_cast<std::size_t>(
-          std::find(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(n_here), cell) -
-          cells.begin());
-      if (place == n_here) cells[n_here++] = cell;
-      for (std::size_t m = 0; m < n_motions; ++m)
-        for (std::size_t k = 0; k < 6; ++k) of_cell[place][m][k] += strains[a][m][k];
-    }
-    for (std::size_t p = 0; p < n_here; ++p) {
-      for (std::size_t q = 0; q < n_here; ++q) {
-        if (cells[q] > cells[p]) continue;
-        Block& block = blocks[{cells[p], cells[q]}];
-        for (std::size_t m = 0; m < n_motions; ++m) {
-          const Symmetric sigma = residual_stiffness.stress(tetrahedron, of_cell[p][m]);
-          for (std::size_t n = 0; n < n_motions; ++n)
-            block[n_motions * m + n] += std::llrint(scale * (t.volume * contract(sigma, of_cell[q][n])));
+      const auto node = index(t.nodes[a]);
+      const std::uint8_t* is_held = &held_[3 * node];
+      corners.is_free = corners.is_free && is_held[0] + is_held[1] + is_held[2] == 0;
+      const auto& shares = cells_.shares[node];
+      for (std::size_t s = 0; s < n_shares; ++s) {
+        if (shares.weight[s] == 0) continue;
+        const auto c = index(shares.cell[s]);
+        auto& corner = corners.shares.emplace_back();
+        corner.cell = corners.place_of(shares.cell[s]);
+        for (std::size_t i = 0; i < 3; ++i) {
+          corner.gradient[i] = t.gradient[a][i];
+          corner.free[i] = is_held[i] != 0 ? 0 : shares.weight[s] / whole;
+          corner.arm[i] = (subdomain_->nodes[node][i] - cells_.centre[c][i]) / cells_.extent[c];
         }
       }
     }
+    const std::size_t n_cells = corners.cells.size();
+    if (n_cells == 1 && corners.is_free) continue;  // it moves as a whole
+    strain.resize(6 * n_cells);
+    stress.resize(6 * n_cells);
+    const double factor = scale * t.volume;
+    const StiffnessMatrix stiffness =
+        residual_stiffness.is_intact(tetrahedron)
+            ? stiffness_matrix(elasticity, factor)
+            : stiffness_matrix([&](const Symmetric& e) { return residual_stiffness.stress(tetrahedron, e); },
+                               factor);
+    kernels_->find_strains(corners.shares.data(), corners.shares.size(), n_cells, stiffness.data(),
+                           strain.data(), stress.data());
+    for (std::size_t p = 0; p < n_cells; ++p)
+      for (std::size_t q = 0; q < n_cells; ++q)
+        if (corners.cells[q] <= corners.cells[p])
+          kernels_->add_energies(&stress[6 * p], &strain[6 * q],
+                                 mine.at(corners.cells[p], corners.cells[q]).data());
   }
+  const BlockSums sums = group_->size() > 1 ? sum_of_all(*group_, mine, cells_.size()) : std::move(mine);
 
-  std::vector<std::int64_t> packed;
-  for (const auto& [cells, block] : blocks) {
-    packed.push_back(cells.first);
-    packed.push_back(cells.second);
-    packed.insert(packed.end(), block.begin(), block.end());
-  }
-  const auto all = group_->size() > 1 ? parallel::gather_all<std::int64_t>(*group_, packed) : packed;
-  blocks.clear();
-  constexpr std::size_t stride = 2 + n_motions * n_motions;
-  for (std::size_t at = 0; at < all.size(); at += stride) {
-    Block& block = blocks[{static_cast<std::int32_t>(all[at]), static_cast<std::int32_t>(all[at + 1])}];
-    for (std::size_t k = 0; k < block.size(); ++k) block[k] += all[at + 2 + k];
-  }
-
-  const Eigen::Index size = static_cast<Eigen::Index>(n_motions) * n_cells_;
-  std::vector<Eigen::Triplet<double>> entries;
+  std::vector<PlacedBlock> blocks;
   double largest_entry = 0;
-  for (const auto& [cells, block] : blocks) {
-    for (int m = 0; m < n_motions; ++m) {
-      for (int n = 0; n < n_motions; ++n) {
-        const int row = n_motions * cells.first + m, column = n_motions * cells.second + n;
-        if (column > row) continue;
-        const double value = static_cast<double>(block[index(n_motions * m + n)]) / scale;
-        entries.emplace_back(row, column, value);
-        largest_entry = std::max(largest_entry, std::abs(value));
-      }
-    }
-  }
-  for (int i = 0; i < size; ++i) entries.emplace_back(i, i, regularization * largest_entry);
-  Eigen::SparseMatrix<double> matrix(size, size);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  factors_->solver.compute(matrix);
-  if (factors_->solver.info() != Eigen::Success)
-    throw std::runtime_error("static solver: the coarse matrix could not be factorized");
-  factors_->inverse_diagonal = factors_->solver.vectorD().cwiseInverse();
+  sums.for_each([&](std::int32_t row, std::int32_t column, const BlockSum& sum) {
+    PlacedBlock& placed = blocks.emplace_back();
+    placed.row = row;
+    placed.column = column;
+    for (std::size_t m = 0; m < n_motions; ++m)
+      for (std::size_t n = 0; n < n_motions; ++n)
+        placed.block(static_cast<int>(m), static_cast<int>(n)) =
+            static_cast<double>(sum[m].value[lane_of(n)]) / scale;
+    largest_entry = std::max(largest_entry, placed.block.cwiseAbs().maxCoeff());
+  });
+  for (std::int32_t c = 0; c < cells_.size(); ++c)
+    blocks.push_back({c, c, Block::Identity() * (regularization * largest_entry)});
+  factors_.factorize(blocks);
 }
 
-void CoarseSpace::add_correction(std::span<const double> residual, std::span<double> correction) const {
-  double largest = 0;
-  for (const double r : residual)
-    if (!(std::abs(r) <= largest)) largest = std::isnan(r) ? infinity : std::abs(r);
-  largest = parallel::largest_of_all(*group_, largest);
-  // What is not finite has no integer; the caller's other part of the preconditioner hands it on.
-  if (largest == 0 || !std::isfinite(largest)) return;
-  const double scale = std::ldexp(1.0, digits - std::ilogb(largest) - 1);
-  auto& sums = factors_->sums;
-  std::ranges::fill(sums, 0);
-  for (std::size_t n = 0; n < residual.size() / 3; ++n) {
-    std::int64_t* sum = &sums[n_motions * static_cast<std::size_t>(cell_[n])];
-    const std::array<double, 3>& arm = arm_[n];
-    std::array<double, 3> r{};
-    for (std::size_t i = 0; i < 3; ++i) r[i] = held_[3 * n + i] != 0 ? 0 : scale * residual[3 * n + i];
-    for (std::size_t i = 0; i < 3; ++i) {
-      sum[i] += std::llrint(r[i]);
-      sum[3 + i] += std::llrint(arm[(i + 1) % 3] * r[(i + 2) % 3] - arm[(i + 2) % 3] * r[(i + 1) % 3]);
-    }
+void CoarseSpace::find_motions(std::span<const float> residual) {
+  // Magnitudes are ordered as their bits are, with those of infinity and NaN at the end.
+  std::int32_t bits = 0;
+  for (const float r : residual) bits = std::max(bits, std::bit_cast<std::int32_t>(std::abs(r)));
+  const double largest_here = static_cast<double>(std::bit_cast<float>(bits));
+  largest_load_ = parallel::largest_of_all(*group_, std::isnan(largest_here) ? infinity : largest_here);
+  std::ranges::fill(numbers_, CellNumbers{});
+  // What is not finite has no integer; the other part of the preconditioner hands it on.
+  if (largest_load_ == 0 || !std::isfinite(largest_load_)) return;
+  const double scale = std::ldexp(1.0, digits_ - std::max(std::ilogb(largest_load_), -900) - 1);
+
+  // Forces and moments about the middle of the body; the cells' own follow from them.
+  const auto n_cells = index(cells_.size());
+  kernels_->add_loads(nodes(), residual.data(), scale, numbers_.data());
+  for (std::size_t c = 0; c < n_cells; ++c)
+    for (std::size_t k = 0; k < n_motions; ++k) packed_[n_motions * c + k] = numbers_[c].value[lane_of(k)];
+  if (group_->size() > 1) parallel::all_reduce(*group_, packed_, MPI_SUM);
+  for (std::size_t c = 0; c < n_cells; ++c) {
+    double* load = &packed_[n_motions * c];
+    const Vector force = (1 / (whole * scale)) * Vector{load[0], load[1], load[2]};
+    const Vector moment =
+        (1 / (whole * scale)) * Vector{load[3], load[4], load[5]} - cross(centre_[c], force);
+    std::ranges::copy(force, load);
+    std::ranges::copy(magnification_[c] * moment, load + 3);
   }
-  if (group_->size() > 1) parallel::all_reduce(*group_, sums, MPI_SUM);
-  for (std::size_t i = 0; i < sums.size(); ++i)
-    factors_->sides[static_cast<Eigen::Index>(i)] = static_cast<double>(sums[i]) / scale;
-  factors_->solve();
-  for (std::size_t n = 0; n < residual.size() / 3; ++n) {
-    const double* c = &factors_->motion[n_motions * cell_[n]];
-    const std::array<double, 3>& arm = arm_[n];
-    for (std::size_t i = 0; i < 3; ++i) {
-      if (held_[3 * n + i] != 0) continue;
-      correction[3 * n + i] +=
-          c[i] + (c[3 + (i + 1) % 3] * arm[(i + 2) % 3] - c[3 + (i + 2) % 3] * arm[(i + 1) % 3]);
-    }
+  factors_.solve(packed_);
+  for (std::size_t c = 0; c < n_cells; ++c) {
+    const double* motion = &packed_[n_motions * c];
+    const Vector rotation = (magnification_[c] / whole) * Vector{motion[3], motion[4], motion[5]};
+    const Vector translation =
+        (1 / whole) * Vector{motion[0], motion[1], motion[2]} - cross(rotation, centre_[c]);
+    std::ranges::copy(translation, numbers_[c].value);
+    std::ranges::copy(rotation, numbers_[c].value + lane_of(3));
   }
+}
+
+double CoarseSpace::add_correction(std::span<const float> residual,
+                                   std::span<const std::array<float, 6>> block, std::span<float> result) {
+  find_motions(residual);
+  const std::int32_t bits =
+      kernels_->add_motions(nodes(), residual.data(), block.data()->data(), numbers_.data(), result.data());
+  return largest_load_ * static_cast<double>(std::bit_cast<float>(bits));
 }
 
 }  // namespace crackle::mechanics

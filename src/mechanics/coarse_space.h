@@ -2,56 +2,75 @@
 #pragma once
 
 #include "crackle/geometry/subdomain.h"
+#include "crackle/mechanics/edges.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/mechanics/operators.h"
 #include "crackle/mechanics/residual_stiffness.h"
 #include "crackle/parallel/communicator.h"
 
+#include "block_factors.h"
+#include "kernels/cell_kernels.h"
+#include "node_cells.h"
+
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
 namespace crackle::mechanics {
 
-/// A coarse problem for the static solver: the rigid motions of cells of nodes.
+/// A coarse problem for the static solver: the rigid motions of cells of nodes, blended where cells overlap.
 ///
-/// The cells come from halving the body's bounding box until a cell has few nodes: they are fixed by
-/// position, not by rank. All sums are sums of integers, so the correction has the same bits for every
-/// partition. Every rank holds and factorizes the whole coarse matrix.
+/// All sums are sums of integers, so the correction has the same bits for every partition. Every rank holds
+/// and factorizes the whole coarse matrix.
 class CoarseSpace {
 public:
-  /// Collective.
+  /// Collective. The references must outlive the object.
   /// @param held 1 for each displacement component that is prescribed, 3 n_local
-  CoarseSpace(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
+  CoarseSpace(const parallel::Communicator& group, const geometry::Subdomain& subdomain, const Edges& edges,
               std::span<const std::uint8_t> held);
-  ~CoarseSpace();
 
-  /// The coarse matrix of what the tetrahedra carry, and its factors. Collective.
+  /// The coarse matrix A of what the tetrahedra carry, and its factors. Collective.
   void factorize(const PdsOperators& operators, const IsotropicElasticity& elasticity,
                  const ResidualStiffness& residual_stiffness);
 
-  /// correction += R^T A^-1 R residual, with R the rigid motions of the cells. Collective.
-  /// @param residual, correction 3 n_owned
-  void add_correction(std::span<const double> residual, std::span<double> correction) const;
+  /// result = B residual + R A^-1 R^T residual, with R the displacements of the nodes in the cells' motions.
+  /// Collective; does not allocate.
+  /// @param residual 3 n_owned, 0 at held components
+  /// @param block B of the owned node at each position
+  /// @param result 3 n_owned, as if nothing were held
+  /// @return a bound of this rank's products of a residual and its result
+  double add_correction(std::span<const float> residual, std::span<const std::array<float, 6>> block,
+                        std::span<float> result);
 
-  std::int32_t n_cells() const { return n_cells_; }
+  /// Where an owned node stands in the order of the cells.
+  std::size_t position(std::int32_t owned_node) const { return index(position_[index(owned_node)]); }
+
+  std::int32_t n_cells() const { return cells_.size(); }
 
 private:
-  struct Factors;
-
-  void find_cells();
-  /// Component `i` of node `n` in the six rigid motions of its cell.
-  double rigid(std::size_t n, std::size_t i, std::size_t motion) const;
+  void order_nodes();
+  kernels::NodesInCells nodes() const { return {groups_.data(), groups_.size(), nodes_.data()}; }
+  void find_motions(std::span<const float> residual);
 
   const parallel::Communicator* group_;
   const geometry::Subdomain* subdomain_;
   std::span<const std::uint8_t> held_;
-  std::int32_t n_cells_ = 0;
-  std::vector<std::int32_t> cell_;          // of each local node
-  std::vector<std::array<double, 3>> arm_;  // from the cell's centre, over the cell's size
-  std::unique_ptr<Factors> factors_;
+  const kernels::CellKernels* kernels_;
+  NodeCells cells_;
+  std::vector<kernels::CellGroup> groups_;
+  std::vector<kernels::NodeInCells>
+      nodes_;                           // owned; places are from the middle of the body, over half its length
+  std::vector<std::int32_t> position_;  // of each owned node in `nodes_`
+  std::vector<Vector> centre_;          // of each cell, likewise
+  std::vector<double> magnification_;   // of each cell: half the body's length over the cell's
+  int digits_ = 0;                      // of the integers that are summed
+  // Of each cell: loads while they are summed, then motions: the translation at the middle of the body, the
+  // rotation.
+  std::vector<kernels::CellNumbers> numbers_;
+  std::vector<double> packed_;  // the same without padding
+  double largest_load_ = 0;     // of all ranks
+  BlockFactors factors_;
 };
 
 }  // namespace crackle::mechanics

@@ -53,14 +53,14 @@ FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, con
                                        const IsotropicElasticity& elasticity, const Edges& edges,
                                        const ResidualStiffness& residual_stiffness,
                                        std::span<const double> inverse_mass, const FixedPointScale& scale,
-                                       InstructionSet instruction_set, std::int32_t pair_reach)
+                                       InstructionSet instruction_set, bool watches, std::int32_t pair_reach)
     : subdomain_(&subdomain),
       operators_(&operators),
       elasticity_(&elasticity),
       edges_(&edges),
       residual_stiffness_(&residual_stiffness),
       scale_(scale),
-      kernels_(&kernels::kernels<Real>(instruction_set)),
+      kernels_(&kernels::kernels<Real>(instruction_set, watches)),
       nodes_(subdomain.nodes.size(), NodeRecord<Real>{}),
       blocks_((index(subdomain.layout.n_owned) + nodes_per_block - 1) / nodes_per_block),
       block_number_(blocks_.size()),

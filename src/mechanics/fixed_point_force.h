@@ -43,11 +43,12 @@ public:
   /// The references must outlive the object.
   /// @param inverse_mass of each owned node, relative
   /// @param residual_stiffness may change, see update()
+  /// @param watches whether take_largest_contribution() is wanted of the 32-bit format
   /// @param pair_reach edges between numbers further apart take the general form, which is slower
   FixedPointForce(const geometry::Subdomain& subdomain, const PdsOperators& operators,
                   const IsotropicElasticity& elasticity, const Edges& edges,
                   const ResidualStiffness& residual_stiffness, std::span<const double> inverse_mass,
-                  const FixedPointScale& scale, InstructionSet instruction_set,
+                  const FixedPointScale& scale, InstructionSet instruction_set, bool watches = false,
                   std::int32_t pair_reach = largest_reach);
 
   const FixedPointScale& scale() const { return scale_; }
@@ -89,7 +90,7 @@ public:
   bool has_overflown() const { return !(largest_contribution_ < contribution_limit); }
 
   /// Largest contribution, or half of the largest difference of displacement if that is larger, since the
-  /// last call, in quanta; 64-bit format only.
+  /// last call, in quanta. The 64-bit format always knows it.
   double take_largest_contribution() {
     return static_cast<double>(std::exchange(largest_contribution_, Real(0)));
   }

@@ -37,6 +37,16 @@ PdsOperators make_operators(const geometry::Subdomain& subdomain, double density
   return operators;
 }
 
+double stiffness_bound(const PdsOperators& operators, const IsotropicElasticity& elasticity) {
+  double largest = 0;
+  for (const auto& t : operators.tetrahedra) {
+    double steepest = 0;
+    for (const auto& g : t.gradient) steepest = std::max(steepest, dot(g, g));
+    largest = std::max(largest, t.volume * (std::abs(elasticity.lambda) + 2 * elasticity.mu) * steepest);
+  }
+  return largest;
+}
+
 Vector dual_facet_area(const TetrahedronOperator& tetrahedron, int a, int b) {
   return tetrahedron.volume / 4 * (tetrahedron.gradient[index(b)] - tetrahedron.gradient[index(a)]);
 }

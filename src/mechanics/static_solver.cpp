@@ -3,10 +3,14 @@
 
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
+#include "crackle/common/real.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
+#include "crackle/parallel/ghost_exchange.h"
 #include "crackle/parallel/reproducible.h"
 
 #include "coarse_space.h"
+#include "conjugate_gradients.h"
 #include "stiffness_product.h"
 
 #include <algorithm>
@@ -16,14 +20,15 @@ namespace crackle::mechanics {
 
 namespace {
 
-using parallel::check_petsc;
-
 /// Residual that counts as equilibrium, in the norm that the preconditioner defines, relative to that of the
 /// loads: near the relative error of the displacement's energy norm.
 constexpr double relative_tolerance = 1e-10;
-/// The residual that conjugate gradients carry along drifts from the true one; another run makes up for it.
+/// The conjugate gradients multiply in single precision, so the residual that they carry along drifts from
+/// the true one. It is computed anew, in double precision, when it has become smaller by this factor.
+constexpr double reduction_per_run = 1e-2;
+/// What it may differ by at the end.
 constexpr double drift_allowance = 3;
-constexpr int max_runs = 4;
+constexpr int max_runs = 20;
 /// After so many runs what is left is the rounding of the product: more of it where long thin parts move far
 /// under little load. Up to this, relative to the loads, that is an equilibrium.
 constexpr double rounding_allowance = 1e-7;
@@ -61,7 +66,6 @@ Symmetric inverse_on_free(const Symmetric& k, const std::uint8_t* held) {
 
 }  // namespace
 
-/// What PETSc's solver sees: the operator and the preconditioner on the free components.
 class StaticSolver::Problem {
 public:
   Problem(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
@@ -75,29 +79,24 @@ public:
         held_(std::move(held)),
         round_node_(node_tetrahedra(subdomain)),
         product_(group, subdomain, operators, elasticity, edges, residual_stiffness),
-        coarse_(group, subdomain, held_),
+        fast_product_(group, subdomain, operators, elasticity, edges, residual_stiffness),
+        coarse_(group, subdomain, edges, held_),
         inverse_block_(static_cast<std::size_t>(subdomain.layout.n_owned)),
-        residual_(group, subdomain.layout),
-        correction_(group, subdomain.layout),
-        operand_(group, subdomain.layout),
-        gradients_(residual_.vector()) {
+        product_result_(3 * inverse_block_.size()),
+        residual_(product_result_.size()),
+        correction_(product_result_.size()),
+        unmoved_(group, subdomain.layout),
+        direction_(subdomain.nodes.size()),
+        ghosts_(group, subdomain.layout),
+        gradients_(group, *this) {
     for (std::int32_t node = 0; node < subdomain.layout.n_owned; ++node) update_block(node);
-    const PetscInt n = 3 * subdomain.layout.n_owned;
-    check_petsc(MatCreateShell(group.get(), n, n, PETSC_DETERMINE, PETSC_DETERMINE, this, matrix_.put()),
-                "MatCreateShell");
-    check_petsc(
-        MatShellSetOperation(matrix_.get(), MATOP_MULT, reinterpret_cast<void (*)(void)>(petsc_multiply)),
-        "MatShellSetOperation");
-    check_petsc(PCCreate(group.get(), preconditioner_.put()), "PCCreate");
-    check_petsc(PCSetType(preconditioner_.get(), PCSHELL), "PCSetType");
-    check_petsc(PCShellSetContext(preconditioner_.get(), this), "PCShellSetContext");
-    check_petsc(PCShellSetApply(preconditioner_.get(), petsc_precondition), "PCShellSetApply");
-    check_petsc(PCSetOperators(preconditioner_.get(), matrix_.get(), matrix_.get()), "PCSetOperators");
-    check_petsc(PCSetUp(preconditioner_.get()), "PCSetUp");
+    for (std::size_t i = 0; i < 3 * inverse_block_.size(); ++i)
+      if (held_[i] != 0) held_components_.push_back(i);
   }
 
   void release(std::span<const std::int32_t> tetrahedra) {
     product_.update(tetrahedra);
+    fast_product_.update(tetrahedra);
     for (const auto t : tetrahedra)
       for (const auto node : subdomain_->tetrahedra[index(t)])
         if (node < subdomain_->layout.n_owned) update_block(node);
@@ -111,11 +110,11 @@ public:
     parallel::agree(*group_);
     // The reference is the residual of a body whose free components have not moved.
     for (std::size_t i = 0; i < held_.size(); ++i)
-      operand_.local()[i] = held_[i] != 0 ? displacement.local()[i] : 0;
-    const double reference = find_residual(force, operand_);
+      unmoved_.local()[i] = held_[i] != 0 ? displacement.local()[i] : 0;
+    const double reference = find_residual(force, unmoved_);
     final_residual_ = 0;
     if (reference == 0) {  // so it is in equilibrium, whatever the guess was
-      displacement.assign(operand_);
+      displacement.assign(unmoved_);
       return 0;
     }
     const double tolerance = relative_tolerance * reference;
@@ -137,13 +136,14 @@ public:
             "iterations",
             residual / reference, iterations);
       }
+      using Start = ConjugateGradients<Problem>::Start;
       const auto [has_converged, n] =
-          gradients_.solve(matrix_.get(), preconditioner_.get(), residual_.vector(), correction_.vector(),
-                           tolerance, max_iterations);
+          gradients_.solve(residual_, correction_, std::max(tolerance, reduction_per_run * residual) / unit_,
+                           max_iterations, run == 0 ? Start::afresh : Start::beside_the_last);
       iterations += n;
-      const auto correction = correction_.owned();
       const auto result = displacement.owned();
-      for (std::size_t i = 0; i < result.size(); ++i) result[i] += correction[i];
+      for (std::size_t i = 0; i < result.size(); ++i)
+        result[i] += unit_ * static_cast<double>(correction_[i]);
       displacement.update_ghosts();
       if (!has_converged)
         fail<NoEquilibrium>("static equilibrium: no convergence in {} iterations", iterations);
@@ -157,21 +157,27 @@ public:
   }
 
 private:
-  /// Into residual_: f - K u on the free components.
+  /// Into residual_: f - K u on the free components, over a unit that suits single precision.
   /// @return its norm in the preconditioner's scalar product
   double find_residual(std::span<const double> force, parallel::NodeField& displacement) {
     displacement.update_ghosts();
-    const auto residual = residual_.owned();
     try {
-      product_.apply(displacement, residual);
+      product_.apply(displacement.local(), product_result_);
     } catch (const std::runtime_error& error) {  // what it refuses, it refuses on every rank
       fail<NoEquilibrium>("static equilibrium: {}", error.what());
     }
-    for (std::size_t i = 0; i < residual.size(); ++i)
-      residual[i] = held_[i] != 0 ? 0 : force[i] - residual[i];
-    residual_.mark_changed();
-    precondition(residual, correction_.owned());
-    return std::sqrt(parallel::reproducible_dot(group_->get(), residual, correction_.owned()));
+    double largest = 0;
+    for (std::size_t i = 0; i < residual_.size(); ++i) {
+      double& residual = product_result_[i];
+      residual = held_[i] != 0 ? 0 : force[i] - residual;
+      if (!(std::abs(residual) <= largest)) largest = std::isnan(residual) ? infinity : std::abs(residual);
+    }
+    largest = parallel::largest_of_all(*group_, largest);
+    if (largest == 0 || !std::isfinite(largest)) return largest;
+    unit_ = std::ldexp(1.0, std::ilogb(largest));
+    for (std::size_t i = 0; i < residual_.size(); ++i)
+      residual_[i] = static_cast<float>(product_result_[i] / unit_);
+    return unit_ * std::sqrt(precondition(residual_, correction_));
   }
 
   void refresh_coarse() {
@@ -206,45 +212,28 @@ private:
       k[4] += mean * (g[0] * g[2]);
       k[5] += mean * (g[0] * g[1]);
     }
-    inverse_block_[index(node)] = inverse_on_free(k, &held_[3 * index(node)]);
+    const Symmetric inverse = inverse_on_free(k, &held_[3 * index(node)]);
+    std::ranges::transform(inverse, inverse_block_[coarse_.position(node)].begin(),
+                           [](double x) { return static_cast<float>(x); });
   }
 
-  void multiply(std::span<const double> x, std::span<double> y) {
-    std::ranges::copy(x, operand_.owned().begin());
-    operand_.update_ghosts();
-    product_.apply(operand_, y);
-    for (std::size_t i = 0; i < y.size(); ++i)
-      if (held_[i] != 0) y[i] = 0;
+  // What conjugate gradients see: the operator and the preconditioner on the free components.
+  friend ConjugateGradients<Problem>;
+
+  std::span<float> direction() { return {direction_.data()->data(), 3 * inverse_block_.size()}; }
+
+  double multiply(std::span<float> image) {
+    ghosts_.update(direction_);
+    const double curvature = fast_product_.apply({direction_.data()->data(), 3 * direction_.size()}, image);
+    for (const auto i : held_components_) image[i] = 0;
+    return curvature;
   }
 
-  void precondition(std::span<const double> x, std::span<double> y) const {
-    for (std::size_t n = 0; n < inverse_block_.size(); ++n) {
-      const Vector z = mechanics::apply(inverse_block_[n], {x[3 * n], x[3 * n + 1], x[3 * n + 2]});
-      std::ranges::copy(z, y.begin() + static_cast<std::ptrdiff_t>(3 * n));
-    }
-    coarse_.add_correction(x, y);
-  }
-
-  /// Calls work(x, y) on the vectors' owned values.
-  template <class Work>
-  static PetscErrorCode on_values(Vec x, Vec y, const Work& work) {
-    return parallel::without_exceptions([&] {
-      const parallel::ReadValues from(x);
-      const parallel::WrittenValues to(y);
-      work(*from, *to);
-    });
-  }
-
-  static PetscErrorCode petsc_multiply(Mat matrix, Vec x, Vec y) {
-    Problem* problem = nullptr;
-    PetscCall(MatShellGetContext(matrix, &problem));
-    return on_values(x, y, [&](auto from, auto to) { problem->multiply(from, to); });
-  }
-
-  static PetscErrorCode petsc_precondition(PC preconditioner, Vec x, Vec y) {
-    Problem* problem = nullptr;
-    PetscCall(PCShellGetContext(preconditioner, &problem));
-    return on_values(x, y, [&](auto from, auto to) { problem->precondition(from, to); });
+  double precondition(std::span<const float> residual, std::span<float> result) {
+    parallel::LargestProduct largest;
+    largest.see(coarse_.add_correction(residual, inverse_block_, result));
+    for (const auto i : held_components_) result[i] = 0;
+    return parallel::reproducible_dot(group_->get(), residual, result, largest);
   }
 
   const parallel::Communicator* group_;
@@ -254,15 +243,20 @@ private:
   const ResidualStiffness* residual_stiffness_;
   HeldComponents held_;
   NodeTetrahedra round_node_;
-  StiffnessProduct product_;
+  StiffnessProduct<double> product_;
+  StiffnessProduct<float> fast_product_;
   CoarseSpace coarse_;
-  std::vector<Symmetric> inverse_block_;  // of each owned node
-  parallel::NodeField residual_;
-  parallel::NodeField correction_;
-  parallel::NodeField operand_;
-  parallel::MatOwner matrix_;
-  parallel::PcOwner preconditioner_;
-  parallel::ConjugateGradients gradients_;
+  std::vector<std::array<float, 6>> inverse_block_;  // of the owned nodes, in the order of the coarse space
+  std::vector<std::size_t> held_components_;         // of owned nodes
+  std::vector<double> product_result_;
+  double unit_ = 1;  // of residual and correction
+  std::vector<float> residual_;
+  std::vector<float> correction_;
+  parallel::NodeField unmoved_;  // the displacement while no free component has moved
+  using Numbers = std::array<float, 3>;
+  std::vector<Numbers> direction_;  // of each local node
+  parallel::GhostExchange<Numbers> ghosts_;
+  ConjugateGradients<Problem> gradients_;
   bool coarse_is_current_ = false;
   double final_residual_ = 0;
   int fresh_iterations_ = 0;  // of the first solve with the current coarse matrix; 0 before it

@@ -2,18 +2,20 @@
 #pragma once
 
 #include "crackle/parallel/communicator.h"
-#include "crackle/parallel/node_field.h"
 #include "fixed_point_force.h"
 
-#include <memory>
 #include <optional>
 #include <span>
 
 namespace crackle::mechanics {
 
-/// K u in double precision through the fast edge loop, with the same bits for every partition. The scale of
-/// the fixed-point numbers follows the operand, from product to product: by its largest component and by the
-/// largest contribution of an edge of the body, which do not depend on the partition.
+/// K u through the fast edge loop, with the same bits for every partition. The scale of the fixed-point
+/// numbers follows the operand, from product to product: by its largest component and by the largest
+/// contribution of an edge of the body, which do not depend on the partition.
+///
+/// @tparam Real double is as exact as an explicit matrix; float rounds coefficients and differences of the
+///   operand to 24 bits, and is several times as fast
+template <class Real>
 class StiffnessProduct {
 public:
   /// Collective. The references must outlive the object.
@@ -21,19 +23,20 @@ public:
                    const PdsOperators& operators, const IsotropicElasticity& elasticity, const Edges& edges,
                    const ResidualStiffness& residual_stiffness);
 
-  /// @param displacement ghosts up to date
+  /// @param displacement 3 n_local, ghosts up to date
   /// @param force of the owned nodes, 3 n_owned [N]
+  /// @return displacement . force of all ranks, of the displacement as the format rounds it [N m]
   /// Collective.
   /// @throws std::runtime_error on every rank when the operand is not finite
-  void apply(const parallel::NodeField& displacement, std::span<double> force);
+  double apply(std::span<const Real> displacement, std::span<Real> force);
 
   /// After tetrahedra were broken. Local.
-  void update(std::span<const std::int32_t> tetrahedra) { force_->update(tetrahedra, false); }
+  void update(std::span<const std::int32_t> tetrahedra) { force_.update(tetrahedra, false); }
 
 private:
   const parallel::Communicator* group_;
-  std::unique_ptr<FixedPointForce<double>> force_;
   double unit_ = 0;  // force quantum per displacement quantum [N/m]
+  FixedPointForce<Real> force_;
   // Of the largest contribution over the largest displacement, last time; empty where that is not known.
   std::optional<int> gain_exponent_;
 };

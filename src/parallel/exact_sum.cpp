@@ -92,6 +92,16 @@ void ExactSum::all_reduce(const Communicator& group) {
   carry();
 }
 
+double integer_sum(const Communicator& group, __int128 mine) {
+  constexpr int bits = 48;
+  constexpr __int128 mask = (__int128{1} << bits) - 1;
+  std::array<std::int64_t, 3> parts{static_cast<std::int64_t>(mine & mask),
+                                    static_cast<std::int64_t>((mine >> bits) & mask),
+                                    static_cast<std::int64_t>(mine >> 2 * bits)};
+  if (group.size() > 1) parallel::all_reduce(group, parts, MPI_SUM);
+  return static_cast<double>(((static_cast<__int128>(parts[2]) << bits) + parts[1]) * (mask + 1) + parts[0]);
+}
+
 double exact_sum(const Communicator& group, std::span<const double> terms) {
   return agreed_sum(group, [&](ExactSum& sum) {
     for (const double term : terms) sum.add(term);

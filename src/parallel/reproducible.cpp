@@ -16,22 +16,13 @@ constexpr int bits_per_part = 36;
 constexpr double shift = 6755399441055744.0;
 constexpr std::int64_t shift_bits = 0x4338000000000000;
 
-/// The bits of the largest magnitude among the products. Bits of magnitudes are ordered as the magnitudes
-/// are, with those of NaN above infinity: unlike a comparison of doubles, this loses no NaN, here or between
-/// ranks.
-std::int64_t largest_product(std::span<const double> a, std::span<const double> b) {
-  std::int64_t largest = 0;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    largest = std::max(largest, std::bit_cast<std::int64_t>(std::abs(a[i] * b[i])));
-  return largest;
-}
-
-std::array<std::int64_t, 2> sum_parts(std::span<const double> a, std::span<const double> b, double to_high) {
+template <class Real>
+std::array<std::int64_t, 2> sum_parts(std::span<const Real> a, std::span<const Real> b, double to_high) {
   const double from_high = 1 / to_high;
   const double to_low = to_high * std::ldexp(1.0, bits_per_part);
   std::int64_t high = 0, low = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
-    const double product = a[i] * b[i];
+    const double product = static_cast<double>(a[i]) * static_cast<double>(b[i]);
     const double shifted = product * to_high + shift;
     high += std::bit_cast<std::int64_t>(shifted) - shift_bits;
     const double rest = product - (shifted - shift) * from_high;
@@ -40,36 +31,10 @@ std::array<std::int64_t, 2> sum_parts(std::span<const double> a, std::span<const
   return {high, low};
 }
 
-/// Calls work(value of x, value of y to change) for every place. Plain loops: BLAS may fuse operations
-/// differently at the ends of an array.
-template <class Work>
-void update(Vec x, Vec y, const Work& work) {
-  const ReadValues x_values(x);
-  const WrittenValues y_values(y);
-  const std::span from = *x_values;
-  const std::span to = *y_values;
-  for (std::size_t i = 0; i < from.size(); ++i) work(from[i], to[i]);
-}
-
-void add(double factor, Vec x, Vec y) {
-  update(x, y, [factor](double from, double& to) { to += factor * from; });
-}
-
-double dot(Vec x, Vec y) {
-  const ReadValues a(x), b(y);
-  return reproducible_dot(PetscObjectComm(reinterpret_cast<PetscObject>(x)), *a, *b);
-}
-
-VecOwner duplicate(Vec like) {
-  VecOwner vector;
-  check_petsc(VecDuplicate(like, vector.put()), "VecDuplicate");
-  return vector;
-}
-
-}  // namespace
-
-double reproducible_dot(MPI_Comm communicator, std::span<const double> a, std::span<const double> b) {
-  std::int64_t largest_bits = largest_product(a, b);
+template <class Real>
+double dot(MPI_Comm communicator, std::span<const Real> a, std::span<const Real> b,
+           LargestProduct largest_here) {
+  std::int64_t largest_bits = largest_here.bits();
   int n_ranks = 1;
   check_mpi(MPI_Comm_size(communicator, &n_ranks), "MPI_Comm_size");
   if (n_ranks > 1)
@@ -87,30 +52,17 @@ double reproducible_dot(MPI_Comm communicator, std::span<const double> a, std::s
          std::ldexp(static_cast<double>(parts[1]) / to_high, -bits_per_part);
 }
 
-ConjugateGradients::ConjugateGradients(Vec like)
-    : preconditioned_(duplicate(like)), direction_(duplicate(like)), image_(duplicate(like)) {}
+}  // namespace
 
-ConjugateGradients::Outcome ConjugateGradients::solve(Mat matrix, PC preconditioner, Vec residual,
-                                                      Vec solution, double tolerance, int max_iterations) {
-  const Vec z = preconditioned_.get(), p = direction_.get(), w = image_.get();
-  check_petsc(VecSet(solution, 0), "VecSet");
-  double beta_before = 0;
-  for (int n = 0;; ++n) {
-    check_petsc(PCApply(preconditioner, residual, z), "PCApply");
-    const double beta = dot(z, residual);
-    const double norm = std::sqrt(std::abs(beta));
-    if (norm <= tolerance) return {true, n};
-    if (n == max_iterations || !std::isfinite(norm)) return {false, n};
-    const double ratio = n == 0 ? 0 : beta / beta_before;
-    update(z, p, [n, ratio](double from, double& to) { to = n == 0 ? from : from + ratio * to; });
-    check_petsc(MatMult(matrix, p, w), "MatMult");
-    const double curvature = dot(p, w);
-    if (!(curvature > 0)) return {false, n + 1};
-    const double step = beta / curvature;
-    add(step, p, solution);
-    add(-step, w, residual);
-    beta_before = beta;
-  }
+double reproducible_dot(MPI_Comm communicator, std::span<const double> a, std::span<const double> b) {
+  LargestProduct largest;
+  for (std::size_t i = 0; i < a.size(); ++i) largest.see(a[i] * b[i]);
+  return dot(communicator, a, b, largest);
+}
+
+double reproducible_dot(MPI_Comm communicator, std::span<const float> a, std::span<const float> b,
+                        LargestProduct largest) {
+  return dot(communicator, a, b, largest);
 }
 
 }  // namespace crackle::parallel

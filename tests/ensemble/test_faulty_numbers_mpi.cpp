@@ -9,10 +9,12 @@
 #include "crackle/parallel/exact_sum.h"
 #include "crackle/parallel/reproducible.h"
 
+#include "mechanics/conjugate_gradients.h"
 #include "support/box_mesh.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -107,7 +109,7 @@ TEST_F(FaultyNumbers, AreNoEquilibrium) {
   while (free < 3 * n_owned && held[free] != 0) ++free;
   const std::vector<double> good(3 * n_owned, 1.0);
 
-  for (const double fault : {nan, infinity, 1e200}) {
+  for (const double fault : {nan, infinity}) {
     auto force = good;
     if (is_last() && free < force.size()) force[free] = fault;
     parallel::NodeField displacement(world_, part_.layout);
@@ -129,44 +131,47 @@ TEST_F(FaultyNumbers, AreNoEquilibrium) {
   EXPECT_GT(solver.solve(good, fresh), 0);
 }
 
-TEST(WithoutExceptions, ReturnsTheErrorCodeOfPetsc) {
-  EXPECT_EQ(parallel::without_exceptions([] {}), 0);
-  EXPECT_EQ(parallel::without_exceptions([] { throw std::runtime_error("the network is down"); }),
-            PETSC_ERR_LIB);
-  EXPECT_EQ(parallel::without_exceptions([] { throw 1; }), PETSC_ERR_LIB);
-}
+/// A multiple of one, which needs no preconditioner.
+struct Diagonal {
+  const parallel::Communicator& group;
+  float value;
+  std::vector<float> values = std::vector<float>(20);
+
+  double dot(std::span<const float> a, std::span<const float> b) const {
+    parallel::LargestProduct largest;
+    for (std::size_t i = 0; i < a.size(); ++i)
+      largest.see(static_cast<double>(a[i]) * static_cast<double>(b[i]));
+    return parallel::reproducible_dot(group.get(), a, b, largest);
+  }
+  std::span<float> direction() { return values; }
+  double multiply(std::span<float> image) const {
+    for (std::size_t i = 0; i < image.size(); ++i) image[i] = value * values[i];
+    return dot(values, image);
+  }
+  double precondition(std::span<const float> residual, std::span<float> result) const {
+    std::ranges::copy(residual, result.begin());
+    return dot(residual, result);
+  }
+};
 
 /// Conjugate gradients end at a number that is none, on all ranks alike, and at a matrix that is not
 /// definite.
 TEST_F(FaultyNumbers, ConjugateGradientsEnd) {
-  parallel::NodeField right(world_, part_.layout), solution(world_, part_.layout);
-  parallel::ConjugateGradients gradients(right.vector());
-  const auto diagonal = [&](double value) {
-    parallel::MatOwner matrix;
-    parallel::check_petsc(MatCreateConstantDiagonal(world_.get(), static_cast<PetscInt>(right.owned().size()),
-                                                    static_cast<PetscInt>(right.owned().size()),
-                                                    PETSC_DETERMINE, PETSC_DETERMINE, value, matrix.put()),
-                          "MatCreateConstantDiagonal");
-    return matrix;
-  };
-  parallel::PcOwner none;
-  parallel::check_petsc(PCCreate(world_.get(), none.put()), "PCCreate");
-  parallel::check_petsc(PCSetType(none.get(), PCNONE), "PCSetType");
-  const auto solve = [&](double value, double last) {
-    const auto matrix = diagonal(value);
-    parallel::check_petsc(PCSetOperators(none.get(), matrix.get(), matrix.get()), "PCSetOperators");
-    std::ranges::fill(right.owned(), 1.0);
-    if (is_last()) right.owned().back() = last;
-    right.mark_changed();
-    return gradients.solve(matrix.get(), none.get(), right.vector(), solution.vector(), 1e-12, 10);
+  std::vector<float> solution(20);
+  const auto solve = [&](float value, float last) {
+    Diagonal system{world_, value};
+    mechanics::ConjugateGradients<Diagonal> gradients(world_, system);
+    std::vector<float> right(20, 1.0F);
+    if (is_last()) right.back() = last;
+    return gradients.solve(right, solution, 1e-12, 10);
   };
   const auto solved = solve(4, 1);
   EXPECT_TRUE(solved.has_converged);
   EXPECT_EQ(solved.n_iterations, 1);
-  for (const double x : solution.owned()) EXPECT_EQ(x, 0.25);
+  for (const float x : solution) EXPECT_EQ(x, 0.25F);
   EXPECT_FALSE(solve(-4, 1).has_converged);
-  EXPECT_FALSE(solve(4, std::numeric_limits<double>::quiet_NaN()).has_converged);
-  EXPECT_FALSE(solve(4, std::numeric_limits<double>::infinity()).has_converged);
+  EXPECT_FALSE(solve(4, std::numeric_limits<float>::quiet_NaN()).has_converged);
+  EXPECT_FALSE(solve(4, std::numeric_limits<float>::infinity()).has_converged);
 }
 
 }  // namespace

@@ -52,7 +52,7 @@ protected:
     const std::vector<double> no_mass(static_cast<std::size_t>(subdomain.layout.n_owned), 1.0);
     const auto scale = fixed_point_scale<Real>({.stretch = 1e-4, .velocity = 1, .force = 4000});
     return FixedPointForce<Real>(subdomain, body.operators(), body.elasticity(), body.edges(),
-                                 body.residual_stiffness(), no_mass, scale, set, pair_reach);
+                                 body.residual_stiffness(), no_mass, scale, set, false, pair_reach);
   }
 
   template <class Real>

@@ -174,57 +174,76 @@ protected:
     EXPECT_EQ(mine.force, all.force);
   }
 
+  template <class Real>
+  static void compare_products(Share& shared, Share& alone, double accuracy);
+
   geometry::Realization mesh_;
 };
 
-std::unique_ptr<mechanics::StiffnessProduct> product_of(const Share& share) {
-  return std::make_unique<mechanics::StiffnessProduct>(share.group, share.subdomain, share.body.operators(),
-                                                       share.body.elasticity(), share.body.edges(),
-                                                       share.body.residual_stiffness());
+template <class Real>
+std::unique_ptr<mechanics::StiffnessProduct<Real>> product_of(const Share& share) {
+  return std::make_unique<mechanics::StiffnessProduct<Real>>(
+      share.group, share.subdomain, share.body.operators(), share.body.elasticity(), share.body.edges(),
+      share.body.residual_stiffness());
+}
+
+template <class Real>
+std::vector<Real> converted(std::span<const double> values) {
+  return {values.begin(), values.end()};
+}
+
+/// Products of many operands, of the body as it breaks.
+/// @param accuracy of a force, over modulus times length times the largest displacement
+template <class Real>
+void PartitionBits::compare_products(Share& shared, Share& alone, double accuracy) {
+  shared.break_some(4);
+  alone.break_some(4);
+  const auto shared_product = product_of<Real>(shared);
+  const auto product = product_of<Real>(alone);
+  for (int number = 0; number < 36; ++number) {
+    if (number == 18) {
+      shared_product->update(shared.break_some(7));
+      product->update(alone.break_some(7));
+    }
+    const auto at = [&](std::int64_t node, const Point& p) { return operand(number, node, p); };
+    const NodeField field = shared.field(at), whole_field = alone.field(at);
+    const auto mine = converted<Real>(field.local()), all = converted<Real>(whole_field.local());
+    std::vector<Real> force(field.owned().size(), -1), whole_force(whole_field.owned().size(), -1);
+    EXPECT_EQ(shared_product->apply(mine, force), product->apply(all, whole_force)) << "operand " << number;
+    const std::vector<double> exact(force.begin(), force.end()),
+        whole_exact(whole_force.begin(), whole_force.end());
+    EXPECT_EQ(n_different(shared, exact, alone, whole_exact), 0) << "operand " << number;
+    // And it is the product: a force that an overflow has spoilt may well be the same everywhere.
+    std::vector<double> plain(all.size());
+    alone.body.force().evaluate(std::vector<double>(all.begin(), all.end()), plain);
+    double largest = 0, error = 0;
+    for (std::size_t i = 0; i < plain.size(); ++i) {
+      largest = std::max(largest, std::abs(static_cast<double>(all[i])));
+      error = std::max(error, std::abs(plain[i] - whole_exact[i]));
+    }
+    const double stiffness = shared.parameters.material.youngs_modulus * 1e-3;
+    EXPECT_LT(error, accuracy * stiffness * largest) << "operand " << number;
+  }
 }
 
 TEST_F(PartitionBits, StiffnessProducts) {
-  on_partitions([&](Share& shared, Share& alone) {
-    shared.break_some(4);
-    alone.break_some(4);
-    const auto shared_product = product_of(shared);
-    const auto product = product_of(alone);
-    for (int number = 0; number < 36; ++number) {
-      if (number == 18) {
-        shared_product->update(shared.break_some(7));
-        product->update(alone.break_some(7));
-      }
-      const auto at = [&](std::int64_t node, const Point& p) { return operand(number, node, p); };
-      const NodeField mine = shared.field(at);
-      const NodeField all = alone.field(at);
-      std::vector<double> force(mine.owned().size(), -1), whole_force(all.owned().size(), -1);
-      shared_product->apply(mine, force);
-      product->apply(all, whole_force);
-      EXPECT_EQ(n_different(shared, force, alone, whole_force), 0) << "operand " << number;
-      // And it is the product: a force that an overflow has spoilt may well be the same everywhere.
-      std::vector<double> plain(all.local().size());
-      alone.body.force().evaluate(all.local(), plain);
-      double largest = 0, error = 0;
-      for (std::size_t i = 0; i < plain.size(); ++i) {
-        largest = std::max(largest, std::abs(all.local()[i]));
-        error = std::max(error, std::abs(plain[i] - whole_force[i]));
-      }
-      const double stiffness = shared.parameters.material.youngs_modulus * 1e-3;
-      EXPECT_LT(error, 1e-12 * stiffness * largest) << "operand " << number;
-    }
-  });
+  on_partitions([&](Share& shared, Share& alone) { compare_products<double>(shared, alone, 1e-12); });
+}
+
+TEST_F(PartitionBits, StiffnessProductsInSinglePrecision) {
+  on_partitions([&](Share& shared, Share& alone) { compare_products<float>(shared, alone, 1e-5); });
 }
 
 TEST_F(PartitionBits, AnOperandThatIsNotFiniteIsRefusedByAll) {
   const auto partition = test::hostile_partitions(size).front().make;
   const Share shared(MPI_COMM_WORLD, mesh_, partition);
-  const auto product = product_of(shared);
+  const auto product = product_of<double>(shared);
   std::vector<double> force(3 * static_cast<std::size_t>(shared.subdomain.layout.n_owned));
   for (const double wrong : {std::nan(""), std::numeric_limits<double>::infinity()}) {
     const NodeField operand = shared.field([&](std::int64_t node, const Point&) {
       return std::array<double, 3>{0, node == 100 ? wrong : 1, 0};
     });
-    EXPECT_THROW(product->apply(operand, force), std::runtime_error);
+    EXPECT_THROW(product->apply(operand.local(), force), std::runtime_error);
   }
 }
 
@@ -260,15 +279,20 @@ TEST_F(PartitionBits, CoarseCorrections) {
     shared.break_some(4);
     alone.break_some(4);
     const auto held = shared.held(), all_held = alone.held();
-    mechanics::CoarseSpace mine(shared.group, shared.subdomain, held);
-    mechanics::CoarseSpace all(alone.group, alone.subdomain, all_held);
+    mechanics::CoarseSpace mine(shared.group, shared.subdomain, shared.body.edges(), held);
+    mechanics::CoarseSpace all(alone.group, alone.subdomain, alone.body.edges(), all_held);
     mine.factorize(shared.body.operators(), shared.body.elasticity(), shared.body.residual_stiffness());
     all.factorize(alone.body.operators(), alone.body.elasticity(), alone.body.residual_stiffness());
     for (int number = 0; number < 12; ++number) {
       const auto at = [&](std::int64_t node, const Point& p) { return operand(number, node, p); };
-      std::vector<double> correction(shared.field(at).owned().size()), whole(alone.field(at).owned().size());
-      mine.add_correction(shared.field(at).owned(), correction);
-      all.add_correction(alone.field(at).owned(), whole);
+      const auto corrected = [&](mechanics::CoarseSpace& space, const Share& share) {
+        const auto residual = converted<float>(share.field(at).owned());
+        const std::vector<std::array<float, 6>> block(residual.size() / 3, {1, 2, 3, 0.5, 0.25, 0.125});
+        std::vector<float> result(residual.size());
+        space.add_correction(residual, block, result);
+        return std::vector<double>(result.begin(), result.end());
+      };
+      const auto correction = corrected(mine, shared), whole = corrected(all, alone);
       EXPECT_EQ(n_different(shared, correction, alone, whole), 0) << "residual " << number;
     }
   });

@@ -3,6 +3,7 @@
 
 #include "crackle/common/index.h"
 #include "crackle/geometry/subdomain.h"
+#include "crackle/mechanics/elasticity.h"
 #include "crackle/mechanics/tensor.h"
 
 #include <array>
@@ -31,6 +32,9 @@ PdsOperators make_operators(const geometry::Subdomain& subdomain, double density
 /// b^a of a tetrahedron and its volume from the corner coordinates.
 TetrahedronOperator tetrahedron_operator(const geometry::Tetrahedron& nodes,
                                          const std::array<geometry::Point, 4>& x);
+
+/// A bound of the entries of every tetrahedron's stiffness matrix [N/m].
+double stiffness_bound(const PdsOperators& operators, const IsotropicElasticity& elasticity);
 
 /// Vector area S^ab = V (b^b - b^a) / 4 of the dual facet between particles a and b, from a to b [m^2].
 Vector dual_facet_area(const TetrahedronOperator& tetrahedron, int a, int b);

@@ -25,8 +25,9 @@ public:
 /// Which displacement components are prescribed; ghost nodes included.
 using HeldComponents = std::vector<std::uint8_t>;  ///< 3 n_local, 1 where prescribed
 
-/// Static equilibrium K u = f: PETSc's conjugate gradients, without a matrix: the product is the fast edge
-/// loop, the preconditioner a block Jacobi and a coarse correction by rigid motions of cells.
+/// Static equilibrium K u = f: conjugate gradients without a matrix. The product is the fast edge loop in
+/// single precision, the preconditioner a block Jacobi and a coarse correction by rigid motions of cells; now
+/// and then the residual is computed anew in double precision.
 ///
 /// Every sum is independent of its order, so the solution has the same bits for every partition.
 class StaticSolver {

@@ -33,6 +33,10 @@ private:
   std::int64_t terms_since_carry_ = 0;
 };
 
+/// The sum of all ranks' integers, rounded to a double: equal on every rank. Collective; does not agree()
+/// before.
+double integer_sum(const Communicator& group, __int128 mine);
+
 /// The sum of all ranks' terms, equal on every rank. Collective.
 /// @throws AgreedError on every rank when a term is not finite
 double exact_sum(const Communicator& group, std::span<const double> terms);

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The hot loops of the static solver's preconditioner. Compiled once for each instruction set; all give the
+// same bits.
+#pragma once
+
+#include "crackle/common/instruction_set.h"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace crackle::kernels {
+
+/// The rigid motions of a cell: three translations, three rotations. Each three have a fourth place that is
+/// padding, so that a register of four numbers holds them.
+inline constexpr std::size_t n_motions = 6;
+constexpr std::size_t lane_of(std::size_t motion) {
+  return motion < 3 ? motion : motion + 1;
+}
+struct alignas(64) CellNumbers {
+  double value[8];
+};
+struct alignas(64) CellIntegers {
+  std::int64_t value[8];
+};
+
+/// Nodes belong to as many cells each; some have no weight.
+inline constexpr std::size_t n_shares = 4;
+struct CellGroup {
+  std::int32_t cell[n_shares];
+  std::int32_t n_nodes;  ///< that belong to these cells
+};
+struct alignas(32) NodeInCells {
+  float weight[n_shares];  ///< whole numbers
+  float place[3];
+  std::int32_t node;
+};
+/// The nodes, ordered by their cells.
+struct NodesInCells {
+  const CellGroup* groups;
+  std::size_t n_groups;
+  const NodeInCells* nodes;
+};
+
+/// A corner's part in the motion of a cell.
+struct CornerShare {
+  double gradient[3];
+  double free[3];  ///< the share's weight, and 0 for a component that is held
+  double arm[3];   ///< from the cell's centre
+  int cell;        ///< place in the tetrahedron's cells
+};
+
+struct CellKernels {
+  /// sums[cell] += weight (r, place x r) over the nodes, with each of the six numbers rounded to an integer.
+  /// @param load r = scale times it, three numbers of each node
+  void (*add_loads)(NodesInCells nodes, const float* load, double scale, CellNumbers* sums);
+  /// result = B load + t + r x place, with t and r the sums of weight times the cells' motions.
+  /// @param block the six numbers of B in the order of the nodes: xx, yy, zz, yz, xz, xy
+  /// @return the bits of the largest magnitude in the result
+  std::int32_t (*add_motions)(NodesInCells nodes, const float* load, const float* block,
+                              const CellNumbers* motion, float* result);
+  /// The strains of a tetrahedron in the motions of its cells, by component, and the stresses in balance with
+  /// them.
+  /// @param strain, stress six for each cell
+  /// @param stiffness stress by strain, 6 x 6
+  void (*find_strains)(const CornerShare* shares, std::size_t n_shares, std::size_t n_cells,
+                       const double (*stiffness)[6], CellNumbers* strain, CellNumbers* stress);
+  /// block[m] += stress in motion m . strain in all motions, rounded to integers below 2^51.
+  void (*add_energies)(const CellNumbers* stress, const CellNumbers* strain, CellIntegers* block);
+};
+
+/// @pre the machine has the instruction set
+const CellKernels& cell_kernels(InstructionSet set);
+
+}  // namespace crackle::kernels

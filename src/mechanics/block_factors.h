@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace crackle::mechanics {
+
+using Block = Eigen::Matrix<double, 6, 6>;
+/// A block of the lower triangle of a symmetric matrix.
+struct PlacedBlock {
+  std::int32_t row = 0, column = 0;  ///< column <= row
+  Block block = Block::Zero();
+};
+
+/// The factors L D L^T of a sparse symmetric matrix of 6 x 6 blocks. Eigen finds them; they are kept block by
+/// block, which makes a solution several times as fast.
+class BlockFactors {
+public:
+  explicit BlockFactors(std::int32_t n_rows);
+
+  /// @throws std::runtime_error for a matrix that has no such factors
+  void factorize(std::span<const PlacedBlock> lower_triangle);
+
+  /// In place: six numbers of each row of blocks, from the right-hand side to the solution. Does not
+  /// allocate.
+  void solve(std::span<double> numbers);
+
+private:
+  using Row = Eigen::Matrix<double, 6, 1>;
+  Eigen::Map<Row> row(std::int32_t i) { return Eigen::Map<Row>(permuted_.data() + 6 * i); }
+
+  std::int32_t n_rows_;
+  std::vector<std::int32_t> place_;  // of each row in the order of elimination
+  std::vector<std::int32_t> first_;  // of each column's blocks below the diagonal
+  std::vector<std::int32_t> row_of_block_;
+  std::vector<Block> block_;             // of L, whose diagonal is one
+  std::vector<Block> inverse_diagonal_;  // of D
+  std::vector<double> permuted_;
+};
+
+}  // namespace crackle::mechanics
