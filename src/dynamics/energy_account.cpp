@@ -68,12 +68,16 @@ void EnergyAccount::add_relaxation(double kinetic, const parallel::NodeField& be
   dissipated_ += kinetic + parallel::exact_sum(*group_, body_->strain_energies(difference));
 }
 
-EnergyRow EnergyAccount::row(double time, double kinetic, double phase_work,
-                             const parallel::NodeField& displacement) const {
+double strain_energy(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                     const parallel::NodeField& displacement) {
+  return parallel::exact_sum(group, body.strain_energies(displacement.local()));
+}
+
+EnergyRow EnergyAccount::row(double time, double kinetic, double strain, double phase_work) const {
   EnergyRow row{};
   row.time = time;
   row.kinetic = kinetic;
-  row.strain = parallel::exact_sum(*group_, body_->strain_energies(displacement.local()));
+  row.strain = strain;
   row.external = external_ + phase_work;
   row.released = parallel::exact_sum(*group_, body_->released_energies());
   row.dissipated = dissipated_;

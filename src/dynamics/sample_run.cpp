@@ -157,7 +157,8 @@ private:
                               ? Outcome::separated
                               : Outcome::arrested;
         if (result_.energy.empty()) {
-          result_.energy.push_back(account_.row(0, 0, 0, loading.displacement()));
+          result_.energy.push_back(
+              account_.row(0, 0, strain_energy(group_, body_, loading.displacement()), 0));
         }
         return true;
       }

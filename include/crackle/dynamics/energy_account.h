@@ -32,6 +32,10 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
                         const mechanics::BoundaryLoads& loads, const parallel::NodeField& displacement,
                         double time);
 
+/// From the strains of all tetrahedra [J]. Collective; equal bits for any number of ranks.
+double strain_energy(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                     const parallel::NodeField& displacement);
+
 /// The energy account of a body from its unloaded state on:
 /// external work = kinetic + strain + released + dissipated. All members are collective, their values equal
 /// bits for any number of ranks. [J]
@@ -49,9 +53,8 @@ public:
   /// `after` are taken out of the account's mechanical part, by 1/2 d K d with d their difference.
   void add_relaxation(double kinetic, const parallel::NodeField& before, const parallel::NodeField& after);
 
-  /// The account now; `kinetic` and `phase_work` (external work of the running phase) are given.
-  EnergyRow row(double time, double kinetic, double phase_work,
-                const parallel::NodeField& displacement) const;
+  /// The account now; `kinetic`, `strain` and `phase_work` (external work of the running phase) are given.
+  EnergyRow row(double time, double kinetic, double strain, double phase_work) const;
 
 private:
   const parallel::Communicator* group_;
