@@ -17,6 +17,7 @@
 #include "crackle/geometry/plain_delaunay.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/input/reader.h"
+#include "crackle/mechanics/static_solver.h"
 #include "crackle/parallel/sleeping_wait.h"
 
 #include "geometry/notched_box.h"
@@ -217,6 +218,55 @@ private:
   int n_ = 0;
 };
 
+/// The first static solution of a fresh body, with all that it needs, and the one after the break of the
+/// tetrahedron that is stretched most along z.
+class StaticSolutions {
+public:
+  explicit StaticSolutions(Sample& sample)
+      : sample_(sample),
+        held_(3 * sample.subdomain.nodes.size()),
+        force_(held_.size()),
+        displacement_(sample.self, sample.subdomain.layout) {
+    for (const auto& motion : sample.loads.motions)
+      for (const auto node : motion.nodes) held_[place(node, motion.component)] = 1;
+    for (const auto& pattern : sample.loads.forces)
+      for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
+        force_[place(pattern.nodes[n], pattern.component)] += pattern.weight[n];
+  }
+
+  int first() {
+    const auto& body = sample_.body;
+    solver_.emplace(sample_.self, sample_.subdomain, body.operators(), body.elasticity(), body.edges(),
+                    body.residual_stiffness(), held_);
+    return solver_->solve(force_, displacement_);
+  }
+
+  void break_one() {
+    std::int32_t worst = 0;
+    double most = 0;
+    for (std::int32_t t = 0; t < sample_.subdomain.n_tetrahedra(); ++t) {
+      const double stretch = sample_.body.strain(t, displacement_.local())[2];
+      if (sample_.body.is_broken(t) || stretch <= most) continue;
+      most = stretch;
+      worst = t;
+    }
+    sample_.body.release(worst, sample_.body.strain(worst, displacement_.local()), 0, 0);
+    solver_->release({&worst, 1});
+  }
+  int update() { return solver_->solve(force_, displacement_); }
+
+private:
+  static std::size_t place(std::int32_t node, int component) {
+    return 3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(component);
+  }
+
+  Sample& sample_;
+  mechanics::HeldComponents held_;
+  std::vector<double> force_;
+  parallel::NodeField displacement_;
+  std::optional<mechanics::StaticSolver> solver_;
+};
+
 struct Options {
   std::string input;
   std::string json;
@@ -248,9 +298,7 @@ void measure(const parallel::Communicator& world, const Options& options) {
     return u;
   };
   double load_time = 0;
-  const Stopwatch static_watch;
   const auto start = equilibrium(sample, load_time);
-  const double static_seconds = static_watch.seconds();
   BreakingLoop mixed4(sample, input::Precision::mixed, input::Integrator::bilateral4, start, load_time);
 
   if (measures) {
@@ -291,6 +339,14 @@ void measure(const parallel::Communicator& world, const Options& options) {
       loop("verlet", verlet);
       loop("bilateral4 double", double4);
       if (round < 3) {
+        Sample fresh(parameters);
+        StaticSolutions solutions(fresh);
+        rounds.time("static first", 1, [&] { results["static_first_iterations"] = solutions.first(); });
+        solutions.break_one();
+        rounds.time("static update", 1, [&] { results["static_update_iterations"] = solutions.update(); });
+        rounds.time("base points", 1, [&] {
+          geometry::make_mother_points(sample.geometry, parameters.mesh, parameters.ensemble.seed);
+        });
         rounds.time("mesh", 1, [&] {
           geometry::make_realization(sample.geometry, sample.base, parameters.mesh, parameters.ensemble.seed,
                                      1);
@@ -329,9 +385,12 @@ void measure(const parallel::Communicator& world, const Options& options) {
         4 * rounds.median("SBAIJ") / rounds.median("bilateral4 step");
     results["fraction_of_roofline"] = bytes / rounds.median("force mixed") / triad_rate("triad L3", l3[0]);
     results["check_over_force"] = rounds.median("bilateral4 check") / rounds.median("force mixed");
+    results["force_seconds"] = rounds.median("force mixed");
     results["mesh_seconds"] = rounds.median("mesh");
     results["mesh_over_delaunay"] = rounds.median("mesh") / rounds.median("Delaunay");
-    results["static_seconds"] = static_seconds;
+    results["static_first_over_force"] = rounds.median("static first") / rounds.median("force mixed");
+    results["static_update_over_force"] = rounds.median("static update") / rounds.median("force mixed");
+    results["base_points_seconds"] = rounds.median("base points");
     results["broken_during_measurement"] = static_cast<double>(mixed4.n_broken() - n_broken_before);
   }
   // Both at once against one alone.
