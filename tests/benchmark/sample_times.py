@@ -72,11 +72,13 @@ def main() -> None:
         figures[f"sample_{name}_seconds"] = seconds
         figures[f"loop_{name}_over_force"] = share
     target.write_text(json.dumps(figures, indent=2, sort_keys=True) + "\n", encoding="utf-8")
-    print(f"\n| {'what':<56} | {'} | {'target':>16} |")
+    print(f"\n| {'what':<56} | {'measured':>8} | {'target':>16} |")
     print(f"|{'-' * 58}|{'-' * 9}:|{'-' * 17}:|")
     for key, (what, goal, less) in TARGETS.items():
-        if key in figures:
-            print(f"| {what:<56} | {figures[key]:>8.{0 if figures[key] >= 100 else 3}{'f' if figures[key] >= 100 else 'g'}} | {'at most' if less else 'at least'} {goal:>7} |")
+        if key not in figures:
+            continue
+        figure = f"{figures[key]:.0f}" if figures[key] >= 100 else f"{figures[key]:.3g}"
+        print(f"| {what:<56} | {figure:>8} | {'at most' if less else 'at least':>8} {goal:>7} |")
 
 
 if __name__ == "__main__":
