@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <map>
 #include <numeric>
@@ -107,6 +108,7 @@ protected:
     events.started = [&](std::uint64_t sample) { EXPECT_TRUE(started_.insert(sample).second); };
     events.finished = [&](const SampleReport& report) {
       EXPECT_TRUE(reports_.emplace(report.sample, report).second) << "sample " << report.sample;
+      ++n_finished_;
     };
     events.tick = [] {};
     schedule_samples(world_, layout_, samples, steps_, events, {.n_realizations = 2}, makers_);
@@ -140,6 +142,7 @@ protected:
   SampleSteps steps_ = make_steps(calls_);
   std::set<std::uint64_t> started_;
   std::map<std::uint64_t, SampleReport> reports_;
+  std::atomic<std::size_t> n_finished_ = 0;  // for steps in other threads
 };
 
 }  // namespace crackle::ensemble
