@@ -52,6 +52,11 @@ double largest_load(const mechanics::BoundaryLoads& loads, const LoadState& stat
   return largest;
 }
 
+double strain_energy(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                     std::span<const double> displacement) {
+  return parallel::exact_sum(group, body.strain_energies(displacement));
+}
+
 void EnergyAccount::add_static_work(const LoadState& from, const LoadState& to) {
   for (std::size_t k = 0; k < from.amplitude.size(); ++k) {
     external_ += 0.5 * (from.amplitude[k] + to.amplitude[k]) * (to.position[k] - from.position[k]);
@@ -65,12 +70,7 @@ void EnergyAccount::add_relaxation(double kinetic, const parallel::NodeField& be
                                    const parallel::NodeField& after) {
   std::vector<double> difference(before.local().size());
   for (std::size_t i = 0; i < difference.size(); ++i) difference[i] = before.local()[i] - after.local()[i];
-  dissipated_ += kinetic + parallel::exact_sum(*group_, body_->strain_energies(difference));
-}
-
-double strain_energy(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                     const parallel::NodeField& displacement) {
-  return parallel::exact_sum(group, body.strain_energies(displacement.local()));
+  dissipated_ += kinetic + strain_energy(*group_, *body_, difference);
 }
 
 EnergyRow EnergyAccount::row(double time, double kinetic, double strain, double phase_work) const {

@@ -139,7 +139,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
     motion.read(state);
     const double work = motion.external_work(load_time + time, state);
     result.energy.push_back(account.row(time, kinetic_energy(context, state),
-                                        strain_energy(group, body, state.displacement), work));
+                                        strain_energy(group, body, state.displacement.local()), work));
     // Every rank has the same rows.
     if (const auto fault =
             energy_fault(result.energy, static_cast<std::size_t>(options.n_energy_rows), negligible))

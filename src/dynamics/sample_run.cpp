@@ -158,7 +158,7 @@ private:
                               : Outcome::arrested;
         if (result_.energy.empty()) {
           result_.energy.push_back(
-              account_.row(0, 0, strain_energy(group_, body_, loading.displacement()), 0));
+              account_.row(0, 0, strain_energy(group_, body_, loading.displacement().local()), 0));
         }
         return true;
       }

@@ -114,7 +114,7 @@ public:
 
 private:
   void agitate() {
-    double strain = dynamics::strain_energy(self_, body_, state_.displacement);
+    double strain = dynamics::strain_energy(self_, body_, state_.displacement.local());
     if (strain == 0)
       strain = energy_of_running_cracks * dynamics::energy_at_strength(self_, body_, strength_);
     const auto& masses = body_.operators().node_mass;

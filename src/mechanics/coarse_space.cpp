@@ -2,9 +2,9 @@
 #include "coarse_space.h"
 
 #include "crackle/common/index.h"
-#include "crackle/common/real.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
+#include "crackle/parallel/reproducible.h"
 
 #include <algorithm>
 #include <array>
@@ -237,11 +237,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
 }
 
 void CoarseSpace::find_motions(std::span<const float> residual) {
-  // Magnitudes are ordered as their bits are, with those of infinity and NaN at the end.
-  std::int32_t bits = 0;
-  for (const float r : residual) bits = std::max(bits, std::bit_cast<std::int32_t>(std::abs(r)));
-  const double largest_here = static_cast<double>(std::bit_cast<float>(bits));
-  largest_load_ = parallel::largest_of_all(*group_, std::isnan(largest_here) ? infinity : largest_here);
+  largest_load_ = parallel::largest_magnitude(*group_, residual);
   std::ranges::fill(numbers_, CellNumbers{});
   // What is not finite has no integer; the other part of the preconditioner hands it on.
   if (largest_load_ == 0 || !std::isfinite(largest_load_)) return;
@@ -272,8 +268,8 @@ void CoarseSpace::find_motions(std::span<const float> residual) {
   }
 }
 
-double CoarseSpace::add_correction(std::span<const float> residual,
-                                   std::span<const std::array<float, 6>> block, std::span<float> result) {
+double CoarseSpace::precondition(std::span<const float> residual, std::span<const std::array<float, 6>> block,
+                                 std::span<float> result) {
   find_motions(residual);
   const std::int32_t bits =
       kernels_->add_motions(nodes(), residual.data(), block.data()->data(), numbers_.data(), result.data());

@@ -40,8 +40,8 @@ public:
   /// @param block B of the owned node at each position
   /// @param result 3 n_owned, as if nothing were held
   /// @return a bound of this rank's products of a residual and its result
-  double add_correction(std::span<const float> residual, std::span<const std::array<float, 6>> block,
-                        std::span<float> result);
+  double precondition(std::span<const float> residual, std::span<const std::array<float, 6>> block,
+                      std::span<float> result);
 
   /// Where an owned node stands in the order of the cells.
   std::size_t position(std::int32_t owned_node) const { return index(position_[index(owned_node)]); }

@@ -76,10 +76,7 @@ public:
 
 private:
   double dot(std::span<const float> a, std::span<const float> b) const {
-    parallel::LargestProduct largest;
-    for (std::size_t i = 0; i < a.size(); ++i)
-      largest.see(static_cast<double>(a[i]) * static_cast<double>(b[i]));
-    return parallel::reproducible_dot(group_->get(), a, b, largest);
+    return parallel::reproducible_dot(group_->get(), a, b);
   }
 
   const parallel::Communicator* group_;

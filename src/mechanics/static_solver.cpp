@@ -3,9 +3,7 @@
 
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
-#include "crackle/common/real.h"
 #include "crackle/parallel/agreement.h"
-#include "crackle/parallel/collectives.h"
 #include "crackle/parallel/ghost_exchange.h"
 #include "crackle/parallel/reproducible.h"
 
@@ -166,13 +164,9 @@ private:
     } catch (const std::runtime_error& error) {  // what it refuses, it refuses on every rank
       fail<NoEquilibrium>("static equilibrium: {}", error.what());
     }
-    double largest = 0;
-    for (std::size_t i = 0; i < residual_.size(); ++i) {
-      double& residual = product_result_[i];
-      residual = held_[i] != 0 ? 0 : force[i] - residual;
-      if (!(std::abs(residual) <= largest)) largest = std::isnan(residual) ? infinity : std::abs(residual);
-    }
-    largest = parallel::largest_of_all(*group_, largest);
+    for (std::size_t i = 0; i < residual_.size(); ++i)
+      product_result_[i] = held_[i] != 0 ? 0 : force[i] - product_result_[i];
+    const double largest = parallel::largest_magnitude(*group_, product_result_);
     if (largest == 0 || !std::isfinite(largest)) return largest;
     unit_ = std::ldexp(1.0, std::ilogb(largest));
     for (std::size_t i = 0; i < residual_.size(); ++i)
@@ -230,10 +224,9 @@ private:
   }
 
   double precondition(std::span<const float> residual, std::span<float> result) {
-    parallel::LargestProduct largest;
-    largest.see(coarse_.add_correction(residual, inverse_block_, result));
+    const double bound = coarse_.precondition(residual, inverse_block_, result);
     for (const auto i : held_components_) result[i] = 0;
-    return parallel::reproducible_dot(group_->get(), residual, result, largest);
+    return parallel::reproducible_dot(group_->get(), residual, result, bound);
   }
 
   const parallel::Communicator* group_;

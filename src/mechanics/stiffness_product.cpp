@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "stiffness_product.h"
 
-#include "crackle/common/real.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/exact_sum.h"
+#include "crackle/parallel/reproducible.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <stdexcept>
 #include <type_traits>
@@ -75,12 +74,7 @@ double StiffnessProduct<Real>::apply(std::span<const Real> displacement, std::sp
   using Exponents = Exponents<Real>;
   using Integer = kernels::Integer<Real>;
   using Product = std::conditional_t<sizeof(Real) == 4, std::int64_t, __int128>;
-  // Magnitudes are ordered as their bits are, with those of infinity and NaN at the end.
-  Integer bits = 0;
-  for (const Real u : displacement.first(force.size()))
-    bits = std::max(bits, std::bit_cast<Integer>(std::abs(u)));
-  const auto size_here = static_cast<double>(std::bit_cast<Real>(bits));
-  const double size = parallel::largest_of_all(*group_, std::isnan(size_here) ? infinity : size_here);
+  const double size = parallel::largest_magnitude(*group_, displacement.first(force.size()));
   if (!std::isfinite(size)) throw std::runtime_error("stiffness product: the operand is not finite");
   if (size == 0) {
     std::ranges::fill(force, Real(0));

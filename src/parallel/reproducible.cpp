@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/parallel/reproducible.h"
 
+#include "crackle/common/real.h"
+#include "crackle/parallel/collectives.h"
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -31,10 +34,33 @@ std::array<std::int64_t, 2> sum_parts(std::span<const Real> a, std::span<const R
   return {high, low};
 }
 
+/// The largest magnitude that each(see) shows. Bits of magnitudes are ordered as the magnitudes are, with
+/// those of NaN above infinity: unlike a comparison of doubles, this loses no NaN, here or between ranks.
+template <class Each>
+double largest_of(const Each& each) {
+  std::int64_t largest = 0;
+  each([&](double x) { largest = std::max(largest, std::bit_cast<std::int64_t>(std::abs(x))); });
+  return std::bit_cast<double>(largest);
+}
+
 template <class Real>
-double dot(MPI_Comm communicator, std::span<const Real> a, std::span<const Real> b,
-           LargestProduct largest_here) {
-  std::int64_t largest_bits = largest_here.bits();
+double largest_product(std::span<const Real> a, std::span<const Real> b) {
+  return largest_of([&](const auto& see) {
+    for (std::size_t i = 0; i < a.size(); ++i) see(static_cast<double>(a[i]) * static_cast<double>(b[i]));
+  });
+}
+
+template <class Real>
+double largest_number(const Communicator& group, std::span<const Real> numbers) {
+  const double largest = largest_of([&](const auto& see) {
+    for (const Real x : numbers) see(static_cast<double>(x));
+  });
+  return largest_of_all(group, std::isnan(largest) ? infinity : largest);
+}
+
+template <class Real>
+double dot(MPI_Comm communicator, std::span<const Real> a, std::span<const Real> b, double bound) {
+  auto largest_bits = std::bit_cast<std::int64_t>(std::abs(bound));
   int n_ranks = 1;
   check_mpi(MPI_Comm_size(communicator, &n_ranks), "MPI_Comm_size");
   if (n_ranks > 1)
@@ -54,15 +80,25 @@ double dot(MPI_Comm communicator, std::span<const Real> a, std::span<const Real>
 
 }  // namespace
 
+double largest_magnitude(const Communicator& group, std::span<const double> numbers) {
+  return largest_number(group, numbers);
+}
+
+double largest_magnitude(const Communicator& group, std::span<const float> numbers) {
+  return largest_number(group, numbers);
+}
+
 double reproducible_dot(MPI_Comm communicator, std::span<const double> a, std::span<const double> b) {
-  LargestProduct largest;
-  for (std::size_t i = 0; i < a.size(); ++i) largest.see(a[i] * b[i]);
-  return dot(communicator, a, b, largest);
+  return dot(communicator, a, b, largest_product(a, b));
+}
+
+double reproducible_dot(MPI_Comm communicator, std::span<const float> a, std::span<const float> b) {
+  return dot(communicator, a, b, largest_product(a, b));
 }
 
 double reproducible_dot(MPI_Comm communicator, std::span<const float> a, std::span<const float> b,
-                        LargestProduct largest) {
-  return dot(communicator, a, b, largest);
+                        double bound) {
+  return dot(communicator, a, b, bound);
 }
 
 }  // namespace crackle::parallel

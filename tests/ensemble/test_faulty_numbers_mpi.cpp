@@ -138,10 +138,7 @@ struct Diagonal {
   std::vector<float> values = std::vector<float>(20);
 
   double dot(std::span<const float> a, std::span<const float> b) const {
-    parallel::LargestProduct largest;
-    for (std::size_t i = 0; i < a.size(); ++i)
-      largest.see(static_cast<double>(a[i]) * static_cast<double>(b[i]));
-    return parallel::reproducible_dot(group.get(), a, b, largest);
+    return parallel::reproducible_dot(group.get(), a, b);
   }
   std::span<float> direction() { return values; }
   double multiply(std::span<float> image) const {

@@ -289,7 +289,7 @@ TEST_F(PartitionBits, CoarseCorrections) {
         const auto residual = converted<float>(share.field(at).owned());
         const std::vector<std::array<float, 6>> block(residual.size() / 3, {1, 2, 3, 0.5, 0.25, 0.125});
         std::vector<float> result(residual.size());
-        space.add_correction(residual, block, result);
+        space.precondition(residual, block, result);
         return std::vector<double>(result.begin(), result.end());
       };
       const auto correction = corrected(mine, shared), whole = corrected(all, alone);

@@ -76,7 +76,7 @@ TEST(Static, BarInTensionHasTheExactDisplacement) {
   std::printf("bar in tension: largest displacement error %.2e of the elongation\n", worst);
   EXPECT_LT(worst, 1e-9);
 
-  const double energy = strain_energy(bar.self, body, loading.displacement());
+  const double energy = strain_energy(bar.self, body, loading.displacement().local());
   EXPECT_NEAR(energy, 0.5 * stress * strain * length * width * thickness, 1e-8 * energy);
 }
 

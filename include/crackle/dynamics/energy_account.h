@@ -33,8 +33,9 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
                         double time);
 
 /// From the strains of all tetrahedra [J]. Collective; equal bits for any number of ranks.
+/// @param displacement 3 n_local
 double strain_energy(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                     const parallel::NodeField& displacement);
+                     std::span<const double> displacement);
 
 /// The energy account of a body from its unloaded state on:
 /// external work = kinetic + strain + released + dissipated. All members are collective, their values equal

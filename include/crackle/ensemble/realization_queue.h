@@ -53,7 +53,7 @@ struct QueueLimits {
 
 /// Makes realizations ahead of need, one at a time, in the order of `samples`, in a thread of its own: the
 /// master serves requests at once while a mesh is being made. The thread makes no MPI calls and sleeps while
-/// the queue is full. Samples can be passed on to who makes their realizations himself.
+/// the queue is full. Samples can be passed on to whoever makes their realizations elsewhere.
 class RealizationQueue {
 public:
   /// @param make is called from the queue's thread; empty: all samples are to be passed on

@@ -31,9 +31,8 @@ struct ScheduleEvents {
 /// the master tells the groups, and a group that parked by itself tells the master. Collective over `world`,
 /// a communicator that nothing else uses meanwhile.
 /// @param samples to do, in order of handing out; used on rank 0 only
-/// @param steps `stop` is used on every rank, `progress` on rank 0 only, as `events` are, and `make` on the
-/// ranks
-///   that `makers` names
+/// @param steps `stop` is used on every rank, `progress` on rank 0 only, as `events` are
+/// @param makers ranks that use `steps.make`: rank 0, the roots of the groups, or both
 /// @throws std::runtime_error on a rank whose messages fail, which cannot be agreed on any more
 void schedule_samples(const parallel::Communicator& world, const GroupLayout& layout,
                       const std::vector<std::uint64_t>& samples, const SampleSteps& steps,
