@@ -94,15 +94,15 @@ void measure_crossings(const geometry::Body& body, const CrackSurface& surface,
   set_crossings(section_crossings(body, surface, find_forks(body, surface), sections), row);
 }
 
-std::vector<SampleSummary> all_gather(const parallel::Communicator& group,
-                                      std::span<const SampleSummary> rows) {
+std::vector<SampleSummary> gather_on_root(const parallel::Communicator& group,
+                                          std::span<const SampleSummary> rows) {
   const std::vector<std::byte> mine = to_bytes(std::vector<SampleSummary>(rows.begin(), rows.end()));
 
   const auto total = parallel::all_reduce<std::int64_t>(group, std::ssize(mine), MPI_SUM);
   // Every rank has the same total.
   if (total > INT_MAX)
     throw parallel::AgreedError(0, "the rows of all samples are too large for one message");
-  const auto all = parallel::gather_all<std::byte>(group, mine);
+  const auto all = parallel::gather_on_root<std::byte>(group, mine);
 
   std::vector<SampleSummary> gathered;
   Unpacker unpacker(all);

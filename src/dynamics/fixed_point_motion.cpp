@@ -48,10 +48,9 @@ public:
         kernels_(kernels::kernels<Real>(instruction_set)),
         force_(subdomain_, context.body->operators(), context.body->elasticity(), context.body->edges(),
                context.body->residual_stiffness(), relative_inverse_mass(), scale_, instruction_set),
-        screening_stress_(screening_stress(context)),
         screening_(subdomain_, context.body->operators(), context.body->elasticity(),
-                   context.criterion->stress(), screening_stress_, scale_.displacement, nodes_per_block,
-                   instruction_set),
+                   context.criterion->stress(), context.criterion->strengths(), context.screening_share,
+                   scale_.displacement, nodes_per_block, instruction_set),
         state_(subdomain_, scale_, force_.nodes(), state),
         work_(start_work(load_time, state)),
         boundary_(context, scale_, nodes_per_block, state_, work_),
@@ -94,9 +93,11 @@ public:
   std::span<const std::int32_t> overloaded() override {
     overloaded_.clear();
     const auto& body = *context_.body;
+    const auto strengths = context_.criterion->strengths();
     for (const auto t : screening_.candidates(force_.nodes(), movement_)) {
       if (body.is_broken(t)) continue;
-      if (context_.criterion->stress().exceeds(body.elasticity()(strain(t)), screening_stress_[index(t)]))
+      if (context_.criterion->stress().exceeds(body.elasticity()(strain(t)),
+                                               context_.screening_share * strengths[index(t)]))
         overloaded_.push_back(t);
     }
     stretch_bound_ += 2 * furthest();
@@ -182,13 +183,6 @@ private:
     for (const double mass : context.body->operators().node_mass) largest = std::max(largest, mass);
     parallel::agree(*context.group);
     return std::ldexp(1.0, std::ilogb(parallel::largest_of_all(*context.group, largest)));
-  }
-
-  static std::vector<double> screening_stress(const MotionContext& context) {
-    const auto strengths = context.criterion->strengths();
-    std::vector<double> stress(strengths.begin(), strengths.end());
-    for (double& value : stress) value *= context.screening_share;
-    return stress;
   }
 
   static mechanics::StateRange range_at_start(const MotionContext& context, double load_time, double duration,
@@ -362,7 +356,6 @@ private:
   mechanics::FixedPointScale scale_;
   const kernels::Kernels<Real>& kernels_;
   Force force_;
-  std::vector<double> screening_stress_;  // of each local tetrahedron
   fracture::StressScreening<Real> screening_;
   FixedPointState<Real> state_;
   ExternalWork work_;

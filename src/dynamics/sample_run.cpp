@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/dynamics/sample_run.h"
 
+#include "crackle/common/freed_memory.h"
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
 #include "crackle/common/stopwatch.h"
@@ -126,6 +127,7 @@ private:
     Stopwatch watch;
     group_.enter("quasi-static loading");
     QuasiStaticLoading loading(group_, body_, loads_, *criterion_, *options_.arrest_window);
+    release_freed_memory();
     loading.load_at_start(account_);
     bool is_first = parameters_.time.start == input::Start::equilibrium;
     if (!is_first) loading.refuse_overload();

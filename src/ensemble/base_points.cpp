@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/base_points.h"
 
+#include "crackle/common/freed_memory.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/io/ensemble_file.h"
@@ -36,7 +37,10 @@ geometry::MotherPoints make_base_points(const geometry::Body& body, const input:
     const std::string notice = waiting_notice(n_points);
     if (say && !notice.empty()) say(notice);
   };
-  return geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed, expects, sample);
+  auto points =
+      geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed, expects, sample);
+  release_freed_memory();
+  return points;
 }
 
 geometry::MotherPoints make_shared_points(const geometry::Body& body, const input::Parameters& parameters,
@@ -58,10 +62,13 @@ geometry::Realization make_sample_mesh(const geometry::Body& body, const geometr
                                        int attempt) {
   const auto& mesh = parameters.mesh;
   const std::uint64_t seed = parameters.ensemble.seed;
-  if (mesh.base == input::Base::shared)
-    return geometry::make_realization(body, shared, mesh, seed, sample, attempt);
-  const auto own = geometry::make_mother_points(body, mesh, seed, {}, sample, attempt);
-  return geometry::make_realization(body, own, mesh, seed, sample, attempt);
+  geometry::MotherPoints own;
+  if (mesh.base == input::Base::own)
+    own = geometry::make_mother_points(body, mesh, seed, {}, sample, attempt);
+  const bool is_shared = mesh.base == input::Base::shared;
+  auto realization = geometry::make_realization(body, is_shared ? shared : own, mesh, seed, sample, attempt);
+  release_freed_memory();
+  return realization;
 }
 
 geometry::MotherPoints base_points(const std::filesystem::path& folder, const input::Parameters& parameters) {

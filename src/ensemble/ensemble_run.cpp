@@ -135,10 +135,26 @@ void share_base(const parallel::Communicator& world, const GroupLayout& layout,
   parallel::agree_on_error(world, error);
 }
 
-/// The master's counts on every rank. Collective.
-RunOutcome share_counts(const parallel::Communicator& world, const std::optional<Progress>& progress) {
-  std::array<int, 3> counts{};
-  if (progress) counts = {progress->n_done(), progress->n_failed(), progress->n_left()};
+/// How many samples are done, failed and pending.
+using Counts = std::array<int, 3>;
+
+Counts counts_of(const std::optional<Progress>& progress) {
+  if (!progress) return {};
+  return {progress->n_done(), progress->n_failed(), progress->n_left()};
+}
+
+/// Of the samples that are part of the ensemble.
+Counts counts_of(const Results& results) {
+  Counts counts{};
+  for (int i = 0; i < results.statistics.n_needed; ++i) {
+    const SampleStatus status = results.rows[index(i)].status;
+    ++counts[status == SampleStatus::done ? 0 : status == SampleStatus::failed ? 1 : 2];
+  }
+  return counts;
+}
+
+/// The root's counts on every rank. Collective.
+RunOutcome share_counts(const parallel::Communicator& world, Counts counts) {
   counts = parallel::share(world, counts);
   return {.done = counts[0], .failed = counts[1], .left = counts[2], .stopped = false, .file_error = {}};
 }
@@ -257,7 +273,7 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   RunOutcome outcome;
   Results results;
   if (options.plan.range) {
-    outcome = share_counts(world, master.progress);
+    outcome = share_counts(world, counts_of(master.progress));
     outcome.stopped = is_stopping && outcome.left > 0;
     if (log) log_end_of_range(*log, master, outcome, options, seconds_now() - start);
     return outcome;
@@ -265,17 +281,12 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   try {
     results = write_results(world, parameters, options.folder, master.unstored,
                             [&master]() -> const geometry::MotherPoints& { return master.base; });
+    outcome = share_counts(world, world.is_root() ? counts_of(results) : Counts{});
     outcome.file_error = results.file_error;
     if (world.is_root() && outcome.file_error.empty())
       remove_surplus_files(results.statistics, options.folder);
-    for (int i = 0; i < results.statistics.n_needed; ++i) {
-      const SampleStatus status = results.rows[index(i)].status;
-      ++(status == SampleStatus::done     ? outcome.done
-         : status == SampleStatus::failed ? outcome.failed
-                                          : outcome.left);
-    }
   } catch (const parallel::AgreedError& error) {
-    outcome = share_counts(world, master.progress);
+    outcome = share_counts(world, counts_of(master.progress));
     outcome.file_error = error.what();
   }
   outcome.stopped = is_stopping && outcome.left > 0;

@@ -113,9 +113,13 @@ Results write_results(const parallel::Communicator& world, const input::Paramete
   }
   auto block = parallel::agree(world, [&] { return read_block(world, parameters, folder); });
   complete_block(world, unstored, block);
-  results.rows = analysis::all_gather(world, block.rows);
-  results.statistics =
-      parallel::agree(world, [&] { return analysis::make_statistics(results.rows, parameters); });
+  results.rows = analysis::gather_on_root(world, block.rows);
+  parallel::agree_on_root(world,
+                          [&] { results.statistics = analysis::make_statistics(results.rows, parameters); });
+  analysis::Statistics& statistics = results.statistics;
+  statistics.n_needed = parallel::share(world, statistics.n_needed);
+  statistics.n_notches = parallel::share(world, statistics.n_notches);
+  statistics.n_sections = parallel::share(world, statistics.n_sections);
   analysis::leave_out_surplus(results.statistics, 0, results.rows);
   analysis::leave_out_surplus(results.statistics, block.first, block.rows);
   if (!results.file_error.empty()) return results;
@@ -146,14 +150,14 @@ Results results_at(const parallel::Communicator& world, const input::Parameters&
       analysis::measure_crossings(*body, found.surface, sections.sections, measured.back());
     }
   });
-  const auto rows = analysis::all_gather(world, stored);
+  const auto rows = analysis::gather_on_root(world, stored);
   Results results;
-  results.rows = analysis::all_gather(world, measured);
-  results.statistics = parallel::agree(world, [&] {
+  results.rows = analysis::gather_on_root(world, measured);
+  parallel::agree_on_root(world, [&] {
     const int n_needed = analysis::make_statistics(rows, parameters).n_needed;
-    return analysis::make_statistics(results.rows, sections, n_needed);
+    results.statistics = analysis::make_statistics(results.rows, sections, n_needed);
+    analysis::leave_out_surplus(results.statistics, 0, results.rows);
   });
-  analysis::leave_out_surplus(results.statistics, 0, results.rows);
   return results;
 }
 

@@ -13,6 +13,7 @@ namespace crackle::fracture {
 namespace {
 
 constexpr std::size_t groups_per_chunk = 64;
+constexpr std::size_t chunk_size = 8 * groups_per_chunk;  // in tetrahedra
 /// For places without a tetrahedron: nothing ever happens there.
 constexpr double no_sensitivity = 1e-30;
 
@@ -43,36 +44,39 @@ StressScreening<Real>::StressScreening(const geometry::Subdomain& subdomain,
                                        const mechanics::PdsOperators& operators,
                                        const mechanics::IsotropicElasticity& elasticity,
                                        const EquivalentStress& stress, std::span<const double> strength,
-                                       double displacement_quantum, std::int32_t nodes_per_block,
-                                       InstructionSet instruction_set)
+                                       double share, double displacement_quantum,
+                                       std::int32_t nodes_per_block, InstructionSet instruction_set)
     : n_tetrahedra_(subdomain.n_tetrahedra()),
       instruction_set_(instruction_set),
-      bound_{
-          static_cast<Real>(stress.bound_factors().mean * elasticity.bulk_modulus() / reference(strength)),
-          static_cast<Real>(std::sqrt(stress.bound_factors().j2) * 2 * elasticity.mu / reference(strength))},
+      bound_{static_cast<Real>(stress.bound_factors().mean * elasticity.bulk_modulus() /
+                               (share * reference(strength))),
+             static_cast<Real>(std::sqrt(stress.bound_factors().j2) * 2 * elasticity.mu /
+                               (share * reference(strength)))},
       groups_((operators.tetrahedra.size() + 7) / 8, kernels::TetrahedronGroup<Real>{}),
       deadline_(groups_.size(), 0.0) {
-  const double stiffest = stress.sensitivity(elasticity) / reference(strength);
+  const double stiffest = stress.sensitivity(elasticity) / (share * reference(strength));
   const double per_gradient = stiffest * displacement_quantum;
   for (auto& group : groups_) std::ranges::fill(group.sensitivity, static_cast<Real>(no_sensitivity));
+  // Stresses are in units of the tetrahedron's own strength.
+  const auto relative = [&](std::size_t t) { return reference(strength) / strength[t]; };
   std::vector<double> sensitivity;
+  sensitivity.reserve(operators.tetrahedra.size());
   for (std::size_t t = 0; t < operators.tetrahedra.size(); ++t) {
     double sum = 0;
     for (const auto& gradient : operators.tetrahedra[t].gradient) sum += norm(gradient);
-    sensitivity.push_back(per_gradient * sum * (reference(strength) / strength[t]));
+    sensitivity.push_back(per_gradient * sum * relative(t));
   }
   sort_chunks(sensitivity);
   for (std::size_t t = 0; t < operators.tetrahedra.size(); ++t) {
     const auto& tetrahedron = operators.tetrahedra[t];
-    auto& group = groups_[index(place_[t] / 8)];
-    const auto lane = index(place_[t] % 8);
-    // Stresses in units of the tetrahedron's own strength.
-    const double relative = reference(strength) / strength[t];
+    const std::size_t at = place(static_cast<std::int32_t>(t));
+    auto& group = groups_[at / 8];
+    const std::size_t lane = at % 8;
     for (std::size_t a = 0; a < 4; ++a) {
       group.corner[a][lane] = tetrahedron.nodes[a];
       for (std::size_t i = 0; i < 3 && a > 0; ++i)
         group.gradient[3 * (a - 1) + i][lane] =
-            static_cast<Real>(tetrahedron.gradient[a][i] * displacement_quantum * relative);
+            static_cast<Real>(tetrahedron.gradient[a][i] * displacement_quantum * relative(t));
     }
     // Rounded up, since it is a bound.
     group.sensitivity[lane] = static_cast<Real>(sensitivity[t] * (1 + 0x1p-20));
@@ -99,15 +103,22 @@ StressScreening<Real>::StressScreening(const geometry::Subdomain& subdomain,
 template <class Real>
 void StressScreening<Real>::sort_chunks(std::span<const double> sensitivity) {
   tetrahedron_.resize(sensitivity.size());
-  std::iota(tetrahedron_.begin(), tetrahedron_.end(), 0);
-  for (std::size_t first = 0; first < tetrahedron_.size(); first += 8 * groups_per_chunk) {
-    const std::size_t n = std::min(8 * groups_per_chunk, tetrahedron_.size() - first);
-    std::ranges::stable_sort(std::span(tetrahedron_).subspan(first, n), std::greater{},
-                             [&](std::int32_t t) { return sensitivity[index(t)]; });
+  place_.resize(sensitivity.size());
+  for (std::size_t first = 0; first < sensitivity.size(); first += chunk_size) {
+    const auto in_chunk =
+        std::span(tetrahedron_).subspan(first, std::min(chunk_size, sensitivity.size() - first));
+    std::iota(in_chunk.begin(), in_chunk.end(), std::int16_t{0});
+    std::ranges::stable_sort(in_chunk, std::greater{},
+                             [&](std::int16_t t) { return sensitivity[first + index(t)]; });
+    for (std::size_t i = 0; i < in_chunk.size(); ++i)
+      place_[first + index(in_chunk[i])] = static_cast<std::int16_t>(i);
   }
-  place_.resize(tetrahedron_.size());
-  for (std::size_t i = 0; i < tetrahedron_.size(); ++i)
-    place_[index(tetrahedron_[i])] = static_cast<std::int32_t>(i);
+}
+
+template <class Real>
+std::size_t StressScreening<Real>::place(std::int32_t tetrahedron) const {
+  const std::size_t t = index(tetrahedron);
+  return t / chunk_size * chunk_size + index(place_[t]);
 }
 
 template <class Real>
@@ -123,9 +134,10 @@ std::span<const std::int32_t> StressScreening<Real>::candidates(
         kernels.check(groups_.data() + chunk.first_group, n_groups, nodes.data(), bound_, chunk.clock,
                       deadline_.data() + chunk.first_group, candidate_groups_.data());
     for (std::size_t i = 0; i < n; ++i) {
-      const auto first = static_cast<std::int32_t>(8 * (chunk.first_group + candidate_groups_[i]));
+      const auto chunk_start = static_cast<std::int32_t>(8 * chunk.first_group);
+      const auto first = chunk_start + static_cast<std::int32_t>(8 * candidate_groups_[i]);
       for (std::int32_t place = first; place < std::min(first + 8, n_tetrahedra_); ++place)
-        candidates_.push_back(tetrahedron_[index(place)]);
+        candidates_.push_back(chunk_start + tetrahedron_[index(place)]);
     }
     chunk.deadline = *std::min_element(deadline_.begin() + static_cast<std::ptrdiff_t>(chunk.first_group),
                                        deadline_.begin() + static_cast<std::ptrdiff_t>(chunk.last_group));
@@ -136,8 +148,8 @@ std::span<const std::int32_t> StressScreening<Real>::candidates(
 
 template <class Real>
 void StressScreening<Real>::exclude(std::int32_t tetrahedron) {
-  auto& group = groups_[index(place_[index(tetrahedron)] / 8)];
-  const auto lane = index(place_[index(tetrahedron)] % 8);
+  auto& group = groups_[place(tetrahedron) / 8];
+  const std::size_t lane = place(tetrahedron) % 8;
   for (auto& component : group.gradient) component[lane] = 0;
   group.sensitivity[lane] = static_cast<Real>(no_sensitivity);
 }

@@ -26,16 +26,17 @@ template <class Real>
 class StressScreening {
 public:
   /// @param strength of each tetrahedron [Pa]
+  /// @param share of its strength above which a tetrahedron must be looked at
   /// @param displacement_quantum of the node records [m]
   /// @param nodes_per_block blocks of nodes whose movement is reported; owned nodes and ghosts in blocks of
   ///   their own
   StressScreening(const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
                   const mechanics::IsotropicElasticity& elasticity, const EquivalentStress& stress,
-                  std::span<const double> strength, double displacement_quantum, std::int32_t nodes_per_block,
-                  InstructionSet instruction_set);
+                  std::span<const double> strength, double share, double displacement_quantum,
+                  std::int32_t nodes_per_block, InstructionSet instruction_set);
 
-  /// The tetrahedra that must be looked at after a step, ascending; among them all above the strength, and
-  /// also broken ones.
+  /// The tetrahedra that must be looked at after a step, ascending; among them all above the share of their
+  /// strength, and also broken ones.
   /// @param movement of each block of nodes since the last call
   std::span<const std::int32_t> candidates(std::span<const kernels::NodeRecord<Real>> nodes,
                                            std::span<const kernels::Movement<double>> movement);
@@ -52,13 +53,14 @@ private:
   };
 
   void sort_chunks(std::span<const double> sensitivity);
+  std::size_t place(std::int32_t tetrahedron) const;
 
   std::int32_t n_tetrahedra_;
   InstructionSet instruction_set_;
   kernels::StressBound<Real> bound_;
   // The tetrahedra of a chunk are in the order of falling sensitivity, so that few groups are due often.
-  std::vector<std::int32_t> tetrahedron_;  // at each place: 8 x group + lane
-  std::vector<std::int32_t> place_;        // of each tetrahedron
+  std::vector<std::int16_t> tetrahedron_;  // at each place, 8 x group + lane: its number in the chunk
+  std::vector<std::int16_t> place_;        // of each tetrahedron in its chunk
   std::vector<kernels::TetrahedronGroup<Real>> groups_;
   std::vector<double> deadline_;  // of each group, on its chunk's clock
   std::vector<Chunk> chunks_;

@@ -59,6 +59,8 @@ Edges make_edges(const geometry::Subdomain& subdomain) {
     }
   }
   if (!edges.nodes.empty()) edges.offset.push_back(static_cast<std::int32_t>(edges.tetrahedron.size()));
+  edges.nodes.shrink_to_fit();
+  edges.offset.shrink_to_fit();
 
   edges.is_inner.assign(edges.size(), 1);
   for (const auto& triangle : subdomain.boundary) {

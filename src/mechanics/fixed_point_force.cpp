@@ -92,6 +92,7 @@ FixedPointForce<Real>::FixedPointForce(const geometry::Subdomain& subdomain, con
     block.last_pair = ends_.size();
     skew_.resize(skew_.size() + block.last_pair - block.first_skew_pair, EdgeSkew<Real>{});
   }
+  ends_.shrink_to_fit();
   symmetric_.resize(ends_.size(), EdgeSymmetric<Real>{});
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const auto edge = static_cast<std::int32_t>(e);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How many samples per second a run hands out to groups that only pretend to compute: with meshes that the
-// master makes, and with meshes that the groups make.
+// How many samples per second a run hands out to groups that only pretend to compute, with meshes that the
+// master makes and with meshes that the groups make; and what is left of that for 1,000 groups, of which each
+// rank stands for 250: it sleeps for a 250th of a sample and pretends to make its mesh too.
 //
 //   mpirun -n 5 benchmark_hand_out INPUT [N]
 #include "crackle/common/stopwatch.h"
@@ -13,23 +14,31 @@
 #include <mpi.h>
 #include <petscsys.h>
 
+#include <chrono>
 #include <cstdio>
 #include <numeric>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace {
 
 using namespace crackle;
 
-/// Steps of samples that cost their realization only, or nothing at all.
-ensemble::SampleSteps pretended(ensemble::RealizationMaker make) {
+constexpr double groups_per_rank = 250;
+constexpr double sample_seconds = 13;  // of jobs/paper/clock-from-zero.toml with `verlet` and `auto`
+
+/// Steps of samples that cost their realization and, asleep, some seconds.
+ensemble::SampleSteps pretended(ensemble::RealizationMaker make, double seconds) {
   ensemble::SampleSteps steps;
   steps.make = std::move(make);
   steps.split = [](const geometry::Realization&, int n_parts) {
     return std::vector<geometry::Subdomain>(static_cast<std::size_t>(n_parts));
   };
-  steps.compute = [](const auto&, auto, const auto&, const auto&) { return dynamics::SampleResult(); };
+  steps.compute = [seconds](const auto&, auto, const auto&, const auto&) {
+    std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+    return dynamics::SampleResult();
+  };
   steps.analyse = [](const auto&, const auto&) { return ensemble::SampleAnalysis(); };
   steps.write = [](auto, const auto&, const auto&, const auto&) {};
   steps.write_failure = [](auto, const auto&, const auto*) {};
@@ -64,15 +73,25 @@ int main(int argc, char** argv) {
     const auto n = static_cast<std::uint64_t>(argc > 2 ? std::stoi(argv[2]) : 40);
     const auto body = geometry::make_body(parameters.specimen);
     const auto base = ensemble::make_shared_points(*body, parameters, {});
-    const auto real = pretended(
-        [&](std::uint64_t sample) { return ensemble::make_sample_mesh(*body, base, parameters, sample, 0); });
-    const auto empty = pretended([](std::uint64_t) { return geometry::Realization(); });
-    const auto print = [&](const char* what, double samples_per_second) {
-      if (world.is_root()) fmt::print("{:<40} {:10.1f} samples per second\n", what, samples_per_second);
+    const auto make = [&](std::uint64_t sample) {
+      return ensemble::make_sample_mesh(*body, base, parameters, sample, 0);
     };
-    print("meshes of the input, by the master", rate(world, real, n, input::MeshMakers::master));
-    print("meshes of the input, by the groups", rate(world, real, n, input::MeshMakers::groups));
-    print("no meshes at all: messages", rate(world, empty, 100 * n, input::MeshMakers::groups));
+    const auto make_nothing = [](std::uint64_t) { return geometry::Realization(); };
+    const auto print = [&](const std::string& what, double samples_per_second) {
+      if (world.is_root()) fmt::print("{:<52} {:10.1f} samples per second\n", what, samples_per_second);
+    };
+    using input::MeshMakers;
+    const auto meshes = pretended(make, 0);
+    print("meshes of the input, by the master", rate(world, meshes, n, MeshMakers::master));
+    print("meshes of the input, by the groups", rate(world, meshes, n, MeshMakers::groups));
+    print("no meshes at all: messages", rate(world, pretended(make_nothing, 0), 100 * n, MeshMakers::groups));
+    const double n_groups = groups_per_rank * (world.size() - 1);
+    const double pause = sample_seconds / groups_per_rank;
+    const std::string many = fmt::format("{:.0f} groups, ", n_groups);
+    print(fmt::format("{}samples of {:.0f} s, at most", many, sample_seconds), n_groups / sample_seconds);
+    print(many + "meshes by the master", rate(world, pretended(make, pause), n, MeshMakers::master));
+    print(many + "meshes by the groups",
+          rate(world, pretended(make_nothing, pause), 10 * n, MeshMakers::groups));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "benchmark_hand_out: %s\n", error.what());
     status = 1;

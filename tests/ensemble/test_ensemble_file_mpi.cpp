@@ -285,9 +285,9 @@ TEST_F(EnsembleFile, ForeignAndTruncatedFilesAreRefused) {
 
 TEST_F(EnsembleFile, RowsOfAllRanksAreGatheredInOrder) {
   const EnsembleBlock mine = even_block(world);
-  const auto gathered = analysis::all_gather(world, mine.rows);
-  ASSERT_EQ(gathered.size(), rows.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
+  const auto gathered = analysis::gather_on_root(world, mine.rows);
+  ASSERT_EQ(gathered.size(), world.is_root() ? rows.size() : 0);
+  for (std::size_t i = 0; i < gathered.size(); ++i) {
     EXPECT_EQ(to_bytes(gathered[i]), to_bytes(rows[i])) << "sample " << i;
   }
 }

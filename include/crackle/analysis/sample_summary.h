@@ -67,10 +67,10 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
 void measure_crossings(const geometry::Body& body, const CrackSurface& surface,
                        const input::Sections& sections, SampleSummary& row);
 
-/// The rows of all ranks, in the order of the ranks, on every rank. Collective.
+/// The rows of all ranks, in the order of the ranks, on the root; none elsewhere. Collective.
 /// @throws parallel::AgreedError on every rank when they are too large for one message
-std::vector<SampleSummary> all_gather(const parallel::Communicator& group,
-                                      std::span<const SampleSummary> rows);
+std::vector<SampleSummary> gather_on_root(const parallel::Communicator& group,
+                                          std::span<const SampleSummary> rows);
 
 /// "warning: sample 3: ..." for a sample whose crack was faster than the Rayleigh speed; else nothing.
 std::optional<std::string> sample_warning(std::uint64_t sample, const SampleSummary& summary);

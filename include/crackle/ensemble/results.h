@@ -24,10 +24,10 @@ std::filesystem::path results_file(const std::filesystem::path& folder);
 bool is_of_results(const std::filesystem::path& file);
 
 struct Results {
-  std::vector<analysis::SampleSummary>
-      rows;  ///< of all samples, those that are no part of the ensemble pending
-  analysis::Statistics statistics;
-  std::string file_error;  ///< why ensemble.h5 could not be written; empty when it was
+  /// On the root: of all samples, those that are no part of the ensemble pending.
+  std::vector<analysis::SampleSummary> rows;
+  analysis::Statistics statistics;  ///< on the root
+  std::string file_error;  ///< on every rank: why ensemble.h5 could not be written; empty when it was
 };
 
 /// Reads the rows back from the sample files and writes them with their statistics to ensemble.h5. Meanwhile
@@ -35,7 +35,6 @@ struct Results {
 /// ones; another's lock is waited for. Removes what killed writers of ensemble.h5 have left. Collective.
 /// @param unstored on the root: failures that no sample file tells of
 /// @param base on the root: the base mother points
-/// @return the same on every rank
 /// @throws parallel::AgreedError on every rank when the sample files cannot be read
 Results write_results(const parallel::Communicator& world, const input::Parameters& parameters,
                       const std::filesystem::path& folder,
@@ -47,7 +46,6 @@ Results write_results(const parallel::Communicator& world, const input::Paramete
 /// [ensemble.stop] would have needed others for these sections. Writes nothing. Collective.
 /// @param parameters that the ensemble was computed with
 /// @param sections the same with other sections, input::with_sections
-/// @return the same on every rank
 /// @throws parallel::AgreedError on every rank when there are no sample files
 Results results_at(const parallel::Communicator& world, const input::Parameters& parameters,
                    const input::Parameters& sections, const std::filesystem::path& folder);
