@@ -159,6 +159,30 @@ std::string uneven_toughness_text(const Subject& subject) {
       range->least, range->greatest);
 }
 
+/// Spacings per correlation length below which neighbouring tetrahedra differ much.
+constexpr double resolved_spacings = 2;
+
+/// A warning where results depend on the mesh through the material's variation; empty otherwise.
+std::string unresolved_variation_text(const Subject& subject) {
+  const auto& variation = subject.parameters.fracture.variation;
+  if (!variation) return {};
+  const input::Mesh& mesh = subject.parameters.mesh;
+  const double length = variation->correlation_length;
+  if (length == 0)
+    return "\nWarning: each tetrahedron has a strength of its own, so only the load at the first break of a "
+           "smoothly "
+           "stressed body does not depend on the spacing; give fracture.variation.correlation_length, of "
+           "several "
+           "spacings, for cracks\n";
+  const double finest = mesh.notch_spacing > 0 ? std::min(mesh.spacing, mesh.notch_spacing) : mesh.spacing;
+  if (length >= resolved_spacings * finest) return {};
+  return fmt::format(
+      "\nWarning: the correlation length of {:.3g} mm is less than {:.0f} spacings of {:.3g} mm, so results "
+      "depend on "
+      "the spacing; give a longer one, or a finer mesh\n",
+      length * 1e3, resolved_spacings, finest * 1e3);
+}
+
 /// What the criterion means on this mesh: strength and toughness follow from each other and the local
 /// spacing.
 void add_criterion(Rows& rows, const Subject& subject) {
@@ -168,7 +192,7 @@ void add_criterion(Rows& rows, const Subject& subject) {
       geometry::split(subject.realization, geometry::partition(subject.realization, 1)).front();
   const auto operators = mechanics::make_operators(subdomain, parameters.material.density);
   const auto criterion = fracture::make_criterion(
-      parameters, fracture::tetrahedron_strengths(self, parameters, subdomain, operators),
+      parameters, fracture::tetrahedron_strengths(self, parameters, 0, subdomain, operators),
       subject.phase.grid.step);
   const auto strengths = criterion->strengths();
   const auto spread = [](std::vector<double> values, double unit, const char* name) {
@@ -176,19 +200,23 @@ void add_criterion(Rows& rows, const Subject& subject) {
     return fmt::format("least {:.4g}, median {:.4g}, greatest {:.4g} {}", q.smallest / unit, q.median / unit,
                        q.largest / unit, name);
   };
+  const char* const varied = parameters.fracture.variation ? ", with the variation of sample 0" : "";
   if (parameters.fracture.toughness > 0) {
     rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
-                                      ", from the toughness and the local spacing");
+                                      ", from the toughness and the local spacing" + varied);
     return;
   }
+  if (parameters.fracture.variation)
+    rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
+                                      ", from the variation of sample 0");
   if (parameters.fracture.memory == input::Memory::step)
     rows.emplace_back("strength",
                       fmt::format("{:.4g} MPa, which breaks in one step", criterion->strength(0) / 1e6));
   auto toughness = fracture::local_spacings(self, subdomain, operators);
   for (std::size_t t = 0; t < toughness.size(); ++t)
     toughness[t] = fracture::toughness_of(parameters.material, strengths[t], toughness[t]);
-  rows.emplace_back("toughness",
-                    spread(std::move(toughness), 1, "J/m^2") + ", from the strength and the local spacing");
+  rows.emplace_back("toughness", spread(std::move(toughness), 1, "J/m^2") +
+                                     ", from the strength and the local spacing" + varied);
 }
 
 void add_waves(Rows& rows, const input::Parameters& parameters) {
@@ -289,7 +317,7 @@ void print_estimate(const input::Parameters& parameters, const CheckOptions& opt
                                               ensemble::one_group(n_ranks));
   const double memory = demand.master + (n_ranks - 1) * demand.member;  // of all ranks that share a sample
   fmt::print("{}{}", input::aligned(subject_rows(subject, memory, available.bytes)),
-             uneven_toughness_text(subject));
+             uneven_toughness_text(subject) + unresolved_variation_text(subject));
   const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
   if (const auto message = ensemble::shortage(memory, whose, available))
     fmt::print(

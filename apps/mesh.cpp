@@ -2,6 +2,7 @@
 // crackle mesh: makes one realization and writes it with its quality table, or surveys many.
 #include "crackle/common/stopwatch.h"
 #include "crackle/ensemble/base_points.h"
+#include "crackle/fracture/variation.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/dual_facets.h"
 #include "crackle/geometry/mother_points.h"
@@ -18,6 +19,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <utility>
+#include <vector>
 
 namespace crackle::apps {
 
@@ -44,8 +47,13 @@ void make_mesh(const input::Parameters& parameters, const Options& options) {
   const geometry::Realization realization =
       geometry::make_realization(*body, base, parameters.mesh, parameters.ensemble.seed, options.sample);
   times.realization = clock.seconds();
+  std::vector<double> strength_factors;
+  if (parameters.fracture.variation)
+    strength_factors =
+        fracture::strength_factors(parameters, options.sample, {realization.nodes, realization.tetrahedra});
   fmt::print("{}", mesh_table(parameters, options.sample, base, realization, times, options.ranks));
-  io::write_vtk_mesh(options.output, realization, *body, parameters.mesh);
+  if (!strength_factors.empty()) fmt::print("{}", variation_row(strength_factors));
+  io::write_vtk_mesh(options.output, realization, *body, parameters.mesh, std::move(strength_factors));
   fmt::print("{:<20} {}\n", "written", options.output.string());
   if (options.dual_output.empty()) return;
   io::write_vtk_dual_surface(options.dual_output, geometry::dual_surface(realization));

@@ -82,4 +82,10 @@ std::string mesh_table(const input::Parameters& parameters, std::uint64_t sample
   return table.text();
 }
 
+std::string variation_row(const std::vector<double>& strength_factors) {
+  TextTable table;
+  table.row("strength factor", spread(geometry::quantiles(strength_factors), 1, 3));
+  return table.text();
+}
+
 }  // namespace crackle::apps

@@ -37,6 +37,9 @@ std::string mesh_table(const input::Parameters& parameters, std::uint64_t sample
                        const geometry::MotherPoints& base, const geometry::Realization& realization,
                        const MeshTimes& times, int n_ranks);
 
+/// How much the strength varies from tetrahedron to tetrahedron, as a line of the table.
+std::string variation_row(const std::vector<double>& strength_factors);
+
 /// What a survey has found.
 struct SurveyFigures {
   std::size_t n_nodes;  ///< of every realization; with mesh.base own of sample 0

@@ -24,7 +24,7 @@ BLOCKS = {
     "golden paper": "jobs/verification/README.md",
     # jobs/paper/study --keep
     **{name: PAPER for name in ("paper", "branching", "by-eye", "notches", "bases", "turning", "limits", "symmetry",
-                                "base-notches", "convergence", "spacing", "disturbance", "rate")},
+                                "base-notches", "convergence", "spacing", "disturbance", "heterogeneity", "rate")},
 }
 
 

@@ -61,7 +61,8 @@ public:
         options_{.grid = choose_time_grid(parameters.time, stable_step_),
                  .n_frames = parameters.output.frames},
         criterion_(fracture::make_criterion(
-            parameters, fracture::tetrahedron_strengths(group, parameters, subdomain, body_.operators()),
+            parameters,
+            fracture::tetrahedron_strengths(group, parameters, control.sample, subdomain, body_.operators()),
             options_.grid.step)),
         account_(group, body_),
         context_{&group_,          &body_,

@@ -39,7 +39,7 @@ public:
         subdomain_(geometry::split(realization, geometry::partition(realization, 1)).front()),
         body_(subdomain_, parameters.material, parameters.fracture.release, parameters.fracture.contact),
         loads_(mechanics::make_boundary_loads(self_, parameters, subdomain_)),
-        strength_(fracture::tetrahedron_strengths(self_, parameters, subdomain_, body_.operators())),
+        strength_(fracture::tetrahedron_strengths(self_, parameters, 0, subdomain_, body_.operators())),
         account_(self_, body_),
         state_{parallel::NodeField(self_, subdomain_.layout), parallel::NodeField(self_, subdomain_.layout)} {
   }

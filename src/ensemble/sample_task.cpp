@@ -23,6 +23,7 @@ dynamics::SampleResult compute_agreed(SampleGroup& group, const SampleSteps& ste
   dynamics::SampleResult result;
   const auto control = parallel::agree(group.control(), [&] {
     dynamics::SampleControl given{
+        .sample = sample,
         .log = steps.log,
         .progress = steps.progress,
         .stop = steps.stop,

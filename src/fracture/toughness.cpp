@@ -3,6 +3,7 @@
 
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
+#include "crackle/fracture/variation.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/ghost_exchange.h"
@@ -74,13 +75,21 @@ std::vector<double> local_spacings(const parallel::Communicator& group, const ge
 }
 
 std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
-                                          const input::Parameters& parameters,
+                                          const input::Parameters& parameters, std::uint64_t sample,
                                           const geometry::Subdomain& subdomain,
                                           const mechanics::PdsOperators& operators) {
   const input::Fracture& fracture = parameters.fracture;
-  if (fracture.toughness == 0) return std::vector<double>(operators.tetrahedra.size(), fracture.strength);
-  auto strengths = local_spacings(group, subdomain, operators);
-  for (double& value : strengths) value = strength_of(parameters.material, fracture.toughness, value);
+  std::vector<double> strengths(operators.tetrahedra.size(), fracture.strength);
+  if (fracture.toughness != 0) {
+    strengths = local_spacings(group, subdomain, operators);
+    for (double& value : strengths) value = strength_of(parameters.material, fracture.toughness, value);
+  }
+  if (!fracture.variation) return strengths;
+  parallel::agree(group, [&] {
+    const auto factors = strength_factors(
+        parameters, sample, {subdomain.nodes, subdomain.tetrahedra, subdomain.tetrahedron_number});
+    for (std::size_t t = 0; t < strengths.size(); ++t) strengths[t] *= factors[t];
+  });
   return strengths;
 }
 

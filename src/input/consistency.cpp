@@ -168,7 +168,37 @@ void check_sections(const Parameters& parameters, Findings& findings) {
   check_sections_along(2, sections.z, "sections.z", parameters.specimen, findings);
 }
 
+namespace {
+
+void check_variation(Findings& findings, const Variation& variation) {
+  const std::string table = "fracture.variation";
+  const auto needs = [&](const char* key, const char* why, const char* example) {
+    if (!findings.faulty(table + "." + key) && !findings.given(table + "." + key))
+      findings.report(table + "." + key, "the key is missing, which {} needs; give {} = {}", why, key,
+                      example);
+  };
+  const auto refuses = [&](const char* key, const char* with) {
+    if (findings.given(table + "." + key))
+      findings.report(table + "." + key, "does not go with distribution = \"{}\"; leave it out", with);
+  };
+  if (findings.faulty(table + ".distribution") || findings.faulty(table + ".correlation_length")) return;
+  if (variation.distribution == Distribution::weibull) {
+    needs("modulus", "distribution = \"weibull\"", "10");
+    refuses("coefficient_of_variation", "weibull");
+    if (variation.correlation_length == 0)
+      needs("reference_volume", "\"weibull\" without correlation_length", "\"1 mm^3\"");
+  } else {
+    needs("coefficient_of_variation", "distribution = \"lognormal\"", "0.2");
+    needs("correlation_length", "distribution = \"lognormal\"", "\"2 mm\"");
+    refuses("modulus", "lognormal");
+    refuses("reference_volume", "lognormal");
+  }
+}
+
+}  // namespace
+
 void check_fracture(const Parameters& parameters, Findings& findings) {
+  if (parameters.fracture.variation) check_variation(findings, *parameters.fracture.variation);
   if (parameters.fracture.contact == Contact::frictionless && parameters.time.start != Start::rest)
     findings.report(
         "fracture.contact",

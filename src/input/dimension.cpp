@@ -25,6 +25,9 @@ const Dimension density_dimension{"a density", "kg/m^3", "1180 kg/m^3", 0, {{"kg
 const Dimension energy_per_area_dimension{
     "an energy per area", "J/m^2", "3 J/m^2", 0, {{"kJ/m^2", 1e3, 1e4}, {"J/m^2", 1}}};
 
+const Dimension volume_dimension{
+    "a volume", "m^3", "1 mm^3", 0, {{"m^3", 1}, {"cm^3", 1e-6, 1e-5}, {"mm^3", 1e-9}, {"um^3", 1e-18}}};
+
 Dimension impulse_dimension(double exponent) {
   const std::string power = exponent == 1 ? std::string() : fmt::format("^{}", format_number(exponent));
   const std::string unit = fmt::format("MPa{} s", power);

@@ -300,6 +300,43 @@ Table fracture_table() {
                            "\"frictionless\" needs start = \"rest\"")}};
 }
 
+Table variation_table() {
+  const auto variation = [](auto Variation::*member) {
+    return [=](Parameters & parameters, std::size_t) -> auto& {
+      return parameters.fracture.variation.value().*member;
+    };
+  };
+  return {
+      "fracture.variation",
+      Occurrence::optional,
+      "the material differs from place to place, at random; sample i's field depends on (seed, i)",
+      {choice_key<Varies>(
+           "of", variation(&Variation::of),
+           {{"strength", Varies::strength}, {"toughness", Varies::toughness}, {"both", Varies::both}},
+           by_default("\"strength\""),
+           "what the random factor multiplies; since toughness goes as strength squared, \"strength\" and "
+           "\"both\" are the same, and \"toughness\" multiplies the strength by the factor's root"),
+       choice_key<Distribution>("distribution", variation(&Variation::distribution),
+                                {{"weibull", Distribution::weibull}, {"lognormal", Distribution::lognormal}},
+                                required(),
+                                "of the factor: Weibull's with scale 1, or a lognormal one with mean 1"),
+       optional_number_key("modulus", variation(&Variation::modulus), {1, 1000}, "with \"lognormal\"",
+                           "Weibull's modulus (shape)"),
+       optional_quantity_key("reference_volume", variation(&Variation::reference_volume), volume_dimension,
+                             {1e-27, 1e9}, optional("with correlation_length or \"lognormal\""),
+                             "in which strength or toughness are Weibull's scale: 63 % of such volumes are "
+                             "below; smaller ones are stronger"),
+       optional_number_key("coefficient_of_variation", variation(&Variation::coefficient_of_variation),
+                           {0, 2, true}, "with \"weibull\"", "of the lognormal distribution"),
+       optional_quantity_key("correlation_length", variation(&Variation::correlation_length),
+                             with_example(length_dimension, "2 mm"), positive_length,
+                             optional("each tetrahedron has a factor of its own, of the weakest place in it"),
+                             "of the Gaussian field behind the factor: Matern's correlation with smoothness "
+                             "3/2, which is 0.48 at this distance")},
+      [](const Parameters& parameters) { return parameters.fracture.variation ? std::size_t{1} : 0; },
+      [](Parameters& parameters) { parameters.fracture.variation.emplace(); }};
+}
+
 Key engine_key() {
   const auto word = [](Engine engine) { return std::pair{std::string(to_string(engine)), engine}; };
   return choice_key<Engine>(
@@ -367,6 +404,7 @@ const std::vector<Table>& schema() {
       region_table(),
       material_table(),
       fracture_table(),
+      variation_table(),
       boundary_table(),
       time_table(),
       {"sections",
@@ -429,6 +467,17 @@ Key number_key(std::string name, Access<double> access, Range range, Requirement
   return value_key(
       name, "number", requirement, accepted_number(range), help, access,
       [=](const Source& source) { return read_number(source, range); }, format_number);
+}
+
+Key optional_number_key(std::string name, Access<double> access, Range range, std::string unset,
+                        std::string help) {
+  Key key = number_key(std::move(name), access, range, optional(std::move(unset)), std::move(help));
+  key.show = [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+    const double value = access(parameters, i);
+    if (value == 0) return {};
+    return format_number(value);
+  };
+  return key;
 }
 
 Key range_key(std::string name, Access<std::pair<double, double>> access,

@@ -85,6 +85,9 @@ Key automatic_time_key(std::string name, Access<std::optional<double>> access, c
                        std::string help);
 Key number_key(std::string name, Access<double> access, Range range, Requirement requirement,
                std::string help);
+/// A positive number that may be left out; then its value stays 0 and is not shown.
+Key optional_number_key(std::string name, Access<double> access, Range range, std::string unset,
+                        std::string help);
 /// An interval of a coordinate that may be left out; then it stays unbounded and is not shown.
 /// @param example its two lengths
 /// @param whole what is meant without it

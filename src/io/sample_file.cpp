@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/io/sample_file.h"
 
+#include "crackle/fracture/variation.h"
+
 #include "checked_file.h"
 #include "hdf5.h"
 #include "memory_file.h"
@@ -264,6 +266,13 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     hdf5::write_scalar<double>(summary, "stable_step", result.stable_step, "s");
     write_specimen(id, *geometry::make_body(content.parameters.specimen));
     write_mesh(id, content.realization);
+    if (content.parameters.fracture.variation) {
+      const auto& mesh = content.realization;
+      write_column<double>(
+          id, "mesh/strength_factor",
+          fracture::strength_factors(content.parameters, content.sample, {mesh.nodes, mesh.tetrahedra}),
+          std::identity(), "1", "by which the variation multiplies the strength of each tetrahedron");
+    }
     write_crack_surface(id, content.surface, content.arms.arm);
     write_crack_lines(id, content.lines);
     write_forks(id, content.arms.forks);

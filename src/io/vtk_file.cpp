@@ -98,7 +98,8 @@ void write_regions(hid_t root, const geometry::Body& body, const input::Mesh& me
 }  // namespace
 
 void write_vtk_mesh(const std::filesystem::path& file, const geometry::Realization& realization,
-                    const geometry::Body& body, const input::Mesh& mesh) {
+                    const geometry::Body& body, const input::Mesh& mesh,
+                    std::vector<double> strength_factor) {
   const geometry::SpacingField wanted(body, mesh);
   std::vector<double> spacing;
   spacing.reserve(realization.nodes.size());
@@ -108,14 +109,14 @@ void write_vtk_mesh(const std::filesystem::path& file, const geometry::Realizati
   const auto node = [&](std::int32_t i) { return realization.nodes[index(i)]; };
   for (const geometry::Tetrahedron& t : realization.tetrahedra)
     quality.push_back(geometry::mean_ratio(node(t[0]), node(t[1]), node(t[2]), node(t[3])));
-  write_grid(
-      file, realization.nodes, realization.tetrahedra, vtk_tetra,
-      {{{"spacing", std::move(spacing)}, {"region", geometry::region_numbers(realization.nodes, body, mesh)}},
-       {{"quality", std::move(quality)}}},
-      [&](hid_t root) {
-        write_specimen(root, body);
-        write_regions(root, body, mesh);
-      });
+  Fields fields{
+      {{"spacing", std::move(spacing)}, {"region", geometry::region_numbers(realization.nodes, body, mesh)}},
+      {{"quality", std::move(quality)}}};
+  if (!strength_factor.empty()) fields.of_cells.emplace_back("strength_factor", std::move(strength_factor));
+  write_grid(file, realization.nodes, realization.tetrahedra, vtk_tetra, fields, [&](hid_t root) {
+    write_specimen(root, body);
+    write_regions(root, body, mesh);
+  });
 }
 
 void write_vtk_dual_surface(const std::filesystem::path& file, const geometry::DualSurface& surface) {

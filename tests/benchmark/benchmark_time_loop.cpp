@@ -82,7 +82,7 @@ struct Sample {
 
   std::unique_ptr<fracture::Criterion> criterion(double step) const {
     return fracture::make_criterion(
-        parameters, fracture::tetrahedron_strengths(self, parameters, subdomain, body.operators()), step);
+        parameters, fracture::tetrahedron_strengths(self, parameters, 0, subdomain, body.operators()), step);
   }
   dynamics::MotionContext context(fracture::Criterion& criterion, double screening_share) {
     return {&self, &body, &loads, parameters.material.density, &criterion, screening_share};

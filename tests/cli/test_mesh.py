@@ -35,6 +35,12 @@ spacing = "0.8 mm"
 z = ["60 mm", "80 mm"]
 spacing = "1.5 mm"
 """
+VARIATION = """
+[fracture.variation]
+distribution = "{}"
+{}
+"""
+STRENGTH = 35e6  # in jobs/demo.toml [Pa]
 
 
 def run_program(command, *arguments):
@@ -125,6 +131,47 @@ class Mesh(unittest.TestCase):
             result = run_program("check", "--no-measure", plate)
             self.assertEqual((result.returncode, result.stderr), (0, ""))
             (self.assertRegex if warned else self.assertNotRegex)(result.stdout, warning if warned else "Warning")
+
+    def test_the_strength_varies_as_asked_for(self):
+        def factors(sample, variation):
+            file, mesh = self.folder / "varied.toml", self.folder / "varied.vtkhdf"
+            file.write_text(DEMO.read_text() + variation)
+            run = invoke(file, "--sample", sample, "-o", mesh)
+            self.assertEqual((run.returncode, run.stderr), (0, ""))
+            with h5py.File(mesh) as root:
+                found = root["VTKHDF/CellData/strength_factor"][...]
+                corner = root["VTKHDF/Points"][...][root["VTKHDF/Connectivity"][...].reshape(-1, 4)]
+            quantiles = [float(value) for value in re.findall(r"[\d.]+", re.search("strength factor (.*)", run.stdout)[1]
+                                                              .replace("1 %", ""))]
+            np.testing.assert_allclose(quantiles, [found.min(), np.quantile(found, 0.01), np.median(found), found.max()],
+                                       atol=2e-3)
+            return found, np.linalg.det(corner[:, 1:] - corner[:, :1])
+
+        spread, volume = factors(0, VARIATION.format("lognormal", 'coefficient_of_variation = 0.2\ncorrelation_length = "2 mm"'))
+        mean = np.average(spread, weights=volume)
+        deviation = np.sqrt(np.average((spread - mean) ** 2, weights=volume))
+        print(f"lognormal: over the volume mean {mean:.3f}, coefficient of variation {deviation / mean:.3f}")
+        self.assertAlmostEqual(mean, 1, delta=0.03)
+        self.assertAlmostEqual(deviation / mean, 0.2, delta=0.02)
+        weibull = VARIATION.format("weibull", 'modulus = 10\ncorrelation_length = "0.5 mm"')
+        self.assertNotEqual(factors(0, weibull)[0][0], factors(1, weibull)[0][0])
+        found, _ = factors(1, weibull)
+        pictures = draw(self.folder / "varied.vtkhdf")
+        self.assertEqual((pictures.returncode, pictures.stderr), (0, ""))
+        self.assertEqual(pictures.stdout.split(), [str(self.folder / name) for name in ("varied.png", "varied-strength.png")])
+        with Image.open(self.folder / "varied-strength.png") as picture:
+            self.assertGreater(len(set(picture.convert("RGB").resize((96, 48)).getdata())), 100)
+        # The sample breaks with the field that its mesh shows.
+        out = self.folder / "out"
+        run = run_program("sample", self.folder / "varied.toml", "--sample", 1, "-o", out)
+        self.assertEqual((run.returncode, run.stderr), (0, ""))
+        with h5py.File(out / "samples" / "0001.h5") as root:
+            np.testing.assert_array_equal(root["mesh/strength_factor"][...], found)
+            over = root["breaks/principal_stress"][...] / (STRENGTH * found[root["breaks/tetrahedron"][...]])
+        print(f"{len(over)} breaks at {np.median(over):.3f} times the strength of their places")
+        self.assertAlmostEqual(np.median(over), 1, delta=0.05)
+        check = run_program("check", self.folder / "varied.toml", "--no-measure")
+        self.assertIn("the correlation length of 0.5 mm is less than 2 spacings", check.stdout)
 
     def test_survey_counts_what_it_lists(self):
         table = self.folder / "survey.csv"

@@ -268,13 +268,13 @@ class Running(unittest.TestCase):
             for name in ("campaign", "clock-from-zero", "fast", "branching-center", "branching-own"):
                 (output / name).symlink_to("small")
             for name in ("base-2012", "base-1", "base-2", "perturbation-0.1-base-1", "perturbation-0.1-base-2",
-                         "spacing-0.4-base-1", "spacing-0.4-base-2"):
+                         "spacing-0.4-base-1", "spacing-0.4-base-2", "both-vary-base-1", "both-vary-base-2"):
                 (output / name).symlink_to("small")
             (output / "rate-1e6").symlink_to("small")
-            keep(["branching", "bases", "campaign", "clock-from-zero", "convergence", "spacing", "disturbance", "rate"], output, output / "kept")
+            keep(["branching", "bases", "campaign", "clock-from-zero", "convergence", "spacing", "disturbance", "heterogeneity", "rate"], output, output / "kept")
             kept = {file.name for file in (output / "kept").iterdir()}
             self.assertLessEqual({"ensemble.h5", "branching.csv", "branching.png", "campaign.csv", "convergence.csv", "fringes.csv", "fringes.png",
-                                  "second-crack.png", "spacing.png", "disturbance.png", "rate.png", "crossings.png",
+                                  "second-crack.png", "spacing.png", "disturbance.png", "heterogeneity.png", "rate.png", "crossings.png",
                                   "growth-1.png"}, kept)
             found = rows.read(run, output / "small" / "out")
             self.assertTrue(np.all(np.maximum(found.values["reach_0"], found.values["reach_1"]) > 0.2))

@@ -95,7 +95,7 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
     fracture::BreakableBody body(part, parameters.material, parameters.fracture.release);
     const auto loads = mechanics::make_boundary_loads(world, parameters, part);
     const auto criterion = fracture::make_criterion(
-        parameters, fracture::tetrahedron_strengths(world, parameters, part, body.operators()), 5e-9);
+        parameters, fracture::tetrahedron_strengths(world, parameters, 0, part, body.operators()), 5e-9);
     const MotionContext context{&world, &body, &loads, parameters.material.density, criterion.get()};
     const EnergyAccount account(world, body);
     MotionState state{parallel::NodeField(world, part.layout), parallel::NodeField(world, part.layout)};

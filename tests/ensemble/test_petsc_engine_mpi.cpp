@@ -188,7 +188,7 @@ TEST_F(PetscEngine, MovesAsTheDefinitionDoes) {
       const auto run = [&](const auto& make_motion) {
         fracture::BreakableBody body(subdomain, parameters.material, release);
         const auto criterion = fracture::make_criterion(
-            parameters, fracture::tetrahedron_strengths(world_, parameters, subdomain, body.operators()),
+            parameters, fracture::tetrahedron_strengths(world_, parameters, 0, subdomain, body.operators()),
             *parameters.time.step);
         const MotionContext context{&world_, &body, &loads, parameters.material.density, criterion.get()};
         const EnergyAccount account(world_, body);
@@ -303,7 +303,7 @@ TEST_F(PetscEngine, EndsOnAllRanksWhenANumberIsNotFinite) {
     fracture::BreakableBody body(subdomain, parameters.material);
     const auto loads = mechanics::make_boundary_loads(world_, parameters, subdomain);
     const auto criterion = fracture::make_criterion(
-        parameters, fracture::tetrahedron_strengths(world_, parameters, subdomain, body.operators()),
+        parameters, fracture::tetrahedron_strengths(world_, parameters, 0, subdomain, body.operators()),
         *parameters.time.step);
     const MotionContext context{&world_, &body, &loads, parameters.material.density, criterion.get()};
     const EnergyAccount account(world_, body);

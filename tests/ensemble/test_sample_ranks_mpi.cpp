@@ -127,6 +127,20 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankFromQuasiStaticLoadingOn) {
   compare(parameters, 20);
 }
 
+/// A random field of the strength, with a correlation length and without.
+TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithAVaryingStrength) {
+  auto parameters = torn_bar();
+  parameters.time.precision = GetParam();
+  parameters.fracture.variation = {
+      .distribution = input::Distribution::weibull, .modulus = 6, .reference_volume = 1e-9};
+  compare(parameters, 50);
+  parameters.fracture.variation = {.of = input::Varies::toughness,
+                                   .distribution = input::Distribution::lognormal,
+                                   .coefficient_of_variation = 0.3,
+                                   .correlation_length = 1e-3};
+  compare(parameters, 50);
+}
+
 /// Facets and the bridging rule, whose edges may lie between two ghosts, and a strength that differs from one
 /// tetrahedron to the next.
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithFacetsAndToughness) {

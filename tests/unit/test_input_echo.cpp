@@ -52,6 +52,12 @@ std::vector<InputTable> full_tables() {
             {"impulse", R"("2.5e-7 MPa^1.5 s")"},
             {"memory", R"("step")"},
             {"release", R"("element")"}}},
+          {"[fracture.variation]",
+           {{"of", R"("toughness")"},
+            {"distribution", R"("weibull")"},
+            {"modulus", "12.5"},
+            {"reference_volume", R"("2 cm^3")"},
+            {"correlation_length", R"("1.7 mm")"}}},
           {"[[boundary]]", {{"on", R"("z-min")"}, {"fix", R"(["x", "z"])"}}},
           {"[[boundary]]",
            {{"on", R"("z-max")"},
@@ -140,6 +146,11 @@ TEST(InputEcho, KeepsTheValues) {
   const auto expect_near = [](double a, double b) { EXPECT_NEAR(a, b, 1e-9 * std::abs(b)); };
   expect_near(again.material.youngs_modulus, 210e9);
   expect_near(again.fracture.impulse, 2.5e-7 * 1e9);
+  ASSERT_TRUE(again.fracture.variation);
+  EXPECT_EQ(again.fracture.variation->of, input::Varies::toughness);
+  expect_near(again.fracture.variation->modulus, 12.5);
+  expect_near(again.fracture.variation->reference_volume, 2e-6);
+  expect_near(again.fracture.variation->correlation_length, 1.7e-3);
   expect_near(again.specimen.notches.at(0).depth, 6.21e-3);
   expect_near(again.specimen.notches.at(1).height, 50e-6);
   expect_near(again.time.duration, 123e-6);
@@ -231,7 +242,7 @@ TEST(InputEcho, AndTableOfKeysNameTheSameKeys) {
   }
   for (const char* unused :
        {"ensemble.stop.half_width", "ensemble.stop.confidence", "ensemble.stop.min_samples", "mesh.points",
-        "fracture.toughness", "time.after_separation"}) {
+        "fracture.toughness", "fracture.variation.coefficient_of_variation", "time.after_separation"}) {
     shown.insert(unused);
   }
   const auto declared = table_keys();

@@ -19,6 +19,7 @@ from .plate import Plate
 from .results import CrackSurface, Forks
 
 MARGIN = 3.0  # round notches and cracks [mm]
+SURROUNDINGS = 4.0  # of the notches alone [mm]
 N_SHADES = 200
 
 
@@ -49,6 +50,15 @@ def draw_plate(axes: Axes, plate: Plate, z_range: tuple[float, float], faint: bo
     axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
     axes.spines[["left", "bottom"]].set_visible(False)
     axes.tick_params(length=2, pad=1.5)
+
+
+def near_notches(plate: Plate) -> tuple[float, float]:
+    """Their surroundings along z [mm]; the whole body where there are none."""
+    ends = [z / style.MILLIMETRE for z in plate.slot_ends]
+    length = plate.size[2] / style.MILLIMETRE
+    if not ends:
+        return -1.0, length + 1.0
+    return max(min(ends) - SURROUNDINGS, -1.0), min(max(ends) + SURROUNDINGS, length + 1.0)
 
 
 def time_colours(latest: float) -> Normalize:

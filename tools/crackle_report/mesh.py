@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A realization as `crackle mesh` writes it, with what the pictures need of it."""
+"""A realization as `crackle mesh` or a sample file has it, with what the pictures need of it."""
 from __future__ import annotations
 
 import os
@@ -28,11 +28,17 @@ def gradients(corner: np.ndarray) -> np.ndarray:
 class Mesh:
     nodes: np.ndarray  # n x 3 [m]
     tetrahedra: np.ndarray  # m x 4
-    quality: np.ndarray  # m, mean ratio
+    quality: Optional[np.ndarray] = None  # m, mean ratio
     spacing: Optional[np.ndarray] = None  # n, that the input asks for there [m]
     region: Optional[np.ndarray] = None  # n, number of the mesh's region that holds the node, -1: none
     plate: Optional[Plate] = None  # that it fills
     regions: Sequence[MeshRegion] = ()
+    strength_factor: Optional[np.ndarray] = None  # m, by which the variation multiplies the strength
+
+    def volumes(self) -> np.ndarray:
+        """Of the tetrahedra, m [m^3]."""
+        corner = self.nodes[self.tetrahedra]
+        return np.linalg.det(corner[:, 1:] - corner[:, :1]) / 6
 
     def dual_facets(self) -> np.ndarray:
         """Vector areas of the six dual facets of each tetrahedron, m x 6 x 3 [m^2]."""
@@ -70,7 +76,9 @@ def read_mesh(file: Path) -> Mesh:
             raise ValueError(f"{file} does not describe its body; make it again with 'crackle mesh'")
         group = root["VTKHDF"]
         at_nodes = {name: group[f"PointData/{name}"][...] for name in ("spacing", "region") if f"PointData/{name}" in group}
-        return Mesh(group["Points"][...], group["Connectivity"][...].reshape(-1, 4), group["CellData/quality"][...],
+        cells = group["CellData"]
+        return Mesh(group["Points"][...], group["Connectivity"][...].reshape(-1, 4), cells["quality"][...],
                     **at_nodes, plate=Plate.of(root["specimen"]),
+                    strength_factor=cells["strength_factor"][...] if "strength_factor" in cells else None,
                     regions=[MeshRegion(box, spacing) for box, spacing in
                              zip(root["regions/box"][...], root["regions/spacing"][...])])

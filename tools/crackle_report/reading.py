@@ -14,6 +14,7 @@ os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
 import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
+from .mesh import Mesh  # noqa: E402
 from .plate import Plate  # noqa: E402
 from .program import ResultsError, statistics_of  # noqa: E402
 from .results import (DONE, CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Forks, Frames, Paths, Ranks,  # noqa: E402
@@ -100,6 +101,9 @@ class SampleFiles:
         """None also of files of version 2."""
         return self._read(sample, _read_forks)
 
+    def mesh(self, sample: int) -> Optional[Mesh]:
+        return self._read(sample, _read_mesh)
+
     def energy(self, sample: int) -> Optional[Energy]:
         return self._read(sample, _read_energy)
 
@@ -139,6 +143,12 @@ def _read_crack(root: h5py.File) -> CrackSurface:
     notch_of_crack = np.append(group["cracks/notch"][...], -1)
     return CrackSurface(group["corners"][...].astype(np.float32), group["time"][...],
                         notch_of_crack[group["crack"][...]])
+
+
+def _read_mesh(root: h5py.File) -> Mesh:
+    group = root["mesh"]
+    return Mesh(group["nodes"][...], group["tetrahedra"][...], plate=Plate.of(root["specimen"]),
+                strength_factor=group["strength_factor"][...] if "strength_factor" in group else None)
 
 
 def _read_lines(root: h5py.File) -> list[CrackLine]:

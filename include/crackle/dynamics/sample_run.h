@@ -21,7 +21,8 @@ using SampleLog = std::function<void(const std::string& line)>;
 
 /// What a sample on its way does besides the mechanics.
 struct SampleControl {
-  SampleLog log;  ///< may be empty
+  std::uint64_t sample = 0;  ///< its number, which the random field of the material depends on
+  SampleLog log;             ///< may be empty
   /// The line that says where the sample stands, which replaces the one before, many times in a phase; in
   /// place of the log's lines about a running phase. Called on the root; may be empty.
   SampleLog progress;

@@ -7,6 +7,7 @@
 #include "crackle/mechanics/operators.h"
 #include "crackle/parallel/communicator.h"
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -43,9 +44,9 @@ std::vector<double> local_spacings(const parallel::Communicator& group, const ge
                                    const mechanics::PdsOperators& operators);
 
 /// Strength of each local tetrahedron [Pa]: the input's, or what gives the input's toughness at the local
-/// spacing. Collective; equal bits for any number of ranks.
+/// spacing; times what the sample's variation makes of it. Collective; equal bits for any number of ranks.
 std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
-                                          const input::Parameters& parameters,
+                                          const input::Parameters& parameters, std::uint64_t sample,
                                           const geometry::Subdomain& subdomain,
                                           const mechanics::PdsOperators& operators);
 

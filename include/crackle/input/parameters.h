@@ -124,6 +124,21 @@ enum class Memory { cumulative, step };
 enum class Release { element, facet };
 enum class Contact { none, frictionless };  ///< of opened facets that close again
 
+/// What the material's random field multiplies. A strength criterion's toughness goes as the strength
+/// squared, so one field f is behind both: with `toughness` the strength is multiplied by its root.
+enum class Varies { strength, toughness, both };
+enum class Distribution { weibull, lognormal };
+
+/// Heterogeneity of the material.
+struct Variation {
+  Varies of = Varies::strength;
+  Distribution distribution = Distribution::weibull;
+  double modulus = 0;                   ///< of Weibull
+  double reference_volume = 0;          ///< in which strength or toughness are Weibull's scale [m^3]
+  double coefficient_of_variation = 0;  ///< of the lognormal distribution, whose mean is the input's value
+  double correlation_length = 0;        ///< [m]; 0: each tetrahedron has its own
+};
+
 struct Fracture {
   double strength = 0;  ///< sigma_0 [Pa]; 0 when it follows from the toughness
   double exponent = 2;  ///< beta
@@ -132,6 +147,7 @@ struct Fracture {
   Release release = Release::element;
   Contact contact = Contact::none;
   double toughness = 0;  ///< energy per crack area that the strength follows from [J/m^2]; 0 when it is given
+  std::optional<Variation> variation = {};
 };
 
 /// What a boundary condition prescribes.

@@ -138,6 +138,7 @@ SHOW = {"branching": _branching, "notches": _notches, "bases": _bases, "campaign
         "spacing": _on_bases("spacing", "spacing", "0.3 mm at the tips", 0),
         "disturbance": _on_bases("disturbance", "perturbation", f"{PERTURBATION:g}",
                                  sum(p < PERTURBATION for p in PERTURBATIONS)),
+        "heterogeneity": _on_bases("heterogeneity", "what differs from sample to sample", "mesh alone", 0),
         "rate": _rate}
 
 

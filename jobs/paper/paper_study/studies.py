@@ -80,9 +80,9 @@ FROM_ZERO = Run("clock-from-zero", "5 ns, `bilateral4`", 200, reference="clock-f
 FAST_FROM_ZERO = Run("fast", "`auto` (47 ns), `verlet`", 100, FAST, reference="clock-from-zero")
 
 
-def _on_bases(name: str, label: str, keys: dict[str, str]) -> list[Run]:
+def _on_bases(name: str, label: str, keys: dict[str, str], tables: str = "") -> list[Run]:
     """One setting on several bases; the runs have the label in common."""
-    return [Run(f"{name}-base-{seed}", label, PER_MESH_BASE, {**FAST, **keys, "ensemble.seed": str(seed)})
+    return [Run(f"{name}-base-{seed}", label, PER_MESH_BASE, {**FAST, **keys, "ensemble.seed": str(seed)}, tables=tables)
             for seed in MESH_SEEDS]
 
 
@@ -119,6 +119,13 @@ def _corridor(spacing: float) -> str:
     """The cracks' way at one spacing [mm]."""
     return f'\n[[mesh.region]]\nz = ["62 mm", "78 mm"]\nspacing = "{spacing:g} mm"\n'
 
+
+VARIATION = """
+[fracture.variation]
+distribution = "weibull"
+modulus = 10
+correlation_length = "2 mm"
+"""
 
 STUDY_SEED = "1"
 UNIFORM = {"mesh.growth": "0.1"}  # outside the corridor
@@ -168,5 +175,7 @@ STUDIES: dict[str, list[Run]] = {
                 *_on_bases("growth-0.1", "0.1 mm coarser per mm from the tips", {"mesh.growth": "0.1"})],
     "disturbance": [run for p in PERTURBATIONS
                     for run in _on_bases(f"perturbation-{p:g}", f"{p:g}", {"mesh.perturbation": f"{p:g}"})],
+    "heterogeneity": [*_on_bases("strength-varies", "strength alone", {"mesh.perturbation": "0"}, VARIATION),
+                      *_on_bases("both-vary", "mesh and strength", {}, VARIATION)],
     "rate": [_rate(rate, overload) for rate, overload in RATES.items()],
 }

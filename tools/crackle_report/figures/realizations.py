@@ -15,13 +15,12 @@ from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 
 from .. import style
-from ..drawing import draw_plate
+from ..drawing import draw_plate, near_notches
 from ..mesh import Mesh
 from ..plate import MeshRegion, Plate
 from .picture import Picture
 
 HALF_THICKNESS_OF_SECTION = 0.5  # [mm]
-SURROUNDINGS = 4.0  # of the notches that are shown [mm]
 N_BINS = 48  # across the map of directions
 QUALITY_LEVELS = np.linspace(0.2, 1.0, 9)
 # Without viridis's dark end, in which the edges vanish.
@@ -37,7 +36,7 @@ def base_points(mesh: Mesh) -> Picture:
     length = plate.size[2] / style.MILLIMETRE
     figure = Figure(figsize=(7.2, 4.9), layout="constrained")
     whole, near = figure.subplots(1, 2, width_ratios=(1, 3.6))
-    for axes, z_range, size in ((whole, (-1.0, length + 1.0), 0.15), (near, _near_notches(plate), 2.2)):
+    for axes, z_range, size in ((whole, (-1.0, length + 1.0), 0.15), (near, near_notches(plate), 2.2)):
         draw_plate(axes, plate, z_range)
         axes.scatter(points[:, 1], points[:, 2], s=size, color=style.NOTCH_COLOURS[0], linewidths=0)
         axes.set_xlabel("y [mm]")
@@ -55,7 +54,7 @@ def cut(mesh: Mesh, sample: int) -> Picture:
     polygons, numbers = mesh.cut(0, middle)
     figure = Figure(figsize=(7.2, 4.5), layout="constrained")
     axes = figure.subplots()
-    draw_plate(axes, plate, _near_notches(plate))
+    draw_plate(axes, plate, near_notches(plate))
     collection = PolyCollection([polygon / style.MILLIMETRE for polygon in polygons],
                                 array=mesh.quality[numbers], cmap="cividis",
                                 norm=BoundaryNorm(QUALITY_LEVELS, 256), edgecolors=style.OUTLINE, linewidths=0.25)
@@ -147,7 +146,7 @@ def _grouped(number: int) -> str:
 
 def _ligament(plate: Plate, regions: Sequence[MeshRegion]) -> tuple[float, float]:
     """The surroundings of the notches with the regions there, as far as a plate's width from the middle."""
-    low, high = _near_notches(plate)
+    low, high = near_notches(plate)
     middle, width = (low + high) / 2, plate.size[1] / style.MILLIMETRE
     for region in regions:
         start, end = (z / style.MILLIMETRE for z in region.box[2])
@@ -165,14 +164,6 @@ def _label_region(axes: Axes, number: int, region: MeshRegion, n_points: int, y:
               ha="left", va="top", fontsize=8, zorder=4, clip_on=True,
               bbox={"facecolor": "w", "alpha": 0.85, "edgecolor": style.NOTCH_COLOURS[1], "linewidth": 0.6,
                     "boxstyle": "round,pad=0.2"})
-
-
-def _near_notches(plate: Plate) -> tuple[float, float]:
-    ends = [z / style.MILLIMETRE for z in plate.slot_ends]
-    length = plate.size[2] / style.MILLIMETRE
-    if not ends:
-        return -1.0, length + 1.0
-    return max(min(ends) - SURROUNDINGS, -1.0), min(max(ends) + SURROUNDINGS, length + 1.0)
 
 
 def _density(areas: np.ndarray) -> np.ndarray:

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How the strength varies from place to place."""
+from __future__ import annotations
+
+from typing import Optional
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+
+from .. import style
+from ..choosing import samples_in_detail
+from ..drawing import draw_plate, near_notches
+from ..mesh import Mesh
+from ..options import Options
+from ..results import Ensemble
+from .picture import Picture, Section
+
+RANGE = (0.01, 0.99)  # of the volume, which the colours span
+
+
+def section(ensemble: Ensemble, options: Options) -> Optional[Section]:
+    """None for a homogeneous material."""
+    for number in (*options.samples, *samples_in_detail(ensemble)) if ensemble.done.size else ():
+        mesh = ensemble.files.mesh(number)
+        if mesh is not None and mesh.strength_factor is not None:
+            return Section(
+                "Material",
+                "The strength of each tetrahedron over the input's value, as [fracture.variation] asks for; cut at "
+                "mid-thickness, and its distribution over the volume. The field is the sample's own.",
+                answer=f"Sample {number}: {_in_words(mesh)}.",
+                pictures=[strength(mesh, f"sample {number}")])
+    return None
+
+
+def strength(mesh: Mesh, title: str) -> Picture:
+    """The strength's factor in the mid-plane, whole and round the notches, and over the volume."""
+    factor, volume = mesh.strength_factor, mesh.volumes()
+    low, high = _quantiles(factor, volume, RANGE)
+    polygons, numbers = mesh.cut(0, mesh.plate.size[0] / 2)
+    length = mesh.plate.size[2] / style.MILLIMETRE
+    figure = Figure(figsize=(style.PAGE_WIDTH, 4.6), layout="constrained")
+    whole, near, distribution = figure.subplots(1, 3, width_ratios=(1, 3, 2.2))
+    for axes, z_range in ((whole, (-1.0, length + 1.0)), (near, near_notches(mesh.plate))):
+        draw_plate(axes, mesh.plate, z_range)
+        collection = PolyCollection([polygon / style.MILLIMETRE for polygon in polygons], array=factor[numbers],
+                                    cmap="viridis", clim=(low, high), linewidths=0, rasterized=True)
+        axes.add_collection(collection, autolim=False)
+        axes.set_xlabel("y [mm]")
+    whole.set_ylabel("z [mm]")
+    whole.set_title("whole body")
+    near.set_title(title)
+    figure.colorbar(collection, ax=[whole, near], shrink=0.6, label="strength over the input's")
+    _draw_distribution(distribution, factor, volume)
+    return Picture("strength", "Strength of the tetrahedra over the input's strength, cut at mid-thickness, and its "
+                               "distribution over the volume", figure)
+
+
+def _draw_distribution(axes: Axes, factor: np.ndarray, volume: np.ndarray) -> None:
+    axes.hist(factor, 60, weights=100 * volume / volume.sum(), color=style.NOTCH_COLOURS[0])
+    axes.axvline(float(np.average(factor, weights=volume)), color="black", linewidth=0.9, linestyle="--", label="mean")
+    axes.set_xlabel("strength over the input's")
+    axes.set_ylabel("share of the volume [%]")
+    axes.legend(loc="upper right")
+
+
+def _in_words(mesh: Mesh) -> str:
+    factor, volume = mesh.strength_factor, mesh.volumes()
+    mean = np.average(factor, weights=volume)
+    deviation = np.sqrt(np.average((factor - mean) ** 2, weights=volume))
+    return (f"mean over the volume {mean:.3g}, coefficient of variation {deviation / mean:.3g}, "
+            f"least {factor.min():.3g}, greatest {factor.max():.3g}")
+
+
+def _quantiles(values: np.ndarray, weights: np.ndarray, shares: tuple[float, float]) -> np.ndarray:
+    order = np.argsort(values)
+    reached = np.cumsum(weights[order]) / weights.sum()
+    return values[order][np.minimum(np.searchsorted(reached, shares), len(values) - 1)]
