@@ -30,7 +30,7 @@ def main() -> int:
         print(file)
         if mesh.strength_factor is not None:
             field = file.with_name(f"{file.stem}-strength{file.suffix}")
-            write_light_figure(strength(mesh, "round the notches").figure, field)
+            write_light_figure(strength(mesh, mesh.plate, "round the notches").figure, field)
             print(field)
     except (OSError, ValueError, KeyError) as error:
         print(f"crackle-mesh-picture: {error}", file=sys.stderr)

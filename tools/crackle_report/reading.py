@@ -147,7 +147,7 @@ def _read_crack(root: h5py.File) -> CrackSurface:
 
 def _read_mesh(root: h5py.File) -> Mesh:
     group = root["mesh"]
-    return Mesh(group["nodes"][...], group["tetrahedra"][...], plate=Plate.of(root["specimen"]),
+    return Mesh(group["nodes"][...], group["tetrahedra"][...],
                 strength_factor=group["strength_factor"][...] if "strength_factor" in group else None)
 
 

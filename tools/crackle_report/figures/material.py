@@ -14,6 +14,7 @@ from ..choosing import samples_in_detail
 from ..drawing import draw_plate, near_notches
 from ..mesh import Mesh
 from ..options import Options
+from ..plate import Plate
 from ..results import Ensemble
 from .picture import Picture, Section
 
@@ -30,20 +31,20 @@ def section(ensemble: Ensemble, options: Options) -> Optional[Section]:
                 "The strength of each tetrahedron over the input's value, as [fracture.variation] asks for; cut at "
                 "mid-thickness, and its distribution over the volume. The field is the sample's own.",
                 answer=f"Sample {number}: {_in_words(mesh)}.",
-                pictures=[strength(mesh, f"sample {number}")])
+                pictures=[strength(mesh, ensemble.plate, f"sample {number}")])
     return None
 
 
-def strength(mesh: Mesh, title: str) -> Picture:
+def strength(mesh: Mesh, plate: Plate, title: str) -> Picture:
     """The strength's factor in the mid-plane, whole and round the notches, and over the volume."""
     factor, volume = mesh.strength_factor, mesh.volumes()
     low, high = _quantiles(factor, volume, RANGE)
-    polygons, numbers = mesh.cut(0, mesh.plate.size[0] / 2)
-    length = mesh.plate.size[2] / style.MILLIMETRE
+    polygons, numbers = mesh.cut(0, plate.size[0] / 2)
+    length = plate.size[2] / style.MILLIMETRE
     figure = Figure(figsize=(style.PAGE_WIDTH, 4.6), layout="constrained")
     whole, near, distribution = figure.subplots(1, 3, width_ratios=(1, 3, 2.2))
-    for axes, z_range in ((whole, (-1.0, length + 1.0)), (near, near_notches(mesh.plate))):
-        draw_plate(axes, mesh.plate, z_range)
+    for axes, z_range in ((whole, (-1.0, length + 1.0)), (near, near_notches(plate))):
+        draw_plate(axes, plate, z_range)
         collection = PolyCollection([polygon / style.MILLIMETRE for polygon in polygons], array=factor[numbers],
                                     cmap="viridis", clim=(low, high), linewidths=0, rasterized=True)
         axes.add_collection(collection, autolim=False)
