@@ -247,6 +247,21 @@ class Report(Ensembles):
         self.assertIn("enough, 12 were planned", page)
         self.assertNotIn("not finished", page)
 
+    def test_a_varying_strength_is_shown(self):
+        write_ensemble(self.folder, 2)
+        self.assertEqual(self.run_report(str(self.folder), "--no-animation").returncode, 0)
+        self.assertNotIn("<h2>Material</h2>", (self.folder / "report.html").read_text(encoding="utf-8"))
+        for file in (self.folder / "samples").iterdir():
+            with h5py.File(file, "r+") as root:
+                n = len(root["mesh/tetrahedra"])
+                root["mesh/strength_factor"] = np.linspace(0.5, 1.5, n)
+        result = self.run_report(str(self.folder), "--no-animation")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        page = (self.folder / "report.html").read_text(encoding="utf-8")
+        self.assertIn("<h2>Material</h2>", page)
+        self.assertIn("least 0.5, greatest 1.5", page)
+        self.assertTrue((self.folder / "report" / "strength.png").is_file())
+
     def test_samples_and_times_can_be_chosen(self):
         write_ensemble(self.folder, 4, failed=(2,))
         result = self.run_report(str(self.folder), "--sample", "3", "--times", "0,40", "--no-animation", "--field",

@@ -38,7 +38,7 @@ class Mesh:
     def volumes(self) -> np.ndarray:
         """Of the tetrahedra, m [m^3]."""
         corner = self.nodes[self.tetrahedra]
-        return np.linalg.det(corner[:, 1:] - corner[:, :1]) / 6
+        return np.abs(np.linalg.det(corner[:, 1:] - corner[:, :1])) / 6
 
     def dual_facets(self) -> np.ndarray:
         """Vector areas of the six dual facets of each tetrahedron, m x 6 x 3 [m^2]."""
