@@ -166,20 +166,18 @@ constexpr double resolved_spacings = 2;
 std::string unresolved_variation_text(const Subject& subject) {
   const auto& variation = subject.parameters.fracture.variation;
   if (!variation) return {};
-  const input::Mesh& mesh = subject.parameters.mesh;
   const double length = variation->correlation_length;
   if (length == 0)
     return "\nWarning: each tetrahedron has a strength of its own, so only the load at the first break of a "
-           "smoothly "
-           "stressed body does not depend on the spacing; give fracture.variation.correlation_length, of "
-           "several "
-           "spacings, for cracks\n";
-  const double finest = mesh.notch_spacing > 0 ? std::min(mesh.spacing, mesh.notch_spacing) : mesh.spacing;
+           "smoothly stressed body does not depend on the spacing; give "
+           "fracture.variation.correlation_length, "
+           "of several spacings, for cracks\n";
+  const double finest =
+      geometry::SpacingField(subject.body, subject.parameters.mesh).lower_bound(subject.body.bounds());
   if (length >= resolved_spacings * finest) return {};
   return fmt::format(
       "\nWarning: the correlation length of {:.3g} mm is less than {:.0f} spacings of {:.3g} mm, so results "
-      "depend on "
-      "the spacing; give a longer one, or a finer mesh\n",
+      "depend on the spacing; give a longer one, or a finer mesh\n",
       length * 1e3, resolved_spacings, finest * 1e3);
 }
 

@@ -5,6 +5,7 @@
 #include "crackle/common/random.h"
 #include "crackle/common/vector.h"
 #include "crackle/fracture/gaussian_field.h"
+#include "crackle/geometry/quality.h"
 
 #include <algorithm>
 #include <cmath>
@@ -49,11 +50,8 @@ std::vector<double> independent(const input::Variation& variation, const RandomS
   std::vector<double> factors;
   factors.reserve(tetrahedra.tetrahedra.size());
   for (std::size_t i = 0; i < tetrahedra.tetrahedra.size(); ++i) {
-    const auto& t = tetrahedra.tetrahedra[i];
-    const auto edge = [&](std::size_t k) {
-      return tetrahedra.nodes[index(t[k])] - tetrahedra.nodes[index(t[0])];
-    };
-    const double volume = dot(edge(1), cross(edge(2), edge(3))) / 6;
+    const auto corner = [&](std::size_t k) { return tetrahedra.nodes[index(tetrahedra.tetrahedra[i][k])]; };
+    const double volume = geometry::signed_volume(corner(0), corner(1), corner(2), corner(3));
     const auto number = static_cast<std::uint64_t>(tetrahedra.number.empty() ? static_cast<std::int64_t>(i)
                                                                              : tetrahedra.number[i]);
     const double exponential = -std::log1p(-stream.substream(number).uniform());

@@ -151,6 +151,15 @@ Key sections_key(const std::string& name, std::vector<double> Sections::*positio
           }};
 }
 
+/// The key with nothing shown while its value is 0, which stands for one that is not given.
+Key hidden_at_zero(Key key, const Access<double>& access) {
+  key.show = [=, show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+    if (access(parameters, i) == 0) return {};
+    return show(parameters, i);
+  };
+  return key;
+}
+
 Table ensemble_table() {
   return {
       "ensemble",
@@ -428,13 +437,9 @@ Key quantity_key(std::string name, Access<double> access, const Dimension& dimen
 
 Key optional_quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
                           Requirement requirement, std::string help) {
-  Key key = quantity_key(std::move(name), access, dimension, range, std::move(requirement), std::move(help));
-  key.show = [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-    const double value = access(parameters, i);
-    if (value == 0) return {};
-    return format_quantity(value, dimension);
-  };
-  return key;
+  return hidden_at_zero(
+      quantity_key(std::move(name), access, dimension, range, std::move(requirement), std::move(help)),
+      access);
 }
 
 Key automatic_time_key(std::string name, Access<std::optional<double>> access, const std::string& example,
@@ -471,13 +476,8 @@ Key number_key(std::string name, Access<double> access, Range range, Requirement
 
 Key optional_number_key(std::string name, Access<double> access, Range range, std::string unset,
                         std::string help) {
-  Key key = number_key(std::move(name), access, range, optional(std::move(unset)), std::move(help));
-  key.show = [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
-    const double value = access(parameters, i);
-    if (value == 0) return {};
-    return format_number(value);
-  };
-  return key;
+  return hidden_at_zero(
+      number_key(std::move(name), access, range, optional(std::move(unset)), std::move(help)), access);
 }
 
 Key range_key(std::string name, Access<std::pair<double, double>> access,
