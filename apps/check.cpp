@@ -147,7 +147,8 @@ constexpr double uneven_toughness = 4.0 / 3;
 std::string uneven_toughness_text(const Subject& subject) {
   const auto& parameters = subject.parameters;
   // Points from a file have the spacings of the file.
-  if (parameters.fracture.toughness > 0 || parameters.mesh.points) return {};
+  if (parameters.fracture.toughness > 0 || parameters.fracture.length > 0 || parameters.mesh.points)
+    return {};
   const auto criterion =
       fracture::make_criterion(parameters, {parameters.fracture.strength}, subject.phase.grid.step);
   const auto range = fracture::toughness_along_ligaments(parameters, subject.body, criterion->strength(0));
@@ -157,6 +158,23 @@ std::string uneven_toughness_text(const Subject& subject) {
       "ligaments; make the spacing even there with [[mesh.region]], or give fracture.toughness instead of "
       "fracture.strength\n",
       range->least, range->greatest);
+}
+
+/// Spacings per radius of the ball over which stress is averaged, below which results depend on the mesh.
+constexpr double resolving_spacings = 1.5;
+
+/// A warning where the mesh does not resolve that ball; empty otherwise.
+std::string unresolved_length_text(const Subject& subject) {
+  const auto& parameters = subject.parameters;
+  const double length = parameters.fracture.length;
+  if (length == 0 || parameters.mesh.points) return {};
+  const auto spacing = fracture::spacing_along_ligaments(parameters, subject.body);
+  if (!spacing || resolving_spacings * spacing->greatest <= length) return {};
+  return fmt::format(
+      "\nWarning: the averaging length of {:.3g} mm is less than {:.2g} times the greatest spacing along the "
+      "ligaments, {:.3g} mm, so results depend on the mesh there; make it at most {:.3g} mm with "
+      "[[mesh.region]]\n",
+      length * 1e3, resolving_spacings, spacing->greatest * 1e3, length / resolving_spacings * 1e3);
 }
 
 /// Spacings per correlation length below which neighbouring tetrahedra differ much.
@@ -199,9 +217,10 @@ void add_criterion(Rows& rows, const Subject& subject) {
                        q.largest / unit, name);
   };
   const char* const varied = parameters.fracture.variation ? ", with the variation of sample 0" : "";
+  const char* const from = parameters.fracture.length > 0 ? "the averaging length" : "the local spacing";
   if (parameters.fracture.toughness > 0) {
     rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
-                                      ", from the toughness and the local spacing" + varied);
+                                      fmt::format(", from the toughness and {}{}", from, varied));
     return;
   }
   if (parameters.fracture.variation)
@@ -210,11 +229,11 @@ void add_criterion(Rows& rows, const Subject& subject) {
   if (parameters.fracture.memory == input::Memory::step)
     rows.emplace_back("strength",
                       fmt::format("{:.4g} MPa, which breaks in one step", criterion->strength(0) / 1e6));
-  auto toughness = fracture::local_spacings(self, subdomain, operators);
+  auto toughness = fracture::fracture_spacings(self, parameters.fracture, subdomain, operators);
   for (std::size_t t = 0; t < toughness.size(); ++t)
     toughness[t] = fracture::toughness_of(parameters.material, strengths[t], toughness[t]);
   rows.emplace_back("toughness", spread(std::move(toughness), 1, "J/m^2") +
-                                     ", from the strength and the local spacing" + varied);
+                                     fmt::format(", from the strength and {}{}", from, varied));
 }
 
 void add_waves(Rows& rows, const input::Parameters& parameters) {
@@ -314,8 +333,9 @@ void print_estimate(const input::Parameters& parameters, const CheckOptions& opt
   const auto demand = ensemble::memory_demand(parameters, subject.n_nodes(), subject.n_tetrahedra(),
                                               ensemble::one_group(n_ranks));
   const double memory = demand.master + (n_ranks - 1) * demand.member;  // of all ranks that share a sample
-  fmt::print("{}{}", input::aligned(subject_rows(subject, memory, available.bytes)),
-             uneven_toughness_text(subject) + unresolved_variation_text(subject));
+  fmt::print(
+      "{}{}", input::aligned(subject_rows(subject, memory, available.bytes)),
+      uneven_toughness_text(subject) + unresolved_length_text(subject) + unresolved_variation_text(subject));
   const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
   if (const auto message = ensemble::shortage(memory, whose, available))
     fmt::print(

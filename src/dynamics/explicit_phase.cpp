@@ -153,6 +153,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
     begin_steps();
   };
 
+  const auto breaking_check = make_breaking_check(context, motion);
   const ReleasesSince releases(body);
   std::int64_t last_break = 0;
   Separation separation;
@@ -172,8 +173,8 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
   }
   bool awaits_first_break = options.on_first_break && last_break == 0;
   StepFailure step_failure(group);
-  BreakingCheck breaking_check(body, motion, criterion);
-  step_failure.guard([&] { breaking_check.start(); });
+  step_failure.guard([&] { breaking_check->start(); });
+  std::vector<std::int32_t> breaking;
   bool ends = false;
   while (!ends) {
     step_failure.guard_messages([&] {
@@ -182,8 +183,11 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
     });
     ++step;
     const std::size_t n_changes = body.changes().size();
-    std::span<const std::int32_t> breaking;
-    step_failure.guard([&] { breaking = breaking_check.end_step(); });
+    breaking.clear();
+    step_failure.guard_messages([&] {
+      const auto found = breaking_check->end_step();
+      breaking.assign(found.begin(), found.end());
+    });
     if (awaits_first_break && parallel::any_of_all(group, !breaking.empty())) {
       awaits_first_break = false;
       parallel::agree_on_error(group, step_failure.error());

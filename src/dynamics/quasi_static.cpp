@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <utility>
 
 namespace crackle::dynamics {
 
@@ -46,11 +47,13 @@ mechanics::HeldComponents held_components(const parallel::Communicator& group,
 
 QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
                                        const mechanics::BoundaryLoads& loads,
-                                       const fracture::Criterion& criterion, double patience)
+                                       const fracture::Criterion& criterion, double patience,
+                                       fracture::StressAverage* average)
     : group_(&group),
       body_(&body),
       loads_(&loads),
       criterion_(&criterion),
+      average_(average),
       patience_(patience),
       solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.edges(),
               body.residual_stiffness(), held_components(group, body.subdomain(), loads)),
@@ -151,20 +154,23 @@ QuasiStaticLoading::Critical QuasiStaticLoading::agree(Critical local, bool smal
       parallel::all_reduce(*group_, local.number >= 0 && local.value == best ? local.number : none, MPI_MIN);
   if (number == none) return agreed;
   agreed.number = number;
-  const auto& numbers = body_->subdomain().tetrahedron_number;
-  const auto place = std::ranges::lower_bound(numbers, number);
-  if (place != numbers.end() && *place == number)
-    agreed.local = static_cast<std::int32_t>(place - numbers.begin());
+  agreed.local = body_->subdomain().local_number(number);
   return agreed;
+}
+
+bool QuasiStaticLoading::looks_at(std::int32_t tetrahedron) const {
+  return !body_->is_broken(tetrahedron) &&
+         (average_ == nullptr || body_->subdomain().counted[index(tetrahedron)] != 0);
 }
 
 QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
   Critical best;
   best.value = -infinity;
   const auto u = displacement_.local();
+  const auto stress = [&](std::int32_t t) { return body_->stress(t, u); };
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
-    if (body_->is_broken(t)) continue;
-    const mechanics::Symmetric sigma = body_->stress(t, u);
+    if (!looks_at(t)) continue;
+    const mechanics::Symmetric sigma = stress(t);
     const double strength = criterion_->strength(static_cast<std::size_t>(t));
     // With room for rounding, or which of two nearly equal ones comes first would depend on what this rank
     // has looked at before.
@@ -172,7 +178,9 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
         criterion_->stress().bound(sigma) < best.value * strength - 1e-12 * std::abs(best.value * strength) -
                                                 fracture::EquivalentStress::rounding(sigma))
       continue;
-    const double load = criterion_->stress()(sigma) / strength;
+    double load = criterion_->stress()(sigma) / strength;
+    if (average_ != nullptr && load > best.value)
+      load = std::min(load, criterion_->stress()((*average_)(t, stress)));
     if (best.number < 0 || load > best.value) {
       best.value = load;
       best.number = body_->subdomain().tetrahedron_number[index(t)];
@@ -189,19 +197,39 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
       [this](const auto& motion) { return motion.velocity(time_); });
   fracture::FirstCrossing first(criterion_->stress(), until - time_);
   const auto u = displacement_.local();
+  const auto stress = [&](std::int32_t t) { return body_->stress(t, u); };
+  const auto stress_rate = [&](std::int32_t t) { return body_->stress(t, rate); };
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
-    if (body_->is_broken(t)) continue;
-    first.see(body_->stress(t, u), body_->stress(t, rate), criterion_->strength(static_cast<std::size_t>(t)),
-              body_->subdomain().tetrahedron_number[index(t)]);
+    if (!looks_at(t)) continue;
+    const double strength = criterion_->strength(static_cast<std::size_t>(t));
+    const std::int64_t number = body_->subdomain().tetrahedron_number[index(t)];
+    if (average_ != nullptr)
+      first.see(stress(t), stress_rate(t), strength, number, [&] {
+        return std::pair{(*average_)(t, stress), (*average_)(t, stress_rate)};
+      });
+    else
+      first.see(stress(t), stress_rate(t), strength, number);
   }
   return agree({first.value(), first.number()}, true);
 }
 
-bool QuasiStaticLoading::breaks_soon(const Critical& overloaded) const {
+std::int32_t QuasiStaticLoading::breaking(const Critical& critical) const {
+  if (average_ == nullptr) return critical.local;
+  const auto& subdomain = body_->subdomain();
+  std::int64_t number = -1;
+  if (critical.local >= 0 && looks_at(critical.local))
+    number = subdomain.tetrahedron_number[index(
+        average_->most_stressed(critical.local, criterion_->stress(),
+                                [&](std::int32_t t) { return body_->stress(t, displacement_.local()); }))];
+  parallel::agree(*group_);
+  return subdomain.local_number(parallel::all_reduce(*group_, number, MPI_MAX));
+}
+
+bool QuasiStaticLoading::breaks_soon(std::int32_t tetrahedron, double load) const {
   bool is_soon = false;
-  if (overloaded.local >= 0) {
-    const auto t = static_cast<std::size_t>(overloaded.local);
-    is_soon = criterion_->time_to_failure(t, overloaded.value * criterion_->strength(t)) <= patience_;
+  if (tetrahedron >= 0) {
+    const auto t = static_cast<std::size_t>(tetrahedron);
+    is_soon = criterion_->time_to_failure(t, load * criterion_->strength(t)) <= patience_;
   }
   parallel::agree(*group_);
   return parallel::any_of_all(*group_, is_soon);
@@ -241,7 +269,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
     Critical next = most_loaded();
     if (next.number < 0) return QuasiStaticEnd::separated;
     load_ = largest_load(*loads_, state);
-    if (next.value > 1 && breaks_soon(next)) return QuasiStaticEnd::unstable;
+    if (next.value > 1 && breaks_soon(breaking(next), next.value)) return QuasiStaticEnd::unstable;
     if (next.value < 1) {
       // Load on: kink by kink of the programs until a tetrahedron reaches the limit.
       for (;;) {
@@ -259,8 +287,9 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
     }
     load_ = largest_load(*loads_, state);
     if (n_breaks_ == 0) load_at_first_break_ = load_;
-    if (next.local >= 0)
-      body_->release(next.local, body_->strain(next.local, displacement_.local()), time_, 0);
+    const std::int32_t tetrahedron = breaking(next);
+    if (tetrahedron >= 0)
+      body_->release(tetrahedron, body_->strain(tetrahedron, displacement_.local()), time_, 0);
     parallel::agree(*group_);
     body_->release_bridges(*group_, time_, 0,
                            [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });

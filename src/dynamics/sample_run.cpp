@@ -10,6 +10,7 @@
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/separation.h"
 #include "crackle/dynamics/stable_step.h"
+#include "crackle/fracture/stress_average.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
@@ -64,10 +65,12 @@ public:
             parameters,
             fracture::tetrahedron_strengths(group, parameters, control.sample, subdomain, body_.operators()),
             options_.grid.step)),
+        average_(fracture::make_stress_average(parameters.fracture, body_, criterion_->strengths())),
         account_(group, body_),
         context_{&group_,          &body_,
                  &loads_,          parameters.material.density,
-                 criterion_.get(), criterion_->screening_share(stable_step_)} {
+                 criterion_.get(), criterion_->screening_share(stable_step_),
+                 average_.get()} {
     result_.stable_step = stable_step_;
     if (from_ != nullptr) first_break_reaction_ = from_->first_break_reaction;
     result_.time_step = options_.grid.step;
@@ -127,7 +130,7 @@ private:
     options_.arrest_window = arrest_window(parameters_);
     Stopwatch watch;
     group_.enter("quasi-static loading");
-    QuasiStaticLoading loading(group_, body_, loads_, *criterion_, *options_.arrest_window);
+    QuasiStaticLoading loading(group_, body_, loads_, *criterion_, *options_.arrest_window, average_.get());
     release_freed_memory();
     loading.load_at_start(account_);
     bool is_first = parameters_.time.start == input::Start::equilibrium;
@@ -407,6 +410,7 @@ private:
   double stable_step_;
   PhaseOptions options_;
   std::unique_ptr<fracture::Criterion> criterion_;
+  std::unique_ptr<fracture::StressAverage> average_;  // or none
   EnergyAccount account_;
   MotionContext context_;
   SampleResult result_;

@@ -23,12 +23,12 @@ constexpr int most_ranks_per_sample = 64;
 
 }  // namespace
 
-RankWork largest_rank_work(const geometry::Realization& realization, int ranks) {
+RankWork largest_rank_work(const geometry::Realization& realization, int ranks, double halo) {
   RankWork work{ranks, static_cast<std::int64_t>(realization.tetrahedra.size()), 0, 0};
   if (ranks == 1) return work;
   work.tetrahedra = 0;
   const auto partition = geometry::partition(realization, ranks);
-  for (const auto& part : geometry::split(realization, partition)) {
+  for (const auto& part : geometry::split(realization, partition, halo)) {
     work.tetrahedra = std::max<std::int64_t>(work.tetrahedra, part.n_tetrahedra());
     work.ghosts = std::max<std::int64_t>(work.ghosts, part.n_local() - part.layout.n_owned);
     std::set<std::int32_t> owners;
@@ -72,7 +72,7 @@ std::vector<GroupPlan> make_plans(const geometry::Realization& realization,
   double force_alone = 0;
   for (int q = 1; q <= most_ranks_per_sample && q <= std::max<std::int64_t>(1, ranks - 1); q *= 2) {
     GroupPlan plan;
-    plan.work = largest_rank_work(realization, q);
+    plan.work = largest_rank_work(realization, q, parameters.fracture.length);
     plan.force = force_time(plan.work, machine, precision, forces_per_step);
     plan.groups = std::max<std::int64_t>(1, (ranks - 1) / q);
     if (q == 1) force_alone = plan.force.total();

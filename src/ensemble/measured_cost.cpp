@@ -46,9 +46,10 @@ public:
 
   void measure_solves(MeasuredCost& cost) {
     const auto criterion = fracture::make_criterion(parameters_, strength_, grid_.step);
+    const auto average = fracture::make_stress_average(parameters_.fracture, body_, criterion->strengths());
     const ThreadClock first;
     dynamics::QuasiStaticLoading loading(self_, body_, loads_, *criterion,
-                                         dynamics::arrest_window(parameters_));
+                                         dynamics::arrest_window(parameters_), average.get());
     cost.first_solve = first.seconds();
     loading.load_at_start(account_);
     if (parameters_.time.start == input::Start::quasi_static) {
@@ -75,9 +76,11 @@ public:
     std::vector<double> weakened = strength_;
     for (double& value : weakened) value /= overload;
     const auto criterion = fracture::make_criterion(parameters_, weakened, grid_.step);
+    const auto average = fracture::make_stress_average(parameters_.fracture, body_, criterion->strengths());
     const dynamics::MotionContext context{&self_,          &body_,
                                           &loads_,         parameters_.material.density,
-                                          criterion.get(), criterion->screening_share(stable_step_)};
+                                          criterion.get(), criterion->screening_share(stable_step_),
+                                          average.get()};
     agitate();
     const ThreadClock start;
     const auto motion =

@@ -25,6 +25,7 @@ namespace {
 // Measured as the largest resident set, on bodies of 24,000 to 300,000 tetrahedra (tests/cli/test_memory.py).
 constexpr double program = 50e6;      // with its libraries, for each rank
 constexpr double computed = 640;      // each tetrahedron that a rank computes: operators, solver, motion
+constexpr double averaged = 150;      // more of them where the stress is averaged: neighbours, balls
 constexpr double kept = 30;           // each tetrahedron of a realization
 constexpr double made = 270;          // each tetrahedron of a realization being made
 constexpr double frame_kept = 24;     // each node of a frame
@@ -108,7 +109,8 @@ GroupLayout one_group(int n_ranks) {
 
 MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, double n_tetrahedra,
                            const GroupLayout& layout) {
-  const double part = computed * n_tetrahedra / layout.ranks_per_group;
+  const double each = computed + (parameters.fracture.length > 0 ? averaged : 0);
+  const double part = each * n_tetrahedra / layout.ranks_per_group;
   const double frames = parameters.output.frames * n_nodes;
   const double ahead =
       std::min(static_cast<double>(most_bytes_ahead), (layout.n_groups + 1) * kept * n_tetrahedra);

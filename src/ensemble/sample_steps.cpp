@@ -18,8 +18,9 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
   steps.make = with_retries([&](std::uint64_t sample, int attempt) {
     return make_sample_mesh(body, base, parameters, sample, attempt);
   });
-  steps.split = [](const geometry::Realization& realization, int n_parts) {
-    return geometry::split(realization, geometry::partition(realization, n_parts));
+  steps.split = [&parameters](const geometry::Realization& realization, int n_parts) {
+    return geometry::split(realization, geometry::partition(realization, n_parts),
+                           parameters.fracture.length);
   };
   steps.compute = std::move(compute);
   steps.analyse = [&](const geometry::Realization& realization, const dynamics::SampleResult& result) {

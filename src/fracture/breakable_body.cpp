@@ -91,25 +91,18 @@ void BreakableBody::let_go(std::int32_t tetrahedron, mechanics::EdgeSet edges) {
 
 void BreakableBody::restore(std::span<const Break> breaks, std::span<const BridgeRelease> bridge_releases) {
   for (const auto& record : breaks) {
-    const std::int32_t t = local_number(record.tetrahedron);
+    const std::int32_t t = subdomain_->local_number(record.tetrahedron);
     if (t < 0) continue;
     open(t, record.cut);
     if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) records_.push_back(record);
   }
   for (const auto& release : bridge_releases) {
-    const std::int32_t t = local_number(release.tetrahedron);
+    const std::int32_t t = subdomain_->local_number(release.tetrahedron);
     if (t < 0) continue;
     let_go(t, static_cast<mechanics::EdgeSet>(release.edges));
     if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) bridge_releases_.push_back(release);
   }
   n_checked_ = order_.size();
-}
-
-std::int32_t BreakableBody::local_number(std::int64_t tetrahedron) const {
-  const auto& numbers = subdomain_->tetrahedron_number;
-  const auto place = std::ranges::lower_bound(numbers, tetrahedron);
-  if (place == numbers.end() || *place != tetrahedron) return -1;
-  return static_cast<std::int32_t>(place - numbers.begin());
 }
 
 std::vector<BreakableBody::BridgingEdge> BreakableBody::find_bridging_edges() const {
@@ -145,30 +138,18 @@ std::vector<BreakableBody::BridgingEdge> BreakableBody::find_bridging_edges() co
 void BreakableBody::release_bridges(const parallel::Communicator& group, double load_time, double phase_time,
                                     const std::function<Symmetric(std::int32_t)>& strain) {
   if (release_ == input::Release::element) return;
-  enum class Found { nothing, edges, failure };
-  auto found = Found::failure;
-  std::vector<BridgingEdge> bridging;
-  std::exception_ptr failure;
-  try {
-    bridging = find_bridging_edges();
+  // Of an edge between two ghosts a rank does not see all tetrahedra: the others tell.
+  auto bridging = parallel::gather_found<BridgingEdge>(group, [&] {
+    auto found = find_bridging_edges();
     n_checked_ = order_.size();
-    found = bridging.empty() ? Found::nothing : Found::edges;
-  } catch (...) {
-    failure = std::current_exception();
-  }
-  // Of an edge between two ghosts a rank does not see all tetrahedra: the others tell. Mostly there is
-  // nothing.
-  auto most = static_cast<int>(found);
-  if (group.size() > 1) most = parallel::all_reduce(group, most, MPI_MAX);
-  if (failure) std::rethrow_exception(failure);
-  if (most != static_cast<int>(Found::edges)) return;
-  if (group.size() > 1) bridging = parallel::gather_all<BridgingEdge>(group, bridging);
+    return found;
+  });
   std::ranges::sort(bridging);
   for (auto edge = bridging.begin(); edge != bridging.end();) {
     const std::int64_t number = edge->tetrahedron;
     unsigned edges = 0;
     for (; edge != bridging.end() && edge->tetrahedron == number; ++edge) edges |= 1U << edge->edge;
-    const std::int32_t t = local_number(number);
+    const std::int32_t t = subdomain_->local_number(number);
     if (t < 0 || (edges & ~static_cast<unsigned>(residual_stiffness_.released(t))) == 0) continue;
     const Symmetric eps = strain(t);
     const double before = residual_stiffness_.energy(t, eps);

@@ -45,24 +45,34 @@ double crossing(const EquivalentStress& value, const Symmetric& stress, const Sy
   }
 }
 
-void FirstCrossing::see(const Symmetric& stress, const Symmetric& rate, double strength,
-                        std::int64_t number) {
-  if (const double target = std::min(value_, limit_); std::isfinite(target)) {
-    // Below the strength at 0 and at the target by more than rounding, and so, being convex, everywhere
-    // between: the search would end behind the target, if anywhere.
-    const double slack =
-        EquivalentStress::rounding(stress) + target * EquivalentStress::rounding(rate) + 1e-13 * strength;
-    const double room = strength - of_->bound(stress);
-    const double growth = std::max(0.0, of_->bound(rate));
-    if (room - target * growth > slack) return;
-    const auto is_below = [&](double s) { return excess(*of_, stress, rate, strength, s) < -slack; };
-    if (is_below(target) && (room > slack || is_below(0))) return;
-  }
-  const double s = crossing(*of_, stress, rate, strength, limit_);
+bool FirstCrossing::comes_later(const Symmetric& stress, const Symmetric& rate, double strength) const {
+  const double target = std::min(value_, limit_);
+  if (!std::isfinite(target)) return false;
+  // Below the strength at 0 and at the target by more than rounding, and so, being convex, everywhere
+  // between: the search would end behind the target, if anywhere.
+  const double slack =
+      EquivalentStress::rounding(stress) + target * EquivalentStress::rounding(rate) + 1e-13 * strength;
+  const double room = strength - of_->bound(stress);
+  const double growth = std::max(0.0, of_->bound(rate));
+  if (room - target * growth > slack) return true;
+  const auto is_below = [&](double s) { return excess(*of_, stress, rate, strength, s) < -slack; };
+  return is_below(target) && (room > slack || is_below(0));
+}
+
+double FirstCrossing::crossing_from(const Symmetric& stress, const Symmetric& rate, double strength) const {
+  return (*of_)(stress) >= strength ? 0 : crossing(*of_, stress, rate, strength, limit_);
+}
+
+void FirstCrossing::take(double s, std::int64_t number) {
   if (s < value_ || (s == value_ && std::isfinite(s) && number < number_)) {
     value_ = s;
     number_ = number;
   }
+}
+
+void FirstCrossing::see(const Symmetric& stress, const Symmetric& rate, double strength,
+                        std::int64_t number) {
+  if (!comes_later(stress, rate, strength)) take(crossing(*of_, stress, rate, strength, limit_), number);
 }
 
 }  // namespace crackle::fracture

@@ -4,6 +4,7 @@
 #include "crackle/common/real.h"
 #include "crackle/fracture/equivalent_stress.h"
 
+#include <algorithm>
 #include <cstdint>
 
 namespace crackle::fracture {
@@ -27,10 +28,29 @@ public:
   void see(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate, double strength,
            std::int64_t number);
 
+  /// One that must reach its strength itself, and in an average. The values may be above the strength at the
+  /// start, but not both of them.
+  /// @param average gives the average of stress over strength and its rate; called where it may matter only
+  template <class Average>
+  void see(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate, double strength,
+           std::int64_t number, const Average& average) {
+    if (comes_later(stress, rate, strength)) return;
+    const auto [mean, mean_rate] = average();
+    take(std::max(crossing_from(stress, rate, strength), crossing_from(mean, mean_rate, 1)), number);
+  }
+
   double value() const { return value_; }          ///< infinity: none within the limit
   std::int64_t number() const { return number_; }  ///< the smallest of those that come first; -1: none
 
 private:
+  /// Surely after the first one so far.
+  bool comes_later(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate,
+                   double strength) const;
+  /// 0 where the strength is reached at the start.
+  double crossing_from(const mechanics::Symmetric& stress, const mechanics::Symmetric& rate,
+                       double strength) const;
+  void take(double s, std::int64_t number);
+
   const EquivalentStress* of_;
   double limit_;
   double value_ = infinity;

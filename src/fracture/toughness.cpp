@@ -30,12 +30,12 @@ double strength_of(const input::Material& material, double toughness, double spa
   return std::sqrt(toughness / (energy_factor(material) * spacing));
 }
 
-std::optional<ToughnessRange> toughness_along_ligaments(const input::Parameters& parameters,
-                                                        const geometry::Body& body, double strength) {
+std::optional<Range> spacing_along_ligaments(const input::Parameters& parameters,
+                                             const geometry::Body& body) {
   if (body.crack_starts().empty()) return std::nullopt;
   const geometry::SpacingField spacing(body, parameters.mesh);
   constexpr int n_steps = 200;  // from the tip to the end
-  ToughnessRange range{infinity, 0};
+  Range range{infinity, 0};
   for (const geometry::CrackStart& start : body.crack_starts()) {
     for (int layer = 0; layer <= 2; ++layer) {
       for (int step = 0; step <= n_steps; ++step) {
@@ -43,12 +43,20 @@ std::optional<ToughnessRange> toughness_along_ligaments(const input::Parameters&
         for (std::size_t i = 1; i < 3; ++i)
           p[i] = start.tip[i] + step * (start.end[i] - start.tip[i]) / n_steps;
         if (!body.contains(p)) break;
-        const double local = toughness_of(parameters.material, strength, spacing(p));
+        const double local = spacing(p);
         range = {std::min(range.least, local), std::max(range.greatest, local)};
       }
     }
   }
   return range;
+}
+
+std::optional<Range> toughness_along_ligaments(const input::Parameters& parameters,
+                                               const geometry::Body& body, double strength) {
+  const auto spacing = spacing_along_ligaments(parameters, body);
+  if (!spacing) return std::nullopt;
+  return Range{toughness_of(parameters.material, strength, spacing->least),
+               toughness_of(parameters.material, strength, spacing->greatest)};
 }
 
 std::vector<double> local_spacings(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
@@ -74,6 +82,13 @@ std::vector<double> local_spacings(const parallel::Communicator& group, const ge
   return spacings;
 }
 
+std::vector<double> fracture_spacings(const parallel::Communicator& group, const input::Fracture& fracture,
+                                      const geometry::Subdomain& subdomain,
+                                      const mechanics::PdsOperators& operators) {
+  if (fracture.length == 0) return local_spacings(group, subdomain, operators);
+  return std::vector<double>(operators.tetrahedra.size(), spacings_per_length * fracture.length);
+}
+
 std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
                                           const input::Parameters& parameters, std::uint64_t sample,
                                           const geometry::Subdomain& subdomain,
@@ -81,7 +96,7 @@ std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
   const input::Fracture& fracture = parameters.fracture;
   std::vector<double> strengths(operators.tetrahedra.size(), fracture.strength);
   if (fracture.toughness != 0) {
-    strengths = local_spacings(group, subdomain, operators);
+    strengths = fracture_spacings(group, fracture, subdomain, operators);
     for (double& value : strengths) value = strength_of(parameters.material, fracture.toughness, value);
   }
   if (!fracture.variation) return strengths;

@@ -5,6 +5,7 @@
 #include "crackle/common/random.h"
 #include "crackle/common/vector.h"
 #include "crackle/fracture/gaussian_field.h"
+#include "crackle/geometry/centroid.h"
 #include "crackle/geometry/quality.h"
 
 #include <algorithm>
@@ -32,9 +33,7 @@ std::vector<double> correlated(const input::Variation& variation, const RandomSt
                                const TetrahedronSpan& tetrahedra) {
   std::vector<geometry::Point> centroids;
   centroids.reserve(tetrahedra.tetrahedra.size());
-  const auto node = [&](std::int32_t i) { return tetrahedra.nodes[index(i)]; };
-  for (const auto& t : tetrahedra.tetrahedra)
-    centroids.push_back((node(t[0]) + node(t[1]) + node(t[2]) + node(t[3])) / 4);
+  for (const auto& t : tetrahedra.tetrahedra) centroids.push_back(geometry::centroid(tetrahedra.nodes, t));
   std::vector<double> factors = GaussianField(stream, variation.correlation_length).at(centroids);
   const double cv = variation.coefficient_of_variation;
   const double log_variance = std::log1p(cv * cv);

@@ -3,6 +3,7 @@
 
 #include "crackle/common/index.h"
 #include "crackle/common/vector.h"
+#include "crackle/geometry/centroid.h"
 
 #include <algorithm>
 #include <cmath>
@@ -23,13 +24,6 @@ void for_components(const Visit& visit) {
     for (std::size_t j = 0; j < 3; ++j)
       for (std::size_t k = 0; k < 3; ++k)
         for (std::size_t l = 0; l < 3; ++l) visit(i, j, k, l);
-}
-
-Point centroid(const std::vector<Point>& nodes, std::span<const std::int32_t> corners) {
-  Point mean{};
-  for (const std::int32_t node : corners)
-    mean = mean + nodes[index(node)] / static_cast<double>(corners.size());
-  return mean;
 }
 
 /// The distinct node sets of one size (edges or faces), to number points that several tetrahedra share.

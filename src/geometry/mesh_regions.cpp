@@ -2,6 +2,7 @@
 #include "crackle/geometry/mesh_regions.h"
 
 #include "crackle/common/index.h"
+#include "crackle/geometry/centroid.h"
 
 #include <algorithm>
 
@@ -33,11 +34,7 @@ std::vector<RegionContent> region_contents(const Realization& realization, const
                                            const input::Mesh& mesh) {
   std::vector<Point> centroids;
   centroids.reserve(realization.tetrahedra.size());
-  for (const Tetrahedron& t : realization.tetrahedra) {
-    Point centroid{};
-    for (const std::int32_t node : t) centroid = centroid + realization.nodes[index(node)] / 4;
-    centroids.push_back(centroid);
-  }
+  for (const Tetrahedron& t : realization.tetrahedra) centroids.push_back(centroid(realization.nodes, t));
   std::vector<RegionContent> contents(mesh.regions.size() + 1);
   const auto of = [&](std::int32_t number) -> RegionContent& {
     return number < 0 ? contents.back() : contents[index(number)];

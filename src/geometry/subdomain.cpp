@@ -2,9 +2,13 @@
 #include "crackle/geometry/subdomain.h"
 
 #include "crackle/common/index.h"
+#include "crackle/geometry/centroid.h"
+
+#include "halo.h"
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <span>
 
 namespace crackle::geometry {
@@ -55,7 +59,13 @@ void number_locally(const Realization& realization, std::vector<std::int32_t>& l
 
 }  // namespace
 
-std::vector<Subdomain> split(const Realization& realization, const Partition& partition) {
+std::int32_t Subdomain::local_number(std::int64_t tetrahedron) const {
+  const auto place = std::ranges::lower_bound(tetrahedron_number, tetrahedron);
+  if (place == tetrahedron_number.end() || *place != tetrahedron) return -1;
+  return static_cast<std::int32_t>(place - tetrahedron_number.begin());
+}
+
+std::vector<Subdomain> split(const Realization& realization, const Partition& partition, double halo) {
   const auto& node_part = partition.node_part;
   std::vector<Subdomain> parts(index(partition.n_parts));
   for (std::size_t node = 0; node < realization.nodes.size(); ++node)
@@ -71,14 +81,20 @@ std::vector<Subdomain> split(const Realization& realization, const Partition& pa
     first_owned.push_back(first_owned.back() + part.layout.n_owned);
   }
 
+  std::optional<Halo> halos;
+  if (halo > 0 && partition.n_parts > 1) halos.emplace(realization, partition, halo);
   for (std::size_t i = 0; i < realization.tetrahedra.size(); ++i) {
     const Tetrahedron& t = realization.tetrahedra[i];
-    for_owning_parts(t, node_part, [&](std::int32_t number) {
+    const auto add_to = [&](std::int32_t number) {
       Subdomain& part = parts[index(number)];
+      if (!part.tetrahedron_number.empty() && part.tetrahedron_number.back() == static_cast<std::int64_t>(i))
+        return;
       part.tetrahedra.push_back(t);
       part.tetrahedron_number.push_back(static_cast<std::int64_t>(i));
       part.counted.push_back(number == node_part[index(t[0])]);
-    });
+    };
+    for_owning_parts(t, node_part, add_to);
+    if (halos) std::ranges::for_each(halos->parts_near(centroid(realization.nodes, t)), add_to);
   }
   for (std::size_t i = 0; i < realization.boundary.size(); ++i) {
     const BoundaryTriangle& triangle = realization.boundary[i];

@@ -207,6 +207,11 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
     findings.report("fracture.contact",
                     "\"frictionless\" is not linear, which a matrix cannot be; give \"none\", or "
                     "time.engine = \"fixed-point\"");
+  const auto& size = parameters.specimen.size;
+  if (const double largest = std::max({size[0], size[1], size[2]});
+      !findings.faulty("specimen.size") && parameters.fracture.length >= largest)
+    findings.report("fracture.length", "{} is a ball as large as the body; give less than {}, some spacings",
+                    show(parameters.fracture.length), show(largest));
   if (findings.faulty("fracture.strength") || findings.faulty("fracture.toughness")) return;
   const Fracture& fracture = parameters.fracture;
   if (fracture.strength == 0 && fracture.toughness == 0) {

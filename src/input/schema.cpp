@@ -290,6 +290,11 @@ Table fracture_table() {
                              energy_per_area_dimension, {0, 1e9, true}, optional("from strength"),
                              "energy per crack area that a slow crack takes; instead of strength, which then "
                              "follows from it and the local spacing"),
+       optional_quantity_key(
+           "length", in(&Parameters::fracture, &Fracture::length), with_example(length_dimension, "0.6 mm"),
+           positive_length, optional("each tetrahedron's own stress"),
+           "radius of the ball over which the stress is averaged before it is compared with "
+           "the strength; with some spacings or more, results do not depend on the mesh"),
        number_key("exponent", in(&Parameters::fracture, &Fracture::exponent), {0, 20, true}, by_default("2"),
                   "beta"),
        impulse_key(),

@@ -182,9 +182,12 @@ public:
         load_time_(load_time) {
     state_.displacement.assign(equilibrium);
     const double stable = dynamics::stable_step(sample.parameters, sample.realization);
-    motion_ = dynamics::make_fixed_point_motion(
-        sample.context(*criterion_, criterion_->screening_share(stable)), precision, load_time, 1e-4, state_);
-    breaking_.emplace(sample.body, *motion_, *criterion_);
+    average_ =
+        fracture::make_stress_average(sample.parameters.fracture, sample.body, criterion_->strengths());
+    context_ = sample.context(*criterion_, criterion_->screening_share(stable));
+    context_.average = average_.get();
+    motion_ = dynamics::make_fixed_point_motion(context_, precision, load_time, 1e-4, state_);
+    breaking_ = dynamics::make_breaking_check(context_, *motion_);
     breaking_->start();
   }
 
@@ -214,7 +217,9 @@ private:
   double step_;
   double load_time_;
   std::unique_ptr<dynamics::MovingBody> motion_;
-  std::optional<dynamics::BreakingCheck> breaking_;
+  std::unique_ptr<fracture::StressAverage> average_;
+  dynamics::MotionContext context_{};
+  std::unique_ptr<dynamics::BreakingCheck> breaking_;
   int n_ = 0;
 };
 

@@ -349,6 +349,9 @@ CASES = [
          lambda t: t.set("time", "engine", '"petsc"').set("time", "start", '"rest"')
          .set("fracture", "contact", '"frictionless"'), "fracture.contact", "is not linear", '"none"',
          'time.engine = "fixed-point"'),
+    Case("averaging length of zero", lambda t: t.set("fracture", "length", '"0 mm"'), "fracture.length", "0 mm"),
+    Case("averaging length as long as the body", lambda t: t.set("fracture", "length", '"141 mm"'), "fracture.length",
+         "141 mm is a ball as large as the body", "less than 140 mm"),
     Case("variation without a distribution", lambda t: t.append("[fracture.variation]", "modulus = 10"),
          "fracture.variation.distribution", "missing", '"weibull" or "lognormal"'),
     Case("Weibull without a modulus",

@@ -49,7 +49,7 @@ dynamics::SampleResult compare(const input::Parameters& parameters, std::size_t 
   const parallel::Communicator world(MPI_COMM_WORLD);
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto partition = make_partition(mesh, world.size());
-  const auto parts = geometry::split(mesh, partition);
+  const auto parts = geometry::split(mesh, partition, parameters.fracture.length);
   const auto shared = run_sample(world, parameters, parts[index(world.rank())]);
   if (!world.is_root()) return shared;
   const auto alone = run_sample(self, parameters, test::whole(mesh));
@@ -125,6 +125,17 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankFromQuasiStaticLoadingOn) {
   parameters.time.start = input::Start::quasi_static;
   parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10});
   compare(parameters, 20);
+}
+
+/// Balls that reach across several parts, and from one end of a part to the other.
+TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithAveragedStress) {
+  auto parameters = torn_bar();
+  parameters.time.precision = GetParam();
+  parameters.fracture.length = 1.5e-3;
+  compare(parameters, 50);
+  parameters.time.start = input::Start::quasi_static;
+  parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10});
+  compare(parameters, 20, test::hostile_partitions(parameters.specimen.size)[2].make);
 }
 
 /// A random field of the strength, with a correlation length and without.

@@ -12,7 +12,7 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
-#include <optional>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -81,10 +81,20 @@ protected:
     fracture::BreakableBody body(subdomain, test::epoxy());
     auto criterion =
         test::tuler_butcher({.strength = strength, .exponent = 2, .impulse = impulse}, subdomain, step);
-    ScriptedMotion motion(body, stress, criterion.screening_share(stable_step));
-    std::optional<BreakingCheck> check;
+    const parallel::Communicator self(MPI_COMM_SELF);
+    const MotionContext context{.group = &self,
+                                .body = &body,
+                                .loads = nullptr,
+                                .density = 1,
+                                .criterion = &criterion,
+                                .screening_share = criterion.screening_share(stable_step)};
+    ScriptedMotion motion(body, stress, context.screening_share);
+    std::unique_ptr<BreakingCheck> check;
     for (int i = 0; i < n_steps && body.breaks().empty(); ++i) {
-      if (i == 0 || i == restart) check.emplace(body, motion, criterion).start();
+      if (i == 0 || i == restart) {
+        check = make_breaking_check(context, motion);
+        check->start();
+      }
       motion.step({}, step, 0);
       for (const auto t : check->end_step()) body.release(t, motion.strain(t), 0, motion.time());
     }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/geometry/centroid.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/geometry/subdomain.h"
 
@@ -7,6 +8,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <map>
 #include <numeric>
 #include <set>
@@ -118,10 +121,20 @@ TEST(Subdomain, OnePartIsTheRealization) {
   EXPECT_EQ(parts[0].layout.first_owned, (std::vector<std::int64_t>{0, parts[0].n_local()}));
 }
 
-void check_split(const Realization& realization, int n_parts) {
+/// Whether a part has one of its tetrahedra near to a place.
+bool counts_near(const Realization& realization, const Subdomain& part, const Point& place, double distance) {
+  for (std::size_t i = 0; i < part.tetrahedra.size(); ++i) {
+    if (part.counted[i] == 0) continue;
+    const auto& t = realization.tetrahedra[index(part.tetrahedron_number[i])];
+    if (norm(centroid(realization.nodes, t) - place) < distance) return true;
+  }
+  return false;
+}
+
+void check_split(const Realization& realization, int n_parts, double halo = 0) {
   SCOPED_TRACE(n_parts);
   const Partition parts = partition(realization, n_parts);
-  const std::vector<Subdomain> subdomains = split(realization, parts);
+  const std::vector<Subdomain> subdomains = split(realization, parts, halo);
   std::vector<int> owners(realization.nodes.size(), 0);
   std::vector<int> counted(realization.tetrahedra.size(), 0);
   std::vector<std::size_t> valence(realization.nodes.size(), 0);
@@ -172,7 +185,10 @@ void check_split(const Realization& realization, int n_parts) {
         touches_owned = touches_owned || part.tetrahedra[i][k] < part.layout.n_owned;
         ++seen[index(part.tetrahedra[i][k])];
       }
-      EXPECT_TRUE(touches_owned);
+      if (!touches_owned) {
+        EXPECT_TRUE(n_parts > 1 && counts_near(realization, part, centroid(realization.nodes, global),
+                                               2 * std::sqrt(3.0) * halo));
+      }
       counted[index(part.tetrahedron_number[i])] += part.counted[i];
     }
     std::vector<std::size_t> seen_boundary(part.nodes.size(), 0);
@@ -192,6 +208,26 @@ void check_split(const Realization& realization, int n_parts) {
   EXPECT_EQ(subdomains.back().layout.first_owned.back(), static_cast<std::int64_t>(realization.nodes.size()));
   EXPECT_TRUE(std::all_of(owners.begin(), owners.end(), [](int n) { return n == 1; }));
   EXPECT_TRUE(std::all_of(counted.begin(), counted.end(), [](int n) { return n == 1; }));
+}
+
+TEST(Subdomain, HasAHaloOfWhatIsNearToItsOwn) {
+  const double halo = 1.2e-3;
+  for (const int n_parts : {1, 3}) {
+    check_split(plate(), n_parts, halo);
+    std::size_t n_added = 0;
+    for (const Subdomain& part : split(plate(), partition(plate(), n_parts), halo)) {
+      for (std::size_t t = 0; t < plate().tetrahedra.size(); ++t) {
+        if (part.local_number(static_cast<std::int64_t>(t)) >= 0) continue;
+        EXPECT_FALSE(counts_near(plate(), part, centroid(plate().nodes, plate().tetrahedra[t]), halo));
+      }
+      n_added += part.tetrahedra.size();
+    }
+    for (const Subdomain& part : split(plate(), partition(plate(), n_parts)))
+      n_added -= part.tetrahedra.size();
+    std::printf("%d parts: %zu of %zu tetrahedra more in halos\n", n_parts, n_added,
+                plate().tetrahedra.size());
+    EXPECT_EQ(n_added == 0, n_parts == 1);
+  }
 }
 
 TEST(Subdomain, EachTetrahedronCountsOnceAndOwnedNodesSeeAllOfTheirs) {

@@ -9,7 +9,7 @@
 namespace crackle::fracture {
 namespace {
 
-ToughnessRange along_ligaments(const input::Parameters& parameters) {
+Range along_ligaments(const input::Parameters& parameters) {
   return toughness_along_ligaments(parameters, geometry::NotchedBox(parameters.specimen),
                                    parameters.fracture.strength)
       .value();
@@ -17,7 +17,7 @@ ToughnessRange along_ligaments(const input::Parameters& parameters) {
 
 TEST(LigamentToughness, GrowsWithTheSpacingOfAGradedMesh) {
   const auto parameters = test::job("paper/clock-from-zero.toml");
-  const ToughnessRange range = along_ligaments(parameters);
+  const Range range = along_ligaments(parameters);
   EXPECT_DOUBLE_EQ(range.least, toughness_of(parameters.material, parameters.fracture.strength,
                                              parameters.mesh.notch_spacing));
   // The point that is farthest from both tips: in the middle between them, 5 mm apart along the length.
@@ -27,7 +27,7 @@ TEST(LigamentToughness, GrowsWithTheSpacingOfAGradedMesh) {
 TEST(LigamentToughness, IsEvenInACorridor) {
   auto parameters = test::job("paper/clock-from-zero.toml");
   parameters.mesh.regions = {testing::region({input::unbounded, input::unbounded, {60, 80}}, 0.3)};
-  const ToughnessRange range = along_ligaments(parameters);
+  const Range range = along_ligaments(parameters);
   EXPECT_DOUBLE_EQ(range.greatest, range.least);
   // One that leaves out a part of the thickness is none.
   parameters.mesh.regions = {testing::region({{{0, 2}, input::unbounded, {60, 80}}}, 0.3)};
@@ -38,7 +38,7 @@ TEST(LigamentToughness, EndsAtTheNextNotch) {
   input::Parameters parameters = test::job("paper/clock-from-zero.toml");
   parameters.specimen.notches = {testing::notch(input::Face::y_min, 70, 10, 0.6),
                                  testing::notch(input::Face::y_max, 70, 10, 0.6)};
-  const ToughnessRange range = along_ligaments(parameters);
+  const Range range = along_ligaments(parameters);
   EXPECT_NEAR(range.greatest / range.least, 1 + 0.03 * 2.25 / 0.3, 0.01);
   parameters.specimen.notches.clear();
   EXPECT_FALSE(

@@ -7,6 +7,7 @@
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/fracture/criterion.h"
+#include "crackle/fracture/stress_average.h"
 #include "crackle/mechanics/boundary_loads.h"
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
@@ -85,6 +86,8 @@ struct MotionContext {
   double density;  ///< [kg/m^3]
   fracture::Criterion* criterion;
   double screening_share = 1;  ///< of the strength: MovingBody::overloaded() tells what is above it
+  fracture::StressAverage* average =
+      nullptr;  ///< what the criterion sees instead of a tetrahedron's own stress
 };
 
 /// The definition: every operation in double precision, one after the other, with the plain loop over

@@ -5,6 +5,7 @@
 #include "crackle/dynamics/energy_account.h"
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/fracture/criterion.h"
+#include "crackle/fracture/stress_average.h"
 #include "crackle/mechanics/boundary_loads.h"
 #include "crackle/mechanics/static_solver.h"
 #include "crackle/parallel/communicator.h"
@@ -35,9 +36,10 @@ public:
   /// @param patience a tetrahedron over the limit that would take longer than this to break in dynamics [s]
   /// is
   ///        released quasi-statically: a dynamic phase would have ended as arrested before its first break
+  /// @param average what the criterion sees instead of a tetrahedron's own stress, or nullptr
   QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
                      const mechanics::BoundaryLoads& loads, const fracture::Criterion& criterion,
-                     double patience);
+                     double patience, fracture::StressAverage* average = nullptr);
 
   /// Puts the loads at time 0 into the account. Collective; once, before everything else.
   void load_at_start(EnergyAccount& account);
@@ -81,17 +83,24 @@ private:
   void superpose(std::span<double> sum, ForceFactor&& of_force, MotionFactor&& of_motion) const;
   void combine(double time, parallel::NodeField& displacement) const;
   bool update_after_breaks();
-  /// The largest stress over its tetrahedron's strength.
+  /// The largest stress over its tetrahedron's strength; of one round which it is averaged, the smaller of
+  /// its own and the average.
   Critical most_loaded() const;
-  /// Whether a tetrahedron that is over its strength would break before a dynamic phase counts as arrested.
-  bool breaks_soon(const Critical& overloaded) const;
+  /// The next to be loaded like that up to its strength.
   Critical first_to_break(double until) const;
+  /// Local number of what breaks there now, or -1: the tetrahedron itself, or the one that its ball breaks.
+  std::int32_t breaking(const Critical& critical) const;
+  /// Whether one over its strength would break before a dynamic phase counts as arrested.
+  bool breaks_soon(std::int32_t tetrahedron, double load) const;
+  /// Whether this rank looks after a tetrahedron.
+  bool looks_at(std::int32_t tetrahedron) const;
   Critical agree(Critical local, bool smallest) const;
 
   const parallel::Communicator* group_;
   fracture::BreakableBody* body_;
   const mechanics::BoundaryLoads* loads_;
   const fracture::Criterion* criterion_;
+  fracture::StressAverage* average_;
   double patience_;
   mechanics::StaticSolver solver_;
   std::vector<parallel::NodeField> unit_;  // for each force pattern, then for each motion that is not fixed

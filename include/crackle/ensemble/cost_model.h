@@ -19,7 +19,8 @@ struct RankWork {
 };
 
 /// Shares of a realization by the partition that a run would use.
-RankWork largest_rank_work(const geometry::Realization& realization, int ranks);
+/// @param halo as for geometry::split() [m]
+RankWork largest_rank_work(const geometry::Realization& realization, int ranks, double halo = 0);
 
 /// Tetrahedron updates per second of one core where none were measured: the force of one tetrahedron with its
 /// share of the time step and the breaking check, under few breaks.

@@ -105,8 +105,6 @@ private:
     auto operator<=>(const BridgingEdge&) const = default;
   };
   std::vector<BridgingEdge> find_bridging_edges() const;
-  /// Local number of a tetrahedron of the realization, or -1.
-  std::int32_t local_number(std::int64_t tetrahedron) const;
   void open(std::int32_t tetrahedron, int cut);
   void let_go(std::int32_t tetrahedron, mechanics::EdgeSet edges);
 

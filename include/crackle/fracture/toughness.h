@@ -20,22 +20,29 @@ namespace crackle::fracture {
 /// the front is held at strong places and goes on in jumps. See src/fracture/README.md.
 inline constexpr double toughness_factor = 1.18;
 
+/// The same with the stress averaged over a ball (fracture::StressAverage): in place of the spacing stands
+/// this many times the ball's radius. Measured likewise; it holds on every mesh that resolves the ball.
+inline constexpr double spacings_per_length = 1;
+
 /// Energy per crack area for a strength at a spacing [J/m^2].
 double toughness_of(const input::Material& material, double strength, double spacing);
 
 /// Strength that gives an energy per crack area at a spacing [Pa].
 double strength_of(const input::Material& material, double toughness, double spacing);
 
-/// Energy per crack area that follows from one strength, over a range of places [J/m^2].
-struct ToughnessRange {
+/// Of a quantity over several places.
+struct Range {
   double least = 0;
   double greatest = 0;
 };
 
-/// The toughness that a strength [Pa] has at the spacings that the input asks for along the ligaments:
-/// straight on from each notch's tip, to the opposite face or the next notch. Nothing without notches.
-std::optional<ToughnessRange> toughness_along_ligaments(const input::Parameters& parameters,
-                                                        const geometry::Body& body, double strength);
+/// The spacings that the input asks for along the ligaments: straight on from each notch's tip, to the
+/// opposite face or the next notch [m]. Nothing without notches.
+std::optional<Range> spacing_along_ligaments(const input::Parameters& parameters, const geometry::Body& body);
+
+/// The toughness that a strength [Pa] has at these spacings [J/m^2].
+std::optional<Range> toughness_along_ligaments(const input::Parameters& parameters,
+                                               const geometry::Body& body, double strength);
 
 /// Local spacing at each local tetrahedron: the mean over its corners of the edge of the regular tetrahedron
 /// that has the mean volume of the tetrahedra round the corner [m]. Collective; equal bits for any number of
@@ -43,8 +50,15 @@ std::optional<ToughnessRange> toughness_along_ligaments(const input::Parameters&
 std::vector<double> local_spacings(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                                    const mechanics::PdsOperators& operators);
 
+/// The spacing that strength and toughness of each local tetrahedron go with: the local one, or what the ball
+/// over which the stress is averaged stands for [m]. Collective as local_spacings().
+std::vector<double> fracture_spacings(const parallel::Communicator& group, const input::Fracture& fracture,
+                                      const geometry::Subdomain& subdomain,
+                                      const mechanics::PdsOperators& operators);
+
 /// Strength of each local tetrahedron [Pa]: the input's, or what gives the input's toughness at the local
-/// spacing; times what the sample's variation makes of it. Collective; equal bits for any number of ranks.
+/// spacing or the length over which the stress is averaged; times what the sample's variation makes of it.
+/// Collective; equal bits for any number of ranks.
 std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
                                           const input::Parameters& parameters, std::uint64_t sample,
                                           const geometry::Subdomain& subdomain,

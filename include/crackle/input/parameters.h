@@ -147,6 +147,7 @@ struct Fracture {
   Release release = Release::element;
   Contact contact = Contact::none;
   double toughness = 0;  ///< energy per crack area that the strength follows from [J/m^2]; 0 when it is given
+  double length = 0;     ///< radius of the ball over which the stress is averaged [m]; 0: it is not
   std::optional<Variation> variation = {};
 };
 

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <numeric>
 #include <span>
 #include <type_traits>
@@ -124,6 +125,27 @@ std::vector<Value> gather_all(const Communicator& group, std::span<const Value> 
                            buffers.offsets.data(), buffers.type.get(), group.get()),
             "MPI_Allgatherv");
   return all;
+}
+
+/// What find() returns on each rank, of all ranks in their order, on every rank. Where nothing is found, as
+/// is usual, one small reduction tells. Collective; does not agree() before. Where find() throws on a rank,
+/// it throws there, and nothing is found elsewhere.
+template <class Value, class Find>
+std::vector<Value> gather_found(const Communicator& group, const Find& find) {
+  enum Found { nothing, something, failure };
+  int found = failure;
+  std::vector<Value> mine;
+  std::exception_ptr error;
+  try {
+    mine = find();
+    found = mine.empty() ? nothing : something;
+  } catch (...) {
+    error = std::current_exception();
+  }
+  if (group.size() > 1) found = all_reduce(group, found, MPI_MAX);
+  if (error) std::rethrow_exception(error);
+  if (found != something) return {};
+  return group.size() > 1 ? gather_all<Value>(group, mine) : mine;
 }
 
 /// The values of all ranks in the order of the ranks, on the root; empty elsewhere. Collective; agrees before

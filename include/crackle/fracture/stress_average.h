@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/fracture/breakable_body.h"
+#include "crackle/fracture/equivalent_stress.h"
+#include "crackle/input/parameters.h"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+namespace crackle::fracture {
+
+/// Stress over strength, averaged over a ball of fixed radius round a tetrahedron's centroid.
+///
+/// The weight of a tetrahedron with volume V at the distance r is V (1 - r^2 / l^2)^2 (Bazant and
+/// Jirasek, Nonlocal integral formulations of plasticity and damage, J. Eng. Mech. 128, 2002).
+/// The ball holds what can be reached from its centre through common faces of unbroken tetrahedra inside it,
+/// so that no stress is seen across a free surface or a crack. Broken tetrahedra at its rim count as free of
+/// stress.
+///
+/// An average over a strength needs a tetrahedron over its own in the ball: the equivalent stress is convex.
+class StressAverage {
+public:
+  struct Share {
+    std::int32_t tetrahedron;
+    double weight;  ///< over the strength [1/Pa]; weights times strengths add up to 1 where nothing is broken
+  };
+
+  /// @param body, strengths must outlive the object
+  /// @param strengths of each local tetrahedron [Pa]
+  /// @param length radius of the ball [m]
+  StressAverage(const BreakableBody& body, std::span<const double> strengths, double length);
+
+  /// The unbroken tetrahedra in the ball round one of those that this rank counts, in an order that is the
+  /// same on all ranks. Valid until the next call.
+  /// @pre the subdomain has a halo of this length, see geometry::split()
+  std::span<const Share> ball(std::int32_t centre);
+
+  /// @param stress of a local tetrahedron: a mechanics::Symmetric [Pa]
+  /// @return over the strength; a tensor, whose equivalent stress is 1 when the ball is at its strength
+  template <class Stress>
+  mechanics::Symmetric operator()(std::int32_t centre, const Stress& stress) {
+    mechanics::Symmetric sum{};
+    for (const auto& [tetrahedron, weight] : ball(centre)) {
+      const mechanics::Symmetric& sigma = stress(tetrahedron);
+      for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += weight * sigma[i];
+    }
+    return sum;
+  }
+
+  /// What breaks when the ball round `centre` does: the tetrahedron in it with the largest equivalent stress
+  /// over its strength, of equal ones that with the lowest number. So breaks attach to the crack, and no
+  /// bridges stay behind its tip.
+  template <class Stress>
+  std::int32_t most_stressed(std::int32_t centre, const EquivalentStress& value, const Stress& stress) {
+    std::int32_t most = centre;
+    double largest = value(stress(centre)) / strengths_[index(centre)];
+    for (const auto& [t, weight] : ball(centre)) {
+      const mechanics::Symmetric& sigma = stress(t);
+      const double strength = strengths_[index(t)];
+      // Settles nearly all of them, and leaves room for rounding.
+      if (value.bound(sigma) < largest * strength * (1 - 1e-9) - EquivalentStress::rounding(sigma)) continue;
+      const double load = value(sigma) / strength;
+      if (load < largest || (load == largest && t >= most)) continue;
+      largest = load;
+      most = t;
+    }
+    return most;
+  }
+
+private:
+  void find_neighbours();
+  void forget_broken();
+  std::vector<Share> find_ball(std::int32_t centre);
+
+  const BreakableBody* body_;
+  std::span<const double> strengths_;
+  double length_;
+  std::vector<geometry::Point> centroid_;
+  std::vector<std::array<std::int32_t, 4>> neighbour_;  // across the face opposite to each corner; -1: none
+  std::vector<std::int32_t> reached_by_;                // number of the search that got there last
+  std::int32_t n_searches_ = 0;
+  std::unordered_map<std::int32_t, std::vector<Share>>
+      balls_;               // of centres, as long as nothing breaks in them
+  std::size_t n_kept_ = 0;  // shares in balls_
+  std::size_t n_breaks_seen_ = 0;
+};
+
+/// That of the input; nothing where it averages no stress.
+/// @param body, strengths must outlive the result
+std::unique_ptr<StressAverage> make_stress_average(const input::Fracture& parameters,
+                                                   const BreakableBody& body,
+                                                   std::span<const double> strengths);
+
+}  // namespace crackle::fracture

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/fracture/stress_average.h"
+
+#include "crackle/common/index.h"
+#include "crackle/common/vector.h"
+#include "crackle/geometry/centroid.h"
+
+#include <algorithm>
+
+namespace crackle::fracture {
+
+namespace {
+
+/// Balls are forgotten when they hold more shares than this for each tetrahedron of the subdomain.
+constexpr std::size_t kept_shares_per_tetrahedron = 8;
+
+}  // namespace
+
+StressAverage::StressAverage(const BreakableBody& body, std::span<const double> strengths, double length)
+    : body_(&body), strengths_(strengths), length_(length), reached_by_(strengths.size(), 0) {
+  const auto& subdomain = body.subdomain();
+  centroid_.reserve(subdomain.tetrahedra.size());
+  for (const auto& t : subdomain.tetrahedra) centroid_.push_back(geometry::centroid(subdomain.nodes, t));
+  find_neighbours();
+}
+
+void StressAverage::find_neighbours() {
+  struct Face {
+    std::array<std::int32_t, 3> nodes;
+    std::int32_t place;  // 4 x tetrahedron + opposite corner
+  };
+  const auto& tetrahedra = body_->subdomain().tetrahedra;
+  std::vector<Face> faces;
+  faces.reserve(4 * tetrahedra.size());
+  for (std::size_t t = 0; t < tetrahedra.size(); ++t) {
+    for (std::size_t opposite = 0; opposite < 4; ++opposite) {
+      Face face{{}, static_cast<std::int32_t>(4 * t + opposite)};
+      for (std::size_t k = 0, n = 0; k < 4; ++k)
+        if (k != opposite) face.nodes[n++] = tetrahedra[t][k];
+      std::ranges::sort(face.nodes);
+      faces.push_back(face);
+    }
+  }
+  std::ranges::sort(faces, {}, &Face::nodes);
+  neighbour_.assign(tetrahedra.size(), {-1, -1, -1, -1});
+  for (std::size_t i = 1; i < faces.size(); ++i) {
+    const auto [a, b] = std::pair{faces[i - 1].place, faces[i].place};
+    if (faces[i - 1].nodes != faces[i].nodes) continue;
+    neighbour_[index(a / 4)][index(a % 4)] = b / 4;
+    neighbour_[index(b / 4)][index(b % 4)] = a / 4;
+  }
+}
+
+std::span<const StressAverage::Share> StressAverage::ball(std::int32_t centre) {
+  forget_broken();
+  if (const auto known = balls_.find(centre); known != balls_.end()) return known->second;
+  if (n_kept_ > kept_shares_per_tetrahedron * strengths_.size()) {
+    balls_.clear();
+    n_kept_ = 0;
+  }
+  const auto& found = balls_.emplace(centre, find_ball(centre)).first->second;
+  n_kept_ += found.size();
+  return found;
+}
+
+void StressAverage::forget_broken() {
+  const auto broken = body_->broken_tetrahedra();
+  if (broken.size() == n_breaks_seen_) return;
+  std::erase_if(balls_, [&](const auto& ball) {
+    const bool is_hit = std::ranges::any_of(broken.subspan(n_breaks_seen_), [&](std::int32_t t) {
+      const auto offset = centroid_[index(t)] - centroid_[index(ball.first)];
+      return dot(offset, offset) <= length_ * length_;
+    });
+    if (is_hit) n_kept_ -= ball.second.size();
+    return is_hit;
+  });
+  n_breaks_seen_ = broken.size();
+}
+
+std::vector<StressAverage::Share> StressAverage::find_ball(std::int32_t centre) {
+  std::vector<Share> ball;
+  ++n_searches_;
+  double sum = 0;
+  const auto reach = [&](std::int32_t t) {
+    if (t < 0 || reached_by_[index(t)] == n_searches_) return;
+    reached_by_[index(t)] = n_searches_;
+    const auto offset = centroid_[index(t)] - centroid_[index(centre)];
+    const double rest = 1 - dot(offset, offset) / (length_ * length_);
+    if (rest <= 0) return;
+    const double weight = body_->operators().tetrahedra[index(t)].volume * rest * rest;
+    sum += weight;
+    if (!body_->is_broken(t)) ball.push_back({t, weight});
+  };
+  reach(centre);
+  for (std::size_t i = 0; i < ball.size(); ++i)
+    for (const auto t : neighbour_[index(ball[i].tetrahedron)]) reach(t);
+  for (auto& [t, weight] : ball) weight /= sum * strengths_[index(t)];
+  return ball;
+}
+
+std::unique_ptr<StressAverage> make_stress_average(const input::Fracture& parameters,
+                                                   const BreakableBody& body,
+                                                   std::span<const double> strengths) {
+  if (parameters.length == 0) return nullptr;
+  return std::make_unique<StressAverage>(body, strengths, parameters.length);
+}
+
+}  // namespace crackle::fracture
