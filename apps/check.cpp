@@ -18,6 +18,7 @@
 #include "crackle/geometry/partition.h"
 #include "crackle/geometry/realization.h"
 #include "crackle/input/reader.h"
+#include "crackle/input/softening_limits.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 
@@ -160,6 +161,14 @@ std::string uneven_toughness_text(const Subject& subject) {
       range->least, range->greatest);
 }
 
+/// Along the ligaments, or anywhere in a body without notches [m].
+fracture::Range crack_spacing(const Subject& subject) {
+  const auto& mesh = subject.parameters.mesh;
+  return fracture::spacing_along_ligaments(subject.parameters, subject.body)
+      .value_or(fracture::Range{geometry::SpacingField(subject.body, mesh).lower_bound(subject.body.bounds()),
+                                mesh.spacing});
+}
+
 /// Spacings per radius of the ball over which stress is averaged, below which results depend on the mesh.
 constexpr double resolving_spacings = 1.5;
 
@@ -168,13 +177,33 @@ std::string unresolved_length_text(const Subject& subject) {
   const auto& parameters = subject.parameters;
   const double length = parameters.fracture.length;
   if (length == 0 || parameters.mesh.points) return {};
-  const auto spacing = fracture::spacing_along_ligaments(parameters, subject.body);
-  if (!spacing || resolving_spacings * spacing->greatest <= length) return {};
+  const double greatest = crack_spacing(subject).greatest;
+  if (resolving_spacings * greatest <= length) return {};
   return fmt::format(
-      "\nWarning: the averaging length of {:.3g} mm is less than {:.2g} times the greatest spacing along the "
-      "ligaments, {:.3g} mm, so results depend on the mesh there; make it at most {:.3g} mm with "
-      "[[mesh.region]]\n",
-      length * 1e3, resolving_spacings, spacing->greatest * 1e3, length / resolving_spacings * 1e3);
+      "\nWarning: the averaging length of {:.3g} mm is less than {:.2g} times the greatest spacing where "
+      "cracks "
+      "run, {:.3g} mm, so results depend on the mesh there; make it at most {:.3g} mm with [[mesh.region]]\n",
+      length * 1e3, resolving_spacings, greatest * 1e3, length / resolving_spacings * 1e3);
+}
+
+/// A warning where the mesh does not resolve the zone in which a crack softens the material; empty otherwise.
+std::string unresolved_softening_text(const Subject& subject) {
+  const auto& parameters = subject.parameters;
+  if (parameters.fracture.release != input::Release::softening || parameters.mesh.points) return {};
+  const double greatest = crack_spacing(subject).greatest;
+  const double admissible = input::resolving_share * input::process_zone_length(parameters);
+  if (greatest <= admissible) return {};
+  const double snap_back = input::snap_back_spacing(parameters);
+  return fmt::format(
+      "\nWarning: where cracks run spacings go up to {:.3g} mm, and softening wants at most {:.3g} mm{}; "
+      "refine "
+      "with [[mesh.region]]\n",
+      greatest * 1e3, admissible * 1e3,
+      greatest < snap_back
+          ? std::string()
+          : fmt::format("; from {:.3g} mm on tetrahedra break at once, with more energy than the "
+                        "toughness",
+                        snap_back * 1e3));
 }
 
 /// Spacings per correlation length below which neighbouring tetrahedra differ much.
@@ -217,6 +246,17 @@ void add_criterion(Rows& rows, const Subject& subject) {
                        q.largest / unit, name);
   };
   const char* const varied = parameters.fracture.variation ? ", with the variation of sample 0" : "";
+  if (parameters.fracture.release == input::Release::softening) {
+    const double length = input::process_zone_length(parameters);
+    const auto spacing = crack_spacing(subject);
+    rows.emplace_back("process zone",
+                      fmt::format("{:.4g} mm, E G / strength^2: {:.3g} to {:.3g} spacings where cracks run",
+                                  length * 1e3, length / spacing.greatest, length / spacing.least));
+    if (parameters.fracture.variation)
+      rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
+                                        ", from the variation of sample 0");
+    return;
+  }
   const char* const from = parameters.fracture.length > 0 ? "the averaging length" : "the local spacing";
   if (parameters.fracture.toughness > 0) {
     rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
@@ -333,9 +373,9 @@ void print_estimate(const input::Parameters& parameters, const CheckOptions& opt
   const auto demand = ensemble::memory_demand(parameters, subject.n_nodes(), subject.n_tetrahedra(),
                                               ensemble::one_group(n_ranks));
   const double memory = demand.master + (n_ranks - 1) * demand.member;  // of all ranks that share a sample
-  fmt::print(
-      "{}{}", input::aligned(subject_rows(subject, memory, available.bytes)),
-      uneven_toughness_text(subject) + unresolved_length_text(subject) + unresolved_variation_text(subject));
+  fmt::print("{}{}", input::aligned(subject_rows(subject, memory, available.bytes)),
+             uneven_toughness_text(subject) + unresolved_length_text(subject) +
+                 unresolved_softening_text(subject) + unresolved_variation_text(subject));
   const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
   if (const auto message = ensemble::shortage(memory, whose, available))
     fmt::print(

@@ -83,7 +83,7 @@ class Sample:
 
 
 def run(text: str, folder: Path, program: Path) -> list[Sample]:
-    """All samples of an input, computed in `folder`; finished ones are not computed again."""
+    """All samples of an input, computed in `folder`; a run that was stopped goes on, finished ones are not computed again."""
     folder.mkdir(parents=True, exist_ok=True)
     source = folder / "input.toml"
     unchanged = source.is_file() and source.read_text() == text
@@ -91,9 +91,11 @@ def run(text: str, folder: Path, program: Path) -> list[Sample]:
     if not (unchanged and (results / "ensemble.h5").is_file() and (folder / "done").is_file()):
         source.write_text(text)
         (folder / "done").unlink(missing_ok=True)
-        shutil.rmtree(results, ignore_errors=True)
-        with open(folder / "log.txt", "w") as log:
-            status = subprocess.run([str(program), "run", str(source), "-o", str(results)], stdout=log,
+        if not unchanged:
+            shutil.rmtree(results, ignore_errors=True)
+        resume = ["--resume"] if results.is_dir() else []
+        with open(folder / "log.txt", "a" if resume else "w") as log:
+            status = subprocess.run([str(program), "run", str(source), "-o", str(results), *resume], stdout=log,
                                     stderr=subprocess.STDOUT, env=environment()).returncode
         if status != 0:
             raise RunError(f"'{program} run {source}' ended with status {status}; see {folder / 'log.txt'}")

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 namespace crackle::dynamics {
 
@@ -34,7 +35,7 @@ void AveragedBreakingCheck::start() {
   for (auto& stresses : stresses_) stresses.clear();
   over_.clear();
   for (const auto t : motion_->overloaded())
-    if (is_mine(t) && own_load(t, 0) > 1) over_.push_back(t);
+    if (own_load(t, 0) > 1) over_.push_back(t);
 }
 
 std::span<const std::int32_t> AveragedBreakingCheck::end_step() {
@@ -59,17 +60,27 @@ std::span<const std::int32_t> AveragedBreakingCheck::end_step() {
 
 std::vector<AveragedBreakingCheck::Claim> AveragedBreakingCheck::find_claims() {
   for (auto& stresses : stresses_) stresses.clear();
-  candidates_.clear();
-  std::ranges::set_union(over_, motion_->overloaded(), std::back_inserter(candidates_));
-  std::erase_if(candidates_, [&](std::int32_t t) { return !is_mine(t); });
+  near_.clear();
+  // One whose stress has fallen was above the strength for a part of the step.
+  std::ranges::set_union(over_, motion_->overloaded(), std::back_inserter(near_));
   over_.clear();
-  std::vector<Claim> claims;
+  candidates_.clear();
   const auto& subdomain = context_->body->subdomain();
-  for (const auto centre : candidates_) {
-    if (own_load(centre, 0) > 1) over_.push_back(centre);
-    std::array<double, 3> loads{load(centre, 0), 0, 0};
+  for (const auto t : near_) {
+    if (context_->body->is_broken(t)) continue;
+    if (own_load(t, 0) > 1) over_.push_back(t);
+    const std::int32_t centre = context_->average->centre(t);
+    if (subdomain.counted[index(centre)] != 0) candidates_.push_back({centre, t});
+  }
+  std::ranges::sort(candidates_);
+  std::vector<Claim> claims;
+  for (auto begin = candidates_.begin(), end = begin; begin != candidates_.end(); begin = end) {
+    const std::int32_t centre = begin->centre;
+    end = std::find_if(begin, candidates_.end(), [&](const Candidate& one) { return one.centre != centre; });
+    const std::span<const Candidate> of_cell(begin, end);
+    std::array<double, 3> loads{load(of_cell, 0), 0, 0};
     if (loads[0] < steady_share) continue;
-    for (int n = 1; n < 3; ++n) loads[index(n)] = load(centre, n);
+    for (int n = 1; n < 3; ++n) loads[index(n)] = load(of_cell, n);
     if (std::max(loads[0], loads[1]) < context_->screening_share) continue;
     const auto most = context_->average->most_stressed(
         centre, context_->criterion->stress(), [&](std::int32_t t) -> const auto& { return stress(t, 0); });
@@ -78,10 +89,11 @@ std::vector<AveragedBreakingCheck::Claim> AveragedBreakingCheck::find_claims() {
   return claims;
 }
 
-double AveragedBreakingCheck::load(std::int32_t centre, int n_steps) {
-  const double own = own_load(centre, n_steps);
+double AveragedBreakingCheck::load(std::span<const Candidate> candidates, int n_steps) {
+  double own = 0;
+  for (const auto& candidate : candidates) own = std::max(own, own_load(candidate.tetrahedron, n_steps));
   const auto mean = (*context_->average)(
-      centre, [&](std::int32_t t) -> const auto& { return stress(t, n_steps); });
+      candidates.front().centre, [&](std::int32_t t) -> const auto& { return stress(t, n_steps); });
   return std::min(own, context_->criterion->stress()(mean));
 }
 
@@ -95,10 +107,6 @@ const mechanics::Symmetric& AveragedBreakingCheck::stress(std::int32_t tetrahedr
 double AveragedBreakingCheck::own_load(std::int32_t tetrahedron, int n_steps) {
   return context_->criterion->stress()(stress(tetrahedron, n_steps)) /
          context_->criterion->strength(static_cast<std::size_t>(tetrahedron));
-}
-
-bool AveragedBreakingCheck::is_mine(std::int32_t tetrahedron) const {
-  return context_->body->subdomain().counted[index(tetrahedron)] != 0;
 }
 
 }  // namespace crackle::dynamics

@@ -34,12 +34,13 @@ private:
   std::vector<mechanics::Symmetric> stress_;
 };
 
-/// With the stress averaged over balls. A ball is over the strength where its centre is, and the average too:
-/// the smaller of the two counts. The criterion's damage belongs to what would break, the ball's most
-/// stressed tetrahedron; of several balls that would break the same one, the most loaded counts.
+/// With the stress averaged over balls, one for each cell of a grid (fracture::StressAverage). The load of a
+/// cell is the smaller of its ball's average and of the largest that a tetrahedron in the cell has itself. So
+/// only cells with a tetrahedron near its strength need a look. The criterion's damage belongs to what would
+/// break, the ball's most stressed tetrahedron; of several balls that would break the same one, the most
+/// loaded counts.
 ///
-/// Each rank looks at the balls round the tetrahedra that it counts, and tells the others what they would
-/// break.
+/// Each rank looks at the balls whose centres it counts, and tells the others what they would break.
 class AveragedBreakingCheck final : public BreakingCheck {
 public:
   /// @pre the context has an average
@@ -55,19 +56,27 @@ private:
     std::array<double, 3> load;  // now, a step before, two steps before
   };
 
+  /// A tetrahedron near its strength, in the cell that a ball stands for.
+  struct Candidate {
+    std::int32_t centre;
+    std::int32_t tetrahedron;
+    auto operator<=>(const Candidate&) const = default;
+  };
+
   std::vector<Claim> find_claims();
-  /// The smaller of a tetrahedron's own load and that of the ball round it.
+  /// Of a cell.
+  /// @param candidates in the cell, not empty
   /// @param n_steps before now
-  double load(std::int32_t centre, int n_steps);
+  double load(std::span<const Candidate> candidates, int n_steps);
   const mechanics::Symmetric& stress(std::int32_t tetrahedron, int n_steps);
   double own_load(std::int32_t tetrahedron, int n_steps);
-  bool is_mine(std::int32_t tetrahedron) const;
 
   const MotionContext* context_;
   MovingBody* motion_;
   std::array<StressCache, 3> stresses_;  // now, a step before, two steps before
-  std::vector<std::int32_t> over_;  // that this rank counts, above the strength at the end of the last step
-  std::vector<std::int32_t> candidates_, breaking_;
+  std::vector<std::int32_t> over_;       // above the strength at the end of the last step, ascending
+  std::vector<std::int32_t> near_, breaking_;
+  std::vector<Candidate> candidates_;
 };
 
 }  // namespace crackle::dynamics

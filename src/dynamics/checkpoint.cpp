@@ -10,15 +10,20 @@
 #include <tuple>
 #include <utility>
 
+namespace crackle::fracture {
+
+// Found by its argument.
+void for_each_field(std::derived_from<Releases> auto& releases, const auto& visit) {
+  visit(releases.breaks, releases.bridge_releases, releases.tooth_falls);
+}
+
+}  // namespace crackle::fracture
+
 namespace crackle::dynamics {
 
 void for_each_field(std::derived_from<MotionCheckpoint> auto& motion, const auto& visit) {
   visit(motion.nodes, motion.has_force, motion.rate_work, motion.reaction_work, motion.remainder,
         motion.n_steps, motion.n_forces);
-}
-
-void for_each_field(std::derived_from<Releases> auto& releases, const auto& visit) {
-  visit(releases.breaks, releases.bridge_releases);
 }
 
 void for_each_field(std::derived_from<EndedPhase> auto& phase, const auto& visit) {
@@ -83,9 +88,19 @@ std::vector<fracture::BridgeRelease> gather_bridge_releases(const parallel::Comm
   return all;
 }
 
-Releases ReleasesSince::gather(const parallel::Communicator& group) const {
+std::vector<fracture::ToothFall> gather_tooth_falls(const parallel::Communicator& group,
+                                                    std::span<const fracture::ToothFall> local) {
+  auto all = parallel::gather_on_root(group, local);
+  std::ranges::sort(all, {}, [](const fracture::ToothFall& fall) {
+    return std::tuple(fall.load_time, fall.phase_time, fall.tetrahedron, -fall.share);
+  });
+  return all;
+}
+
+fracture::Releases ReleasesSince::gather(const parallel::Communicator& group) const {
   return {gather_breaks(group, body_->breaks().subspan(n_breaks_)),
-          gather_bridge_releases(group, body_->bridge_releases().subspan(n_bridge_releases_))};
+          gather_bridge_releases(group, body_->bridge_releases().subspan(n_bridge_releases_)),
+          gather_tooth_falls(group, body_->tooth_falls().subspan(n_tooth_falls_))};
 }
 
 parallel::NumberedRows gather_memory(const parallel::Communicator& group,

@@ -81,7 +81,8 @@ Frame make_frame(const MotionContext& context, const MotionState& state, double 
 void restore(const Checkpoint& checkpoint, fracture::BreakableBody& body, fracture::Criterion& criterion,
              MovingBody& motion) {
   const std::size_t n_changes = body.changes().size();
-  body.restore(checkpoint.running->releases.breaks, checkpoint.running->releases.bridge_releases);
+  body.restore(checkpoint.running->releases);
+  fracture::update_strengths(criterion, body, body.changes().subspan(n_changes));
   restore_memory(checkpoint.memory, body.subdomain(), criterion);
   motion.release(body.changes().subspan(n_changes));
   motion.restore(checkpoint.running->motion);
@@ -203,8 +204,11 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
       body.release_bridges(group, load_time, static_cast<double>(step) * dt,
                            [&](std::int32_t t) { return motion.strain(t); });
     });
-    if (body.changes().size() > n_changes) {
-      step_failure.guard([&] { motion.release(body.changes().subspan(n_changes)); });
+    if (const auto changes = body.changes().subspan(n_changes); !changes.empty()) {
+      step_failure.guard([&] {
+        fracture::update_strengths(criterion, body, changes);
+        motion.release(changes);
+      });
       last_break = step;
     }
     auto request = Request::go_on;

@@ -119,7 +119,7 @@ public:
   }
 
   void release(std::span<const std::int32_t> broken) override {
-    for (const auto t : broken) screening_.exclude(t);
+    for (const auto t : broken) take_over(t);
     force_.update(broken, force_is_current_);
     if (force_is_current_) add_contacts(n_contacts_);
     n_contacts_ = context_.body->residual_stiffness().contacts().size();
@@ -178,6 +178,14 @@ public:
   }
 
 private:
+  /// For the breaking check.
+  void take_over(std::int32_t tetrahedron) {
+    if (context_.body->is_broken(tetrahedron))
+      screening_.exclude(tetrahedron);
+    else
+      screening_.set_strength(tetrahedron, context_.criterion->strength(index(tetrahedron)));
+  }
+
   static double reference_mass(const MotionContext& context) {
     double largest = 0;
     for (const double mass : context.body->operators().node_mass) largest = std::max(largest, mass);

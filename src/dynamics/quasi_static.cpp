@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <unordered_map>
 #include <utility>
 
 namespace crackle::dynamics {
@@ -23,6 +24,13 @@ namespace {
 
 /// Displacements above this share of the body's extent mean a mechanism: linear elasticity ends long before.
 constexpr double mechanism_displacement = 0.2;
+
+/// Softening tetrahedra that come up to this share of the load of the most loaded one give way with it.
+constexpr double together = 0.9995;
+/// Softening goes on at an unchanged load for so many equilibria, and up to this load over the threshold,
+/// before it counts as unstable.
+constexpr int patient_looks = 20;
+constexpr double slight_overload = 1.2;
 
 mechanics::HeldComponents held_components(const parallel::Communicator& group,
                                           const geometry::Subdomain& subdomain,
@@ -46,9 +54,8 @@ mechanics::HeldComponents held_components(const parallel::Communicator& group,
 }  // namespace
 
 QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
-                                       const mechanics::BoundaryLoads& loads,
-                                       const fracture::Criterion& criterion, double patience,
-                                       fracture::StressAverage* average)
+                                       const mechanics::BoundaryLoads& loads, fracture::Criterion& criterion,
+                                       double patience, fracture::StressAverage* average)
     : group_(&group),
       body_(&body),
       loads_(&loads),
@@ -65,7 +72,7 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
   extent_ = parallel::largest_of_all(group, extent_);
   for (std::size_t i = 0; i < loads.forces.size(); ++i) unit_.emplace_back(group, body.subdomain().layout);
   for (const auto& motion : loads.motions) {
-    if (motion.is_fixed) continue;
+    if (motion.never_moves()) continue;
     auto& unit = unit_.emplace_back(group, body.subdomain().layout);
     for (const auto node : motion.nodes) {
       unit.local()[index(node, motion.component)] = 1;
@@ -104,7 +111,7 @@ void QuasiStaticLoading::superpose(std::span<double> sum, ForceFactor&& of_force
   };
   for (const auto& pattern : loads_->forces) add(of_force(pattern.amplitude));
   for (const auto& motion : loads_->motions) {
-    if (!motion.is_fixed) add(of_motion(motion));
+    if (!motion.never_moves()) add(of_motion(motion));
   }
 }
 
@@ -158,9 +165,11 @@ QuasiStaticLoading::Critical QuasiStaticLoading::agree(Critical local, bool smal
   return agreed;
 }
 
-bool QuasiStaticLoading::looks_at(std::int32_t tetrahedron) const {
-  return !body_->is_broken(tetrahedron) &&
-         (average_ == nullptr || body_->subdomain().counted[index(tetrahedron)] != 0);
+std::int32_t QuasiStaticLoading::place_of(std::int32_t tetrahedron) const {
+  if (body_->is_broken(tetrahedron)) return -1;
+  if (average_ == nullptr) return tetrahedron;
+  const std::int32_t centre = average_->centre(tetrahedron);
+  return body_->subdomain().counted[index(centre)] != 0 ? centre : -1;
 }
 
 QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
@@ -168,8 +177,10 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
   best.value = -infinity;
   const auto u = displacement_.local();
   const auto stress = [&](std::int32_t t) { return body_->stress(t, u); };
+  std::unordered_map<std::int32_t, double> averaged;  // loads of balls
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
-    if (!looks_at(t)) continue;
+    const std::int32_t place = place_of(t);
+    if (place < 0) continue;
     const mechanics::Symmetric sigma = stress(t);
     const double strength = criterion_->strength(static_cast<std::size_t>(t));
     // With room for rounding, or which of two nearly equal ones comes first would depend on what this rank
@@ -179,11 +190,14 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
                                                 fracture::EquivalentStress::rounding(sigma))
       continue;
     double load = criterion_->stress()(sigma) / strength;
-    if (average_ != nullptr && load > best.value)
-      load = std::min(load, criterion_->stress()((*average_)(t, stress)));
+    if (average_ != nullptr && load > best.value) {
+      const auto [ball, is_new] = averaged.try_emplace(place);
+      if (is_new) ball->second = criterion_->stress()((*average_)(place, stress));
+      load = std::min(load, ball->second);
+    }
     if (best.number < 0 || load > best.value) {
       best.value = load;
-      best.number = body_->subdomain().tetrahedron_number[index(t)];
+      best.number = body_->subdomain().tetrahedron_number[index(place)];
     }
   }
   return agree(best, false);
@@ -199,13 +213,17 @@ QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) co
   const auto u = displacement_.local();
   const auto stress = [&](std::int32_t t) { return body_->stress(t, u); };
   const auto stress_rate = [&](std::int32_t t) { return body_->stress(t, rate); };
+  std::unordered_map<std::int32_t, std::pair<mechanics::Symmetric, mechanics::Symmetric>> averaged;
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t) {
-    if (!looks_at(t)) continue;
+    const std::int32_t place = place_of(t);
+    if (place < 0) continue;
     const double strength = criterion_->strength(static_cast<std::size_t>(t));
-    const std::int64_t number = body_->subdomain().tetrahedron_number[index(t)];
+    const std::int64_t number = body_->subdomain().tetrahedron_number[index(place)];
     if (average_ != nullptr)
       first.see(stress(t), stress_rate(t), strength, number, [&] {
-        return std::pair{(*average_)(t, stress), (*average_)(t, stress_rate)};
+        const auto [ball, is_new] = averaged.try_emplace(place);
+        if (is_new) ball->second = {(*average_)(place, stress), (*average_)(place, stress_rate)};
+        return ball->second;
       });
     else
       first.see(stress(t), stress_rate(t), strength, number);
@@ -217,12 +235,28 @@ std::int32_t QuasiStaticLoading::breaking(const Critical& critical) const {
   if (average_ == nullptr) return critical.local;
   const auto& subdomain = body_->subdomain();
   std::int64_t number = -1;
-  if (critical.local >= 0 && looks_at(critical.local))
+  if (critical.local >= 0 && place_of(critical.local) == critical.local)
     number = subdomain.tetrahedron_number[index(
         average_->most_stressed(critical.local, criterion_->stress(),
                                 [&](std::int32_t t) { return body_->stress(t, displacement_.local()); }))];
   parallel::agree(*group_);
   return subdomain.local_number(parallel::all_reduce(*group_, number, MPI_MAX));
+}
+
+std::vector<std::int32_t> QuasiStaticLoading::all_breaking(const Critical& critical) const {
+  std::vector<std::int32_t> all;
+  if (!body_->softens()) {
+    if (const auto t = breaking(critical); t >= 0) all.push_back(t);
+    return all;
+  }
+  // Every rank that holds one comes to the same end.
+  const auto u = displacement_.local();
+  const double share = n_overloads_ > 0 ? 1 : together;
+  for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t)
+    if (!body_->is_broken(t) &&
+        criterion_->stress().exceeds(body_->stress(t, u), share * criterion_->strength(index(t))))
+      all.push_back(t);
+  return all;
 }
 
 bool QuasiStaticLoading::breaks_soon(std::int32_t tetrahedron, double load) const {
@@ -269,7 +303,13 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
     Critical next = most_loaded();
     if (next.number < 0) return QuasiStaticEnd::separated;
     load_ = largest_load(*loads_, state);
-    if (next.value > 1 && breaks_soon(breaking(next), next.value)) return QuasiStaticEnd::unstable;
+    if (next.value <= 1) n_overloads_ = 0;
+    const bool may_settle = body_->softens() && next.value <= slight_overload && n_overloads_ < patient_looks;
+    if (next.value > 1 && !may_settle && breaks_soon(breaking(next), next.value)) {
+      n_overloads_ = 0;
+      return QuasiStaticEnd::unstable;
+    }
+    if (next.value > 1) ++n_overloads_;
     if (next.value < 1) {
       // Load on: kink by kink of the programs until a tetrahedron reaches the limit.
       for (;;) {
@@ -286,14 +326,19 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
       }
     }
     load_ = largest_load(*loads_, state);
-    if (n_breaks_ == 0) load_at_first_break_ = load_;
-    const std::int32_t tetrahedron = breaking(next);
-    if (tetrahedron >= 0)
-      body_->release(tetrahedron, body_->strain(tetrahedron, displacement_.local()), time_, 0);
+    const auto n_counted = std::ssize(body_->breaks());
+    const std::size_t n_changes = body_->changes().size();
+    for (const auto t : all_breaking(next))
+      body_->release(t, body_->strain(t, displacement_.local()), time_, 0);
+    fracture::update_strengths(*criterion_, *body_, body_->changes().subspan(n_changes));
     parallel::agree(*group_);
     body_->release_bridges(*group_, time_, 0,
                            [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
-    ++n_breaks_;
+    ++n_events_;
+    const std::int64_t n_before = n_breaks_;
+    n_breaks_ +=
+        parallel::all_reduce<std::int64_t>(*group_, std::ssize(body_->breaks()) - n_counted, MPI_SUM);
+    if (n_before == 0 && n_breaks_ > 0) load_at_first_break_ = load_;
     parallel::NodeField before(*group_, body_->subdomain().layout);
     before.assign(displacement_);
     if (!update_after_breaks()) return QuasiStaticEnd::separated;

@@ -71,6 +71,7 @@ public:
                  &loads_,          parameters.material.density,
                  criterion_.get(), criterion_->screening_share(stable_step_),
                  average_.get()} {
+    fracture::soften_by_input(group, parameters, control.sample, body_);
     result_.stable_step = stable_step_;
     if (from_ != nullptr) first_break_reaction_ = from_->first_break_reaction;
     result_.time_step = options_.grid.step;
@@ -299,7 +300,9 @@ private:
     if (ended.load_time != load_time || ended.displacement.numbers.size() != n_nodes)
       throw CheckpointMismatch(mismatch_text);
     say(fmt::format("dynamic phase {} is taken from the checkpoint", result_.counts.dynamic_phases));
-    body_.restore(ended.releases.breaks, ended.releases.bridge_releases);
+    const std::size_t n_changes = body_.changes().size();
+    body_.restore(ended.releases);
+    fracture::update_strengths(*criterion_, body_, body_.changes().subspan(n_changes));
     const auto u = state.displacement.local();
     for (std::size_t i = 0; i < u.size(); ++i) {
       const auto row = ended.displacement.find(subdomain_.layout.number[i / 3]);
@@ -359,6 +362,7 @@ private:
   void finish() {
     result_.breaks = gather_breaks(group_, body_.breaks());
     result_.bridge_releases = gather_bridge_releases(group_, body_.bridge_releases());
+    result_.tooth_falls = gather_tooth_falls(group_, body_.tooth_falls());
     // What broke when the last phase's duration was over showed only that it was the last one.
     const bool is_last = std::ranges::none_of(
         result_.breaks, [&](const fracture::Break& one) { return one.load_time > result_.phase_start; });
@@ -370,6 +374,7 @@ private:
     };
     std::erase_if(result_.breaks, is_later);
     std::erase_if(result_.bridge_releases, is_later);
+    std::erase_if(result_.tooth_falls, is_later);
     if (!result_.breaks.empty()) {
       const fracture::Break& first = result_.breaks.front();
       result_.first_break_time = first.load_time + first.phase_time;

@@ -42,6 +42,7 @@ public:
         strength_(fracture::tetrahedron_strengths(self_, parameters, 0, subdomain_, body_.operators())),
         account_(self_, body_),
         state_{parallel::NodeField(self_, subdomain_.layout), parallel::NodeField(self_, subdomain_.layout)} {
+    fracture::soften_by_input(self_, parameters, 0, body_);
   }
 
   void measure_solves(MeasuredCost& cost) {
@@ -61,9 +62,9 @@ public:
     }
     const auto n_solves = loading.n_solves();
     const ThreadClock next;
-    const auto end = loading.advance(account_, [&] { return loading.n_breaks() > 0; });
+    const auto end = loading.advance(account_, [&] { return loading.n_events() > 0; });
     cost.next_solve = loading.n_solves() > n_solves ? next.seconds() : cost.first_solve;
-    if (end == dynamics::QuasiStaticEnd::no_load && loading.n_breaks() == 0) {
+    if (end == dynamics::QuasiStaticEnd::no_load && loading.n_events() == 0) {
       cost.breaks = false;
       cost.next_solve = 0;
     }
@@ -76,6 +77,7 @@ public:
     std::vector<double> weakened = strength_;
     for (double& value : weakened) value /= overload;
     const auto criterion = fracture::make_criterion(parameters_, weakened, grid_.step);
+    fracture::update_strengths(*criterion, body_, body_.changes());
     const auto average = fracture::make_stress_average(parameters_.fracture, body_, criterion->strengths());
     const dynamics::MotionContext context{&self_,          &body_,
                                           &loads_,         parameters_.material.density,

@@ -62,20 +62,51 @@ void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, d
                             double phase_time) {
   const auto index = static_cast<std::size_t>(tetrahedron);
   if (broken_[index] != 0) throw std::logic_error("a tetrahedron was broken twice");
-  const auto& t = operators_.tetrahedra[index];
-  const Symmetric sigma = elasticity_(strain);
-  const int cut = most_loaded_cut(t, sigma);
+  if (softening_ && lose_tooth(tetrahedron, strain, load_time, phase_time)) return;
+  const Symmetric sigma = residual_stiffness_.stress(tetrahedron, strain);
+  const double before = residual_stiffness_.energy(tetrahedron, strain);
+  const int cut = most_loaded_cut(operators_.tetrahedra[index], elasticity_(strain));
   open(tetrahedron, cut);
   if (subdomain_->counted[index] == 0) return;
-  records_.push_back(
-      {subdomain_->tetrahedron_number[index], load_time, phase_time, largest_principal(sigma),
-       0.5 * t.volume * mechanics::contract(sigma, strain) - residual_stiffness_.energy(tetrahedron, strain),
-       cut});
+  records_.push_back({subdomain_->tetrahedron_number[index], load_time, phase_time, largest_principal(sigma),
+                      before - residual_stiffness_.energy(tetrahedron, strain), cut});
+}
+
+void BreakableBody::soften(const SofteningLaw& law, std::vector<double> dissipation) {
+  softening_ = law;
+  dissipation_ = std::move(dissipation);
+}
+
+bool BreakableBody::lose_tooth(std::int32_t tetrahedron, const Symmetric& strain, double load_time,
+                               double phase_time) {
+  const auto index = static_cast<std::size_t>(tetrahedron);
+  auto& softened = softened_[tetrahedron];
+  if (softened.n_fallen == 0)
+    softened.ductility = dissipation_[index] / (0.5 * mechanics::contract(elasticity_(strain), strain));
+  const auto teeth = softening_->teeth(softened.ductility);
+  ++softened.n_fallen;
+  if (softened.n_fallen == std::ssize(teeth)) return false;
+  const double share = teeth[static_cast<std::size_t>(softened.n_fallen)].share;
+  const double before = residual_stiffness_.energy(tetrahedron, strain);
+  residual_stiffness_.soften(tetrahedron, share);
+  changes_.push_back(tetrahedron);
+  if (subdomain_->counted[index] != 0)
+    tooth_falls_.push_back({subdomain_->tetrahedron_number[index], load_time, phase_time,
+                            before - residual_stiffness_.energy(tetrahedron, strain), share,
+                            softened.ductility});
+  return true;
+}
+
+double BreakableBody::threshold(std::int32_t tetrahedron) const {
+  const auto softened = softened_.find(tetrahedron);
+  if (softened == softened_.end()) return 1;
+  const auto teeth = softening_->teeth(softened->second.ductility);
+  return teeth[std::min(static_cast<std::size_t>(softened->second.n_fallen), teeth.size() - 1)].threshold;
 }
 
 void BreakableBody::open(std::int32_t tetrahedron, int cut) {
   const auto index = static_cast<std::size_t>(tetrahedron);
-  let_go(tetrahedron, release_ == input::Release::element ? mechanics::all_edges : crossed_edges(cut));
+  let_go(tetrahedron, release_ == input::Release::facet ? crossed_edges(cut) : mechanics::all_edges);
   broken_[index] = 1;
   order_.push_back(tetrahedron);
   if (contact_ == input::Contact::frictionless) {
@@ -89,14 +120,24 @@ void BreakableBody::let_go(std::int32_t tetrahedron, mechanics::EdgeSet edges) {
   changes_.push_back(tetrahedron);
 }
 
-void BreakableBody::restore(std::span<const Break> breaks, std::span<const BridgeRelease> bridge_releases) {
-  for (const auto& record : breaks) {
+void BreakableBody::restore(const Releases& releases) {
+  for (const auto& fall : releases.tooth_falls) {
+    const std::int32_t t = subdomain_->local_number(fall.tetrahedron);
+    if (t < 0) continue;
+    residual_stiffness_.soften(t, fall.share);
+    changes_.push_back(t);
+    auto& softened = softened_[t];
+    ++softened.n_fallen;
+    softened.ductility = fall.ductility;
+    if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) tooth_falls_.push_back(fall);
+  }
+  for (const auto& record : releases.breaks) {
     const std::int32_t t = subdomain_->local_number(record.tetrahedron);
     if (t < 0) continue;
     open(t, record.cut);
     if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) records_.push_back(record);
   }
-  for (const auto& release : bridge_releases) {
+  for (const auto& release : releases.bridge_releases) {
     const std::int32_t t = subdomain_->local_number(release.tetrahedron);
     if (t < 0) continue;
     let_go(t, static_cast<mechanics::EdgeSet>(release.edges));
@@ -137,7 +178,7 @@ std::vector<BreakableBody::BridgingEdge> BreakableBody::find_bridging_edges() co
 
 void BreakableBody::release_bridges(const parallel::Communicator& group, double load_time, double phase_time,
                                     const std::function<Symmetric(std::int32_t)>& strain) {
-  if (release_ == input::Release::element) return;
+  if (release_ != input::Release::facet) return;
   // Of an edge between two ghosts a rank does not see all tetrahedra: the others tell.
   auto bridging = parallel::gather_found<BridgingEdge>(group, [&] {
     auto found = find_bridging_edges();
@@ -179,10 +220,18 @@ std::vector<double> BreakableBody::strain_energies(std::span<const double> displ
 
 std::vector<double> BreakableBody::released_energies() const {
   std::vector<double> energies;
-  energies.reserve(records_.size() + bridge_releases_.size());
+  energies.reserve(records_.size() + bridge_releases_.size() + tooth_falls_.size());
   for (const auto& record : records_) energies.push_back(record.released_energy);
+  for (const auto& fall : tooth_falls_) energies.push_back(fall.released_energy);
   for (const auto& release : bridge_releases_) energies.push_back(release.released_energy);
   return energies;
+}
+
+void update_strengths(Criterion& criterion, const BreakableBody& body,
+                      std::span<const std::int32_t> changed) {
+  if (!body.softens()) return;
+  for (const auto t : changed)
+    if (!body.is_broken(t)) criterion.soften(static_cast<std::size_t>(t), body.threshold(t));
 }
 
 }  // namespace crackle::fracture

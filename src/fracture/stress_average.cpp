@@ -6,6 +6,9 @@
 #include "crackle/geometry/centroid.h"
 
 #include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <utility>
 
 namespace crackle::fracture {
 
@@ -13,6 +16,7 @@ namespace {
 
 /// Balls are forgotten when they hold more shares than this for each tetrahedron of the subdomain.
 constexpr std::size_t kept_shares_per_tetrahedron = 8;
+constexpr double cells_per_length = 4;
 
 }  // namespace
 
@@ -21,7 +25,52 @@ StressAverage::StressAverage(const BreakableBody& body, std::span<const double> 
   const auto& subdomain = body.subdomain();
   centroid_.reserve(subdomain.tetrahedra.size());
   for (const auto& t : subdomain.tetrahedra) centroid_.push_back(geometry::centroid(subdomain.nodes, t));
+  find_cells();
   find_neighbours();
+}
+
+void StressAverage::find_cells() {
+  struct Placed {
+    std::array<std::int64_t, 3> cell;
+    double from_middle;
+    std::int32_t tetrahedron;
+  };
+  std::vector<Placed> all;
+  all.reserve(centroid_.size());
+  for (std::size_t t = 0; t < centroid_.size(); ++t) {
+    Placed placed{{}, 0, static_cast<std::int32_t>(t)};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double place = centroid_[t][i] * (cells_per_length / length_);
+      placed.cell[i] = static_cast<std::int64_t>(std::floor(place));
+      const double offset = place - std::floor(place) - 0.5;
+      placed.from_middle += offset * offset;
+    }
+    all.push_back(placed);
+  }
+  std::ranges::sort(all, {}, [](const Placed& placed) {
+    return std::tuple(placed.cell, placed.from_middle, placed.tetrahedron);
+  });
+  cell_.resize(all.size());
+  in_cell_.reserve(all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (i == 0 || all[i].cell != all[i - 1].cell) first_.push_back(static_cast<std::int32_t>(i));
+    cell_[index(all[i].tetrahedron)] = static_cast<std::int32_t>(first_.size()) - 1;
+    in_cell_.push_back(all[i].tetrahedron);
+  }
+  cell_centre_.assign(first_.size(), -1);
+  first_.push_back(static_cast<std::int32_t>(all.size()));
+}
+
+std::int32_t StressAverage::centre(std::int32_t tetrahedron) {
+  forget_broken();
+  const std::int32_t cell = cell_[index(tetrahedron)];
+  auto& centre = cell_centre_[index(cell)];
+  if (centre < 0) {
+    const auto members = std::span(in_cell_).subspan(index(first_[index(cell)]),
+                                                     index(first_[index(cell + 1)] - first_[index(cell)]));
+    centre = *std::ranges::find_if(members, [&](std::int32_t t) { return !body_->is_broken(t); });
+  }
+  return centre;
 }
 
 void StressAverage::find_neighbours() {
@@ -66,6 +115,7 @@ std::span<const StressAverage::Share> StressAverage::ball(std::int32_t centre) {
 void StressAverage::forget_broken() {
   const auto broken = body_->broken_tetrahedra();
   if (broken.size() == n_breaks_seen_) return;
+  for (const auto t : broken.subspan(n_breaks_seen_)) cell_centre_[index(cell_[index(t)])] = -1;
   std::erase_if(balls_, [&](const auto& ball) {
     const bool is_hit = std::ranges::any_of(broken.subspan(n_breaks_seen_), [&](std::int32_t t) {
       const auto offset = centroid_[index(t)] - centroid_[index(ball.first)];

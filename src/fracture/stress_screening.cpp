@@ -17,11 +17,6 @@ constexpr std::size_t chunk_size = 8 * groups_per_chunk;  // in tetrahedra
 /// For places without a tetrahedron: nothing ever happens there.
 constexpr double no_sensitivity = 1e-30;
 
-/// The strength that the elastic constants are divided by.
-double reference(std::span<const double> strength) {
-  return strength.empty() ? 1 : strength.front();
-}
-
 /// Of the smallest box that holds the changes of all nodes of these blocks.
 double half_diagonal(std::span<const kernels::Movement<double>> movement,
                      std::span<const std::int32_t> blocks) {
@@ -47,39 +42,27 @@ StressScreening<Real>::StressScreening(const geometry::Subdomain& subdomain,
                                        double share, double displacement_quantum,
                                        std::int32_t nodes_per_block, InstructionSet instruction_set)
     : n_tetrahedra_(subdomain.n_tetrahedra()),
+      operators_(&operators),
+      displacement_quantum_(displacement_quantum),
+      reference_(strength.empty() ? 1 : strength.front()),
+      per_gradient_(stress.sensitivity(elasticity) / (share * reference_) * displacement_quantum),
       instruction_set_(instruction_set),
-      bound_{static_cast<Real>(stress.bound_factors().mean * elasticity.bulk_modulus() /
-                               (share * reference(strength))),
-             static_cast<Real>(std::sqrt(stress.bound_factors().j2) * 2 * elasticity.mu /
-                               (share * reference(strength)))},
+      bound_{
+          static_cast<Real>(stress.bound_factors().mean * elasticity.bulk_modulus() / (share * reference_)),
+          static_cast<Real>(std::sqrt(stress.bound_factors().j2) * 2 * elasticity.mu / (share * reference_))},
       groups_((operators.tetrahedra.size() + 7) / 8, kernels::TetrahedronGroup<Real>{}),
       deadline_(groups_.size(), 0.0) {
-  const double stiffest = stress.sensitivity(elasticity) / (share * reference(strength));
-  const double per_gradient = stiffest * displacement_quantum;
   for (auto& group : groups_) std::ranges::fill(group.sensitivity, static_cast<Real>(no_sensitivity));
-  // Stresses are in units of the tetrahedron's own strength.
-  const auto relative = [&](std::size_t t) { return reference(strength) / strength[t]; };
-  std::vector<double> sensitivity;
-  sensitivity.reserve(operators.tetrahedra.size());
-  for (std::size_t t = 0; t < operators.tetrahedra.size(); ++t) {
-    double sum = 0;
-    for (const auto& gradient : operators.tetrahedra[t].gradient) sum += norm(gradient);
-    sensitivity.push_back(per_gradient * sum * relative(t));
-  }
-  sort_chunks(sensitivity);
-  for (std::size_t t = 0; t < operators.tetrahedra.size(); ++t) {
-    const auto& tetrahedron = operators.tetrahedra[t];
-    const std::size_t at = place(static_cast<std::int32_t>(t));
-    auto& group = groups_[at / 8];
-    const std::size_t lane = at % 8;
-    for (std::size_t a = 0; a < 4; ++a) {
-      group.corner[a][lane] = tetrahedron.nodes[a];
-      for (std::size_t i = 0; i < 3 && a > 0; ++i)
-        group.gradient[3 * (a - 1) + i][lane] =
-            static_cast<Real>(tetrahedron.gradient[a][i] * displacement_quantum * relative(t));
-    }
-    // Rounded up, since it is a bound.
-    group.sensitivity[lane] = static_cast<Real>(sensitivity[t] * (1 + 0x1p-20));
+  std::vector<double> sensitivities;
+  sensitivities.reserve(operators.tetrahedra.size());
+  for (std::int32_t t = 0; t < n_tetrahedra_; ++t)
+    sensitivities.push_back(sensitivity(t, strength[index(t)]));
+  sort_chunks(sensitivities);
+  for (std::int32_t t = 0; t < n_tetrahedra_; ++t) {
+    auto& group = groups_[place(t) / 8];
+    for (std::size_t a = 0; a < 4; ++a)
+      group.corner[a][place(t) % 8] = operators.tetrahedra[index(t)].nodes[a];
+    set_strength(t, strength[index(t)]);
   }
 
   const auto n_owned_blocks = (subdomain.layout.n_owned + nodes_per_block - 1) / nodes_per_block;
@@ -144,6 +127,27 @@ std::span<const std::int32_t> StressScreening<Real>::candidates(
   }
   std::ranges::sort(candidates_);
   return candidates_;
+}
+
+template <class Real>
+double StressScreening<Real>::sensitivity(std::int32_t tetrahedron, double strength) const {
+  double sum = 0;
+  for (const auto& gradient : operators_->tetrahedra[index(tetrahedron)].gradient) sum += norm(gradient);
+  return per_gradient_ * sum * (reference_ / strength);
+}
+
+template <class Real>
+void StressScreening<Real>::set_strength(std::int32_t tetrahedron, double strength) {
+  auto& group = groups_[place(tetrahedron) / 8];
+  const std::size_t lane = place(tetrahedron) % 8;
+  // Stresses are in units of the tetrahedron's own strength.
+  const auto& gradient = operators_->tetrahedra[index(tetrahedron)].gradient;
+  for (std::size_t a = 1; a < 4; ++a)
+    for (std::size_t i = 0; i < 3; ++i)
+      group.gradient[3 * (a - 1) + i][lane] =
+          static_cast<Real>(gradient[a][i] * displacement_quantum_ * (reference_ / strength));
+  // Rounded up, since it is a bound.
+  group.sensitivity[lane] = static_cast<Real>(sensitivity(tetrahedron, strength) * (1 + 0x1p-20));
 }
 
 template <class Real>

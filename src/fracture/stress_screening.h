@@ -44,6 +44,9 @@ public:
   /// A broken tetrahedron is not looked at any more.
   void exclude(std::int32_t tetrahedron);
 
+  /// Takes over a strength [Pa] that has not become smaller.
+  void set_strength(std::int32_t tetrahedron, double strength);
+
 private:
   struct Chunk {
     std::size_t first_group, last_group;
@@ -52,10 +55,15 @@ private:
     double deadline = 0;  // smallest of its groups
   };
 
+  double sensitivity(std::int32_t tetrahedron, double strength) const;
   void sort_chunks(std::span<const double> sensitivity);
   std::size_t place(std::int32_t tetrahedron) const;
 
   std::int32_t n_tetrahedra_;
+  const mechanics::PdsOperators* operators_;
+  double displacement_quantum_;
+  double reference_;     // that the elastic constants are divided by [Pa]
+  double per_gradient_;  // sensitivity at the reference strength
   InstructionSet instruction_set_;
   kernels::StressBound<Real> bound_;
   // The tetrahedra of a chunk are in the order of falling sensitivity, so that few groups are due often.

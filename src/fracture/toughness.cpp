@@ -5,6 +5,7 @@
 #include "crackle/common/real.h"
 #include "crackle/fracture/variation.h"
 #include "crackle/geometry/mother_points.h"
+#include "crackle/input/softening_limits.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/ghost_exchange.h"
 
@@ -95,7 +96,7 @@ std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
                                           const mechanics::PdsOperators& operators) {
   const input::Fracture& fracture = parameters.fracture;
   std::vector<double> strengths(operators.tetrahedra.size(), fracture.strength);
-  if (fracture.toughness != 0) {
+  if (fracture.strength == 0) {
     strengths = fracture_spacings(group, fracture, subdomain, operators);
     for (double& value : strengths) value = strength_of(parameters.material, fracture.toughness, value);
   }
@@ -106,6 +107,21 @@ std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
     for (std::size_t t = 0; t < strengths.size(); ++t) strengths[t] *= factors[t];
   });
   return strengths;
+}
+
+void soften_by_input(const parallel::Communicator& group, const input::Parameters& parameters,
+                     std::uint64_t sample, BreakableBody& body) {
+  const input::Fracture& fracture = parameters.fracture;
+  if (fracture.release != input::Release::softening) return;
+  const auto& subdomain = body.subdomain();
+  auto dissipations = local_spacings(group, subdomain, body.operators());
+  parallel::agree(group, [&] {
+    const auto factors = toughness_factors(
+        parameters, sample, {subdomain.nodes, subdomain.tetrahedra, subdomain.tetrahedron_number});
+    for (std::size_t t = 0; t < dissipations.size(); ++t)
+      dissipations[t] = factors[t] * fracture.toughness / (input::spacings_per_band * dissipations[t]);
+    body.soften(SofteningLaw(fracture.softening, fracture.teeth), std::move(dissipations));
+  });
 }
 
 }  // namespace crackle::fracture

@@ -25,7 +25,7 @@ TulerButcher::TulerButcher(const input::Fracture& parameters, std::vector<double
   memory_.resize(strengths_.size(), 0.0);
 }
 
-bool TulerButcher::advance(std::size_t tetrahedron, double earlier, double before, double after) {
+bool TulerButcher::integrate(std::size_t tetrahedron, double earlier, double before, double after) {
   const double from = before - strengths_[tetrahedron], to = after - strengths_[tetrahedron];
   double& integral = memory_[tetrahedron];
   integral += time_step_ * mean_rate(from, to);
@@ -37,8 +37,7 @@ double TulerButcher::screening_share(double stable_step) const {
   return 1 - fastest_rise * time_step_ / (2 * stable_step);
 }
 
-double TulerButcher::time_to_failure(std::size_t tetrahedron, double stress) const {
-  if (!is_over(tetrahedron, stress)) return infinity;
+double TulerButcher::delay(std::size_t tetrahedron, double stress) const {
   const double over = stress - strengths_[tetrahedron];
   return impulse_ / mean_rate(over, over);
 }
@@ -59,7 +58,7 @@ double TulerButcher::mean_rate(double from, double to) const {
 OneStepTulerButcher::OneStepTulerButcher(const input::Fracture& parameters, std::vector<double> strengths,
                                          double time_step)
     : Criterion(std::make_unique<LargestPrincipalStress>(), std::move(strengths)), time_step_(time_step) {
-  if (parameters.toughness > 0) return;
+  if (parameters.toughness > 0 && parameters.release != input::Release::softening) return;
   const double over = std::pow(parameters.impulse / time_step, 1 / parameters.exponent);
   for (double& value : strengths_) value += over;
 }

@@ -76,8 +76,22 @@ std::vector<double> strength_factors(const input::Parameters& parameters, std::u
                                      const TetrahedronSpan& tetrahedra) {
   auto factors = variation_factors(parameters, sample, tetrahedra);
   const auto& variation = parameters.fracture.variation;
-  if (variation && variation->of == input::Varies::toughness)
+  if (!variation || variation->of != input::Varies::toughness) return factors;
+  // With softening the two are independent.
+  if (parameters.fracture.release == input::Release::softening)
+    std::ranges::fill(factors, 1.0);
+  else
     for (double& factor : factors) factor = std::sqrt(factor);
+  return factors;
+}
+
+std::vector<double> toughness_factors(const input::Parameters& parameters, std::uint64_t sample,
+                                      const TetrahedronSpan& tetrahedra) {
+  auto factors = variation_factors(parameters, sample, tetrahedra);
+  const auto& variation = parameters.fracture.variation;
+  if (variation && variation->of == input::Varies::strength) std::ranges::fill(factors, 1.0);
+  if (variation && variation->of == input::Varies::both)
+    for (double& factor : factors) factor *= factor;
   return factors;
 }
 

@@ -214,6 +214,26 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
                     show(parameters.fracture.length), show(largest));
   if (findings.faulty("fracture.strength") || findings.faulty("fracture.toughness")) return;
   const Fracture& fracture = parameters.fracture;
+  const bool softens = fracture.release == Release::softening;
+  if (softens) {
+    for (const auto& [key, is_missing] :
+         {std::pair{"strength", fracture.strength == 0}, {"toughness", fracture.toughness == 0}})
+      if (is_missing)
+        findings.report(
+            fmt::format("fracture.{}", key),
+            "the key is missing, which release = \"softening\" needs; give both strength, such as "
+            "\"35 MPa\", and toughness, such as \"150 J/m^2\"");
+    if (findings.given("fracture.length"))
+      findings.report(
+          "fracture.length",
+          "does not go with release = \"softening\", which has a length of its own; leave one of the "
+          "two out");
+  } else {
+    for (const char* const key : {"fracture.softening", "fracture.teeth"})
+      if (findings.given(key))
+        findings.report(key, "is for release = \"softening\" only; leave it out, or give that release");
+  }
+  if (softens) return;
   if (fracture.strength == 0 && fracture.toughness == 0) {
     findings.report("fracture.strength",
                     "the key is missing; give a strength such as \"35 MPa\", or toughness");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "consistency.h"
 #include "crackle/input/parameters.h"
+#include "crackle/input/softening_limits.h"
 #include "dimension.h"
 
 #include <fmt/format.h>
@@ -45,6 +46,24 @@ void check_number(const Mesh& mesh, double spacing, double volume, const std::st
   findings.report(
       key, "{} gives {:.0e} mother points or more, and at most {:.0e} can be made; give at least {}",
       show(spacing), n_points, max_mother_points, show(rounded_up(std::cbrt(volume / max_mother_points))));
+}
+
+/// Refuses a mesh that is nowhere fine enough for softening.
+void check_softening(const Parameters& parameters, Findings& findings) {
+  const Fracture& fracture = parameters.fracture;
+  if (fracture.release != Release::softening || fracture.strength == 0 || fracture.toughness == 0) return;
+  for (const char* const key : {"fracture.strength", "fracture.toughness", "fracture.softening", "material"})
+    if (findings.faulty(key)) return;
+  const Mesh& mesh = parameters.mesh;
+  double finest = std::min(mesh.spacing, mesh.notch_spacing > 0 ? mesh.notch_spacing : mesh.spacing);
+  for (const MeshRegion& region : mesh.regions) finest = std::min(finest, region.spacing);
+  const double limit = snap_back_spacing(parameters);
+  if (finest < limit || mesh.points) return;
+  findings.report(
+      "mesh.spacing",
+      "{} is too coarse for softening: tetrahedra hold more energy at the strength than the toughness "
+      "takes, and snap back; where cracks run give less than {}, better {}",
+      show(finest), show(limit), show(resolving_share * process_zone_length(parameters)));
 }
 
 void check_region(const Parameters& parameters, std::size_t i, Findings& findings) {
@@ -99,6 +118,7 @@ void check_mesh(const Parameters& parameters, Findings& findings) {
   if (findings.faulty("specimen.notch")) return;
   check_number(mesh, mesh.spacing, material_volume(parameters.specimen, everywhere), "mesh.spacing",
                findings);
+  if (!findings.faulty("mesh")) check_softening(parameters, findings);
 }
 
 }  // namespace crackle::input

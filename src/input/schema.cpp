@@ -303,10 +303,18 @@ Table fracture_table() {
            {{"cumulative", Memory::cumulative}, {"step", Memory::step}}, by_default("\"cumulative\""),
            "whether damage accumulates over all steps or over one only: a strength of sigma_0 + "
            "(impulse / step)^(1 / exponent)"),
-       choice_key<Release>("release", in(&Parameters::fracture, &Fracture::release),
-                           {{"element", Release::element}, {"facet", Release::facet}},
-                           by_default("\"element\""),
-                           "what a break opens: all dual facets of the tetrahedron, or one group"),
+       choice_key<Release>(
+           "release", in(&Parameters::fracture, &Fracture::release),
+           {{"element", Release::element}, {"facet", Release::facet}, {"softening", Release::softening}},
+           by_default("\"element\""),
+           "what a break opens: all dual facets of the tetrahedron, or one group; or all, but in "
+           "steps, which needs strength and toughness"),
+       choice_key<SofteningCurve>(
+           "softening", in(&Parameters::fracture, &Fracture::softening),
+           {{"linear", SofteningCurve::linear}, {"exponential", SofteningCurve::exponential}},
+           by_default("\"linear\""), "how stress falls with opening, with release = \"softening\""),
+       integer_key("teeth", in(&Parameters::fracture, &Fracture::teeth), 2, 100, by_default("10"),
+                   "steps in which the stiffness of a softening tetrahedron falls"),
        choice_key<Contact>("contact", in(&Parameters::fracture, &Fracture::contact),
                            {{"none", Contact::none}, {"frictionless", Contact::frictionless}},
                            by_default("\"none\""),

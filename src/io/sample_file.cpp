@@ -165,6 +165,16 @@ void write_bridge_releases(hid_t file, const std::vector<fracture::BridgeRelease
   write_column<std::uint8_t>(group, "edges", bridge_releases, &BridgeRelease::edges);
 }
 
+void write_tooth_falls(hid_t file, const std::vector<fracture::ToothFall>& tooth_falls) {
+  using fracture::ToothFall;
+  const hdf5::Handle group = hdf5::create_group(file, "softening");
+  write_column<std::int64_t>(group, "tetrahedron", tooth_falls, &ToothFall::tetrahedron);
+  write_column<double>(group, "load_time", tooth_falls, &ToothFall::load_time, "s");
+  write_column<double>(group, "phase_time", tooth_falls, &ToothFall::phase_time, "s");
+  write_column<double>(group, "released_energy", tooth_falls, &ToothFall::released_energy, "J");
+  write_column<double>(group, "share", tooth_falls, &ToothFall::share);
+}
+
 void write_energy(hid_t file, const std::vector<dynamics::EnergyRow>& rows) {
   using dynamics::EnergyRow;
   const hdf5::Handle group = hdf5::create_group(file, "energy");
@@ -280,6 +290,8 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     write_breaks(id, result.breaks);
     if (content.parameters.fracture.release == input::Release::facet)
       write_bridge_releases(id, result.bridge_releases);
+    if (content.parameters.fracture.release == input::Release::softening)
+      write_tooth_falls(id, result.tooth_falls);
     write_energy(id, result.energy);
     write_frames(id, result.frames, content.realization.nodes.size(), content.parameters.material);
     write_counts(id, result.counts);

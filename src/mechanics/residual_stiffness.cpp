@@ -128,12 +128,26 @@ double ResidualStiffness::energy(std::int32_t tetrahedron, const Symmetric& stra
 void ResidualStiffness::release(std::int32_t tetrahedron, EdgeSet edges) {
   const auto i = index(tetrahedron);
   released_[i] = static_cast<EdgeSet>(released_[i] | edges);
-  if (released_[i] == no_edge || released_[i] == all_edges) return;
-  if (place_[i] < 0) {
-    place_[i] = static_cast<std::int32_t>(partial_.size());
+  if (!is_intact(tetrahedron) && carries(tetrahedron))
+    make_partial(tetrahedron) = edge_stiffness(operators_->tetrahedra[i], elasticity_, released(tetrahedron));
+}
+
+void ResidualStiffness::soften(std::int32_t tetrahedron, double share) {
+  const auto i = index(tetrahedron);
+  released_[i] = static_cast<EdgeSet>(released_[i] | softened);
+  auto& stiffness = make_partial(tetrahedron);
+  stiffness = edge_stiffness(operators_->tetrahedra[i], elasticity_, no_edge);
+  for (auto& row : stiffness.k)
+    for (double& entry : row) entry *= share;
+}
+
+EdgeStiffness& ResidualStiffness::make_partial(std::int32_t tetrahedron) {
+  auto& place = place_[index(tetrahedron)];
+  if (place < 0) {
+    place = static_cast<std::int32_t>(partial_.size());
     partial_.emplace_back();
   }
-  partial_[index(place_[i])] = edge_stiffness(operators_->tetrahedra[i], elasticity_, released_[i]);
+  return partial_[index(place)];
 }
 
 }  // namespace crackle::mechanics

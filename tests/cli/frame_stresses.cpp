@@ -78,7 +78,7 @@ void print_stresses(const std::filesystem::path& path) {
     const auto& parameters = sample.parameters;
     fracture::BreakableBody body(subdomain, parameters.material, parameters.fracture.release,
                                  parameters.fracture.contact);
-    body.restore(breaks, bridge_releases);
+    body.restore({breaks, bridge_releases, {}});
     std::vector<double> u(n_values);
     for (std::size_t i = 0; i < n_values; ++i) {
       const auto node = static_cast<std::size_t>(subdomain.layout.number[i / 3]);

@@ -73,7 +73,7 @@ input::Parameters jerked_bar() {
 class Checkpoints : public testing::Test {
 protected:
   geometry::Subdomain part(const parallel::Communicator& group) const {
-    return geometry::split(mesh_, geometry::partition(mesh_, group.size()))[index(group.rank())];
+    return geometry::split(mesh_, geometry::partition(mesh_, group.size()), halo_)[index(group.rank())];
   }
 
   /// The sample in pieces, each asked to park when it has been looked at often enough. Complete on rank 0.
@@ -123,6 +123,12 @@ protected:
     for (std::size_t i = 0; i < a.bridge_releases.size(); ++i)
       ASSERT_EQ(bridge_release_fields(a.bridge_releases[i]), bridge_release_fields(b.bridge_releases[i]))
           << i;
+    ASSERT_EQ(a.tooth_falls.size(), b.tooth_falls.size());
+    const auto tooth_fields = [](const fracture::ToothFall& t) {
+      return std::tuple(t.tetrahedron, t.load_time, t.phase_time, t.released_energy, t.share, t.ductility);
+    };
+    for (std::size_t i = 0; i < a.tooth_falls.size(); ++i)
+      ASSERT_EQ(tooth_fields(a.tooth_falls[i]), tooth_fields(b.tooth_falls[i])) << i;
     ASSERT_EQ(a.energy.size(), b.energy.size());
     EXPECT_EQ(std::memcmp(a.energy.data(), b.energy.data(), a.energy.size() * sizeof(EnergyRow)), 0);
     ASSERT_EQ(a.frames.size(), b.frames.size());
@@ -171,6 +177,7 @@ protected:
   }
 
   parallel::Communicator world_{MPI_COMM_WORLD}, self_{MPI_COMM_SELF};
+  double halo_ = 0;
   geometry::Realization mesh_ =
       test::make_box({.size = torn_bar().specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
   int n_parked_ = 0, n_saved_ = 0;
@@ -196,6 +203,24 @@ TEST_F(Checkpoints, KeepWhatFacetsAndTiesReleased) {
   parameters = pulled_bar();
   parameters.fracture.release = input::Release::facet;
   compare("facets, quasi-static", parameters, true);
+}
+
+TEST_F(Checkpoints, KeepTheTeethThatFell) {
+  auto parameters = torn_bar();
+  parameters.fracture.release = input::Release::softening;
+  parameters.fracture.toughness = 900;
+  compare("softening", parameters, true);
+  parameters = pulled_bar();
+  parameters.time.duration = 3e-5;
+  parameters.fracture.release = input::Release::softening;
+  parameters.fracture.toughness = 300;
+  compare("softening, quasi-static", parameters, true);
+}
+
+TEST_F(Checkpoints, KeepWhatBallsBroke) {
+  auto parameters = torn_bar();
+  parameters.fracture.length = halo_ = 1.5e-3;
+  compare("averaged stress", parameters, true);
 }
 
 TEST_F(Checkpoints, KeepArrestedPhases) {

@@ -61,12 +61,12 @@ dynamics::SampleResult compare(const input::Parameters& parameters, std::size_t 
       std::ranges::count_if(alone.breaks, [&](const auto& record) { return part_of(record) != 0; });
   std::printf(
       "%d ranks: %zu breaks, %ld of them on others than the first, %ld cut faces, %s, energy error %.1e, "
-      "%lld static solves, %lld dynamic phases, %lld restarts\n",
+      "%lld static solves, %lld dynamic phases, %lld restarts, %zu teeth\n",
       world.size(), shared.breaks.size(), static_cast<long>(breaks_elsewhere),
       static_cast<long>(geometry::edge_cut(mesh, partition)), to_string(shared.outcome).c_str(),
       shared.energy_error, static_cast<long long>(shared.counts.static_solves),
       static_cast<long long>(shared.counts.dynamic_phases),
-      static_cast<long long>(shared.counts.range_restarts));
+      static_cast<long long>(shared.counts.range_restarts), shared.tooth_falls.size());
   EXPECT_GT(alone.breaks.size(), least_breaks) << "the case must break";
   test::expect_same_end(shared, alone);
   EXPECT_EQ(shared.counts.quasi_static_breaks, alone.counts.quasi_static_breaks);
@@ -84,7 +84,17 @@ dynamics::SampleResult compare(const input::Parameters& parameters, std::size_t 
     EXPECT_EQ(shared.breaks[i].released_energy, alone.breaks[i].released_energy);
     EXPECT_EQ(shared.breaks[i].cut, alone.breaks[i].cut);
   }
-  EXPECT_EQ(alone.bridge_releases.empty(), parameters.fracture.release == input::Release::element);
+  EXPECT_EQ(alone.bridge_releases.empty(), parameters.fracture.release != input::Release::facet);
+  EXPECT_EQ(alone.tooth_falls.empty(), parameters.fracture.release != input::Release::softening);
+  EXPECT_EQ(shared.tooth_falls.size(), alone.tooth_falls.size());
+  for (std::size_t i = 0; i < std::min(shared.tooth_falls.size(), alone.tooth_falls.size()); ++i) {
+    EXPECT_EQ(shared.tooth_falls[i].tetrahedron, alone.tooth_falls[i].tetrahedron);
+    EXPECT_EQ(shared.tooth_falls[i].load_time, alone.tooth_falls[i].load_time);
+    EXPECT_EQ(shared.tooth_falls[i].phase_time, alone.tooth_falls[i].phase_time);
+    EXPECT_EQ(shared.tooth_falls[i].released_energy, alone.tooth_falls[i].released_energy);
+    EXPECT_EQ(shared.tooth_falls[i].share, alone.tooth_falls[i].share);
+    EXPECT_EQ(shared.tooth_falls[i].ductility, alone.tooth_falls[i].ductility);
+  }
   EXPECT_EQ(shared.bridge_releases.size(), alone.bridge_releases.size());
   for (std::size_t i = 0; i < std::min(shared.bridge_releases.size(), alone.bridge_releases.size()); ++i) {
     EXPECT_EQ(shared.bridge_releases[i].tetrahedron, alone.bridge_releases[i].tetrahedron);
@@ -135,6 +145,21 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithAveragedStress) {
   compare(parameters, 50);
   parameters.time.start = input::Start::quasi_static;
   parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10});
+  compare(parameters, 20, test::hostile_partitions(parameters.specimen.size)[2].make);
+}
+
+/// Teeth that fall one by one, in equilibria and in dynamics.
+TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithSoftening) {
+  auto parameters = torn_bar();
+  parameters.time.precision = GetParam();
+  parameters.fracture.release = input::Release::softening;
+  parameters.fracture.toughness = 900;
+  parameters.fracture.teeth = 5;
+  compare(parameters, 20);
+  parameters.fracture.softening = input::SofteningCurve::exponential;
+  parameters.fracture.toughness = 450;
+  parameters.time.start = input::Start::quasi_static;
+  parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0.5, 10});
   compare(parameters, 20, test::hostile_partitions(parameters.specimen.size)[2].make);
 }
 

@@ -166,6 +166,20 @@ TEST_F(SampleFile, HoldsTheTiesWithReleaseByFacets) {
   EXPECT_EQ(to_bytes(read_summary(facets, parameters, 3)), to_bytes(summary));
 }
 
+TEST_F(SampleFile, HoldsTheTeethWithSoftening) {
+  result.tooth_falls = {{7, 76.18, 1e-6, 2e-9, 0.8, 5}, {7, 76.18, 2e-6, 1e-9, 0.5, 5}};
+  const fs::path elements = folder.path() / "elements.h5";
+  const fs::path softening = folder.path() / "softening.h5";
+  write(elements);
+  parameters.fracture.release = input::Release::softening;
+  write(softening);
+  EXPECT_THAT(differences(elements, softening),
+              testing::ElementsAre(
+                  "/@input_identity", "/softening", "/softening/load_time", "/softening/load_time@units",
+                  "/softening/phase_time", "/softening/phase_time@units", "/softening/released_energy",
+                  "/softening/released_energy@units", "/softening/share", "/softening/tetrahedron"));
+}
+
 TEST_F(SampleFile, CrackSurfaceIsReadBackBitByBit) {
   write(sample_path(folder.path(), 3));
   const StoredSample stored = read_stored_sample(folder.path(), parameters, 3);

@@ -36,7 +36,7 @@ std::set<std::int64_t> pieces_after(const geometry::Subdomain& subdomain,
                                     std::span<const fracture::Break> breaks) {
   const parallel::Communicator self(MPI_COMM_SELF);
   fracture::BreakableBody body(subdomain, test::epoxy());
-  body.restore(breaks, {});
+  body.restore({{breaks.begin(), breaks.end()}, {}, {}});
   const auto labels = fracture::piece_labels(self, body);
   return {labels.begin(), labels.end()};
 }
@@ -106,7 +106,7 @@ TEST(Hinge, ThatIsLeftOverEndsTheSampleAsSeparated) {
   const auto subdomain = test::whole(mesh);
   const auto result = run_sample(self, parameters, subdomain);
   fracture::BreakableBody body(subdomain, parameters.material);
-  body.restore(result.breaks, {});
+  body.restore({result.breaks, {}, {}});
   const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
   std::printf("%s after %zu breaks, %s, energy error %.1e\n", to_string(result.outcome).c_str(),
               result.breaks.size(), loads_are_held(self, body, loads) ? "still connected" : "in two",

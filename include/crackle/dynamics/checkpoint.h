@@ -30,12 +30,6 @@ struct MotionCheckpoint {
   std::int64_t n_forces = 0;
 };
 
-/// What a dynamic phase released.
-struct Releases {
-  std::vector<fracture::Break> breaks;
-  std::vector<fracture::BridgeRelease> bridge_releases;
-};
-
 /// A dynamic phase that has arrested.
 struct EndedPhase {
   double load_time = 0;  ///< at its start [s]
@@ -44,7 +38,7 @@ struct EndedPhase {
   double external_work = 0;
   std::int64_t n_steps = 0;
   std::int64_t n_forces = 0;
-  Releases releases;
+  fracture::Releases releases;
   parallel::NumberedRows displacement;  ///< of each node at its end, by bits
 };
 
@@ -60,7 +54,7 @@ struct RunningPhase {
   std::int64_t step = 0;
   std::int64_t last_break = 0;  ///< step
   Separation separation;
-  Releases releases;
+  fracture::Releases releases;
   MotionCheckpoint motion;
 };
 
@@ -93,17 +87,24 @@ std::vector<fracture::Break> gather_breaks(const parallel::Communicator& group,
 std::vector<fracture::BridgeRelease> gather_bridge_releases(const parallel::Communicator& group,
                                                             std::span<const fracture::BridgeRelease> local);
 
+/// As gather_breaks, for the teeth of softening tetrahedra; those of each in the order in which they fell.
+std::vector<fracture::ToothFall> gather_tooth_falls(const parallel::Communicator& group,
+                                                    std::span<const fracture::ToothFall> local);
+
 /// Marks a moment in a body's breaking, to gather what is released from then on.
 class ReleasesSince {
 public:
   explicit ReleasesSince(const fracture::BreakableBody& body)
-      : body_(&body), n_breaks_(body.breaks().size()), n_bridge_releases_(body.bridge_releases().size()) {}
+      : body_(&body),
+        n_breaks_(body.breaks().size()),
+        n_bridge_releases_(body.bridge_releases().size()),
+        n_tooth_falls_(body.tooth_falls().size()) {}
   /// Those of all ranks on the root. Collective.
-  Releases gather(const parallel::Communicator& group) const;
+  fracture::Releases gather(const parallel::Communicator& group) const;
 
 private:
   const fracture::BreakableBody* body_;
-  std::size_t n_breaks_, n_bridge_releases_;
+  std::size_t n_breaks_, n_bridge_releases_, n_tooth_falls_;
 };
 
 /// Impulses of all tetrahedra on the root. Collective.

@@ -38,8 +38,8 @@ public:
   ///        released quasi-statically: a dynamic phase would have ended as arrested before its first break
   /// @param average what the criterion sees instead of a tetrahedron's own stress, or nullptr
   QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
-                     const mechanics::BoundaryLoads& loads, const fracture::Criterion& criterion,
-                     double patience, fracture::StressAverage* average = nullptr);
+                     const mechanics::BoundaryLoads& loads, fracture::Criterion& criterion, double patience,
+                     fracture::StressAverage* average = nullptr);
 
   /// Puts the loads at time 0 into the account. Collective; once, before everything else.
   void load_at_start(EnergyAccount& account);
@@ -69,6 +69,8 @@ public:
   std::int64_t n_solves() const { return n_solves_; }
   std::int64_t n_iterations() const { return n_iterations_; }
   std::int64_t n_breaks() const { return n_breaks_; }
+  /// Equilibria at which something gave way: broke, or softened.
+  std::int64_t n_events() const { return n_events_; }
 
 private:
   struct Critical {
@@ -90,20 +92,23 @@ private:
   Critical first_to_break(double until) const;
   /// Local number of what breaks there now, or -1: the tetrahedron itself, or the one that its ball breaks.
   std::int32_t breaking(const Critical& critical) const;
+  /// What gives way now: that of breaking(); where tetrahedra soften, all that are loaded nearly as much.
+  std::vector<std::int32_t> all_breaking(const Critical& critical) const;
   /// Whether one over its strength would break before a dynamic phase counts as arrested.
   bool breaks_soon(std::int32_t tetrahedron, double load) const;
-  /// Whether this rank looks after a tetrahedron.
-  bool looks_at(std::int32_t tetrahedron) const;
+  /// Where a tetrahedron's load is looked at: itself, or the centre of the ball that stands for it. -1 where
+  /// it is broken or another rank looks.
+  std::int32_t place_of(std::int32_t tetrahedron) const;
   Critical agree(Critical local, bool smallest) const;
 
   const parallel::Communicator* group_;
   fracture::BreakableBody* body_;
   const mechanics::BoundaryLoads* loads_;
-  const fracture::Criterion* criterion_;
+  fracture::Criterion* criterion_;
   fracture::StressAverage* average_;
   double patience_;
   mechanics::StaticSolver solver_;
-  std::vector<parallel::NodeField> unit_;  // for each force pattern, then for each motion that is not fixed
+  std::vector<parallel::NodeField> unit_;  // for each force pattern, then for each motion that moves
   parallel::NodeField displacement_;       // equilibrium at time_
   std::size_t n_changes_solved_ = 0;       // of the body's local changes, those that the solver knows
   double extent_ = 0;                      // of the body, whose box starts at the origin [m]
@@ -114,6 +119,8 @@ private:
   std::int64_t n_solves_ = 0;
   std::int64_t n_iterations_ = 0;
   std::int64_t n_breaks_ = 0;
+  std::int64_t n_events_ = 0;
+  int n_overloads_ = 0;  // looks in a row at which softening tetrahedra were over their strength
 };
 
 }  // namespace crackle::dynamics

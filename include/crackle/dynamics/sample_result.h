@@ -95,7 +95,8 @@ struct SampleResult {
       none;  ///< largest of the static solves, relative to the load; NaN without any
   std::vector<fracture::Break> breaks;  ///< in order of time, then of tetrahedron number
   std::vector<fracture::BridgeRelease>
-      bridge_releases;  ///< in the same order; empty with release by elements
+      bridge_releases;                           ///< in the same order; empty with release by elements
+  std::vector<fracture::ToothFall> tooth_falls;  ///< in the same order; empty without softening
   std::vector<EnergyRow> energy;
   std::vector<Frame> frames;
   SampleCounts counts;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 namespace crackle::fracture {
 
@@ -28,6 +29,23 @@ struct BridgeRelease {
   double phase_time;         ///< as in Break [s]
   double released_energy;    ///< strain energy taken out of the body [J]
   std::uint32_t edges;       ///< mechanics::EdgeSet
+};
+
+/// One tooth of a softening tetrahedron that has fallen (fracture::SofteningLaw); the last one is a Break.
+struct ToothFall {
+  std::int64_t tetrahedron;  ///< number in the realization
+  double load_time;          ///< as in Break [s]
+  double phase_time;         ///< as in Break [s]
+  double released_energy;    ///< strain energy taken out of the body [J]
+  double share;              ///< of the stiffness, from then on
+  double ductility;          ///< of SofteningLaw::teeth(); the same for all teeth of a tetrahedron
+};
+
+/// What a body has let go of.
+struct Releases {
+  std::vector<Break> breaks;
+  std::vector<BridgeRelease> bridge_releases;
+  std::vector<ToothFall> tooth_falls;  ///< those of each tetrahedron in the order in which they fell
 };
 
 }  // namespace crackle::fracture

@@ -3,6 +3,8 @@
 
 #include "crackle/common/index.h"
 #include "crackle/fracture/break_record.h"
+#include "crackle/fracture/criterion.h"
+#include "crackle/fracture/softening.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/mechanics/edges.h"
 #include "crackle/mechanics/internal_force.h"
@@ -13,7 +15,9 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 namespace crackle::fracture {
@@ -61,10 +65,17 @@ public:
   bool is_broken(std::int32_t tetrahedron) const { return broken_[index(tetrahedron)] != 0; }
   /// Local tetrahedra in order of breaking.
   std::span<const std::int32_t> broken_tetrahedra() const { return order_; }
+  /// Whether tetrahedra soften before they break.
+  bool softens() const { return softening_.has_value(); }
+  /// The stress at the strain of a tetrahedron, over that at which it first gave way, that makes it give way
+  /// further; 1 while it is intact. Both stresses are those of the intact material.
+  double threshold(std::int32_t tetrahedron) const;
   /// Local tetrahedra whose stiffness was reduced, in order; some more than once.
   std::span<const std::int32_t> changes() const { return changes_; }
   /// Records of the breaks that this rank counts, in order of breaking.
   std::span<const Break> breaks() const { return records_; }
+  /// Teeth of softening tetrahedra that this rank counts, in order of falling.
+  std::span<const ToothFall> tooth_falls() const { return tooth_falls_; }
   /// What the bridging rule released of tetrahedra that this rank counts.
   std::span<const BridgeRelease> bridge_releases() const { return bridge_releases_; }
 
@@ -76,13 +87,17 @@ public:
     return elasticity_(strain(tetrahedron, displacement));
   }
 
-  /// Breaks a tetrahedron; the record's energy and cut follow from the strain it had. Local; every rank that
-  /// holds it does the same.
+  /// From now on tetrahedra soften before they break.
+  /// @param dissipation of each local tetrahedron, over its volume [J/m^3]
+  void soften(const SofteningLaw& law, std::vector<double> dissipation);
+
+  /// Breaks a tetrahedron, or takes one tooth from a softening one; the record's energy and cut follow from
+  /// the strain it had. Local; every rank that holds it does the same.
   void release(std::int32_t tetrahedron, const mechanics::Symmetric& strain, double load_time,
                double phase_time);
 
   /// Opens tetrahedra as records of an earlier run tell: all that this rank holds, counted or not.
-  void restore(std::span<const Break> breaks, std::span<const BridgeRelease> bridge_releases);
+  void restore(const Releases& releases);
 
   /// Applies the bridging rule after breaks since the last call; nothing with release by elements.
   /// Collective; does not agree() before. Where a rank fails before its messages, it throws and the others do
@@ -94,7 +109,7 @@ public:
 
   /// Strain energies of the tetrahedra that this rank counts [J], one for each.
   std::vector<double> strain_energies(std::span<const double> displacement) const;
-  /// Energies taken out by the breaks and bridge releases that this rank counts [J].
+  /// Energies taken out by the breaks, bridge releases and teeth that this rank counts [J].
   std::vector<double> released_energies() const;
 
 private:
@@ -104,7 +119,15 @@ private:
     std::int64_t edge;
     auto operator<=>(const BridgingEdge&) const = default;
   };
+  /// Teeth of a tetrahedron that have fallen.
+  struct Softened {
+    int n_fallen = 0;
+    double ductility = 0;
+  };
   std::vector<BridgingEdge> find_bridging_edges() const;
+  /// @return false when no tooth is left
+  bool lose_tooth(std::int32_t tetrahedron, const mechanics::Symmetric& strain, double load_time,
+                  double phase_time);
   void open(std::int32_t tetrahedron, int cut);
   void let_go(std::int32_t tetrahedron, mechanics::EdgeSet edges);
 
@@ -119,9 +142,17 @@ private:
   std::vector<std::uint8_t> broken_;
   std::vector<std::int32_t> order_;
   std::vector<std::int32_t> changes_;
+  std::optional<SofteningLaw> softening_;
+  std::vector<double> dissipation_;  // of each tetrahedron while it softens, over its volume [J/m^3]
+  std::unordered_map<std::int32_t, Softened> softened_;
+  std::vector<ToothFall> tooth_falls_;
   std::size_t n_checked_ = 0;  // of order_, those whose edges were looked at
   std::vector<BridgeRelease> bridge_releases_;
   std::vector<Break> records_;
 };
+
+/// Tells a criterion at which stress softened tetrahedra give way next.
+/// @param changed local tetrahedra whose stiffness was reduced
+void update_strengths(Criterion& criterion, const BreakableBody& body, std::span<const std::int32_t> changed);
 
 }  // namespace crackle::fracture

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/real.h"
 #include "crackle/fracture/equivalent_stress.h"
 #include "crackle/input/parameters.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <utility>
@@ -34,11 +36,29 @@ public:
   double strength(std::size_t tetrahedron) const { return strengths_[tetrahedron]; }
   std::span<const double> strengths() const { return strengths_; }
 
+  /// From now on the tetrahedron gives way at this multiple of the strength that it had at first, and without
+  /// delay: what the criterion waits for has happened.
+  void soften(std::size_t tetrahedron, double threshold) {
+    if (first_strengths_.empty()) {
+      first_strengths_ = strengths_;
+      is_softened_.resize(strengths_.size(), 0);
+    }
+    strengths_[tetrahedron] = threshold * first_strengths_[tetrahedron];
+    is_softened_[tetrahedron] = 1;
+  }
+  bool is_softened(std::size_t tetrahedron) const {
+    return !is_softened_.empty() && is_softened_[tetrahedron] != 0;
+  }
+
   /// Goes on by one time step, in which the equivalent stress went from `before` to `after`. Called for the
   /// unbroken tetrahedra that are above the watched share of their strength at either end.
   /// @param earlier a step before `before`
-  /// @return whether the tetrahedron breaks at the end of this step
-  virtual bool advance(std::size_t tetrahedron, double earlier, double before, double after) = 0;
+  /// @return whether the tetrahedron breaks, or softens further, at the end of this step
+  bool advance(std::size_t tetrahedron, double earlier, double before, double after) {
+    // At the end of a step that is nearest to the moment.
+    if (is_softened(tetrahedron)) return after + (after - before) / 2 > strengths_[tetrahedron];
+    return integrate(tetrahedron, earlier, before, after);
+  }
 
   /// The share of its strength above which a tetrahedron must be shown to advance() at the end of a step.
   /// @param stable_step in which a wave crosses the smallest tetrahedra [s]
@@ -46,13 +66,21 @@ public:
 
   /// Time to failure under constant stress from now on, without regard to the past [s]; infinity where it is
   /// over the strength by rounding only.
-  virtual double time_to_failure(std::size_t tetrahedron, double stress) const = 0;
+  double time_to_failure(std::size_t tetrahedron, double stress) const {
+    if (!is_over(tetrahedron, stress)) return infinity;
+    return is_softened(tetrahedron) ? 0 : delay(tetrahedron, stress);
+  }
 
   /// What each tetrahedron remembers, 0 at first; empty for a criterion without memory. Checkpoints keep it.
   std::span<const double> memory() const { return memory_; }
   void set_memory(std::size_t tetrahedron, double value) { memory_[tetrahedron] = value; }
 
 protected:
+  /// advance() of one that is intact.
+  virtual bool integrate(std::size_t tetrahedron, double earlier, double before, double after) = 0;
+  /// time_to_failure() of an intact one that is over the strength.
+  virtual double delay(std::size_t tetrahedron, double stress) const = 0;
+
   /// Whether a stress is above the strength by more than the rounding of a stress from displacements in 32
   /// bits.
   bool is_over(std::size_t tetrahedron, double stress) const {
@@ -63,6 +91,10 @@ protected:
   std::unique_ptr<const EquivalentStress> stress_;
   std::vector<double> strengths_;
   std::vector<double> memory_;
+
+private:
+  std::vector<double> first_strengths_;    // empty while nothing has softened
+  std::vector<std::uint8_t> is_softened_;  // likewise
 };
 
 /// The criterion that the input asks for.

@@ -23,6 +23,10 @@ namespace crackle::fracture {
 /// stress.
 ///
 /// An average over a strength needs a tetrahedron over its own in the ball: the equivalent stress is convex.
+///
+/// Averages change little within a fraction of the radius, so one ball stands for each cell of a grid whose
+/// cells are a quarter of the radius wide: what balls cost does not grow when the mesh becomes finer than
+/// that.
 class StressAverage {
 public:
   struct Share {
@@ -34,6 +38,11 @@ public:
   /// @param strengths of each local tetrahedron [Pa]
   /// @param length radius of the ball [m]
   StressAverage(const BreakableBody& body, std::span<const double> strengths, double length);
+
+  /// The centre of the ball that stands for the cell of a tetrahedron: of those that are unbroken, the one
+  /// whose centroid is nearest to the cell's middle.
+  /// @pre unbroken, and the rank counts a tetrahedron in the same cell
+  std::int32_t centre(std::int32_t tetrahedron);
 
   /// The unbroken tetrahedra in the ball round one of those that this rank counts, in an order that is the
   /// same on all ranks. Valid until the next call.
@@ -73,6 +82,7 @@ public:
   }
 
 private:
+  void find_cells();
   void find_neighbours();
   void forget_broken();
   std::vector<Share> find_ball(std::int32_t centre);
@@ -81,6 +91,10 @@ private:
   std::span<const double> strengths_;
   double length_;
   std::vector<geometry::Point> centroid_;
+  std::vector<std::int32_t> cell_;         // of each tetrahedron
+  std::vector<std::int32_t> in_cell_;      // tetrahedra, cell by cell
+  std::vector<std::int32_t> first_;        // place in in_cell_ of each cell's first one, and one more
+  std::vector<std::int32_t> cell_centre_;  // of each cell, the tetrahedron; -1: not looked for since a break
   std::vector<std::array<std::int32_t, 4>> neighbour_;  // across the face opposite to each corner; -1: none
   std::vector<std::int32_t> reached_by_;                // number of the search that got there last
   std::int32_t n_searches_ = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/fracture/breakable_body.h"
 #include "crackle/geometry/body.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
@@ -63,5 +64,11 @@ std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
                                           const input::Parameters& parameters, std::uint64_t sample,
                                           const geometry::Subdomain& subdomain,
                                           const mechanics::PdsOperators& operators);
+
+/// Makes the tetrahedra of an intact body soften where the input asks for it. Each then dissipates the
+/// sample's toughness at its place over the width of the band, for each of its volume. Collective; the same
+/// for any number of ranks.
+void soften_by_input(const parallel::Communicator& group, const input::Parameters& parameters,
+                     std::uint64_t sample, BreakableBody& body);
 
 }  // namespace crackle::fracture

@@ -15,17 +15,18 @@ public:
   /// @param time_step that advance() will be called with [s]
   TulerButcher(const input::Fracture& parameters, std::vector<double> strengths, double time_step);
 
+  /// One that is below its strength may be about to pass it and to break within half a step.
+  double screening_share(double stable_step) const override;
+
+protected:
   /// The stress is taken to change in proportion to time within the step.
   ///
   /// A tetrahedron can break at the end of a step only. It does so at the end that is nearest to the moment
   /// at which the integral reaches K_f: half a step too early or too late at most, and neither on average.
   /// What the stress comes to within the next half step is foreseen by the parabola through its last three
   /// values.
-  bool advance(std::size_t tetrahedron, double earlier, double before, double after) override;
-
-  /// One that is below its strength may be about to pass it and to break within half a step.
-  double screening_share(double stable_step) const override;
-  double time_to_failure(std::size_t tetrahedron, double stress) const override;
+  bool integrate(std::size_t tetrahedron, double earlier, double before, double after) override;
+  double delay(std::size_t tetrahedron, double stress) const override;
 
 private:
   double mean_rate(double from, double to) const;
@@ -43,12 +44,11 @@ public:
   /// @copydoc TulerButcher::TulerButcher
   OneStepTulerButcher(const input::Fracture& parameters, std::vector<double> strengths, double time_step);
 
-  bool advance(std::size_t tetrahedron, double, double, double after) override {
+protected:
+  bool integrate(std::size_t tetrahedron, double, double, double after) override {
     return after > strengths_[tetrahedron];
   }
-  double time_to_failure(std::size_t tetrahedron, double stress) const override {
-    return is_over(tetrahedron, stress) ? time_step_ : infinity;
-  }
+  double delay(std::size_t, double) const override { return time_step_; }
 
 private:
   double time_step_;

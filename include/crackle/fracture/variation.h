@@ -34,8 +34,13 @@ std::vector<double> variation_factors(const input::Parameters& parameters, std::
 
 /// By what the strength of each tetrahedron of a sample's realization, or of a part of it, is multiplied: the
 /// variation_factors where the strength varies, their roots where the toughness does, since a strength
-/// criterion's toughness goes as the strength squared.
+/// criterion's toughness goes as the strength squared; with softening, which has both, 1 there.
 std::vector<double> strength_factors(const input::Parameters& parameters, std::uint64_t sample,
                                      const TetrahedronSpan& tetrahedra);
+
+/// By what the toughness of each tetrahedron is multiplied with softening: the variation_factors where it
+/// varies, their squares where both do, and 1 where the strength does alone.
+std::vector<double> toughness_factors(const input::Parameters& parameters, std::uint64_t sample,
+                                      const TetrahedronSpan& tetrahedra);
 
 }  // namespace crackle::fracture

@@ -121,7 +121,9 @@ struct Material {
 };
 
 enum class Memory { cumulative, step };
-enum class Release { element, facet };
+enum class Release { element, facet, softening };
+/// Of stress over opening.
+enum class SofteningCurve { linear, exponential };
 enum class Contact { none, frictionless };  ///< of opened facets that close again
 
 /// What the material's random field multiplies. A strength criterion's toughness goes as the strength
@@ -145,9 +147,13 @@ struct Fracture {
   double impulse = 0;   ///< K_f [Pa^beta s]
   Memory memory = Memory::cumulative;
   Release release = Release::element;
+  SofteningCurve softening = SofteningCurve::linear;
+  int teeth = 10;  ///< steps in which a tetrahedron's stiffness falls
   Contact contact = Contact::none;
-  double toughness = 0;  ///< energy per crack area that the strength follows from [J/m^2]; 0 when it is given
-  double length = 0;     ///< radius of the ball over which the stress is averaged [m]; 0: it is not
+  /// Energy per crack area [J/m^2]: what the strength follows from, and 0 when that is given; with softening,
+  /// besides the strength.
+  double toughness = 0;
+  double length = 0;  ///< radius of the ball over which the stress is averaged [m]; 0: it is not
   std::optional<Variation> variation = {};
 };
 

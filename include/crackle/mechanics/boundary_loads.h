@@ -49,6 +49,7 @@ struct PrescribedMotion {
   LoadCurve curve;
   std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
 
+  bool never_moves() const { return is_fixed || curve.is_zero(); }
   double displacement(double time) const { return is_velocity ? curve.integral(time) : curve.at(time); }
   double velocity(double time) const { return is_velocity ? curve.at(time) : curve.slope(time); }
 };

@@ -44,8 +44,10 @@ public:
   /// All are intact. The operators must outlive the object.
   ResidualStiffness(const PdsOperators& operators, const IsotropicElasticity& elasticity);
 
-  EdgeSet released(std::int32_t tetrahedron) const { return released_[index(tetrahedron)]; }
-  bool is_intact(std::int32_t tetrahedron) const { return released(tetrahedron) == no_edge; }
+  EdgeSet released(std::int32_t tetrahedron) const {
+    return static_cast<EdgeSet>(released_[index(tetrahedron)] & all_edges);
+  }
+  bool is_intact(std::int32_t tetrahedron) const { return released_[index(tetrahedron)] == no_edge; }
   /// Whether it carries by its edges, contact apart.
   bool carries(std::int32_t tetrahedron) const { return released(tetrahedron) != all_edges; }
   bool has_contact(std::int32_t tetrahedron) const {
@@ -61,6 +63,10 @@ public:
     return partial_[index(place_[index(tetrahedron)])];
   }
 
+  /// Leaves a share of the intact stiffness.
+  /// @pre no edge is released
+  void soften(std::int32_t tetrahedron, double share);
+
   /// Releases edges besides those that are.
   void release(std::int32_t tetrahedron, EdgeSet edges);
 
@@ -75,6 +81,10 @@ public:
   Symmetric contact_stress(std::size_t i, const Symmetric& strain) const;
 
 private:
+  /// Beside the edges in released_.
+  static constexpr EdgeSet softened = 64;
+  EdgeStiffness& make_partial(std::int32_t tetrahedron);
+
   const PdsOperators* operators_;
   IsotropicElasticity elasticity_;
   std::vector<EdgeSet> released_;

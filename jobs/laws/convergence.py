@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The slotted plate with each law on several meshes: load at which the crack runs away, and where it then goes."""
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from crackle_readme import put_block
+from crackle_runs import ROOT, markdown, run, with_keys
+
+IMMEDIATE = {}
+AVERAGED = {"fracture.length": '"0.6 mm"'}
+SOFTENING = {"fracture.release": '"softening"', "fracture.toughness": '"150 J/m^2"'}
+
+
+@dataclass(frozen=True)
+class Run:
+    law: str
+    spacing: float  # in the region [mm]
+    keys: dict[str, str]
+
+    def input_text(self) -> str:
+        spacing = f'"{self.spacing:g} mm"'
+        return with_keys((ROOT / "jobs" / "laws" / "slot.toml").read_text(),
+                         {"mesh.notch_spacing": spacing, "mesh.region.spacing": spacing, **self.keys})
+
+
+RUNS = {f"{law}-{spacing:g}": Run(law, spacing, keys)
+        for law, keys, spacings in (("immediate", IMMEDIATE, (0.4, 0.3, 0.2, 0.15, 0.1)),
+                                    ("averaged", AVERAGED, (0.4, 0.3, 0.2, 0.15)),
+                                    ("softening", SOFTENING, (0.2, 0.14, 0.1, 0.07, 0.05)))
+        for spacing in spacings}
+SECTION = 2  # y = 7 mm, where paths are compared
+
+
+def compute(name: str, folder: Path, program: Path) -> None:
+    samples = run(RUNS[name].input_text(), folder / name, program)
+    print(f"{name}: {len(samples)} samples", flush=True)
+
+
+def rows(folder: Path) -> list[dict]:
+    """One for each sample that is there."""
+    found = []
+    for name, one in RUNS.items():
+        for file in sorted((folder / name / "out" / "samples").glob("*.h5")):
+            with h5py.File(file) as root:
+                if "breaks" not in root or not root["breaks/load_time"].size:
+                    continue
+                rate = 1.0  # [N/s], of slot.toml
+                found.append({"law": one.law, "spacing_mm": one.spacing, "sample": int(root.attrs["sample"]),
+                              "tetrahedra": root["mesh/tetrahedra"].shape[0],
+                              "load_n": rate * float(root["breaks/load_time"][:].max()),
+                              "z_mm": 1e3 * float(root["summary/position"][0, SECTION]),
+                              "seconds_quasi_static": float(root["timing/quasi_static"][()]),
+                              "seconds_dynamic": float(root["timing/dynamic"][()]),
+                              "steps": int(root["counts/steps"][()])})
+    return found
+
+
+def _mean(values: np.ndarray) -> tuple[float, float]:
+    """Mean and half width of its 95 % interval."""
+    values = values[np.isfinite(values)]
+    if values.size < 2:
+        return (float(values.mean()) if values.size else np.nan), np.nan
+    return float(values.mean()), 2.13 * float(values.std(ddof=1)) / np.sqrt(values.size)
+
+
+def slope(spacings: np.ndarray, loads: np.ndarray) -> tuple[float, float]:
+    """d ln F / d ln h over all samples, and half the width of its 95 % interval."""
+    x, y = np.log(spacings) - np.log(spacings).mean(), np.log(loads)
+    b = float((x * y).sum() / (x * x).sum())
+    residual = y - y.mean() - b * x
+    return b, 1.98 * float(np.sqrt((residual**2).sum() / (len(y) - 2) / (x * x).sum()))
+
+
+def table(all_rows: list[dict]) -> str:
+    lines = []
+    for law in dict.fromkeys(one["law"] for one in all_rows):
+        of_law = [one for one in all_rows if one["law"] == law]
+        b, width = slope(np.array([one["spacing_mm"] for one in of_law]), np.array([one["load_n"] for one in of_law]))
+        for spacing in dict.fromkeys(one["spacing_mm"] for one in of_law):
+            here = [one for one in of_law if one["spacing_mm"] == spacing]
+
+            def values(key: str) -> np.ndarray:
+                return np.array([one[key] for one in here], dtype=float)
+
+            load, load_width = _mean(values("load_n"))
+            z, z_width = _mean(values("z_mm") - 25)
+            lines.append([law, f"{spacing:g} mm", str(len(here)), f"{values('tetrahedra').mean():,.0f}",
+                          f"{load:.1f} ± {load_width:.1f}", f"{b:+.3f} ± {width:.3f}", f"{z:+.3f} ± {z_width:.3f}",
+                          f"{np.nanstd(values('z_mm'), ddof=1):.3f}" if len(here) > 1 else "",
+                          f"{np.median(values('seconds_quasi_static')):.0f} s"])
+    return markdown(["law", "spacing", "samples", "tetrahedra", "load at run-away [N]", "d ln load / d ln spacing",
+                     "mean path at y = 7 mm, off the slot's axis [mm]", "its scatter [mm]", "quasi-static part"], lines)
+
+
+def draw(all_rows: list[dict], picture: Path) -> None:
+    import matplotlib
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(5.2, 3.4), constrained_layout=True)
+    for law, marker in (("immediate", "o"), ("averaged", "s"), ("softening", "^")):
+        of_law = [one for one in all_rows if one["law"] == law]
+        spacings = sorted({one["spacing_mm"] for one in of_law})
+        means = [_mean(np.array([one["load_n"] for one in of_law if one["spacing_mm"] == h])) for h in spacings]
+        axes.errorbar(spacings, [m for m, _ in means], yerr=[np.nan_to_num(w) for _, w in means], marker=marker, capsize=3,
+                      label=law)
+    axes.set_xscale("log")
+    axes.set_xticks([0.05, 0.1, 0.2, 0.4], ["0.05", "0.1", "0.2", "0.4"])
+    axes.minorticks_off()
+    axes.set_ylim(bottom=0)
+    axes.set_xlabel("spacing [mm]")
+    axes.set_ylabel("load at run-away [N]")
+    axes.legend()
+    figure.savefig(picture, dpi=130)
+    plt.close(figure)
+
+
+def keep(folder: Path, kept: Path) -> None:
+    file = kept / "convergence.csv"
+    found = rows(folder)
+    with open(file, "w", newline="") as stream:
+        writer = csv.DictWriter(stream, found[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows({key: f"{value:.6g}" if isinstance(value, float) else value for key, value in one.items()}
+                         for one in found)
+    put_block("laws", table(found))
+    draw(found, kept / "convergence.png")

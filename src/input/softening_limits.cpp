@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/input/softening_limits.h"
+
+#include <algorithm>
+
+namespace crackle::input {
+
+double process_zone_length(const Parameters& parameters) {
+  const Fracture& fracture = parameters.fracture;
+  return parameters.material.youngs_modulus * fracture.toughness / (fracture.strength * fracture.strength);
+}
+
+double snap_back_spacing(const Parameters& parameters) {
+  const double nu = parameters.material.poisson_ratio;
+  const double held = std::max(0.5, (1 + nu) * (1 - 2 * nu));  // over strength^2 / E
+  // Of the energy that softening takes to that at the strength, where stress falls no faster than strain.
+  const double least_ductility = parameters.fracture.softening == SofteningCurve::linear ? 1 : 2;
+  return process_zone_length(parameters) / (least_ductility * held * spacings_per_band);
+}
+
+}  // namespace crackle::input
