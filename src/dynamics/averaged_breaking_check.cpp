@@ -12,9 +12,11 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// An average below this share of the strength was not above it a step before: it changes in the time in
-/// which waves cross the ball, many steps.
-constexpr double steady_share = 0.8;
+/// Cells with a load above the shares are looked at in every step, and every few.
+constexpr double hot_share = 0.85, warm_share = 0.6;
+constexpr std::int64_t warm_interval = 4;
+/// One below this share was not above the strength a step before.
+constexpr double steady_share = 0.95;
 
 }  // namespace
 
@@ -31,15 +33,8 @@ AveragedBreakingCheck::AveragedBreakingCheck(const MotionContext& context, Movin
                 StressCache(context.body->subdomain().n_tetrahedra()),
                 StressCache(context.body->subdomain().n_tetrahedra())} {}
 
-void AveragedBreakingCheck::start() {
-  for (auto& stresses : stresses_) stresses.clear();
-  over_.clear();
-  for (const auto t : motion_->overloaded())
-    if (own_load(t, 0) > 1) over_.push_back(t);
-}
-
-std::span<const std::int32_t> AveragedBreakingCheck::end_step() {
-  auto claims = parallel::gather_found<Claim>(*context_->group, [&] { return find_claims(); });
+std::span<const std::int32_t> AveragedBreakingCheck::end_step(std::int64_t step) {
+  auto claims = parallel::gather_found<Claim>(*context_->group, [&] { return find_claims(step); });
   // The most loaded of each tetrahedron first.
   std::ranges::sort(claims, [](const Claim& a, const Claim& b) {
     return a.tetrahedron != b.tetrahedron ? a.tetrahedron < b.tetrahedron : a.load > b.load;
@@ -58,43 +53,48 @@ std::span<const std::int32_t> AveragedBreakingCheck::end_step() {
   return breaking_;
 }
 
-std::vector<AveragedBreakingCheck::Claim> AveragedBreakingCheck::find_claims() {
+std::vector<AveragedBreakingCheck::Claim> AveragedBreakingCheck::find_claims(std::int64_t step) {
   for (auto& stresses : stresses_) stresses.clear();
-  near_.clear();
-  // One whose stress has fallen was above the strength for a part of the step.
-  std::ranges::set_union(over_, motion_->overloaded(), std::back_inserter(near_));
-  over_.clear();
-  candidates_.clear();
-  const auto& subdomain = context_->body->subdomain();
-  for (const auto t : near_) {
-    if (context_->body->is_broken(t)) continue;
-    if (own_load(t, 0) > 1) over_.push_back(t);
-    const std::int32_t centre = context_->average->centre(t);
-    if (subdomain.counted[index(centre)] != 0) candidates_.push_back({centre, t});
+  const bool looks_at_all = step % free_interval == 1, looks_at_warm = step % warm_interval == 1;
+  if (looks_at_all) {
+    const auto overloaded = motion_->overloaded();
+    warm_.assign(overloaded.begin(), overloaded.end());
   }
-  std::ranges::sort(candidates_);
+  find_candidates(looks_at_warm ? warm_ : hot_);
+  if (looks_at_all) warm_.clear();
+  if (looks_at_warm) hot_.clear();
   std::vector<Claim> claims;
   for (auto begin = candidates_.begin(), end = begin; begin != candidates_.end(); begin = end) {
     const std::int32_t centre = begin->centre;
     end = std::find_if(begin, candidates_.end(), [&](const Candidate& one) { return one.centre != centre; });
-    const std::span<const Candidate> of_cell(begin, end);
-    std::array<double, 3> loads{load(of_cell, 0), 0, 0};
+    std::array<double, 3> loads{load(centre, 0), 0, 0};
+    for (auto one = begin; one != end; ++one) {
+      if (looks_at_all && loads[0] >= warm_share) warm_.push_back(one->tetrahedron);
+      if (looks_at_warm && loads[0] >= hot_share) hot_.push_back(one->tetrahedron);
+    }
     if (loads[0] < steady_share) continue;
-    for (int n = 1; n < 3; ++n) loads[index(n)] = load(of_cell, n);
+    for (int n = 1; n < 3; ++n) loads[index(n)] = load(centre, n);
     if (std::max(loads[0], loads[1]) < context_->screening_share) continue;
     const auto most = context_->average->most_stressed(
         centre, context_->criterion->stress(), [&](std::int32_t t) -> const auto& { return stress(t, 0); });
-    claims.push_back({subdomain.tetrahedron_number[index(most)], loads});
+    claims.push_back({context_->body->subdomain().tetrahedron_number[index(most)], loads});
   }
   return claims;
 }
 
-double AveragedBreakingCheck::load(std::span<const Candidate> candidates, int n_steps) {
-  double own = 0;
-  for (const auto& candidate : candidates) own = std::max(own, own_load(candidate.tetrahedron, n_steps));
-  const auto mean = (*context_->average)(
-      candidates.front().centre, [&](std::int32_t t) -> const auto& { return stress(t, n_steps); });
-  return std::min(own, context_->criterion->stress()(mean));
+void AveragedBreakingCheck::find_candidates(std::span<const std::int32_t> tetrahedra) {
+  candidates_.clear();
+  for (const auto t : tetrahedra) {
+    if (context_->body->is_broken(t)) continue;
+    const std::int32_t centre = context_->average->centre(t);
+    if (context_->body->subdomain().counted[index(centre)] != 0) candidates_.push_back({centre, t});
+  }
+  std::ranges::sort(candidates_);
+}
+
+double AveragedBreakingCheck::load(std::int32_t centre, int n_steps) {
+  return context_->criterion->stress()((*context_->average)(
+      centre, [&](std::int32_t t) -> const auto& { return stress(t, n_steps); }));
 }
 
 const mechanics::Symmetric& AveragedBreakingCheck::stress(std::int32_t tetrahedron, int n_steps) {
@@ -102,11 +102,6 @@ const mechanics::Symmetric& AveragedBreakingCheck::stress(std::int32_t tetrahedr
     return context_->body->elasticity()(n_steps == 0 ? motion_->strain(t)
                                                      : motion_->strain_before(t, n_steps));
   });
-}
-
-double AveragedBreakingCheck::own_load(std::int32_t tetrahedron, int n_steps) {
-  return context_->criterion->stress()(stress(tetrahedron, n_steps)) /
-         context_->criterion->strength(static_cast<std::size_t>(tetrahedron));
 }
 
 }  // namespace crackle::dynamics

@@ -34,11 +34,13 @@ private:
   std::vector<mechanics::Symmetric> stress_;
 };
 
-/// With the stress averaged over balls, one for each cell of a grid (fracture::StressAverage). The load of a
-/// cell is the smaller of its ball's average and of the largest that a tetrahedron in the cell has itself. So
-/// only cells with a tetrahedron near its strength need a look. The criterion's damage belongs to what would
-/// break, the ball's most stressed tetrahedron; of several balls that would break the same one, the most
-/// loaded counts.
+/// With the stress averaged over balls, one for each cell of a grid (fracture::StressAverage). Cells in which
+/// no tetrahedron is near its own strength need no look. The criterion's damage belongs to what would break,
+/// the ball's most stressed tetrahedron; of several balls that would break the same one, the most loaded
+/// counts.
+///
+/// Averages change in the time in which waves cross a ball, many steps. So cells are looked at the more often
+/// the nearer to the strength they are.
 ///
 /// Each rank looks at the balls whose centres it counts, and tells the others what they would break.
 class AveragedBreakingCheck final : public BreakingCheck {
@@ -46,8 +48,8 @@ public:
   /// @pre the context has an average
   AveragedBreakingCheck(const MotionContext& context, MovingBody& motion);
 
-  void start() override;
-  std::span<const std::int32_t> end_step() override;
+  void start() override {}
+  std::span<const std::int32_t> end_step(std::int64_t step) override;
 
 private:
   /// A ball's load on the tetrahedron that it would break: stress over strength.
@@ -63,19 +65,19 @@ private:
     auto operator<=>(const Candidate&) const = default;
   };
 
-  std::vector<Claim> find_claims();
-  /// Of a cell.
-  /// @param candidates in the cell, not empty
+  std::vector<Claim> find_claims(std::int64_t step);
+  void find_candidates(std::span<const std::int32_t> tetrahedra);
+  /// Of a ball: equivalent stress over strength.
   /// @param n_steps before now
-  double load(std::span<const Candidate> candidates, int n_steps);
+  double load(std::int32_t centre, int n_steps);
   const mechanics::Symmetric& stress(std::int32_t tetrahedron, int n_steps);
-  double own_load(std::int32_t tetrahedron, int n_steps);
 
   const MotionContext* context_;
   MovingBody* motion_;
   std::array<StressCache, 3> stresses_;  // now, a step before, two steps before
-  std::vector<std::int32_t> over_;       // above the strength at the end of the last step, ascending
-  std::vector<std::int32_t> near_, breaking_;
+  // Near their own strength, in cells that were near it at the last look at all, and at the warm ones.
+  std::vector<std::int32_t> warm_, hot_;
+  std::vector<std::int32_t> breaking_;
   std::vector<Candidate> candidates_;
 };
 

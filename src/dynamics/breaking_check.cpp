@@ -23,7 +23,7 @@ public:
       if (stress(motion_->strain(t)) > criterion_->strength(static_cast<std::size_t>(t))) over_.push_back(t);
   }
 
-  std::span<const std::int32_t> end_step() override {
+  std::span<const std::int32_t> end_step(std::int64_t) override {
     // One whose stress has fallen was above the strength for a part of the step.
     candidates_.clear();
     std::ranges::set_union(over_, motion_->overloaded(), std::back_inserter(candidates_));

@@ -186,7 +186,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
     const std::size_t n_changes = body.changes().size();
     breaking.clear();
     step_failure.guard_messages([&] {
-      const auto found = breaking_check->end_step();
+      const auto found = breaking_check->end_step(step);
       breaking.assign(found.begin(), found.end());
     });
     if (awaits_first_break && parallel::any_of_all(group, !breaking.empty())) {
@@ -213,13 +213,14 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
     }
     auto request = Request::go_on;
     std::int64_t requested = 0;
-    const bool is_poll = step % steps_per_poll == 0 || step == n_steps || step == last_step;
+    const bool may_save = step % steps_per_poll == 0;
+    const bool is_poll = may_save || step == n_steps || step == last_step;
     // Before energies are made of numbers that may have outgrown their format.
     if (is_poll || has_output(step)) {
       std::optional<std::string> local_failure;
       step_failure.guard([&] {
         local_failure = motion.failure();
-        if (is_poll && options.request) requested = static_cast<std::int64_t>(options.request());
+        if (may_save && options.request) requested = static_cast<std::int64_t>(options.request());
       });
       parallel::agree_on_error(group, step_failure.error());
       if (const auto failure = agreed_failure(group, local_failure)) {

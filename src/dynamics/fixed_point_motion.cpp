@@ -87,7 +87,11 @@ public:
     force_is_current_ = substeps.back().keeps_force;
     n_forces_ += std::ranges::count_if(substeps, &Substep::has_force);
     if (std::fetestexcept(FE_INVALID) != 0 || force_.has_overflown()) force_has_overflown_ = true;
-    if (++n_steps_ % steps_between_unwrapping == 0) state_.unwrap();
+    // Where nodes are follows from their integers as long as they move less than half the integers' range.
+    const double way = furthest();
+    if (way >= limit) moves_too_far_ = true;
+    if (++n_steps_ % steps_between_unwrapping == 0 || steps_between_unwrapping * way >= limit)
+      state_.unwrap();
   }
 
   std::span<const std::int32_t> overloaded() override {
@@ -145,7 +149,7 @@ public:
     if (stretch_bound_ + 2 * furthest() >= limit) stretch_bound_ = force_.largest_stretch();
     if (stretch_bound_ >= limit) return message("stretch of an edge", scale_.displacement, "m");
     const auto velocity_message = [&] { return message("velocity of a node", scale_.velocity, "m/s"); };
-    if (!state_.starts_in_range() || !boundary_.stays_in_range()) return velocity_message();
+    if (!state_.starts_in_range() || !boundary_.stays_in_range() || moves_too_far_) return velocity_message();
     for (const auto& velocity : state_.velocity())
       for (const Integer component : velocity.value)
         if (std::abs(static_cast<double>(component)) >= limit) return velocity_message();
@@ -378,6 +382,7 @@ private:
   std::size_t n_contacts_ = 0;    // that the nodes' forces know of
   std::int32_t sent_blocks_ = 1;  // behind the last block of nodes that are ghosts elsewhere
   bool force_has_overflown_ = false;
+  bool moves_too_far_ = false;
   bool contacts_are_in_range_ = true;
   double largest_force_ = 0;
   mutable double stretch_bound_ = limit;  // of every edge that carries, at the last breaking check, in quanta

@@ -16,7 +16,7 @@ namespace {
 
 /// Balls are forgotten when they hold more shares than this for each tetrahedron of the subdomain.
 constexpr std::size_t kept_shares_per_tetrahedron = 8;
-constexpr double cells_per_length = 4;
+constexpr double cells_per_length = 3;
 
 }  // namespace
 

@@ -199,7 +199,7 @@ public:
       motion_->step(n_ % 2 == 0 ? splitting_.even : splitting_.odd, step_, load_time_);
       seconds[0] += stages.seconds();
       const Stopwatch check;
-      const auto breaking = breaking_->end_step();
+      const auto breaking = breaking_->end_step(n_ + 1);
       for (const auto t : breaking) sample_.body.release(t, motion_->strain(t), load_time_, n_ * step_);
       motion_->release(breaking);
       seconds[1] += check.seconds();

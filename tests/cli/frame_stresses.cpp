@@ -44,6 +44,14 @@ struct Sample {
     const auto cut = read<std::int32_t>(file, "breaks/cut");
     for (std::size_t i = 0; i < broken.size(); ++i)
       breaks.push_back({broken[i], load_time[i], phase_time[i], 0, 0, cut[i]});
+    if (parameters.fracture.release == input::Release::softening) {
+      const auto softened = read<std::int64_t>(file, "softening/tetrahedron");
+      const auto fall_load_time = read<double>(file, "softening/load_time");
+      const auto fall_phase_time = read<double>(file, "softening/phase_time");
+      const auto share = read<double>(file, "softening/share");
+      for (std::size_t i = 0; i < softened.size(); ++i)
+        tooth_falls.push_back({softened[i], fall_load_time[i], fall_phase_time[i], 0, share[i], 0});
+    }
     if (parameters.fracture.release != input::Release::facet) return;
     const auto tied = read<std::int64_t>(file, "ties/tetrahedron");
     const auto tie_load_time = read<double>(file, "ties/load_time");
@@ -58,6 +66,7 @@ struct Sample {
   geometry::Realization mesh;
   std::vector<fracture::Break> breaks;
   std::vector<fracture::BridgeRelease> bridge_releases;
+  std::vector<fracture::ToothFall> tooth_falls;
   std::vector<double> time;
   std::vector<float> displacement;
 };
@@ -71,14 +80,14 @@ void print_stresses(const std::filesystem::path& path) {
     const auto is_open = [&](const auto& record) {
       return std::pair(record.load_time, record.phase_time) <= std::pair(sample.phase_start, sample.time[k]);
     };
-    std::vector<fracture::Break> breaks;
-    std::vector<fracture::BridgeRelease> bridge_releases;
-    std::ranges::copy_if(sample.breaks, std::back_inserter(breaks), is_open);
-    std::ranges::copy_if(sample.bridge_releases, std::back_inserter(bridge_releases), is_open);
+    fracture::Releases releases;
+    std::ranges::copy_if(sample.breaks, std::back_inserter(releases.breaks), is_open);
+    std::ranges::copy_if(sample.bridge_releases, std::back_inserter(releases.bridge_releases), is_open);
+    std::ranges::copy_if(sample.tooth_falls, std::back_inserter(releases.tooth_falls), is_open);
     const auto& parameters = sample.parameters;
     fracture::BreakableBody body(subdomain, parameters.material, parameters.fracture.release,
                                  parameters.fracture.contact);
-    body.restore({breaks, bridge_releases, {}});
+    body.restore(releases);
     std::vector<double> u(n_values);
     for (std::size_t i = 0; i < n_values; ++i) {
       const auto node = static_cast<std::size_t>(subdomain.layout.number[i / 3]);

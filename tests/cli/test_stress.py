@@ -96,6 +96,13 @@ class Stress(unittest.TestCase):
         self.assertGreater(n_grown, 0)
         self.assertGreater(largest_share, 1e-2)
 
+    def test_softened_tetrahedra_carry_their_share(self):
+        text = with_release(PLATE, "softening").replace("[fracture]", '[fracture]\ntoughness = "1500 J/m^2"')
+        frames, _, _ = self.compare("softening", text)
+        left = frames.stiffness[-1]
+        self.assertGreater(np.count_nonzero(left < 1), 20)
+        self.assertEqual(np.count_nonzero(frames.stiffness[0] < left), 0)
+
     def test_contact_carries_while_closed(self):
         for release in ("element", "facet"):
             _, carried, share = self.compare(f"{release} with contact", with_release(STRUCK, release, "frictionless"))

@@ -96,7 +96,7 @@ protected:
         check->start();
       }
       motion.step({}, step, 0);
-      for (const auto t : check->end_step()) body.release(t, motion.strain(t), 0, motion.time());
+      for (const auto t : check->end_step(i + 1)) body.release(t, motion.strain(t), 0, motion.time());
     }
     return {body.breaks().empty() ? INFINITY : body.breaks()[0].phase_time, criterion.memory()[loaded]};
   }

@@ -180,8 +180,23 @@ def _read_frames(root: h5py.File) -> Frames:
     return Frames(root["mesh/nodes"][...], root["mesh/tetrahedra"][...], group["time"][...],
                   group["displacement"][...], group["velocity"][...], [broken[:n] for n in n_broken],
                   [cut[:n] for n in n_broken], [_released_edges(root, n) for n in n_broken],
+                  [_stiffness(root, time) for time in group["time"][...]],
                   _has_contact(text_of(root.attrs["input"])),
                   float(group.attrs["youngs_modulus"]), float(group.attrs["poisson_ratio"]))
+
+
+def _stiffness(root: h5py.File, time: float) -> np.ndarray:
+    """The share of its stiffness that softening has left to each tetrahedron at a time since onset [s]."""
+    stiffness = np.ones(root["mesh/tetrahedra"].shape[0])
+    if "softening" not in root:
+        return stiffness
+    teeth = root["softening"]
+    loading, phase = (teeth[name][...] for name in ("load_time", "phase_time"))
+    start = root["summary/phase_start"][()]
+    fallen = (loading < start) | ((loading == start) & (phase <= time))
+    # Those of a tetrahedron are in the order in which they fell.
+    stiffness[teeth["tetrahedron"][...][fallen]] = teeth["share"][...][fallen]
+    return stiffness
 
 
 def _released_edges(root: h5py.File, n_broken: int) -> np.ndarray:

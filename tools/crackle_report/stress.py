@@ -23,10 +23,11 @@ def element_stress(nodes: np.ndarray, tetrahedra: np.ndarray, displacement: np.n
 
 
 def frame_stress(frames: Frames, k: int) -> np.ndarray:
-    """The stress at frame k in the form of element_stress; of broken tetrahedra what they still carry."""
+    """The stress at frame k in the form of element_stress; of softened and broken tetrahedra what they still carry."""
     young, poisson = frames.youngs_modulus, frames.poisson_ratio
     broken, released = frames.broken[k], frames.released[k]
     stress = element_stress(frames.nodes, frames.tetrahedra, frames.displacement[k], young, poisson)
+    stress *= frames.stiffness[k][:, None]
     corner = frames.nodes[frames.tetrahedra[broken]]
     strain = _strain(corner, frames.displacement[k][frames.tetrahedra[broken]])
     carried = np.zeros_like(strain)

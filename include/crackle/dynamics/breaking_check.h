@@ -10,10 +10,12 @@
 namespace crackle::dynamics {
 
 /// What breaks at the ends of steps. The criterion gets the stresses at both ends of the last step and a step
-/// earlier; nothing is remembered from step to step that the motion does not know, so a checkpoint needs
-/// nothing of it.
+/// earlier. Nothing is remembered that the motion does not know, from one step to the next, or else beyond
+/// the steps whose number `free_interval` divides: there a checkpoint needs nothing of it.
 class BreakingCheck {
 public:
+  static constexpr std::int64_t free_interval = 8;
+
   BreakingCheck() = default;
   virtual ~BreakingCheck() = default;
   BreakingCheck(const BreakingCheck&) = delete;
@@ -23,9 +25,9 @@ public:
   virtual void start() = 0;
 
   /// The local tetrahedra that break at the end of the step that the motion has just done, ascending. The
-  /// body must release them before the next step. Collective where the context averages the stress; what it
-  /// throws on one rank, it throws when its messages are complete.
-  virtual std::span<const std::int32_t> end_step() = 0;
+  /// body must release them before the next step. The step's number counts from 1. Collective where the
+  /// context averages the stress; what it throws on one rank, it throws when its messages are complete.
+  virtual std::span<const std::int32_t> end_step(std::int64_t step) = 0;
 };
 
 /// That of the context's criterion, which sees the tetrahedra's own stress or the context's average.

@@ -25,7 +25,7 @@ namespace crackle::fracture {
 /// An average over a strength needs a tetrahedron over its own in the ball: the equivalent stress is convex.
 ///
 /// Averages change little within a fraction of the radius, so one ball stands for each cell of a grid whose
-/// cells are a quarter of the radius wide: what balls cost does not grow when the mesh becomes finer than
+/// cells are a third of the radius wide: what balls cost does not grow when the mesh becomes finer than
 /// that.
 class StressAverage {
 public:
@@ -66,9 +66,17 @@ public:
   /// bridges stay behind its tip.
   template <class Stress>
   std::int32_t most_stressed(std::int32_t centre, const EquivalentStress& value, const Stress& stress) {
+    const auto all = ball(centre);
+    const auto bound = [&](std::int32_t t) { return value.bound(stress(t)) / strengths_[index(t)]; };
     std::int32_t most = centre;
-    double largest = value(stress(centre)) / strengths_[index(centre)];
-    for (const auto& [t, weight] : ball(centre)) {
+    double highest_bound = bound(centre);
+    for (const auto& [t, weight] : all)
+      if (const double of_this = bound(t); of_this > highest_bound) {
+        highest_bound = of_this;
+        most = t;
+      }
+    double largest = value(stress(most)) / strengths_[index(most)];
+    for (const auto& [t, weight] : all) {
       const mechanics::Symmetric& sigma = stress(t);
       const double strength = strengths_[index(t)];
       // Settles nearly all of them, and leaves room for rounding.

@@ -23,7 +23,7 @@ inline constexpr double toughness_factor = 1.18;
 
 /// The same with the stress averaged over a ball (fracture::StressAverage): in place of the spacing stands
 /// this many times the ball's radius. Measured likewise; it holds on every mesh that resolves the ball.
-inline constexpr double spacings_per_length = 1;
+inline constexpr double spacings_per_length = 2.7;
 
 /// Energy per crack area for a strength at a spacing [J/m^2].
 double toughness_of(const input::Material& material, double strength, double spacing);
