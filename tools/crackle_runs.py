@@ -82,8 +82,14 @@ class Sample:
     parameters: dict  # the input
 
 
-def run(text: str, folder: Path, program: Path) -> list[Sample]:
-    """All samples of an input, computed in `folder`; a run that was stopped goes on, finished ones are not computed again."""
+SOME_FAILED = 2
+
+
+def run(text: str, folder: Path, program: Path, may_fail: bool = False) -> list[Sample]:
+    """All samples of an input, computed in `folder`; a run that was stopped goes on, finished ones are not computed again.
+
+    @param may_fail: some samples may fail; without it that is a RunError
+    """
     folder.mkdir(parents=True, exist_ok=True)
     source = folder / "input.toml"
     unchanged = source.is_file() and source.read_text() == text
@@ -97,12 +103,12 @@ def run(text: str, folder: Path, program: Path) -> list[Sample]:
         with open(folder / "log.txt", "a" if resume else "w") as log:
             status = subprocess.run([str(program), "run", str(source), "-o", str(results), *resume], stdout=log,
                                     stderr=subprocess.STDOUT, env=environment()).returncode
-        if status != 0:
+        if status != 0 and not (may_fail and status == SOME_FAILED):
             raise RunError(f"'{program} run {source}' ended with status {status}; see {folder / 'log.txt'}")
         (folder / "done").touch()
     else:
         _tell_other_commit(results / "ensemble.h5", program)
-    return [read(file) for file in sorted((results / "samples").glob("*.h5"))]
+    return [read(file) for file in sorted((results / "samples").glob("*.h5")) if not may_fail or _has_results(file)]
 
 
 def _tell_other_commit(ensemble: Path, program: Path) -> None:
@@ -112,6 +118,11 @@ def _tell_other_commit(ensemble: Path, program: Path) -> None:
         commit = root.attrs["git_commit"]
     if commit not in version:
         print(f"{ensemble.parent} is kept from commit {commit[:7]}; remove it to compute it again", file=sys.stderr)
+
+
+def _has_results(file: Path) -> bool:
+    with h5py.File(file) as root:
+        return "crack_surface" in root
 
 
 def read(file: Path) -> Sample:

@@ -9,7 +9,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from crackle_readme import put_block
 from crackle_runs import ROOT, markdown, run, with_keys
 
 IMMEDIATE = {}
@@ -38,7 +37,7 @@ SECTION = 2  # y = 7 mm, where paths are compared
 
 
 def compute(name: str, folder: Path, program: Path) -> None:
-    samples = run(RUNS[name].input_text(), folder / name, program)
+    samples = run(RUNS[name].input_text(), folder / name, program, may_fail=True)
     print(f"{name}: {len(samples)} samples", flush=True)
 
 
@@ -71,6 +70,8 @@ def _mean(values: np.ndarray) -> tuple[float, float]:
 
 def slope(spacings: np.ndarray, loads: np.ndarray) -> tuple[float, float]:
     """d ln F / d ln h over all samples, and half the width of its 95 % interval."""
+    if len(set(spacings)) < 2 or len(spacings) < 3:
+        return np.nan, np.nan
     x, y = np.log(spacings) - np.log(spacings).mean(), np.log(loads)
     b = float((x * y).sum() / (x * x).sum())
     residual = y - y.mean() - b * x
@@ -92,7 +93,7 @@ def table(all_rows: list[dict]) -> str:
             z, z_width = _mean(values("z_mm") - 25)
             lines.append([law, f"{spacing:g} mm", str(len(here)), f"{values('tetrahedra').mean():,.0f}",
                           f"{load:.1f} ± {load_width:.1f}", f"{b:+.3f} ± {width:.3f}", f"{z:+.3f} ± {z_width:.3f}",
-                          f"{np.nanstd(values('z_mm'), ddof=1):.3f}" if len(here) > 1 else "",
+                          f"{np.nanstd(values('z_mm')):.3f}",
                           f"{np.median(values('seconds_quasi_static')):.0f} s"])
     return markdown(["law", "spacing", "samples", "tetrahedra", "load at run-away [N]", "d ln load / d ln spacing",
                      "mean path at y = 7 mm, off the slot's axis [mm]", "its scatter [mm]", "quasi-static part"], lines)
@@ -121,13 +122,29 @@ def draw(all_rows: list[dict], picture: Path) -> None:
     plt.close(figure)
 
 
-def keep(folder: Path, kept: Path) -> None:
-    file = kept / "convergence.csv"
+def _read_csv(file: Path) -> list[dict]:
+    if not file.is_file():
+        return []
+    with open(file, newline="") as stream:
+        return [{key: value if key == "law" else int(value) if key in ("sample", "tetrahedra", "steps") else float(value)
+                 for key, value in one.items()} for one in csv.DictReader(stream)]
+
+
+def keep(folder: Path, kept: Path) -> list[dict]:
+    """Writes rows and picture; a run that is not in `folder` keeps its rows.
+
+    @return all rows
+    """
     found = rows(folder)
+    file = kept / "convergence.csv"
+    computed = {(one["law"], one["spacing_mm"]) for one in found}
+    found += [one for one in _read_csv(file) if (one["law"], one["spacing_mm"]) not in computed]
+    order = [(one.law, one.spacing) for one in RUNS.values()]
+    found.sort(key=lambda one: (order.index((one["law"], one["spacing_mm"])), one["sample"]))
     with open(file, "w", newline="") as stream:
         writer = csv.DictWriter(stream, found[0], lineterminator="\n")
         writer.writeheader()
         writer.writerows({key: f"{value:.6g}" if isinstance(value, float) else value for key, value in one.items()}
                          for one in found)
-    put_block("laws", table(found))
     draw(found, kept / "convergence.png")
+    return found

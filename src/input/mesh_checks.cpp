@@ -15,9 +15,15 @@ namespace crackle::input {
 namespace {
 
 /// To two figures, for advice.
-double rounded_up(double value) {
+double two_figures(double value, double (*round)(double)) {
   const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
-  return std::ceil(value / unit) * unit;
+  return round(value / unit) * unit;
+}
+double rounded_up(double value) {
+  return two_figures(value, std::ceil);
+}
+double rounded_down(double value) {
+  return two_figures(value, std::floor);
 }
 
 /// Of what both boxes have [m^3]; 0 where they do not meet.
@@ -61,9 +67,10 @@ void check_softening(const Parameters& parameters, Findings& findings) {
   if (finest < limit || mesh.points) return;
   findings.report(
       "mesh.spacing",
-      "{} is too coarse for softening: tetrahedra hold more energy at the strength than the toughness "
-      "takes, and snap back; where cracks run give less than {}, better {}",
-      show(finest), show(limit), show(resolving_share * process_zone_length(parameters)));
+      "the finest spacing, {}, is too coarse for softening: tetrahedra hold more energy at the strength than "
+      "the toughness takes, and snap back; where cracks run give less than {}, better {}",
+      show(finest), show(rounded_down(limit)),
+      show(rounded_down(resolving_share * process_zone_length(parameters))));
 }
 
 void check_region(const Parameters& parameters, std::size_t i, Findings& findings) {

@@ -352,7 +352,7 @@ CASES = [
     Case("averaging length of zero", lambda t: t.set("fracture", "length", '"0 mm"'), "fracture.length", "0 mm"),
     Case("averaging length as long as the body", lambda t: t.set("fracture", "length", '"141 mm"'), "fracture.length",
          "141 mm is a ball as large as the body", "less than 140 mm"),
-    Case("softening without a toughness", lambda t: t.set("fracture", "release", '"softening"'), "fracture.toughness",
+    Case("softening without a toughness", lambda t: t.set("fracture", "release", '"softening"').at("fracture"), "fracture.toughness",
          "the key is missing", '"150 J/m^2"'),
     Case("teeth without softening", lambda t: t.set("fracture", "teeth", "10"), "fracture.teeth",
          'release = "softening" only'),
@@ -360,7 +360,8 @@ CASES = [
          lambda t: t.set("fracture", "release", '"softening"').set("fracture", "toughness", '"5000 J/m^2"')
          .set("fracture", "length", '"1 mm"'), "fracture.length", 'does not go with release = "softening"'),
     Case("softening on a coarse mesh",
-         lambda t: t.set("fracture", "release", '"softening"').set("fracture", "toughness", '"50 J/m^2"'), "mesh.spacing",
+         lambda t: t.set("fracture", "release", '"softening"').set("fracture", "toughness", '"50 J/m^2"')
+         .at("mesh", "spacing"), "mesh.spacing",
          "too coarse for softening", "give less than"),
     Case("variation without a distribution", lambda t: t.append("[fracture.variation]", "modulus = 10"),
          "fracture.variation.distribution", "missing", '"weibull" or "lognormal"'),

@@ -136,6 +136,26 @@ TEST(Variation, OfTheToughnessIsTheSquareOfTheStrengths) {
   }
 }
 
+/// Softening has a strength and a toughness: each can vary by the field, or both in step.
+TEST(Variation, MultipliesStrengthAndToughnessOfSofteningOnTheirOwn) {
+  const auto mesh = test::make_box({.size = {2e-3, 2e-3, 4e-3}, .cells = {2, 2, 4}});
+  const TetrahedronSpan all{mesh.nodes, mesh.tetrahedra};
+  const std::vector<double> ones(mesh.tetrahedra.size(), 1.0);
+  auto variation = lognormal();
+  const auto factors = [&](Varies of) {
+    variation.of = of;
+    auto parameters = varied(variation);
+    parameters.fracture.release = input::Release::softening;
+    return std::pair{strength_factors(parameters, 3, all), toughness_factors(parameters, 3, all)};
+  };
+  const auto field = variation_factors(varied(variation), 3, all);
+  EXPECT_EQ(factors(Varies::strength), (std::pair{field, ones}));
+  EXPECT_EQ(factors(Varies::toughness), (std::pair{ones, field}));
+  const auto [strength, toughness] = factors(Varies::both);
+  EXPECT_EQ(strength, field);
+  for (std::size_t t = 0; t < field.size(); ++t) EXPECT_EQ(toughness[t], field[t] * field[t]);
+}
+
 TEST(Variation, BelongsToThePlaceAndTheSample) {
   const auto mesh = test::make_box({.size = {2e-3, 2e-3, 4e-3}, .cells = {3, 3, 6}, .disturbance = 0.1});
   for (const auto& variation : {weibull_without_length(), weibull_with_length(), lognormal()}) {

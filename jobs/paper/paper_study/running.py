@@ -10,11 +10,10 @@ import h5py
 import numpy as np
 
 from crackle_launch import environment, mpirun
-from crackle_runs import RunError
+from crackle_runs import SOME_FAILED, RunError
 
 from .studies import Run
 
-SOME_FAILED = 2
 STOPPED_EARLY = 3
 
 
