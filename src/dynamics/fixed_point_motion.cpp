@@ -89,7 +89,8 @@ public:
     if (std::fetestexcept(FE_INVALID) != 0 || force_.has_overflown()) force_has_overflown_ = true;
     // Where nodes are follows from their integers as long as they move less than half the integers' range.
     const double way = furthest();
-    if (way >= limit) moves_too_far_ = true;
+    ++n_steps_since_check_;
+    if (way >= limit && n_steps_since_check_ <= steps_between_unwrapping) moves_too_far_ = true;
     if (++n_steps_ % steps_between_unwrapping == 0 || steps_between_unwrapping * way >= limit)
       state_.unwrap();
   }
@@ -106,6 +107,7 @@ public:
     }
     stretch_bound_ += 2 * furthest();
     std::ranges::fill(movement_, kernels::Movement<double>{});
+    n_steps_since_check_ = 0;
     return overloaded_;
   }
 
@@ -383,6 +385,7 @@ private:
   std::int32_t sent_blocks_ = 1;  // behind the last block of nodes that are ghosts elsewhere
   bool force_has_overflown_ = false;
   bool moves_too_far_ = false;
+  std::int64_t n_steps_since_check_ = 0;
   bool contacts_are_in_range_ = true;
   double largest_force_ = 0;
   mutable double stretch_bound_ = limit;  // of every edge that carries, at the last breaking check, in quanta
