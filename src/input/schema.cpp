@@ -160,6 +160,15 @@ Key hidden_at_zero(Key key, const Access<double>& access) {
   return key;
 }
 
+/// The key with nothing shown without softening, which it does not go with.
+Key of_softening(Key key) {
+  key.show = [show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+    if (parameters.fracture.release != Release::softening) return {};
+    return show(parameters, i);
+  };
+  return key;
+}
+
 Table ensemble_table() {
   return {
       "ensemble",
@@ -309,12 +318,13 @@ Table fracture_table() {
            by_default("\"element\""),
            "what a break opens: all dual facets of the tetrahedron, or one group; or all, but in "
            "steps, which needs strength and toughness"),
-       choice_key<SofteningCurve>(
+       of_softening(choice_key<SofteningCurve>(
            "softening", in(&Parameters::fracture, &Fracture::softening),
            {{"linear", SofteningCurve::linear}, {"exponential", SofteningCurve::exponential}},
-           by_default("\"linear\""), "how stress falls with opening, with release = \"softening\""),
-       integer_key("teeth", in(&Parameters::fracture, &Fracture::teeth), 2, 100, by_default("10"),
-                   "steps in which the stiffness of a softening tetrahedron falls"),
+           by_default("\"linear\""), "how stress falls with opening, with release = \"softening\"")),
+       of_softening(integer_key("teeth", in(&Parameters::fracture, &Fracture::teeth), 2, 100,
+                                by_default("10"),
+                                "steps in which the stiffness of a softening tetrahedron falls")),
        choice_key<Contact>("contact", in(&Parameters::fracture, &Fracture::contact),
                            {{"none", Contact::none}, {"frictionless", Contact::frictionless}},
                            by_default("\"none\""),

@@ -199,6 +199,21 @@ TEST(InputEcho, TheIdentityIsThatOfFilesFromBeforeSomeKeys) {
             fmt::format("FNV-1a {:016x}", checksum(fmt::format("{}", fmt::join(settings, "\n")))));
 }
 
+/// Which must not change while a law that an input does not ask for gets keys of its own.
+TEST(InputEcho, TheIdentityHasTheKeysOfTheLawThatIsAskedFor) {
+  const auto mentions = [](const input::Parameters& parameters, const std::string& key) {
+    return std::ranges::any_of(input::sample_settings(parameters),
+                               [&](const std::string& line) { return line.starts_with(key); });
+  };
+  auto parameters = parse_tables(minimal_tables());
+  for (const char* key : {"fracture.softening", "fracture.teeth", "fracture.length"})
+    EXPECT_FALSE(mentions(parameters, key)) << key;
+  parameters.fracture.release = input::Release::softening;
+  parameters.fracture.length = 1e-3;
+  for (const char* key : {"fracture.softening", "fracture.teeth", "fracture.length"})
+    EXPECT_TRUE(mentions(parameters, key)) << key;
+}
+
 TEST(InputEcho, ShowsReadableUnitsInAlignedLines) {
   const std::string echo = input::echo(parse_tables(full_tables()));
   std::set<std::size_t> columns;
@@ -242,7 +257,8 @@ TEST(InputEcho, AndTableOfKeysNameTheSameKeys) {
   }
   for (const char* unused :
        {"ensemble.stop.half_width", "ensemble.stop.confidence", "ensemble.stop.min_samples", "mesh.points",
-        "fracture.toughness", "fracture.variation.coefficient_of_variation", "time.after_separation"}) {
+        "fracture.toughness", "fracture.length", "fracture.softening", "fracture.teeth",
+        "fracture.variation.coefficient_of_variation", "time.after_separation"}) {
     shown.insert(unused);
   }
   const auto declared = table_keys();
