@@ -334,13 +334,14 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
     parallel::agree(*group_);
     body_->release_bridges(*group_, time_, 0,
                            [&](std::int32_t t) { return body_->strain(t, displacement_.local()); });
+    parallel::NodeField before(*group_, body_->subdomain().layout);
+    before.assign(displacement_);
     ++n_events_;
     const std::int64_t n_before = n_breaks_;
+    parallel::agree(*group_);
     n_breaks_ +=
         parallel::all_reduce<std::int64_t>(*group_, std::ssize(body_->breaks()) - n_counted, MPI_SUM);
     if (n_before == 0 && n_breaks_ > 0) load_at_first_break_ = load_;
-    parallel::NodeField before(*group_, body_->subdomain().layout);
-    before.assign(displacement_);
     if (!update_after_breaks()) return QuasiStaticEnd::separated;
     account.add_relaxation(0, before, displacement_);
     LoadState relaxed = measure_loads(*group_, *body_, *loads_, displacement_, time_);
