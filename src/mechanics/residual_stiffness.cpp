@@ -127,25 +127,27 @@ double ResidualStiffness::energy(std::int32_t tetrahedron, const Symmetric& stra
 
 void ResidualStiffness::release(std::int32_t tetrahedron, EdgeSet edges) {
   const auto i = index(tetrahedron);
-  released_[i] = static_cast<EdgeSet>(released_[i] | edges);
-  if (!is_intact(tetrahedron) && carries(tetrahedron))
-    make_partial(tetrahedron) = edge_stiffness(operators_->tetrahedra[i], elasticity_, released(tetrahedron));
+  const auto now = static_cast<EdgeSet>(released(tetrahedron) | edges);
+  // Made before anything says that it is there: it may fail.
+  if (now != no_edge && now != all_edges)
+    make_partial(tetrahedron) = edge_stiffness(operators_->tetrahedra[i], elasticity_, now);
+  released_[i] = now;
 }
 
 void ResidualStiffness::soften(std::int32_t tetrahedron, double share) {
   const auto i = index(tetrahedron);
-  released_[i] = static_cast<EdgeSet>(released_[i] | softened);
   auto& stiffness = make_partial(tetrahedron);
   stiffness = edge_stiffness(operators_->tetrahedra[i], elasticity_, no_edge);
   for (auto& row : stiffness.k)
     for (double& entry : row) entry *= share;
+  released_[i] = softened;
 }
 
 EdgeStiffness& ResidualStiffness::make_partial(std::int32_t tetrahedron) {
   auto& place = place_[index(tetrahedron)];
   if (place < 0) {
-    place = static_cast<std::int32_t>(partial_.size());
     partial_.emplace_back();
+    place = static_cast<std::int32_t>(partial_.size()) - 1;
   }
   return partial_[index(place)];
 }
