@@ -181,8 +181,8 @@ std::string unresolved_length_text(const Subject& subject) {
   if (resolving_spacings * greatest <= length) return {};
   return fmt::format(
       "\nWarning: the averaging length of {:.3g} mm is less than {:.2g} times the greatest spacing where "
-      "cracks "
-      "run, {:.3g} mm, so results depend on the mesh there; make it at most {:.3g} mm with [[mesh.region]]\n",
+      "cracks run, {:.3g} mm, so results depend on the mesh there; make it at most {:.3g} mm with "
+      "[[mesh.region]]\n",
       length * 1e3, resolving_spacings, greatest * 1e3, length / resolving_spacings * 1e3);
 }
 
@@ -196,8 +196,7 @@ std::string unresolved_softening_text(const Subject& subject) {
   const double snap_back = input::snap_back_spacing(parameters);
   return fmt::format(
       "\nWarning: where cracks run spacings go up to {:.3g} mm, and softening wants at most {:.3g} mm{}; "
-      "refine "
-      "with [[mesh.region]]\n",
+      "refine with [[mesh.region]]\n",
       greatest * 1e3, admissible * 1e3,
       greatest < snap_back
           ? std::string()

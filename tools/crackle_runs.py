@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import re
 import shutil
@@ -47,6 +48,16 @@ def markdown(titles: Iterable[str], lines: Iterable[Iterable[str]]) -> str:
     titles = list(titles)
     rows = [f"| {' | '.join(line)} |\n" for line in (titles, *lines)]
     return "".join([rows[0], "|" + "---|" * len(titles) + "\n", *rows[1:]])
+
+
+def mean_interval(values: np.ndarray) -> tuple[float, float]:
+    """Mean and half width of its 95 % interval (Student's); NaN with fewer than two values."""
+    from scipy import stats  # not needed for a run
+    present = values[np.isfinite(values)]
+    n = len(present)
+    if n < 2:
+        return math.nan, math.nan
+    return float(present.mean()), float(stats.t.ppf(0.975, n - 1) * stats.sem(present))
 
 
 def with_keys(text: str, keys: dict[str, str]) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from crackle_runs import ROOT, markdown, run, with_keys
+from crackle_runs import ROOT, markdown, mean_interval, run, with_keys
 
 IMMEDIATE = {}
 AVERAGED = {"fracture.length": '"0.6 mm"'}
@@ -33,6 +33,7 @@ RUNS = {f"{law}-{spacing:g}": Run(law, spacing, keys)
                                     ("averaged", AVERAGED, (0.4, 0.3, 0.2, 0.15)),
                                     ("softening", SOFTENING, (0.2, 0.14, 0.1, 0.07, 0.05)))
         for spacing in spacings}
+LOAD_RATE = 1.0  # of slot.toml [N/s]
 SECTION = 2  # y = 7 mm, where paths are compared
 
 
@@ -49,23 +50,14 @@ def rows(folder: Path) -> list[dict]:
             with h5py.File(file) as root:
                 if "breaks" not in root or not root["breaks/load_time"].size:
                     continue
-                rate = 1.0  # [N/s], of slot.toml
                 found.append({"law": one.law, "spacing_mm": one.spacing, "sample": int(root.attrs["sample"]),
                               "tetrahedra": root["mesh/tetrahedra"].shape[0],
-                              "load_n": rate * float(root["breaks/load_time"][:].max()),
+                              "load_n": LOAD_RATE * float(root["breaks/load_time"][:].max()),
                               "z_mm": 1e3 * float(root["summary/position"][0, SECTION]),
                               "seconds_quasi_static": float(root["timing/quasi_static"][()]),
                               "seconds_dynamic": float(root["timing/dynamic"][()]),
                               "steps": int(root["counts/steps"][()])})
     return found
-
-
-def _mean(values: np.ndarray) -> tuple[float, float]:
-    """Mean and half width of its 95 % interval."""
-    values = values[np.isfinite(values)]
-    if values.size < 2:
-        return (float(values.mean()) if values.size else np.nan), np.nan
-    return float(values.mean()), 2.13 * float(values.std(ddof=1)) / np.sqrt(values.size)
 
 
 def slope(spacings: np.ndarray, loads: np.ndarray) -> tuple[float, float]:
@@ -89,8 +81,8 @@ def table(all_rows: list[dict]) -> str:
             def values(key: str) -> np.ndarray:
                 return np.array([one[key] for one in here], dtype=float)
 
-            load, load_width = _mean(values("load_n"))
-            z, z_width = _mean(values("z_mm") - 25)
+            load, load_width = mean_interval(values("load_n"))
+            z, z_width = mean_interval(values("z_mm") - 25)
             lines.append([law, f"{spacing:g} mm", str(len(here)), f"{values('tetrahedra').mean():,.0f}",
                           f"{load:.1f} ± {load_width:.1f}", f"{b:+.3f} ± {width:.3f}", f"{z:+.3f} ± {z_width:.3f}",
                           f"{np.nanstd(values('z_mm')):.3f}",
@@ -108,7 +100,7 @@ def draw(all_rows: list[dict], picture: Path) -> None:
     for law, marker in (("immediate", "o"), ("averaged", "s"), ("softening", "^")):
         of_law = [one for one in all_rows if one["law"] == law]
         spacings = sorted({one["spacing_mm"] for one in of_law})
-        means = [_mean(np.array([one["load_n"] for one in of_law if one["spacing_mm"] == h])) for h in spacings]
+        means = [mean_interval(np.array([one["load_n"] for one in of_law if one["spacing_mm"] == h])) for h in spacings]
         axes.errorbar(spacings, [m for m, _ in means], yerr=[np.nan_to_num(w) for _, w in means], marker=marker, capsize=3,
                       label=law)
     axes.set_xscale("log")

@@ -5,7 +5,6 @@
 #include "crackle/parallel/collectives.h"
 
 #include <algorithm>
-#include <iterator>
 #include <utility>
 
 namespace crackle::dynamics {

@@ -4,11 +4,11 @@
 #include "crackle/common/index.h"
 #include "crackle/common/vector.h"
 #include "crackle/geometry/centroid.h"
+#include "crackle/geometry/face_neighbours.h"
 
 #include <algorithm>
 #include <cmath>
 #include <tuple>
-#include <utility>
 
 namespace crackle::fracture {
 
@@ -21,12 +21,15 @@ constexpr double cells_per_length = 3;
 }  // namespace
 
 StressAverage::StressAverage(const BreakableBody& body, std::span<const double> strengths, double length)
-    : body_(&body), strengths_(strengths), length_(length), reached_by_(strengths.size(), 0) {
+    : body_(&body),
+      strengths_(strengths),
+      length_(length),
+      neighbour_(geometry::face_neighbours(body.subdomain().tetrahedra)),
+      reached_by_(strengths.size(), 0) {
   const auto& subdomain = body.subdomain();
   centroid_.reserve(subdomain.tetrahedra.size());
   for (const auto& t : subdomain.tetrahedra) centroid_.push_back(geometry::centroid(subdomain.nodes, t));
   find_cells();
-  find_neighbours();
 }
 
 void StressAverage::find_cells() {
@@ -71,33 +74,6 @@ std::int32_t StressAverage::centre(std::int32_t tetrahedron) {
     centre = *std::ranges::find_if(members, [&](std::int32_t t) { return !body_->is_broken(t); });
   }
   return centre;
-}
-
-void StressAverage::find_neighbours() {
-  struct Face {
-    std::array<std::int32_t, 3> nodes;
-    std::int32_t place;  // 4 x tetrahedron + opposite corner
-  };
-  const auto& tetrahedra = body_->subdomain().tetrahedra;
-  std::vector<Face> faces;
-  faces.reserve(4 * tetrahedra.size());
-  for (std::size_t t = 0; t < tetrahedra.size(); ++t) {
-    for (std::size_t opposite = 0; opposite < 4; ++opposite) {
-      Face face{{}, static_cast<std::int32_t>(4 * t + opposite)};
-      for (std::size_t k = 0, n = 0; k < 4; ++k)
-        if (k != opposite) face.nodes[n++] = tetrahedra[t][k];
-      std::ranges::sort(face.nodes);
-      faces.push_back(face);
-    }
-  }
-  std::ranges::sort(faces, {}, &Face::nodes);
-  neighbour_.assign(tetrahedra.size(), {-1, -1, -1, -1});
-  for (std::size_t i = 1; i < faces.size(); ++i) {
-    const auto [a, b] = std::pair{faces[i - 1].place, faces[i].place};
-    if (faces[i - 1].nodes != faces[i].nodes) continue;
-    neighbour_[index(a / 4)][index(a % 4)] = b / 4;
-    neighbour_[index(b / 4)][index(b % 4)] = a / 4;
-  }
 }
 
 std::span<const StressAverage::Share> StressAverage::ball(std::int32_t centre) {

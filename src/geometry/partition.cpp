@@ -3,6 +3,7 @@
 
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
+#include "crackle/geometry/face_neighbours.h"
 
 #include <metis.h>
 
@@ -116,22 +117,11 @@ Partition partition_of(const Realization& realization, std::vector<std::int32_t>
 
 std::int64_t edge_cut(const Realization& realization, const Partition& partition) {
   const auto& parts = partition.tetrahedron_part;
-  using Face = std::array<std::int32_t, 3>;
-  std::vector<std::pair<Face, std::int32_t>> faces;
-  faces.reserve(4 * parts.size());
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    for (std::size_t opposite = 0; opposite < 4; ++opposite) {
-      Face face{};
-      for (std::size_t k = 0, n = 0; k < 4; ++k)
-        if (k != opposite) face[n++] = realization.tetrahedra[i][k];
-      std::ranges::sort(face);
-      faces.emplace_back(face, parts[i]);
-    }
-  }
-  std::ranges::sort(faces);
+  const auto neighbours = face_neighbours(realization.tetrahedra);
   std::int64_t n_cut = 0;
-  for (std::size_t i = 1; i < faces.size(); ++i)
-    if (faces[i].first == faces[i - 1].first && faces[i].second != faces[i - 1].second) ++n_cut;
+  for (std::size_t t = 0; t < parts.size(); ++t)
+    for (const auto other : neighbours[t])
+      if (other > static_cast<std::int32_t>(t) && parts[index(other)] != parts[t]) ++n_cut;
   return n_cut;
 }
 

@@ -144,12 +144,18 @@ void write_crack_lines(hid_t file, const std::vector<analysis::CrackLine>& lines
   write_column<double>(table, "bend", lines, &CrackLine::bend, "rad");
 }
 
+/// What let go, and when: the first columns of every kind of release.
+template <class Release>
+void write_moments(hid_t group, const std::vector<Release>& releases) {
+  write_column<std::int64_t>(group, "tetrahedron", releases, &Release::tetrahedron);
+  write_column<double>(group, "load_time", releases, &Release::load_time, "s");
+  write_column<double>(group, "phase_time", releases, &Release::phase_time, "s");
+}
+
 void write_breaks(hid_t file, const std::vector<fracture::Break>& breaks) {
   using fracture::Break;
   const hdf5::Handle group = hdf5::create_group(file, "breaks");
-  write_column<std::int64_t>(group, "tetrahedron", breaks, &Break::tetrahedron);
-  write_column<double>(group, "load_time", breaks, &Break::load_time, "s");
-  write_column<double>(group, "phase_time", breaks, &Break::phase_time, "s");
+  write_moments(group, breaks);
   write_column<double>(group, "principal_stress", breaks, &Break::principal_stress, "Pa");
   write_column<double>(group, "released_energy", breaks, &Break::released_energy, "J");
   write_column<std::int32_t>(group, "cut", breaks, &Break::cut);
@@ -158,9 +164,7 @@ void write_breaks(hid_t file, const std::vector<fracture::Break>& breaks) {
 void write_bridge_releases(hid_t file, const std::vector<fracture::BridgeRelease>& bridge_releases) {
   using fracture::BridgeRelease;
   const hdf5::Handle group = hdf5::create_group(file, "ties");
-  write_column<std::int64_t>(group, "tetrahedron", bridge_releases, &BridgeRelease::tetrahedron);
-  write_column<double>(group, "load_time", bridge_releases, &BridgeRelease::load_time, "s");
-  write_column<double>(group, "phase_time", bridge_releases, &BridgeRelease::phase_time, "s");
+  write_moments(group, bridge_releases);
   write_column<double>(group, "released_energy", bridge_releases, &BridgeRelease::released_energy, "J");
   write_column<std::uint8_t>(group, "edges", bridge_releases, &BridgeRelease::edges);
 }
@@ -168,9 +172,7 @@ void write_bridge_releases(hid_t file, const std::vector<fracture::BridgeRelease
 void write_tooth_falls(hid_t file, const std::vector<fracture::ToothFall>& tooth_falls) {
   using fracture::ToothFall;
   const hdf5::Handle group = hdf5::create_group(file, "softening");
-  write_column<std::int64_t>(group, "tetrahedron", tooth_falls, &ToothFall::tetrahedron);
-  write_column<double>(group, "load_time", tooth_falls, &ToothFall::load_time, "s");
-  write_column<double>(group, "phase_time", tooth_falls, &ToothFall::phase_time, "s");
+  write_moments(group, tooth_falls);
   write_column<double>(group, "released_energy", tooth_falls, &ToothFall::released_energy, "J");
   write_column<double>(group, "share", tooth_falls, &ToothFall::share);
 }

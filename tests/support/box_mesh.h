@@ -130,4 +130,14 @@ inline input::Boundary boundary(input::Face face, input::BoundaryKind kind,
   return condition;
 }
 
+/// Pulled along z by a force that grows by 1 N/s, with symmetry on three faces: a bar's stress is uniform.
+inline std::vector<input::Boundary> uniform_pull() {
+  using input::BoundaryKind;
+  using input::Face;
+  return {boundary(Face::x_min, BoundaryKind::fix, {true, false, false}),
+          boundary(Face::y_min, BoundaryKind::fix, {false, true, false}),
+          boundary(Face::z_min, BoundaryKind::fix, {false, false, true}),
+          boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 1})};
+}
+
 }  // namespace crackle::test

@@ -17,9 +17,6 @@
 namespace crackle::dynamics {
 namespace {
 
-using input::BoundaryKind;
-using input::Face;
-
 constexpr double strength = 35e6;  // [Pa]
 
 struct Law {
@@ -49,7 +46,6 @@ const std::vector<Law>& laws() {
   return all;
 }
 
-/// Pulled along z at 1 N/s, with symmetry on three faces.
 input::Parameters pulled(const Vector& size, const input::Fracture& fracture) {
   input::Parameters parameters;
   parameters.material = test::epoxy();
@@ -58,10 +54,7 @@ input::Parameters pulled(const Vector& size, const input::Fracture& fracture) {
   parameters.time.duration = 2e-5;
   parameters.time.integrator = input::Integrator::verlet;
   parameters.output.frames = 0;
-  parameters.boundaries = {test::boundary(Face::x_min, BoundaryKind::fix, {true, false, false}),
-                           test::boundary(Face::y_min, BoundaryKind::fix, {false, true, false}),
-                           test::boundary(Face::z_min, BoundaryKind::fix, {false, false, true}),
-                           test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 1})};
+  parameters.boundaries = test::uniform_pull();
   return parameters;
 }
 

@@ -17,9 +17,6 @@
 namespace crackle::dynamics {
 namespace {
 
-using input::BoundaryKind;
-using input::Face;
-
 constexpr double strength = 35e6;          // [Pa]
 constexpr double reference_volume = 1e-9;  // [m^3]
 constexpr double width = 1e-3;             // [m]
@@ -42,11 +39,7 @@ Bars pull_bars(double modulus, double length, int cells, int n_samples, double c
   parameters.time.duration = 1e-7;
   parameters.time.integrator = input::Integrator::verlet;
   parameters.output.frames = 0;
-  // Symmetry on three faces, so that the stress is uniform.
-  parameters.boundaries = {test::boundary(Face::x_min, BoundaryKind::fix, {true, false, false}),
-                           test::boundary(Face::y_min, BoundaryKind::fix, {false, true, false}),
-                           test::boundary(Face::z_min, BoundaryKind::fix, {false, false, true}),
-                           test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 1})};
+  parameters.boundaries = test::uniform_pull();
   const auto mesh =
       test::make_box({.size = parameters.specimen.size,
                       .cells = {cells, cells, static_cast<int>(std::lround(cells * length / width))},

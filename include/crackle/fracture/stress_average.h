@@ -91,7 +91,6 @@ public:
 
 private:
   void find_cells();
-  void find_neighbours();
   void forget_broken();
   std::vector<Share> find_ball(std::int32_t centre);
 

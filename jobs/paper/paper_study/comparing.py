@@ -8,6 +8,8 @@ from typing import Callable
 import numpy as np
 from scipy import stats
 
+from crackle_runs import mean_interval
+
 from .rows import Rows
 
 LENGTH = 0.140  # of the plate [m]
@@ -94,15 +96,6 @@ def distances(paths: np.ndarray, others: np.ndarray | None = None) -> np.ndarray
         return path_distance(paths[:, None], others[None]).ravel()
     first, second = np.triu_indices(len(paths), 1)
     return path_distance(paths[first], paths[second])
-
-
-def mean_interval(values: np.ndarray) -> tuple[float, float]:
-    """Mean and half width of its 95 % interval (Student's); NaN with fewer than two values."""
-    present = values[np.isfinite(values)]
-    n = len(present)
-    if n < 2:
-        return math.nan, math.nan
-    return float(present.mean()), float(stats.t.ppf(0.975, n - 1) * stats.sem(present))
 
 
 def running_half_width(values: np.ndarray) -> np.ndarray:
