@@ -79,12 +79,14 @@ private:
     std::int32_t local = -1;   ///< on this rank, or -1
   };
 
-  void solve_unit_problems();
+  void solve_unit_problems(double accuracy);
   /// Sum of the unit solutions times the factors of their programs.
   template <class ForceFactor, class MotionFactor>
   void superpose(std::span<double> sum, ForceFactor&& of_force, MotionFactor&& of_motion) const;
   void combine(double time, parallel::NodeField& displacement) const;
-  bool update_after_breaks();
+  /// Equilibrium anew. @return false when the loaded part has come loose
+  /// @param may_separate whether tetrahedra or bridges broke, and did not only soften
+  bool update_after_breaks(bool may_separate);
   /// The largest stress over its tetrahedron's strength; of one round which it is averaged, the smaller of
   /// its own and the average.
   Critical most_loaded() const;

@@ -44,13 +44,18 @@ public:
   /// Takes over that tetrahedra carry less. Local; every rank names the local tetrahedra it holds.
   void release(std::span<const std::int32_t> tetrahedra);
 
+  /// Residual that counts as equilibrium, in the norm that the preconditioner defines, relative to that of the
+  /// loads: near the relative error of the displacement's energy norm.
+  static constexpr double full_accuracy = 1e-10;
+
   /// Solves for the free displacements; held components of `displacement` are given and kept.
   /// On entry `displacement` is the initial guess; ghosts are up to date on return, also after an exception,
   /// which leaves the last iterate. Collective.
   /// @param force 3 n_owned nodal forces [N]
+  /// @param accuracy residual() at the end
   /// @return number of iterations
   /// @throws NoEquilibrium on every rank
-  int solve(std::span<const double> force, parallel::NodeField& displacement);
+  int solve(std::span<const double> force, parallel::NodeField& displacement, double accuracy = full_accuracy);
 
   /// What is left of the out-of-balance force after the last solve, over that of the body whose free
   /// components have not moved; both in the preconditioner's norm. Computed from the displacement, not
