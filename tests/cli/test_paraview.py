@@ -11,6 +11,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import h5py
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -132,6 +133,25 @@ class ParaView(unittest.TestCase):
             self.assertEqual(np.abs(fields["stress"][~whole]).sum(), 0)
             time = vtk_to_numpy(grid.GetFieldData().GetArray("TimeValue"))
             self.assertEqual(time[0], frames.time[k])
+
+    def test_softened_tetrahedra_have_the_stiffness_that_is_left(self):
+        frames = SampleFiles(self.folder).frames(0)
+        whole = np.setdiff1d(np.arange(len(frames.tetrahedra)), frames.broken[-1])
+        early, late = (int(t) for t in whole[:2])
+        with h5py.File(self.folder / "samples" / "0000.h5", "a") as root:
+            start = 1.0
+            root["summary/phase_start"] = start
+            teeth = root.create_group("softening")
+            teeth["tetrahedron"] = [early, late, early]
+            teeth["load_time"] = [0.5 * start, start, start]
+            teeth["phase_time"] = [0, frames.time[2], frames.time[2]]
+            teeth["share"] = [0.75, 0.5, 0.25]
+        self.assertEqual(run(str(self.folder), "--sample", "0").returncode, 0)
+        self.files = self.folder / "paraview" / "0000"
+        for k, shares in ((0, (0.75, 1)), (1, (0.75, 1)), (2, (0.25, 0.5)), (3, (0.25, 0.5))):
+            stiffness = vtk_to_numpy(self.read(f"frame-{k:04d}.vtkhdf").GetCellData().GetArray("stiffness"))
+            self.assertEqual((stiffness[early], stiffness[late]), shares, k)
+            np.testing.assert_array_equal(np.flatnonzero(stiffness == 0), np.sort(frames.broken[k]))
 
     def test_vtk_reads_the_crack_with_its_time(self):
         crack = SampleFiles(self.folder).crack(1)
