@@ -22,7 +22,7 @@ BLOCKS = {
     "variants": "jobs/verification/README.md",  # jobs/verification/verify --variants
     "golden demo": "jobs/verification/README.md",  # tools/golden-runs --update
     "golden paper": "jobs/verification/README.md",
-    "laws": "jobs/laws/README.md",  # jobs/laws/study --keep
+    **{name: "jobs/laws/README.md" for name in ("laws", "laws-slots", "laws-fringes")},  # jobs/laws/study --keep
     # jobs/paper/study --keep
     **{name: PAPER for name in ("paper", "branching", "by-eye", "notches", "bases", "turning", "limits", "symmetry",
                                 "base-notches", "convergence", "spacing", "disturbance", "heterogeneity", "rate")},

@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tests of jobs/laws/study: its inputs, its statistics, and two samples of its coarsest runs."""
+"""Tests of jobs/laws/study: its inputs, its statistics and references, and two samples of its coarsest runs."""
 from __future__ import annotations
 
 import argparse
+import math
 import subprocess
 import sys
 import tempfile
@@ -16,11 +17,14 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
-sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs" / "laws")]
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs" / "laws"), str(ROOT / "jobs" / "paper")]
 
 import convergence  # noqa: E402
+import plane_slot  # noqa: E402
+import slot_heights  # noqa: E402
+import smoothness  # noqa: E402
 from crackle_launch import environment  # noqa: E402
-from crackle_runs import with_keys  # noqa: E402
+from crackle_runs import run, with_keys  # noqa: E402
 
 COARSEST = ("immediate-0.4", "averaged-0.4", "softening-0.2")
 
@@ -47,6 +51,34 @@ class Study(unittest.TestCase):
                 else:
                     self.assertRegex(result.stdout, r"toughness +=.*the averaging length")
 
+    def test_inputs_of_slots_and_fringes_are_right(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, one in {**slot_heights.RUNS, **smoothness.RUNS}.items():
+                source = Path(folder) / f"{name}.toml"
+                source.write_text(one.input_text())
+                subprocess.run([OPTIONS.program, "check", "--no-measure", str(source)], stdout=subprocess.DEVNULL,
+                               env=environment(), check=True)
+
+    def test_the_reference_finds_what_a_crack_sets_free(self):
+        # A slot as thin as can be, and a crack 0.5 to 0.7 mm beyond it; an edge crack by Tada, Paris and Irwin.
+        young, nu, width = 3.3e9, 0.38, 24.5e-3
+        plate = plane_slot.Plate(width, 50e-3, 5.5e-3, 1e-4, young, nu, element=5e-5, reach=9e-4)
+        near, far = plane_slot.energy_release(plate, 0, np.array([5e-4, 7e-4]))
+        found = (7 * far - 5 * near) / 2
+
+        def exact(crack: float) -> float:
+            angle = math.pi * crack / width / 2
+            shape = (math.sqrt(math.tan(angle) / angle)
+                     * (0.752 + 2.02 * crack / width + 0.37 * (1 - math.sin(angle))**3) / math.cos(angle))
+            return math.pi * crack * shape**2 / width**2 * (1 - nu**2) / young
+
+        print(f"energy release of an edge crack over Tada's: {found / exact(6.1e-3):.3f}")
+        self.assertLess(abs(found / exact(6.1e-3) - 1), 0.02)
+        # A crack whose cohesive zone is much smaller than itself starts at Griffith's load.
+        load = plane_slot.cohesive_load(plate, 0, 15e6, 15) / math.sqrt(15 / exact(5.5e-3))
+        print(f"load of a cohesive zone over Griffith's: {load:.3f}")
+        self.assertLess(abs(load - 1), 0.02)
+
     def test_slopes_of_power_laws_are_found(self):
         rng = np.random.default_rng(1)
         spacings = np.repeat([0.05, 0.1, 0.2, 0.4], 16)
@@ -64,10 +96,10 @@ class Study(unittest.TestCase):
                 return with_keys(text(run), {"ensemble.samples": "2", "time.duration": '"4 us"'})
             with mock.patch.object(convergence.Run, "input_text", short):
                 for one in COARSEST:
-                    convergence.compute(one, folder, Path(OPTIONS.program))
+                    run(convergence.RUNS[one].input_text(), folder / one, Path(OPTIONS.program))
             kept = folder / "kept"
             kept.mkdir()
-            found = convergence.keep(folder, kept)
+            found = convergence.keep_rows(folder, kept)
             self.assertEqual([one["law"] for one in found], ["immediate"] * 2 + ["averaged"] * 2 + ["softening"] * 2)
             load = {law: np.mean([one["load_n"] for one in found if one["law"] == law]) for law in ("immediate", "averaged",
                                                                                                   "softening")}
@@ -78,7 +110,7 @@ class Study(unittest.TestCase):
             self.assertTrue((kept / "convergence.png").stat().st_size > 0)
             # A run that is not there any more keeps its rows.
             (folder / COARSEST[0]).rename(folder / "elsewhere")
-            again = convergence.keep(folder, kept)
+            again = convergence.keep_rows(folder, kept)
             self.assertEqual(len(again), len(found))
 
 
