@@ -274,7 +274,7 @@ def griffith_strip(folder: Path, program: Path) -> list[Figure]:
     return figures
 
 
-LAWS = {"stress averaged over 1.5 mm": ((0.75, 0.5), {"fracture.length": '"1.5 mm"'}),
+LAWS = {"stress averaged over 1.5 mm": ((0.75, 0.6, 0.5), {"fracture.length": '"1.5 mm"'}),
         "softening, E G / strength² = 2 mm": ((0.66, 0.5, 0.4), {"fracture.strength": '"22 MPa"',
                                                                  "fracture.release": '"softening"'})}
 

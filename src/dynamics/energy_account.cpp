@@ -27,15 +27,19 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
     state.amplitude.push_back(pattern.amplitude.at(time));
     state.position.push_back(parallel::exact_sum(group, terms));
   }
-  std::vector<double> force(u.size());
-  body.force().evaluate(u, force);
-  std::vector<double> external(displacement.owned().size(), 0.0);
-  loads.add_forces(time, external);
+  // Reactions of what is fixed do no work, and are no load.
+  std::vector<double> force(u.size()), external(displacement.owned().size());
+  if (!std::ranges::all_of(loads.motions, &mechanics::PrescribedMotion::is_fixed)) {
+    body.force().evaluate(u, force);
+    loads.add_forces(time, external);
+  }
   for (const auto& motion : loads.motions) {
     terms.clear();
-    for (const auto node : motion.nodes) {
-      const auto i = index(node, motion.component);
-      terms.push_back(force[i] - external[i]);
+    if (!motion.is_fixed) {
+      for (const auto node : motion.nodes) {
+        const auto i = index(node, motion.component);
+        terms.push_back(force[i] - external[i]);
+      }
     }
     state.reaction.push_back(parallel::exact_sum(group, terms));
     state.travel.push_back(motion.displacement(time));

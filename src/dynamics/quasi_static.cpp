@@ -32,8 +32,8 @@ constexpr double together = 0.9995;
 constexpr int patient_looks = 20;
 constexpr double slight_overload = 1.2;
 
-/// Accuracy of the equilibria between which tetrahedra soften. The load of the most loaded one is then right to
-/// 2e-4, less than what gives way together differs by, in a tenth of the iterations.
+/// Accuracy of the equilibria between which tetrahedra soften. The load of the most loaded one is then right
+/// to 2e-4, less than what gives way together differs by, in a tenth of the iterations.
 constexpr double softening_accuracy = 1e-5;
 
 mechanics::HeldComponents held_components(const parallel::Communicator& group,

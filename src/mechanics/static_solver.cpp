@@ -25,8 +25,8 @@ constexpr double reduction_per_run = 1e-2;
 constexpr double drift_allowance = 3;
 constexpr int max_runs = 20;
 /// After so many runs, or when the conjugate gradients get no further, what is left is the rounding of the
-/// product: more of it where long thin parts move far under little load. Up to this, relative to the loads, that
-/// is an equilibrium.
+/// product: more of it where long thin parts move far under little load. Up to this, relative to the loads,
+/// that is an equilibrium.
 constexpr double rounding_allowance = 1e-6;
 constexpr int max_iterations = 4000;
 /// The coarse matrix is made anew when a run needs this many times the iterations it needed when it was

@@ -19,7 +19,7 @@ namespace crackle::dynamics {
 struct LoadState {
   std::vector<double> amplitude;  ///< of each force pattern [N or Pa]
   std::vector<double> position;   ///< its conjugate displacement: sum of weight times displacement [m or m^3]
-  std::vector<double> reaction;   ///< resultant that each prescribed motion exerts [N]
+  std::vector<double> reaction;   ///< resultant that each prescribed motion exerts, 0 for `fix` [N]
   std::vector<double> travel;     ///< displacement of each prescribed motion [m]
 };
 

@@ -44,8 +44,8 @@ public:
   /// Takes over that tetrahedra carry less. Local; every rank names the local tetrahedra it holds.
   void release(std::span<const std::int32_t> tetrahedra);
 
-  /// Residual that counts as equilibrium, in the norm that the preconditioner defines, relative to that of the
-  /// loads: near the relative error of the displacement's energy norm.
+  /// Residual that counts as equilibrium, in the norm that the preconditioner defines, relative to that of
+  /// the loads: near the relative error of the displacement's energy norm.
   static constexpr double full_accuracy = 1e-10;
 
   /// Solves for the free displacements; held components of `displacement` are given and kept.
@@ -55,7 +55,8 @@ public:
   /// @param accuracy residual() at the end
   /// @return number of iterations
   /// @throws NoEquilibrium on every rank
-  int solve(std::span<const double> force, parallel::NodeField& displacement, double accuracy = full_accuracy);
+  int solve(std::span<const double> force, parallel::NodeField& displacement,
+            double accuracy = full_accuracy);
 
   /// What is left of the out-of-balance force after the last solve, over that of the body whose free
   /// components have not moved; both in the preconditioner's norm. Computed from the displacement, not
