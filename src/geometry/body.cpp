@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/geometry/body.h"
 
+#include "extruded_plate.h"
 #include "notched_box.h"
 
 #include <algorithm>
@@ -52,6 +53,7 @@ FaceId Body::face_of(const std::array<Point, 3>& corners) const {
 }
 
 std::unique_ptr<const Body> make_body(const input::Specimen& specimen) {
+  if (specimen.shape) return std::make_unique<ExtrudedPlate>(specimen);
   return std::make_unique<NotchedBox>(specimen);
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Where a notched box asks for a fine mesh, and how it can be turned.
 #include "notched_box.h"
+#include "reflection.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -14,36 +14,6 @@ namespace crackle::geometry {
 namespace {
 
 constexpr double tolerance = 1e-12;  ///< of coordinates, in the body's largest size
-
-/// Reflects coordinate i in the middle of the box wherever bit i of `axes` is set: two bits together are a
-/// half-turn, three a reflection in the centre. It is its own inverse.
-struct Reflection {
-  unsigned axes;
-  Point size;
-  std::array<std::vector<double>, 3> planes;  ///< positions of the faces across each axis
-  double near;
-
-  /// On a plane of the body if it comes near.
-  Point operator()(const Point& p) const {
-    Point q = p;
-    for (std::size_t i = 0; i < 3; ++i) {
-      if (!((axes >> i) & 1u)) continue;
-      q[i] = size[i] - p[i];
-      const auto plane =
-          std::ranges::find_if(planes[i], [&](double position) { return std::abs(position - q[i]) <= near; });
-      if (plane != planes[i].end()) q[i] = *plane;
-    }
-    return q;
-  }
-
-  std::string name() const {
-    std::vector<char> names;
-    for (unsigned i = 0; i < 3; ++i)
-      if ((axes >> i) & 1u) names.push_back("xyz"[i]);
-    return names.empty() ? "as it is"
-                         : fmt::format("reflected in the middle of {}", fmt::join(names, " and "));
-  }
-};
 
 }  // namespace
 
@@ -80,7 +50,7 @@ std::vector<Symmetry> NotchedBox::symmetries() const {
     planes[index(axis_[face])].push_back(faces()[face].patch.domain.lower[index(axis_[face])]);
   std::vector<Symmetry> result;
   for (unsigned axes = 0; axes < 8; ++axes) {
-    const Reflection reflection{axes, size, planes, tolerance * *std::ranges::max_element(size)};
+    const Reflection reflection{axes, bounds(), planes, tolerance * *std::ranges::max_element(size)};
     std::vector<std::int32_t> images;
     for (const Box& slot : slots_) {
       const Point a = reflection(slot.lower);
@@ -95,9 +65,7 @@ std::vector<Symmetry> NotchedBox::symmetries() const {
       images.push_back(static_cast<std::int32_t>(image - slots_.begin()));
     }
     if (images.size() < slots_.size()) continue;
-    const bool is_reflection = axes == 1 || axes == 2 || axes == 4 || axes == 7;
-    result.push_back({static_cast<std::uint8_t>(axes), reflection.name(), is_reflection, reflection,
-                      reflection, std::move(images)});
+    result.push_back(reflection.symmetry(std::move(images)));
   }
   return result;
 }

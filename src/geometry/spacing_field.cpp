@@ -11,42 +11,68 @@
 
 namespace crackle::geometry {
 
-SpacingField::SpacingField(const Body& body, const input::Mesh& mesh) {
+double SpacingSource::at(const Point& p) const {
+  return spacing + growth * (wall ? plane::distance({p[1], p[2]}, (*wall)[0], (*wall)[1]) : distance(p, region));
+}
+
+namespace {
+
+/// Least and greatest distance between a box and a wall, by the circle round the box; not sharp.
+std::pair<double, double> distances(const Box& box, const std::array<plane::Point, 2>& wall) {
+  const plane::Point middle{(box.lower[1] + box.upper[1]) / 2, (box.lower[2] + box.upper[2]) / 2};
+  const double radius = plane::norm({box.upper[1] - middle[0], box.upper[2] - middle[1]});
+  const double gap = plane::distance(middle, wall[0], wall[1]);
+  return {std::max(0.0, gap - radius), gap + radius};
+}
+
+}  // namespace
+
+double SpacingSource::lower_bound(const Box& part) const {
+  return spacing + growth * (wall ? distances(part, *wall).first : distance(part, region));
+}
+
+double SpacingSource::upper_bound(const Box& part) const {
+  if (wall) return spacing + growth * distances(part, *wall).second;
+  // The distance of the corner that is farthest from the source.
+  double sum = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double gap = std::max({region.lower[i] - part.lower[i], part.upper[i] - region.upper[i], 0.0});
+    sum += gap * gap;
+  }
+  return spacing + growth * std::sqrt(sum);
+}
+
+std::vector<SpacingSource> region_sources(const input::Mesh& mesh, const Box& bounds) {
+  std::vector<SpacingSource> sources;
+  for (std::size_t i = 0; i < mesh.regions.size(); ++i)
+    sources.push_back({box_of(mesh.regions[i], bounds), mesh.regions[i].spacing, mesh.growth,
+                       fmt::format("mesh.region[{}]", i)});
+  return sources;
+}
+
+SpacingField::SpacingField(const Body& body, const input::Mesh& mesh)
+    : sources_(region_sources(mesh, body.bounds())) {
   const Point size = body.size();
   far_ = std::min(mesh.spacing, *std::ranges::min_element(size));
-  for (std::size_t i = 0; i < mesh.regions.size(); ++i)
-    sources_.push_back({box_of(mesh.regions[i], body.bounds()), mesh.regions[i].spacing, mesh.growth,
-                        fmt::format("mesh.region[{}]", i)});
   for (SpacingSource& source : body.spacing_sources(mesh)) sources_.push_back(std::move(source));
   std::erase_if(sources_, [&](const SpacingSource& source) { return !(source.spacing < far_); });
 }
 
 double SpacingField::operator()(const Point& p) const {
   double spacing = far_;
-  for (const SpacingSource& source : sources_)
-    spacing = std::min(spacing, source.spacing + source.growth * distance(p, source.region));
+  for (const SpacingSource& source : sources_) spacing = std::min(spacing, source.at(p));
   return spacing;
 }
 
 double SpacingField::lower_bound(const Box& region) const {
   double spacing = far_;
-  for (const SpacingSource& source : sources_)
-    spacing = std::min(spacing, source.spacing + source.growth * distance(region, source.region));
+  for (const SpacingSource& source : sources_) spacing = std::min(spacing, source.lower_bound(region));
   return spacing;
 }
 
 double SpacingField::upper_bound(const Box& region) const {
   double spacing = far_;
-  for (const SpacingSource& source : sources_) {
-    // The distance of the corner that is farthest from the source.
-    double sum = 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const double gap =
-          std::max({source.region.lower[i] - region.lower[i], region.upper[i] - source.region.upper[i], 0.0});
-      sum += gap * gap;
-    }
-    spacing = std::min(spacing, source.spacing + source.growth * std::sqrt(sum));
-  }
+  for (const SpacingSource& source : sources_) spacing = std::min(spacing, source.upper_bound(region));
   return spacing;
 }
 

@@ -6,7 +6,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace crackle::input {
@@ -22,15 +25,76 @@ bool prescribes_motion(const Boundary& condition) {
          condition.kind == BoundaryKind::displacement;
 }
 
+/// The face of the box that a condition holds on; nothing where its name is that of something else.
+std::optional<Face> box_face(const Boundary& condition, const Specimen& specimen) {
+  if (!is_box(specimen)) return {};
+  constexpr std::array edges{Face::z_min, Face::y_max, Face::z_max, Face::y_min};
+  for (std::size_t i = 0; i < edges.size(); ++i)
+    if (condition.on == fmt::format("edge-{}", i)) return edges[i];
+  const auto found = std::ranges::find(face_names, condition.on);
+  if (found == face_names.end()) return {};
+  return static_cast<Face>(found - face_names.begin());
+}
+
+/// A wall through the thickness as a segment in the plane of the plate.
+struct Wall {
+  plane::Point from, to;
+  std::vector<std::string> names;
+};
+
+/// All walls of a shape; of a box those of its notches.
+std::vector<Wall> walls_of(const Specimen& specimen) {
+  std::vector<Wall> walls;
+  if (specimen.shape) {
+    for (std::size_t l = 0; l < specimen.shape->loops.size(); ++l) {
+      const plane::Loop& loop = specimen.shape->loops[l];
+      for (std::size_t i = 0; i < loop.size(); ++i)
+        walls.push_back({loop.from(i), loop.to(i), plane::names_of_side(*specimen.shape, l, i)});
+    }
+  } else if (is_box(specimen)) {
+    for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
+      const Region slot = slot_of(specimen.notches[i], specimen.size);
+      const plane::Polygon corners{{slot[1].first, slot[2].first},
+                                   {slot[1].second, slot[2].first},
+                                   {slot[1].second, slot[2].second},
+                                   {slot[1].first, slot[2].second}};
+      for (std::size_t k = 0; k < 4; ++k)
+        walls.push_back({corners[k], corners[(k + 1) % 4], {fmt::format("notch-{}", i)}});
+    }
+  }
+  return walls;
+}
+
+/// The part of a wall that lies in a region, as shares of its length; nothing where none does.
+std::optional<std::pair<double, double>> share_in(const Wall& wall, const Region& region) {
+  double first = 0;
+  double last = 1;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double slack = 1e-12;
+    const auto [lower, upper] = region[i + 1];
+    const double length = wall.to[i] - wall.from[i];
+    if (length == 0) {
+      if (wall.from[i] < lower - slack || wall.from[i] > upper + slack) return {};
+      continue;
+    }
+    const auto [enters, leaves] =
+        std::minmax((lower - slack - wall.from[i]) / length, (upper + slack - wall.from[i]) / length);
+    first = std::max(first, enters);
+    last = std::min(last, leaves);
+  }
+  if (!(first < last)) return {};
+  return std::pair{first, last};
+}
+
 /// The part of its face that a condition holds on; along the face's normal the face's position twice.
-Region part_of_face(const Boundary& condition, const Vector& size) {
+Region part_of_face(const Boundary& condition, Face face, const Vector& size) {
   Region part;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     part[axis] = {std::max(condition.region[axis].first, 0.0),
                   std::min(condition.region[axis].second, size[axis])};
   }
-  const auto normal = static_cast<std::size_t>(axis_of(condition.on));
-  const double position = is_upper(condition.on) ? size[normal] : 0;
+  const auto normal = static_cast<std::size_t>(axis_of(face));
+  const double position = is_upper(face) ? size[normal] : 0;
   part[normal] = {position, position};
   return part;
 }
@@ -38,10 +102,10 @@ Region part_of_face(const Boundary& condition, const Vector& size) {
 void check_kind(const std::string& key, Findings& findings) {
   const std::vector<std::string> given = kinds_given(findings, key);
   if (given.empty()) {
-    findings.report(key, "prescribes nothing; give one of fix, force, traction, velocity, displacement");
+    findings.report(key, "prescribes nothing; give one of fix, force, traction, velocity, displacement, pressure");
   } else if (given.size() > 1) {
     findings.report(key,
-                    "gives {}; give exactly one of fix, force, traction, velocity, displacement, "
+                    "gives {}; give exactly one of fix, force, traction, velocity, displacement, pressure, "
                     "and the others in a [[boundary]] of their own",
                     fmt::join(given, " and "));
   }
@@ -64,10 +128,10 @@ void check_course(const Boundary& condition, const std::string& key, Start start
   }
 }
 
-void check_region(const Boundary& condition, const std::string& key, const Specimen& specimen,
-                  Findings& findings) {
-  const auto normal = static_cast<std::size_t>(axis_of(condition.on));
-  const double position = is_upper(condition.on) ? specimen.size[normal] : 0;
+void check_region_of_box(const Boundary& condition, Face face, const std::string& key, const Specimen& specimen,
+                         Findings& findings) {
+  const auto normal = static_cast<std::size_t>(axis_of(face));
+  const double position = is_upper(face) ? specimen.size[normal] : 0;
   const auto [lower, upper] = condition.region[normal];
   const double tolerance = 1e-9 * specimen.size[normal];
   if (position < lower - tolerance || position > upper + tolerance) {
@@ -76,7 +140,7 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
                     show(position), show(lower), show(upper));
     return;
   }
-  const Region part = part_of_face(condition, specimen.size);
+  const Region part = part_of_face(condition, face, specimen.size);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (axis != normal && part[axis].first >= part[axis].second) {
       findings.report(key + ".region." + axis_names[axis],
@@ -88,7 +152,7 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
   }
   for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
     const std::string notch = fmt::format("specimen.notch[{}]", i);
-    if (specimen.notches[i].face != condition.on || findings.faulty(notch)) continue;
+    if (specimen.notches[i].face != face || findings.faulty(notch)) continue;
     const Region slot = slot_of(specimen.notches[i], specimen.size);
     bool inside = true;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -100,26 +164,107 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
   }
 }
 
+/// "\"edge-0\" to \"edge-3\"": all numbered names of a kind.
+std::string range_of_names(const char* kind, std::size_t n) {
+  if (n == 0) return {};
+  return n == 1 ? fmt::format(", \"{}-0\"", kind) : fmt::format(", \"{0}-0\" to \"{0}-{1}\"", kind, n - 1);
+}
+
+std::string known_names(const Specimen& specimen) {
+  const bool is_circle = specimen.outline && specimen.outline->polygon.empty();
+  const std::size_t n_edges = !specimen.outline ? 4 : is_circle ? 1 : specimen.outline->polygon.size();
+  return "\"x-min\", \"x-max\", \"y-min\", \"y-max\", \"z-min\", \"z-max\"" + range_of_names("edge", n_edges) +
+         range_of_names("hole", specimen.holes.size()) + range_of_names("notch", specimen.notches.size());
+}
+
+void check_region(const Boundary& condition, const std::string& key, const Specimen& specimen,
+                  Findings& findings) {
+  if (const auto face = box_face(condition, specimen))
+    return check_region_of_box(condition, *face, key, specimen, findings);
+  const Region& region = condition.region;
+  const double thickness = specimen.size[0];
+  const bool is_side = condition.on == name_of(Face::x_min) || condition.on == name_of(Face::x_max);
+  const double at = condition.on == name_of(Face::x_max) ? thickness : 0;
+  if (is_side ? region[0].first > at + 1e-9 * thickness || region[0].second < at - 1e-9 * thickness
+              : region[0].first >= thickness || region[0].second <= 0) {
+    findings.report(key + ".region.x", "the region from {} to {} misses \"{}\"; give a part of 0 to {}",
+                    show(region[0].first), show(region[0].second), condition.on, show(thickness));
+    return;
+  }
+  plane::Bounds bounds{{infinity, infinity}, {-infinity, -infinity}};
+  bool is_known = is_side;
+  bool is_met = false;
+  for (const Wall& wall : walls_of(specimen)) {
+    if (!is_side && std::ranges::find(wall.names, condition.on) == wall.names.end()) continue;
+    is_known = true;
+    is_met = is_met || share_in(wall, region);
+    for (std::size_t i = 0; i < 2; ++i) {
+      bounds.lower[i] = std::min({bounds.lower[i], wall.from[i], wall.to[i]});
+      bounds.upper[i] = std::max({bounds.upper[i], wall.from[i], wall.to[i]});
+    }
+  }
+  if (!is_known) {
+    const bool is_end = std::ranges::find(face_names, condition.on) != face_names.end();
+    findings.report(key + ".on", "{}; give one of {}",
+                    is_end ? fmt::format("no edge of the outline lies at {}", condition.on)
+                           : fmt::format("\"{}\" is not known", condition.on),
+                    known_names(specimen));
+    return;
+  }
+  if (is_side && !is_met) {
+    // A part within the face; whether it lies in a hole shows when the mesh is there.
+    is_met = true;
+    for (std::size_t i = 0; i < 2; ++i)
+      is_met = is_met && region[i + 1].first < bounds.upper[i] && region[i + 1].second > bounds.lower[i];
+  }
+  if (!is_met)
+    findings.report(key + ".region", "misses \"{}\"; give a part of y from {} to {} and z from {} to {}",
+                    condition.on, show(bounds.lower[0]), show(bounds.upper[0]), show(bounds.lower[1]),
+                    show(bounds.upper[1]));
+}
+
+/// Whether two conditions hold on a common part of a box's faces, or of its walls.
+bool have_common_part(const Boundary& a, const Boundary& b, const Specimen& specimen) {
+  const auto overlap = [](const std::pair<double, double>& one, const std::pair<double, double>& other) {
+    return std::max(one.first, other.first) < std::min(one.second, other.second);
+  };
+  const auto face = box_face(a, specimen);
+  const auto other_face = box_face(b, specimen);
+  if (face || other_face) {
+    if (face != other_face) return false;
+    const Region part = part_of_face(a, *face, specimen.size);
+    const Region other = part_of_face(b, *face, specimen.size);
+    const auto normal = static_cast<std::size_t>(axis_of(*face));
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (axis != normal && !overlap(part[axis], other[axis])) return false;
+    return true;
+  }
+  if (!overlap(a.region[0], b.region[0]) && a.on != name_of(Face::x_min) && a.on != name_of(Face::x_max))
+    return false;
+  if (a.on.starts_with("x-") || b.on.starts_with("x-"))
+    return a.on == b.on && overlap(a.region[1], b.region[1]) && overlap(a.region[2], b.region[2]);
+  return std::ranges::any_of(walls_of(specimen), [&](const Wall& wall) {
+    const auto has = [&](const std::string& name) {
+      return std::ranges::find(wall.names, name) != wall.names.end();
+    };
+    if (!has(a.on) || !has(b.on)) return false;
+    const auto share = share_in(wall, a.region);
+    const auto other = share_in(wall, b.region);
+    return share && other && overlap(*share, *other);
+  });
+}
+
 /// Two conditions that prescribe the same component of the same points, other than to fix it twice.
 void check_conflicts(const Parameters& parameters, std::size_t i, Findings& findings) {
   const Boundary& condition = parameters.boundaries[i];
-  const Region part = part_of_face(condition, parameters.specimen.size);
-  const auto normal = static_cast<std::size_t>(axis_of(condition.on));
   for (std::size_t j = 0; j < i; ++j) {
     const Boundary& other = parameters.boundaries[j];
-    if (other.on != condition.on || findings.faulty(boundary_key(j)) || !prescribes_motion(other)) continue;
+    if (findings.faulty(boundary_key(j)) || !prescribes_motion(other)) continue;
     if (condition.kind == BoundaryKind::fix && other.kind == BoundaryKind::fix) continue;
-    const Region other_part = part_of_face(other, parameters.specimen.size);
-    bool overlap = true;
     std::vector<std::string> shared;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (axis != normal) {
-        overlap = overlap && std::max(part[axis].first, other_part[axis].first) <
-                                 std::min(part[axis].second, other_part[axis].second);
-      }
+    for (std::size_t axis = 0; axis < 3; ++axis)
       if (condition.components[axis] && other.components[axis]) shared.emplace_back(axis_names[axis]);
-    }
-    if (overlap && !shared.empty()) {
+    if (!shared.empty() && have_common_part(condition, other, parameters.specimen)) {
       findings.report(boundary_key(i),
                       "prescribes the motion in {} of points that {} prescribes too; "
                       "give each component once",
@@ -160,14 +305,16 @@ void check_boundaries(const Parameters& parameters, Findings& findings) {
     }
     return;
   }
-  const bool size_known = !findings.faulty("specimen.size");
+  const Specimen& specimen = parameters.specimen;
+  const bool size_known =
+      is_box(specimen) ? !findings.faulty("specimen.size") : specimen.shape.has_value();
   for (std::size_t i = 0; i < parameters.boundaries.size(); ++i) {
     const std::string key = boundary_key(i);
     const Boundary& condition = parameters.boundaries[i];
     check_kind(key, findings);
     if (findings.faulty(key)) continue;
     check_course(condition, key, parameters.time.start, findings);
-    if (size_known) check_region(condition, key, parameters.specimen, findings);
+    if (size_known) check_region(condition, key, specimen, findings);
     if (size_known && prescribes_motion(condition) && !findings.faulty(key)) {
       check_conflicts(parameters, i, findings);
     }

@@ -29,6 +29,10 @@ Range value_range(BoundaryKind kind) {
 
 constexpr Range rate_range{-1e18, 1e18};
 
+const std::string accepted_face =
+    "\"x-min\", \"x-max\", \"y-min\", \"y-max\", \"z-min\", \"z-max\", or such as \"edge-0\", \"hole-0\" or "
+    "\"notch-0\"";
+
 std::string vector_form(const Dimension& dimension, bool free) {
   const std::string zero = free ? "free" : "0 " + dimension.si_unit;
   return fmt::format("three components, such as [\"{0}\", \"{0}\", \"{1}\"]", zero, dimension.example);
@@ -79,9 +83,17 @@ std::array<bool, 3> given_components(const Boundary& condition) {
 }
 
 Key on_key() {
-  return choice_key<Face>(
-      "on", [](Parameters& parameters, std::size_t i) -> Face& { return boundary(parameters, i).on; },
-      faces_from(Face::x_min), required(), "face of the box that the condition holds on");
+  return {"on",
+          "word",
+          required(),
+          accepted_face,
+          "face that the condition holds on, or faces: edge-i runs from point i of the outline to the next (of a box "
+          "from z-min on, then y-max, z-max, y-min); hole-i and notch-i are all their walls; z-min and the like are "
+          "all edges at that end",
+          [](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto name = read_text(source, accepted_face)) boundary(parameters, i).on = *name;
+          },
+          [](Parameters& parameters, std::size_t i) { return boundary(parameters, i).on; }};
 }
 
 Key region_key(std::size_t axis) {
@@ -96,7 +108,7 @@ Key fix_key() {
   const std::string form = "an array of different axes out of \"x\", \"y\", \"z\"";
   return {"fix",
           "words",
-          optional("one of the five kinds"),
+          optional("one of the six kinds"),
           form,
           "zero displacement of these components",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
@@ -129,7 +141,7 @@ Key prescription_key(BoundaryKind kind, const std::string& help) {
   const bool free = may_be_free(kind);
   return {kind_name(kind),
           dimension.name.substr(dimension.name.find(' ') + 1),
-          optional("one of the five kinds"),
+          optional("one of the six kinds"),
           vector_form(dimension, free),
           help,
           [=](const Source& source, Parameters& parameters, std::size_t i) {
@@ -152,11 +164,31 @@ Key prescription_key(BoundaryKind kind, const std::string& help) {
           }};
 }
 
+Key pressure_key() {
+  const Dimension& dimension = value_dimension(BoundaryKind::pressure);
+  return {kind_name(BoundaryKind::pressure),
+          "stress",
+          optional("one of the six kinds"),
+          accepted(dimension, value_range(BoundaryKind::pressure)),
+          "force per area against the outward normal: above 0 it presses on the body",
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            Boundary& condition = boundary(parameters, i);
+            condition.kind = BoundaryKind::pressure;
+            if (const auto value = read_quantity(source, dimension, value_range(BoundaryKind::pressure)))
+              condition.value[0] = *value;
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const Boundary& condition = boundary(parameters, i);
+            if (condition.kind != BoundaryKind::pressure) return {};
+            return format_quantity(condition.value[0], dimension);
+          }};
+}
+
 Key rate_key() {
   return {"rate",
           "as prescribed, per time",
           optional("constant in time"),
-          "three components, such as [\"0 N/s\", \"0 N/s\", \"5 N/s\"]",
+          "three components, such as [\"0 N/s\", \"0 N/s\", \"5 N/s\"]; of a pressure one value",
           "increase of the prescribed quantity with time",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             Boundary& condition = boundary(parameters, i);
@@ -165,6 +197,11 @@ Key rate_key() {
             if (kinds_given(source.context.findings, table).size() != 1) return;
             if (condition.kind == BoundaryKind::fix) {
               source.report("a fixed boundary does not change with time; give a displacement instead of fix");
+              return;
+            }
+            if (condition.kind == BoundaryKind::pressure) {
+              if (const auto rate = read_quantity(source, rate_dimension(condition.kind), rate_range))
+                condition.rate[0] = *rate;
               return;
             }
             const bool free = may_be_free(condition.kind);
@@ -181,6 +218,8 @@ Key rate_key() {
           [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
             const Boundary& condition = boundary(parameters, i);
             if (condition.rate == Vector{}) return {};
+            if (condition.kind == BoundaryKind::pressure)
+              return format_quantity(condition.rate[0], rate_dimension(condition.kind));
             return show_components(condition.rate, given_components(condition),
                                    rate_dimension(condition.kind));
           }};
@@ -227,14 +266,15 @@ Table boundary_table() {
   return {
       "boundary",
       Occurrence::many,
-      "boundary conditions; each gives exactly one of fix, force, traction, velocity, displacement",
+      "boundary conditions; each gives exactly one of fix, force, traction, velocity, displacement, "
+      "pressure",
       {on_key(), region_key(0), region_key(1), region_key(2), fix_key(),
        prescription_key(BoundaryKind::force, "total force, spread by area"),
        prescription_key(BoundaryKind::traction, "force per area"),
        prescription_key(BoundaryKind::velocity, "velocity; \"free\" for a component that is not prescribed"),
        prescription_key(BoundaryKind::displacement,
                         "displacement; \"free\" for a component that is not prescribed"),
-       rate_key(), history_key()},
+       pressure_key(), rate_key(), history_key()},
       [](const Parameters& parameters) { return parameters.boundaries.size(); },
       [](Parameters& parameters) { parameters.boundaries.emplace_back(); }};
 }

@@ -87,10 +87,11 @@ bool can_arrive(const Specimen& specimen, int axis, double position) {
 
 void check_sections_along(int axis, const std::vector<double>& positions, const std::string& name,
                           const Specimen& specimen, Findings& findings) {
-  const double extent = specimen.size[index(axis)];
-  const bool has_size = !findings.faulty("specimen.size");
+  const auto [lower, upper] = bounds_of(specimen)[index(axis)];
+  const bool has_size = !findings.faulty("specimen.size") && !findings.faulty("specimen.outline");
   // A body without notches has no crack paths, wherever its sections are.
-  const bool has_notches = has_size && !findings.faulty("specimen.notch") && !specimen.notches.empty();
+  const bool has_notches =
+      has_size && is_box(specimen) && !findings.faulty("specimen.notch") && !specimen.notches.empty();
   const std::string ligaments = has_notches ? describe_ligaments(specimen, axis) : "";
   if (has_notches && ligaments.empty() && !positions.empty()) {
     const char* axis_name = axis == 1 ? "y" : "z";
@@ -104,9 +105,9 @@ void check_sections_along(int axis, const std::vector<double>& positions, const 
   for (std::size_t i = 0; i < positions.size(); ++i) {
     const std::string key = fmt::format("{}[{}]", name, i);
     if (findings.faulty(key)) continue;
-    if (has_size && !(positions[i] > 0 && positions[i] < extent)) {
-      findings.report(key, "{} is not inside the {}; give a length between 0 and {}", show(positions[i]),
-                      extent_name(axis), show(extent));
+    if (has_size && !(positions[i] > lower && positions[i] < upper)) {
+      findings.report(key, "{} is not inside the {}; give a length between {} and {}", show(positions[i]),
+                      extent_name(axis), lower == 0 ? "0" : show(lower), show(upper));
     } else if (i > 0 && positions[i] <= positions[i - 1]) {
       findings.report(key, "{} is not above {} before it; give ascending lengths", show(positions[i]),
                       show(positions[i - 1]));
@@ -131,7 +132,7 @@ Region slot_of(const Notch& notch, const Vector& size) {
 }
 
 void check_specimen(const Parameters& parameters, Findings& findings) {
-  if (findings.faulty("specimen.size")) return;
+  if (findings.faulty("specimen.size") || !is_box(parameters.specimen)) return;
   const Vector& size = parameters.specimen.size;
   const auto& notches = parameters.specimen.notches;
   for (std::size_t i = 0; i < notches.size(); ++i) {

@@ -7,6 +7,12 @@
 /// Contradictions between keys. Each check leaves out what depends on a key that is faulty itself.
 namespace crackle::input {
 
+/// Whether the body is a box, with slots cut into its faces at most.
+bool is_box(const Specimen& specimen);
+/// Checks that the keys of the specimen go together, and finds the size of an outline and the shape of a body
+/// that is no box. To be called before the checks.
+void complete_specimen(Parameters& parameters, Findings& findings);
+
 void check_specimen(const Parameters& parameters, Findings& findings);
 void check_mesh(const Parameters& parameters, Findings& findings);
 void check_sections(const Parameters& parameters, Findings& findings);
@@ -17,7 +23,7 @@ void check_time(const Parameters& parameters, Findings& findings);
 /// The kinds that a [[boundary]] in the file names; it should name one.
 std::vector<std::string> kinds_given(const Findings& findings, const std::string& table);
 
-/// The closed intervals of x, y and z that a notch removes.
+/// The closed intervals of x, y and z that a slot in a face of the box removes.
 Region slot_of(const Notch& notch, const Vector& size);
 
 }  // namespace crackle::input

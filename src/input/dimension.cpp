@@ -43,15 +43,18 @@ const Dimension& value_dimension(BoundaryKind kind) {
       {BoundaryKind::force, {"a force", "N", "135 N", 0, {{"N", 1}, {"mN", 1e-3}}}},
       {BoundaryKind::traction, stress_dimension},
       {BoundaryKind::velocity, {"a velocity", "m/s", "0.1 m/s", 0, {{"m/s", 1}, {"mm/s", 1e-3}}}},
-      {BoundaryKind::displacement, with_example(length_dimension, "0.1 mm")}};
+      {BoundaryKind::displacement, with_example(length_dimension, "0.1 mm")},
+      {BoundaryKind::pressure, with_example(stress_dimension, "2 MPa")}};
   return dimensions.at(kind);
 }
 
 const Dimension& rate_dimension(BoundaryKind kind) {
+  static const Dimension stress_rate{
+      "a stress per time", "Pa/s", "1 MPa/s", 0, {{"MPa/s", 1e6}, {"kPa/s", 1e3}, {"Pa/s", 1}}};
   static const std::map<BoundaryKind, Dimension> dimensions{
       {BoundaryKind::force, {"a force per time", "N/s", "5 N/s", 0, {{"N/s", 1}, {"mN/s", 1e-3}}}},
-      {BoundaryKind::traction,
-       {"a stress per time", "Pa/s", "1 MPa/s", 0, {{"MPa/s", 1e6}, {"kPa/s", 1e3}, {"Pa/s", 1}}}},
+      {BoundaryKind::traction, stress_rate},
+      {BoundaryKind::pressure, stress_rate},
       {BoundaryKind::velocity, {"an acceleration", "m/s^2", "1 m/s^2", 0, {{"m/s^2", 1}, {"mm/s^2", 1e-3}}}},
       {BoundaryKind::displacement,
        {"a displacement per time", "m/s", "0.01 mm/s", 0, {{"m/s", 1}, {"mm/s", 1e-3}, {"um/s", 1e-6}}}}};

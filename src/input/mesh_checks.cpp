@@ -35,11 +35,32 @@ double common_volume(const Region& a, const Region& b) {
   return volume;
 }
 
+/// Of what a shape and a box have in common [m^2].
+double common_area(const plane::Shape& shape, const Region& box) {
+  const plane::Bounds bounds = plane::bounds_of(shape.loops.front().corners);
+  plane::Point lower{};
+  plane::Point upper{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    lower[i] = std::max(bounds.lower[i], box[i + 1].first);
+    upper[i] = std::min(bounds.upper[i], box[i + 1].second);
+    if (!(lower[i] < upper[i])) return 0;
+  }
+  const plane::Loop cutter{{lower, {upper[0], lower[1]}, upper, {lower[0], upper[1]}}, {0, 0, 0, 0}};
+  double common = plane::area(shape);
+  for (const plane::Shape& rest : plane::difference(shape, cutter)) common -= plane::area(rest);
+  return common;
+}
+
 /// Of the body in a box, without its notches, which must not overlap [m^3].
 double material_volume(const Specimen& specimen, const Region& box) {
   const Vector& size = specimen.size;
-  double volume = common_volume(box, {{{0, size[0]}, {0, size[1]}, {0, size[2]}}});
-  for (const Notch& notch : specimen.notches) volume -= common_volume(box, slot_of(notch, size));
+  if (specimen.shape) {
+    const double thickness = std::min(box[0].second, size[0]) - std::max(box[0].first, 0.0);
+    return std::max(0.0, thickness) * common_area(*specimen.shape, box);
+  }
+  double volume = common_volume(box, bounds_of(specimen));
+  for (const Notch& notch : specimen.notches)
+    if (!notch.slot) volume -= common_volume(box, slot_of(notch, size));
   return volume;
 }
 
@@ -83,19 +104,22 @@ void check_region(const Parameters& parameters, std::size_t i, Findings& finding
       region.spacing > parameters.mesh.spacing)
     findings.report(key + ".spacing", "{} is over mesh.spacing, which holds everywhere; give at most {}",
                     show(region.spacing), show(parameters.mesh.spacing));
-  if (findings.faulty(key) || findings.faulty("specimen.size")) return;
+  if (findings.faulty(key) || findings.faulty("specimen.size") || findings.faulty("specimen.outline")) return;
   const Vector& size = parameters.specimen.size;
+  const Region bounds = bounds_of(parameters.specimen);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto [lower, upper] = region.box[axis];
-    if (lower < size[axis] && upper > 0) continue;
+    const auto [first, last] = bounds[axis];
+    if (lower < last && upper > first) continue;
     findings.report(fmt::format("{}.{}", key, axis_names[axis]),
-                    fmt::format("the region from {} to {} is outside the body; give a part of 0 to {}",
-                                show(lower), show(upper), show(size[axis])));
+                    fmt::format("the region from {} to {} is outside the body; give a part of {} to {}",
+                                show(lower), show(upper), first == 0 ? "0" : show(first), show(last)));
   }
-  if (findings.faulty(key) || findings.faulty("specimen.notch")) return;
+  if (findings.faulty(key) || findings.faulty("specimen")) return;
   const double volume = material_volume(parameters.specimen, region.box);
   if (volume <= 1e-12 * size[0] * size[1] * size[2])
-    findings.report(key, "lies in a notch, where there is nothing to mesh; give a box in the body");
+    findings.report(key, "lies {}, where there is nothing to mesh; give a box in the body",
+                    is_box(parameters.specimen) ? "in a notch" : "beside the body, in a notch or a hole");
   else
     check_number(parameters.mesh, region.spacing, volume, key + ".spacing", findings);
 }
@@ -122,7 +146,7 @@ void check_mesh(const Parameters& parameters, Findings& findings) {
                     show(mesh.spacing), show(smallest));
     return;
   }
-  if (findings.faulty("specimen.notch")) return;
+  if (findings.faulty("specimen")) return;
   check_number(mesh, mesh.spacing, material_volume(parameters.specimen, everywhere), "mesh.spacing",
                findings);
   if (!findings.faulty("mesh")) check_softening(parameters, findings);

@@ -57,6 +57,7 @@ void read_table(const Table& table, const Value& value, const std::string& name,
     if (const Value* given = find_path(value, key.name)) {
       key.read({*given, key_name, context}, parameters, index);
     } else if (key.requirement.required) {
+      if (!key.requirement.instead.empty() && find_path(value, key.requirement.instead)) continue;
       context.findings.report(key_name, "the key is missing; give {}", key.accepted);
     } else {
       read_default(key, key_name, parameters, index, context);
@@ -133,6 +134,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
     throw InputError(findings.messages(name));
   }
   if (parameters.mesh.notch_spacing == 0) parameters.mesh.notch_spacing = parameters.mesh.spacing;
+  complete_specimen(parameters, findings);
   for (const auto check :
        {check_specimen, check_mesh, check_sections, check_fracture, check_boundaries, check_time})
     check(parameters, findings);

@@ -21,12 +21,6 @@ Access<T> in(Group Parameters::*group, T Group::*member) {
 }
 
 template <class T>
-Access<T> notch(T Notch::*member) {
-  return
-      [=](Parameters& parameters, std::size_t i) -> T& { return parameters.specimen.notches.at(i).*member; };
-}
-
-template <class T>
 Access<T> stop(T EnsembleStop::*member) {
   return [=](Parameters& parameters, std::size_t) -> T& { return parameters.ensemble.stop.value().*member; };
 }
@@ -35,24 +29,6 @@ std::string show_lengths(std::span<const double> lengths) {
   std::vector<std::string> items;
   for (const double length : lengths) items.push_back(show(length));
   return bracketed(items);
-}
-
-Key size_key() {
-  const std::string form = "three lengths, such as [\"5 mm\", \"24.5 mm\", \"140 mm\"]";
-  return {"size",
-          "length",
-          required(),
-          form + ", each from 1 nm to 1 km",
-          "thickness (x), width (y) and length (z) of the box",
-          [=](const Source& source, Parameters& parameters, std::size_t) {
-            const auto elements = read_elements(source, 3, form);
-            for (std::size_t axis = 0; elements && axis < 3; ++axis) {
-              if (const auto value = read_quantity((*elements)[axis], length_dimension, positive_length)) {
-                parameters.specimen.size[axis] = *value;
-              }
-            }
-          },
-          [](Parameters& parameters, std::size_t) { return show_lengths(parameters.specimen.size); }};
 }
 
 /// Number of bytes and 64-bit FNV-1a hash of a file's content, as text: tells contents apart that differ by
@@ -202,22 +178,6 @@ Table stop_table() {
                        "samples before the first test")},
           [](const Parameters& parameters) { return parameters.ensemble.stop ? std::size_t{1} : 0; },
           [](Parameters& parameters) { parameters.ensemble.stop.emplace(); }};
-}
-
-Table notch_table() {
-  return {"specimen.notch",
-          Occurrence::many,
-          "a slot through the whole thickness",
-          {choice_key<Face>("face", notch(&Notch::face), faces_from(Face::y_min), required(),
-                            "face that the slot is cut into"),
-           quantity_key("at", notch(&Notch::at), with_example(length_dimension, "65 mm"), {0, 1e3, true},
-                        required(), "mid-plane of the slot, along the face's other in-plane axis (y or z)"),
-           quantity_key("depth", notch(&Notch::depth), with_example(length_dimension, "6 mm"),
-                        positive_length, required(), "from the face to the tip"),
-           quantity_key("height", notch(&Notch::height), with_example(length_dimension, "0.6 mm"),
-                        positive_length, required(), "opening of the slot")},
-          [](const Parameters& parameters) { return parameters.specimen.notches.size(); },
-          [](Parameters& parameters) { parameters.specimen.notches.emplace_back(); }};
 }
 
 Table mesh_table() {
@@ -416,6 +376,16 @@ Table time_table() {
                              "a dynamic phase ends this long after the body came apart")}};
 }
 
+Table sections_table() {
+  return {"sections",
+       Occurrence::once,
+       "where crack paths are measured",
+       {sections_key("y", &Sections::y, "width",
+                     "cross-sections y = const, for the cracks of notches in y-faces: they measure z"),
+        sections_key("z", &Sections::z, "length",
+                     "cross-sections z = const, for the cracks of notches in z-faces: they measure y")}};
+}
+
 Table output_table() {
   return {"output",
           Occurrence::once,
@@ -427,26 +397,15 @@ Table output_table() {
 }  // namespace
 
 const std::vector<Table>& schema() {
-  static const std::vector<Table> tables{
-      ensemble_table(),
-      stop_table(),
-      {"specimen", Occurrence::once, "the body: a box with notches", {size_key()}},
-      notch_table(),
-      mesh_table(),
-      region_table(),
-      material_table(),
-      fracture_table(),
-      variation_table(),
-      boundary_table(),
-      time_table(),
-      {"sections",
-       Occurrence::once,
-       "where crack paths are measured",
-       {sections_key("y", &Sections::y, "width",
-                     "cross-sections y = const, for the cracks of notches in y-faces: they measure z"),
-        sections_key("z", &Sections::z, "length",
-                     "cross-sections z = const, for the cracks of notches in z-faces: they measure y")}},
-      output_table()};
+  static const std::vector<Table> tables = [] {
+    std::vector<Table> all{ensemble_table(), stop_table()};
+    for (Table& table : specimen_tables()) all.push_back(std::move(table));
+    for (Table& table :
+         std::vector<Table>{mesh_table(), region_table(), material_table(), fracture_table(), variation_table(),
+                            boundary_table(), time_table(), sections_table(), output_table()})
+      all.push_back(std::move(table));
+    return all;
+  }();
   return tables;
 }
 

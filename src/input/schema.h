@@ -29,15 +29,19 @@ struct Requirement {
   bool required = true;
   std::string fallback;  ///< default as it would stand in the file; empty: the value stays unset
   std::string unset;     ///< what an unset value means, for the table of keys
+  std::string instead;   ///< key of the same table with which a required one may be left out
 };
 inline Requirement required() {
   return {};
 }
+inline Requirement required_unless(std::string key) {
+  return {true, {}, {}, std::move(key)};
+}
 inline Requirement by_default(std::string value) {
-  return {false, std::move(value), {}};
+  return {false, std::move(value), {}, {}};
 }
 inline Requirement optional(std::string meaning) {
-  return {false, {}, std::move(meaning)};
+  return {false, {}, std::move(meaning), {}};
 }
 
 struct Key {
@@ -69,6 +73,9 @@ const std::vector<Table>& schema();
 /// Reports every key and table of the document that the schema does not have, with the nearest known name,
 /// and tables that stand in the wrong form ([name] for [[name]], a number for a table).
 void report_unknown_keys(const Value& root, Findings& findings);
+
+/// [specimen], [[specimen.hole]] and [[specimen.notch]].
+std::vector<Table> specimen_tables();
 
 /// Keys of [[boundary]], whose values depend on each other.
 Table boundary_table();

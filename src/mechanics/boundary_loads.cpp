@@ -184,7 +184,7 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
     const auto body = geometry::make_body(parameters.specimen);
     std::vector<Faces> found;
     for (const auto& condition : parameters.boundaries)
-      found.push_back(body->faces_named(name_of(condition.on)));
+      found.push_back(body->faces_named(condition.on));
     return found;
   });
   BoundaryLoads loads;
@@ -193,7 +193,7 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
     const Faces& faces = all_faces[index(number++)];
     const auto refuse_empty = [&](bool empty, const char* what) {
       if (!empty) return;
-      throw parallel::AgreedError(0, "boundary " + std::to_string(number) + " on " + name_of(condition.on) +
+      throw parallel::AgreedError(0, "boundary " + std::to_string(number) + " on " + condition.on +
                                          ": its region contains no " + what +
                                          " of the mesh; enlarge the region or refine the mesh");
     };

@@ -122,7 +122,7 @@ inline input::Material epoxy() {
 inline input::Boundary boundary(input::Face face, input::BoundaryKind kind,
                                 std::array<bool, 3> components = {}, Vector value = {}, Vector rate = {}) {
   input::Boundary condition;
-  condition.on = face;
+  condition.on = name_of(face);
   condition.kind = kind;
   condition.components = components;
   condition.value = value;

@@ -5,6 +5,7 @@
 #include "crackle/geometry/crack_start.h"
 #include "crackle/geometry/point.h"
 #include "crackle/input/parameters.h"
+#include "crackle/plane/shape.h"
 
 #include <array>
 #include <cstdint>
@@ -52,12 +53,17 @@ private:
   Vector direction_;
 };
 
-/// Where the shape of the body asks for a fine mesh.
+/// Where a fine mesh is asked for: in a box or, where `wall` is given, on a wall through the whole thickness.
 struct SpacingSource {
-  Box region;
+  Box region;          ///< that holds the wall, if any
   double spacing;      ///< at most, in the region [m]
   double growth;       ///< per distance from the region
   std::string reason;  ///< for messages, such as "the height of notch 1"
+  std::optional<std::array<plane::Point, 2>> wall = {};  ///< its ends in the y-z plane
+
+  double at(const Point& p) const;             ///< the spacing that is asked for at a point [m]
+  double lower_bound(const Box& part) const;   ///< over a part of the body [m]
+  double upper_bound(const Box& part) const;   ///< likewise
 };
 
 /// Growth away from places where the shape of the body, not the input, asks for a fine spacing.
@@ -88,8 +94,7 @@ struct Symmetry {
   std::vector<std::int32_t> crack_start;  ///< that each one is mapped on
 };
 
-/// Corners of a polygon in the y-z plane, y and z [m].
-using Polygon = std::vector<std::array<double, 2>>;
+using plane::Polygon;
 
 /// The exact geometry that every realization must fill: a polyhedron, which the rest of the program sees
 /// through these questions alone. A round shape is given by its chords, as only plane faces can be filled

@@ -13,6 +13,9 @@
 
 namespace crackle::geometry {
 
+/// The regions of the mesh, each as far as it lies in the bounds.
+std::vector<SpacingSource> region_sources(const input::Mesh& mesh, const Box& bounds);
+
 /// The target distance between neighbouring mother points: `notch_spacing` at a notch tip and the spacing of
 /// a region in its box, growing with `growth` per unit distance from either up to `spacing`.
 ///

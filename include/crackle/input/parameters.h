@@ -4,6 +4,7 @@
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
 #include "crackle/common/vector.h"
+#include "crackle/plane/shape.h"
 
 #include <array>
 #include <cstdint>
@@ -70,18 +71,55 @@ struct Ensemble {
   std::optional<EnsembleStop> stop;
 };
 
-/// A slot through the whole thickness, cut into one of the faces y-min, y-max, z-min or z-max.
+/// How a slot ends in the body.
+enum class SlotEnd {
+  square,
+  round,  ///< in a half circle, which touches the end point from within
+};
+
+/// A slot between two points of the plane of the plate. An end on the surface or beyond it is open.
+struct Slot {
+  plane::Point from{};  ///< y and z [m]
+  plane::Point to{};
+  SlotEnd end = SlotEnd::square;
+};
+
+/// A slot through the whole thickness: cut into one of the faces y-min, y-max, z-min or z-max, or between two
+/// points.
 struct Notch {
   Face face = Face::y_min;
   double at = 0;      ///< mid-plane of the slot along the face's other in-plane axis [m]
   double depth = 0;   ///< [m]
   double height = 0;  ///< opening of the slot [m]
+  std::optional<Slot> slot = {};  ///< instead of face, at and depth
+};
+
+/// A hole through the whole thickness: a circle, an ellipse or a polygon.
+struct Hole {
+  plane::Point center{};     ///< y and z [m]
+  plane::Point semi_axes{};  ///< equal for a circle; 0 for a polygon [m]
+  double angle = 0;          ///< of the first semi-axis from y towards z [rad]
+  plane::Polygon polygon;    ///< counter-clockwise
+};
+
+/// The edge of a plate that is not a box.
+struct Outline {
+  plane::Polygon polygon;  ///< counter-clockwise; empty for a circle
+  double radius = 0;       ///< of a circle round (radius, radius) [m]
 };
 
 struct Specimen {
-  Vector size{};  ///< [m]
+  Vector size{};  ///< of the box, or of the least box round an outline [m]
   std::vector<Notch> notches;
+  std::optional<Outline> outline = {};
+  std::vector<Hole> holes = {};
+  /// Of a body that is not a box with slots cut into its faces: what it is in the plane of the plate, curves as
+  /// chords. Follows from the other members and the spacings of the mesh.
+  std::optional<plane::Shape> shape = {};
 };
+
+/// The least box round the body, from x = 0 on.
+Region bounds_of(const Specimen& specimen);
 
 /// How realizations are set into a body that fits onto itself in several ways.
 enum class Turn {
@@ -164,6 +202,7 @@ enum class BoundaryKind {
   traction,      ///< [Pa]
   velocity,      ///< [m/s]
   displacement,  ///< [m]
+  pressure,      ///< against the outward normal, in value[0] [Pa]
 };
 
 /// One prescribed quantity on a face or on a box region of it.
@@ -171,7 +210,7 @@ enum class BoundaryKind {
 /// The prescribed vector at time t is value + rate t or, with a history, value times the factor that is
 /// interpolated linearly in the history (constant before its first and after its last entry).
 struct Boundary {
-  Face on = Face::z_min;
+  std::string on = name_of(Face::z_min);  ///< name of one or several faces
   Region region = everywhere;
   BoundaryKind kind = BoundaryKind::fix;
   std::array<bool, 3> components{};  ///< the components that are prescribed (fix, velocity, displacement)

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/plane/shape.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace crackle::plane {
+
+/// A side of a figure, which lies to its left.
+struct Side {
+  Point from, to;
+  Point along;    ///< unit vector
+  double length;  ///< [m]
+  int part;       ///< index into Shape::parts
+
+  /// Distance of a point from the side's line [m], above 0 to the left.
+  double height(const Point& p) const { return cross(along, p - from); }
+  /// How far along the line a point is [m].
+  double way(const Point& p) const { return dot(along, p - from); }
+};
+
+/// Where the convex hull of some points lies.
+enum class Cover {
+  inside,    ///< in the figure
+  outside,   ///< its interior is clear of the figure, or all points lie on the line of one side
+  crossing,  ///< neither
+};
+
+/// Finds what of a shape is near a place, in a time that does not grow with the number of sides. Points
+/// within the tolerance of a side are on it.
+class SideIndex {
+public:
+  SideIndex(const Shape& shape, double tolerance);
+
+  const std::vector<Side>& sides() const { return sides_; }
+  double tolerance() const { return tolerance_; }
+
+  bool contains(const Point& p) const;       ///< in the figure or on a side
+  double distance(const Point& p) const;     ///< to the nearest side [m]
+  Cover cover(const std::array<Point, 4>& points) const;
+
+  /// Calls visit(number) for each side that the point is on.
+  template <class Visit>
+  void for_sides_at(const Point& p, Visit&& visit) const {
+    for (const std::int32_t i : sides_in(cell_of(p)))
+      if (is_on(sides_[static_cast<std::size_t>(i)], p)) visit(static_cast<std::size_t>(i));
+  }
+
+  bool is_on(const Side& side, const Point& p) const {
+    const double way = side.way(p);
+    const double height = side.height(p);
+    return height <= tolerance_ && height >= -tolerance_ && way >= -tolerance_ &&
+           way <= side.length + tolerance_;
+  }
+
+private:
+  struct Cell {
+    std::size_t column;
+    std::size_t row;
+  };
+
+  Cell cell_of(const Point& p) const;
+  std::span<const std::int32_t> sides_in(const Cell& cell) const {
+    const std::size_t i = cell.row * n_[0] + cell.column;
+    return {of_cell_.data() + first_[i], of_cell_.data() + first_[i + 1]};
+  }
+  bool contains_open(const Point& p) const;
+
+  std::vector<Side> sides_;
+  double tolerance_;
+  Bounds bounds_{};
+  double cell_size_ = 0;
+  std::array<std::size_t, 2> n_{};         ///< cells along y and z
+  std::vector<std::int32_t> of_cell_;      ///< sides of one cell after the other
+  std::vector<std::size_t> first_;         ///< of each cell in that list
+  std::vector<std::uint8_t> is_inside_;    ///< of cells without sides
+  std::vector<std::vector<std::int32_t>> of_row_;  ///< sides that reach into a row of cells
+};
+
+}  // namespace crackle::plane

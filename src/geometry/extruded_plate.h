@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/common/index.h"
+#include "crackle/geometry/body.h"
+#include "crackle/input/parameters.h"
+#include "crackle/plane/shape.h"
+#include "crackle/plane/side_index.h"
+
+#include <array>
+#include <vector>
+
+namespace crackle::geometry {
+
+/// A plane shape extruded along x, from 0 to the thickness.
+///
+/// Faces 0 and 1 are x-min and x-max, face 2 + s is the wall on side s of the shape. The faces x-min and x-max and walls
+/// across y or z are met by equal coordinates; coordinates of points on other walls are rounded, so there a
+/// point is on a wall, an edge or a corner within a tolerance of 1e-12 of the body's size. Tetrahedra whose corners
+/// all lie on one wall are flat but for rounding and no part of the body.
+///
+/// Cracks start at each notch, at each hole and on the free surface.
+class ExtrudedPlate final : public Body {
+public:
+  /// @pre specimen.shape is what the other members of the specimen say
+  explicit ExtrudedPlate(const input::Specimen& specimen);
+
+  bool contains(const Point& p) const override;
+  bool in_face(FaceId face, const Point& p) const override;
+  std::uint8_t movable(const Point& p) const override;
+  Directions directions(const Point& p, std::uint8_t movable) const override;
+  double distance_to_surface(const Point& p) const override;
+  double distance_to_outline(FaceId face, const Point& p) const override;
+  std::optional<Point> passage(FaceId face, const Point& p, const Point& q, double margin) const override;
+  Point snapped(const Point& p, double tolerance) const override;
+  Place place(const std::array<Point, 4>& corners) const override;
+  std::vector<SpacingSource> spacing_sources(const input::Mesh& mesh) const override;
+  std::vector<Symmetry> symmetries() const override;
+
+private:
+  static constexpr std::size_t first_wall = 2;  ///< face of side 0
+
+  void add_faces();
+  void add_edges();
+  void add_crack_starts(const input::Specimen& specimen);
+  double thickness() const { return bounds().upper[0]; }
+  const plane::Side& side_of(FaceId face) const { return index_.sides()[index(face) - first_wall]; }
+
+  plane::Shape plate_;
+  plane::SideIndex index_;
+  std::vector<input::Notch> notches_;
+};
+
+}  // namespace crackle::geometry

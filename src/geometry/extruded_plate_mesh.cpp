@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Where points and tetrahedra lie in an extruded plate.
+#include "extruded_plate.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace crackle::geometry {
+
+namespace {
+
+constexpr unsigned along_x = 1;
+constexpr unsigned along_y = 2;
+constexpr unsigned along_z = 4;
+constexpr unsigned along_wall = 8;  ///< in the plane of the plate, on a wall that is across neither y nor z
+
+plane::Point in_plane(const Point& p) {
+  return {p[1], p[2]};
+}
+
+unsigned direction_of(const plane::Side& side) {
+  return side.along[0] == 0 ? along_z : side.along[1] == 0 ? along_y : along_wall;
+}
+
+}  // namespace
+
+bool ExtrudedPlate::contains(const Point& p) const {
+  return p[0] >= 0 && p[0] <= thickness() && index_.contains(in_plane(p));
+}
+
+bool ExtrudedPlate::in_face(FaceId face, const Point& p) const {
+  if (index(face) < first_wall)
+    return p[0] == (face == 0 ? 0 : thickness()) && index_.contains(in_plane(p));
+  const plane::Side& side = side_of(face);
+  if (p[0] < 0 || p[0] > thickness() || !index_.is_on(side, in_plane(p))) return false;
+  // Across an axis the coordinate is the same.
+  return (side.along[0] != 0 || p[1] == side.from[0]) && (side.along[1] != 0 || p[2] == side.from[1]);
+}
+
+std::uint8_t ExtrudedPlate::movable(const Point& p) const {
+  int n_sides = 0;
+  unsigned directions = along_y | along_z;
+  index_.for_sides_at(in_plane(p), [&](std::size_t number) {
+    const plane::Side& side = index_.sides()[number];
+    // A point within the tolerance of a wall across an axis, but not on it, is in the interior.
+    if ((side.along[0] == 0 && p[1] != side.from[0]) || (side.along[1] == 0 && p[2] != side.from[1])) return;
+    directions = direction_of(side);
+    ++n_sides;
+  });
+  if (n_sides > 1) directions = 0;
+  if (p[0] != 0 && p[0] != thickness()) directions |= along_x;
+  return static_cast<std::uint8_t>(directions);
+}
+
+Directions ExtrudedPlate::directions(const Point& p, std::uint8_t movable) const {
+  Directions result{};
+  for (unsigned i = 0; i < 3; ++i)
+    if ((movable >> i) & 1u) result.vector[index(result.n++)][i] = 1;
+  if (movable & along_wall)
+    index_.for_sides_at(in_plane(p), [&](std::size_t number) {
+      const plane::Side& side = index_.sides()[number];
+      if (direction_of(side) != along_wall || (result.n > 0 && result.vector[index(result.n - 1)][0] == 0)) return;
+      result.vector[index(result.n++)] = {0, side.along[0], side.along[1]};
+    });
+  return result;
+}
+
+double ExtrudedPlate::distance_to_surface(const Point& p) const {
+  return std::min({p[0], thickness() - p[0], contains(p) ? index_.distance(in_plane(p)) : 0.0});
+}
+
+double ExtrudedPlate::distance_to_outline(FaceId face, const Point& p) const {
+  if (index(face) < first_wall) return index_.contains(in_plane(p)) ? index_.distance(in_plane(p)) : 0;
+  const plane::Side& side = side_of(face);
+  const double way = side.way(in_plane(p));
+  return std::min({p[0], thickness() - p[0], way, side.length - way});
+}
+
+std::optional<Point> ExtrudedPlate::passage(FaceId face, const Point& p, const Point& q, double margin) const {
+  if (index(face) < first_wall) return std::nullopt;  // nothing is beyond
+  const plane::Side& side = side_of(face);
+  const double before = side.height(in_plane(p));
+  const double after = side.height(in_plane(q));
+  const double near = index_.tolerance();
+  if (!((before < -near && after > near) || (before > near && after < -near))) return std::nullopt;
+  const Point meeting = p + before / (before - after) * (q - p);
+  double x = meeting[0];
+  double way = side.way(in_plane(meeting));
+  if (way < 0 || way > side.length || x < 0 || x > thickness()) return std::nullopt;
+  // Onto the nearest edge, if that is near.
+  const double nearest = std::min({x, thickness() - x, way, side.length - way});
+  if (nearest < margin) {
+    if (nearest == x)
+      x = 0;
+    else if (nearest == thickness() - x)
+      x = thickness();
+    else
+      way = nearest == way ? 0 : side.length;
+  }
+  if (way == 0) return Point{x, side.from[0], side.from[1]};
+  if (way == side.length) return Point{x, side.to[0], side.to[1]};
+  return Point{x, side.from[0] + way * side.along[0], side.from[1] + way * side.along[1]};
+}
+
+Point ExtrudedPlate::snapped(const Point& p, double tolerance) const {
+  Point result = p;
+  for (const double x : {0.0, thickness()})
+    if (std::abs(p[0] - x) <= tolerance) result[0] = x;
+  const plane::Point place = in_plane(p);
+  for (const plane::Side& side : index_.sides())
+    if (plane::distance(place, side.from, side.to) <= tolerance) {
+      const double way = std::clamp(side.way(place), 0.0, side.length);
+      result[1] = side.from[0] + way * side.along[0];
+      result[2] = side.from[1] + way * side.along[1];
+    }
+  for (const plane::Side& side : index_.sides())
+    if (plane::norm({place[0] - side.from[0], place[1] - side.from[1]}) <= tolerance) {
+      result[1] = side.from[0];
+      result[2] = side.from[1];
+    }
+  return result;
+}
+
+Place ExtrudedPlate::place(const std::array<Point, 4>& corners) const {
+  switch (index_.cover({in_plane(corners[0]), in_plane(corners[1]), in_plane(corners[2]), in_plane(corners[3])})) {
+    case plane::Cover::inside:
+      return Place::solid;
+    case plane::Cover::outside:
+      return Place::cavity;
+    default:
+      return Place::crossing;
+  }
+}
+
+}  // namespace crackle::geometry

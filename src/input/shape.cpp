@@ -1,0 +1,451 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the body is in the plane of the plate.
+#include "consistency.h"
+#include "dimension.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace crackle::input {
+
+namespace {
+
+/// Sides nearer to each other than this part of the body's size count as touching.
+constexpr double touching = 1e-6;
+/// Points this near to the surface, in the body's size, are on it.
+constexpr double on_surface = 1e-9;
+/// A realization's worst tetrahedron is this much worse than the best one that fits a corner.
+constexpr double quality_reserve = 1.25;
+
+using plane::Point;
+using plane::Polygon;
+using plane::operator+;
+using plane::operator-;
+using plane::operator*;
+
+Point direction_of(const Point& vector) {
+  return 1 / plane::norm(vector) * vector;
+}
+
+Point left_of(const Point& vector) {
+  return {-vector[1], vector[0]};
+}
+
+std::string show_place(const Point& p) {
+  return fmt::format("({}, {})", input::show(p[0]), input::show(p[1]));
+}
+
+/// The distance of points that the mesh has without regard to the body's shape.
+class MeshSpacing {
+public:
+  explicit MeshSpacing(const Parameters& parameters) : mesh_(parameters.mesh) {
+    for (const Notch& notch : parameters.specimen.notches) {
+      const double radius = notch.height / 2;
+      if (notch.slot) {
+        tips_.push_back({notch.slot->from, radius});
+        tips_.push_back({notch.slot->to, radius});
+      } else {
+        const Region slot = slot_of(notch, parameters.specimen.size);
+        const auto [lower, upper] = slot[index(axis_of(notch.face))];
+        Point tip{};
+        tip[index(axis_of(notch.face)) - 1] = is_upper(notch.face) ? lower : upper;
+        tip[index(position_axis(notch.face)) - 1] = notch.at;
+        tips_.push_back({tip, radius});
+      }
+    }
+  }
+
+  double operator()(const Point& p) const {
+    double spacing = mesh_.spacing;
+    for (const auto& [tip, radius] : tips_)
+      spacing = std::min(spacing, mesh_.notch_spacing +
+                                      mesh_.growth * std::max(0.0, plane::norm(p - tip) - radius));
+    for (const MeshRegion& region : mesh_.regions) {
+      Point gap{};
+      for (std::size_t i = 0; i < 2; ++i) {
+        const auto [lower, upper] = region.box[i + 1];
+        gap[i] = std::max({0.0, lower - p[i], p[i] - upper});
+      }
+      spacing = std::min(spacing, region.spacing + mesh_.growth * plane::norm(gap));
+    }
+    return spacing;
+  }
+
+private:
+  struct Tip {
+    Point place;
+    double radius;
+  };
+  const Mesh& mesh_;
+  std::vector<Tip> tips_;
+};
+
+/// Something that is cut out of the outline.
+struct Cutter {
+  std::string key;  ///< in the input
+  plane::Loop loop;
+};
+
+/// The polygon counter-clockwise.
+Polygon turned_left(Polygon polygon) {
+  if (plane::signed_area(polygon) < 0) std::ranges::reverse(polygon);
+  return polygon;
+}
+
+/// The best mean-ratio quality of a tetrahedron in a wedge of this angle, with two corners on its edge.
+double best_quality(double angle) {
+  if (angle >= std::numbers::pi / 3) return 1;
+  const double half = std::sin(angle / 2);
+  const double square = 1 + half * half;  // of the edge's length in that of the legs
+  return 2 * std::pow(std::sin(angle) / 2, 2.0 / 3) * std::pow(square, -2.0 / 3);
+}
+
+class ShapeMaker {
+public:
+  ShapeMaker(const Parameters& parameters, Findings& findings)
+      : parameters_(parameters), specimen_(parameters.specimen), findings_(findings), spacing_(parameters) {}
+
+  std::optional<plane::Shape> make() {
+    if (!add_outline()) return {};
+    size_ = 0;
+    for (const Point& p : shape_.loops.front().corners)
+      for (const Point& q : shape_.loops.front().corners) size_ = std::max(size_, plane::norm(p - q));
+    std::vector<Cutter> cutters;
+    for (std::size_t i = 0; i < specimen_.holes.size(); ++i)
+      if (auto loop = hole(i)) cutters.push_back({fmt::format("specimen.hole[{}]", i), std::move(*loop)});
+    for (std::size_t i = 0; i < specimen_.notches.size(); ++i)
+      if (auto loop = notch(i)) cutters.push_back({fmt::format("specimen.notch[{}]", i), std::move(*loop)});
+    for (std::size_t i = 0; i < cutters.size(); ++i) {
+      if (!is_apart(cutters, i)) return {};
+      if (!cut(cutters[i])) return {};
+    }
+    if (findings_.faulty("specimen")) return {};
+    if (!check_gaps() || !check_corners()) return {};
+    return std::move(shape_);
+  }
+
+private:
+  int add_part(std::string name, bool is_curve) {
+    shape_.parts.push_back({std::move(name), is_curve});
+    return static_cast<int>(shape_.parts.size()) - 1;
+  }
+
+  bool add_outline() {
+    plane::Loop loop;
+    if (!specimen_.outline) {
+      const Vector& size = specimen_.size;
+      loop.corners = {{0, 0}, {size[1], 0}, {size[1], size[2]}, {0, size[2]}};
+    } else if (specimen_.outline->polygon.empty()) {
+      const double radius = specimen_.outline->radius;
+      loop.corners = plane::arc({radius, radius}, {radius, 0}, {0, radius}, 4, spacing_);
+      loop.part.assign(loop.size(), add_part("edge-0", true));
+    } else {
+      loop.corners = specimen_.outline->polygon;
+      if (!plane::is_simple(loop.corners)) {
+        findings_.report("specimen.outline",
+                         "the polygon meets itself; give corners in order, each once, round an area");
+        return false;
+      }
+    }
+    if (loop.part.empty())
+      for (std::size_t i = 0; i < loop.size(); ++i)
+        loop.part.push_back(add_part(fmt::format("edge-{}", i), false));
+    if (plane::signed_area(loop.corners) < 0) {
+      // Side i, from corner i to the next one, is the side that leads to corner i now.
+      std::ranges::reverse(loop.corners);
+      std::ranges::reverse(loop.part);
+      std::ranges::rotate(loop.part, loop.part.begin() + 1);
+    }
+    shape_.loops = {std::move(loop)};
+    return true;
+  }
+
+  plane::Loop of_part(Polygon polygon, int part) const {
+    plane::Loop loop{turned_left(std::move(polygon)), {}};
+    loop.part.assign(loop.size(), part);
+    return loop;
+  }
+
+  std::optional<plane::Loop> hole(std::size_t i) {
+    const Hole& given = specimen_.holes[i];
+    const std::string key = fmt::format("specimen.hole[{}]", i);
+    const int part = add_part(fmt::format("hole-{}", i), given.polygon.empty());
+    if (findings_.faulty(key)) return {};
+    if (!given.polygon.empty()) {
+      if (!plane::is_simple(given.polygon)) {
+        findings_.report(key + ".polygon",
+                         "the polygon meets itself; give corners in order, each once, round an area");
+        return {};
+      }
+      return of_part(given.polygon, part);
+    }
+    const Point along{std::cos(given.angle), std::sin(given.angle)};
+    return of_part(plane::arc(given.center, given.semi_axes[0] * along, given.semi_axes[1] * left_of(along), 4,
+                              spacing_),
+                   part);
+  }
+
+  std::optional<plane::Loop> notch(std::size_t i) {
+    const Notch& given = specimen_.notches[i];
+    const std::string key = fmt::format("specimen.notch[{}]", i);
+    
+    const int part = add_part(fmt::format("notch-{}", i), false);
+    if (findings_.faulty(key)) return {};
+    if (!given.slot) return of_part(in_face(given), part);
+    const auto polygon = between_points(given, key);
+    if (!polygon) return {};
+    return of_part(*polygon, part);
+  }
+
+  /// A slot cut into a face of the box or of the least box round the outline.
+  Polygon in_face(const Notch& given) const {
+    const plane::Bounds bounds = plane::bounds_of(shape_.loops.front().corners);
+    const std::size_t depth_axis = index(axis_of(given.face)) - 1;
+    const std::size_t at_axis = index(position_axis(given.face)) - 1;
+    const double mouth = is_upper(given.face) ? bounds.upper[depth_axis] : bounds.lower[depth_axis];
+    const double tip = is_upper(given.face) ? mouth - given.depth : mouth + given.depth;
+    Polygon polygon;
+    for (const auto& [side, depth] :
+         {std::pair{-1, mouth}, {-1, tip}, {1, tip}, {1, mouth}}) {
+      Point p{};
+      p[at_axis] = given.at + side * given.height / 2;
+      p[depth_axis] = depth;
+      polygon.push_back(p);
+    }
+    return polygon;
+  }
+
+  bool is_in_body(const Point& p) const {
+    const Polygon& outline = shape_.loops.front().corners;
+    bool inside = false;
+    for (std::size_t i = 0; i < outline.size(); ++i) {
+      const Point& from = outline[i];
+      const Point& to = outline[(i + 1) % outline.size()];
+      if (plane::distance(p, from, to) <= on_surface * size_) return false;
+      if ((from[1] > p[1]) == (to[1] > p[1])) continue;
+      if (from[0] + (p[1] - from[1]) / (to[1] - from[1]) * (to[0] - from[0]) > p[0]) inside = !inside;
+    }
+    return inside;
+  }
+
+  /// The corners at one end of a slot, from the right of its direction to the left.
+  /// @param direction unit vector out of the slot
+  Polygon slot_end(const Notch& given, Point end, const Point& direction) const {
+    const Point left = given.height / 2 * left_of(direction);
+    if (is_in_body(end)) {
+      if (given.slot->end == SlotEnd::square) return {end - left, end + left};
+      return plane::arc(end - given.height / 2 * direction, -1.0 * left, given.height / 2 * direction, 2, spacing_);
+    }
+    // An open end goes on until it is outside over its whole height.
+    for (double way = 0; way < 8 * given.height && (is_in_body(end - left) || is_in_body(end + left));
+         way += given.height / 8)
+      end = end + given.height / 8 * direction;
+    return {end - left, end + left};
+  }
+
+  std::optional<Polygon> between_points(const Notch& given, const std::string& key) {
+    const auto& [from, to, end] = *given.slot;
+    const double length = plane::norm(to - from);
+    if (!(length > touching * size_)) {
+      findings_.report(key + ".to", "is the same point as from; give two points");
+      return {};
+    }
+    const bool is_inside = is_in_body(from) && is_in_body(to);
+    if (end == SlotEnd::round && length < (is_inside ? 2 : 1) * given.height / 2) {
+      findings_.report(key + ".height", "{} is too much for round ends of a slot of {}; give at most {}",
+                       input::show(given.height), input::show(length),
+                       input::show(length * (is_inside ? 1 : 2)));
+      return {};
+    }
+    const Point direction = direction_of(to - from);
+    Polygon polygon = slot_end(given, to, direction);
+    for (const Point& p : slot_end(given, from, -1.0 * direction))
+      // Half circles of a slot as long as it is high share their ends.
+      if (p != polygon.back() && p != polygon.front()) polygon.push_back(p);
+    return polygon;
+  }
+
+  bool is_apart(const std::vector<Cutter>& cutters, std::size_t i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const Polygon& a = cutters[i].loop.corners;
+      const Polygon& b = cutters[j].loop.corners;
+      double gap = plane::overlap(a, b) ? 0 : std::numeric_limits<double>::infinity();
+      for (std::size_t k = 0; k < a.size() && gap > 0; ++k)
+        for (std::size_t l = 0; l < b.size(); ++l)
+          gap = std::min(gap, plane::distance(a[k], a[(k + 1) % a.size()], b[l], b[(l + 1) % b.size()]));
+      if (gap > touching * size_) continue;
+      findings_.report(cutters[i].key, "touches or overlaps {}; leave material between them", cutters[j].key);
+      return false;
+    }
+    return true;
+  }
+
+  bool cut(const Cutter& cutter) {
+    const double before = plane::area(shape_);
+    std::vector<plane::Shape> pieces = plane::difference(shape_, cutter.loop);
+    std::erase_if(pieces, [&](const plane::Shape& piece) {
+      return plane::area(piece) <= touching * touching * size_ * size_;
+    });
+    const bool is_hole = cutter.key.starts_with("specimen.hole");
+    if (pieces.empty()) {
+      findings_.report(cutter.key, "leaves nothing of the body");
+    } else if (pieces.size() > 1) {
+      findings_.report(cutter.key, "cuts the body in {} pieces; leave it in one",
+                       pieces.size() == 2 ? "two" : fmt::format("{}", pieces.size()));
+    } else if (plane::area(pieces[0]) >= before * (1 - touching * touching)) {
+      findings_.report(cutter.key, "lies outside the body; give places between {} and {}",
+                       show_place(plane::bounds_of(shape_.loops.front().corners).lower),
+                       show_place(plane::bounds_of(shape_.loops.front().corners).upper));
+    } else if (is_hole && pieces[0].loops.size() != shape_.loops.size() + 1) {
+      findings_.report(cutter.key, "reaches over the edge of the body; leave material round it, or give it as part of "
+                                   "the outline");
+    } else {
+      shape_ = std::move(pieces[0]);
+      return true;
+    }
+    return false;
+  }
+
+  std::string key_of(int part) const {
+    const std::string& name = shape_.parts[static_cast<std::size_t>(part)].name;
+    const std::size_t dash = name.find('-');
+    const std::string kind = name.substr(0, dash);
+    if (kind == "edge") return specimen_.outline ? "specimen.outline" : "specimen.size";
+    return fmt::format("specimen.{}[{}]", kind, name.substr(dash + 1));
+  }
+
+  bool check_gaps() {
+    const plane::Gap gap = plane::smallest_gap(shape_);
+    if (gap.distance > touching * size_) return true;
+    const int one = shape_.loops[gap.loop].part[gap.side];
+    const int other = shape_.loops[gap.other_loop].part[gap.other_side];
+    findings_.report(key_of(std::max(one, other)),
+                     "{} comes as near as {} to {} at {}; leave more than {}",
+                     shape_.parts[static_cast<std::size_t>(std::max(one, other))].name, input::show(gap.distance),
+                     shape_.parts[static_cast<std::size_t>(std::min(one, other))].name,
+                     show_place(shape_.loops[gap.loop].from(gap.side)), input::show(touching * size_));
+    return false;
+  }
+
+  bool check_corners() {
+    if (findings_.faulty("mesh.min_quality")) return true;
+    const plane::Corner corner = plane::sharpest_corner(shape_);
+    const double best = best_quality(corner.angle);
+    if (best >= quality_reserve * parameters_.mesh.min_quality) return true;
+    findings_.report("mesh.min_quality",
+                     "the body's corner at {} has {:.3g} degrees, where no tetrahedron is better than {:.2g}; give "
+                     "at most {:.2g}, or a blunter corner",
+                     show_place(corner.place), corner.angle * 180 / std::numbers::pi, best, best / quality_reserve);
+    return false;
+  }
+
+  const Parameters& parameters_;
+  const Specimen& specimen_;
+  Findings& findings_;
+  MeshSpacing spacing_;
+  plane::Shape shape_;
+  double size_ = 0;  ///< largest distance of two corners [m]
+};
+
+/// What holds between the keys of one table.
+void check_holes(const Parameters& parameters, Findings& findings) {
+  for (std::size_t i = 0; i < parameters.specimen.holes.size(); ++i) {
+    const std::string key = fmt::format("specimen.hole[{}]", i);
+    const auto given = [&](const char* name) { return findings.given(key + "." + name); };
+    const int n_given = given("radius") + given("semi_axes") + given("polygon");
+    if (n_given != 1) {
+      findings.report(key, n_given == 0 ? "has no form; give one of radius, semi_axes, polygon"
+                                        : "has several forms; give one of radius, semi_axes, polygon");
+      continue;
+    }
+    if (given("polygon") && given("center"))
+      findings.report(key + ".center", "does not go with polygon, whose points are places; leave it out");
+    if (!given("polygon") && !given("center"))
+      findings.report(key + ".center", "the key is missing; give two lengths, y and z, such as [\"5 mm\", \"8 mm\"]");
+    if (given("angle") && !given("semi_axes"))
+      findings.report(key + ".angle", "is for semi_axes; leave it out");
+  }
+}
+
+void check_slots(const Parameters& parameters, Findings& findings) {
+  for (std::size_t i = 0; i < parameters.specimen.notches.size(); ++i) {
+    const std::string key = fmt::format("specimen.notch[{}]", i);
+    const auto given = [&](const char* name) { return findings.given(key + "." + name); };
+    if (!given("from")) {
+      for (const char* name : {"to", "end"})
+        if (given(name))
+          findings.report(fmt::format("{}.{}", key, name),
+                          "is for a slot between two points; give from, too, or leave it out");
+      continue;
+    }
+    if (!given("to"))
+      findings.report(key + ".to", "the key is missing; give two lengths, y and z, such as [\"5 mm\", \"8 mm\"]");
+    for (const char* name : {"face", "at", "depth"})
+      if (given(name))
+        findings.report(fmt::format("{}.{}", key, name), "does not go with from and to; leave it out");
+  }
+}
+
+void check_outline(const Parameters& parameters, Findings& findings) {
+  const auto& outline = parameters.specimen.outline;
+  const bool is_given = findings.given("specimen.outline");
+  if (!is_given) {
+    for (const char* name : {"thickness", "radius"})
+      if (findings.given(fmt::format("specimen.{}", name)))
+        findings.report(fmt::format("specimen.{}", name), "goes with outline; give outline, or size alone");
+    return;
+  }
+  if (findings.given("specimen.size"))
+    findings.report("specimen.size", "is given besides outline; give size, or thickness and outline");
+  if (!findings.given("specimen.thickness"))
+    findings.report("specimen.thickness", "the key is missing; give a length such as \"5 mm\"");
+  if (findings.faulty("specimen.outline")) return;
+  const bool is_circle = outline->polygon.empty();
+  if (is_circle && !findings.given("specimen.radius"))
+    findings.report("specimen.radius", "the key is missing, which outline = \"circle\" needs; give a length such as "
+                                       "\"25 mm\"");
+  if (!is_circle && findings.given("specimen.radius"))
+    findings.report("specimen.radius", "is for outline = \"circle\"; leave it out");
+}
+
+}  // namespace
+
+bool is_box(const Specimen& specimen) {
+  return !specimen.outline && specimen.holes.empty() &&
+         std::ranges::none_of(specimen.notches, [](const Notch& notch) { return notch.slot.has_value(); });
+}
+
+Region bounds_of(const Specimen& specimen) {
+  Region bounds;
+  for (std::size_t i = 0; i < 3; ++i) bounds[i] = {0, specimen.size[i]};
+  if (specimen.outline && !specimen.outline->polygon.empty()) {
+    const plane::Bounds plane = plane::bounds_of(specimen.outline->polygon);
+    for (std::size_t i = 0; i < 2; ++i) bounds[i + 1] = {plane.lower[i], plane.upper[i]};
+  }
+  return bounds;
+}
+
+void complete_specimen(Parameters& parameters, Findings& findings) {
+  check_outline(parameters, findings);
+  check_holes(parameters, findings);
+  check_slots(parameters, findings);
+  Specimen& specimen = parameters.specimen;
+  if (specimen.outline && !findings.faulty("specimen.outline") && !findings.faulty("specimen.radius")) {
+    specimen.size[1] = specimen.size[2] = 2 * specimen.outline->radius;
+    const Region bounds = bounds_of(specimen);
+    for (std::size_t i = 1; i < 3; ++i) specimen.size[i] = bounds[i].second - bounds[i].first;
+  }
+  const bool has_spacing = !findings.faulty("mesh.spacing") && !findings.faulty("mesh.notch_spacing") &&
+                           !findings.faulty("mesh.growth") && !findings.faulty("mesh.region");
+  if (is_box(specimen) || !has_spacing || findings.faulty("specimen") || !(parameters.mesh.spacing > 0)) return;
+  specimen.shape = ShapeMaker(parameters, findings).make();
+}
+
+}  // namespace crackle::input

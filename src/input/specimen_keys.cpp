@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "schema.h"
+
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+#include <system_error>
+
+namespace crackle::input {
+
+namespace {
+
+constexpr std::size_t max_corners = 1000;  ///< of a polygon, so that checks take less than a second
+constexpr double degree = std::numbers::pi / 180;
+
+const Dimension angle_dimension{"an angle", "radian", "30 degree", 0, {{"degree", degree}}};
+
+const std::string point_form = "two lengths, y and z, such as [\"5 mm\", \"8 mm\"]";
+const std::string polygon_form =
+    "three points or more, y and z of each, such as [[\"0 mm\", \"0 mm\"], [\"20 mm\", \"0 mm\"], [\"10 mm\", \"30 "
+    "mm\"]]";
+
+std::string show_point(const plane::Point& p) {
+  return bracketed({show(p[0]), show(p[1])});
+}
+
+std::string show_polygon(const plane::Polygon& polygon) {
+  std::vector<std::string> corners;
+  for (const plane::Point& p : polygon) corners.push_back(show_point(p));
+  return bracketed(corners);
+}
+
+std::optional<plane::Point> read_pair(const Source& source, const std::string& form, const Range& range) {
+  const auto elements = read_elements(source, 2, form);
+  if (!elements) return {};
+  const auto first = read_quantity((*elements)[0], length_dimension, range);
+  const auto second = read_quantity((*elements)[1], length_dimension, range);
+  if (!first || !second) return {};
+  return plane::Point{*first, *second};
+}
+
+/// At least three points.
+std::optional<plane::Polygon> checked_polygon(const Source& source, plane::Polygon polygon) {
+  if (polygon.size() < 3)
+    return source.report("{} point{} bound no area; give {}", polygon.size(), polygon.size() == 1 ? "" : "s",
+                         polygon_form);
+  if (polygon.size() > max_corners)
+    return source.report("has {} points; give at most {}", polygon.size(), max_corners);
+  return polygon;
+}
+
+std::optional<plane::Polygon> read_polygon(const Source& source) {
+  const auto elements = read_elements(source, 0, polygon_form);
+  if (!elements) return {};
+  plane::Polygon polygon;
+  bool is_sound = true;
+  for (const Source& element : *elements) {
+    const auto p = read_pair(element, point_form, coordinate);
+    is_sound = is_sound && p;
+    polygon.push_back(p.value_or(plane::Point{}));
+  }
+  if (!is_sound) return {};
+  return checked_polygon(source, std::move(polygon));
+}
+
+/// The points of a text file: two numbers "y z" in millimetres on each line; # begins a comment.
+std::optional<plane::Polygon> read_polygon_file(const Source& source) {
+  const std::filesystem::path file = source.context.folder / source.value.string;
+  const std::string name = shortened(file.string(), 200);
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error))
+    return source.report(
+        "there is no file \"{}\"; give {}; or the name of a file with two numbers \"y z\" in millimetres on "
+        "each line; or \"circle\"",
+        name, polygon_form);
+  std::ifstream stream(file);
+  plane::Polygon polygon;
+  std::string text;
+  for (int line = 1; std::getline(stream, text); ++line) {
+    text = text.substr(0, text.find('#'));
+    std::ranges::replace(text, ',', ' ');
+    if (trimmed(text).empty() || text == "\r") continue;
+    std::istringstream numbers(text);
+    numbers.imbue(std::locale::classic());
+    plane::Point p{};
+    std::string rest;
+    if (!(numbers >> p[0] >> p[1]) || (numbers >> rest) || !std::isfinite(p[0]) || !std::isfinite(p[1]))
+      return source.report("{}:{}: not a point; give two numbers \"y z\" in millimetres", name, line);
+    for (double& coordinate_of : p) coordinate_of *= 1e-3;
+    if (!coordinate.contains(p[0]) || !coordinate.contains(p[1]))
+      return source.report("{}:{}: is out of range; give {}", name, line, accepted(length_dimension, coordinate));
+    polygon.push_back(p);
+    if (polygon.size() > max_corners) break;
+  }
+  if (stream.bad() || (polygon.empty() && !stream.eof()))
+    return source.report("the file \"{}\" cannot be read; give the name of a readable file", name);
+  return checked_polygon(source, std::move(polygon));
+}
+
+Outline& outline(Parameters& parameters) {
+  if (!parameters.specimen.outline) parameters.specimen.outline.emplace();
+  return *parameters.specimen.outline;
+}
+
+Key size_key() {
+  const std::string form = "three lengths, such as [\"5 mm\", \"24.5 mm\", \"140 mm\"]";
+  return {"size",
+          "length",
+          required_unless("outline"),
+          form + ", each from 1 nm to 1 km",
+          "thickness (x), width (y) and length (z) of the box",
+          [=](const Source& source, Parameters& parameters, std::size_t) {
+            const auto elements = read_elements(source, 3, form);
+            for (std::size_t axis = 0; elements && axis < 3; ++axis) {
+              if (const auto value = read_quantity((*elements)[axis], length_dimension, positive_length)) {
+                parameters.specimen.size[axis] = *value;
+              }
+            }
+          },
+          [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
+            if (parameters.specimen.outline) return {};
+            const Vector& size = parameters.specimen.size;
+            return bracketed({show(size[0]), show(size[1]), show(size[2])});
+          }};
+}
+
+Key thickness_key() {
+  return {"thickness",
+          "length",
+          optional("with size"),
+          accepted(length_dimension, positive_length),
+          "of a body with an outline, along x",
+          [](const Source& source, Parameters& parameters, std::size_t) {
+            if (const auto value = read_quantity(source, length_dimension, positive_length))
+              parameters.specimen.size[0] = *value;
+          },
+          [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
+            if (!parameters.specimen.outline) return {};
+            return show(parameters.specimen.size[0]);
+          }};
+}
+
+Key outline_key() {
+  return {"outline",
+          "length",
+          optional("with size"),
+          polygon_form +
+              "; the name of a text file with two numbers \"y z\" in millimetres on each line; or \"circle\"",
+          "edge of the body in the plane of the plate, instead of a box; edge-0 runs from the first point to the "
+          "second one; the circle lies round y = z = radius",
+          [](const Source& source, Parameters& parameters, std::size_t) {
+            Outline& result = outline(parameters);
+            if (source.value.kind != ValueKind::string) {
+              result.polygon = read_polygon(source).value_or(plane::Polygon{});
+            } else if (source.value.string != "circle") {
+              result.polygon = read_polygon_file(source).value_or(plane::Polygon{});
+            }
+          },
+          [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
+            if (!parameters.specimen.outline) return {};
+            const plane::Polygon& polygon = parameters.specimen.outline->polygon;
+            return polygon.empty() ? "circle" : show_polygon(polygon);
+          }};
+}
+
+Key outline_radius_key() {
+  return {"radius",
+          "length",
+          optional("with size or a polygon"),
+          accepted(length_dimension, positive_length),
+          "of outline = \"circle\"",
+          [](const Source& source, Parameters& parameters, std::size_t) {
+            if (const auto value = read_quantity(source, length_dimension, positive_length))
+              outline(parameters).radius = *value;
+          },
+          [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
+            const auto& given = parameters.specimen.outline;
+            if (!given || given->radius == 0) return {};
+            return show(given->radius);
+          }};
+}
+
+Hole& hole(Parameters& parameters, std::size_t i) {
+  return parameters.specimen.holes.at(i);
+}
+
+Key hole_center_key() {
+  return {"center",
+          "length",
+          optional("of polygon its own"),
+          point_form,
+          "of a circle or an ellipse",
+          [](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto p = read_pair(source, point_form, coordinate)) hole(parameters, i).center = *p;
+          },
+          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            if (!hole(parameters, i).polygon.empty()) return {};
+            return show_point(hole(parameters, i).center);
+          }};
+}
+
+Key hole_radius_key() {
+  return {"radius",
+          "length",
+          optional("one of radius, semi_axes and polygon is required"),
+          accepted(length_dimension, positive_length),
+          "of a circle",
+          [](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto value = read_quantity(source, length_dimension, positive_length))
+              hole(parameters, i).semi_axes = {*value, *value};
+          },
+          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const auto& [a, b] = hole(parameters, i).semi_axes;
+            if (!hole(parameters, i).polygon.empty() || a != b) return {};
+            return show(a);
+          }};
+}
+
+Key hole_semi_axes_key() {
+  const std::string form = "two lengths, such as [\"4 mm\", \"2 mm\"]";
+  return {"semi_axes",
+          "length",
+          optional("one of radius, semi_axes and polygon is required"),
+          form,
+          "of an ellipse",
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto axes = read_pair(source, form, positive_length))
+              hole(parameters, i).semi_axes = *axes;
+          },
+          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const auto& [a, b] = hole(parameters, i).semi_axes;
+            if (!hole(parameters, i).polygon.empty() || a == b) return {};
+            return show_point({a, b});
+          }};
+}
+
+Key hole_angle_key() {
+  const Range range{-2 * std::numbers::pi, 2 * std::numbers::pi};
+  return {"angle",
+          "angle",
+          optional("0"),
+          "an angle such as \"30 degree\" or \"0.5 rad\"",
+          "of the ellipse's first semi-axis, from y towards z",
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto value = read_quantity(source, angle_dimension, range)) hole(parameters, i).angle = *value;
+          },
+          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const Hole& some = hole(parameters, i);
+            if (some.angle == 0 || some.semi_axes[0] == some.semi_axes[1]) return {};
+            return format_quantity(some.angle, angle_dimension);
+          }};
+}
+
+Key hole_polygon_key() {
+  return {"polygon",
+          "length",
+          optional("one of radius, semi_axes and polygon is required"),
+          polygon_form,
+          "corners of the hole",
+          [](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto polygon = read_polygon(source)) hole(parameters, i).polygon = *polygon;
+          },
+          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            if (hole(parameters, i).polygon.empty()) return {};
+            return show_polygon(hole(parameters, i).polygon);
+          }};
+}
+
+template <class T>
+Access<T> notch(T Notch::*member) {
+  return
+      [=](Parameters& parameters, std::size_t i) -> T& { return parameters.specimen.notches.at(i).*member; };
+}
+
+Slot& slot(Parameters& parameters, std::size_t i) {
+  Notch& some = parameters.specimen.notches.at(i);
+  if (!some.slot) some.slot.emplace();
+  return *some.slot;
+}
+
+/// A key of slots in a face, which others do not show.
+Key of_face(Key key) {
+  key.show = [show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+    if (parameters.specimen.notches.at(i).slot) return {};
+    return show(parameters, i);
+  };
+  return key;
+}
+
+Key slot_point_key(const char* name, plane::Point Slot::*member, const char* help) {
+  return {name,
+          "length",
+          optional("with face"),
+          point_form,
+          help,
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            Slot& some = slot(parameters, i);
+            if (const auto p = read_pair(source, point_form, coordinate)) some.*member = *p;
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const auto& some = parameters.specimen.notches.at(i).slot;
+            if (!some) return {};
+            return show_point((*some).*member);
+          }};
+}
+
+Key slot_end_key() {
+  const std::vector<std::string> words{"square", "round"};
+  return {"end",
+          "word",
+          optional("\"square\""),
+          accepted_choice(words),
+          "how a slot from point to point ends in the body; a half circle ends at the point, too",
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto choice = read_choice(source, words))
+              slot(parameters, i).end = *choice == 0 ? SlotEnd::square : SlotEnd::round;
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const auto& some = parameters.specimen.notches.at(i).slot;
+            if (!some) return {};
+            return words[some->end == SlotEnd::square ? 0 : 1];
+          }};
+}
+
+Table hole_table() {
+  return {"specimen.hole",
+          Occurrence::many,
+          "a hole through the whole thickness: a circle, an ellipse or a polygon",
+          {hole_center_key(), hole_radius_key(), hole_semi_axes_key(), hole_angle_key(), hole_polygon_key()},
+          [](const Parameters& parameters) { return parameters.specimen.holes.size(); },
+          [](Parameters& parameters) { parameters.specimen.holes.emplace_back(); }};
+}
+
+Table notch_table() {
+  const Requirement unless_from = required_unless("from");
+  return {"specimen.notch",
+          Occurrence::many,
+          "a slot through the whole thickness: cut into a face, or between two points in any direction",
+          {of_face(choice_key<Face>("face", notch(&Notch::face), faces_from(Face::y_min), unless_from,
+                                    "face that the slot is cut into")),
+           of_face(quantity_key("at", notch(&Notch::at), with_example(length_dimension, "65 mm"), {0, 1e3, true},
+                                unless_from,
+                                "mid-plane of the slot, along the face's other in-plane axis (y or z)")),
+           of_face(quantity_key("depth", notch(&Notch::depth), with_example(length_dimension, "6 mm"),
+                                positive_length, unless_from, "from the face to the tip")),
+           quantity_key("height", notch(&Notch::height), with_example(length_dimension, "0.6 mm"),
+                        positive_length, required(), "opening of the slot"),
+           slot_point_key("from", &Slot::from,
+                          "start of a slot, in the middle of its height; on the surface or outside it is open"),
+           slot_point_key("to", &Slot::to, "its end"), slot_end_key()},
+          [](const Parameters& parameters) { return parameters.specimen.notches.size(); },
+          [](Parameters& parameters) { parameters.specimen.notches.emplace_back(); }};
+}
+
+}  // namespace
+
+std::vector<Table> specimen_tables() {
+  return {{"specimen",
+           Occurrence::once,
+           "the body: a box or an extruded outline, with holes and notches",
+           {size_key(), thickness_key(), outline_key(), outline_radius_key()}},
+          hole_table(),
+          notch_table()};
+}
+
+}  // namespace crackle::input

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/plane/shape.h"
+
+#include "crackle/common/real.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace crackle::plane {
+
+double norm(const Point& a) {
+  return std::sqrt(dot(a, a));
+}
+
+Bounds bounds_of(const Polygon& corners) {
+  Bounds bounds{{infinity, infinity}, {-infinity, -infinity}};
+  for (const Point& p : corners)
+    for (std::size_t i = 0; i < 2; ++i) {
+      bounds.lower[i] = std::min(bounds.lower[i], p[i]);
+      bounds.upper[i] = std::max(bounds.upper[i], p[i]);
+    }
+  return bounds;
+}
+
+std::vector<std::string> names_of_side(const Shape& shape, std::size_t loop, std::size_t side) {
+  const Loop& own = shape.loops[loop];
+  std::vector<std::string> names{shape.parts[static_cast<std::size_t>(own.part[side])].name};
+  if (loop != 0) return names;
+  const Bounds bounds = bounds_of(own.corners);
+  for (std::size_t axis = 0; axis < 2; ++axis)
+    for (const bool is_upper : {false, true}) {
+      const double end = is_upper ? bounds.upper[axis] : bounds.lower[axis];
+      const auto is_at_end = [&](std::size_t i) { return own.from(i)[axis] == end && own.to(i)[axis] == end; };
+      const auto touches_end = [&](std::size_t i) {
+        return shape.parts[static_cast<std::size_t>(own.part[i])].is_curve &&
+               (own.from(i)[axis] == end || own.to(i)[axis] == end);
+      };
+      bool is_flat = false;
+      for (std::size_t i = 0; i < own.size(); ++i) is_flat = is_flat || is_at_end(i);
+      if (is_flat ? is_at_end(side) : touches_end(side))
+        names.push_back(std::string(axis == 0 ? "y" : "z") + (is_upper ? "-max" : "-min"));
+    }
+  return names;
+}
+
+double signed_area(const Polygon& corners) {
+  // From the first corner, which keeps the digits of a small polygon far from the origin.
+  double twice = 0;
+  for (std::size_t i = 1; i + 1 < corners.size(); ++i)
+    twice += cross(corners[i] - corners[0], corners[i + 1] - corners[0]);
+  return twice / 2;
+}
+
+double area(const Shape& shape) {
+  double sum = 0;
+  for (const Loop& loop : shape.loops) sum += signed_area(loop.corners);
+  return sum;
+}
+
+double distance(const Point& p, const Point& from, const Point& to) {
+  const Point along = to - from;
+  const double share = std::clamp(dot(p - from, along) / dot(along, along), 0.0, 1.0);
+  return norm(p - (from + share * along));
+}
+
+double distance(const Point& from, const Point& to, const Point& other_from, const Point& other_to) {
+  const Point along = to - from;
+  const Point other_along = other_to - other_from;
+  const auto parts = [](const Point& line, const Point& start, const Point& a, const Point& b) {
+    return cross(line, a - start) * cross(line, b - start) < 0;
+  };
+  if (parts(along, from, other_from, other_to) && parts(other_along, other_from, from, to)) return 0;
+  return std::min({distance(from, other_from, other_to), distance(to, other_from, other_to),
+                   distance(other_from, from, to), distance(other_to, from, to)});
+}
+
+double way_out(const std::vector<Polygon>& polygons, const Point& start, const Point& direction, double skip) {
+  double nearest = infinity;
+  for (const Polygon& polygon : polygons)
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Point& from = polygon[i];
+      const Point& to = polygon[(i + 1) % polygon.size()];
+      const double before = cross(direction, from - start);
+      const double after = cross(direction, to - start);
+      if ((before < 0) == (after < 0)) continue;
+      const Point meeting = from + before / (before - after) * (to - from);
+      const double way = dot(meeting - start, direction) / norm(direction);
+      if (way > skip) nearest = std::min(nearest, way);
+    }
+  return nearest < infinity ? nearest : 0;
+}
+
+namespace {
+
+/// The ellipse at the angle whose half has the tangent t.
+Point on_ellipse(const Point& centre, const Point& first, const Point& second, double t) {
+  const double scale = 1 / (1 + t * t);
+  return centre + (1 - t * t) * scale * first + 2 * t * scale * second;
+}
+
+/// The corners of a quarter of an ellipse without its end.
+Polygon quarter(const Point& centre, const Point& first, const Point& second, const Spacing& spacing) {
+  // The number of spacings up to equally distant parameters.
+  constexpr std::size_t n_steps = 4096;
+  std::vector<double> count(n_steps + 1, 0);
+  Point before = centre + first;
+  for (std::size_t i = 0; i < n_steps; ++i) {
+    const Point after = on_ellipse(centre, first, second, static_cast<double>(i + 1) / n_steps);
+    count[i + 1] = count[i] + norm(after - before) / spacing(before + 0.5 * (after - before));
+    before = after;
+  }
+  const double n_chords = std::max(2.0, std::ceil(count.back() * (1 - 1e-9)));
+  Polygon corners{centre + first};
+  for (double chord = 1; chord < n_chords; ++chord) {
+    const double wanted = count.back() * chord / n_chords;
+    const auto i = static_cast<std::size_t>(std::ranges::upper_bound(count, wanted) - count.begin()) - 1;
+    const double share = (wanted - count[i]) / (count[i + 1] - count[i]);
+    corners.push_back(on_ellipse(centre, first, second, (static_cast<double>(i) + share) / n_steps));
+  }
+  return corners;
+}
+
+}  // namespace
+
+Polygon arc(const Point& centre, const Point& first, const Point& second, int n_quarters,
+            const Spacing& spacing) {
+  Polygon corners;
+  Point a = first;
+  Point b = second;
+  for (int i = 0; i < n_quarters; ++i) {
+    const Polygon some = quarter(centre, a, b, spacing);
+    corners.insert(corners.end(), some.begin(), some.end());
+    const Point turned = -1.0 * a;
+    a = b;
+    b = turned;
+  }
+  if (n_quarters < 4) corners.push_back(centre + a);
+  return corners;
+}
+
+Gap smallest_gap(const Shape& shape) {
+  Gap smallest{infinity, 0, 0, 0, 0};
+  for (std::size_t l = 0; l < shape.loops.size(); ++l)
+    for (std::size_t i = 0; i < shape.loops[l].size(); ++i) {
+      const Loop& loop = shape.loops[l];
+      for (std::size_t m = l; m < shape.loops.size(); ++m) {
+        const Loop& other = shape.loops[m];
+        for (std::size_t j = m == l ? i + 1 : 0; j < other.size(); ++j) {
+          if (m == l && (j == i + 1 || (j + 1) % loop.size() == i)) continue;
+          const int part = loop.part[i];
+          if (part == other.part[j] && shape.parts[static_cast<std::size_t>(part)].is_curve) continue;
+          const double gap = distance(loop.from(i), loop.to(i), other.from(j), other.to(j));
+          if (gap < smallest.distance) smallest = {gap, l, i, m, j};
+        }
+      }
+    }
+  return smallest;
+}
+
+Corner sharpest_corner(const Shape& shape) {
+  Corner sharpest{2 * std::numbers::pi, {}};
+  for (const Loop& loop : shape.loops)
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const Point& place = loop.to(i);
+      const Point back = loop.from(i) - place;
+      const Point ahead = loop.to((i + 1) % loop.size()) - place;
+      double angle = std::atan2(cross(ahead, back), dot(ahead, back));
+      if (angle < 0) angle += 2 * std::numbers::pi;
+      if (angle < sharpest.angle) sharpest = {angle, place};
+    }
+  return sharpest;
+}
+
+}  // namespace crackle::plane

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/plane/side_index.h"
+
+#include "crackle/common/real.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace crackle::plane {
+
+namespace {
+
+constexpr double cells_per_side = 16;
+constexpr double fewest_cells = 1024;
+constexpr double most_cells = 1 << 18;
+
+/// Whether a segment comes into a square.
+bool meets(const Side& side, const Point& centre, double half_size) {
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto [low, high] = std::minmax(side.from[i], side.to[i]);
+    if (low > centre[i] + half_size || high < centre[i] - half_size) return false;
+  }
+  return std::abs(side.height(centre)) <= half_size * (std::abs(side.along[0]) + std::abs(side.along[1]));
+}
+
+}  // namespace
+
+SideIndex::SideIndex(const Shape& shape, double tolerance) : tolerance_(tolerance) {
+  for (const Loop& loop : shape.loops)
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const Point way = loop.to(i) - loop.from(i);
+      const double length = norm(way);
+      sides_.push_back({loop.from(i), loop.to(i), 1 / length * way, length, loop.part[i]});
+    }
+  bounds_ = bounds_of(shape.loops.front().corners);
+  const Point size = bounds_.upper - bounds_.lower;
+  const double n_cells = std::clamp(cells_per_side * static_cast<double>(sides_.size()), fewest_cells, most_cells);
+  cell_size_ = std::sqrt(size[0] * size[1] / n_cells);
+  for (std::size_t i = 0; i < 2; ++i)
+    n_[i] = static_cast<std::size_t>(std::clamp(std::ceil(size[i] / cell_size_), 1.0, n_cells));
+  cell_size_ = std::max(size[0] / static_cast<double>(n_[0]), size[1] / static_cast<double>(n_[1]));
+
+  of_row_.resize(n_[1]);
+  for (std::size_t s = 0; s < sides_.size(); ++s) {
+    const auto [low, high] = std::minmax(sides_[s].from[1], sides_[s].to[1]);
+    const std::size_t last = cell_of({bounds_.lower[0], high + tolerance}).row;
+    for (std::size_t row = cell_of({bounds_.lower[0], low - tolerance}).row; row <= last; ++row)
+      of_row_[row].push_back(static_cast<std::int32_t>(s));
+  }
+  const double half_size = cell_size_ / 2 * (1 + 1e-9) + tolerance;
+  first_.push_back(0);
+  for (std::size_t row = 0; row < n_[1]; ++row)
+    for (std::size_t column = 0; column < n_[0]; ++column) {
+      const Point centre = bounds_.lower + Point{(static_cast<double>(column) + 0.5) * cell_size_,
+                                                 (static_cast<double>(row) + 0.5) * cell_size_};
+      for (const std::int32_t s : of_row_[row])
+        if (meets(sides_[static_cast<std::size_t>(s)], centre, half_size)) of_cell_.push_back(s);
+      const bool is_empty = of_cell_.size() == first_.back();
+      first_.push_back(of_cell_.size());
+      is_inside_.push_back(is_empty && contains_open(centre));
+    }
+}
+
+SideIndex::Cell SideIndex::cell_of(const Point& p) const {
+  const auto clamped = [&](std::size_t i) {
+    const double cell = std::floor((p[i] - bounds_.lower[i]) / cell_size_);
+    return static_cast<std::size_t>(std::clamp(cell, 0.0, static_cast<double>(n_[i] - 1)));
+  };
+  return {clamped(0), clamped(1)};
+}
+
+/// By the number of sides that a ray along y meets. Of no use on a side.
+bool SideIndex::contains_open(const Point& p) const {
+  bool inside = false;
+  for (const std::int32_t s : of_row_[cell_of(p).row]) {
+    const Side& side = sides_[static_cast<std::size_t>(s)];
+    if ((side.from[1] > p[1]) == (side.to[1] > p[1])) continue;
+    const double share = (p[1] - side.from[1]) / (side.to[1] - side.from[1]);
+    if (side.from[0] + share * (side.to[0] - side.from[0]) > p[0]) inside = !inside;
+  }
+  return inside;
+}
+
+bool SideIndex::contains(const Point& p) const {
+  for (std::size_t i = 0; i < 2; ++i)
+    if (p[i] < bounds_.lower[i] - tolerance_ || p[i] > bounds_.upper[i] + tolerance_) return false;
+  const Cell cell = cell_of(p);
+  const std::span<const std::int32_t> near = sides_in(cell);
+  if (near.empty()) return is_inside_[cell.row * n_[0] + cell.column];
+  for (const std::int32_t s : near)
+    if (is_on(sides_[static_cast<std::size_t>(s)], p)) return true;
+  return contains_open(p);
+}
+
+double SideIndex::distance(const Point& p) const {
+  const Cell cell = cell_of(p);
+  double nearest = infinity;
+  const auto look = [&](std::size_t column, std::size_t row) {
+    for (const std::int32_t s : sides_in({column, row})) {
+      const Side& side = sides_[static_cast<std::size_t>(s)];
+      nearest = std::min(nearest, plane::distance(p, side.from, side.to));
+    }
+  };
+  // Rings of cells, until what is farther out cannot be nearer.
+  const std::size_t most = std::max(n_[0], n_[1]);
+  for (std::size_t ring = 0; ring <= most; ++ring) {
+    if (ring > 0 && nearest <= (static_cast<double>(ring) - 1) * cell_size_) break;
+    const std::size_t top = cell.row + ring;
+    const std::size_t right = cell.column + ring;
+    const std::size_t left = cell.column >= ring ? cell.column - ring : 0;
+    const std::size_t bottom = cell.row >= ring ? cell.row - ring : 0;
+    for (std::size_t row = bottom; row <= std::min(top, n_[1] - 1); ++row) {
+      const bool is_end = row == top || (cell.row >= ring && row == bottom);
+      if (is_end) {
+        for (std::size_t column = left; column <= std::min(right, n_[0] - 1); ++column) look(column, row);
+        continue;
+      }
+      if (cell.column >= ring) look(left, row);
+      if (right < n_[0] && ring > 0) look(right, row);
+    }
+  }
+  return nearest;
+}
+
+Cover SideIndex::cover(const std::array<Point, 4>& points) const {
+  Point lower = points[0];
+  Point upper = points[0];
+  Point centre{};
+  for (const Point& p : points)
+    for (std::size_t i = 0; i < 2; ++i) {
+      lower[i] = std::min(lower[i], p[i]);
+      upper[i] = std::max(upper[i], p[i]);
+      centre[i] += p[i] / 4;
+    }
+  const Cell low = cell_of(lower);
+  const Cell high = cell_of(upper);
+  bool is_flat = false;
+  std::array<double, 4> height{};
+  for (std::size_t row = low.row; row <= high.row; ++row)
+    for (std::size_t column = low.column; column <= high.column; ++column)
+      for (const std::int32_t s : sides_in({column, row})) {
+        const Side& side = sides_[static_cast<std::size_t>(s)];
+        int n_left = 0;
+        int n_right = 0;
+        for (std::size_t i = 0; i < 4; ++i) {
+          height[i] = side.height(points[i]);
+          n_left += height[i] > tolerance_;
+          n_right += height[i] < -tolerance_;
+        }
+        is_flat = is_flat || (n_left == 0 && n_right == 0);
+        if (n_left == 0 || n_right == 0) continue;
+        // The part of the side's line in the hull, by ways along the line.
+        double from = infinity;
+        double to = -infinity;
+        const auto include = [&](double way) {
+          from = std::min(from, way);
+          to = std::max(to, way);
+        };
+        for (std::size_t i = 0; i < 4; ++i) {
+          const double way = side.way(points[i]);
+          if (std::abs(height[i]) <= tolerance_) include(way);
+          for (std::size_t j = 0; j < i; ++j)
+            if ((height[i] > tolerance_ && height[j] < -tolerance_) ||
+                (height[j] > tolerance_ && height[i] < -tolerance_))
+              include(way + (side.way(points[j]) - way) * (height[i] / (height[i] - height[j])));
+        }
+        if (std::min(to, side.length) - std::max(from, 0.0) > tolerance_) return Cover::crossing;
+      }
+  if (is_flat) return Cover::outside;
+  const Cell cell = cell_of(centre);
+  const bool inside = sides_in(cell).empty() ? is_inside_[cell.row * n_[0] + cell.column] : contains_open(centre);
+  return inside ? Cover::inside : Cover::outside;
+}
+
+}  // namespace crackle::plane
