@@ -204,8 +204,9 @@ void add_stats_command(CLI::App& app, Action& run) {
   command
       ->add_option(
           "--sections", options->sections,
-          "look at other cross-sections, y=\"7 mm, 9 mm\" or z=\"30 mm\" (may be given for both): their "
-          "crossings follow from the crack surfaces in the sample files; ensemble.h5 stays as it is")
+          "look at other cross-sections, y=\"7 mm, 9 mm\", z=\"30 mm\", or a line by y and z of its ends, "
+          "line=\"1 mm, 2 mm; 3 mm, 4 mm\" (may be given several times): their crossings follow from the "
+          "crack surfaces in the sample files; ensemble.h5 stays as it is")
       ->allow_extra_args(false);
   command->callback([options, columns, &run] {
     if (*columns != options->folder.empty())

@@ -2,6 +2,7 @@
 #include "crackle/analysis/crack_line.h"
 
 #include "crackle/analysis/crack_path.h"
+#include "crackle/analysis/crack_ways.h"
 #include "crackle/common/index.h"
 
 #include "crossings.h"
@@ -184,17 +185,16 @@ struct Place {
   std::size_t piece;
 };
 
-/// The crack from a crack start as slabs, and the lines drawn through them.
+/// The crack on one way as slabs, and the lines drawn through them.
 class Tracer {
 public:
-  Tracer(const geometry::Body& body, const CrackSurface& surface, std::int32_t number,
-         std::span<const std::size_t> facets)
+  Tracer(const geometry::Body& body, const CrackSurface& surface, const CrackWay& way)
       : surface_(surface),
-        number_(number),
-        start_(body.crack_starts()[index(number)]),
-        spacing_(mean_spacing(surface, facets)),
+        number_(way.notch),
+        start_(way.line),
+        spacing_(mean_spacing(surface, way.facets)),
         thickness_(body.size()[0]),
-        slabs_(cut_in_slabs(surface, facets, start_, spacing_, thickness_)),
+        slabs_(cut_in_slabs(surface, way.facets, start_, spacing_, thickness_)),
         n_ahead_(slabs_.size()),
         taken_(slabs_.size()) {
     for (std::size_t k = slabs_.size(); k-- > 0;) {
@@ -310,11 +310,8 @@ private:
 
 std::vector<CrackLine> crack_lines(const geometry::Body& body, const CrackSurface& surface) {
   std::vector<CrackLine> lines;
-  for (std::size_t start = 0; start < body.crack_starts().size(); ++start) {
-    const auto number = static_cast<std::int32_t>(start);
-    const std::vector<std::size_t> facets = facets_from(surface, number);
-    if (!facets.empty()) Tracer(body, surface, number, facets).trace(lines);
-  }
+  for (const CrackWay& way : crack_ways(body, surface))
+    if (!way.facets.empty()) Tracer(body, surface, way).trace(lines);
   return lines;
 }
 

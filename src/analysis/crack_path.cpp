@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/crack_path.h"
 
+#include "crackle/analysis/crack_ways.h"
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
 #include "crackle/common/vector.h"
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace crackle::analysis {
 
@@ -19,7 +21,7 @@ constexpr int n_stations = 50;  // of crossed_shares and path_overlap
 
 using geometry::CrackStart;
 
-/// How far the crack from a crack start has come across its ligament.
+/// How far a crack has come along its way.
 struct Advance {
   double share = 0;        ///< of the way, up to the farthest station with a crossing
   double time = infinity;  ///< at which it opened there first [s]
@@ -29,15 +31,24 @@ geometry::CrossPlane station(const CrackStart& start, int i) {
   return start.plane_at(start.ligament * (i + 0.5) / n_stations);
 }
 
-Advance advance(const geometry::Body& body, const CrackSurface& surface, std::size_t number) {
-  const CrackStart& start = body.crack_starts()[number];
-  const std::vector<std::size_t> facets = facets_from(surface, static_cast<std::int32_t>(number));
-  for (int i = n_stations - 1; i >= 0 && !facets.empty(); --i) {
-    const std::vector<Trace> traces = intersect(surface, facets, station(start, i));
+Advance advance(const geometry::Body& body, const CrackSurface& surface, const CrackWay& way) {
+  for (int i = n_stations - 1; i >= 0 && !way.facets.empty(); --i) {
+    const std::vector<Trace> traces = intersect(surface, way.facets, station(way.line, i));
     if (const auto crossing = main_crossing(traces, body.size()[0]))
       return {(i + 1.0) / n_stations, crossing->time};
   }
   return {};
+}
+
+/// Of each crack start the way on which its crack came farthest, of equals the one where it got there first.
+std::vector<Advance> advances_of_starts(const geometry::Body& body, const CrackSurface& surface) {
+  std::vector<Advance> farthest(body.crack_starts().size());
+  for (const CrackWay& way : crack_ways(body, surface)) {
+    const Advance found = advance(body, surface, way);
+    Advance& of_start = farthest[index(way.notch)];
+    if (std::pair(-found.share, found.time) < std::pair(-of_start.share, of_start.time)) of_start = found;
+  }
+  return farthest;
 }
 
 /// Share of the body's width that the crossings of cracks from no crack start cover.
@@ -75,9 +86,10 @@ std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const
     const std::vector<std::size_t> facets = facets_from(surface, static_cast<std::int32_t>(number));
     for (const input::Section& section : sections.all()) {
       const geometry::CrossPlane plane = geometry::plane_of(section);
+      const CrackStart& start = body.crack_starts()[number];
       std::optional<Crossing> crossing;
-      if (body.crack_starts()[number].advance_to(plane))
-        crossing = main_crossing(intersect(surface, facets, plane), body.size()[0], arms.arm);
+      if (!start.is_straight || start.advance_to(plane))
+        crossing = main_crossing(intersect(surface, facets, plane), body.size()[0], arms.arm, &plane);
       crossings.push_back(crossing ? SectionCrossing{crossing->mean, crossing->spread, crossing->arms}
                                    : SectionCrossing{not_a_number, not_a_number, {}});
     }
@@ -87,16 +99,16 @@ std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const
 
 std::vector<double> crossed_shares(const geometry::Body& body, const CrackSurface& surface) {
   std::vector<double> shares;
-  for (std::size_t number = 0; number < body.crack_starts().size(); ++number)
-    shares.push_back(advance(body, surface, number).share);
+  for (const Advance& found : advances_of_starts(body, surface)) shares.push_back(found.share);
   return shares;
 }
 
 int leading_notch(const geometry::Body& body, const CrackSurface& surface) {
   int leading = -1;
   Advance farthest{started_share};
-  for (std::size_t number = 0; number < body.crack_starts().size(); ++number) {
-    const Advance found = advance(body, surface, number);
+  const std::vector<Advance> advances = advances_of_starts(body, surface);
+  for (std::size_t number = 0; number < advances.size(); ++number) {
+    const Advance& found = advances[number];
     if (found.share < farthest.share || (found.share == farthest.share && !(found.time < farthest.time)))
       continue;
     leading = static_cast<int>(number);
@@ -115,6 +127,7 @@ std::optional<int> leading_notch(const geometry::Body& body, const input::Sectio
   std::vector<Bounds> bounds(body.crack_starts().size());
   for (std::size_t number = 0; number < bounds.size(); ++number) {
     const CrackStart& start = body.crack_starts()[number];
+    if (!start.is_straight) return std::nullopt;
     const auto share = [&](std::size_t i) {
       return start.advance_to(geometry::plane_of(planes[i])).value_or(not_a_number) / start.ligament;
     };
@@ -139,6 +152,7 @@ std::optional<int> leading_notch(const geometry::Body& body, const input::Sectio
 double path_overlap(const geometry::Body& body, const CrackSurface& surface, int one, int other) {
   const CrackStart& start = body.crack_starts()[index(one)];
   const CrackStart& opposite = body.crack_starts()[index(other)];
+  if (!start.is_straight || !opposite.is_straight) return not_a_number;
   constexpr double rounding = 1e-9;  // of the cosine between the ligaments
   if (start.direction * opposite.direction * dot(start.along, opposite.along) > rounding - 1)
     return not_a_number;
@@ -167,13 +181,20 @@ double pattern_overlap(const geometry::Body& body, const CrackSurface& surface) 
 }
 
 Pattern classify(const geometry::Body& body, const CrackSurface& surface) {
-  const std::vector<double> shares = crossed_shares(body, surface);
   if (share_from_elsewhere(body, surface) >= developed_share) return Pattern::other;
-  const auto n_developed =
-      std::count_if(shares.begin(), shares.end(), [](double s) { return s >= developed_share; });
-  const double largest = shares.empty() ? 0 : *std::max_element(shares.begin(), shares.end());
+  int n_developed = 0;
+  bool are_straight = true;
+  double largest = 0;
+  for (const CrackWay& way : crack_ways(body, surface)) {
+    const double share = advance(body, surface, way).share;
+    largest = std::max(largest, share);
+    if (share < developed_share) continue;
+    ++n_developed;
+    are_straight = are_straight && way.line.is_straight;
+  }
   if (n_developed == 1 && largest >= through_share) return Pattern::one_crack;
-  if (n_developed == 2 && !(pattern_overlap(body, surface) < min_overlap)) return Pattern::two_cracks;
+  if (n_developed == 2 && !(are_straight && pattern_overlap(body, surface) < min_overlap))
+    return Pattern::two_cracks;
   return largest < started_share ? Pattern::none : Pattern::other;
 }
 

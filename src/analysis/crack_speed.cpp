@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/crack_path.h"
 
+#include "crackle/analysis/crack_ways.h"
 #include "crackle/common/real.h"
 
 #include "crossings.h"
@@ -350,10 +351,9 @@ double fastest(const History& history, double window, double spacing) {
 
 double max_crack_speed(const geometry::Body& body, const CrackSurface& surface) {
   double largest = 0;
-  for (std::size_t number = 0; number < body.crack_starts().size(); ++number) {
-    const std::vector<std::size_t> facets = facets_from(surface, static_cast<std::int32_t>(number));
+  for (const CrackWay& way : crack_ways(body, surface)) {
+    const auto& [number, start, facets] = way;
     if (facets.empty()) continue;
-    const geometry::CrackStart& start = body.crack_starts()[number];
     const double spacing = mean_spacing(surface, facets);
     const double window = std::max(speed_window_share * start.ligament, speed_window_spacings * spacing);
     Front front(body.size()[0], spacing, window);

@@ -155,6 +155,11 @@ CrackSurface make_crack_surface(const geometry::Body& body, const Realization& r
     phase_start = breaks.back().load_time + breaks.back().phase_time;
   }
 
+  const auto& starts = body.crack_starts();
+  const auto free_surface = std::ranges::find_if(starts, &geometry::CrackStart::is_free_surface);
+  const auto elsewhere =
+      free_surface == starts.end() ? -1 : static_cast<std::int32_t>(free_surface - starts.begin());
+
   CrackSurface surface;
   std::vector<std::int32_t> id(breaks.size(), -1);
   for (std::size_t i = 0; i < breaks.size(); ++i) {
@@ -164,7 +169,8 @@ CrackSurface make_crack_surface(const geometry::Body& body, const Realization& r
     const std::size_t first = forest.crack_of(i);
     if (first == i) {
       id[i] = static_cast<std::int32_t>(surface.cracks.size());
-      surface.cracks.push_back({forest.start_of(i), 0, time, time});
+      const std::int32_t start = forest.start_of(i);
+      surface.cracks.push_back({start >= 0 ? start : elsewhere, 0, time, time});
     }
     id[i] = id[first];
     Crack& crack = surface.cracks[index(id[i])];

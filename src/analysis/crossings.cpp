@@ -104,8 +104,8 @@ std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::s
       const geometry::Point& a = facet.corner[k];
       const geometry::Point& b = facet.corner[next];
       const double share = (plane.position - along[k]) / (along[next] - along[k]);
-      const double side = dot(a, plane.across);
-      end[n_ends++] = {a[0] + share * (b[0] - a[0]), side + share * (dot(b, plane.across) - side)};
+      const double side = plane.coordinate(a);
+      end[n_ends++] = {a[0] + share * (b[0] - a[0]), side + share * (plane.coordinate(b) - side)};
     }
     if (n_ends < 2) continue;
     if (end[1].first < end[0].first) std::swap(end[0], end[1]);
@@ -173,7 +173,7 @@ void add(Numbers& to, const Numbers& from) {
 }
 
 std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thickness,
-                                      std::span<const std::int32_t> arm) {
+                                      std::span<const std::int32_t> arm, const geometry::CrossPlane* plane) {
   struct Part {
     ArmCrossing crossing;
     double spread;
@@ -188,6 +188,7 @@ std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thic
       const Integrals found = integrate(traces, members);
       if (!(found.length > 0)) continue;
       const double mean = found.first / found.length;
+      if (plane != nullptr && !plane->holds(traces[members.front()].across[0] + mean)) continue;
       const double variance = std::max(0.0, found.second / found.length - mean * mean);
       const double share = found.length / thickness;
       parts.push_back({{traces[members.front()].across[0] + mean, share, number},

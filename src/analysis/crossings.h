@@ -27,7 +27,7 @@ std::vector<std::size_t> facets_from(const CrackSurface& surface, std::int32_t s
 /// Mean local spacing of facets [m]; 0 without facets.
 double mean_spacing(const CrackSurface& surface, std::span<const std::size_t> facets);
 
-/// Segments in which facets meet the plane.
+/// Segments in which facets meet the plane, by its coordinate across; beyond the plane's ends too.
 std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::size_t> facets,
                              const geometry::CrossPlane& plane);
 
@@ -58,7 +58,9 @@ struct Crossing {
 
 /// The main crossing (see section_crossings); nothing where no group counts.
 /// @param arm of each facet; all belong to the main arm without it
+/// @param plane beyond whose ends crossings do not count
 std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thickness,
-                                      std::span<const std::int32_t> arm = {});
+                                      std::span<const std::int32_t> arm = {},
+                                      const geometry::CrossPlane* plane = nullptr);
 
 }  // namespace crackle::analysis

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/forks.h"
 
+#include "crackle/analysis/crack_ways.h"
 #include "crackle/common/disjoint_sets.h"
 #include "crackle/common/index.h"
 
@@ -301,19 +302,18 @@ private:
   std::vector<std::vector<Run>> runs_;
 };
 
-/// The forks of the crack from one crack start.
+/// The forks of the crack on one way.
 class ForkFinder {
 public:
-  ForkFinder(const geometry::Body& body, const CrackSurface& surface, std::int32_t number,
-             const Facets& facets)
+  ForkFinder(const geometry::Body& body, const CrackSurface& surface, const CrackWay& way)
       : surface_(surface),
-        number_(number),
-        start_(body.crack_starts()[index(number)]),
+        number_(way.notch),
+        start_(way.line),
         thickness_(body.size()[0]),
-        mean_spacing_(mean_spacing(surface, facets)),
+        mean_spacing_(mean_spacing(surface, way.facets)),
         step_(mean_spacing_ / stations_per_spacing),
         traces_(static_cast<std::size_t>(std::ceil(start_.ligament / step_))) {
-    for (const std::size_t i : without_strays(surface, facets)) add_traces(i);
+    for (const std::size_t i : without_strays(surface, way.facets)) add_traces(i);
     measure_spacing();
   }
 
@@ -527,11 +527,8 @@ private:
 CrackArms find_forks(const geometry::Body& body, const CrackSurface& surface) {
   CrackArms found;
   found.arm.assign(surface.facets.size(), 0);
-  for (std::size_t start = 0; start < body.crack_starts().size(); ++start) {
-    const auto number = static_cast<std::int32_t>(start);
-    const Facets facets = facets_from(surface, number);
-    if (!facets.empty()) ForkFinder(body, surface, number, facets).add_to(found);
-  }
+  for (const CrackWay& way : crack_ways(body, surface))
+    if (!way.facets.empty()) ForkFinder(body, surface, way).add_to(found);
   return found;
 }
 

@@ -4,6 +4,7 @@
 #include "crackle/common/index.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -20,13 +21,41 @@ struct Preimage {
   std::optional<double> extent;  ///< the sum of the coordinates on both, where one is reflected [m]
 };
 
+/// The points of the section that tell where a symmetry takes it: of a line its ends.
+std::array<geometry::Point, 2> ends_of(const geometry::Body& body, const input::Section& section) {
+  std::array<geometry::Point, 2> ends{body.bounds().lower, body.bounds().upper};
+  if (section.axis == 0) {
+    const auto& [from, to] = section.line;
+    return {geometry::Point{0, from[0], from[1]}, geometry::Point{0, to[0], to[1]}};
+  }
+  for (geometry::Point& end : ends) end[index(section.axis)] = section.position;
+  return ends;
+}
+
+/// The same for a section that is a line.
+Preimage preimage_of_line(const geometry::Body& body, const geometry::Symmetry& symmetry,
+                          const geometry::CrossPlane& line, const std::array<geometry::Point, 2>& ends,
+                          const std::vector<input::Section>& sections) {
+  const double allowed = tolerance * std::ranges::max(body.size());
+  const std::array<geometry::Point, 2> from{symmetry.preimage(ends[0]), symmetry.preimage(ends[1])};
+  const auto are_near = [&](const geometry::Point& a, const geometry::Point& b) {
+    return std::max(std::abs(a[1] - b[1]), std::abs(a[2] - b[2])) <= allowed;
+  };
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    if (sections[i].axis != 0) continue;
+    const auto there = ends_of(body, sections[i]);
+    if (are_near(from[0], there[0]) && are_near(from[1], there[1])) return {static_cast<int>(i), {}};
+    if (are_near(from[0], there[1]) && are_near(from[1], there[0])) return {static_cast<int>(i), line.length};
+  }
+  return {};
+}
+
 Preimage preimage_of(const geometry::Body& body, const geometry::Symmetry& symmetry, std::size_t number,
                      const std::vector<input::Section>& sections) {
   const input::Section& section = sections[number];
-  // Two of the section's points tell where it comes from.
-  geometry::Point lower = body.bounds().lower;
-  geometry::Point upper = body.bounds().upper;
-  lower[index(section.axis)] = upper[index(section.axis)] = section.position;
+  const auto [lower, upper] = ends_of(body, section);
+  if (section.axis == 0)
+    return preimage_of_line(body, symmetry, geometry::plane_of(section), {lower, upper}, sections);
   const geometry::Point from = symmetry.preimage(lower);
   const geometry::Point to = symmetry.preimage(upper);
   const auto gap = [&](std::size_t i) {
@@ -35,7 +64,7 @@ Preimage preimage_of(const geometry::Body& body, const geometry::Symmetry& symme
   };
   std::size_t nearest = number;  // of equally near ones the section itself, where it is one of them
   for (std::size_t i = 0; i < sections.size(); ++i)
-    if (gap(i) < gap(nearest)) nearest = i;
+    if (sections[i].axis != 0 && gap(i) < gap(nearest)) nearest = i;
   const geometry::Point size = body.size();
   if (gap(nearest) > tolerance * *std::ranges::max_element(size)) return {};
   Preimage found{static_cast<int>(nearest), {}};

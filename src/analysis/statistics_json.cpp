@@ -78,11 +78,16 @@ Json samples_of(std::span<const SampleSummary> samples, const Origin& origin) {
 
 Json crack_path(std::span<const SampleSummary> samples, const input::Sections& sections,
                 const Shape& positions) {
-  Json group{{"section", Json::array()}, {"section_axis", Json::array()}, {"section_name", Json::array()}};
+  Json group{{"section", Json::array()},
+             {"section_axis", Json::array()},
+             {"section_name", Json::array()},
+             {"section_coordinate", Json::array()}};
   for (const input::Section& section : sections.all()) {
     group["section"].push_back(section.position);
     group["section_axis"].push_back(section.axis);
     group["section_name"].push_back(input::name_of(section));
+    group["section_coordinate"].push_back(input::coordinate_of(section));
+    if (section.axis == 0) group["section_line"].push_back({section.line.from, section.line.to});
   }
   for_each_position_result([&](const ResultInfo& info, auto member) {
     group[info.name] = column(samples, [&](const auto& row) { return table(row.*member, positions); });

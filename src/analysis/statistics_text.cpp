@@ -22,25 +22,49 @@ std::string plural(int n, const char* noun) {
   return fmt::format("{} {}{}", n, noun, n == 1 ? "" : "s");
 }
 
-/// One line of a table of positions.
-void append_position(std::string& text, const PathStatistics& paths, std::size_t p,
-                     const input::Section& section) {
-  constexpr double to_mm = 1e3;
-  fmt::format_to(std::back_inserter(text), " {:>14} {:>5} {:>8} {:>10} {:>10} {:>10}",
-                 input::name_of(section), section.axis == 1 ? "z" : "y", paths.reached[p],
-                 number(paths.z_mean[p] * to_mm, 3), number(paths.z_std[p] * to_mm, 3),
-                 number(paths.z_half_width[p] * to_mm, 3));
-}
+/// The sections as the columns of a table of positions that tell which one a line is of.
+class SectionColumns {
+public:
+  explicit SectionColumns(std::span<const input::Section> sections) {
+    for (const input::Section& section : sections) {
+      names_.emplace_back(input::name_of(section), input::coordinate_of(section));
+      name_width_ = std::max(name_width_, names_.back().first.size());
+      coordinate_width_ = std::max(coordinate_width_, names_.back().second.size());
+    }
+  }
 
-constexpr const char* position_heads = "        section along  reached       mean        std         +-";
+  std::size_t size() const { return names_.size(); }
+
+  std::string heads() const {
+    return cells("section", "along") + "  reached       mean        std         +-";
+  }
+
+  /// One line of a table of positions.
+  void append_position(std::string& text, const PathStatistics& paths, std::size_t p) const {
+    constexpr double to_mm = 1e3;
+    const auto& [name, coordinate] = names_[p % names_.size()];
+    fmt::format_to(std::back_inserter(text), "{} {:>8} {:>10} {:>10} {:>10}", cells(name, coordinate),
+                   paths.reached[p], number(paths.z_mean[p] * to_mm, 3), number(paths.z_std[p] * to_mm, 3),
+                   number(paths.z_half_width[p] * to_mm, 3));
+  }
+
+private:
+  std::string cells(const std::string& name, const std::string& coordinate) const {
+    return fmt::format(" {:>{}} {:>{}}", name, name_width_, coordinate, coordinate_width_);
+  }
+
+  std::vector<std::pair<std::string, std::string>> names_;  ///< of the section and of its coordinate
+  std::size_t name_width_ = 14;
+  std::size_t coordinate_width_ = 5;
+};
 
 void append_ranks(std::string& text, const char* label, const RankStatistics& ranks,
-                  std::span<const input::Section> sections) {
+                  const SectionColumns& sections) {
   for (std::size_t p = 0; p < ranks.reached.size(); ++p) {
     const std::size_t row = p / sections.size();
     fmt::format_to(std::back_inserter(text), "{:<18} {:>7} {:>5}", label, ranks.leading_notch[row],
                    ranks.notch[row]);
-    append_position(text, ranks, p, sections[p % sections.size()]);
+    sections.append_position(text, ranks, p);
     fmt::format_to(std::back_inserter(text), " {:>10}\n", ranks.counted[p]);
   }
 }
@@ -75,7 +99,7 @@ std::string turning(const Statistics& statistics) {
 }
 
 void append_positions(std::string& text, const Statistics& statistics, std::span<const SampleSummary> samples,
-                      std::span<const input::Section> sections) {
+                      const SectionColumns& sections) {
   auto out = std::back_inserter(text);
   if (statistics.n_notches > 0) fmt::format_to(out, "\nleading notch: {}\n", leaders(statistics, samples));
   fmt::format_to(out, "\ncrack positions, through-thickness mean [mm]; +- at {:g} % confidence{}\n",
@@ -83,15 +107,15 @@ void append_positions(std::string& text, const Statistics& statistics, std::span
                  statistics.n_looks > 1 ? fmt::format(" over {} looks", statistics.n_looks) : "");
   fmt::format_to(out, "{}\n", interval_scope(statistics.base));
   fmt::format_to(out, "\nby rank{}\n{:<18} {:>7} {:>5}{} {:>10}\n", turning(statistics), "cracks", "leading",
-                 "notch", position_heads, "of samples");
+                 "notch", sections.heads(), "of samples");
   append_ranks(text, "leader", statistics.leader, sections);
   append_ranks(text, "leader, one crack", statistics.leader_one_crack, sections);
   append_ranks(text, "leader, two cracks", statistics.leader_two_cracks, sections);
   append_ranks(text, "follower", statistics.follower, sections);
-  fmt::format_to(out, "\nall cracks of the notch, leading and following\nnotch{}\n", position_heads);
+  fmt::format_to(out, "\nall cracks of the notch, leading and following\nnotch{}\n", sections.heads());
   for (std::size_t p = 0; p < statistics.reached.size(); ++p) {
     fmt::format_to(out, "{:>5}", p / sections.size());
-    append_position(text, statistics, p, sections[p % sections.size()]);
+    sections.append_position(text, statistics, p);
     text += '\n';
   }
 }
@@ -164,7 +188,7 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
     fmt::format_to(std::back_inserter(text), "stopped early: these are enough, of {}\n",
                    statistics.n_samples);
   }
-  append_positions(text, statistics, samples, sections.all());
+  append_positions(text, statistics, samples, SectionColumns(sections.all()));
   append_patterns(text, statistics);
   const auto results = result_statistics(samples, statistics.confidence, origin);
   append_shares(text, results);

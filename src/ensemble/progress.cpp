@@ -15,15 +15,17 @@ namespace {
 
 constexpr double unknown = not_a_number;
 
-/// The middle one of the sections that the crack of the first crack start can cross; of all where there is no
-/// crack start.
+/// The middle one of the sections that the crack of the first crack start can cross; of all where there is
+/// none.
 std::size_t middle_section(const input::Parameters& parameters) {
-  const input::Sections& sections = parameters.sections;
+  const std::vector<input::Section> sections = parameters.sections.all();
   const auto body = geometry::make_body(parameters.specimen);
-  const auto& starts = body->crack_starts();
-  const bool is_y =
-      starts.empty() ? sections.z.empty() : starts.front().advance_to(geometry::plane_of({1, 0})).has_value();
-  return is_y ? sections.y.size() / 2 : sections.y.size() + sections.z.size() / 2;
+  std::vector<std::size_t> crossed;
+  for (std::size_t i = 0; i < sections.size() && !body->crack_starts().empty(); ++i) {
+    const geometry::CrackStart& first = body->crack_starts().front();
+    if (!first.is_straight || first.advance_to(geometry::plane_of(sections[i]))) crossed.push_back(i);
+  }
+  return crossed.empty() ? sections.size() / 2 : crossed[crossed.size() / 2];
 }
 
 }  // namespace
@@ -93,7 +95,7 @@ std::string Progress::means() const {
   std::string text;
   if (const double mean = mean_position(); std::isfinite(mean)) {
     const input::Section& section = sections_[watched_];
-    text = fmt::format("mean {} of leaders at {}: {:.3f} mm", section.axis == 1 ? "z" : "y",
+    text = fmt::format("mean {} of leaders at {}: {:.3f} mm", input::coordinate_of(section),
                        input::name_of(section), mean * 1e3);
   }
   if (const double force = statistics_.median_onset_force(); std::isfinite(force)) {

@@ -84,19 +84,42 @@ std::string describe(const std::vector<Difference>& found) {
   return text;
 }
 
+/// "7 mm, 9 mm" of "[7 mm, 9 mm]"
+std::string without_brackets(const std::string& list) {
+  return list.substr(1, list.size() - 2);
+}
+
+/// The options of crackle stats for all lines of these settings: a line's start comes before its end.
+std::string line_options(const std::vector<std::string>& settings) {
+  std::string options;
+  for (const auto& setting : settings) {
+    if (!setting.starts_with("sections.line")) continue;
+    const auto equals = setting.find(" = ");
+    const std::string end = without_brackets(setting.substr(equals + 3));
+    const bool is_start = setting.substr(0, equals).ends_with(".from");
+    options += is_start ? fmt::format(" --sections line=\"{}; ", end) : end + "\"";
+  }
+  return options;
+}
+
 /// What to do about settings that differ. Neither sections nor frames change how a sample breaks, and whoever
 /// changes them wants the samples that are there.
-std::string advice(const fs::path& folder, const std::vector<Difference>& found) {
+/// @param wanted settings of the input that differs from the folder's
+std::string advice(const fs::path& folder, const std::vector<Difference>& found,
+                   const std::vector<std::string>& wanted) {
   std::string options;
-  bool has_sections = false, has_frames = false;
+  bool has_sections = false, has_lines = false, has_frames = false;
   for (const auto& [key, expected, actual] : found) {
     const bool is_sections = key.starts_with("sections.");
     if (!is_sections && key != "output.frames") return advice_for_others;
     (is_sections ? has_sections : has_frames) = true;
-    if (is_sections && !actual.empty())  // "[7 mm, 9 mm]"
-      options += fmt::format(" --sections {}=\"{}\"", key.substr(key.find('.') + 1),
-                             actual.substr(1, actual.size() - 2));
+    const bool is_line = key.starts_with("sections.line");
+    has_lines = has_lines || (is_line && !actual.empty());
+    if (is_sections && !is_line && !actual.empty())
+      options +=
+          fmt::format(" --sections {}=\"{}\"", key.substr(key.find('.') + 1), without_brackets(actual));
   }
+  if (has_lines) options += line_options(wanted);
   std::string text =
       fmt::format("keep the folder's {}, or use another folder", !has_sections ? "frames"
                                                                  : !has_frames ? "sections"
@@ -118,8 +141,9 @@ std::optional<std::string> difference(const fs::path& folder, const std::string&
     const fs::path points = points_copy(file.parent_path());
     const input::Parameters there =
         input::parse(text, file, {.path = fs::exists(points) ? points : fs::path(), .digest = {}});
-    const auto settings = differences(input::sample_settings(there), input::sample_settings(parameters));
-    if (!settings.empty()) return describe(settings) + "; " + advice(folder, settings);
+    const auto wanted = input::sample_settings(parameters);
+    const auto settings = differences(input::sample_settings(there), wanted);
+    if (!settings.empty()) return describe(settings) + "; " + advice(folder, settings, wanted);
     if (parameters.ensemble.samples >= there.ensemble.samples) return std::nullopt;
     found = fmt::format("ensemble.samples is {}, fewer than {}", parameters.ensemble.samples,
                         there.ensemble.samples);

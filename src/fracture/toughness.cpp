@@ -33,11 +33,12 @@ double strength_of(const input::Material& material, double toughness, double spa
 
 std::optional<Range> spacing_along_ligaments(const input::Parameters& parameters,
                                              const geometry::Body& body) {
-  if (body.crack_starts().empty()) return std::nullopt;
+  if (std::ranges::none_of(body.crack_starts(), &geometry::CrackStart::is_straight)) return std::nullopt;
   const geometry::SpacingField spacing(body, parameters.mesh);
   constexpr int n_steps = 200;  // from the tip to the end
   Range range{infinity, 0};
   for (const geometry::CrackStart& start : body.crack_starts()) {
+    if (!start.is_straight) continue;
     for (int layer = 0; layer <= 2; ++layer) {
       for (int step = 0; step <= n_steps; ++step) {
         geometry::Point p{layer * body.size()[0] / 2, 0, 0};

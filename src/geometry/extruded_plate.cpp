@@ -52,17 +52,16 @@ void ExtrudedPlate::add_faces() {
     Patch patch{bounds()};
     patch.domain.lower[0] = patch.domain.upper[0] = x;
     const bool is_lower = x == 0;
-    shape_.faces.push_back({{is_lower ? "x-min" : "x-max"},
-                            plane::area(plate_),
-                            Vector{is_lower ? -1.0 : 1.0, 0, 0},
-                            patch});
+    shape_.faces.push_back(
+        {{is_lower ? "x-min" : "x-max"}, plane::area(plate_), Vector{is_lower ? -1.0 : 1.0, 0, 0}, patch});
   }
   for (std::size_t l = 0; l < plate_.loops.size(); ++l)
     for (std::size_t i = 0; i < plate_.loops[l].size(); ++i) {
       const plane::Side& side = index_.sides()[shape_.faces.size() - first_wall];
       std::vector<std::string> names = plane::names_of_side(plate_, l, i);
       const auto& part = plate_.loops[l].part;
-      if (std::ranges::count(part, part[i]) > 1) names.insert(names.begin(), fmt::format("{} side {}", names[0], i));
+      if (std::ranges::count(part, part[i]) > 1)
+        names.insert(names.begin(), fmt::format("{} side {}", names[0], i));
       Patch patch{{{0, 0, 0}, {thickness(), side.length, 0}},
                   at(0, side.from),
                   {{{1, 0, 0}, {0, side.along[0], side.along[1]}, {0, -side.along[1], side.along[0]}}}};

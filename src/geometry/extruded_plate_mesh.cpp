@@ -29,8 +29,7 @@ bool ExtrudedPlate::contains(const Point& p) const {
 }
 
 bool ExtrudedPlate::in_face(FaceId face, const Point& p) const {
-  if (index(face) < first_wall)
-    return p[0] == (face == 0 ? 0 : thickness()) && index_.contains(in_plane(p));
+  if (index(face) < first_wall) return p[0] == (face == 0 ? 0 : thickness()) && index_.contains(in_plane(p));
   const plane::Side& side = side_of(face);
   if (p[0] < 0 || p[0] > thickness() || !index_.is_on(side, in_plane(p))) return false;
   // Across an axis the coordinate is the same.
@@ -59,7 +58,8 @@ Directions ExtrudedPlate::directions(const Point& p, std::uint8_t movable) const
   if (movable & along_wall)
     index_.for_sides_at(in_plane(p), [&](std::size_t number) {
       const plane::Side& side = index_.sides()[number];
-      if (direction_of(side) != along_wall || (result.n > 0 && result.vector[index(result.n - 1)][0] == 0)) return;
+      if (direction_of(side) != along_wall || (result.n > 0 && result.vector[index(result.n - 1)][0] == 0))
+        return;
       result.vector[index(result.n++)] = {0, side.along[0], side.along[1]};
     });
   return result;
@@ -76,7 +76,8 @@ double ExtrudedPlate::distance_to_outline(FaceId face, const Point& p) const {
   return std::min({p[0], thickness() - p[0], way, side.length - way});
 }
 
-std::optional<Point> ExtrudedPlate::passage(FaceId face, const Point& p, const Point& q, double margin) const {
+std::optional<Point> ExtrudedPlate::passage(FaceId face, const Point& p, const Point& q,
+                                            double margin) const {
   if (index(face) < first_wall) return std::nullopt;  // nothing is beyond
   const plane::Side& side = side_of(face);
   const double before = side.height(in_plane(p));
@@ -122,7 +123,8 @@ Point ExtrudedPlate::snapped(const Point& p, double tolerance) const {
 }
 
 Place ExtrudedPlate::place(const std::array<Point, 4>& corners) const {
-  switch (index_.cover({in_plane(corners[0]), in_plane(corners[1]), in_plane(corners[2]), in_plane(corners[3])})) {
+  switch (index_.cover(
+      {in_plane(corners[0]), in_plane(corners[1]), in_plane(corners[2]), in_plane(corners[3])})) {
     case plane::Cover::inside:
       return Place::solid;
     case plane::Cover::outside:

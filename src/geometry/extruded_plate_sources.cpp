@@ -42,7 +42,8 @@ std::vector<SpacingSource> ExtrudedPlate::spacing_sources(const input::Mesh& mes
       const bool upper = is_upper(notch.face);
       const std::size_t depth_axis = index(axis_of(notch.face));
       plane::Point tip{};
-      tip[depth_axis - 1] = upper ? bounds().upper[depth_axis] - notch.depth : bounds().lower[depth_axis] + notch.depth;
+      tip[depth_axis - 1] =
+          upper ? bounds().upper[depth_axis] - notch.depth : bounds().lower[depth_axis] + notch.depth;
       tip[index(position_axis(notch.face)) - 1] = notch.at;
       ends = {tip};
     }
@@ -54,7 +55,8 @@ std::vector<SpacingSource> ExtrudedPlate::spacing_sources(const input::Mesh& mes
       if (std::ranges::any_of(ends, [&](const plane::Point& end) {
             return is_near(end, side.from) && is_near(end, side.to);
           }))
-        add(side.from, side.to, mesh.notch_spacing, mesh.growth, fmt::format("notch_spacing at notch {}", i + 1));
+        add(side.from, side.to, mesh.notch_spacing, mesh.growth,
+            fmt::format("notch_spacing at notch {}", i + 1));
     }
   }
 
@@ -62,8 +64,8 @@ std::vector<SpacingSource> ExtrudedPlate::spacing_sources(const input::Mesh& mes
   const auto spacing_at = [&](const plane::Point& p) {
     const Point place{thickness() / 2, p[0], p[1]};
     double spacing = far;
-    for (const auto* list : {&regions, &sources})
-      for (const SpacingSource& source : *list) spacing = std::min(spacing, source.at(place));
+    for (const SpacingSource& source : regions) spacing = std::min(spacing, source.at(place));
+    for (const SpacingSource& source : sources) spacing = std::min(spacing, source.at(place));
     return spacing;
   };
   // A wall's own length, and how near others come to each piece of it.
@@ -80,8 +82,9 @@ std::vector<SpacingSource> ExtrudedPlate::spacing_sources(const input::Mesh& mes
     const double n_pieces = std::clamp(std::ceil(side.length / far), 1.0, 1000.0);
     const auto place = [&](double piece) {
       const double way = piece / n_pieces * side.length;
-      return piece == n_pieces ? side.to
-                               : plane::Point{side.from[0] + way * side.along[0], side.from[1] + way * side.along[1]};
+      return piece == n_pieces
+                 ? side.to
+                 : plane::Point{side.from[0] + way * side.along[0], side.from[1] + way * side.along[1]};
     };
     for (double piece = 0; piece < n_pieces; ++piece) {
       const plane::Point from = place(piece);

@@ -19,8 +19,9 @@ Outline outline_of(const Body& body) {
   for (const CrackStart& start : body.crack_starts()) {
     outline.tips.insert(outline.tips.end(), {start.tip[1], start.tip[2]});
     const int axis = std::abs(start.along[1]) > std::abs(start.along[2]) ? 1 : 2;
-    outline.axis.push_back(axis);
-    outline.direction.push_back(start.direction * start.along[index(axis)] > 0 ? 1 : -1);
+    outline.axis.push_back(start.is_straight ? axis : 0);
+    const int direction = start.direction * start.along[index(axis)] > 0 ? 1 : -1;
+    outline.direction.push_back(start.is_straight ? direction : 0);
     Box slot{start.tip, start.tip};
     for (const FaceId face : start.faces) {
       const Box bounds = body.faces()[index(face)].patch.bounds();

@@ -12,7 +12,8 @@
 namespace crackle::geometry {
 
 double SpacingSource::at(const Point& p) const {
-  return spacing + growth * (wall ? plane::distance({p[1], p[2]}, (*wall)[0], (*wall)[1]) : distance(p, region));
+  return spacing +
+         growth * (wall ? plane::distance({p[1], p[2]}, (*wall)[0], (*wall)[1]) : distance(p, region));
 }
 
 namespace {

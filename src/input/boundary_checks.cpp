@@ -78,7 +78,7 @@ std::optional<std::pair<double, double>> share_in(const Wall& wall, const Region
       continue;
     }
     const auto [enters, leaves] =
-        std::minmax((lower - slack - wall.from[i]) / length, (upper + slack - wall.from[i]) / length);
+        std::minmax({(lower - slack - wall.from[i]) / length, (upper + slack - wall.from[i]) / length});
     first = std::max(first, enters);
     last = std::min(last, leaves);
   }
@@ -102,7 +102,8 @@ Region part_of_face(const Boundary& condition, Face face, const Vector& size) {
 void check_kind(const std::string& key, Findings& findings) {
   const std::vector<std::string> given = kinds_given(findings, key);
   if (given.empty()) {
-    findings.report(key, "prescribes nothing; give one of fix, force, traction, velocity, displacement, pressure");
+    findings.report(key,
+                    "prescribes nothing; give one of fix, force, traction, velocity, displacement, pressure");
   } else if (given.size() > 1) {
     findings.report(key,
                     "gives {}; give exactly one of fix, force, traction, velocity, displacement, pressure, "
@@ -128,8 +129,8 @@ void check_course(const Boundary& condition, const std::string& key, Start start
   }
 }
 
-void check_region_of_box(const Boundary& condition, Face face, const std::string& key, const Specimen& specimen,
-                         Findings& findings) {
+void check_region_of_box(const Boundary& condition, Face face, const std::string& key,
+                         const Specimen& specimen, Findings& findings) {
   const auto normal = static_cast<std::size_t>(axis_of(face));
   const double position = is_upper(face) ? specimen.size[normal] : 0;
   const auto [lower, upper] = condition.region[normal];
@@ -173,8 +174,9 @@ std::string range_of_names(const char* kind, std::size_t n) {
 std::string known_names(const Specimen& specimen) {
   const bool is_circle = specimen.outline && specimen.outline->polygon.empty();
   const std::size_t n_edges = !specimen.outline ? 4 : is_circle ? 1 : specimen.outline->polygon.size();
-  return "\"x-min\", \"x-max\", \"y-min\", \"y-max\", \"z-min\", \"z-max\"" + range_of_names("edge", n_edges) +
-         range_of_names("hole", specimen.holes.size()) + range_of_names("notch", specimen.notches.size());
+  return "\"x-min\", \"x-max\", \"y-min\", \"y-max\", \"z-min\", \"z-max\"" +
+         range_of_names("edge", n_edges) + range_of_names("hole", specimen.holes.size()) +
+         range_of_names("notch", specimen.notches.size());
 }
 
 void check_region(const Boundary& condition, const std::string& key, const Specimen& specimen,
@@ -306,8 +308,7 @@ void check_boundaries(const Parameters& parameters, Findings& findings) {
     return;
   }
   const Specimen& specimen = parameters.specimen;
-  const bool size_known =
-      is_box(specimen) ? !findings.faulty("specimen.size") : specimen.shape.has_value();
+  const bool size_known = is_box(specimen) ? !findings.faulty("specimen.size") : specimen.shape.has_value();
   for (std::size_t i = 0; i < parameters.boundaries.size(); ++i) {
     const std::string key = boundary_key(i);
     const Boundary& condition = parameters.boundaries[i];

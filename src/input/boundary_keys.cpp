@@ -87,8 +87,10 @@ Key on_key() {
           "word",
           required(),
           accepted_face,
-          "face that the condition holds on, or faces: edge-i runs from point i of the outline to the next (of a box "
-          "from z-min on, then y-max, z-max, y-min); hole-i and notch-i are all their walls; z-min and the like are "
+          "face that the condition holds on, or faces: edge-i runs from point i of the outline to the next "
+          "(of a box "
+          "from z-min on, then y-max, z-max, y-min); hole-i and notch-i are all their walls; z-min and the "
+          "like are "
           "all edges at that end",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto name = read_text(source, accepted_face)) boundary(parameters, i).on = *name;

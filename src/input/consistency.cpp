@@ -118,6 +118,38 @@ void check_sections_along(int axis, const std::vector<double>& positions, const 
   }
 }
 
+/// Whether a part of the line, more than a point, lies inside the body's box.
+bool meets_box(const SectionLine& line, const Vector& size) {
+  double first = 0, last = 1;  // of the line, shares of its length
+  for (std::size_t k = 0; k < 2; ++k) {
+    const double start = line.from[k], way = line.to[k] - start;
+    const double lower = size[k + 1] * touching, upper = size[k + 1] * (1 - touching);
+    if (way == 0 && !(start > lower && start < upper)) return false;
+    if (way == 0) continue;
+    const auto [enters, leaves] = std::minmax({(lower - start) / way, (upper - start) / way});
+    first = std::max(first, enters);
+    last = std::min(last, leaves);
+  }
+  return first < last;
+}
+
+void check_line(const SectionLine& line, const std::string& key, const Specimen& specimen,
+                Findings& findings) {
+  if (findings.faulty(key)) return;
+  const auto point = [](const std::array<double, 2>& p) {
+    return fmt::format("[{}, {}]", show(p[0]), show(p[1]));
+  };
+  if (line.from == line.to) {
+    findings.report(key + ".to", "{} is where the line starts; give another point", point(line.to));
+  } else if (!findings.faulty("specimen.size") && !meets_box(line, specimen.size)) {
+    findings.report(
+        key,
+        "the line from {} to {} does not pass through the body; give ends with y between 0 and {} and "
+        "z between 0 and {}, or beyond",
+        point(line.from), point(line.to), show(specimen.size[1]), show(specimen.size[2]));
+  }
+}
+
 }  // namespace
 
 Region slot_of(const Notch& notch, const Vector& size) {
@@ -163,10 +195,12 @@ void check_sections(const Parameters& parameters, Findings& findings) {
   if (sections.size() == 0 && !findings.faulty("sections")) {
     findings.report("sections",
                     "there are no cross-sections; give y, an array of lengths such as [\"7 mm\", "
-                    "\"12.25 mm\"], or z");
+                    "\"12.25 mm\"], or z, or a [[sections.line]]");
   }
   check_sections_along(1, sections.y, "sections.y", parameters.specimen, findings);
   check_sections_along(2, sections.z, "sections.z", parameters.specimen, findings);
+  for (std::size_t i = 0; i < sections.lines.size(); ++i)
+    check_line(sections.lines[i], fmt::format("sections.line[{}]", i), parameters.specimen, findings);
 }
 
 namespace {

@@ -85,8 +85,8 @@ std::string key_table() {
     result += fmt::format("| **`{}`** | | {} | | {} |\n", header, occurrence, table.help);
     for (const Key& key : table.keys) {
       const Requirement& requirement = key.requirement;
-      const std::string fallback = !requirement.instead.empty()   ? "required, or `" + requirement.instead + "`"
-                                   : requirement.required         ? "required"
+      const std::string fallback = !requirement.instead.empty() ? "required, or `" + requirement.instead + "`"
+                                   : requirement.required       ? "required"
                                    : requirement.fallback.empty() ? requirement.unset
                                                                   : "`" + requirement.fallback + "`";
       result += fmt::format("| `{}` | {} | {} | {} | {} |\n", key.name, key.dimension, fallback, key.accepted,

@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <optional>
 #include <system_error>
 #include <utility>
 
@@ -94,6 +95,24 @@ void read_tables(const Table& table, const Value& root, Parameters& parameters, 
   }
 }
 
+/// The text with the points of the outline in place of the name of their file: what the body is stands in the
+/// input, wherever that goes.
+/// @param name of the file, as the document has it
+/// @return nothing where the name does not stand in the text as it is
+std::optional<std::string> with_outline(const std::string& text, const Value& name,
+                                        const plane::Polygon& polygon) {
+  std::size_t start = 0;
+  for (int i = 1; i < name.line; ++i) start = text.find('\n', start) + 1;
+  const std::size_t key = text.find("outline", start);
+  const std::size_t first = text.find_first_of("\"'", text.find('=', key));
+  if (first == std::string::npos) return {};
+  const std::size_t last = text.find(text[first], first + 1);
+  if (last == std::string::npos || text.substr(first + 1, last - first - 1) != name.string) return {};
+  std::vector<std::string> points;
+  for (const auto& [y, z] : polygon) points.push_back(fmt::format("[\"{} m\", \"{} m\"]", y, z));
+  return text.substr(0, first) + fmt::format("[{}]", fmt::join(points, ", ")) + text.substr(last + 1);
+}
+
 std::string read_text_file(const std::filesystem::path& file) {
   const auto fail = [&](const std::string& reason) {
     throw InputError({fmt::format("{}: {}; give an input file in TOML", file.string(), reason)});
@@ -120,6 +139,7 @@ InputError::InputError(std::vector<std::string> messages)
 Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points) {
   Findings findings;
   Parameters parameters;
+  std::string stored = text;
   try {
     const Value root = parse_document(text);
     if (root.members.empty()) {
@@ -129,6 +149,14 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
     locate(root, "", findings);
     report_unknown_keys(root, findings);
     for (const Table& table : schema()) read_tables(table, root, parameters, context);
+    const Value* const outline = find_path(root, "specimen.outline");
+    if (outline != nullptr && outline->kind == ValueKind::string &&
+        !parameters.specimen.outline->polygon.empty()) {
+      if (const auto completed = with_outline(text, *outline, parameters.specimen.outline->polygon))
+        stored = *completed;
+      else
+        findings.report("specimen.outline", "give the name of the file in quotes in the line of the key");
+    }
   } catch (const SyntaxError& error) {
     findings.report("", error.line(), error.what());
     throw InputError(findings.messages(name));
@@ -140,7 +168,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
     check(parameters, findings);
   if (!findings.empty()) throw InputError(findings.messages(name));
   if (parameters.time.engine == Engine::petsc) parameters.time.precision = Precision::double_;
-  parameters.text = text;
+  parameters.text = std::move(stored);
   return parameters;
 }
 

@@ -110,7 +110,7 @@ Key sections_key(const std::string& name, std::vector<double> Sections::*positio
   const std::string form = "an array of lengths, such as [\"7 mm\", \"12.25 mm\"]";
   return {name,
           "length",
-          optional("none; one of y and z is required"),
+          optional("none; y, z or a line is required"),
           fmt::format("{}, ascending, inside the {}, where a notch's crack can arrive", form, extent),
           help,
           [=](const Source& source, Parameters& parameters, std::size_t) {
@@ -125,6 +125,34 @@ Key sections_key(const std::string& name, std::vector<double> Sections::*positio
             if ((parameters.sections.*positions).empty()) return {};
             return show_lengths(parameters.sections.*positions);
           }};
+}
+
+Table line_table() {
+  const auto end_key = [](const char* name, std::array<double, 2> SectionLine::*end, const char* example,
+                          const char* help) {
+    const std::string form = fmt::format("two lengths, y and z, such as {}", example);
+    return Key{name,
+               "length",
+               required(),
+               form,
+               help,
+               [=](const Source& source, Parameters& parameters, std::size_t i) {
+                 const auto elements = read_elements(source, 2, form);
+                 for (std::size_t k = 0; elements && k < 2; ++k)
+                   if (const auto value = read_quantity((*elements)[k], length_dimension, coordinate))
+                     (parameters.sections.lines.at(i).*end)[k] = *value;
+               },
+               [=](Parameters& parameters, std::size_t i) {
+                 return show_lengths(parameters.sections.lines.at(i).*end);
+               }};
+  };
+  return {"sections.line",
+          Occurrence::many,
+          "a straight line across the cracks: they are measured by the distance from its start",
+          {end_key("from", &SectionLine::from, R"(["10 mm", "60 mm"])", "where the line starts"),
+           end_key("to", &SectionLine::to, R"(["14 mm", "80 mm"])", "where it ends")},
+          [](const Parameters& parameters) { return parameters.sections.lines.size(); },
+          [](Parameters& parameters) { parameters.sections.lines.emplace_back(); }};
 }
 
 /// The key with nothing shown while its value is 0, which stands for one that is not given.
@@ -378,12 +406,12 @@ Table time_table() {
 
 Table sections_table() {
   return {"sections",
-       Occurrence::once,
-       "where crack paths are measured",
-       {sections_key("y", &Sections::y, "width",
-                     "cross-sections y = const, for the cracks of notches in y-faces: they measure z"),
-        sections_key("z", &Sections::z, "length",
-                     "cross-sections z = const, for the cracks of notches in z-faces: they measure y")}};
+          Occurrence::once,
+          "where crack paths are measured",
+          {sections_key("y", &Sections::y, "width",
+                        "cross-sections y = const, for the cracks of notches in y-faces: they measure z"),
+           sections_key("z", &Sections::z, "length",
+                        "cross-sections z = const, for the cracks of notches in z-faces: they measure y")}};
 }
 
 Table output_table() {
@@ -400,9 +428,9 @@ const std::vector<Table>& schema() {
   static const std::vector<Table> tables = [] {
     std::vector<Table> all{ensemble_table(), stop_table()};
     for (Table& table : specimen_tables()) all.push_back(std::move(table));
-    for (Table& table :
-         std::vector<Table>{mesh_table(), region_table(), material_table(), fracture_table(), variation_table(),
-                            boundary_table(), time_table(), sections_table(), output_table()})
+    for (Table& table : std::vector<Table>{mesh_table(), region_table(), material_table(), fracture_table(),
+                                           variation_table(), boundary_table(), time_table(),
+                                           sections_table(), line_table(), output_table()})
       all.push_back(std::move(table));
     return all;
   }();

@@ -30,6 +30,13 @@ Value string_value(std::string_view text) {
   return value;
 }
 
+Value empty_array() {
+  Value array;
+  array.kind = ValueKind::array;
+  array.line = no_line;
+  return array;
+}
+
 /// Adds the texts between the commas to an array.
 void add_elements(std::string_view list, Value& array) {
   for (std::size_t start = 0; start <= list.size();) {
@@ -45,12 +52,22 @@ std::vector<Section> Sections::all() const {
   std::vector<Section> sections;
   for (const double position : y) sections.push_back({1, position});
   for (const double position : z) sections.push_back({2, position});
+  for (const SectionLine& line : lines) sections.push_back({0, 0, line});
   return sections;
 }
 
 std::string name_of(const Section& section) {
+  if (section.axis == 0) {
+    const auto& [from, to] = section.line;
+    return fmt::format("line from ({}, {}) to ({}, {})", show(from[0]), show(from[1]), show(to[0]),
+                       show(to[1]));
+  }
   return fmt::format("{} = {}", section.axis == 1 ? "y" : "z",
                      format_quantity(section.position, length_dimension));
+}
+
+const char* coordinate_of(const Section& section) {
+  return section.axis == 1 ? "z" : section.axis == 2 ? "y" : "distance";
 }
 
 Parameters with_sections(Parameters parameters, const std::vector<std::string>& given,
@@ -61,25 +78,40 @@ Parameters with_sections(Parameters parameters, const std::vector<std::string>& 
   findings.locate("sections", no_line);
   parameters.sections = {};
   std::map<std::string, Value> arrays;
+  std::vector<std::map<std::string, Value>> lines;
   for (const std::string& list : given) {
     const auto equals = list.find('=');
-    const std::string axis(trimmed(std::string_view(list).substr(0, equals)));
-    if (equals == std::string::npos || (axis != "y" && axis != "z")) {
+    const std::string kind(trimmed(std::string_view(list).substr(0, equals)));
+    const std::string_view values =
+        equals == std::string::npos ? "" : std::string_view(list).substr(equals + 1);
+    if (kind == "line" && std::ranges::count(values, ';') == 1) {
+      const auto semicolon = values.find(';');
+      auto& line = lines.emplace_back();
+      add_elements(values.substr(0, semicolon), line.emplace("from", empty_array()).first->second);
+      add_elements(values.substr(semicolon + 1), line.emplace("to", empty_array()).first->second);
+    } else if (equals != std::string::npos && (kind == "y" || kind == "z")) {
+      add_elements(values, arrays.emplace(kind, empty_array()).first->second);
+    } else {
       findings.report(
           "", no_line,
-          fmt::format("\"{}\" is not known; give y=\"7 mm, 12.25 mm\" or z=\"30 mm\"", shortened(list)));
-      continue;
+          fmt::format("\"{}\" is not known; give y=\"7 mm, 12.25 mm\", z=\"30 mm\" or line=\"1 mm, "
+                      "2 mm; 3 mm, 4 mm\", the y and z of a line's ends",
+                      shortened(list)));
     }
-    Value& array = arrays[axis];
-    array.kind = ValueKind::array;
-    array.line = no_line;
-    add_elements(std::string_view(list).substr(equals + 1), array);
   }
-  for (const Table& table : schema()) {
-    if (table.path != "sections") continue;
+  const auto read = [&](const Table& table, const std::map<std::string, Value>& values,
+                        const std::string& name, std::size_t i) {
     for (const Key& key : table.keys) {
-      const auto array = arrays.find(key.name);
-      if (array != arrays.end()) key.read({array->second, "sections." + key.name, context}, parameters, 0);
+      const auto value = values.find(key.name);
+      if (value != values.end()) key.read({value->second, name + "." + key.name, context}, parameters, i);
+    }
+  };
+  for (const Table& table : schema()) {
+    if (table.path == "sections") read(table, arrays, table.path, 0);
+    if (table.path != "sections.line") continue;
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      table.append(parameters);
+      read(table, lines[i], fmt::format("{}[{}]", table.path, i), i);
     }
   }
   if (parameters.sections.size() > 0) check_sections(parameters, findings);

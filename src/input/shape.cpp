@@ -65,8 +65,8 @@ public:
   double operator()(const Point& p) const {
     double spacing = mesh_.spacing;
     for (const auto& [tip, radius] : tips_)
-      spacing = std::min(spacing, mesh_.notch_spacing +
-                                      mesh_.growth * std::max(0.0, plane::norm(p - tip) - radius));
+      spacing = std::min(spacing,
+                         mesh_.notch_spacing + mesh_.growth * std::max(0.0, plane::norm(p - tip) - radius));
     for (const MeshRegion& region : mesh_.regions) {
       Point gap{};
       for (std::size_t i = 0; i < 2; ++i) {
@@ -187,15 +187,15 @@ private:
       return of_part(given.polygon, part);
     }
     const Point along{std::cos(given.angle), std::sin(given.angle)};
-    return of_part(plane::arc(given.center, given.semi_axes[0] * along, given.semi_axes[1] * left_of(along), 4,
-                              spacing_),
+    return of_part(plane::arc(given.center, given.semi_axes[0] * along, given.semi_axes[1] * left_of(along),
+                              4, spacing_),
                    part);
   }
 
   std::optional<plane::Loop> notch(std::size_t i) {
     const Notch& given = specimen_.notches[i];
     const std::string key = fmt::format("specimen.notch[{}]", i);
-    
+
     const int part = add_part(fmt::format("notch-{}", i), false);
     if (findings_.faulty(key)) return {};
     if (!given.slot) return of_part(in_face(given), part);
@@ -212,8 +212,7 @@ private:
     const double mouth = is_upper(given.face) ? bounds.upper[depth_axis] : bounds.lower[depth_axis];
     const double tip = is_upper(given.face) ? mouth - given.depth : mouth + given.depth;
     Polygon polygon;
-    for (const auto& [side, depth] :
-         {std::pair{-1, mouth}, {-1, tip}, {1, tip}, {1, mouth}}) {
+    for (const auto& [side, depth] : {std::pair{-1, mouth}, {-1, tip}, {1, tip}, {1, mouth}}) {
       Point p{};
       p[at_axis] = given.at + side * given.height / 2;
       p[depth_axis] = depth;
@@ -241,12 +240,13 @@ private:
     const Point left = given.height / 2 * left_of(direction);
     if (is_in_body(end)) {
       if (given.slot->end == SlotEnd::square) return {end - left, end + left};
-      return plane::arc(end - given.height / 2 * direction, -1.0 * left, given.height / 2 * direction, 2, spacing_);
+      return plane::arc(end - given.height / 2 * direction, -1.0 * left, given.height / 2 * direction, 2,
+                        spacing_);
     }
-    // An open end goes on until it is outside over its whole height.
-    for (double way = 0; way < 8 * given.height && (is_in_body(end - left) || is_in_body(end + left));
-         way += given.height / 8)
-      end = end + given.height / 8 * direction;
+    // An open end goes on until it is outside over its whole height, and a little farther.
+    const Point step = given.height / 8 * direction;
+    for (int i = 0; i < 64 && (is_in_body(end - left) || is_in_body(end + left)); ++i) end = end + step;
+    end = end + step;
     return {end - left, end + left};
   }
 
@@ -304,8 +304,9 @@ private:
                        show_place(plane::bounds_of(shape_.loops.front().corners).lower),
                        show_place(plane::bounds_of(shape_.loops.front().corners).upper));
     } else if (is_hole && pieces[0].loops.size() != shape_.loops.size() + 1) {
-      findings_.report(cutter.key, "reaches over the edge of the body; leave material round it, or give it as part of "
-                                   "the outline");
+      findings_.report(cutter.key,
+                       "reaches over the edge of the body; leave material round it, or give it as part of "
+                       "the outline");
     } else {
       shape_ = std::move(pieces[0]);
       return true;
@@ -326,9 +327,9 @@ private:
     if (gap.distance > touching * size_) return true;
     const int one = shape_.loops[gap.loop].part[gap.side];
     const int other = shape_.loops[gap.other_loop].part[gap.other_side];
-    findings_.report(key_of(std::max(one, other)),
-                     "{} comes as near as {} to {} at {}; leave more than {}",
-                     shape_.parts[static_cast<std::size_t>(std::max(one, other))].name, input::show(gap.distance),
+    findings_.report(key_of(std::max(one, other)), "{} comes as near as {} to {} at {}; leave more than {}",
+                     shape_.parts[static_cast<std::size_t>(std::max(one, other))].name,
+                     input::show(gap.distance),
                      shape_.parts[static_cast<std::size_t>(std::min(one, other))].name,
                      show_place(shape_.loops[gap.loop].from(gap.side)), input::show(touching * size_));
     return false;
@@ -339,10 +340,11 @@ private:
     const plane::Corner corner = plane::sharpest_corner(shape_);
     const double best = best_quality(corner.angle);
     if (best >= quality_reserve * parameters_.mesh.min_quality) return true;
-    findings_.report("mesh.min_quality",
-                     "the body's corner at {} has {:.3g} degrees, where no tetrahedron is better than {:.2g}; give "
-                     "at most {:.2g}, or a blunter corner",
-                     show_place(corner.place), corner.angle * 180 / std::numbers::pi, best, best / quality_reserve);
+    findings_.report(
+        "mesh.min_quality",
+        "the body's corner at {} has {:.3g} degrees, where no tetrahedron is better than {:.2g}; give "
+        "at most {:.2g}, or a blunter corner",
+        show_place(corner.place), corner.angle * 180 / std::numbers::pi, best, best / quality_reserve);
     return false;
   }
 
@@ -368,7 +370,8 @@ void check_holes(const Parameters& parameters, Findings& findings) {
     if (given("polygon") && given("center"))
       findings.report(key + ".center", "does not go with polygon, whose points are places; leave it out");
     if (!given("polygon") && !given("center"))
-      findings.report(key + ".center", "the key is missing; give two lengths, y and z, such as [\"5 mm\", \"8 mm\"]");
+      findings.report(key + ".center",
+                      "the key is missing; give two lengths, y and z, such as [\"5 mm\", \"8 mm\"]");
     if (given("angle") && !given("semi_axes"))
       findings.report(key + ".angle", "is for semi_axes; leave it out");
   }
@@ -386,7 +389,8 @@ void check_slots(const Parameters& parameters, Findings& findings) {
       continue;
     }
     if (!given("to"))
-      findings.report(key + ".to", "the key is missing; give two lengths, y and z, such as [\"5 mm\", \"8 mm\"]");
+      findings.report(key + ".to",
+                      "the key is missing; give two lengths, y and z, such as [\"5 mm\", \"8 mm\"]");
     for (const char* name : {"face", "at", "depth"})
       if (given(name))
         findings.report(fmt::format("{}.{}", key, name), "does not go with from and to; leave it out");
@@ -409,8 +413,9 @@ void check_outline(const Parameters& parameters, Findings& findings) {
   if (findings.faulty("specimen.outline")) return;
   const bool is_circle = outline->polygon.empty();
   if (is_circle && !findings.given("specimen.radius"))
-    findings.report("specimen.radius", "the key is missing, which outline = \"circle\" needs; give a length such as "
-                                       "\"25 mm\"");
+    findings.report("specimen.radius",
+                    "the key is missing, which outline = \"circle\" needs; give a length such as "
+                    "\"25 mm\"");
   if (!is_circle && findings.given("specimen.radius"))
     findings.report("specimen.radius", "is for outline = \"circle\"; leave it out");
 }
@@ -444,7 +449,8 @@ void complete_specimen(Parameters& parameters, Findings& findings) {
   }
   const bool has_spacing = !findings.faulty("mesh.spacing") && !findings.faulty("mesh.notch_spacing") &&
                            !findings.faulty("mesh.growth") && !findings.faulty("mesh.region");
-  if (is_box(specimen) || !has_spacing || findings.faulty("specimen") || !(parameters.mesh.spacing > 0)) return;
+  if (is_box(specimen) || !has_spacing || findings.faulty("specimen") || !(parameters.mesh.spacing > 0))
+    return;
   specimen.shape = ShapeMaker(parameters, findings).make();
 }
 

@@ -19,7 +19,8 @@ const Dimension angle_dimension{"an angle", "radian", "30 degree", 0, {{"degree"
 
 const std::string point_form = "two lengths, y and z, such as [\"5 mm\", \"8 mm\"]";
 const std::string polygon_form =
-    "three points or more, y and z of each, such as [[\"0 mm\", \"0 mm\"], [\"20 mm\", \"0 mm\"], [\"10 mm\", \"30 "
+    "three points or more, y and z of each, such as [[\"0 mm\", \"0 mm\"], [\"20 mm\", \"0 mm\"], [\"10 "
+    "mm\", \"30 "
     "mm\"]]";
 
 std::string show_point(const plane::Point& p) {
@@ -90,7 +91,8 @@ std::optional<plane::Polygon> read_polygon_file(const Source& source) {
       return source.report("{}:{}: not a point; give two numbers \"y z\" in millimetres", name, line);
     for (double& coordinate_of : p) coordinate_of *= 1e-3;
     if (!coordinate.contains(p[0]) || !coordinate.contains(p[1]))
-      return source.report("{}:{}: is out of range; give {}", name, line, accepted(length_dimension, coordinate));
+      return source.report("{}:{}: is out of range; give {}", name, line,
+                           accepted(length_dimension, coordinate));
     polygon.push_back(p);
     if (polygon.size() > max_corners) break;
   }
@@ -143,26 +145,27 @@ Key thickness_key() {
 }
 
 Key outline_key() {
-  return {"outline",
-          "length",
-          optional("with size"),
-          polygon_form +
-              "; the name of a text file with two numbers \"y z\" in millimetres on each line; or \"circle\"",
-          "edge of the body in the plane of the plate, instead of a box; edge-0 runs from the first point to the "
-          "second one; the circle lies round y = z = radius",
-          [](const Source& source, Parameters& parameters, std::size_t) {
-            Outline& result = outline(parameters);
-            if (source.value.kind != ValueKind::string) {
-              result.polygon = read_polygon(source).value_or(plane::Polygon{});
-            } else if (source.value.string != "circle") {
-              result.polygon = read_polygon_file(source).value_or(plane::Polygon{});
-            }
-          },
-          [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
-            if (!parameters.specimen.outline) return {};
-            const plane::Polygon& polygon = parameters.specimen.outline->polygon;
-            return polygon.empty() ? "circle" : show_polygon(polygon);
-          }};
+  return {
+      "outline",
+      "length",
+      optional("with size"),
+      polygon_form +
+          "; the name of a text file with two numbers \"y z\" in millimetres on each line; or \"circle\"",
+      "edge of the body in the plane of the plate, instead of a box; edge-0 runs from the first point to the "
+      "second one; the circle lies round y = z = radius",
+      [](const Source& source, Parameters& parameters, std::size_t) {
+        Outline& result = outline(parameters);
+        if (source.value.kind != ValueKind::string) {
+          result.polygon = read_polygon(source).value_or(plane::Polygon{});
+        } else if (source.value.string != "circle") {
+          result.polygon = read_polygon_file(source).value_or(plane::Polygon{});
+        }
+      },
+      [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
+        if (!parameters.specimen.outline) return {};
+        const plane::Polygon& polygon = parameters.specimen.outline->polygon;
+        return polygon.empty() ? "circle" : show_polygon(polygon);
+      }};
 }
 
 Key outline_radius_key() {
@@ -244,7 +247,8 @@ Key hole_angle_key() {
           "an angle such as \"30 degree\" or \"0.5 rad\"",
           "of the ellipse's first semi-axis, from y towards z",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
-            if (const auto value = read_quantity(source, angle_dimension, range)) hole(parameters, i).angle = *value;
+            if (const auto value = read_quantity(source, angle_dimension, range))
+              hole(parameters, i).angle = *value;
           },
           [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
             const Hole& some = hole(parameters, i);
@@ -335,23 +339,24 @@ Table hole_table() {
 
 Table notch_table() {
   const Requirement unless_from = required_unless("from");
-  return {"specimen.notch",
-          Occurrence::many,
-          "a slot through the whole thickness: cut into a face, or between two points in any direction",
-          {of_face(choice_key<Face>("face", notch(&Notch::face), faces_from(Face::y_min), unless_from,
-                                    "face that the slot is cut into")),
-           of_face(quantity_key("at", notch(&Notch::at), with_example(length_dimension, "65 mm"), {0, 1e3, true},
-                                unless_from,
-                                "mid-plane of the slot, along the face's other in-plane axis (y or z)")),
-           of_face(quantity_key("depth", notch(&Notch::depth), with_example(length_dimension, "6 mm"),
-                                positive_length, unless_from, "from the face to the tip")),
-           quantity_key("height", notch(&Notch::height), with_example(length_dimension, "0.6 mm"),
-                        positive_length, required(), "opening of the slot"),
-           slot_point_key("from", &Slot::from,
-                          "start of a slot, in the middle of its height; on the surface or outside it is open"),
-           slot_point_key("to", &Slot::to, "its end"), slot_end_key()},
-          [](const Parameters& parameters) { return parameters.specimen.notches.size(); },
-          [](Parameters& parameters) { parameters.specimen.notches.emplace_back(); }};
+  return {
+      "specimen.notch",
+      Occurrence::many,
+      "a slot through the whole thickness: cut into a face, or between two points in any direction",
+      {of_face(choice_key<Face>("face", notch(&Notch::face), faces_from(Face::y_min), unless_from,
+                                "face that the slot is cut into")),
+       of_face(quantity_key("at", notch(&Notch::at), with_example(length_dimension, "65 mm"), {0, 1e3, true},
+                            unless_from,
+                            "mid-plane of the slot, along the face's other in-plane axis (y or z)")),
+       of_face(quantity_key("depth", notch(&Notch::depth), with_example(length_dimension, "6 mm"),
+                            positive_length, unless_from, "from the face to the tip")),
+       quantity_key("height", notch(&Notch::height), with_example(length_dimension, "0.6 mm"),
+                    positive_length, required(), "opening of the slot"),
+       slot_point_key("from", &Slot::from,
+                      "start of a slot, in the middle of its height; on the surface or outside it is open"),
+       slot_point_key("to", &Slot::to, "its end"), slot_end_key()},
+      [](const Parameters& parameters) { return parameters.specimen.notches.size(); },
+      [](Parameters& parameters) { parameters.specimen.notches.emplace_back(); }};
 }
 
 }  // namespace

@@ -190,15 +190,23 @@ void write_mother_points(hid_t file, const geometry::MotherPoints& base) {
 void write_sections(hid_t file, const input::Sections& sections) {
   std::vector<double> position;
   std::vector<std::int32_t> axis;
+  std::vector<double> lines;
   for (const input::Section& section : sections.all()) {
     position.push_back(section.position);
     axis.push_back(section.axis);
+    if (section.axis != 0) continue;
+    for (const auto& end : {section.line.from, section.line.to})
+      lines.insert(lines.end(), end.begin(), end.end());
   }
   hdf5::write_dataset<double>(file, "crack_path/section", {position.size()}, position, "m");
   hdf5::write_dataset<std::int32_t>(file, "crack_path/section_axis", {axis.size()}, axis, "");
   const hdf5::Handle dataset = hdf5::open_dataset(file, "crack_path/section_axis");
   hdf5::write_attribute(dataset, "meaning", "axis across the section");
-  hdf5::write_attribute(dataset, "categories", "1 y, 2 z");
+  hdf5::write_attribute(dataset, "categories", lines.empty() ? "1 y, 2 z" : "0 line, 1 y, 2 z");
+  if (lines.empty()) return;
+  hdf5::write_dataset<double>(file, "crack_path/section_line", {sections.lines.size(), 2, 2}, lines, "m");
+  hdf5::write_attribute(hdf5::open_dataset(file, "crack_path/section_line"), "meaning",
+                        "y and z of each line's start and end");
 }
 
 /// The texts of all samples.

@@ -6,6 +6,7 @@
 #include "hdf5.h"
 #include "provenance.h"
 
+#include <algorithm>
 #include <type_traits>
 #include <utility>
 
@@ -62,7 +63,12 @@ input::Sections read_sections(hid_t file, std::size_t n_sections, std::int64_t v
   const auto axis = hdf5::read_dataset<std::int32_t>(file, "crack_path/section_axis", {n_sections});
   input::Sections sections;
   for (std::size_t i = 0; i < n_sections; ++i)
-    (axis[i] == 1 ? sections.y : sections.z).push_back(position[i]);
+    if (axis[i] != 0) (axis[i] == 1 ? sections.y : sections.z).push_back(position[i]);
+  const auto n_lines = static_cast<std::size_t>(std::ranges::count(axis, 0));
+  if (n_lines == 0) return sections;
+  const auto ends = hdf5::read_dataset<double>(file, "crack_path/section_line", {n_lines, 2, 2});
+  for (std::size_t i = 0; i < ends.size(); i += 4)
+    sections.lines.push_back({{ends[i], ends[i + 1]}, {ends[i + 2], ends[i + 3]}});
   return sections;
 }
 

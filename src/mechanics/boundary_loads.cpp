@@ -49,6 +49,12 @@ bool counts(const geometry::Subdomain& subdomain, const geometry::Triangle& node
 
 using Faces = std::vector<geometry::FaceId>;  // ascending
 
+/// What a condition holds on.
+struct Surfaces {
+  Faces faces;
+  std::vector<Vector> outward;  // unit normal of every face of the body
+};
+
 /// The part of a condition's faces on this rank: tributary areas of its owned nodes.
 struct LoadedFace {
   std::vector<std::int32_t> nodes;
@@ -56,17 +62,21 @@ struct LoadedFace {
   double total_area = 0;  // over all ranks
 };
 
+/// @param share of a face's area that counts
+template <class Share>
 LoadedFace loaded_face(const parallel::Communicator& group, const input::Boundary& condition,
-                       const Faces& faces, const geometry::Subdomain& subdomain) {
+                       const Faces& faces, const geometry::Subdomain& subdomain, Share&& share) {
   std::map<std::int32_t, double> tributary;
   std::vector<double> counted_areas;
   for (const auto& triangle : subdomain.boundary) {
     if (!std::ranges::binary_search(faces, triangle.surface)) continue;
     const auto [centroid, area] = measure(subdomain, triangle.nodes);
     if (!inside(condition, centroid)) continue;
-    if (counts(subdomain, triangle.nodes)) counted_areas.push_back(area);
+    const double part = share(triangle.surface);
+    if (part == 0) continue;
+    if (counts(subdomain, triangle.nodes)) counted_areas.push_back(std::abs(part) * area);
     for (const auto node : triangle.nodes) {
-      if (node < subdomain.layout.n_owned) tributary[node] += area / 3;
+      if (node < subdomain.layout.n_owned) tributary[node] += part * (area / 3);
     }
   }
   LoadedFace face;
@@ -180,17 +190,19 @@ void BoundaryLoads::set_displacements(double time, std::span<double> displacemen
 BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
                                   const geometry::Subdomain& subdomain) {
   // Of each condition.
-  const std::vector<Faces> all_faces = parallel::agree(group, [&] {
+  const std::vector<Surfaces> all_surfaces = parallel::agree(group, [&] {
     const auto body = geometry::make_body(parameters.specimen);
-    std::vector<Faces> found;
+    std::vector<Vector> outward;
+    for (const geometry::Face& face : body->faces()) outward.push_back(face.outward);
+    std::vector<Surfaces> found;
     for (const auto& condition : parameters.boundaries)
-      found.push_back(body->faces_named(condition.on));
+      found.push_back({body->faces_named(condition.on), outward});
     return found;
   });
   BoundaryLoads loads;
   int number = 0;
   for (const auto& condition : parameters.boundaries) {
-    const Faces& faces = all_faces[index(number++)];
+    const auto& [faces, outward] = all_surfaces[index(number++)];
     const auto refuse_empty = [&](bool empty, const char* what) {
       if (!empty) return;
       throw parallel::AgreedError(0, "boundary " + std::to_string(number) + " on " + condition.on +
@@ -199,8 +211,22 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
     };
     const bool is_load =
         condition.kind == input::BoundaryKind::force || condition.kind == input::BoundaryKind::traction;
-    if (is_load) {
-      const LoadedFace face = loaded_face(group, condition, faces, subdomain);
+    if (condition.kind == input::BoundaryKind::pressure) {
+      double total_area = 0;
+      for (int component = 0; component < 3; ++component) {
+        const LoadedFace face = loaded_face(group, condition, faces, subdomain,
+                                            [&outward = outward, component](geometry::FaceId id) {
+                                              return -outward[index(id)][static_cast<std::size_t>(component)];
+                                            });
+        total_area += face.total_area;
+        LoadCurve amplitude(condition.value[0], condition.rate[0], condition.history);
+        if (amplitude.is_zero() || face.total_area == 0) continue;
+        loads.forces.push_back({component, std::move(amplitude), face.nodes, face.area, face.total_area});
+      }
+      refuse_empty(total_area == 0, "boundary triangle");
+    } else if (is_load) {
+      const LoadedFace face =
+          loaded_face(group, condition, faces, subdomain, [](geometry::FaceId) { return 1.0; });
       refuse_empty(face.total_area == 0, "boundary triangle");
       for (int component = 0; component < 3; ++component) {
         const auto c = static_cast<std::size_t>(component);

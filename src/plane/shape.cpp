@@ -31,7 +31,9 @@ std::vector<std::string> names_of_side(const Shape& shape, std::size_t loop, std
   for (std::size_t axis = 0; axis < 2; ++axis)
     for (const bool is_upper : {false, true}) {
       const double end = is_upper ? bounds.upper[axis] : bounds.lower[axis];
-      const auto is_at_end = [&](std::size_t i) { return own.from(i)[axis] == end && own.to(i)[axis] == end; };
+      const auto is_at_end = [&](std::size_t i) {
+        return own.from(i)[axis] == end && own.to(i)[axis] == end;
+      };
       const auto touches_end = [&](std::size_t i) {
         return shape.parts[static_cast<std::size_t>(own.part[i])].is_curve &&
                (own.from(i)[axis] == end || own.to(i)[axis] == end);
@@ -75,7 +77,8 @@ double distance(const Point& from, const Point& to, const Point& other_from, con
                    distance(other_from, from, to), distance(other_to, from, to)});
 }
 
-double way_out(const std::vector<Polygon>& polygons, const Point& start, const Point& direction, double skip) {
+double way_out(const std::vector<Polygon>& polygons, const Point& start, const Point& direction,
+               double skip) {
   double nearest = infinity;
   for (const Polygon& polygon : polygons)
     for (std::size_t i = 0; i < polygon.size(); ++i) {

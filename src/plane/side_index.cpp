@@ -34,7 +34,8 @@ SideIndex::SideIndex(const Shape& shape, double tolerance) : tolerance_(toleranc
     }
   bounds_ = bounds_of(shape.loops.front().corners);
   const Point size = bounds_.upper - bounds_.lower;
-  const double n_cells = std::clamp(cells_per_side * static_cast<double>(sides_.size()), fewest_cells, most_cells);
+  const double n_cells =
+      std::clamp(cells_per_side * static_cast<double>(sides_.size()), fewest_cells, most_cells);
   cell_size_ = std::sqrt(size[0] * size[1] / n_cells);
   for (std::size_t i = 0; i < 2; ++i)
     n_[i] = static_cast<std::size_t>(std::clamp(std::ceil(size[i] / cell_size_), 1.0, n_cells));
@@ -168,7 +169,8 @@ Cover SideIndex::cover(const std::array<Point, 4>& points) const {
       }
   if (is_flat) return Cover::outside;
   const Cell cell = cell_of(centre);
-  const bool inside = sides_in(cell).empty() ? is_inside_[cell.row * n_[0] + cell.column] : contains_open(centre);
+  const bool inside =
+      sides_in(cell).empty() ? is_inside_[cell.row * n_[0] + cell.column] : contains_open(centre);
   return inside ? Cover::inside : Cover::outside;
 }
 

@@ -121,6 +121,23 @@ TEST_F(EnsembleFile, HoldsThePositionsAtTheSectionsYOnce) {
   EXPECT_EQ(hdf5::read_text_attribute(axis, "categories"), "1 y, 2 z");
 }
 
+TEST_F(EnsembleFile, HoldsTheEndsOfLinesWhereThereAreSome) {
+  const fs::path file = shared_folder / "ensemble.h5";
+  write_ensemble(world, file, parameters, even_block(world), statistics(), base);
+  EXPECT_LE(H5Lexists(hdf5::open_for_reading(file), "crack_path/section_line", H5P_DEFAULT), 0);
+  parameters.sections = {
+      .y = {0.007}, .z = {}, .lines = {{{0.001, 0.002}, {0.003, 0.004}}, {{5, 6}, {7, 8}}}};
+  write_ensemble(world, file, parameters, even_block(world), statistics(), base);
+  const hdf5::Handle root = hdf5::open_for_reading(file);
+  EXPECT_EQ(hdf5::read_dataset<std::int32_t>(root, "crack_path/section_axis", {3}),
+            (std::vector<std::int32_t>{1, 0, 0}));
+  EXPECT_EQ(hdf5::read_dataset<double>(root, "crack_path/section_line", {2, 2, 2}),
+            (std::vector<double>{0.001, 0.002, 0.003, 0.004, 5, 6, 7, 8}));
+  const EnsembleContent content = read_ensemble(file);
+  EXPECT_EQ(content.sections.all(), parameters.sections.all());
+  EXPECT_EQ(to_bytes(content.samples[0]), to_bytes(rows[0]));
+}
+
 TEST_F(EnsembleFile, WithoutSectionsYIsWhole) {
   parameters.sections = {.y = {}, .z = {0.007, 0.009, 0.01225}};
   const fs::path file = shared_folder / "ensemble.h5";

@@ -229,6 +229,63 @@ TEST(Input, OtherSectionsAreReadLikeThoseOfTheFile) {
     EXPECT_THAT(errors({wrong}), ElementsAre(::testing::HasSubstr("is not known; give y="))) << wrong;
 }
 
+TEST(Input, SectionsAlongLines) {
+  using ::testing::ElementsAre;
+  using ::testing::HasSubstr;
+  const auto given = [](const char* from, const char* to) {
+    auto tables = minimal_tables();
+    tables.push_back({"[[sections.line]]", {{"from", from}, {"to", to}}});
+    return parse_tables(tables);
+  };
+  const auto errors = [&](const char* from, const char* to) -> std::vector<std::string> {
+    try {
+      given(from, to);
+    } catch (const input::InputError& error) {
+      return error.messages();
+    }
+    return {};
+  };
+  const auto p = given(R"(["1 mm", "20 mm"])", R"(["0.3 cm", "-4 mm"])");
+  const auto all = p.sections.all();
+  ASSERT_EQ(all.size(), p.sections.size());
+  EXPECT_EQ(all.back().axis, 0);
+  expect_close(all.back().line.from[1], 20e-3);
+  expect_close(all.back().line.to[1], -4e-3);
+  EXPECT_EQ(input::name_of(all.back()), "line from (1 mm, 20 mm) to (3 mm, -4 mm)");
+  EXPECT_STREQ(input::coordinate_of(all.back()), "distance");
+  EXPECT_NE(input::sample_identity(p), input::sample_identity(parse_tables(minimal_tables())));
+
+  EXPECT_THAT(
+      errors(R"(["1 mm", "20 mm"])", R"(["0.1 cm", "20 mm"])"),
+      ElementsAre(HasSubstr("sections.line[0].to: [1 mm, 20 mm] is where the line starts; give another")));
+  EXPECT_THAT(
+      errors(R"(["-1 mm", "20 mm"])", R"(["-3 mm", "30 mm"])"),
+      ElementsAre(HasSubstr("sections.line[0]: the line from [-1 mm, 20 mm] to [-3 mm, 30 mm] does not pass "
+                            "through the body; give ends with y between 0 and 24.5 mm")));
+  EXPECT_THAT(errors(R"(["0 mm", "20 mm"])", R"(["0 mm", "30 mm"])"), ElementsAre(HasSubstr("does not pass")))
+      << "in its face";
+  EXPECT_THAT(errors(R"(["-5 mm", "4 mm"])", R"(["4 mm", "-5 mm"])"), ElementsAre(HasSubstr("does not pass")))
+      << "past its corner";
+  EXPECT_TRUE(errors(R"(["-5 mm", "6 mm"])", R"(["6 mm", "-5 mm"])").empty()) << "across its corner";
+  EXPECT_THAT(
+      errors(R"(["1 mm"])", R"(["3 mm", "30 mm"])"),
+      ElementsAre(HasSubstr("sections.line[0].from: the array has 1 element; give two lengths, y and z")));
+  EXPECT_THAT(errors(R"(["1 mm", "2 mm"])", R"(["3 mm", "30 kg"])"),
+              ElementsAre(HasSubstr("sections.line[0].to[1]: ")));
+
+  const auto other = [&](const std::vector<std::string>& options) {
+    return input::with_sections(p, options, "--sections").sections;
+  };
+  const auto found = other({"line=1 mm, 2 mm; 3 mm, 4 mm", "y=7 mm", "line = 1 cm,2 mm;3 mm,4 mm"});
+  ASSERT_EQ(found.lines.size(), 2U);
+  EXPECT_EQ(found.y.size(), 1U);
+  EXPECT_EQ(input::name_of(found.all()[1]), "line from (1 mm, 2 mm) to (3 mm, 4 mm)");
+  expect_close(found.lines[1].from[0], 0.01);
+  EXPECT_THROW(other({"line=1 mm, 2 mm; 3 mm"}), input::InputError);
+  EXPECT_THROW(other({"line=1 mm, 2 mm"}), input::InputError);
+  EXPECT_THROW(other({"line=1 mm, 2 mm; 1 mm, 2 mm"}), input::InputError);
+}
+
 /// The minimal input with a second boundary.
 input::Boundary second_boundary(const std::vector<std::pair<std::string, std::string>>& keys,
                                 const std::string& start = R"("quasi-static")") {

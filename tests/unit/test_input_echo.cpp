@@ -80,6 +80,8 @@ std::vector<InputTable> full_tables() {
             {"integrator", R"("verlet")"},
             {"arrest", R"("20 us")"}}},
           {"[sections]", {{"y", R"(["7 mm", "9 mm", "12.25 mm"])"}, {"z", R"(["11.5 mm", "30 mm"])"}}},
+          {"[[sections.line]]", {{"from", R"(["10 mm", "60 mm"])"}, {"to", R"(["14.5 mm", "-1 mm"])"}}},
+          {"[[sections.line]]", {{"from", R"(["2 mm", "3 mm"])"}, {"to", R"(["2 mm", "9 mm"])"}}},
           {"[output]", {{"frames", "3"}}}};
 }
 
@@ -167,6 +169,10 @@ TEST(InputEcho, KeepsTheValues) {
   expect_near(again.boundaries.at(4).rate[0], 3e-6);
   EXPECT_EQ(again.boundaries.at(4).components, p.boundaries.at(4).components);
   EXPECT_EQ(again.ensemble.seed, 2012U);
+  ASSERT_EQ(again.sections.lines.size(), 2U);
+  expect_near(again.sections.lines[0].to[0], 14.5e-3);
+  expect_near(again.sections.lines[0].to[1], -1e-3);
+  expect_near(again.sections.lines[1].from[1], 3e-3);
 }
 
 TEST(InputEcho, AnOwnBaseMakesOtherSamples) {

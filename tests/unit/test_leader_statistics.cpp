@@ -110,6 +110,27 @@ TEST(LeaderFrame, ReflectionsMapTheNotchesOfOtherBodies) {
   EXPECT_THAT(LeaderFrame(five, y).reference(), ElementsAre(0, 1, 2, 2, 1));
 }
 
+TEST(LeaderFrame, LinesAreTurnedIntoTheirImages) {
+  // The half turn takes (5, 60) to (19.5, 80) mm.
+  const input::SectionLine own{{5 * mm, 60 * mm}, {19.5 * mm, 80 * mm}};  // its own image the other way round
+  const input::SectionLine one{{8 * mm, 50 * mm}, {9 * mm, 70 * mm}};
+  const input::SectionLine image{{16.5 * mm, 90 * mm}, {15.5 * mm, 70 * mm}};
+  const input::SectionLine lonely{{8 * mm, 50 * mm}, {9 * mm, 71 * mm}};
+  const LeaderFrame frame(plate(), {.y = {12.25 * mm}, .z = {}, .lines = {own, one, image, lonely}});
+  EXPECT_EQ(frame.n_sections(), 5);
+  EXPECT_EQ(frame.source(1, 0, 0)->section, 0);
+  EXPECT_EQ(frame.source(1, 0, 1)->section, 1);
+  EXPECT_NEAR(frame.source(1, 0, 1)->extent.value(), std::hypot(14.5, 20.0) * mm, 1e-12);
+  EXPECT_EQ(frame.source(1, 0, 2)->section, 3);
+  EXPECT_EQ(frame.source(1, 0, 3)->section, 2);
+  EXPECT_FALSE(frame.source(1, 0, 3)->extent);
+  EXPECT_FALSE(frame.source(1, 0, 4)) << "no line there";
+  for (int section = 0; section < 5; ++section) {
+    EXPECT_EQ(frame.source(0, 1, section)->section, section) << "not turned";
+    EXPECT_FALSE(frame.source(0, 1, section)->extent);
+  }
+}
+
 TEST(LeaderFrame, SectionsAcrossZAreTurnedLikeThoseAcrossY) {
   // A half turn of notches in z-faces: z sections go to length - z, positions y to width - y.
   const auto upright = body({5, 140, 24}, {notch(Face::z_min, 60, 5, 0.6), notch(Face::z_max, 80, 5, 0.6)});

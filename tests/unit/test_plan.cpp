@@ -257,6 +257,15 @@ TEST_F(Plan, ResumeWithOtherSectionsOrFramesIsToldWhatIsPossible) {
             of_another +
                 "ensemble.seed is 2, not 1, sections.y is [3 mm, 5 mm], not [3 mm, 4 mm]; use that input, "
                 "or another folder");
+  EXPECT_EQ(
+      changed({{"y = [\"3 mm\", \"4 mm\"]",
+                "y = [\"3 mm\", \"4 mm\"]\n[[sections.line]]\nfrom = [\"1 mm\", \"2 mm\"]\nto = [\"3 mm\", "
+                "\"4 mm\"]"}}),
+      of_another +
+          "sections.line[0].from is [1 mm, 2 mm], not absent, sections.line[0].to is [3 mm, 4 mm], not "
+          "absent; keep the folder's sections, or use another folder; look at other sections afterwards, "
+          "with crackle stats " +
+          folder_.string() + " --sections line=\"1 mm, 2 mm; 3 mm, 4 mm\"");
   // What is no section of the other input leaves nothing to look at.
   EXPECT_EQ(
       changed({{"face = \"y-min\"", "face = \"z-min\""}, {"y = [\"3 mm\", \"4 mm\"]", "z = [\"3 mm\"]"}}),

@@ -17,8 +17,8 @@ class Plate:
     outline_first: np.ndarray  # of each polygon, and one past the last of all
     notch_tip: np.ndarray  # notches x 2 (y, z)
     notch_slot: np.ndarray  # notches x 2 (y, z) x 2 (least, greatest)
-    notch_axis: np.ndarray  # along which the crack advances: 1 y, 2 z
-    notch_direction: np.ndarray  # in which it does: 1 or -1
+    notch_axis: np.ndarray  # along which the crack advances: 1 y, 2 z; 0 in any direction
+    notch_direction: np.ndarray  # in which it does: 1 or -1; 0 in any
 
     @classmethod
     def of(cls, members: Mapping[str, Any]) -> "Plate":
@@ -35,7 +35,7 @@ class Plate:
         return self.notch_slot[:, 1].ravel().tolist() if len(self.notch_slot) else []
 
     def ligament(self, notch: int) -> float:
-        """Length from a notch's tip to the opposite face."""
+        """Length from a notch's tip to the opposite face; of one whose crack has a direction."""
         axis = self.notch_axis[notch]
         tip = self.notch_tip[notch, axis - 1]
         return float(self.size[axis] - tip if self.notch_direction[notch] > 0 else tip)

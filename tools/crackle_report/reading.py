@@ -39,7 +39,7 @@ def read_ensemble(folder: Path, program: Optional[Path] = None) -> Ensemble:
     n = document["n_needed"]
     return Ensemble(
         folder=folder, plate=Plate.of(document["specimen"]),
-        sections=tuple(CrossSection(*one) for one in zip(paths["section_axis"], paths["section"], paths["section_name"])),
+        sections=_sections(paths),
         confidence=statistics["confidence"], n_looks=statistics["n_looks"], n_planned=document["n_samples"],
         samples=_samples(document, n), statistics=_paths(Statistics, statistics, n), precision=statistics["precision"],
         turns=[Turn(reference, **turn) for reference, turn in
@@ -47,6 +47,13 @@ def read_ensemble(folder: Path, program: Optional[Path] = None) -> Ensemble:
         ranks={name: _paths(Ranks, statistics[name], n) for name in GROUPS},
         interval_scope=statistics["interval_scope"], notes=document["notes"], provenance=provenance,
         input_text=document["input"], files=files)
+
+
+def _sections(paths: dict[str, Any]) -> tuple[CrossSection, ...]:
+    lines = iter(paths.get("section_line", []))
+    return tuple(CrossSection(axis, position, name, along, None if axis else np.array(next(lines)))
+                 for axis, position, name, along in zip(*(paths[key] for key in (
+                     "section_axis", "section", "section_name", "section_coordinate"))))
 
 
 def _samples(document: dict[str, Any], n: int) -> Samples:

@@ -136,16 +136,19 @@ class Samples:
 
 @dataclass(frozen=True)
 class CrossSection:
-    """A plane y = const or z = const at which crack paths are measured."""
+    """A plane y = const or z = const, or over a line, at which crack paths are measured."""
 
-    axis: int  # 1: y, 2: z
-    position: float  # of the plane, along that axis [m]
+    axis: int  # 1: y, 2: z, 0: a line
+    position: float  # of the plane, along that axis [m]; 0 for a line
     name: str
+    along: str  # the coordinate in which a crack's position at this section is given
+    ends: Optional[np.ndarray] = None  # of a line: 2 x 2, y and z of its start and end [m]
 
-    @property
-    def along(self) -> str:
-        """The coordinate in which a crack's position at this section is given."""
-        return "z" if self.axis == 1 else "y"
+    def places(self, positions: np.ndarray) -> np.ndarray:
+        """y, z of positions on a line [m]."""
+        start, end = self.ends
+        way = end - start
+        return start + np.asarray(positions)[..., None] * way / np.hypot(*way)
 
 
 def along(sections: tuple[CrossSection, ...]) -> str:

@@ -26,17 +26,17 @@ struct LinePoint {
   double time;    ///< at which the crack came here, since the onset of the last dynamic phase [s]
 };
 
-/// The crack of a start as a line for plotting: the through-thickness mean of its pieces, from the
+/// The crack on a way as a line for plotting: the through-thickness mean of its pieces, from the
 /// tip on, one point for each mean local spacing of advance.
 struct CrackLine {
-  std::int32_t notch;             ///< number of the crack start
-  std::int32_t parent;            ///< index of the line that this branch leaves; -1 for a start's main line
+  std::int32_t notch;   ///< number of the crack start
+  std::int32_t parent;  ///< index of the line that this branch leaves; -1 for the main line of a way
   std::vector<LinePoint> points;  ///< a branch's first point is on its parent
   std::int32_t kinks;             ///< places with the largest turn within a window, of at least kink_angle
   double bend;  ///< direction of the last window minus that of the first [rad]; 0 on lines shorter than two
 };
 
-/// The lines of all crack starts, each main line before its branches.
+/// The lines of all ways of the crack starts (crack_ways), each main line before its branches.
 ///
 /// The body is cut across the advance of the crack in slabs as thick as the mean local spacing. In each slab
 /// the facets form pieces as in section_crossings, so stray breaks do not count; pieces of neighbouring slabs

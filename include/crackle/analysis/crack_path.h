@@ -49,7 +49,7 @@ struct ArmCrossing {
 };
 
 /// Where the cracks of one crack start cross one section. The position is the coordinate along the section: z
-/// where y is const, y where z is const.
+/// where y is const, y where z is const, the distance from its start on a line.
 struct SectionCrossing {
   double position;  ///< through-thickness mean of the main crossing [m]; NaN where the crack did not arrive
   double spread;    ///< standard deviation of the position through the thickness [m]; NaN likewise
@@ -67,12 +67,13 @@ struct SectionCrossing {
 /// (of equals the earliest); the position is its mean over the thickness covered, where several segments lie
 /// over each other their mean, and the spread its standard deviation over that thickness. A section that
 /// makes less than 45 degrees with the ligament has no crossings: the crack runs along it, as one from a
-/// notch in a z-face along sections y.
+/// notch in a z-face along sections y. Cracks from starts without a
+/// ligament can cross any section. Crossings beyond the ends of a line do not count.
 std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const CrackSurface& surface,
                                                const CrackArms& arms, const input::Sections& sections);
 
-/// Share of its ligament (geometry::CrackStart) that the crack from each start crosses, up to
-/// the farthest place where it covers min_thickness_share of the thickness; in steps of 0.02.
+/// Share of its ligament that the crack from each start crosses, up to the farthest place where it covers
+/// min_thickness_share of the thickness; in steps of 0.02. The largest one on the start's ways (crack_ways).
 std::vector<double> crossed_shares(const geometry::Body& body, const CrackSurface& surface);
 
 /// The start whose crack leads: it crosses the largest share of its ligament (crossed_shares). Of equals, the
@@ -82,7 +83,7 @@ int leading_notch(const geometry::Body& body, const CrackSurface& surface);
 
 /// The same as far as it follows from crossings alone, of files that do not hold it: the start whose
 /// crack arrives at a section at least as far across its ligament as the next section at which any other
-/// start's is missing. Nothing where the crossings leave that open.
+/// start's is missing. Nothing where the crossings leave that open, or a start has no ligament.
 /// @param position crack starts x sections, NaN where the crack did not arrive
 std::optional<int> leading_notch(const geometry::Body& body, const input::Sections& sections,
                                  std::span<const double> position);
@@ -96,20 +97,21 @@ enum class Pattern : std::int32_t { none = 0, one_crack = 1, two_cracks = 2, oth
 /// Both paths are main crossings at 50 stations across the ligament. The overlap is the share of the stations
 /// reached by one of them at which both are there and no further apart than overlap_distance_share of the
 /// width: 1 for paths that are each other's image, 0 when only one crack runs. NaN for ligaments that have no
-/// opposite directions, and without any crack.
+/// opposite directions, for starts without one, and without any crack.
 double path_overlap(const geometry::Body& body, const CrackSurface& surface, int one, int other);
 
 /// The overlap of the two starts whose cracks run farthest (of equals the first ones); NaN for a body with
 /// fewer than two.
 double pattern_overlap(const geometry::Body& body, const CrackSurface& surface);
 
-/// Pattern by how far each start's crack runs across its ligament: one_crack when exactly one is developed
-/// and it is a main crack; two_cracks when exactly two are developed and their pattern_overlap is at least
-/// min_overlap, or NaN; none when no crack has started; other in all other cases. A crack that belongs to no
-/// start counts when it covers developed_share of the width: then the pattern is other.
+/// Pattern by how far cracks run along their ways (crack_ways): one_crack when exactly one is developed and
+/// it is a main crack; two_cracks when exactly two are developed and their pattern_overlap is at least
+/// min_overlap, or NaN, which it is unless both ways are ligaments; none when no crack has started; other in
+/// all other cases. A crack that belongs to no start counts when it covers developed_share of the width: then
+/// the pattern is other.
 Pattern classify(const geometry::Body& body, const CrackSurface& surface);
 
-/// Largest speed of the crack fronts along their ligaments over a window [m/s]; 0 when no front
+/// Largest speed of the crack fronts along their ways (crack_ways) over a window [m/s]; 0 when no front
 /// advances by a window during the dynamic phase.
 ///
 /// The front of a start's crack is seen in columns through the thickness, two mean spacings wide. A column

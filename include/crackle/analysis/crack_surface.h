@@ -32,7 +32,8 @@ double local_spacing(const CrackFacet& facet);
 /// it touches, which makes them one crack, with one exception: cracks of different starts stay apart, and
 /// the tetrahedron at which they meet joins the one whose latest break it touches (the running one). A crack
 /// belongs to the crack start that it touched first, either with a tetrahedron that has a node which the
-/// start claims (geometry::CrackStart), or by joining a crack of that start.
+/// start claims (geometry::CrackStart), or by joining a crack of that start. What
+/// touches none belongs to the free surface, where the body has that for a start.
 struct Crack {
   std::int32_t notch;  ///< number of the crack start that it belongs to, or -1
   double area;         ///< [m^2]

@@ -54,7 +54,7 @@ struct CrackArms {
   }
 };
 
-/// Finds the forks of every start's crack.
+/// Finds the forks of the cracks on all ways of the starts (crack_ways).
 ///
 /// A crack is looked at in windows through the thickness (for forks in space) and as a whole (for those of
 /// its projection). In each the facets are projected on the plane of the plate, and cut at stations a quarter

@@ -19,6 +19,8 @@ namespace crackle::analysis {
 /// width - y and length - z where the symmetry reflects them. So a position turned across its section belongs
 /// to the section at width - y or length - z; where the input has none there (to 1e-12 of the body's largest
 /// size), it belongs to no section, and only samples that need no turning across the section count at it. A
+/// line belongs to the one whose ends are its images; where those are the other way round, positions are its
+/// length minus those there. A
 /// notch without an image is a class of its own.
 class LeaderFrame {
 public:
@@ -26,7 +28,8 @@ public:
   struct Source {
     int notch;
     int section;
-    std::optional<double> extent;  ///< of the body along the position, where that is reflected [m]
+    std::optional<double>
+        extent;  ///< of the body, or the line, along the position, where that is reflected [m]
   };
 
   LeaderFrame(const geometry::Body& body, const input::Sections& sections);

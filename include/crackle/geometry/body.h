@@ -55,15 +55,15 @@ private:
 
 /// Where a fine mesh is asked for: in a box or, where `wall` is given, on a wall through the whole thickness.
 struct SpacingSource {
-  Box region;          ///< that holds the wall, if any
-  double spacing;      ///< at most, in the region [m]
-  double growth;       ///< per distance from the region
-  std::string reason;  ///< for messages, such as "the height of notch 1"
+  Box region;                                            ///< that holds the wall, if any
+  double spacing;                                        ///< at most, in the region [m]
+  double growth;                                         ///< per distance from the region
+  std::string reason;                                    ///< for messages, such as "the height of notch 1"
   std::optional<std::array<plane::Point, 2>> wall = {};  ///< its ends in the y-z plane
 
-  double at(const Point& p) const;             ///< the spacing that is asked for at a point [m]
-  double lower_bound(const Box& part) const;   ///< over a part of the body [m]
-  double upper_bound(const Box& part) const;   ///< likewise
+  double at(const Point& p) const;            ///< the spacing that is asked for at a point [m]
+  double lower_bound(const Box& part) const;  ///< over a part of the body [m]
+  double upper_bound(const Box& part) const;  ///< likewise
 };
 
 /// Growth away from places where the shape of the body, not the input, asks for a fine spacing.

@@ -16,9 +16,9 @@ struct Outline {
   std::vector<std::int32_t> first;  ///< corner of each polygon, and one past the last of all
   std::vector<double> tips;         ///< y, z of each crack start's tip; crack starts are notches in the files
   std::vector<double> slots;        ///< of each start's faces least and greatest y, least and greatest z
-  std::vector<std::int32_t> axis;   ///< of each start: 1 y, 2 z, along which its crack advances most
+  std::vector<std::int32_t> axis;  ///< of each start: 1 y, 2 z, along which its crack advances most; 0 in any
   std::vector<std::int32_t>
-      direction;  ///< of each start: 1 or -1, in which its crack advances along the axis
+      direction;  ///< of each start: 1 or -1, in which its crack advances along the axis; 0 in any
 };
 
 /// What the body says of itself (Body::outline, Body::crack_starts), as lists.

@@ -88,9 +88,9 @@ struct Slot {
 /// points.
 struct Notch {
   Face face = Face::y_min;
-  double at = 0;      ///< mid-plane of the slot along the face's other in-plane axis [m]
-  double depth = 0;   ///< [m]
-  double height = 0;  ///< opening of the slot [m]
+  double at = 0;                  ///< mid-plane of the slot along the face's other in-plane axis [m]
+  double depth = 0;               ///< [m]
+  double height = 0;              ///< opening of the slot [m]
   std::optional<Slot> slot = {};  ///< instead of face, at and depth
 };
 
@@ -113,8 +113,8 @@ struct Specimen {
   std::vector<Notch> notches;
   std::optional<Outline> outline = {};
   std::vector<Hole> holes = {};
-  /// Of a body that is not a box with slots cut into its faces: what it is in the plane of the plate, curves as
-  /// chords. Follows from the other members and the spacings of the mesh.
+  /// Of a body that is not a box with slots cut into its faces: what it is in the plane of the plate, curves
+  /// as chords. Follows from the other members and the spacings of the mesh.
   std::optional<plane::Shape> shape = {};
 };
 
@@ -244,24 +244,36 @@ struct Time {
       0;  ///< a dynamic phase ends this long after the body came apart [s]; 0: it does not
 };
 
-/// A plane across the body, y = const or z = const, at which crack paths are measured.
+/// A straight line in the y-z plane.
+struct SectionLine {
+  std::array<double, 2> from{};  ///< y, z [m]
+  std::array<double, 2> to{};
+  bool operator==(const SectionLine&) const = default;
+};
+
+/// A plane through the thickness at which crack paths are measured: y = const, z = const, or over a line.
 struct Section {
-  int axis;         ///< 1: y, 2: z
-  double position;  ///< of the plane, along that axis [m]
+  int axis = 0;         ///< 1: y, 2: z, 0: a line
+  double position = 0;  ///< of the plane, along that axis [m]; 0 for a line
+  SectionLine line{};   ///< of a line
   bool operator==(const Section&) const = default;
 };
 
 struct Sections {
   std::vector<double> y;  ///< [m], ascending
   std::vector<double> z;  ///< likewise
+  std::vector<SectionLine> lines = {};
 
-  std::size_t size() const { return y.size() + z.size(); }
-  /// In the order of their numbers: y first, then z.
+  std::size_t size() const { return y.size() + z.size() + lines.size(); }
+  /// In the order of their numbers: y first, then z, then lines.
   std::vector<Section> all() const;
 };
 
-/// "y = 12.25 mm"
+/// "y = 12.25 mm", "line from (1 mm, 2 mm) to (3 mm, 4 mm)"
 std::string name_of(const Section& section);
+
+/// How the coordinate of positions along the section is called: "z", "y", and "distance" from a line's start.
+const char* coordinate_of(const Section& section);
 
 struct Output {
   int frames = 11;

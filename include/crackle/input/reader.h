@@ -38,8 +38,8 @@ Parameters read(const std::filesystem::path& file, const PointsFile& points = {}
 Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points = {});
 
 /// The same input with other sections, for results at sections that it was not computed with; `text` stays.
-/// @param given at least one "y=7 mm, 9 mm" or "z=30 mm", read and judged as the keys of [sections]; those of
-/// one axis are put together
+/// @param given at least one "y=7 mm, 9 mm", "z=30 mm" or "line=1 mm, 2 mm; 3 mm, 4 mm" (y, z of a line's
+/// ends), read and judged as the keys of [sections]; those of one axis are put together
 /// @param name stands for the file in messages
 /// @throws InputError with every error
 Parameters with_sections(Parameters parameters, const std::vector<std::string>& given,

@@ -23,20 +23,20 @@
 /// | /specimen/... | | see geometry::for_each_member |
 /// | /samples/status, error, note | N | analysis::SampleStatus; why it failed; what else is to be known |
 /// | /samples/... | N | the results of analysis::for_each_result |
-/// | /crack_path/section, section_axis | S | where the sections lie, y first; 1 y = const, 2 z = const |
-/// | /crack_path/... | N x notches x S | the results of analysis::for_each_position_result |
-/// | /crack_path/z | N x notches x sections y | position at the sections y = const |
-/// | /statistics/z_mean, z_std, z_half_width, reached | notches x S | of position, see analysis::Statistics |
-/// | /statistics/z_quantile | notches x S x 5 | least, quartiles and median, greatest |
-/// | /statistics/running_mean | N x notches x S | |
-/// | /statistics/leader, leader/one_crack, leader/two_cracks, follower | | groups with datasets as above,
-/// their rows in place of notches, and leading_notch, notch (rows), counted (rows x S): see
-/// analysis::RankStatistics |
-/// | /statistics/reference_notch | notches | see analysis::LeaderFrame |
-/// | /statistics/pattern_share, pattern_half_width, pattern_lower, pattern_upper | 4 | |
-/// | attributes confidence, interval_scope, n_looks, n_needed of /statistics | | see analysis::Statistics |
-/// | /mother_points/position, spacing, movable | M x 3, M, M | see geometry::MotherPoints; absent where each
-/// sample has its own | | /timing/wall_time, attributes of /provenance | N | what differs between two runs |
+/// | /crack_path/section, section_axis | S | where the sections lie: 1 y = const first, then 2 z = const,
+/// then 0 lines, whose `section` is 0 | | /crack_path/section_line | lines x 2 x 2 | y, z of the lines' ends;
+/// absent without lines | | /crack_path/... | N x notches x S | the results of
+/// analysis::for_each_position_result | | /crack_path/z | N x notches x sections y | position at the sections
+/// y = const | | /statistics/z_mean, z_std, z_half_width, reached | notches x S | of position, see
+/// analysis::Statistics | | /statistics/z_quantile | notches x S x 5 | least, quartiles and median, greatest
+/// | | /statistics/running_mean | N x notches x S | | | /statistics/leader, leader/one_crack,
+/// leader/two_cracks, follower | | groups with datasets as above, their rows in place of notches, and
+/// leading_notch, notch (rows), counted (rows x S): see analysis::RankStatistics | |
+/// /statistics/reference_notch | notches | see analysis::LeaderFrame | | /statistics/pattern_share,
+/// pattern_half_width, pattern_lower, pattern_upper | 4 | | | attributes confidence, interval_scope, n_looks,
+/// n_needed of /statistics | | see analysis::Statistics | | /mother_points/position, spacing, movable | M x
+/// 3, M, M | see geometry::MotherPoints; absent where each sample has its own | | /timing/wall_time,
+/// attributes of /provenance | N | what differs between two runs |
 ///
 /// Attributes of each result's dataset say what it means and how it is shown, see analysis::ResultInfo.
 namespace crackle::io {

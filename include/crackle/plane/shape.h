@@ -9,8 +9,8 @@
 /// Figures in the plane of the plate, bounded by straight sides.
 namespace crackle::plane {
 
-using Point = std::array<double, 2>;   ///< y and z [m]
-using Polygon = std::vector<Point>;    ///< corners in order; the first one is not repeated
+using Point = std::array<double, 2>;  ///< y and z [m]
+using Polygon = std::vector<Point>;   ///< corners in order; the first one is not repeated
 
 inline Point operator+(const Point& a, const Point& b) {
   return {a[0] + b[0], a[1] + b[1]};
@@ -46,16 +46,16 @@ struct Loop {
   const Point& to(std::size_t i) const { return corners[(i + 1) % corners.size()]; }
 };
 
-/// A connected figure with holes. The figure is to the left of every side: the outline runs counter-clockwise,
-/// holes clockwise.
+/// A connected figure with holes. The figure is to the left of every side: the outline runs
+/// counter-clockwise, holes clockwise.
 struct Shape {
   std::vector<Loop> loops;  ///< the outline first
   std::vector<Part> parts;
 };
 
-/// By which boundary conditions call a side: the name of its part and, where it lies at an end of the shape along
-/// an axis, "y-min", "y-max", "z-min" or "z-max". Where a curve ends the shape, the chords that touch the end have
-/// that name.
+/// By which boundary conditions call a side: the name of its part and, where it lies at an end of the shape
+/// along an axis, "y-min", "y-max", "z-min" or "z-max". Where a curve ends the shape, the chords that touch
+/// the end have that name.
 std::vector<std::string> names_of_side(const Shape& shape, std::size_t loop, std::size_t side);
 
 /// The least box round the figure.
@@ -73,8 +73,8 @@ double area(const Shape& shape);  ///< without the holes [m^2]
 double distance(const Point& p, const Point& from, const Point& to);
 double distance(const Point& from, const Point& to, const Point& other_from, const Point& other_to);
 
-/// Distance from where a ray leaves `start` to where it first meets a side of the polygons; 0 where it meets none.
-/// Sides nearer than `skip` do not count [m].
+/// Distance from where a ray leaves `start` to where it first meets a side of the polygons; 0 where it meets
+/// none. Sides nearer than `skip` do not count [m].
 double way_out(const std::vector<Polygon>& polygons, const Point& start, const Point& direction, double skip);
 
 /// The distance of neighbouring points that is wanted at a place [m].
@@ -82,8 +82,8 @@ using Spacing = std::function<double(const Point&)>;
 
 /// Corners on a part of an ellipse, centre + cos(angle) first + sin(angle) second, from angle 0 over
 /// `n_quarters` quarter turns; without the last one where these make a full turn. Each quarter is divided
-/// into chords of the same length in local spacings, none longer than the spacing, at least two. Takes no more
-/// than square roots, so every machine computes the same bits.
+/// into chords of the same length in local spacings, none longer than the spacing, at least two. Takes no
+/// more than square roots, so every machine computes the same bits.
 Polygon arc(const Point& centre, const Point& first, const Point& second, int n_quarters,
             const Spacing& spacing);
 
@@ -91,8 +91,8 @@ Polygon arc(const Point& centre, const Point& first, const Point& second, int n_
 bool is_simple(const Polygon& polygon);
 
 /// What is left of a figure where another one is cut out: its connected pieces, none where nothing is left.
-/// Exact but for the rounding of the corners that arise. Sides keep their parts and those of the cutter, which are
-/// indices into the same list; corners of both stay corners.
+/// Exact but for the rounding of the corners that arise. Sides keep their parts and those of the cutter,
+/// which are indices into the same list; corners of both stay corners.
 /// @param cutter simple, counter-clockwise
 std::vector<Shape> difference(const Shape& shape, const Loop& cutter);
 

@@ -39,8 +39,8 @@ public:
   const std::vector<Side>& sides() const { return sides_; }
   double tolerance() const { return tolerance_; }
 
-  bool contains(const Point& p) const;       ///< in the figure or on a side
-  double distance(const Point& p) const;     ///< to the nearest side [m]
+  bool contains(const Point& p) const;    ///< in the figure or on a side
+  double distance(const Point& p) const;  ///< to the nearest side [m]
   Cover cover(const std::array<Point, 4>& points) const;
 
   /// Calls visit(number) for each side that the point is on.
@@ -74,10 +74,10 @@ private:
   double tolerance_;
   Bounds bounds_{};
   double cell_size_ = 0;
-  std::array<std::size_t, 2> n_{};         ///< cells along y and z
-  std::vector<std::int32_t> of_cell_;      ///< sides of one cell after the other
-  std::vector<std::size_t> first_;         ///< of each cell in that list
-  std::vector<std::uint8_t> is_inside_;    ///< of cells without sides
+  std::array<std::size_t, 2> n_{};                 ///< cells along y and z
+  std::vector<std::int32_t> of_cell_;              ///< sides of one cell after the other
+  std::vector<std::size_t> first_;                 ///< of each cell in that list
+  std::vector<std::uint8_t> is_inside_;            ///< of cells without sides
   std::vector<std::vector<std::int32_t>> of_row_;  ///< sides that reach into a row of cells
 };
 

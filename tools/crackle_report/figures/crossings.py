@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from .. import style
 from ..drawing import draw_plate, window
 from ..options import Options
-from ..results import CrackLine, Ensemble
+from ..results import CrackLine, Ensemble, Ranks
 from .picture import Picture, Section
 
 
@@ -81,7 +81,12 @@ def _turned_lines(ensemble: Ensemble) -> dict[tuple[str, int], list[CrackLine]]:
 
 def _panel(axes: Axes, ensemble: Ensemble, group: str, row: int, lines: list[CrackLine]) -> None:
     colour = style.notch_colour(int(ensemble.ranks[group].notch[row]))
-    _sections(axes, ensemble, group, row)
+    statistics = ensemble.ranks[group]
+    along = int(ensemble.plate.notch_axis[statistics.notch[row]])
+    for axis in (1, 2):
+        if along in (0, axis):  # 0: cracks run in any direction
+            _sections(axes, ensemble, statistics, row, axis)
+    _lines(axes, ensemble, statistics, row)
     axes.set_title(ensemble.rank_name(group, row), loc="left", fontweight="bold", color=colour, pad=14)
 
     alpha = float(np.clip(12 / max(len(lines), 1), 0.12, 0.7))
@@ -91,10 +96,26 @@ def _panel(axes: Axes, ensemble: Ensemble, group: str, row: int, lines: list[Cra
                   zorder=2)
 
 
-def _sections(axes: Axes, ensemble: Ensemble, group: str, row: int) -> None:
-    """The sections that the row's cracks can cross, and their mean path there with its band."""
-    statistics = ensemble.ranks[group]
-    axis = int(ensemble.plate.notch_axis[statistics.notch[row]])
+def _lines(axes: Axes, ensemble: Ensemble, statistics: Ranks, row: int) -> None:
+    """The sections along lines, and the row's mean position on each with its interval and standard deviation."""
+    for k, section in enumerate(ensemble.sections):
+        if section.ends is None:
+            continue
+        axes.plot(*(section.ends / style.MILLIMETRE).T, color=style.MUTED, linewidth=0.4, linestyle=":", zorder=1)
+        axes.annotate(str(statistics.reached[row, k]), section.ends[1] / style.MILLIMETRE, fontsize=7, color=style.MUTED)
+        mean = statistics.z_mean[row, k]
+        if not np.isfinite(mean):
+            continue
+        for extent, kind in ((statistics.z_half_width[row, k], {"linewidth": 3.0, "alpha": 0.2}),
+                             (statistics.z_std[row, k], {"linewidth": 0.8, "linestyle": "--"})):
+            if np.isfinite(extent):
+                axes.plot(*(section.places([mean - extent, mean + extent]) / style.MILLIMETRE).T, color="black", zorder=4,
+                          **kind)
+        axes.plot(*(section.places(mean) / style.MILLIMETRE), color="black", marker="o", markersize=2.5, zorder=5)
+
+
+def _sections(axes: Axes, ensemble: Ensemble, statistics: Ranks, row: int, axis: int) -> None:
+    """The sections across an axis, and the mean path of the row's cracks there with its band."""
     is_y = axis == 1
     chosen = [k for k, section in enumerate(ensemble.sections) if section.axis == axis]
     at = np.array([ensemble.sections[k].position for k in chosen]) / style.MILLIMETRE
