@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/plane/shape.h"
+
+#include "crackle/common/random.h"
+#include "crackle/plane/side_index.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+namespace crackle::plane {
+namespace {
+
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::UnorderedElementsAre;
+
+Shape square(double size) {
+  return {{{{{0, 0}, {size, 0}, {size, size}, {0, size}}, {0, 1, 2, 3}}},
+          {{"edge-0"}, {"edge-1"}, {"edge-2"}, {"edge-3"}, {"hole-0", true}, {"notch-0"}}};
+}
+
+Loop of_part(Polygon corners, int part) {
+  const std::size_t n = corners.size();
+  return {std::move(corners), std::vector<int>(n, part)};
+}
+
+/// A square with a round hole and a slanted slot from its left side.
+Shape plate() {
+  const Loop hole = of_part(arc({7, 7}, {1.5, 0}, {0, 1.5}, 4, [](const Point&) { return 0.4; }), 4);
+  const Loop slot = of_part({{-1, 1}, {5, 4}, {4.9, 4.2}, {-1.1, 1.2}}, 5);
+  return difference(difference(square(10), hole).at(0), slot).at(0);
+}
+
+TEST(Plane, ArcsHaveTheirCornersOnTheCurveAndChordsUpToTheSpacing) {
+  for (const auto& [a, b] : {std::pair{2.0, 2.0}, {3.0, 1.0}}) {
+    const Point along{0.6, 0.8};
+    const auto spacing = [](const Point& p) { return 0.1 + 0.05 * std::abs(p[0]); };
+    const Polygon corners = arc({1, -2}, a * along, {-0.8 * b, 0.6 * b}, 4, spacing);
+    double longest = 0;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const Point from = corners[i] - Point{1, -2};
+      const double u = dot(from, along) / a;
+      const double v = cross(along, from) / b;
+      EXPECT_NEAR(u * u + v * v, 1, 1e-14);
+      const Point to = corners[(i + 1) % corners.size()];
+      longest = std::max(longest, norm(to - corners[i]) / spacing(corners[i] + 0.5 * (to - corners[i])));
+    }
+    EXPECT_LE(longest, 1.02) << "in spacings";
+    EXPECT_GE(longest, 0.8);
+    EXPECT_NEAR(signed_area(corners), std::numbers::pi * a * b, 0.01 * std::numbers::pi * a * b);
+  }
+  // An octagon at least, whatever the spacing.
+  EXPECT_EQ(arc({0, 0}, {1, 0}, {0, 1}, 4, [](const Point&) { return 100.0; }).size(), 8u);
+  const Polygon half = arc({0, 0}, {1, 0}, {0, 1}, 2, [](const Point&) { return 100.0; });
+  EXPECT_THAT(half.front(), ElementsAre(1, 0));
+  EXPECT_THAT(half.back(), ElementsAre(-1, 0));
+}
+
+TEST(Plane, DifferenceKeepsPartsAndArea) {
+  const Shape shape = plate();
+  ASSERT_EQ(shape.loops.size(), 2u);
+  EXPECT_GT(signed_area(shape.loops[0].corners), 0);
+  EXPECT_LT(signed_area(shape.loops[1].corners), 0);
+  EXPECT_THAT(shape.loops[1].part, Each(4));
+  // The slot's part in the square, by hand: a parallelogram's height times what of it is right of y = 0.
+  const Point along{6, 3};
+  const double length = norm(along);
+  const double height = cross(along, Point{-0.1, 0.2}) / length;
+  EXPECT_EQ(std::ranges::count(shape.loops[0].part, 5), 3);
+  EXPECT_EQ(std::ranges::count(shape.loops[0].part, 3), 2) << "the left side is left in two pieces";
+  double hole = 0;
+  hole = -signed_area(shape.loops[1].corners);
+  const double lower_wall = norm({5, 2.5});
+  const double upper_wall = norm({4.9, 2.45});
+  EXPECT_NEAR(area(shape), 100 - hole - height * (lower_wall + upper_wall) / 2, 1e-12);
+  // A band through the middle leaves two pieces, one over everything none.
+  EXPECT_EQ(difference(square(10), of_part({{-1, 4}, {11, 4}, {11, 5}, {-1, 5}}, 5)).size(), 2u);
+  EXPECT_TRUE(difference(square(10), of_part({{-1, -1}, {11, -1}, {11, 11}, {-1, 11}}, 5)).empty());
+  // Corners in the middle of a straight edge stay.
+  Shape divided = square(10);
+  divided.loops[0].corners.insert(divided.loops[0].corners.begin() + 1, Point{4, 0});
+  divided.loops[0].part = {0, 1, 1, 2, 3};
+  const Shape cut = difference(divided, of_part({{2, -1}, {3, -1}, {3, 2}, {2, 2}}, 5)).at(0);
+  EXPECT_EQ(std::ranges::count(cut.loops[0].part, 0), 2);
+  EXPECT_EQ(std::ranges::count(cut.loops[0].part, 1), 2);
+}
+
+TEST(Plane, SidesAreCalledByTheirPartAndTheEndThatTheyLieAt) {
+  const Shape shape = plate();
+  std::vector<std::string> at_left;
+  for (std::size_t i = 0; i < shape.loops[0].size(); ++i)
+    for (const std::string& name : names_of_side(shape, 0, i))
+      if (names_of_side(shape, 0, i)[0] == "edge-3") at_left.push_back(name);
+  EXPECT_THAT(at_left, UnorderedElementsAre("edge-3", "y-min", "edge-3", "y-min"));
+  EXPECT_THAT(names_of_side(shape, 1, 0), ElementsAre("hole-0"));
+  // A circle ends in a corner: the chords there.
+  Shape circle{{of_part(arc({5, 5}, {5, 0}, {0, 5}, 4, [](const Point&) { return 1.0; }), 0)}, {{"edge-0", true}}};
+  int n_top = 0;
+  for (std::size_t i = 0; i < circle.loops[0].size(); ++i)
+    n_top += std::ranges::count(names_of_side(circle, 0, i), "z-max");
+  EXPECT_EQ(n_top, 2);
+}
+
+TEST(Plane, FindsTheSmallestGapAndTheSharpestCorner) {
+  const Shape shape = plate();
+  // The hole's nearest corners to the right and upper edges are 1.5 from them.
+  EXPECT_NEAR(smallest_gap(shape).distance, 0.2 * std::cos(std::atan2(0.1, 0.2)) * 1, 0.03);
+  Shape wedge = square(10);
+  wedge.loops[0].corners = {{0, 0}, {10, 0}, {10, 2}};
+  wedge.loops[0].part = {0, 1, 2};
+  EXPECT_NEAR(sharpest_corner(wedge).angle, std::atan2(2, 10), 1e-12);
+  EXPECT_THAT(sharpest_corner(wedge).place, ElementsAre(0, 0));
+}
+
+TEST(Plane, WayOut) {
+  const std::vector<Polygon> polygons{square(10).loops[0].corners, {{4, 4}, {4, 6}, {6, 6}, {6, 4}}};
+  EXPECT_DOUBLE_EQ(way_out(polygons, {5, 2}, {0, -2}, 0), 2);
+  EXPECT_DOUBLE_EQ(way_out(polygons, {5, 2}, {0, 1}, 0), 2);
+  EXPECT_DOUBLE_EQ(way_out(polygons, {0, 0}, {1, 1}, 1), 4 * std::numbers::sqrt2);
+}
+
+/// Whether a point is in the shape, by the angle under which it sees the sides.
+bool winds(const Shape& shape, const Point& p) {
+  double angle = 0;
+  for (const Loop& loop : shape.loops)
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const Point a = loop.from(i) - p;
+      const Point b = loop.to(i) - p;
+      angle += std::atan2(cross(a, b), dot(a, b));
+    }
+  return angle > std::numbers::pi;
+}
+
+double nearest(const Shape& shape, const Point& p) {
+  double gap = 1e9;
+  for (const Loop& loop : shape.loops)
+    for (std::size_t i = 0; i < loop.size(); ++i) gap = std::min(gap, distance(p, loop.from(i), loop.to(i)));
+  return gap;
+}
+
+TEST(SideIndex, FindsWhatASearchOfAllSidesFinds) {
+  const Shape shape = plate();
+  const SideIndex sides(shape, 1e-11);
+  RandomStream stream(1, 0, "places");
+  for (int i = 0; i < 5000; ++i) {
+    const Point p{stream.uniform(-0.5, 10.5), stream.uniform(-0.5, 10.5)};
+    EXPECT_EQ(sides.contains(p), winds(shape, p));
+    if (sides.contains(p)) {
+      EXPECT_NEAR(sides.distance(p), nearest(shape, p), 1e-12);
+    }
+  }
+  // On sides and corners, as rounding has them.
+  for (const Side& side : sides.sides())
+    for (const double share : {0.0, 0.3, 1.0}) {
+      const Point p = side.from + share * side.length * side.along;
+      EXPECT_TRUE(sides.contains(p));
+      int n_sides = 0;
+      sides.for_sides_at(p, [&](std::size_t) { ++n_sides; });
+      EXPECT_EQ(n_sides, share == 0.3 ? 1 : 2);
+    }
+}
+
+TEST(SideIndex, CoverAgreesWithPointsInTheHull) {
+  const Shape shape = plate();
+  const SideIndex sides(shape, 1e-11);
+  RandomStream stream(1, 0, "hulls");
+  int n_crossing = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const double size = 0.05 + 3 * stream.uniform() * stream.uniform();
+    const Point centre{stream.uniform(0, 10), stream.uniform(0, 10)};
+    std::array<Point, 4> corners{};
+    for (Point& p : corners) p = centre + Point{size * stream.uniform(-1, 1), size * stream.uniform(-1, 1)};
+    int n_inside = 0;
+    constexpr int n_points = 300;
+    for (int k = 0; k < n_points; ++k) {
+      std::array<double, 4> weight{};
+      double sum = 0;
+      for (double& w : weight) sum += w = -std::log(1 - stream.uniform());
+      Point p{};
+      for (std::size_t c = 0; c < 4; ++c) p = p + weight[c] / sum * corners[c];
+      n_inside += winds(shape, p);
+    }
+    const Cover cover = sides.cover(corners);
+    n_crossing += cover == Cover::crossing;
+    if (n_inside > 0 && n_inside < n_points) {
+      EXPECT_EQ(cover, Cover::crossing) << i;
+    }
+    if (cover == Cover::inside) {
+      EXPECT_EQ(n_inside, n_points) << i;
+    }
+    if (cover == Cover::outside) {
+      EXPECT_EQ(n_inside, 0) << i;
+    }
+  }
+  std::printf("%d of 3000 hulls reach through the boundary\n", n_crossing);
+  EXPECT_GT(n_crossing, 300);
+}
+
+TEST(SideIndex, HullsThatTouchOrLieOnASide) {
+  const Shape shape = plate();
+  const SideIndex sides(shape, 1e-11);
+  const auto& all = sides.sides();
+  for (const Side& side : all) {
+    const Point inward{-side.along[1], side.along[0]};
+    const Point middle = side.from + side.length / 2 * side.along;
+    const double step = side.length / 50;
+    const auto at = [&](double along, double up) { return middle + along * step * side.along + up * step * inward; };
+    EXPECT_EQ(sides.cover({at(-1, 0), at(1, 0), at(0, 1), at(1, 1)}), Cover::inside);
+    EXPECT_EQ(sides.cover({at(-1, 0), at(1, 0), at(0, -1), at(1, -1)}), Cover::outside);
+    EXPECT_EQ(sides.cover({at(-1, 0), at(1, 0), at(2, 0), at(3, 0)}), Cover::outside) << "flat";
+    EXPECT_EQ(sides.cover({at(-1, -0.1), at(1, 0.1), at(0, 1), at(1, 1)}), Cover::crossing);
+  }
+}
+
+}  // namespace
+}  // namespace crackle::plane
