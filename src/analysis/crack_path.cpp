@@ -183,18 +183,15 @@ double pattern_overlap(const geometry::Body& body, const CrackSurface& surface) 
 Pattern classify(const geometry::Body& body, const CrackSurface& surface) {
   if (share_from_elsewhere(body, surface) >= developed_share) return Pattern::other;
   int n_developed = 0;
-  bool are_straight = true;
   double largest = 0;
   for (const CrackWay& way : crack_ways(body, surface)) {
     const double share = advance(body, surface, way).share;
     largest = std::max(largest, share);
-    if (share < developed_share) continue;
-    ++n_developed;
-    are_straight = are_straight && way.line.is_straight;
+    if (share >= developed_share) ++n_developed;
   }
   if (n_developed == 1 && largest >= through_share) return Pattern::one_crack;
-  if (n_developed == 2 && !(are_straight && pattern_overlap(body, surface) < min_overlap))
-    return Pattern::two_cracks;
+  // A start with a developed way is one of the two whose cracks run farthest.
+  if (n_developed == 2 && !(pattern_overlap(body, surface) < min_overlap)) return Pattern::two_cracks;
   return largest < started_share ? Pattern::none : Pattern::other;
 }
 

@@ -248,6 +248,25 @@ class Stats(unittest.TestCase):
         self.assertEqual(found["statistics"]["leader"]["z_mean"][0][1], own["statistics"]["leader"]["z_mean"][0][1])
         self.assertEqual(found["samples"], own["samples"])
 
+    def test_a_line_measures_from_its_start(self):
+        # Along y = 4 mm, from its other end; a part of it that the crack misses; and a slanted one.
+        lines = ("4 mm, 15 mm; 4 mm, 1 mm", "4 mm, 1 mm; 4 mm, 2 mm", "3 mm, 1 mm; 5 mm, 15 mm")
+        options = [option for line in lines for option in ("--sections", f"line={line}")]
+        result = invoke("stats", self.folder, "--json", "--sections", "y=4 mm", *options)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        found = json.loads(result.stdout)["crack_path"]
+        self.assertEqual(found["section_axis"], [1, 0, 0, 0])
+        self.assertEqual(found["section_coordinate"], ["z"] + 3 * ["distance"])
+        self.assertEqual(found["section_line"][0], [[0.004, 0.015], [0.004, 0.001]])
+        position = np.array(found["position"], float)[:, 0]
+        self.assertTrue(np.isfinite(position[:, 0]).any())
+        np.testing.assert_allclose(position[:, 1], 0.015 - position[:, 0], atol=1e-12)
+        self.assertTrue(np.isnan(position[:, 2]).all())
+        self.assertEqual(np.array(found["branches"])[:, 0, 2].tolist(), [0, 0, 0])
+        self.assertTrue(np.isfinite(position[:, 3]).any())
+        text = invoke("stats", self.folder, *options).stdout
+        self.assertRegex(text, r"\nleader +0 +0 +line from \(4 mm, 15 mm\) to \(4 mm, 1 mm\) distance +\d+ +\d+\.\d{3} ")
+
     def test_read_only_leaves_everything_as_it_is(self):
         self.sample.unlink()
         before = {file: (file.stat().st_mtime_ns, file.read_bytes()) for file in self.folder.rglob("*.*")}

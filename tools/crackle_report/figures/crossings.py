@@ -102,7 +102,6 @@ def _lines(axes: Axes, ensemble: Ensemble, statistics: Ranks, row: int) -> None:
         if section.ends is None:
             continue
         axes.plot(*(section.ends / style.MILLIMETRE).T, color=style.MUTED, linewidth=0.4, linestyle=":", zorder=1)
-        axes.annotate(str(statistics.reached[row, k]), section.ends[1] / style.MILLIMETRE, fontsize=7, color=style.MUTED)
         mean = statistics.z_mean[row, k]
         if not np.isfinite(mean):
             continue
@@ -111,7 +110,10 @@ def _lines(axes: Axes, ensemble: Ensemble, statistics: Ranks, row: int) -> None:
             if np.isfinite(extent):
                 axes.plot(*(section.places([mean - extent, mean + extent]) / style.MILLIMETRE).T, color="black", zorder=4,
                           **kind)
-        axes.plot(*(section.places(mean) / style.MILLIMETRE), color="black", marker="o", markersize=2.5, zorder=5)
+        place = section.places(mean) / style.MILLIMETRE
+        axes.plot(*place, color="black", marker="o", markersize=2.5, zorder=5)
+        axes.annotate(str(statistics.reached[row, k]), place, (3, 3), textcoords="offset points", fontsize=7,
+                      color=style.MUTED)
 
 
 def _sections(axes: Axes, ensemble: Ensemble, statistics: Ranks, row: int, axis: int) -> None:
