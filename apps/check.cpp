@@ -31,6 +31,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -139,6 +140,48 @@ void add_regions(Rows& rows, const Subject& subject) {
         fmt::format("{} nodes, {} tetrahedra{}", contents[i].nodes, contents[i].tetrahedra,
                     is_rest ? "" : fmt::format(" at {:.4g} mm", mesh.regions[i].spacing * 1e3)));
   }
+}
+
+/// What the chords of a circle or an ellipse leave out of it.
+void add_curve(Rows& rows, const plane::Shape& shape, const std::string& name, const plane::Point& centre,
+               const plane::Point& semi_axes, double angle) {
+  const plane::Point along{std::cos(angle), std::sin(angle)};
+  int n_chords = 0;
+  double longest = 0;
+  double least_radius = 1;  // of a chord's middle, in that of the curve
+  double area = 0;
+  for (const plane::Loop& loop : shape.loops)
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      if (shape.parts[static_cast<std::size_t>(loop.part[i])].name != name) continue;
+      const auto from_centre = [&](const plane::Point& p) { return plane::operator-(p, centre); };
+      const plane::Point from = from_centre(loop.from(i));
+      const plane::Point to = from_centre(loop.to(i));
+      const plane::Point middle{(from[0] + to[0]) / 2, (from[1] + to[1]) / 2};
+      ++n_chords;
+      longest = std::max(longest, plane::norm(plane::operator-(to, from)));
+      least_radius = std::min(least_radius, plane::norm({plane::dot(middle, along) / semi_axes[0],
+                                                         plane::cross(along, middle) / semi_axes[1]}));
+      area += plane::cross(from, to) / 2;
+    }
+  if (n_chords == 0) return;
+  const double exact = std::numbers::pi * semi_axes[0] * semi_axes[1];
+  rows.emplace_back(name,
+                    fmt::format("{} chords of up to {:.3g} mm, up to {:.2g} % of the radius inside the curve",
+                                n_chords, 1e3 * longest, 100 * (1 - least_radius)));
+  // Of a curve that is cut by something else, only a part is left.
+  if (std::abs(area) > exact / 2)
+    rows.back().second += fmt::format(", area {:+.2g} %", 100 * (std::abs(area) / exact - 1));
+}
+
+void add_curves(Rows& rows, const input::Specimen& specimen) {
+  if (!specimen.shape) return;
+  if (specimen.outline && specimen.outline->polygon.empty()) {
+    const double radius = specimen.outline->radius;
+    add_curve(rows, *specimen.shape, "edge-0", {radius, radius}, {radius, radius}, 0);
+  }
+  for (std::size_t i = 0; i < specimen.holes.size(); ++i)
+    if (const input::Hole& hole = specimen.holes[i]; hole.polygon.empty())
+      add_curve(rows, *specimen.shape, fmt::format("hole-{}", i), hole.center, hole.semi_axes, hole.angle);
 }
 
 /// From here on the mesh, not the material, decides where cracks run fast; greatest over least.
@@ -304,6 +347,7 @@ Rows subject_rows(const Subject& subject, double memory, double available) {
                                  subject.realization.report.min_quality)},
       {"boundary triangles", fmt::format("{}", subject.realization.boundary.size())},
   };
+  add_curves(rows, subject.parameters.specimen);
   add_regions(rows, subject);
   add_criterion(rows, subject);
   add_waves(rows, parameters);

@@ -308,7 +308,7 @@ void check_boundaries(const Parameters& parameters, Findings& findings) {
     return;
   }
   const Specimen& specimen = parameters.specimen;
-  const bool size_known = is_box(specimen) ? !findings.faulty("specimen.size") : specimen.shape.has_value();
+  const bool size_known = is_box(specimen) ? size_is_known(findings) : specimen.shape.has_value();
   for (std::size_t i = 0; i < parameters.boundaries.size(); ++i) {
     const std::string key = boundary_key(i);
     const Boundary& condition = parameters.boundaries[i];

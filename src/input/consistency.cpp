@@ -88,7 +88,7 @@ bool can_arrive(const Specimen& specimen, int axis, double position) {
 void check_sections_along(int axis, const std::vector<double>& positions, const std::string& name,
                           const Specimen& specimen, Findings& findings) {
   const auto [lower, upper] = bounds_of(specimen)[index(axis)];
-  const bool has_size = !findings.faulty("specimen.size") && !findings.faulty("specimen.outline");
+  const bool has_size = size_is_known(findings);
   // A body without notches has no crack paths, wherever its sections are.
   const bool has_notches =
       has_size && is_box(specimen) && !findings.faulty("specimen.notch") && !specimen.notches.empty();
@@ -141,7 +141,7 @@ void check_line(const SectionLine& line, const std::string& key, const Specimen&
   };
   if (line.from == line.to) {
     findings.report(key + ".to", "{} is where the line starts; give another point", point(line.to));
-  } else if (!findings.faulty("specimen.size") && !meets_box(line, specimen.size)) {
+  } else if (size_is_known(findings) && !meets_box(line, specimen.size)) {
     findings.report(
         key,
         "the line from {} to {} does not pass through the body; give ends with y between 0 and {} and "
@@ -164,7 +164,7 @@ Region slot_of(const Notch& notch, const Vector& size) {
 }
 
 void check_specimen(const Parameters& parameters, Findings& findings) {
-  if (findings.faulty("specimen.size") || !is_box(parameters.specimen)) return;
+  if (!size_is_known(findings) || !is_box(parameters.specimen)) return;
   const Vector& size = parameters.specimen.size;
   const auto& notches = parameters.specimen.notches;
   for (std::size_t i = 0; i < notches.size(); ++i) {
@@ -244,7 +244,7 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
                     "time.engine = \"fixed-point\"");
   const auto& size = parameters.specimen.size;
   if (const double largest = std::max({size[0], size[1], size[2]});
-      !findings.faulty("specimen.size") && parameters.fracture.length >= largest)
+      size_is_known(findings) && parameters.fracture.length >= largest)
     findings.report("fracture.length", "{} is a ball as large as the body; give less than {}, some spacings",
                     show(parameters.fracture.length), show(largest));
   if (findings.faulty("fracture.strength") || findings.faulty("fracture.toughness")) return;

@@ -7,6 +7,9 @@
 /// Contradictions between keys. Each check leaves out what depends on a key that is faulty itself.
 namespace crackle::input {
 
+/// Whether the extent of the body can be judged.
+bool size_is_known(const Findings& findings);
+
 /// Whether the body is a box, with slots cut into its faces at most.
 bool is_box(const Specimen& specimen);
 /// Checks that the keys of the specimen go together, and finds the size of an outline and the shape of a body

@@ -104,7 +104,7 @@ void check_region(const Parameters& parameters, std::size_t i, Findings& finding
       region.spacing > parameters.mesh.spacing)
     findings.report(key + ".spacing", "{} is over mesh.spacing, which holds everywhere; give at most {}",
                     show(region.spacing), show(parameters.mesh.spacing));
-  if (findings.faulty(key) || findings.faulty("specimen.size") || findings.faulty("specimen.outline")) return;
+  if (findings.faulty(key) || !size_is_known(findings)) return;
   const Vector& size = parameters.specimen.size;
   const Region bounds = bounds_of(parameters.specimen);
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -138,7 +138,7 @@ void check_mesh(const Parameters& parameters, Findings& findings) {
     findings.report("mesh.notch_spacing", "{} is over mesh.spacing; give at most {}",
                     show(mesh.notch_spacing), show(mesh.spacing));
   }
-  if (findings.faulty("specimen.size")) return;
+  if (!size_is_known(findings)) return;
   const Vector& size = parameters.specimen.size;
   const double smallest = *std::min_element(size.begin(), size.end());
   if (mesh.spacing > smallest) {

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -422,6 +423,12 @@ void check_outline(const Parameters& parameters, Findings& findings) {
 
 }  // namespace
 
+bool size_is_known(const Findings& findings) {
+  return std::ranges::none_of(std::array{"size", "thickness", "outline", "radius"}, [&](const char* key) {
+    return findings.faulty(fmt::format("specimen.{}", key));
+  });
+}
+
 bool is_box(const Specimen& specimen) {
   return !specimen.outline && specimen.holes.empty() &&
          std::ranges::none_of(specimen.notches, [](const Notch& notch) { return notch.slot.has_value(); });
@@ -442,7 +449,7 @@ void complete_specimen(Parameters& parameters, Findings& findings) {
   check_holes(parameters, findings);
   check_slots(parameters, findings);
   Specimen& specimen = parameters.specimen;
-  if (specimen.outline && !findings.faulty("specimen.outline") && !findings.faulty("specimen.radius")) {
+  if (specimen.outline && size_is_known(findings)) {
     specimen.size[1] = specimen.size[2] = 2 * specimen.outline->radius;
     const Region bounds = bounds_of(specimen);
     for (std::size_t i = 1; i < 3; ++i) specimen.size[i] = bounds[i].second - bounds[i].first;

@@ -102,25 +102,41 @@ Point on_ellipse(const Point& centre, const Point& first, const Point& second, d
   return centre + (1 - t * t) * scale * first + 2 * t * scale * second;
 }
 
-/// The corners of a quarter of an ellipse without its end.
-Polygon quarter(const Point& centre, const Point& first, const Point& second, const Spacing& spacing) {
+/// Tangent of the half of 45 degrees.
+const double middle = std::sqrt(2.0) - 1;
+
+/// The corners of a part of an ellipse from angle 0 to 45 degrees, in axes of the lengths of the semi-axes,
+/// without the end.
+Polygon half_quarter(const Point& centre, const Point& first, const Point& second, const Spacing& spacing) {
   // The number of spacings up to equally distant parameters.
-  constexpr std::size_t n_steps = 4096;
+  constexpr std::size_t n_steps = 2048;
+  const auto at = [&](double step) {
+    return on_ellipse(centre, first, second, middle * step / static_cast<double>(n_steps));
+  };
   std::vector<double> count(n_steps + 1, 0);
   Point before = centre + first;
   for (std::size_t i = 0; i < n_steps; ++i) {
-    const Point after = on_ellipse(centre, first, second, static_cast<double>(i + 1) / n_steps);
+    const Point after = at(static_cast<double>(i + 1));
     count[i + 1] = count[i] + norm(after - before) / spacing(before + 0.5 * (after - before));
     before = after;
   }
-  const double n_chords = std::max(2.0, std::ceil(count.back() * (1 - 1e-9)));
+  const double n_chords = std::max(1.0, std::ceil(count.back() * (1 - 1e-9)));
   Polygon corners{centre + first};
   for (double chord = 1; chord < n_chords; ++chord) {
     const double wanted = count.back() * chord / n_chords;
     const auto i = static_cast<std::size_t>(std::ranges::upper_bound(count, wanted) - count.begin()) - 1;
-    const double share = (wanted - count[i]) / (count[i + 1] - count[i]);
-    corners.push_back(on_ellipse(centre, first, second, (static_cast<double>(i) + share) / n_steps));
+    corners.push_back(at(static_cast<double>(i) + (wanted - count[i]) / (count[i + 1] - count[i])));
   }
+  return corners;
+}
+
+/// The corners of a quarter of an ellipse without its end. From both ends alike, so that reflections map
+/// circles on themselves.
+Polygon quarter(const Point& centre, const Point& first, const Point& second, const Spacing& spacing) {
+  Polygon corners = half_quarter(centre, first, second, spacing);
+  corners.push_back(on_ellipse(centre, first, second, middle));
+  const Polygon other = half_quarter(centre, second, first, spacing);
+  corners.insert(corners.end(), other.rbegin(), other.rend() - 1);
   return corners;
 }
 

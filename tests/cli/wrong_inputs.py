@@ -13,6 +13,19 @@ def with_region(text, value):
     return text.set("boundary", "region", value, 1)
 
 
+def in_outline(text, points='[["0 mm", "0 mm"], ["24.5 mm", "0 mm"], ["24.5 mm", "140 mm"], ["0 mm", "140 mm"]]'):
+    """The demo's plate as an outline; the line is that of the outline."""
+    return text.drop("specimen", "size").set("specimen", "thickness", '"5 mm"').set("specimen", "outline", points)
+
+
+def with_hole(text, *lines, at=0):
+    return text.append("[[specimen.hole]]", *lines, at=at)
+
+
+def with_slot(text, start, end, *lines, height="0.6 mm", at=0):
+    return text.append("[[specimen.notch]]", f"from = {start}", f"to = {end}", f'height = "{height}"', *lines, at=at)
+
+
 CASES = [
     # Values with units.
     Case("wrong dimension", lambda t: t.set("mesh", "spacing", '"3 kg"'), "mesh.spacing",
@@ -396,6 +409,75 @@ CASES = [
     Case("leading zero", lambda t: t.set("ensemble", "samples", "007"), "syntax error", "leading zero"),
     Case("nested without end", lambda t: t.append("a = " + "[" * 50000 + "]" * 50000), "nested more than 32 deep"),
     Case("dotted without end", lambda t: t.append("a" + ".a" * 50000 + " = 1"), "nested more than 32 deep"),
+    # Any plate.
+    Case("outline besides size", lambda t: t.set("specimen", "outline", '"circle"').at("specimen", "size"),
+         "specimen.size", "is given besides outline", errors=3),
+    Case("no body", lambda t: t.drop("specimen", "size"), "specimen.size", "the key is missing", "three lengths"),
+    Case("outline without thickness", lambda t: in_outline(t).drop("specimen", "thickness"), "specimen.thickness",
+         "the key is missing"),
+    Case("circle without radius", lambda t: in_outline(t, '"circle"').at("specimen"), "specimen.radius",
+         "the key is missing", '"25 mm"'),
+    Case("radius of a polygon", lambda t: in_outline(t).set("specimen", "radius", '"3 mm"'), "specimen.radius",
+         'is for outline = "circle"'),
+    Case("outline of two points", lambda t: in_outline(t, '[["0 mm", "0 mm"], ["3 mm", "3 mm"]]'), "specimen.outline",
+         "2 points bound no area"),
+    Case("outline that meets itself",
+         lambda t: in_outline(t, '[["0 mm", "0 mm"], ["24.5 mm", "140 mm"], ["24.5 mm", "0 mm"], ["0 mm", "140 mm"]]'),
+         "specimen.outline", "meets itself"),
+    Case("outline from no file", lambda t: in_outline(t, '"nowhere.txt"'), "specimen.outline", "there is no file",
+         "nowhere.txt"),
+    Case("point of three lengths", lambda t: in_outline(t, '[["0 mm", "0 mm", "1 mm"]]'), "specimen.outline[0]",
+         "3 elements", "two lengths"),
+    Case("sharp outline",
+         lambda t: in_outline(t, '[["0 mm", "0 mm"], ["24.5 mm", "0 mm"], ["2 mm", "3 mm"], ["24.5 mm", "140 mm"], '
+                                 '["0 mm", "140 mm"]]').drop_tables("specimen.notch").set("mesh", "min_quality", "0.4"),
+         "mesh.min_quality", "7.59 degrees, where no tetrahedron is better"),
+    Case("hole without a form", lambda t: with_hole(t, 'center = ["9 mm", "100 mm"]'), "specimen.hole[0]",
+         "has no form", "radius, semi_axes, polygon"),
+    Case("hole of two forms",
+         lambda t: with_hole(t, 'center = ["9 mm", "100 mm"]', 'radius = "2 mm"', 'semi_axes = ["2 mm", "1 mm"]'),
+         "specimen.hole[0]", "several forms"),
+    Case("hole without a centre", lambda t: with_hole(t, 'radius = "2 mm"'), "specimen.hole[0].center",
+         "the key is missing"),
+    Case("angle of a circle",
+         lambda t: with_hole(t, 'center = ["9 mm", "100 mm"]', 'radius = "2 mm"', 'angle = "3 degree"', at=3),
+         "specimen.hole[0].angle", "is for semi_axes"),
+    Case("angle without unit",
+         lambda t: with_hole(t, 'center = ["9 mm", "100 mm"]', 'semi_axes = ["2 mm", "1 mm"]', "angle = 30", at=3),
+         "specimen.hole[0].angle", "without a unit", '"30 degree"'),
+    Case("hole over the edge", lambda t: with_hole(t, 'center = ["1 mm", "100 mm"]', 'radius = "2 mm"'),
+         "specimen.hole[0]", "reaches over the edge of the body"),
+    Case("hole beside the body", lambda t: with_hole(t, 'center = ["40 mm", "100 mm"]', 'radius = "2 mm"'),
+         "specimen.hole[0]", "lies outside the body"),
+    Case("holes that touch",
+         lambda t: with_hole(with_hole(t, 'center = ["12 mm", "100 mm"]', 'radius = "2 mm"'),
+                             'center = ["12 mm", "104 mm"]', 'radius = "2 mm"'),
+         "specimen.hole[1]", "touches or overlaps specimen.hole[0]"),
+    Case("slot that cuts the body", lambda t: with_slot(t, '["0 mm", "100 mm"]', '["24.5 mm", "110 mm"]'),
+         "specimen.notch[2]", "cuts the body in two"),
+    Case("slot of one point", lambda t: with_slot(t, '["9 mm", "100 mm"]', '["9 mm", "100 mm"]', at=2),
+         "specimen.notch[2].to", "is the same point as from"),
+    Case("round slot that is too high",
+         lambda t: with_slot(t, '["9 mm", "100 mm"]', '["10 mm", "100 mm"]', 'end = "round"', height="4 mm", at=3),
+         "specimen.notch[2].height", "too much for round ends"),
+    Case("slot with a face", lambda t: with_slot(t, '["9 mm", "100 mm"]', '["12 mm", "100 mm"]', 'face = "y-min"', at=4),
+         "specimen.notch[2].face", "does not go with from and to"),
+    Case("slot without an end", lambda t: t.append("[[specimen.notch]]", 'from = ["0 mm", "9 mm"]', 'height = "1 mm"'),
+         "specimen.notch[2].to", "the key is missing"),
+    Case("unknown face", lambda t: t.set("boundary", "on", '"top"'), "boundary[0].on", '"top" is not known', '"z-min"',
+         '"edge-0" to "edge-3", "notch-0" to "notch-1"'),
+    Case("edge that is not there", lambda t: in_outline(t).set("boundary", "on", '"edge-4"'), "boundary[0].on",
+         '"edge-4" is not known'),
+    Case("end where no edge lies",
+         lambda t: in_outline(t, '[["0 mm", "0 mm"], ["24.5 mm", "5 mm"], ["24.5 mm", "140 mm"], ["0 mm", "140 mm"]]')
+         .set("boundary", "on", '"z-min"'), "boundary[0].on", "no edge of the outline lies at z-min"),
+    Case("region beside an edge",
+         lambda t: in_outline(t).set("boundary", "on", '"edge-1"').set("boundary", "region", '{ y = ["1 mm", "2 mm"] }'),
+         "boundary[0].region", 'misses "edge-1"', "z from 0 m to 140 mm"),
+    Case("pressure with components",
+         lambda t: t.drop("boundary", "force", 1).drop("boundary", "rate", 1)
+         .set("boundary", "pressure", '["1 MPa", "0 MPa", "0 MPa"]', 1), "boundary[1].pressure", "this is an array",
+         "give a stress"),
     # Several errors are all reported, in the order of their lines.
     Case("five errors",
          lambda t: t.set("output", "frames", "-1").set("time", "integrator", '"euler"')

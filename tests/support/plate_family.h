@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Inputs of plates with any outline, a family of random ones, and the reasons to refuse one, found on a raster of
-// points without the program's geometry.
+// Inputs of plates with any outline, a family of random ones, and the reasons to refuse one, found on a
+// raster of points without the program's geometry.
 #pragma once
 
 #include "crackle/common/random.h"
@@ -29,6 +29,7 @@ struct PlateText {
   std::vector<std::string> holes = {};
   std::vector<std::string> notches = {};
   std::string mesh = "spacing = \"1 mm\"";
+  std::string section = "10 mm";
 
   std::string text() const {
     std::string result = "[ensemble]\nsamples = 1\n[specimen]\n" + specimen + "\n";
@@ -48,8 +49,8 @@ fix = ["x", "y", "z"]
 [time]
 duration = "50 us"
 [sections]
-y = ["10 mm"]
-)";
+y = [")" + section +
+           "\"]\n";
   }
 };
 
@@ -71,12 +72,17 @@ struct RandomPlate : PlateText {
   struct Slot {
     Place from, to;
     double height;
-    bool is_round;
+    std::array<bool, 2> is_round;  // at from and to
     bool contains(const Place& p, double margin = 0) const {
       const double length = std::hypot(to[0] - from[0], to[1] - from[1]);
       const Place along{(to[0] - from[0]) / length, (to[1] - from[1]) / length};
       const double way = along[0] * (p[0] - from[0]) + along[1] * (p[1] - from[1]);
       const double side = along[0] * (p[1] - from[1]) - along[1] * (p[0] - from[0]);
+      // The middle of a half circle is half a height before its end.
+      const double before = height / 2 - way;
+      const double beyond = way - (length - height / 2);
+      if (is_round[0] && before > 0 && std::hypot(before, side) >= height / 2 + margin) return false;
+      if (is_round[1] && beyond > 0 && std::hypot(beyond, side) >= height / 2 + margin) return false;
       return way > -margin && way < length + margin && std::abs(side) < height / 2 + margin;
     }
   };
@@ -110,7 +116,8 @@ struct RandomPlate : PlateText {
       for (int j = 0; j < n_raster; ++j) {
         const Place p = place(i, j);
         state[static_cast<std::size_t>(i * n_raster + j)] =
-            in_outline(p) && std::ranges::none_of(ellipses, [&](const auto& some) { return some.contains(p); }) &&
+            in_outline(p) &&
+            std::ranges::none_of(ellipses, [&](const auto& some) { return some.contains(p); }) &&
             std::ranges::none_of(slots, [&](const auto& some) { return some.contains(p); });
       }
     std::vector<int> sizes;
@@ -171,21 +178,23 @@ struct RandomPlate : PlateText {
     return false;
   }
 
-  bool slot_is_outside() const {
-    return std::ranges::any_of(slots, [&](const Slot& slot) {
+  bool cutter_is_outside() const {
+    const auto is_outside = [this](const auto& cutter) {
       int n = 0;
       for (int i = 0; i < n_raster; ++i)
-        for (int j = 0; j < n_raster; ++j) n += slot.contains(place(i, j)) && in_outline(place(i, j));
+        for (int j = 0; j < n_raster; ++j) n += cutter.contains(place(i, j), -0.2) && in_outline(place(i, j));
       return n == 0;
-    });
+    };
+    return std::ranges::any_of(slots, is_outside) || std::ranges::any_of(ellipses, is_outside);
   }
 
   /// Why no such plate exists, beyond what a raster can doubt; or nothing.
   std::string impossible() const {
     const std::vector<int> sizes = pieces();
     if (sizes.size() > 1 && sizes[1] > 12) return "in two pieces";
-    if (cutters_come_near(0)) return "cutters overlap";
-    if (hole_leaves(-2 * cell)) return "a hole reaches over the edge";
+    // Chords leave up to a tenth of a curve's radius.
+    if (cutters_come_near(-0.3)) return "cutters overlap";
+    if (hole_leaves(-0.3)) return "a hole reaches over the edge";
     return "";
   }
 
@@ -195,9 +204,8 @@ struct RandomPlate : PlateText {
     const double doubt = 2 * cell;
     if (says("touches or overlaps") && cutters_come_near(doubt)) return "cutters overlap";
     if (says("reaches over the edge") && hole_leaves(doubt)) return "a hole reaches over the edge";
-    if (says("cuts the body in") && (pieces().size() > 1 || hole_leaves(doubt) || !slots.empty()))
-      return pieces().size() > 1 || hole_leaves(doubt) ? "in two pieces" : "";
-    if (says("lies outside the body") && slot_is_outside()) return "a slot outside";
+    if (says("cuts the body in") && pieces().size() > 1) return "in two pieces";
+    if (says("lies outside the body") && cutter_is_outside()) return "a hole or slot outside";
     if (says("degrees, where no tetrahedron is better")) return sharpest() < 20 ? "a sharp corner" : "";
     if (says("is too much for round ends")) return "a slot higher than long";
     return "";
@@ -225,7 +233,8 @@ inline RandomPlate random_plate(RandomStream stream) {
   const double thickness = stream.uniform(0.5, 4);
   const int kind = number(4);
   if (kind == 0) {
-    plate.specimen = fmt::format("thickness = \"{} mm\"\noutline = \"circle\"\nradius = \"10 mm\"", thickness);
+    plate.specimen =
+        fmt::format("thickness = \"{} mm\"\noutline = \"circle\"\nradius = \"10 mm\"", thickness);
   } else if (kind == 1) {
     plate.corners = {{0, 0}, {20, 0}, {20, 20}, {0, 20}};
     plate.specimen = fmt::format("size = [\"{} mm\", \"20 mm\", \"20 mm\"]", thickness);
@@ -249,10 +258,12 @@ inline RandomPlate random_plate(RandomStream stream) {
                                     {a, is_circle ? a : stream.uniform(0.5, 3)},
                                     is_circle ? 0 : stream.uniform(0, 180)};
     plate.ellipses.push_back(hole);
-    const std::string centre = fmt::format("center = [\"{} mm\", \"{} mm\"]\n", hole.centre[0], hole.centre[1]);
-    plate.holes.push_back(centre + (is_circle ? fmt::format("radius = \"{} mm\"", a)
-                                              : fmt::format("semi_axes = [\"{} mm\", \"{} mm\"]\nangle = \"{} degree\"",
-                                                            a, hole.axes[1], hole.angle)));
+    const std::string centre =
+        fmt::format("center = [\"{} mm\", \"{} mm\"]\n", hole.centre[0], hole.centre[1]);
+    plate.holes.push_back(
+        centre + (is_circle ? fmt::format("radius = \"{} mm\"", a)
+                            : fmt::format("semi_axes = [\"{} mm\", \"{} mm\"]\nangle = \"{} degree\"", a,
+                                          hole.axes[1], hole.angle)));
   }
   const int n_slots = number(3);
   for (int i = 0; i < n_slots; ++i) {
@@ -260,8 +271,9 @@ inline RandomPlate random_plate(RandomStream stream) {
     RandomPlate::Slot slot{{stream.uniform(0, 20), stream.uniform(0, 20)},
                            {stream.uniform(4, 16), stream.uniform(4, 16)},
                            stream.uniform(0.3, 1.5),
-                           is_round};
+                           {}};
     if (number(8) == 0 && !plate.corners.empty()) slot.from = plate.corners[0];  // at a corner
+    slot.is_round = {is_round && plate.in_outline(slot.from), is_round && plate.in_outline(slot.to)};
     plate.slots.push_back(slot);
     plate.notches.push_back(fmt::format(
         "from = [\"{} mm\", \"{} mm\"]\nto = [\"{} mm\", \"{} mm\"]\nheight = \"{} mm\"\nend = \"{}\"",
@@ -270,8 +282,9 @@ inline RandomPlate random_plate(RandomStream stream) {
   const double spacing = std::min(thickness, stream.uniform(0.8, 2.5));
   plate.min_quality = stream.uniform(0.05, 0.2);
   plate.mesh = fmt::format(
-      "spacing = \"{} mm\"\nnotch_spacing = \"{} mm\"\nperturbation = {}\nmin_quality = {}\ngrowth = {}", spacing,
-      spacing * stream.uniform(0.3, 1), stream.uniform(0, 0.3), plate.min_quality, stream.uniform(0.05, 0.5));
+      "spacing = \"{} mm\"\nnotch_spacing = \"{} mm\"\nperturbation = {}\nmin_quality = {}\ngrowth = {}",
+      spacing, spacing * stream.uniform(0.3, 1), stream.uniform(0, 0.3), plate.min_quality,
+      stream.uniform(0.05, 0.5));
   return plate;
 }
 

@@ -81,9 +81,9 @@ double way_out(const std::vector<Polygon>& polygons, const Point& start, const P
 using Spacing = std::function<double(const Point&)>;
 
 /// Corners on a part of an ellipse, centre + cos(angle) first + sin(angle) second, from angle 0 over
-/// `n_quarters` quarter turns; without the last one where these make a full turn. Each quarter is divided
-/// into chords of the same length in local spacings, none longer than the spacing, at least two. Takes no
-/// more than square roots, so every machine computes the same bits.
+/// `n_quarters` quarter turns; without the last one where these make a full turn. Each eighth is divided
+/// into chords of the same length in local spacings, none longer than the spacing. Takes no more than square
+/// roots, so every machine computes the same bits.
 Polygon arc(const Point& centre, const Point& first, const Point& second, int n_quarters,
             const Spacing& spacing);
 
