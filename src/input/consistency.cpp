@@ -119,11 +119,12 @@ void check_sections_along(int axis, const std::vector<double>& positions, const 
 }
 
 /// Whether a part of the line, more than a point, lies inside the body's box.
-bool meets_box(const SectionLine& line, const Vector& size) {
+bool meets_box(const SectionLine& line, const Region& bounds) {
   double first = 0, last = 1;  // of the line, shares of its length
   for (std::size_t k = 0; k < 2; ++k) {
     const double start = line.from[k], way = line.to[k] - start;
-    const double lower = size[k + 1] * touching, upper = size[k + 1] * (1 - touching);
+    const double gap = touching * (bounds[k + 1].second - bounds[k + 1].first);
+    const double lower = bounds[k + 1].first + gap, upper = bounds[k + 1].second - gap;
     if (way == 0 && !(start > lower && start < upper)) return false;
     if (way == 0) continue;
     const auto [enters, leaves] = std::minmax({(lower - start) / way, (upper - start) / way});
@@ -139,14 +140,19 @@ void check_line(const SectionLine& line, const std::string& key, const Specimen&
   const auto point = [](const std::array<double, 2>& p) {
     return fmt::format("[{}, {}]", show(p[0]), show(p[1]));
   };
+  const auto end = [&](std::size_t axis, bool is_upper) {
+    const auto [lower, upper] = bounds_of(specimen)[axis];
+    const double at = is_upper ? upper : lower;
+    return at == 0 ? "0" : show(at);
+  };
   if (line.from == line.to) {
     findings.report(key + ".to", "{} is where the line starts; give another point", point(line.to));
-  } else if (size_is_known(findings) && !meets_box(line, specimen.size)) {
+  } else if (size_is_known(findings) && !meets_box(line, bounds_of(specimen))) {
     findings.report(
         key,
-        "the line from {} to {} does not pass through the body; give ends with y between 0 and {} and "
-        "z between 0 and {}, or beyond",
-        point(line.from), point(line.to), show(specimen.size[1]), show(specimen.size[2]));
+        "the line from {} to {} does not pass through the body; give ends with y between {} and {} and "
+        "z between {} and {}, or beyond",
+        point(line.from), point(line.to), end(1, false), end(1, true), end(2, false), end(2, true));
   }
 }
 
