@@ -129,5 +129,71 @@ rate = "2 MPa/s"
   EXPECT_NEAR(outward, 2 * area * 0.003, 1e-9 * area);
 }
 
+/// sigma_zz at nu = 0 of the tetrahedra that touch a place [Pa]: the mean.
+double stress_at(const Plate& plate, const std::vector<double>& u, double y, double z) {
+  const auto& nodes = plate.subdomain.nodes;
+  double sum = 0;
+  double volumes = 0;
+  for (const geometry::Tetrahedron& t : plate.subdomain.tetrahedra) {
+    bool touches = false;
+    for (const std::int32_t n : t)
+      touches = touches || std::hypot(nodes[index(n)][1] - y, nodes[index(n)][2] - z) < 1e-9;
+    if (!touches) continue;
+    const geometry::Point& a = nodes[index(t[0])];
+    std::array<Vector, 3> side{};
+    for (std::size_t k = 0; k < 3; ++k) side[k] = nodes[index(t[k + 1])] - a;
+    const double volume = dot(side[0], cross(side[1], side[2])) / 6;
+    // The gradient of a linear function along z, by its values at the corners.
+    double slope = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vector normal = cross(side[(k + 1) % 3], side[(k + 2) % 3]);
+      slope += normal[2] / (6 * volume) * (u[3 * index(t[k + 1]) + 2] - u[3 * index(t[0]) + 2]);
+    }
+    sum += plate.parameters.material.youngs_modulus * slope * volume;
+    volumes += volume;
+  }
+  return sum / volumes;
+}
+
+// Howland (1930): at a hole of a fifth of the width the stress is 3.14 times that far away; Kirsch (1898) has
+// 3 in an endless plate. The means over the tetrahedra at the hole come nearer in proportion to the spacing.
+TEST(Plates, StressBesideAHoleIsHowlands) {
+  constexpr double howland = 3.14;
+  std::vector<double> errors;
+  for (const double spacing : {0.4, 0.2, 0.1}) {
+    test::PlateText text{R"(size = ["0.4 mm", "10 mm", "24 mm"])"};
+    text.holes = {R"(center = ["5 mm", "12 mm"]
+radius = "1 mm")"};
+    text.section = "5 mm";
+    text.mesh = fmt::format(R"(spacing = "0.4 mm"
+growth = 0.15
+perturbation = 0.2
+[[mesh.region]]
+y = ["5.9 mm", "6.3 mm"]
+z = ["11.8 mm", "12.2 mm"]
+spacing = "{} mm")",
+                            spacing / 4);
+    std::string boundaries = R"([[boundary]]
+on = "z-min"
+fix = ["x", "y", "z"]
+[[boundary]]
+on = "z-max"
+traction = ["0 MPa", "0 MPa", "1 MPa"]
+)";
+    Plate plate(text, boundaries);
+    plate.parameters.material.poisson_ratio = 0;
+    const double found = stress_at(plate, plate.displacement(), 6e-3, 12e-3) / 1e6;
+    errors.push_back(found / howland - 1);
+    std::printf(
+        "plate with a hole, spacing %.3f of the radius: %.3f times the stress far away, %+.1f %% of "
+        "Howland's "
+        "%.2f (%zu tetrahedra)\n",
+        spacing / 4, found, 100 * errors.back(), howland, plate.subdomain.tetrahedra.size());
+  }
+  EXPECT_LT(std::abs(errors[2]), 0.02);
+  EXPECT_LT(std::abs(errors[2]), 0.6 * std::abs(errors[1])) << "first order at least";
+  EXPECT_LT(std::abs(errors[1]), 0.7 * std::abs(errors[0]));
+}
+
 }  // namespace
 }  // namespace crackle::dynamics

@@ -30,21 +30,22 @@ def window(plate: Plate, z_values: Iterable[np.ndarray]) -> tuple[float, float]:
         values = values[np.isfinite(values)]
         if values.size:
             ends += [float(values.min()), float(values.max())]
+    bottom, top = plate.ends(2)
     if not ends:
-        ends = [0.0, plate.size[2]]
+        ends = [bottom, top]
     low, high = min(ends) / style.MILLIMETRE - MARGIN, max(ends) / style.MILLIMETRE + MARGIN
-    return max(low, -1.0), min(high, plate.size[2] / style.MILLIMETRE + 1.0)
+    return max(low, bottom / style.MILLIMETRE - 1.0), min(high, top / style.MILLIMETRE + 1.0)
 
 
 def draw_plate(axes: Axes, plate: Plate, z_range: tuple[float, float], faint: bool = False) -> None:
     """The body with its slots, at true proportions; axes in mm."""
-    width = plate.size[1] / style.MILLIMETRE
+    left, right = (end / style.MILLIMETRE for end in plate.ends(1))
     closed = [np.vstack([polygon, polygon[:1]]) / style.MILLIMETRE for polygon in plate.polygons]
     path = Path.make_compound_path(*(Path(polygon, closed=True) for polygon in closed))
     axes.add_patch(PathPatch(path, zorder=0, facecolor="none" if faint else style.BODY,
                              edgecolor=style.MUTED if faint else style.OUTLINE,
                              linewidth=0.6, linestyle="--" if faint else "-"))
-    axes.set_xlim(-0.04 * width, 1.04 * width)
+    axes.set_xlim(left - 0.04 * (right - left), right + 0.04 * (right - left))
     axes.set_ylim(*z_range)
     axes.set_aspect("equal")
     axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
@@ -55,10 +56,10 @@ def draw_plate(axes: Axes, plate: Plate, z_range: tuple[float, float], faint: bo
 def near_notches(plate: Plate) -> tuple[float, float]:
     """Their surroundings along z [mm]; the whole body where there are none."""
     ends = [z / style.MILLIMETRE for z in plate.slot_ends]
-    length = plate.size[2] / style.MILLIMETRE
+    bottom, top = (end / style.MILLIMETRE for end in plate.ends(2))
     if not ends:
-        return -1.0, length + 1.0
-    return max(min(ends) - SURROUNDINGS, -1.0), min(max(ends) + SURROUNDINGS, length + 1.0)
+        return bottom - 1.0, top + 1.0
+    return max(min(ends) - SURROUNDINGS, bottom - 1.0), min(max(ends) + SURROUNDINGS, top + 1.0)
 
 
 def time_colours(latest: float) -> Normalize:

@@ -29,6 +29,11 @@ class Plate:
     def polygons(self) -> list[np.ndarray]:
         return np.split(self.outline, self.outline_first[1:-1])
 
+    def ends(self, axis: int) -> tuple[float, float]:
+        """Least and greatest y (axis 1) or z (2) of the body."""
+        values = self.outline[:, axis - 1]
+        return float(values.min()), float(values.max())
+
     @property
     def slot_ends(self) -> list[float]:
         """Lowest and highest z of all slots, lowest of a slot first."""
