@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "consistency.h"
 #include "dimension.h"
+#include "document.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -180,7 +181,7 @@ std::string known_names(const Specimen& specimen) {
 }
 
 void check_region(const Boundary& condition, const std::string& key, const Specimen& specimen,
-                  Findings& findings) {
+                  const std::vector<Wall>& walls, Findings& findings) {
   if (const auto face = box_face(condition, specimen))
     return check_region_of_box(condition, *face, key, specimen, findings);
   const Region& region = condition.region;
@@ -196,7 +197,7 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
   plane::Bounds bounds{{infinity, infinity}, {-infinity, -infinity}};
   bool is_known = is_side;
   bool is_met = false;
-  for (const Wall& wall : walls_of(specimen)) {
+  for (const Wall& wall : walls) {
     if (!is_side && std::ranges::find(wall.names, condition.on) == wall.names.end()) continue;
     is_known = true;
     is_met = is_met || share_in(wall, region);
@@ -209,7 +210,7 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
     const bool is_end = std::ranges::find(face_names, condition.on) != face_names.end();
     findings.report(key + ".on", "{}; give one of {}",
                     is_end ? fmt::format("no edge of the outline lies at {}", condition.on)
-                           : fmt::format("\"{}\" is not known", condition.on),
+                           : fmt::format("\"{}\" is not known", shortened(condition.on)),
                     known_names(specimen));
     return;
   }
@@ -226,7 +227,8 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
 }
 
 /// Whether two conditions hold on a common part of a box's faces, or of its walls.
-bool have_common_part(const Boundary& a, const Boundary& b, const Specimen& specimen) {
+bool have_common_part(const Boundary& a, const Boundary& b, const Specimen& specimen,
+                      const std::vector<Wall>& walls) {
   const auto overlap = [](const std::pair<double, double>& one, const std::pair<double, double>& other) {
     return std::max(one.first, other.first) < std::min(one.second, other.second);
   };
@@ -245,7 +247,7 @@ bool have_common_part(const Boundary& a, const Boundary& b, const Specimen& spec
     return false;
   if (a.on.starts_with("x-") || b.on.starts_with("x-"))
     return a.on == b.on && overlap(a.region[1], b.region[1]) && overlap(a.region[2], b.region[2]);
-  return std::ranges::any_of(walls_of(specimen), [&](const Wall& wall) {
+  return std::ranges::any_of(walls, [&](const Wall& wall) {
     const auto has = [&](const std::string& name) {
       return std::ranges::find(wall.names, name) != wall.names.end();
     };
@@ -257,7 +259,8 @@ bool have_common_part(const Boundary& a, const Boundary& b, const Specimen& spec
 }
 
 /// Two conditions that prescribe the same component of the same points, other than to fix it twice.
-void check_conflicts(const Parameters& parameters, std::size_t i, Findings& findings) {
+void check_conflicts(const Parameters& parameters, std::size_t i, const std::vector<Wall>& walls,
+                     Findings& findings) {
   const Boundary& condition = parameters.boundaries[i];
   for (std::size_t j = 0; j < i; ++j) {
     const Boundary& other = parameters.boundaries[j];
@@ -266,7 +269,7 @@ void check_conflicts(const Parameters& parameters, std::size_t i, Findings& find
     std::vector<std::string> shared;
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (condition.components[axis] && other.components[axis]) shared.emplace_back(axis_names[axis]);
-    if (!shared.empty() && have_common_part(condition, other, parameters.specimen)) {
+    if (!shared.empty() && have_common_part(condition, other, parameters.specimen, walls)) {
       findings.report(boundary_key(i),
                       "prescribes the motion in {} of points that {} prescribes too; "
                       "give each component once",
@@ -309,15 +312,18 @@ void check_boundaries(const Parameters& parameters, Findings& findings) {
   }
   const Specimen& specimen = parameters.specimen;
   const bool size_known = is_box(specimen) ? size_is_known(findings) : specimen.shape.has_value();
+  const std::vector<Wall> walls =
+      size_known && !findings.faulty("specimen.notch") ? walls_of(specimen) : std::vector<Wall>{};
   for (std::size_t i = 0; i < parameters.boundaries.size(); ++i) {
     const std::string key = boundary_key(i);
     const Boundary& condition = parameters.boundaries[i];
     check_kind(key, findings);
     if (findings.faulty(key)) continue;
     check_course(condition, key, parameters.time.start, findings);
-    if (size_known) check_region(condition, key, specimen, findings);
+    if (condition.on.starts_with("notch-") && findings.faulty("specimen.notch")) continue;
+    if (size_known) check_region(condition, key, specimen, walls, findings);
     if (size_known && prescribes_motion(condition) && !findings.faulty(key)) {
-      check_conflicts(parameters, i, findings);
+      check_conflicts(parameters, i, walls, findings);
     }
   }
   if (parameters.time.start != Start::rest && !findings.faulty("boundary") &&

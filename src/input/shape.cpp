@@ -114,7 +114,7 @@ public:
       : parameters_(parameters), specimen_(parameters.specimen), findings_(findings), spacing_(parameters) {}
 
   std::optional<plane::Shape> make() {
-    if (!add_outline()) return {};
+    if (!add_outline() || !check_chords("specimen.outline", shape_.loops.front().corners)) return {};
     size_ = 0;
     for (const Point& p : shape_.loops.front().corners)
       for (const Point& q : shape_.loops.front().corners) size_ = std::max(size_, plane::norm(p - q));
@@ -124,6 +124,7 @@ public:
     for (std::size_t i = 0; i < specimen_.notches.size(); ++i)
       if (auto loop = notch(i)) cutters.push_back({fmt::format("specimen.notch[{}]", i), std::move(*loop)});
     for (std::size_t i = 0; i < cutters.size(); ++i) {
+      if (!check_chords(cutters[i].key, cutters[i].loop.corners)) return {};
       if (!is_apart(cutters, i)) return {};
       if (!cut(cutters[i])) return {};
     }
@@ -162,7 +163,7 @@ private:
       // Side i, from corner i to the next one, is the side that leads to corner i now.
       std::ranges::reverse(loop.corners);
       std::ranges::reverse(loop.part);
-      std::ranges::rotate(loop.part, loop.part.begin() + 1);
+      std::rotate(loop.part.begin(), loop.part.begin() + 1, loop.part.end());
     }
     shape_.loops = {std::move(loop)};
     return true;
@@ -172,6 +173,13 @@ private:
     plane::Loop loop{turned_left(std::move(polygon)), {}};
     loop.part.assign(loop.size(), part);
     return loop;
+  }
+
+  bool check_chords(const std::string& key, const Polygon& corners) {
+    if (static_cast<double>(corners.size()) < 2 * plane::max_chords) return true;
+    findings_.report(key, "would take more than {} chords of the spacing there; give a coarser spacing",
+                     corners.size());
+    return false;
   }
 
   std::optional<plane::Loop> hole(std::size_t i) {
@@ -224,15 +232,10 @@ private:
 
   bool is_in_body(const Point& p) const {
     const Polygon& outline = shape_.loops.front().corners;
-    bool inside = false;
-    for (std::size_t i = 0; i < outline.size(); ++i) {
-      const Point& from = outline[i];
-      const Point& to = outline[(i + 1) % outline.size()];
-      if (plane::distance(p, from, to) <= on_surface * size_) return false;
-      if ((from[1] > p[1]) == (to[1] > p[1])) continue;
-      if (from[0] + (p[1] - from[1]) / (to[1] - from[1]) * (to[0] - from[0]) > p[0]) inside = !inside;
-    }
-    return inside;
+    for (std::size_t i = 0; i < outline.size(); ++i)
+      if (plane::distance(p, outline[i], outline[(i + 1) % outline.size()]) <= on_surface * size_)
+        return false;
+    return holds(outline, p);
   }
 
   /// The corners at one end of a slot, from the right of its direction to the left.
@@ -274,21 +277,41 @@ private:
   }
 
   bool is_apart(const std::vector<Cutter>& cutters, std::size_t i) {
+    const Polygon& a = cutters[i].loop.corners;
     for (std::size_t j = 0; j < i; ++j) {
-      const Polygon& a = cutters[i].loop.corners;
       const Polygon& b = cutters[j].loop.corners;
-      double gap = plane::overlap(a, b) ? 0 : std::numeric_limits<double>::infinity();
-      for (std::size_t k = 0; k < a.size() && gap > 0; ++k)
-        for (std::size_t l = 0; l < b.size(); ++l)
-          gap = std::min(gap, plane::distance(a[k], a[(k + 1) % a.size()], b[l], b[(l + 1) % b.size()]));
-      if (gap > touching * size_) continue;
+      if (!plane::come_near(a, b, touching * size_) && !holds(a, b[0]) && !holds(b, a[0])) continue;
       findings_.report(cutters[i].key, "touches or overlaps {}; leave material between them", cutters[j].key);
       return false;
     }
     return true;
   }
 
+  /// Whether a point lies inside a polygon, and not on its sides.
+  static bool holds(const Polygon& polygon, const Point& p) {
+    bool inside = false;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Point& from = polygon[i];
+      const Point& to = polygon[(i + 1) % polygon.size()];
+      if ((from[1] > p[1]) == (to[1] > p[1])) continue;
+      if (from[0] + (p[1] - from[1]) / (to[1] - from[1]) * (to[0] - from[0]) > p[0]) inside = !inside;
+    }
+    return inside;
+  }
+
+  /// Cuts out what lies inside the outline and apart from all else, which needs no set operation.
+  bool cut_hole(const Cutter& cutter) {
+    const Polygon& corners = cutter.loop.corners;
+    const Polygon& outline = shape_.loops.front().corners;
+    if (plane::come_near(corners, outline, touching * size_) || !holds(outline, corners[0])) return false;
+    plane::Loop hole = cutter.loop;
+    std::ranges::reverse(hole.corners);  // all its sides belong to one part
+    shape_.loops.push_back(std::move(hole));
+    return true;
+  }
+
   bool cut(const Cutter& cutter) {
+    if (cut_hole(cutter)) return true;
     const double before = plane::area(shape_);
     std::vector<plane::Shape> pieces = plane::difference(shape_, cutter.loop);
     std::erase_if(pieces, [&](const plane::Shape& piece) {
@@ -324,15 +347,15 @@ private:
   }
 
   bool check_gaps() {
-    const plane::Gap gap = plane::smallest_gap(shape_);
-    if (gap.distance > touching * size_) return true;
-    const int one = shape_.loops[gap.loop].part[gap.side];
-    const int other = shape_.loops[gap.other_loop].part[gap.other_side];
+    const auto gap = plane::smallest_gap(shape_, touching * size_);
+    if (!gap) return true;
+    const int one = shape_.loops[gap->loop].part[gap->side];
+    const int other = shape_.loops[gap->other_loop].part[gap->other_side];
     findings_.report(key_of(std::max(one, other)), "{} comes as near as {} to {} at {}; leave more than {}",
                      shape_.parts[static_cast<std::size_t>(std::max(one, other))].name,
-                     input::show(gap.distance),
+                     input::show(gap->distance),
                      shape_.parts[static_cast<std::size_t>(std::min(one, other))].name,
-                     show_place(shape_.loops[gap.loop].from(gap.side)), input::show(touching * size_));
+                     show_place(shape_.loops[gap->loop].from(gap->side)), input::show(touching * size_));
     return false;
   }
 

@@ -120,7 +120,7 @@ Polygon half_quarter(const Point& centre, const Point& first, const Point& secon
     count[i + 1] = count[i] + norm(after - before) / spacing(before + 0.5 * (after - before));
     before = after;
   }
-  const double n_chords = std::max(1.0, std::ceil(count.back() * (1 - 1e-9)));
+  const double n_chords = std::clamp(std::ceil(count.back() * (1 - 1e-9)), 1.0, max_chords);
   Polygon corners{centre + first};
   for (double chord = 1; chord < n_chords; ++chord) {
     const double wanted = count.back() * chord / n_chords;
@@ -158,23 +158,60 @@ Polygon arc(const Point& centre, const Point& first, const Point& second, int n_
   return corners;
 }
 
-Gap smallest_gap(const Shape& shape) {
-  Gap smallest{infinity, 0, 0, 0, 0};
+namespace {
+
+/// Whether two boxes are farther apart than `limit` along an axis.
+bool are_apart(const Bounds& a, const Bounds& b, double limit) {
+  for (std::size_t i = 0; i < 2; ++i)
+    if (a.lower[i] > b.upper[i] + limit || b.lower[i] > a.upper[i] + limit) return true;
+  return false;
+}
+
+struct BoundedSide {
+  Point from, to;
+  Bounds bounds;
+  std::size_t loop, side;
+};
+
+std::vector<BoundedSide> sides_of(const Loop& loop, std::size_t number) {
+  std::vector<BoundedSide> sides;
+  for (std::size_t i = 0; i < loop.size(); ++i)
+    sides.push_back({loop.from(i), loop.to(i), bounds_of({loop.from(i), loop.to(i)}), number, i});
+  return sides;
+}
+
+}  // namespace
+
+std::optional<Gap> smallest_gap(const Shape& shape, double limit) {
+  std::vector<BoundedSide> sides;
   for (std::size_t l = 0; l < shape.loops.size(); ++l)
-    for (std::size_t i = 0; i < shape.loops[l].size(); ++i) {
-      const Loop& loop = shape.loops[l];
-      for (std::size_t m = l; m < shape.loops.size(); ++m) {
-        const Loop& other = shape.loops[m];
-        for (std::size_t j = m == l ? i + 1 : 0; j < other.size(); ++j) {
-          if (m == l && (j == i + 1 || (j + 1) % loop.size() == i)) continue;
-          const int part = loop.part[i];
-          if (part == other.part[j] && shape.parts[static_cast<std::size_t>(part)].is_curve) continue;
-          const double gap = distance(loop.from(i), loop.to(i), other.from(j), other.to(j));
-          if (gap < smallest.distance) smallest = {gap, l, i, m, j};
-        }
-      }
+    for (const BoundedSide& side : sides_of(shape.loops[l], l)) sides.push_back(side);
+  std::optional<Gap> smallest;
+  for (std::size_t i = 0; i < sides.size(); ++i)
+    for (std::size_t j = i + 1; j < sides.size(); ++j) {
+      const BoundedSide& a = sides[i];
+      const BoundedSide& b = sides[j];
+      if (are_apart(a.bounds, b.bounds, limit)) continue;
+      const Loop& loop = shape.loops[a.loop];
+      const int part = loop.part[a.side];
+      if (a.loop == b.loop && (b.side == a.side + 1 || (b.side + 1) % loop.size() == a.side)) continue;
+      if (part == shape.loops[b.loop].part[b.side] && shape.parts[static_cast<std::size_t>(part)].is_curve)
+        continue;
+      const double gap = distance(a.from, a.to, b.from, b.to);
+      if (gap < (smallest ? smallest->distance : limit)) smallest = Gap{gap, a.loop, a.side, b.loop, b.side};
     }
   return smallest;
+}
+
+bool come_near(const Polygon& a, const Polygon& b, double limit) {
+  if (are_apart(bounds_of(a), bounds_of(b), limit)) return false;
+  const std::vector<BoundedSide> others = sides_of({b, {}}, 0);
+  for (const BoundedSide& side : sides_of({a, {}}, 0))
+    for (const BoundedSide& other : others)
+      if (!are_apart(side.bounds, other.bounds, limit) &&
+          distance(side.from, side.to, other.from, other.to) <= limit)
+        return true;
+  return false;
 }
 
 Corner sharpest_corner(const Shape& shape) {

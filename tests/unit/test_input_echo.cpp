@@ -85,6 +85,33 @@ std::vector<InputTable> full_tables() {
           {"[output]", {{"frames", "3"}}}};
 }
 
+/// Plates with an outline, with every key that a box has not.
+std::vector<std::vector<InputTable>> plates() {
+  const std::vector<InputTable> holes{
+      {"[[specimen.hole]]", {{"center", R"(["30 mm", "40 mm"])"}, {"radius", R"("3 mm")"}}},
+      {"[[specimen.hole]]",
+       {{"center", R"(["20 mm", "25 mm"])"},
+        {"semi_axes", R"(["4 mm", "2 mm"])"},
+        {"angle", R"("30.5 degree")"}}},
+      {"[[specimen.hole]]", {{"polygon", R"([["30 mm", "20 mm"], ["34 mm", "20 mm"], ["32 mm", "24 mm"]])"}}},
+      {"[[specimen.notch]]",
+       {{"from", R"(["12 mm", "30 mm"])"},
+        {"to", R"(["20 mm", "35 mm"])"},
+        {"height", R"("0.7 mm")"},
+        {"end", R"("round")"}}},
+      {"[[boundary]]", {{"on", R"("hole-0")"}, {"pressure", R"("-2 MPa")"}, {"rate", R"("3 kPa/s")"}}}};
+  std::vector<std::vector<InputTable>> all(2, minimal_tables());
+  for (auto& tables : all) {
+    tables[1].keys = {{"thickness", R"("4 mm")"}};
+    tables.insert(tables.end(), holes.begin(), holes.end());
+  }
+  set_key(all[0], "[specimen]", "outline",
+          R"([["0 mm", "0 mm"], ["50 mm", "0 mm"], ["50 mm", "50 mm"], ["0 mm", "50 mm"]])");
+  set_key(all[1], "[specimen]", "outline", R"("circle")");
+  set_key(all[1], "[specimen]", "radius", R"("25 mm")");
+  return all;
+}
+
 /// A value of the echo as it stands in an input file: everything but plain numbers in quotes.
 std::string as_written(const std::string& shown) {
   std::string text;
@@ -134,7 +161,7 @@ std::string input_from_echo(const std::string& echo) {
 }
 
 TEST(InputEcho, IsACompleteDescription) {
-  for (const auto& tables : {full_tables(), minimal_tables()}) {
+  for (const auto& tables : {full_tables(), minimal_tables(), plates()[0], plates()[1]}) {
     const std::string echo = input::echo(parse_tables(tables));
     std::printf("%s\n", echo.c_str());
     const auto again = input::parse(input_from_echo(echo), "echo.toml");
@@ -254,7 +281,8 @@ std::set<std::string> table_keys() {
 
 TEST(InputEcho, AndTableOfKeysNameTheSameKeys) {
   std::set<std::string> shown;
-  std::istringstream lines(input::echo(parse_tables(full_tables())));
+  std::istringstream lines(input::echo(parse_tables(full_tables())) + input::echo(parse_tables(plates()[0])) +
+                           input::echo(parse_tables(plates()[1])));
   for (std::string line; std::getline(lines, line);) {
     std::string key = line.substr(0, line.find(' '));
     const auto open = key.find('[');

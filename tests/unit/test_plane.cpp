@@ -55,6 +55,7 @@ TEST(Plane, ArcsHaveTheirCornersOnTheCurveAndChordsUpToTheSpacing) {
   }
   // An octagon at least, whatever the spacing.
   EXPECT_EQ(arc({0, 0}, {1, 0}, {0, 1}, 4, [](const Point&) { return 100.0; }).size(), 8u);
+  EXPECT_EQ(arc({0, 0}, {1, 0}, {0, 1}, 4, [](const Point&) { return 1e-9; }).size(), 8 * max_chords);
   const Polygon half = arc({0, 0}, {1, 0}, {0, 1}, 2, [](const Point&) { return 100.0; });
   EXPECT_THAT(half.front(), ElementsAre(1, 0));
   EXPECT_THAT(half.back(), ElementsAre(-1, 0));
@@ -108,7 +109,12 @@ TEST(Plane, SidesAreCalledByTheirPartAndTheEndThatTheyLieAt) {
 
 TEST(Plane, FindsTheSmallestGapAndTheSharpestCorner) {
   const Shape shape = plate();
-  EXPECT_NEAR(smallest_gap(shape).distance, std::hypot(0.1, 0.2), 1e-12) << "the height of the slot";
+  const auto gap = smallest_gap(shape, 1);
+  ASSERT_TRUE(gap);
+  EXPECT_NEAR(gap->distance, std::hypot(0.1, 0.2), 1e-12) << "the height of the slot";
+  EXPECT_FALSE(smallest_gap(shape, 0.2));
+  EXPECT_TRUE(come_near(shape.loops[1].corners, {{10, 0}, {11, 0}, {11, 9}, {10, 9}}, 1.6));
+  EXPECT_FALSE(come_near(shape.loops[1].corners, {{10, 0}, {11, 0}, {11, 9}, {10, 9}}, 1.4));
   Shape wedge = square(10);
   wedge.loops[0].corners = {{0, 0}, {10, 0}, {10, 2}};
   wedge.loops[0].part = {0, 1, 2};

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -80,9 +81,13 @@ double way_out(const std::vector<Polygon>& polygons, const Point& start, const P
 /// The distance of neighbouring points that is wanted at a place [m].
 using Spacing = std::function<double(const Point&)>;
 
+/// Of an eighth of an ellipse.
+inline constexpr double max_chords = 250;
+
 /// Corners on a part of an ellipse, centre + cos(angle) first + sin(angle) second, from angle 0 over
 /// `n_quarters` quarter turns; without the last one where these make a full turn. Each eighth is divided
-/// into chords of the same length in local spacings, none longer than the spacing. Takes no more than square
+/// into chords of the same length in local spacings, none longer than the spacing, unless
+/// these are more than max_chords. Takes no more than square
 /// roots, so every machine computes the same bits.
 Polygon arc(const Point& centre, const Point& first, const Point& second, int n_quarters,
             const Spacing& spacing);
@@ -107,8 +112,11 @@ struct Gap {
 };
 
 /// The sides of a shape that come nearest to each other without being neighbours, nor chords of the same
-/// curve.
-Gap smallest_gap(const Shape& shape);
+/// curve; nothing where all keep a distance of `limit` [m].
+std::optional<Gap> smallest_gap(const Shape& shape, double limit);
+
+/// Whether the sides of two polygons come as near to each other as `limit` [m]. Fast for those far apart.
+bool come_near(const Polygon& a, const Polygon& b, double limit);
 
 /// The smallest inner angle at the corners of a shape [rad], and where it is.
 struct Corner {
