@@ -195,8 +195,7 @@ Tessellation::Trial Tessellation::try_at(const Point& p, const Trial& enough) co
   const Kernel::Point_3 position = kernel_point(p);
   const CellHandle cell = data.delaunay.locate(position, type, i, j, data.filling.front().first);
   // A point on an oblique wall can lie outside the convex hull of the others by rounding.
-  if (type == Delaunay::VERTEX || type == Delaunay::OUTSIDE_AFFINE_HULL)
-    return hopeless;
+  if (type == Delaunay::VERTEX || type == Delaunay::OUTSIDE_AFFINE_HULL) return hopeless;
 
   data.zone.clear();
   data.zone_boundary.clear();
