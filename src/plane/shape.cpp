@@ -77,23 +77,6 @@ double distance(const Point& from, const Point& to, const Point& other_from, con
                    distance(other_from, from, to), distance(other_to, from, to)});
 }
 
-double way_out(const std::vector<Polygon>& polygons, const Point& start, const Point& direction,
-               double skip) {
-  double nearest = infinity;
-  for (const Polygon& polygon : polygons)
-    for (std::size_t i = 0; i < polygon.size(); ++i) {
-      const Point& from = polygon[i];
-      const Point& to = polygon[(i + 1) % polygon.size()];
-      const double before = cross(direction, from - start);
-      const double after = cross(direction, to - start);
-      if ((before < 0) == (after < 0)) continue;
-      const Point meeting = from + before / (before - after) * (to - from);
-      const double way = dot(meeting - start, direction) / norm(direction);
-      if (way > skip) nearest = std::min(nearest, way);
-    }
-  return nearest < infinity ? nearest : 0;
-}
-
 namespace {
 
 /// The ellipse at the angle whose half has the tangent t.

@@ -6,6 +6,7 @@
 #include "crackle/analysis/crack_path.h"
 #include "crackle/common/index.h"
 #include "crackle/geometry/outline.h"
+#include "support/body_of_shape.h"
 #include "support/structured_mesh.h"
 
 #include <gtest/gtest.h>
@@ -39,8 +40,8 @@ Vector direction(double degrees) {
 }
 
 /// What the analysis asks of a plate with a slanted slot, whose tip alone matters, an octagonal hole and a
-/// free surface; the rest it must not ask.
-class PlateWithHole : public geometry::Body {
+/// free surface.
+class PlateWithHole : public test::BodyOfShape {
 public:
   PlateWithHole() {
     shape_.bounds = {{0, 0, 0}, {thickness, width, length}};
@@ -83,31 +84,8 @@ public:
     shape_.crack_starts = {slanted, around, anywhere};
     shape_.outline = {{{0, 0}, {width, 0}, {width, length}, {0, length}}, octagon};
   }
-  bool contains(const Point&) const override { return refuse(), false; }
-  bool in_face(geometry::FaceId, const Point&) const override { return refuse(), false; }
-  std::uint8_t movable(const Point&) const override { return refuse(), 0; }
-  geometry::Directions directions(const Point&, std::uint8_t) const override {
-    return refuse(), geometry::Directions{};
-  }
-  double distance_to_surface(const Point&) const override { return refuse(), 0; }
-  double distance_to_outline(geometry::FaceId, const Point&) const override { return refuse(), 0; }
-  std::optional<Point> passage(geometry::FaceId, const Point&, const Point&, double) const override {
-    return refuse(), std::nullopt;
-  }
-  Point snapped(const Point&, double) const override { return refuse(), Point{}; }
-  geometry::Place place(const std::array<Point, 4>&) const override {
-    return refuse(), geometry::Place::solid;
-  }
-  std::vector<geometry::SpacingSource> spacing_sources(const input::Mesh&) const override {
-    return refuse(), std::vector<geometry::SpacingSource>{};
-  }
-  std::vector<geometry::Symmetry> symmetries() const override {
-    return refuse(), std::vector<geometry::Symmetry>{};
-  }
 
 private:
-  static void refuse() { throw std::logic_error("a question that the analysis must not ask"); }
-
   /// A rectangle through the thickness with this middle.
   void add_side(const Point& middle, const Vector& outward, double extent) {
     const Vector along{0, -outward[2], outward[1]};

@@ -2,6 +2,7 @@
 // A body and its cracks turned in the y-z plane: nothing that the analysis measures may depend on the axes.
 #include "crackle/analysis/crack_line.h"
 #include "crackle/analysis/crack_path.h"
+#include "support/body_of_shape.h"
 #include "support/structured_mesh.h"
 
 #include <gtest/gtest.h>
@@ -27,8 +28,8 @@ Point moved(const Point& p) {
   return {q[0], q[1] + 30, q[2] + 1};
 }
 
-/// What the analysis asks of a body, turned; the rest it must not ask.
-class TurnedBody final : public geometry::Body {
+/// What the analysis asks of a body, turned.
+class TurnedBody final : public test::BodyOfShape {
 public:
   explicit TurnedBody(const geometry::Body& body) {
     shape_.bounds = {{0, 0, 0}, {body.size()[0], 60, 60}};
@@ -40,30 +41,6 @@ public:
       start.across = turned(start.across);
     }
   }
-  bool contains(const Point&) const override { return refuse(), false; }
-  bool in_face(geometry::FaceId, const Point&) const override { return refuse(), false; }
-  std::uint8_t movable(const Point&) const override { return refuse(), 0; }
-  geometry::Directions directions(const Point&, std::uint8_t) const override {
-    return refuse(), geometry::Directions{};
-  }
-  double distance_to_surface(const Point&) const override { return refuse(), 0; }
-  double distance_to_outline(geometry::FaceId, const Point&) const override { return refuse(), 0; }
-  std::optional<Point> passage(geometry::FaceId, const Point&, const Point&, double) const override {
-    return refuse(), std::nullopt;
-  }
-  Point snapped(const Point&, double) const override { return refuse(), Point{}; }
-  geometry::Place place(const std::array<Point, 4>&) const override {
-    return refuse(), geometry::Place::solid;
-  }
-  std::vector<geometry::SpacingSource> spacing_sources(const input::Mesh&) const override {
-    return refuse(), std::vector<geometry::SpacingSource>{};
-  }
-  std::vector<geometry::Symmetry> symmetries() const override {
-    return refuse(), std::vector<geometry::Symmetry>{};
-  }
-
-private:
-  static void refuse() { throw std::logic_error("a question that the analysis must not ask"); }
 };
 
 class Turned : public ::testing::Test {

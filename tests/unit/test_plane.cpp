@@ -122,13 +122,6 @@ TEST(Plane, FindsTheSmallestGapAndTheSharpestCorner) {
   EXPECT_THAT(sharpest_corner(wedge).place, ElementsAre(0, 0));
 }
 
-TEST(Plane, WayOut) {
-  const std::vector<Polygon> polygons{square(10).loops[0].corners, {{4, 4}, {4, 6}, {6, 6}, {6, 4}}};
-  EXPECT_DOUBLE_EQ(way_out(polygons, {5, 2}, {0, -2}, 0), 2);
-  EXPECT_DOUBLE_EQ(way_out(polygons, {5, 2}, {0, 1}, 0), 2);
-  EXPECT_DOUBLE_EQ(way_out(polygons, {0, 0}, {1, 1}, 1), 4 * std::numbers::sqrt2);
-}
-
 /// Whether a point is in the shape, by the angle under which it sees the sides.
 bool winds(const Shape& shape, const Point& p) {
   double angle = 0;

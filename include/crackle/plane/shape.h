@@ -74,10 +74,6 @@ double area(const Shape& shape);  ///< without the holes [m^2]
 double distance(const Point& p, const Point& from, const Point& to);
 double distance(const Point& from, const Point& to, const Point& other_from, const Point& other_to);
 
-/// Distance from where a ray leaves `start` to where it first meets a side of the polygons; 0 where it meets
-/// none. Sides nearer than `skip` do not count [m].
-double way_out(const std::vector<Polygon>& polygons, const Point& start, const Point& direction, double skip);
-
 /// The distance of neighbouring points that is wanted at a place [m].
 using Spacing = std::function<double(const Point&)>;
 
