@@ -18,7 +18,7 @@ BLOCKS = {
     "benchmark": "tests/benchmark/README.md",  # tools/benchmark
     "ranks": "tests/benchmark/README.md",  # tools/rank-comparison speed
     "release": "src/fracture/README.md",  # jobs/verification/release-comparison
-    "verification": "jobs/verification/README.md",  # jobs/verification/verify
+    **{name: "jobs/verification/README.md" for name in ("verification", "plates")},  # jobs/verification/verify --readme
     "variants": "jobs/verification/README.md",  # jobs/verification/verify --variants
     "golden demo": "jobs/verification/README.md",  # tools/golden-runs --update
     "golden paper": "jobs/verification/README.md",

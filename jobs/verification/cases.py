@@ -4,38 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
 import h5py
 import numpy as np
 
-from crackle_runs import JOBS, ROOT, RunError, Sample, markdown, read, run, with_keys
-
-MILLIMETRE, MICROSECOND = 1e-3, 1e-6
-
-
-@dataclass(frozen=True)
-class Figure:
-    case: str
-    quantity: str
-    found: str
-    reference: str
-
-
-def _mean(values: list[float], form: str) -> str:
-    """Mean and standard deviation."""
-    return f"{np.mean(values):{form}} ± {np.std(values, ddof=1):{form}}" if len(values) > 1 else f"{values[0]:{form}}"
-
-
-def _range(values: list[float | None], form: str, unit: str = "") -> str:
-    """Median and range of those that are there, and how many when some are not."""
-    there = [value for value in values if value is not None]
-    if not there:
-        return "none"
-    text = f"{np.median(there):{form}}{unit} ({min(there):{form}} to {max(there):{form}})"
-    return text if len(there) == len(values) else f"{text}, {len(there)} of {len(values)}"
+from crackle_runs import JOBS, ROOT, Sample, markdown, read, run, with_keys
+from figures import MICROSECOND, MILLIMETRE, Figure, mean, median_range, output_of
 
 
 @dataclass(frozen=True)
@@ -73,12 +49,12 @@ def glass_plate(folder: Path, program: Path) -> list[Figure]:
     case = f"Glass plate, Borden et al. 2012; median (range) of {len(plates)} samples"
     short = [int(plate.sample.summary["bifurcations"]) for plate in plates]
     return [
-        Figure(case, "the crack has grown by 1 mm", _range([p.start for p in plates], ".0f", " µs"), "about 10 µs"),
-        Figure(case, "branching for good", _range([p.branching for p in plates], ".0f", " µs"), "about 33 µs"),
-        Figure(case, "branchings, short arms included", _range(short, ".0f"), "1"),
-        Figure(case, "arrival at the far edge", _range([p.arrival for p in plates], ".0f", " µs"), "about 75 µs"),
-        Figure(case, "largest speed over Rayleigh's (2125 m/s)", _range([p.speed for p in plates], ".2f"), "below 0.6"),
-        Figure(case, "energy of broken tetrahedra per traced area", _range([p.energy for p in plates], ".2f", " J/m²"),
+        Figure(case, "the crack has grown by 1 mm", median_range([p.start for p in plates], ".0f", " µs"), "about 10 µs"),
+        Figure(case, "branching for good", median_range([p.branching for p in plates], ".0f", " µs"), "about 33 µs"),
+        Figure(case, "branchings, short arms included", median_range(short, ".0f"), "1"),
+        Figure(case, "arrival at the far edge", median_range([p.arrival for p in plates], ".0f", " µs"), "about 75 µs"),
+        Figure(case, "largest speed over Rayleigh's (2125 m/s)", median_range([p.speed for p in plates], ".2f"), "below 0.6"),
+        Figure(case, "energy of broken tetrahedra per traced area", median_range([p.energy for p in plates], ".2f", " J/m²"),
                "2.2 J/m², 0.86/1.18 of 3"),
     ]
 
@@ -110,8 +86,8 @@ def glass_plate_variants(folder: Path, program: Path) -> str:
         plates = _glass_plates(with_keys(text, keys), folder / name, program)
         columns = [[p.start for p in plates], [p.branching for p in plates], [p.place for p in plates],
                    [p.arrival for p in plates]]
-        lines.append([title, str(len(plates)), *(_range(values, ".0f") for values in columns),
-                      _range([p.speed for p in plates], ".2f"), _range([p.energy for p in plates], ".2f")])
+        lines.append([title, str(len(plates)), *(median_range(values, ".0f") for values in columns),
+                      median_range([p.speed for p in plates], ".2f"), median_range([p.energy for p in plates], ".2f")])
     return markdown(["glass plate with", "samples", "grown by 1 mm [µs]", "branching for good [µs]", "at y [mm]",
                      "arrival [µs]", "speed over Rayleigh's", "energy [J/m²]"], lines)
 
@@ -216,12 +192,12 @@ def pmma_strip(folder: Path, program: Path) -> list[Figure]:
             Figure(case, "travel at which half of them fork (95 % interval)", f"{middle:.4f} mm ({low:.4f} to {high:.4f})",
                    "0.038 to 0.040 mm"),
             *(Figure(case, f"first fork from the slit's tip, at {travel:.3f} mm",
-                     _range([c.place if c.forks else None for c in some if c.ran], ".1f", " mm"), "decreases with the travel")
+                     median_range([c.place if c.forks else None for c in some if c.ran], ".1f", " mm"), "decreases with the travel")
               for travel, some in cracks.items() if any(c.forks for c in some)),
-            Figure(case, "speed over Rayleigh's on the 2 mm before it", _range([c.speed_there for c in first], ".2f"),
+            Figure(case, "speed over Rayleigh's on the 2 mm before it", median_range([c.speed_there for c in first], ".2f"),
                    "0.55, Katzav et al. 2007"),
-            Figure(case, "angle between its arms", _range([c.angle for c in first], ".0f", "°"), "some 30°"),
-            Figure(case, "largest speed over Rayleigh's, with forks", _range([c.largest_speed for c in first], ".2f"), "0.6 to 0.7"),
+            Figure(case, "angle between its arms", median_range([c.angle for c in first], ".0f", "°"), "some 30°"),
+            Figure(case, "largest speed over Rayleigh's, with forks", median_range([c.largest_speed for c in first], ".2f"), "0.6 to 0.7"),
         ]
     return figures
 
@@ -243,7 +219,7 @@ def notched_strip(folder: Path, program: Path) -> list[Figure]:
             energies.append([float(sample.energy["strain"][-1]) for sample in samples])
         ratios = [math.sqrt((longer - shorter) / expected) for shorter, longer in zip(*energies)]
         figures.append(Figure("Centre-notched strip, K from the energies of two depths",
-                              f"K over the handbook's, spacing {spacing} mm at the tip", _mean(ratios, ".3f"), "1"))
+                              f"K over the handbook's, spacing {spacing} mm at the tip", mean(ratios, ".3f"), "1"))
     return figures
 
 
@@ -267,10 +243,10 @@ def griffith_strip(folder: Path, program: Path) -> list[Figure]:
         samples = run(with_keys(text, keys), folder / f"griffith-strip-{spacing}", program)
         loads = [float(sample.summary["onset_time"]) * rate / _griffith_travel() for sample in samples]
         energy = [float(sample.summary["effective_toughness"]) / TOUGHNESS for sample in samples]
-        figures.append(Figure(case, f"load at instability over Griffith's, spacing {spacing} mm", _mean(loads, ".2f"),
+        figures.append(Figure(case, f"load at instability over Griffith's, spacing {spacing} mm", mean(loads, ".2f"),
                               "1; c is set by the mean"))
         figures.append(Figure(case, f"energy of broken tetrahedra per traced area over the toughness, {spacing} mm",
-                              _mean(energy, ".2f"), "0.73 = 0.86/1.18"))
+                              mean(energy, ".2f"), "0.73 = 0.86/1.18"))
     return figures
 
 
@@ -289,7 +265,7 @@ def griffith_laws(folder: Path, program: Path) -> list[Figure]:
             run(with_keys(text, {"mesh.spacing": f'"{spacing} mm"', "ensemble.samples": "4", **keys}), folder / name, program)
             loads = [_run_away(file) for file in sorted((folder / name / "out" / "samples").glob("*.h5"))]
             figures.append(Figure(f"The same strip, {law}", f"load at instability over Griffith's, spacing {spacing} mm",
-                                  _mean(loads, ".2f"), "1; one constant is set by the mean"))
+                                  mean(loads, ".2f"), "1; one constant is set by the mean"))
     return figures
 
 
@@ -327,12 +303,12 @@ def slow_growth(folder: Path, program: Path) -> list[Figure]:
                      for sample in samples] for part in ("released", "dissipated"))
     jumps = [jump for file in sorted((folder / "slow-growth" / "out" / "samples").glob("*.h5")) for jump in _jumps(file)]
     case = "Strip with toughness, opened like a wedge, all breaks quasi-static"
-    return [Figure(case, "energy of broken tetrahedra over toughness times traced area", _mean(broken, ".2f"), "0.73 = 0.86/1.18"),
-            Figure(case, "energy lost on the way to the next equilibrium, likewise", _mean(lost, ".2f"), "the rest"),
-            Figure(case, "both", _mean([a + b for a, b in zip(broken, lost)], ".2f"), "1"),
-            Figure(case, "energy release rate over toughness when the front jumps", _mean([j[0] for j in jumps], ".2f"),
+    return [Figure(case, "energy of broken tetrahedra over toughness times traced area", mean(broken, ".2f"), "0.73 = 0.86/1.18"),
+            Figure(case, "energy lost on the way to the next equilibrium, likewise", mean(lost, ".2f"), "the rest"),
+            Figure(case, "both", mean([a + b for a, b in zip(broken, lost)], ".2f"), "1"),
+            Figure(case, "energy release rate over toughness when the front jumps", mean([j[0] for j in jumps], ".2f"),
                    "1"),
-            Figure(case, "the same when it stops", _mean([j[1] for j in jumps], ".2f"), "below 1")]
+            Figure(case, "the same when it stops", mean([j[1] for j in jumps], ".2f"), "below 1")]
 
 
 def _jumps(file: Path) -> list[tuple[float, float]]:
@@ -408,32 +384,23 @@ def _equal_breaks(a: np.ndarray, b: np.ndarray) -> int | None:
 
 def test_programs(build: Path) -> list[Figure]:
     """Figures that the test programs print."""
-    waves = _output(build / "bin" / "test_waves")
-    lamb = _output(build / "bin" / "test_lamb")
-    calculix = _output(build / "bin" / "test_calculix")
+    waves = output_of(build / "bin" / "test_waves")
+    lamb = output_of(build / "bin" / "test_lamb")
+    calculix = output_of(build / "bin" / "test_calculix")
     figures = []
     for name in ("P", "S"):
         order = re.search(rf"{name} wave: from ([\d.]+ to [\d.]+ mm) order ([\d.]+)", waves)
         figures.append(Figure(f"Plane {name} wave of 24 mm", f"order of convergence in space, {order.group(1)}",
                               order.group(2), "2"))
-    for spacing, mean, worst in re.findall(r"spacing ([\d.]+) mm: .* ([\d.]+) %, largest ([\d.]+) %", lamb):
+    for spacing, typical, worst in re.findall(r"spacing ([\d.]+) mm: .* ([\d.]+) %, largest ([\d.]+) %", lamb):
         figures.append(Figure("Lamb's problem, closed form of Pekeris and Mooney",
                               f"difference of the surface's motion, spacing {spacing} mm, rms and largest",
-                              f"{mean} %, {worst} %", "0"))
+                              f"{typical} %, {worst} %", "0"))
     match = re.search(r"displacement within ([\d.e+-]+) of", calculix)
     figures.append(Figure("Growing load on a notched plate, CalculiX on the same mesh",
                           "largest difference of the corner's displacement",
                           f"{100 * float(match.group(1)):.2f} %" if match else "not found", "at most 1 %"))
     return figures
-
-
-def _output(program: Path) -> str:
-    if not program.is_file():
-        raise RunError(f"there is no {program}; run tools/build ci first")
-    done = subprocess.run([str(program)], capture_output=True, text=True)
-    if done.returncode != 0:
-        raise RunError(f"{program.relative_to(ROOT)} failed:\n{done.stdout[-2000:]}")
-    return done.stdout
 
 
 def draw_pictures(folder: Path, images: Path) -> None:
@@ -471,10 +438,3 @@ def draw_cracks(samples: list[Path], picture: Path, last: float) -> None:
     figure.colorbar(points, ax=grid, label="opened after [µs]", shrink=0.7)
     figure.savefig(picture, metadata={"Software": None})
     pyplot.close(figure)
-
-
-def table(figures: list[Figure]) -> str:
-    previous = ["", *(figure.case for figure in figures)]
-    return markdown(["case", "figure", "found", "reference"],
-                    [[figure.case if figure.case != before else "", figure.quantity, figure.found, figure.reference]
-                     for figure, before in zip(figures, previous)])

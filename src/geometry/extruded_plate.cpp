@@ -78,9 +78,9 @@ void ExtrudedPlate::add_edges() {
 }
 
 void ExtrudedPlate::add_crack_starts(const input::Specimen& specimen) {
-  const auto add = [&](const std::string& part, std::string name, const plane::Point& middle) {
+  const auto add = [&](const std::string& part, const plane::Point& middle) {
     CrackStart start{};
-    start.name = std::move(name);
+    start.name = part;
     start.tip = at(thickness() / 2, middle);
     start.is_straight = false;
     start.faces = faces_named(part);
@@ -97,7 +97,7 @@ void ExtrudedPlate::add_crack_starts(const input::Specimen& specimen) {
       length += side.length;
     }
     for (double& coordinate : middle) coordinate /= length;
-    add(part, fmt::format("notch {}", i + 1), middle);
+    add(part, middle);
   }
   for (std::size_t i = 0; i < specimen.holes.size(); ++i) {
     const input::Hole& hole = specimen.holes[i];
@@ -106,10 +106,10 @@ void ExtrudedPlate::add_crack_starts(const input::Specimen& specimen) {
       const plane::Bounds around = plane::bounds_of(hole.polygon);
       for (std::size_t k = 0; k < 2; ++k) middle[k] = (around.lower[k] + around.upper[k]) / 2;
     }
-    add(fmt::format("hole-{}", i), fmt::format("hole {}", i + 1), middle);
+    add(fmt::format("hole-{}", i), middle);
   }
   const Point centre = bounds().lower + size() / 2;
-  add("", "free surface", {centre[1], centre[2]});
+  add("free surface", {centre[1], centre[2]});
   shape_.crack_starts.back().is_free_surface = true;
 }
 

@@ -3,6 +3,8 @@
 
 #include "crackle/common/index.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 namespace crackle::geometry {
@@ -17,6 +19,7 @@ Outline outline_of(const Body& body) {
     outline.first.push_back(static_cast<std::int32_t>(outline.points.size() / 2));
   }
   for (const CrackStart& start : body.crack_starts()) {
+    outline.names.push_back(start.is_straight ? fmt::format("notch-{}", outline.names.size()) : start.name);
     outline.tips.insert(outline.tips.end(), {start.tip[1], start.tip[2]});
     const int axis = std::abs(start.along[1]) > std::abs(start.along[2]) ? 1 : 2;
     outline.axis.push_back(start.is_straight ? axis : 0);

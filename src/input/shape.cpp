@@ -262,7 +262,7 @@ private:
       return {};
     }
     const bool is_inside = is_in_body(from) && is_in_body(to);
-    if (end == SlotEnd::round && length < (is_inside ? 2 : 1) * given.height / 2) {
+    if (end == SlotEnd::round && length + touching * size_ < (is_inside ? 2 : 1) * given.height / 2) {
       findings_.report(key + ".height", "{} is too much for round ends of a slot of {}; give at most {}",
                        input::show(given.height), input::show(length),
                        input::show(length * (is_inside ? 1 : 2)));

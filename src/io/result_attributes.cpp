@@ -35,7 +35,10 @@ void write_specimen(hid_t file, const geometry::Body& body) {
       geometry::outline_of(body),
       [&](const char* name, const auto& shape, const auto& values, const char* units, const char* meaning) {
         using Value = typename std::remove_cvref_t<decltype(values)>::value_type;
-        hdf5::write_dataset<Value>(group, name, hdf5::Shape(shape.begin(), shape.end()), values, units);
+        if constexpr (std::is_same_v<Value, std::string>)
+          hdf5::write_texts(group, name, values);
+        else
+          hdf5::write_dataset<Value>(group, name, hdf5::Shape(shape.begin(), shape.end()), values, units);
         describe_dataset(group, name, meaning);
       });
 }

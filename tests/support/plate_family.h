@@ -30,23 +30,22 @@ struct PlateText {
   std::vector<std::string> notches = {};
   std::string mesh = "spacing = \"1 mm\"";
   std::string section = "10 mm";
+  double poisson_ratio = 0.38;
+  std::string boundaries = "[[boundary]]\non = \"x-min\"\nfix = [\"x\", \"y\", \"z\"]\n";
 
   std::string text() const {
     std::string result = "[ensemble]\nsamples = 1\n[specimen]\n" + specimen + "\n";
     for (const std::string& hole : holes) result += "[[specimen.hole]]\n" + hole + "\n";
     for (const std::string& notch : notches) result += "[[specimen.notch]]\n" + notch + "\n";
-    return result + "[mesh]\n" + mesh + R"(
-[material]
+    return result + "[mesh]\n" + mesh + "\n[material]\npoisson_ratio = " + fmt::format("{}", poisson_ratio) +
+           R"(
 youngs_modulus = "3300 MPa"
-poisson_ratio = 0.38
 density = "1180 kg/m^3"
 [fracture]
 strength = "35 MPa"
 impulse = "1e-8 MPa^2 s"
-[[boundary]]
-on = "x-min"
-fix = ["x", "y", "z"]
-[time]
+)" + boundaries +
+           R"([time]
 duration = "50 us"
 [sections]
 y = [")" + section +

@@ -1,14 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Loads on plates of any outline, beside exact solutions.
-#include "crackle/dynamics/quasi_static.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/geometry/partition.h"
-#include "crackle/geometry/realization.h"
-#include "crackle/input/reader.h"
-#include "crackle/mechanics/boundary_loads.h"
-
-#include "support/criterion.h"
-#include "support/plate_family.h"
+#include "support/loaded_plate.h"
 
 #include <gtest/gtest.h>
 
@@ -17,34 +9,6 @@
 
 namespace crackle::dynamics {
 namespace {
-
-/// A plate with its mesh and its boundary conditions.
-struct Plate {
-  input::Parameters parameters;
-  std::unique_ptr<const geometry::Body> body;
-  geometry::Subdomain subdomain;
-  parallel::Communicator self{MPI_COMM_SELF};
-
-  Plate(const test::PlateText& text, const std::string& boundaries) {
-    std::string whole = text.text();
-    const std::string held = "[[boundary]]\non = \"x-min\"\nfix = [\"x\", \"y\", \"z\"]\n";
-    whole.replace(whole.find(held), held.size(), boundaries);
-    parameters = input::parse(whole, "plate.toml");
-    body = geometry::make_body(parameters.specimen);
-    const auto base = geometry::make_mother_points(*body, parameters.mesh, 1);
-    const auto mesh = geometry::make_realization(*body, base, parameters.mesh, 1, 0);
-    subdomain = geometry::split(mesh, geometry::partition(mesh, 1)).front();
-  }
-
-  std::vector<double> displacement() {
-    fracture::BreakableBody breakable(subdomain, parameters.material);
-    const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
-    auto criterion = test::tuler_butcher(parameters.fracture, subdomain);
-    const QuasiStaticLoading loading(self, breakable, loads, criterion, 1e-5);
-    const auto u = loading.displacement().local();
-    return {u.begin(), u.end()};
-  }
-};
 
 test::PlateText crooked() {
   test::PlateText plate{R"(thickness = "3 mm"
@@ -62,7 +26,8 @@ end = "round")"};
 // Under the same pressure from all sides a body of any shape only shrinks. It is held where the planes of the
 // symmetric solution about a corner are its faces.
 TEST(Plates, PressureFromAllSidesShrinksAnyShape) {
-  std::string boundaries = R"([[boundary]]
+  auto text = crooked();
+  text.boundaries = R"([[boundary]]
 on = "x-min"
 fix = ["x"]
 [[boundary]]
@@ -73,8 +38,8 @@ on = "edge-3"
 fix = ["y"]
 )";
   for (const char* face : {"x-max", "edge-1", "edge-2", "hole-0", "notch-0"})
-    boundaries += fmt::format("[[boundary]]\non = \"{}\"\npressure = \"4 MPa\"\n", face);
-  Plate plate(crooked(), boundaries);
+    text.boundaries += fmt::format("[[boundary]]\non = \"{}\"\npressure = \"4 MPa\"\n", face);
+  test::LoadedPlate plate(text);
   const auto u = plate.displacement();
   const auto& material = plate.parameters.material;
   const double strain = -4e6 * (1 - 2 * material.poisson_ratio) / material.youngs_modulus;
@@ -89,7 +54,8 @@ fix = ["y"]
 
 // Resultants of a pin and of a pressure on half of a hole.
 TEST(Plates, LoadsOnPartOfAHole) {
-  const Plate plate(crooked(), R"([[boundary]]
+  auto text = crooked();
+  text.boundaries = R"([[boundary]]
 on = "x-min"
 fix = ["x", "y", "z"]
 [[boundary]]
@@ -100,7 +66,8 @@ force = ["0 N", "3 N", "100 N"]
 on = "hole-0"
 pressure = "1 MPa"
 rate = "2 MPa/s"
-)");
+)";
+  const test::LoadedPlate plate(text);
   const auto loads = mechanics::make_boundary_loads(plate.self, plate.parameters, plate.subdomain);
   ASSERT_EQ(loads.forces.size(), 4u) << "two components of the pin, two of the pressure";
   std::vector<double> force(3 * plate.subdomain.nodes.size(), 0);
@@ -130,7 +97,7 @@ rate = "2 MPa/s"
 }
 
 /// sigma_zz at nu = 0 of the tetrahedra that touch a place [Pa]: the mean.
-double stress_at(const Plate& plate, const std::vector<double>& u, double y, double z) {
+double stress_at(const test::LoadedPlate& plate, const std::vector<double>& u, double y, double z) {
   const auto& nodes = plate.subdomain.nodes;
   double sum = 0;
   double volumes = 0;
@@ -173,15 +140,15 @@ y = ["5.9 mm", "6.3 mm"]
 z = ["11.8 mm", "12.2 mm"]
 spacing = "{} mm")",
                             spacing / 4);
-    std::string boundaries = R"([[boundary]]
+    text.poisson_ratio = 0;
+    text.boundaries = R"([[boundary]]
 on = "z-min"
 fix = ["x", "y", "z"]
 [[boundary]]
 on = "z-max"
 traction = ["0 MPa", "0 MPa", "1 MPa"]
 )";
-    Plate plate(text, boundaries);
-    plate.parameters.material.poisson_ratio = 0;
+    test::LoadedPlate plate(text);
     const double found = stress_at(plate, plate.displacement(), 6e-3, 12e-3) / 1e6;
     errors.push_back(found / howland - 1);
     std::printf(

@@ -53,13 +53,19 @@ def draw_plate(axes: Axes, plate: Plate, z_range: tuple[float, float], faint: bo
     axes.tick_params(length=2, pad=1.5)
 
 
+def whole_length(plate: Plate) -> tuple[float, float]:
+    """The range of z that shows the whole body [mm]."""
+    bottom, top = (end / style.MILLIMETRE for end in plate.ends(2))
+    return bottom - 1.0, top + 1.0
+
+
 def near_notches(plate: Plate) -> tuple[float, float]:
     """Their surroundings along z [mm]; the whole body where there are none."""
     ends = [z / style.MILLIMETRE for z in plate.slot_ends]
-    bottom, top = (end / style.MILLIMETRE for end in plate.ends(2))
+    bottom, top = whole_length(plate)
     if not ends:
-        return bottom - 1.0, top + 1.0
-    return max(min(ends) - SURROUNDINGS, bottom - 1.0), min(max(ends) + SURROUNDINGS, top + 1.0)
+        return bottom, top
+    return max(min(ends) - SURROUNDINGS, bottom), min(max(ends) + SURROUNDINGS, top)
 
 
 def time_colours(latest: float) -> Normalize:

@@ -2,7 +2,7 @@
 """The body in the YZ plane, as the program's files and `crackle stats --json` describe it."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Mapping
 
 import numpy as np
@@ -19,11 +19,19 @@ class Plate:
     notch_slot: np.ndarray  # notches x 2 (y, z) x 2 (least, greatest)
     notch_axis: np.ndarray  # along which the crack advances: 1 y, 2 z; 0 in any direction
     notch_direction: np.ndarray  # in which it does: 1 or -1; 0 in any
+    notch_name: np.ndarray = field(default_factory=lambda: np.empty(0, object))  # older files have none
 
     @classmethod
     def of(cls, members: Mapping[str, Any]) -> "Plate":
         """From the group /specimen of a file, or the member "specimen" of the JSON document."""
-        return cls(**{name: np.asarray(members[name]) for name in cls.__dataclass_fields__})
+        return cls(**{name: np.asarray(members[name]) for name in cls.__dataclass_fields__ if name in members})
+
+    def name_of(self, notch: int) -> str:
+        """For people: "notch 0", "hole 1" or "free surface"."""
+        if not len(self.notch_name):
+            return f"notch {notch}"
+        name = self.notch_name[notch]
+        return (name.decode() if isinstance(name, bytes) else name).replace("-", " ")
 
     @property
     def polygons(self) -> list[np.ndarray]:

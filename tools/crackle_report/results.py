@@ -207,7 +207,7 @@ class Turn:
 
     def turned(self, points: np.ndarray, plate: Plate) -> np.ndarray:
         """Points y, z of a sample in the frame."""
-        return np.where([self.reflects_y, self.reflects_z], plate.size[1:] - points, points)
+        return np.where([self.reflects_y, self.reflects_z], [sum(plate.ends(1)), sum(plate.ends(2))] - points, points)
 
 
 @dataclass
@@ -252,14 +252,23 @@ class Ensemble:
             return "load at the first break", self.samples.first_break_load[self.done]
         return "onset force", force
 
+    def rows_shown(self, group: str) -> list[int]:
+        """Rows of /statistics/`group` to draw or print. On a plate cracks may start in many places: those where some did."""
+        ranks = self.ranks[group]
+        rows = range(len(ranks.notch))
+        if (self.plate.notch_axis != 0).all():
+            return list(rows)
+        return [row for row in rows
+                if (ranks.counted if group.startswith("leader") else ranks.reached)[row].any()]
+
     def rank_name(self, group: str, row: int) -> str:
         """The cracks of a row of /statistics/`group`, for people."""
         ranks = self.ranks[group]
         names = {"leader": "leading", "leader/one_crack": "leading, of samples with one crack",
                  "leader/two_cracks": "leading, of samples with two", "follower": "following"}
-        of_class = f" where notch {ranks.leading_notch[row]} leads" if len(set(ranks.leading_notch)) > 1 else ""
+        of_class = f" where {self.plate.name_of(ranks.leading_notch[row])} leads" if len(set(ranks.leading_notch)) > 1 else ""
         several = not group.startswith("leader") and self.n_notches > 2
-        return names[group] + (f", of notch {ranks.notch[row]}" if several else "") + of_class
+        return names[group] + (f", of {self.plate.name_of(ranks.notch[row])}" if several else "") + of_class
 
     @property
     def n_notches(self) -> int:

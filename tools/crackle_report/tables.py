@@ -65,10 +65,10 @@ def sections(ensemble: Ensemble) -> str:
     head = "".join(f"<th>{title}<small>{unit}</small></th>" for title, unit in titles)
     body = []
     for group, paths in ensemble.ranks.items():
-        for row in range(len(paths.notch)):
+        for row in ensemble.rows_shown(group):
             body += _positions(ensemble, ensemble.rank_name(group, row), paths, row, paths.counted[row])
     for notch in range(ensemble.n_notches):
-        body += _positions(ensemble, f"all of notch {notch}, leading and following", ensemble.statistics, notch)
+        body += _positions(ensemble, f"all of {ensemble.plate.name_of(notch)}, leading and following", ensemble.statistics, notch)
     return (f"<p>{escape(_about_ranks(ensemble))}</p>"
             f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>' + "\n".join(body)
             + "</tbody></table></div>")
@@ -92,12 +92,12 @@ def _positions(ensemble: Ensemble, name: str, paths: Paths, row: int,
 def _about_ranks(ensemble: Ensemble) -> str:
     """Which samples lead, in sentences."""
     done = ensemble.leading[ensemble.done]
-    counts = [f"notch {notch} in {int((done == notch).sum())}" for notch in range(ensemble.n_notches)]
+    counts = [f"{ensemble.plate.name_of(notch)} in {int((done == notch).sum())}" for notch in range(ensemble.n_notches)]
     text = "A sample's crack leads that crosses the largest share of its ligament: " + ", ".join(counts)
     if (done < 0).any():
         text += f", {'unknown or none' if ensemble.notes else 'none'} in {int((done < 0).sum())}"
     text = " ".join([text + ".", *ensemble.notes])
-    turned = [f"notch {notch} as if notch {turn.reference} did" for notch, turn in enumerate(ensemble.turns)
+    turned = [f"{ensemble.plate.name_of(notch)} as if {ensemble.plate.name_of(turn.reference)} did" for notch, turn in enumerate(ensemble.turns)
               if notch != turn.reference]
     if turned:
         text += f" Turned by the body's symmetry are the samples that these notches lead: {', '.join(turned)}."

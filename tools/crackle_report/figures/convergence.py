@@ -51,7 +51,7 @@ def _verdict(ensemble: Ensemble) -> str:
 def _of_class(ensemble: Ensemble, row: int) -> str:
     """Which leaders a row is of, where there are several."""
     leading = ensemble.ranks["leader"].leading_notch
-    return f"notch {leading[row]} leads, " if len(leading) > 1 else ""
+    return f"{ensemble.plate.name_of(leading[row])} leads, " if len(leading) > 1 else ""
 
 
 def _round_up(number: float) -> int:

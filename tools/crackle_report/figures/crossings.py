@@ -24,14 +24,14 @@ def section(ensemble: Ensemble, _: Options) -> Section:
         "by the body's symmetry, where it has one, so that the leading cracks start at the same notch (numbered from 0, "
         "in the order of the input). Mean, interval and deviation at the cross-sections (dotted) are over the "
         "samples whose crack arrived there; the numbers at their ends count these.")
-    if ensemble.n_notches and ensemble.sections:
+    if ensemble.sections and any(ensemble.rows_shown(group) for group in ("leader", "follower")):
         result.pictures.append(Picture("crossings", "Crack positions of all samples at the cross-sections",
                                        _draw(ensemble)))
     return result
 
 
 def _draw(ensemble: Ensemble) -> Figure:
-    panels = [(group, row) for group in ("leader", "follower") for row in range(len(ensemble.ranks[group].notch))]
+    panels = [(group, row) for group in ("leader", "follower") for row in ensemble.rows_shown(group)]
     lines = _turned_lines(ensemble)
     z_range = window(ensemble.plate, [line.points[:, 1] for of_panel in lines.values() for line in of_panel])
     n_columns = min(len(panels), 3)
@@ -60,7 +60,7 @@ def _draw(ensemble: Ensemble) -> Figure:
         Patch(color="black", alpha=0.2, linewidth=0,
               label=f"{100 * ensemble.confidence:g} % confidence interval of the mean"),
         Line2D([], [], color="black", linewidth=0.8, linestyle="--", label="± one standard deviation"),
-    ], loc="upper left", ncol=4, bbox_to_anchor=((left - 0.1) / width, 1.0))
+    ], loc="upper left", ncol=4 if n_columns > 1 else 2, bbox_to_anchor=((left - 0.1) / width, 1.0))
     return figure
 
 

@@ -86,23 +86,24 @@ class _View:
     def __init__(self, ensemble: Ensemble, number: int, frames: Frames, crack: CrackSurface, options: Options):
         self._plate, self._number, self._frames, self._crack = ensemble.plate, number, frames, crack
         self._onset = float(ensemble.samples.onset_time[number])
-        width = ensemble.plate.size[1]
+        left, right = ensemble.plate.ends(1)
         self._z = self._shown_length()
-        self._grid = Grid.over((0, width), self._z, width / PIXELS_ACROSS)
+        self._grid = Grid.over((left, right), self._z, (right - left) / PIXELS_ACROSS)
         self._colours = time_colours(float(crack.time.max(initial=0.0)))
         self._options = options
         self._fringes = make_series(frames.nodes, frames.tetrahedra, frame_stresses(frames), self._grid, options.optics)
 
     def _shown_length(self) -> tuple[float, float]:
         """The range of z [m] round all notches and cracks, stray breaks far away left out."""
-        _, width, length = self._plate.size
+        width = self._plate.size[1]
+        bottom, top = self._plate.ends(2)
         ends = [end + side * 0.6 * width for low_and_high in self._plate.notch_slot[:, 1]
                 for end, side in zip(low_and_high, (-1, 1))]
         if self._crack.time.size:
             low, high = np.percentile(self._crack.corner[:, :, 2], (2, 98))
             ends += [float(low) - 0.2 * width, float(high) + 0.2 * width]
-        ends = ends or [0.0, length]
-        return max(0.0, min(ends)), min(length, max(ends))
+        ends = ends or [bottom, top]
+        return max(bottom, min(ends)), min(top, max(ends))
 
     def rows(self, chosen: list[int]) -> Figure:
         """Fringes above, cracks below, a column for each time."""
@@ -176,7 +177,7 @@ class _View:
         low, high = (end / style.MILLIMETRE for end in self._z)
         self._draw_frame(axes)
         axes.imshow(image, cmap="gray", norm=Normalize(0, 1), origin="lower", interpolation="nearest", zorder=1,
-                    extent=(0, self._plate.size[1] / style.MILLIMETRE, low, high))
+                    extent=(*(end / style.MILLIMETRE for end in self._plate.ends(1)), low, high))
 
     def _draw_cracks(self, axes: Axes, frame: int) -> None:
         self._draw_frame(axes)

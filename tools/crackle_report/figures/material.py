@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from .. import style
 from ..choosing import samples_in_detail
-from ..drawing import draw_plate, near_notches
+from ..drawing import draw_plate, near_notches, whole_length
 from ..mesh import Mesh
 from ..options import Options
 from ..plate import Plate
@@ -40,10 +40,9 @@ def strength(mesh: Mesh, plate: Plate, title: str) -> Picture:
     factor, volume = mesh.strength_factor, mesh.volumes()
     low, high = _quantiles(factor, volume, RANGE)
     polygons, numbers = mesh.cut(0, plate.size[0] / 2)
-    length = plate.size[2] / style.MILLIMETRE
     figure = Figure(figsize=(style.PAGE_WIDTH, 4.6), layout="constrained")
     whole, near, distribution = figure.subplots(1, 3, width_ratios=(1, 3, 2.2))
-    for axes, z_range in ((whole, (-1.0, length + 1.0)), (near, near_notches(plate))):
+    for axes, z_range in ((whole, whole_length(plate)), (near, near_notches(plate))):
         draw_plate(axes, plate, z_range)
         collection = PolyCollection([polygon / style.MILLIMETRE for polygon in polygons], array=factor[numbers],
                                     cmap="viridis", clim=(low, high), linewidths=0, rasterized=True)

@@ -15,7 +15,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 
 from .. import style
-from ..drawing import draw_plate, near_notches
+from ..drawing import draw_plate, near_notches, whole_length
 from ..mesh import Mesh
 from ..plate import MeshRegion, Plate
 from .picture import Picture
@@ -33,10 +33,9 @@ def base_points(mesh: Mesh) -> Picture:
     plate, points = mesh.plate, mesh.nodes / style.MILLIMETRE
     middle = plate.size[0] / 2 / style.MILLIMETRE
     points = points[np.abs(points[:, 0] - middle) <= HALF_THICKNESS_OF_SECTION]
-    length = plate.size[2] / style.MILLIMETRE
     figure = Figure(figsize=(7.2, 4.9), layout="constrained")
     whole, near = figure.subplots(1, 2, width_ratios=(1, 3.6))
-    for axes, z_range, size in ((whole, (-1.0, length + 1.0), 0.15), (near, near_notches(plate), 2.2)):
+    for axes, z_range, size in ((whole, whole_length(plate), 0.15), (near, near_notches(plate), 2.2)):
         draw_plate(axes, plate, z_range)
         axes.scatter(points[:, 1], points[:, 2], s=size, color=style.NOTCH_COLOURS[0], linewidths=0)
         axes.set_xlabel("y [mm]")
@@ -75,11 +74,10 @@ def spacing(mesh: Mesh) -> Picture:
     wanted = mesh.spacing[mesh.tetrahedra[numbers]].mean(axis=1) / style.MILLIMETRE
     least, greatest = mesh.spacing.min() / style.MILLIMETRE, mesh.spacing.max() / style.MILLIMETRE
     norm = LogNorm(least, greatest if greatest > least else 1.1 * least)
-    length = plate.size[2] / style.MILLIMETRE
     height = 9.0
     figure = Figure(figsize=(style.PAGE_WIDTH, height), layout="constrained")
     whole, near = figure.subplots(1, 2, width_ratios=(1, 3.2))
-    for axes, z_range, width in ((whole, (-1.0, length + 1.0), 0.08), (near, _ligament(plate, regions), 0.2)):
+    for axes, z_range, width in ((whole, whole_length(plate), 0.08), (near, _ligament(plate, regions), 0.2)):
         draw_plate(axes, plate, z_range)
         shown = [i for i, polygon in enumerate(polygons)
                  if polygon[:, 1].max() >= z_range[0] and polygon[:, 1].min() <= z_range[1]]

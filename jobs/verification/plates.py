@@ -1,0 +1,280 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The verification cases of plates that are no boxes; used like cases.py."""
+from __future__ import annotations
+
+import math
+import re
+import subprocess
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from crackle_launch import environment
+from crackle_runs import JOBS, RunError, Sample, read, run, with_keys
+from figures import MILLIMETRE, Figure, mean, output_of
+
+GALLERY = JOBS.parent / "gallery"
+
+
+def _point(y: float, z: float) -> str:
+    return f'["{y:.4f} mm", "{z:.4f} mm"]'
+
+
+INCLINATIONS = (0, 15, 30, 45, 60)  # of the slot to the normal of the load [degrees]
+SLOT, MIDDLE = 6, np.array([20, 30])  # half length and middle of the slot [mm]
+TIP_SPACING = 0.25  # of the points at the slot's tips [mm]
+KINK_RANGE = (0.5, 2)  # from the slot's tip, in which a crack's direction is measured [mm]
+
+
+def kinks(folder: Path, program: Path) -> list[Figure]:
+    """Directions in which cracks leave the tips of an inclined slot, and of a level one under the loads of an inclined one."""
+    text = (JOBS / "inclined-slot.toml").read_text()
+    figures = []
+    for degrees in INCLINATIONS:
+        slope = math.radians(degrees)
+        half = SLOT * np.array([math.cos(slope), math.sin(slope)])
+        keys = {"specimen.notch.from": _point(*(MIDDLE - half)), "specimen.notch.to": _point(*(MIDDLE + half))}
+        samples = run(with_keys(text, keys), folder / f"inclined-slot-{degrees}", program)
+        figures.append(_kink_figure("Inclined slot under tension", f"slot inclined by {degrees}°", samples, slope, slope))
+    head, tail = text.split("[[boundary]]", 1)
+    for degrees in INCLINATIONS:
+        slope = math.radians(degrees)
+        level = {"specimen.notch.from": _point(MIDDLE[0] - SLOT, MIDDLE[1]), "specimen.notch.to": _point(MIDDLE[0] + SLOT, MIDDLE[1])}
+        loads = _stress_without_t(10 * math.cos(slope) ** 2, 10 * math.sin(slope) * math.cos(slope))
+        samples = run(with_keys(head + loads + "[time]" + tail.split("[time]")[1], level), folder / f"level-slot-{degrees}", program)
+        figures.append(_kink_figure("Level slot, its edges under stresses with the same K and no stress along the slot",
+                                    f"K_II / K_I = tan {degrees}°", samples, 0, slope))
+    return figures
+
+
+def _stress_without_t(normal: float, shear: float) -> str:
+    """Boundary conditions: sigma_yy = sigma_zz and sigma_yz at all edges, growing with time [MPa/s]."""
+    text = ""
+    for face, y, z in (("z-max", shear, normal), ("z-min", -shear, -normal), ("y-max", normal, shear), ("y-min", -normal, -shear)):
+        text += (f'[[boundary]]\non = "{face}"\ntraction = ["0 MPa", "0 MPa", "0 MPa"]\n'
+                 f'rate = ["0 MPa/s", "{y:.6f} MPa/s", "{z:.6f} MPa/s"]\n')
+    # Reactions vanish: the loads are balanced.
+    return text + ('[[boundary]]\non = "z-min"\nregion = { y = ["0 mm", "1 mm"] }\nfix = ["x", "y", "z"]\n'
+                   '[[boundary]]\non = "z-min"\nregion = { y = ["39 mm", "40 mm"] }\nfix = ["z"]\n')
+
+
+def _kink_figure(case: str, quantity: str, samples: list[Sample], slope: float, mixing: float) -> Figure:
+    """`slope` of the slot; K_II / K_I = tan `mixing`."""
+    found = [angle for sample in samples for angle in _kinks(sample, slope)]
+    error = 1.96 * np.std(found, ddof=1) / math.sqrt(len(found))
+    k = math.cos(mixing), math.sin(mixing)
+    expected = f"{largest_hoop_stress(*k):.1f}°, Erdogan and Sih 1963"
+    if slope:
+        # The slot's K over sigma sqrt(pi a) is cos(slope) k, the stress along it -cos(2 slope) sigma.
+        distance = TIP_SPACING / SLOT
+        with_t = largest_hoop_stress(*k, -math.cos(2 * slope) / math.cos(slope) * math.sqrt(2 * distance))
+        expected += f"; {with_t:.1f}° with the stress along the slot"
+    return Figure(f"{case}: mean angle of cracks to the slot, {KINK_RANGE[0]} to {KINK_RANGE[1]} mm from its tip",
+                  f"{quantity}, {len(found)} cracks in {len(samples)} samples", f"{np.mean(found):.1f}° ± {error:.1f}°", expected)
+
+
+def largest_hoop_stress(k1: float, k2: float, t: float = 0) -> float:
+    """Direction to the crack of the largest hoop stress at a distance r from its tip [degrees].
+
+    @param t: the stress along the crack (T) times sqrt(2 pi r), in the units of K; Erdogan and Sih (1963) have none,
+        Smith, Ayatollahi and Pavier (2001) take r for a property of the material
+    """
+    angle = np.radians(np.linspace(-120, 120, 240_001))
+    hoop = np.cos(angle / 2) * (k1 * np.cos(angle / 2) ** 2 - 1.5 * k2 * np.sin(angle)) + t * np.sin(angle) ** 2
+    return float(np.degrees(angle[hoop.argmax()]))
+
+
+def _kinks(sample: Sample, slope: float) -> list[float]:
+    """Angles of the cracks at both tips to the slot, positive as the slot's inclination [degrees]."""
+    place = sample.facet_corners.mean(axis=1)[:, 1:] / MILLIMETRE
+    angles = []
+    for side in (1, -1):
+        out = side * np.array([math.cos(slope), math.sin(slope)])
+        ahead = place - (MIDDLE + SLOT * out)
+        distance = np.hypot(*ahead.T)
+        near = distance < KINK_RANGE[1]
+        # Later ones are branches, and what breaks behind the front.
+        leaves = sample.facet_time[~near & (distance < 2 * KINK_RANGE[1])].min(initial=math.inf)
+        here = near & (distance > KINK_RANGE[0]) & (sample.facet_time <= leaves)
+        if here.any() and distance[here].max() > 0.9 * KINK_RANGE[1]:
+            along, across = ahead[here] @ out, ahead[here] @ np.array([-out[1], out[0]])
+            weight = sample.facet_area[here]
+            along, across = (v - np.average(v, weights=weight) for v in (along, across))
+            # The axis along which the facets lie.
+            moment = np.array([[np.sum(weight * a * b) for b in (along, across)] for a in (along, across)])
+            axis = np.linalg.eigh(moment)[1][:, -1]
+            mean = np.average(ahead[here], axis=0, weights=weight) @ np.array([out, [-out[1], out[0]]]).T
+            axis *= np.sign(axis @ mean)
+            angles.append(math.degrees(math.atan2(axis[1], axis[0])))
+    return angles
+
+
+OFFSETS = (0.6, 0.7, 0.75, 0.775, 0.8, 0.825, 0.85, 0.9)  # of the notch from the middle, over half of the span
+HALF_SPAN, BEAM_MIDDLE = 101.6, 114.3  # of offset-notch.toml [mm]
+
+
+def offset_notch(folder: Path, program: Path) -> list[Figure]:
+    """Where a beam under impact breaks, from its notch or from its middle."""
+    text = (GALLERY / "offset-notch.toml").read_text()
+    case = "Beam with an offset notch under impact, John and Shah 1990"
+    shares = []
+    for offset in OFFSETS:
+        z = BEAM_MIDDLE - offset * HALF_SPAN
+        keys = {"specimen.notch.from": _point(0, z), "specimen.notch.to": _point(19, z), "ensemble.samples": "8"}
+        samples = run(with_keys(text, keys), folder / f"offset-notch-{offset}", program)
+        # Rows: the notch, then the free surface; sections at 0.4 and 0.66 of the depth.
+        crossed = [np.isfinite(sample.summary["position"][:, 1]) for sample in samples]
+        shares.append((offset, sum(bool(c[0]) for c in crossed), sum(bool(c[1]) for c in crossed), len(samples)))
+    from_notch = [offset for offset, notch, middle, n in shares if notch == n and middle == 0]
+    from_middle = [offset for offset, notch, middle, n in shares if middle == n and notch == 0]
+    return [Figure(case, "samples that break from the notch, from mid-span, with the notch at " + ", ".join(f"{s[0]:g}" for s in shares)
+                   + " of half of the span", ", ".join(f"{notch}/{n}, {middle}/{n}" for _, notch, middle, n in shares), "from the notch, then from mid-span"),
+            Figure(case, "offset of the transition", f"{max(from_notch, default=math.nan):g} to {min(from_middle, default=math.nan):g}",
+                   "0.77")]
+
+
+BLUNT_LAWS = {"stress averaged over 0.3 mm": {}, "stress averaged over 0.6 mm": {"fracture.length": '"0.6 mm"'},
+              "softening, E G / strength² = 0.6 mm": {"fracture.length": None, "fracture.toughness": '"223 J/m^2"',
+                                                      "fracture.release": '"softening"'}}
+
+
+def blunt_notch(folder: Path, program: Path) -> list[Figure]:
+    """The load at which a bar with semicircular notches fails, beside strength over stress concentration."""
+    text = (JOBS / "blunt-notch.toml").read_text()
+    expected = 35e6 * 20e-6 / semicircular_notches(0.2)
+    figures = []
+    for law, keys in BLUNT_LAWS.items():
+        samples = run(with_keys(text, keys), folder / f"blunt-notch-{law.split()[0]}-{law.split()[-2]}", program)
+        loads = [float(sample.summary["onset_force"]) / expected for sample in samples]
+        figures.append(Figure("Bar with semicircular notches of 2 mm in a width of 20 mm",
+                              f"load at failure over that at which the root reaches the strength, {law}", mean(loads, ".3f"), "1"))
+    return figures
+
+
+def semicircular_notches(depth: float) -> float:
+    """Largest stress over the one far away, in tension, where two opposite notches take the share `depth` of the width.
+
+    Ling 1968, in the form of Peterson's handbook.
+    """
+    return (3.065 - 3.472 * depth + 1.009 * depth ** 2 + 0.405 * depth ** 3) / (1 - depth)
+
+
+RADIUS, THICKNESS = 25e-3, 5e-3  # of brazilian-disk.toml [m]
+PRESSED, PRESSURE = 0.4e-3, 20e6  # height of the arcs of disk.toml that are pressed [m], and how much [Pa]
+HALF_ARC = math.acos(1 - PRESSED / RADIUS)
+
+
+def disk(folder: Path, program: Path) -> list[Figure]:
+    """A disk under diametral load: its fringes before it breaks, its strength, and where it splits."""
+    from crackle_report.photoelasticity import Grid, Optics, make_fringes
+    from crackle_report.stress import element_stress
+
+    run((JOBS / "disk.toml").read_text(), folder / "disk-elastic", program)
+    z = RADIUS * np.linspace(0.4, 1.6, 61)
+    ratio = []
+    for file in sorted((folder / "disk-elastic" / "out" / "samples").glob("*.h5")):
+        with h5py.File(file) as root:
+            nodes, tetrahedra, boundary = (root[f"mesh/{name}"][...] for name in ("nodes", "tetrahedra", "boundary"))
+            stress = element_stress(nodes, tetrahedra, root["frames/displacement"][0], 15e9, 0.2)
+        order = make_fringes(nodes, tetrahedra, stress, Grid(np.array([RADIUS]), z)).order[:, 0]
+        # The program presses on the triangles whose centroids are in the region.
+        corner = nodes[boundary]
+        area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])[:, 2] / 2
+        load = PRESSURE * area[corner[:, :, 2].mean(axis=1) > 2 * RADIUS - PRESSED].sum()
+        ratio.append(order / (Optics().order_per_stress_length * THICKNESS * hondros(load, z / RADIUS - 1)))
+    case = "Disk under diametral load"
+    text = (GALLERY / "brazilian-disk.toml").read_text()
+    strength = 23  # [MPa]
+    samples = run(with_keys(text, {"fracture.toughness": None, "fracture.strength": f'"{strength} MPa"'}), folder / "disk", program)
+    split = np.concatenate([_first_on_the_diameter(sample) for sample in samples])
+    loads = [float(sample.summary["onset_force"]) / (1e6 * strength * math.pi * RADIUS * THICKNESS) for sample in samples]
+    return [Figure(case, "fringe order on the middle 60 % of the loaded diameter over Hondros', mean and each place of each sample",
+                   f"{np.mean(ratio):.3f} ± {np.std(ratio):.3f}", "1"),
+            Figure(case, f"distance from the diameter of the first {FIRST} facets that open there, rms, over the radius",
+                   f"{np.sqrt(np.mean((split - RADIUS) ** 2)) / RADIUS:.3f}", "0"),
+            Figure(case, "load at failure over strength × π D t / 2", mean(loads, ".2f"), "1")]
+
+
+FIRST = 200  # facets, of some 1000 of the split; what breaks later are the halves
+
+
+def _first_on_the_diameter(sample: Sample) -> np.ndarray:
+    """y of the first facets that open on the middle 60 % of the disk's height [m]."""
+    place = sample.facet_corners.mean(axis=1)
+    middle = np.flatnonzero(np.abs(place[:, 2] / RADIUS - 1) < 0.6)
+    return place[middle[np.argsort(sample.facet_time[middle], kind="stable")[:FIRST]], 1]
+
+
+def hondros(load: float, place: np.ndarray) -> np.ndarray:
+    """Difference of the principal stresses on the loaded diameter, at `place` times the radius from the middle [Pa].
+
+    Hondros 1959, for the same radial pressure on two opposite arcs.
+    """
+    pressure = load / (2 * RADIUS * THICKNESS * math.sin(HALF_ARC))
+    square = place ** 2
+    return (4 * pressure / math.pi * (1 - square) * math.sin(2 * HALF_ARC)
+            / (1 - 2 * square * math.cos(2 * HALF_ARC) + square ** 2))
+
+
+CORNER, REAL_THICKNESS = 0.25, 0.1  # of the L-shaped panel, and of the one that was tested [m]
+# Load of Winkler's series A over the deflection [mm, kN], read from his figure 7.12 by the group of C. Linder
+# (github.com/PSAAPGroupLinder/lShapedPanelBenchmark).
+WINKLER = ((0.1, 4.18), (0.3, 5.27), (0.4, 3.52), (0.5, 2.47))
+WINKLER_PEAK = (0.208, 7.22)
+
+
+def l_panel(folder: Path, program: Path) -> list[Figure]:
+    """Load and crack of the L-shaped panel; the loads are those at instabilities, which the program prints."""
+    text = (GALLERY / "l-panel.toml").read_text()
+    peaks, curves, rises = [], [], []
+    for number in range(4):
+        log = sample_with_log(text, number, folder / "l-panel", program)
+        thickness = 0.04
+        steps = np.array([[float(t), float(n)] for t, n in re.findall(r"instability at t = ([\d.]+) s, ([\d.]+) N", log)])
+        deflection, load = steps[:, 0] * 1e-3, steps[:, 1] * 1e-3 * REAL_THICKNESS / thickness  # [mm, kN]
+        peaks.append((deflection[load.argmax()], load.max()))
+        curves.append([float(np.interp(d, deflection, load)) for d, _ in WINKLER])
+        file = folder / "l-panel" / "out" / "samples" / f"{number:04d}.h5"
+        rises.append((read(file).summary["position"][0][::-1] - CORNER) / MILLIMETRE)
+    case = "L-shaped panel, Winkler 2001; loads of 100 mm"
+    at = ", ".join(f"{d:g}" for d, _ in WINKLER)
+    return [Figure(case, "largest load", mean([load for _, load in peaks], ".2f") + " kN", f"{WINKLER_PEAK[1]} kN"),
+            Figure(case, "at a deflection of", mean([d for d, _ in peaks], ".2f") + " mm", f"{WINKLER_PEAK[0]} mm"),
+            Figure(case, f"loads at deflections of {at} mm", ", ".join(f"{v:.1f}" for v in np.mean(curves, axis=0)) + " kN",
+                   ", ".join(f"{v:.1f}" for _, v in WINKLER) + " kN"),
+            Figure(case, "height of the crack above the corner, 50, 100 and 150 mm from it",
+                   ", ".join(f"{np.mean(v):.0f} ± {np.std(v, ddof=1):.0f}" for v in np.transpose(rises)) + " mm",
+                   "rises to the far side; published as a picture")]
+
+
+def sample_with_log(text: str, number: int, folder: Path, program: Path) -> str:
+    """What `crackle sample` prints; a sample that is there with its log is not computed again."""
+    folder.mkdir(parents=True, exist_ok=True)
+    source, log = folder / "input.toml", folder / f"log-{number}.txt"
+    if not (source.is_file() and source.read_text() == text):
+        for old in folder.glob("log-*.txt"):
+            old.unlink()
+        source.write_text(text)
+    if not log.is_file():
+        done = subprocess.run([str(program), "sample", str(source), "--sample", str(number), "-o", str(folder / "out"),
+                               "--overwrite"], capture_output=True, text=True, env=environment())
+        if done.returncode != 0:
+            raise RunError(f"'{program} sample {source}' ended with status {done.returncode}: {done.stderr}")
+        log.write_text(done.stdout + done.stderr)
+    return log.read_text()
+
+
+def test_programs(build: Path) -> list[Figure]:
+    """Figures that the test programs of plates print."""
+    hole, stress_intensity = output_of(build / "bin" / "test_plates"), output_of(build / "bin" / "test_plate_stress_intensity")
+    figures = [Figure("Hole of a fifth of the width, Howland 1930", f"largest stress over 3.14 times that far away, spacing {spacing} of the radius",
+                      f"{1 + float(error) / 100:.3f}", "1") for spacing, error in re.findall(r"spacing ([\d.]+) of the radius: .*?, ([+-][\d.]+) %", hole)]
+    errors = [abs(float(figure.found) - 1) for figure in figures]
+    figures.append(Figure(figures[0].case, "order of convergence", f"{math.log(errors[0] / errors[-1]) / math.log(4):.2f}", "at least 1"))
+    for where, ratio in re.findall(r"compact tension, (.*?): K over Srawley's ([\d.]+)", stress_intensity):
+        figures.append(Figure("Compact tension specimen, K from the energies of two slots; Srawley 1976", f"K over Srawley's, {where}", ratio, "1"))
+    for degrees, *k in re.findall(r"slot inclined by (\d+) degrees: K_I (\S+), K_II (\S+) of .*? plate (\S+), (\S+)", stress_intensity):
+        figures.append(Figure("Slot of a tenth of the width, by the interaction integral", f"K_I, K_II over σ √(π a), inclined by {degrees}°",
+                              f"{k[0]}, {k[1]}", f"{k[2]}, {k[3]}, a crack in an endless plate"))
+    return figures

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/dynamics/quasi_static.h"
+#include "crackle/geometry/mother_points.h"
+#include "crackle/geometry/partition.h"
+#include "crackle/geometry/realization.h"
+#include "crackle/input/reader.h"
+#include "crackle/mechanics/boundary_loads.h"
+
+#include "support/criterion.h"
+#include "support/plate_family.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace crackle::test {
+
+/// A plate with its mesh and its boundary conditions.
+struct LoadedPlate {
+  input::Parameters parameters;
+  std::unique_ptr<const geometry::Body> body;
+  geometry::Subdomain subdomain;
+  parallel::Communicator self{MPI_COMM_SELF};
+
+  explicit LoadedPlate(const PlateText& text) : parameters(input::parse(text.text(), "plate.toml")) {
+    body = geometry::make_body(parameters.specimen);
+    const auto base = geometry::make_mother_points(*body, parameters.mesh, 1);
+    const auto mesh = geometry::make_realization(*body, base, parameters.mesh, 1, 0);
+    subdomain = geometry::split(mesh, geometry::partition(mesh, 1)).front();
+  }
+
+  /// Of the equilibrium under the loads at t = 0, three components per node [m].
+  std::vector<double> displacement() {
+    fracture::BreakableBody breakable(subdomain, parameters.material);
+    const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
+    auto criterion = tuler_butcher(parameters.fracture, subdomain);
+    const dynamics::QuasiStaticLoading loading(self, breakable, loads, criterion, 1e-5);
+    const auto u = loading.displacement().local();
+    return {u.begin(), u.end()};
+  }
+};
+
+}  // namespace crackle::test
