@@ -90,6 +90,30 @@ protected:
     };
   }
 
+  /// Four samples on all ranks, on one, one sample by itself, and an ensemble of which one sample is lost.
+  void expect_same_alone_on_many_ranks_and_resumed(const input::Parameters& parameters) {
+    EXPECT_EQ(run("all", parameters, false).done, 4);
+    const auto report =
+        run_single_sample(world_, parameters, {.folder = root_ / "one", .sample = 2}, strip, {});
+    EXPECT_EQ(report.summary.status, SampleStatus::done);
+    if (world_.is_root()) {
+      EXPECT_THAT(log_.str(), HasSubstr(parameters.mesh.base == input::Base::own
+                                            ? "base mesh: each sample has its own, of some "
+                                            : "base mesh: "));
+      EXPECT_THAT(io::differences(io::sample_path(root_ / "one", 2), io::sample_path(root_ / "all", 2)),
+                  IsEmpty());
+      run_on(parallel::Communicator(MPI_COMM_SELF), "alone", parameters, false);
+      expect_same_ensemble(root_ / "all", root_ / "alone", 4);
+      fs::copy(root_ / "all", root_ / "cut", fs::copy_options::recursive);
+      fs::remove(root_ / "cut" / "ensemble.h5");
+      fs::remove(io::sample_path(root_ / "cut", 1));
+    }
+    MPI_Barrier(world_.get());
+    EXPECT_EQ(run("cut", parameters, true, recording(strip)).done, 4);
+    EXPECT_THAT(computed(), ElementsAre(1));
+    if (world_.is_root()) expect_same_ensemble(root_ / "all", root_ / "cut", 4);
+  }
+
   parallel::Communicator world_{MPI_COMM_WORLD};
   std::optional<test::TemporaryFolder> folder_;  // on rank 0
   fs::path root_;
@@ -153,30 +177,35 @@ input::Parameters with_own_base(const input::Parameters& parameters) {
 }
 
 TEST_F(EnsembleRun, SamplesWithABaseOfTheirOwnAreTheSameOnAnyNumberOfRanks) {
-  const auto parameters = with_own_base(plate(4, 1));
-  EXPECT_EQ(run("all", parameters, false).done, 4);
-  const auto report =
-      run_single_sample(world_, parameters, {.folder = root_ / "one", .sample = 2}, strip, {});
-  EXPECT_EQ(report.summary.status, SampleStatus::done);
+  expect_same_alone_on_many_ranks_and_resumed(with_own_base(plate(4, 1)));
   if (world_.is_root()) {
-    EXPECT_THAT(log_.str(), HasSubstr("base mesh: each sample has its own, of some "));
-    EXPECT_THAT(io::differences(io::sample_path(root_ / "one", 2), io::sample_path(root_ / "all", 2)),
-                IsEmpty());
     EXPECT_EQ(io::read_ensemble(root_ / "all" / "ensemble.h5").base.size(), 0u);
-    run_on(parallel::Communicator(MPI_COMM_SELF), "alone", parameters, false);
-    expect_same_ensemble(root_ / "all", root_ / "alone", 4);
-    fs::copy(root_ / "all", root_ / "cut", fs::copy_options::recursive);
-    fs::remove(root_ / "cut" / "ensemble.h5");
-    fs::remove(io::sample_path(root_ / "cut", 1));
   }
-  MPI_Barrier(world_.get());
-  EXPECT_EQ(run("cut", parameters, true, recording(strip)).done, 4);
-  EXPECT_THAT(computed(), ElementsAre(1));
-  if (world_.is_root()) expect_same_ensemble(root_ / "all", root_ / "cut", 4);
   // Samples of the other kind do not belong to it.
   MPI_Barrier(world_.get());
   EXPECT_THAT([&] { run("cut", plate(4, 1), true); },
               testing::ThrowsMessage<parallel::AgreedError>(HasSubstr("mesh.base is shared, not own")));
+}
+
+TEST_F(EnsembleRun, PlatesOfAnyOutlineAreTheSameOnAnyNumberOfRanks) {
+  std::string text = plate(4, 1).text;
+  const auto from = text.find("size ="), to = text.find("[mesh]");
+  text.replace(from, to - from, R"(thickness = "4 mm"
+outline = [["2 mm", "0 mm"], ["20 mm", "0 mm"], ["18 mm", "30 mm"], ["0 mm", "30 mm"]]
+[[specimen.hole]]
+center = ["13 mm", "22 mm"]
+radius = "3 mm"
+[[specimen.notch]]
+from = ["0 mm", "12 mm"]
+to = ["5 mm", "14 mm"]
+height = "2 mm"
+end = "round"
+)");
+  expect_same_alone_on_many_ranks_and_resumed(input::parse(text, "outline.toml"));
+  if (!world_.is_root()) return;
+  const auto content = io::read_ensemble(root_ / "all" / "ensemble.h5");
+  EXPECT_EQ(content.samples[0].position.size(), 9u) << "the notch, the hole and the free surface, 3 sections";
+  EXPECT_GT(content.samples[0].crack_area, 0);
 }
 
 TEST_F(EnsembleRun, PoisonedSampleFailsAlone) {

@@ -2,9 +2,13 @@
 // One sample shared by the ranks of a group: the same bits as on one rank.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/sample_run.h"
+#include "crackle/geometry/mother_points.h"
+#include "crackle/geometry/realization.h"
+#include "crackle/input/reader.h"
 
 #include "support/box_mesh.h"
 #include "support/partitions.h"
+#include "support/plate_family.h"
 #include "support/same_result.h"
 
 #include <gtest/gtest.h>
@@ -42,10 +46,9 @@ geometry::Partition by_metis(const geometry::Realization& mesh, int n_parts) {
 
 /// The sample on all ranks and on one: equal to the last bit.
 /// @return the sample on one rank; on the root only
-dynamics::SampleResult compare(const input::Parameters& parameters, std::size_t least_breaks,
+dynamics::SampleResult compare(const input::Parameters& parameters, const geometry::Realization& mesh,
+                               std::size_t least_breaks,
                                const test::MakePartition& make_partition = by_metis) {
-  const auto mesh =
-      test::make_box({.size = parameters.specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2});
   const parallel::Communicator world(MPI_COMM_WORLD);
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto partition = make_partition(mesh, world.size());
@@ -121,6 +124,14 @@ dynamics::SampleResult compare(const input::Parameters& parameters, std::size_t 
   return alone;
 }
 
+/// Of a box.
+dynamics::SampleResult compare(const input::Parameters& parameters, std::size_t least_breaks,
+                               const test::MakePartition& make_partition = by_metis) {
+  return compare(parameters,
+                 test::make_box({.size = parameters.specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2}),
+                 least_breaks, make_partition);
+}
+
 class SampleOnManyRanks : public ::testing::TestWithParam<input::Precision> {};
 
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRank) {
@@ -135,6 +146,38 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankFromQuasiStaticLoadingOn) {
   parameters.time.start = input::Start::quasi_static;
   parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10});
   compare(parameters, 20);
+}
+
+/// A ring, pressed from within and pulled by a pin in another hole.
+TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankOnAPlateOfAnyOutline) {
+  test::PlateText text{R"(thickness = "2 mm"
+outline = "circle"
+radius = "6 mm")"};
+  text.holes = {R"(center = ["7 mm", "6.5 mm"]
+radius = "3 mm")",
+                R"(center = ["2 mm", "6 mm"]
+radius = "0.8 mm")"};
+  text.section = "11 mm";
+  text.boundaries = R"([[boundary]]
+on = "edge-0"
+region = { y = ["11 mm", "12 mm"] }
+fix = ["x", "y", "z"]
+[[boundary]]
+on = "hole-0"
+pressure = "1 MPa"
+rate = "1 MPa/s"
+[[boundary]]
+on = "hole-1"
+region = { y = ["0 mm", "2 mm"] }
+force = ["0 N", "-1 N", "0.5 N"]
+rate = ["0 N/s", "-1 N/s", "0 N/s"]
+)";
+  auto parameters = input::parse(text.text(), "ring.toml");
+  parameters.time.precision = GetParam();
+  parameters.time.duration = 1e-5;
+  const auto body = geometry::make_body(parameters.specimen);
+  const auto base = geometry::make_mother_points(*body, parameters.mesh, 1);
+  compare(parameters, geometry::make_realization(*body, base, parameters.mesh, 1, 0), 20);
 }
 
 /// Balls that reach across several parts, and from one end of a part to the other.
