@@ -32,6 +32,8 @@ from crackle_report.mesh import Mesh  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
 from crackle_report.photoelasticity import Optics  # noqa: E402
 from crackle_report.plate import Plate  # noqa: E402
+from crackle_report.program import find_program  # noqa: E402
+from crackle_launch import environment  # noqa: E402
 from box_mesh import box_mesh  # noqa: E402
 from synthetic_ensemble import SLOTS, write_ensemble  # noqa: E402
 
@@ -376,6 +378,76 @@ def block(n: int, plate: Plate) -> Mesh:
     inside_out = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0
     tetrahedra[inside_out] = tetrahedra[inside_out][:, [0, 2, 1, 3]]
     return Mesh(nodes, tetrahedra, np.linspace(0.2, 1, len(tetrahedra)), plate=plate)
+
+
+class Plates(Ensembles):
+    """A plate that does not begin at y = z = 0, with cracks that may start anywhere."""
+
+    INPUT = """[ensemble]
+samples = 2
+seed = 7
+[specimen]
+thickness = "2 mm"
+outline = [["5 mm", "-30 mm"], ["25 mm", "-30 mm"], ["22 mm", "10 mm"], ["8 mm", "10 mm"]]
+[[specimen.hole]]
+center = ["17 mm", "-22 mm"]
+radius = "2 mm"
+[[specimen.notch]]
+from = ["5 mm", "-9 mm"]
+to = ["11 mm", "-11 mm"]
+height = "1 mm"
+[mesh]
+spacing = "2 mm"
+notch_spacing = "0.7 mm"
+growth = 0.2
+[material]
+youngs_modulus = "3100 MPa"
+poisson_ratio = 0.36
+density = "1190 kg/m^3"
+[fracture]
+strength = "35 MPa"
+impulse = "1e-8 MPa^2 s"
+[[boundary]]
+on = "edge-0"
+fix = ["x", "y", "z"]
+[[boundary]]
+on = "edge-2"
+force = ["0 N", "0 N", "1 N"]
+rate = ["0 N/s", "0 N/s", "5 N/s"]
+[time]
+duration = "60 us"
+[sections]
+y = ["13 mm", "17 mm"]
+[output]
+frames = 3
+"""
+
+    def test_a_plate_is_drawn_where_it_lies(self):
+        source = self.folder.with_name("input.toml")
+        source.write_text(self.INPUT)
+        subprocess.run([find_program(), "run", str(source), "-o", str(self.folder)], check=True, capture_output=True,
+                       env=environment())
+        self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
+        page = (self.folder / "report.html").read_text(encoding="utf-8")
+        self.assertIn("notch 0 in 2, hole 0 in 0, free surface in 0.", page)
+        self.assertIn(">leading where notch 0 leads<", page)
+        self.assertNotIn("where hole 0 leads", page)
+        ensemble = reading.read_ensemble(self.folder)
+        titles = [axes.get_title(loc="left") for axes in crossings.section(ensemble, Options()).pictures[0].figure.axes]
+        self.assertEqual(titles, ["leading where notch 0 leads"])
+        picture = growth.section(ensemble, Options()).pictures[0]
+        fringes = [image for axes in picture.figure.axes for image in axes.get_images()]
+        self.assertEqual(len(fringes), 3)
+        for image in fringes:
+            left, right, low, high = image.get_extent()
+            self.assertEqual((left, right), (5, 25))
+            self.assertLess(low, -11)
+            # Between the slanted edges there is the body, but for the hole; outside there is nothing.
+            seen = np.isfinite(np.asarray(image.get_array(), float))
+            rows = low + (np.arange(len(seen)) + 0.5) * (high - low) / len(seen)
+            width = 20 - 6 * (rows + 30) / 40 - np.where(np.abs(rows + 22) < 2, 2 * np.sqrt(4 - np.minimum((rows + 22) ** 2, 4)), 0)
+            away = (rows < -15) | (rows > -5)  # from the slot
+            np.testing.assert_allclose(seen.mean(axis=1)[away] * 20, width[away], atol=1)
 
 
 class Realizations(unittest.TestCase):
