@@ -128,14 +128,16 @@ def offset_notch(folder: Path, program: Path) -> list[Figure]:
         shares.append((offset, sum(bool(c[0]) for c in crossed), sum(bool(c[1]) for c in crossed), len(samples)))
     from_notch = [offset for offset, notch, middle, n in shares if notch == n and middle == 0]
     from_middle = [offset for offset, notch, middle, n in shares if middle == n and notch == 0]
-    return [Figure(case, "samples that break from the notch, from mid-span, with the notch at " + ", ".join(f"{s[0]:g}" for s in shares)
-                   + " of half of the span", ", ".join(f"{notch}/{n}, {middle}/{n}" for _, notch, middle, n in shares), "from the notch, then from mid-span"),
+    at = ", ".join(f"{offset:g}" for offset in OFFSETS)
+    return [Figure(case, f"samples that break from the notch, at {at} of half of the span from the middle",
+                   ", ".join(f"{notch}/{n}" for _, notch, _, n in shares), "all, then none"),
+            Figure(case, "from mid-span", ", ".join(f"{middle}/{n}" for _, _, middle, n in shares), "none, then all"),
             Figure(case, "offset of the transition", f"{max(from_notch, default=math.nan):g} to {min(from_middle, default=math.nan):g}",
                    "0.77")]
 
 
-BLUNT_LAWS = {"stress averaged over 0.3 mm": {}, "stress averaged over 0.6 mm": {"fracture.length": '"0.6 mm"'},
-              "softening, E G / strength² = 0.6 mm": {"fracture.length": None, "fracture.toughness": '"223 J/m^2"',
+BLUNT_LAWS = {"averaged over 0.3 mm": {}, "averaged over 0.6 mm": {"fracture.length": '"0.6 mm"'},
+              "softening with E G / strength² = 0.6 mm": {"fracture.length": None, "fracture.toughness": '"223 J/m^2"',
                                                       "fracture.release": '"softening"'}}
 
 

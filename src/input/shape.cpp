@@ -235,7 +235,7 @@ private:
     for (std::size_t i = 0; i < outline.size(); ++i)
       if (plane::distance(p, outline[i], outline[(i + 1) % outline.size()]) <= on_surface * size_)
         return false;
-    return holds(outline, p);
+    return plane::holds(outline, p);
   }
 
   /// The corners at one end of a slot, from the right of its direction to the left.
@@ -280,30 +280,20 @@ private:
     const Polygon& a = cutters[i].loop.corners;
     for (std::size_t j = 0; j < i; ++j) {
       const Polygon& b = cutters[j].loop.corners;
-      if (!plane::come_near(a, b, touching * size_) && !holds(a, b[0]) && !holds(b, a[0])) continue;
+      if (!plane::come_near(a, b, touching * size_) && !plane::holds(a, b[0]) && !plane::holds(b, a[0]))
+        continue;
       findings_.report(cutters[i].key, "touches or overlaps {}; leave material between them", cutters[j].key);
       return false;
     }
     return true;
   }
 
-  /// Whether a point lies inside a polygon, and not on its sides.
-  static bool holds(const Polygon& polygon, const Point& p) {
-    bool inside = false;
-    for (std::size_t i = 0; i < polygon.size(); ++i) {
-      const Point& from = polygon[i];
-      const Point& to = polygon[(i + 1) % polygon.size()];
-      if ((from[1] > p[1]) == (to[1] > p[1])) continue;
-      if (from[0] + (p[1] - from[1]) / (to[1] - from[1]) * (to[0] - from[0]) > p[0]) inside = !inside;
-    }
-    return inside;
-  }
-
   /// Cuts out what lies inside the outline and apart from all else, which needs no set operation.
   bool cut_hole(const Cutter& cutter) {
     const Polygon& corners = cutter.loop.corners;
     const Polygon& outline = shape_.loops.front().corners;
-    if (plane::come_near(corners, outline, touching * size_) || !holds(outline, corners[0])) return false;
+    if (plane::come_near(corners, outline, touching * size_) || !plane::holds(outline, corners[0]))
+      return false;
     plane::Loop hole = cutter.loop;
     std::ranges::reverse(hole.corners);  // all its sides belong to one part
     shape_.loops.push_back(std::move(hole));

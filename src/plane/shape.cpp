@@ -46,6 +46,13 @@ std::vector<std::string> names_of_side(const Shape& shape, std::size_t loop, std
   return names;
 }
 
+bool holds(const Polygon& polygon, const Point& p) {
+  bool inside = false;
+  for (std::size_t i = 0; i < polygon.size(); ++i)
+    if (ray_meets(p, polygon[i], polygon[(i + 1) % polygon.size()])) inside = !inside;
+  return inside;
+}
+
 double signed_area(const Polygon& corners) {
   // From the first corner, which keeps the digits of a small polygon far from the origin.
   double twice = 0;

@@ -70,14 +70,12 @@ SideIndex::Cell SideIndex::cell_of(const Point& p) const {
   return {clamped(0), clamped(1)};
 }
 
-/// By the number of sides that a ray along y meets. Of no use on a side.
+/// Of no use on a side.
 bool SideIndex::contains_open(const Point& p) const {
   bool inside = false;
   for (const std::int32_t s : of_row_[cell_of(p).row]) {
     const Side& side = sides_[static_cast<std::size_t>(s)];
-    if ((side.from[1] > p[1]) == (side.to[1] > p[1])) continue;
-    const double share = (p[1] - side.from[1]) / (side.to[1] - side.from[1]);
-    if (side.from[0] + share * (side.to[0] - side.from[0]) > p[0]) inside = !inside;
+    if (ray_meets(p, side.from, side.to)) inside = !inside;
   }
   return inside;
 }

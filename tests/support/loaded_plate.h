@@ -7,6 +7,7 @@
 #include "crackle/geometry/realization.h"
 #include "crackle/input/reader.h"
 #include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/operators.h"
 
 #include "support/criterion.h"
 #include "support/plate_family.h"
@@ -16,6 +17,15 @@
 #include <vector>
 
 namespace crackle::test {
+
+/// Held below and pulled by 1 MPa above.
+inline constexpr const char* pulled_plate = R"([[boundary]]
+on = "z-min"
+fix = ["x", "y", "z"]
+[[boundary]]
+on = "z-max"
+traction = ["0 MPa", "0 MPa", "1 MPa"]
+)";
 
 /// A plate with its mesh and its boundary conditions.
 struct LoadedPlate {
@@ -29,6 +39,10 @@ struct LoadedPlate {
     const auto base = geometry::make_mother_points(*body, parameters.mesh, 1);
     const auto mesh = geometry::make_realization(*body, base, parameters.mesh, 1, 0);
     subdomain = geometry::split(mesh, geometry::partition(mesh, 1)).front();
+  }
+
+  mechanics::PdsOperators operators() const {
+    return mechanics::make_operators(subdomain, parameters.material.density);
   }
 
   /// Of the equilibrium under the loads at t = 0, three components per node [m].

@@ -126,30 +126,25 @@ std::array<double, 2> stress_intensities(const test::LoadedPlate& plate,
   const double c = std::cos(angle), s = std::sin(angle);
   const auto turned = [&](double y, double z) { return std::array{c * y + s * z, c * z - s * y}; };
   std::array<double, 2> result{};
-  for (const geometry::Tetrahedron& t : plate.subdomain.tetrahedra) {
-    std::array<std::array<double, 2>, 4> place{}, moved{};
+  for (const mechanics::TetrahedronOperator& t : plate.operators().tetrahedra) {
     std::array<double, 4> weight{};
     std::array<double, 2> centre{};
-    for (std::size_t k = 0; k < 4; ++k) {
-      const auto& node = plate.subdomain.nodes[index(t[k])];
-      place[k] = turned(node[1] - tip[0], node[2] - tip[1]);
-      moved[k] = turned(displacement[3 * index(t[k]) + 1], displacement[3 * index(t[k]) + 2]);
-      weight[k] = std::clamp((outer - std::hypot(place[k][0], place[k][1])) / (outer - inner), 0.0, 1.0);
-      for (std::size_t i = 0; i < 2; ++i) centre[i] += place[k][i] / 4;
+    for (std::size_t a = 0; a < 4; ++a) {
+      const auto& node = plate.subdomain.nodes[index(t.nodes[a])];
+      const auto place = turned(node[1] - tip[0], node[2] - tip[1]);
+      weight[a] = std::clamp((outer - std::hypot(place[0], place[1])) / (outer - inner), 0.0, 1.0);
+      for (std::size_t i = 0; i < 2; ++i) centre[i] += place[i] / 4;
     }
     if (std::ranges::all_of(weight, [&](double w) { return w == weight[0]; })) continue;
-    std::array<Vector, 3> side{};
-    for (std::size_t k = 0; k < 3; ++k)
-      side[k] = plate.subdomain.nodes[index(t[k + 1])] - plate.subdomain.nodes[index(t[0])];
-    const double volume = dot(side[0], cross(side[1], side[2])) / 6;
     Gradient gradient{};
     std::array<double, 2> slope{};  // of the weight
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vector normal = cross(side[(k + 1) % 3], side[(k + 2) % 3]);
-      const auto shape = turned(normal[1] / (6 * volume), normal[2] / (6 * volume));
+    for (std::size_t a = 0; a < 4; ++a) {
+      const double* u = &displacement[3 * index(t.nodes[a])];
+      const auto moved = turned(u[1], u[2]);
+      const auto shape = turned(t.gradient[a][1], t.gradient[a][2]);
       for (std::size_t j = 0; j < 2; ++j) {
-        slope[j] += shape[j] * (weight[k + 1] - weight[0]);
-        for (std::size_t i = 0; i < 2; ++i) gradient[i][j] += shape[j] * (moved[k + 1][i] - moved[0][i]);
+        slope[j] += shape[j] * weight[a];
+        for (std::size_t i = 0; i < 2; ++i) gradient[i][j] += shape[j] * moved[i];
       }
     }
     const Gradient stress = stress_of(gradient, youngs_modulus);
@@ -163,7 +158,7 @@ std::array<double, 2> stress_intensities(const test::LoadedPlate& plate,
           energy += stress[i][j] * other[i][j];
           sum += (stress[i][j] * other[i][0] + other_stress[i][j] * gradient[i][0]) * slope[j];
         }
-      result[index(mode)] += youngs_modulus / 2 * (sum - energy * slope[0]) * volume;
+      result[index(mode)] += youngs_modulus / 2 * (sum - energy * slope[0]) * t.volume;
     }
   }
   const double plate_thickness = plate.parameters.specimen.size[0];
@@ -187,13 +182,7 @@ growth = 0.1
 perturbation = 0.1
 turn = "none")";
     text.poisson_ratio = 0;
-    text.boundaries = R"([[boundary]]
-on = "z-min"
-fix = ["x", "y", "z"]
-[[boundary]]
-on = "z-max"
-traction = ["0 MPa", "0 MPa", "1 MPa"]
-)";
+    text.boundaries = test::pulled_plate;
     test::LoadedPlate plate(text);
     const std::array tip{1e-3 * (middle + y), 1e-3 * (middle + z)};
     auto found = stress_intensities(plate, plate.displacement(), tip, angle, 0.5e-3, 1e-3);

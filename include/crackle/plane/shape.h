@@ -70,6 +70,15 @@ Bounds bounds_of(const Polygon& corners);
 double signed_area(const Polygon& corners);
 double area(const Shape& shape);  ///< without the holes [m^2]
 
+/// Whether the ray from a point along y meets a side: a point is inside where it meets an odd number of them.
+/// Of no use on a side.
+inline bool ray_meets(const Point& p, const Point& from, const Point& to) {
+  return (from[1] > p[1]) != (to[1] > p[1]) &&
+         from[0] + (p[1] - from[1]) / (to[1] - from[1]) * (to[0] - from[0]) > p[0];
+}
+/// Whether a point lies inside a polygon, and not on its sides.
+bool holds(const Polygon& polygon, const Point& p);
+
 /// Euclidean distances [m]; 0 where the sets meet.
 double distance(const Point& p, const Point& from, const Point& to);
 double distance(const Point& from, const Point& to, const Point& other_from, const Point& other_to);
