@@ -11,6 +11,8 @@ import h5py
 import numpy as np
 
 from crackle_launch import environment
+from crackle_report.photoelasticity import Grid, Optics, make_fringes
+from crackle_report.stress import element_stress
 from crackle_runs import JOBS, RunError, Sample, read, run, with_keys
 from figures import MILLIMETRE, Figure, mean, output_of
 
@@ -29,23 +31,30 @@ KINK_RANGE = (0.5, 2)  # from the slot's tip, in which a crack's direction is me
 
 def kinks(folder: Path, program: Path) -> list[Figure]:
     """Directions in which cracks leave the tips of an inclined slot, and of a level one under the loads of an inclined one."""
-    text = (JOBS / "inclined-slot.toml").read_text()
     figures = []
     for degrees in INCLINATIONS:
-        slope = math.radians(degrees)
-        half = SLOT * np.array([math.cos(slope), math.sin(slope)])
-        keys = {"specimen.notch.from": _point(*(MIDDLE - half)), "specimen.notch.to": _point(*(MIDDLE + half))}
-        samples = run(with_keys(text, keys), folder / f"inclined-slot-{degrees}", program)
-        figures.append(_kink_figure("Inclined slot under tension", f"slot inclined by {degrees}°", samples, slope, slope))
-    head, tail = text.split("[[boundary]]", 1)
+        samples = run(inclined_slot(degrees), folder / f"inclined-slot-{degrees}", program)
+        figures.append(_kink_figure("Inclined slot under tension", f"slot inclined by {degrees}°", samples, degrees, degrees))
     for degrees in INCLINATIONS:
-        slope = math.radians(degrees)
-        level = {"specimen.notch.from": _point(MIDDLE[0] - SLOT, MIDDLE[1]), "specimen.notch.to": _point(MIDDLE[0] + SLOT, MIDDLE[1])}
-        loads = _stress_without_t(10 * math.cos(slope) ** 2, 10 * math.sin(slope) * math.cos(slope))
-        samples = run(with_keys(head + loads + "[time]" + tail.split("[time]")[1], level), folder / f"level-slot-{degrees}", program)
+        samples = run(level_slot(degrees), folder / f"level-slot-{degrees}", program)
         figures.append(_kink_figure("Level slot, its edges under stresses with the same K and no stress along the slot",
-                                    f"K_II / K_I = tan {degrees}°", samples, 0, slope))
+                                    f"K_II / K_I = tan {degrees}°", samples, 0, degrees))
     return figures
+
+
+def inclined_slot(degrees: float) -> str:
+    """The input of a slot at an angle to the normal of the load."""
+    slope = math.radians(degrees)
+    half = SLOT * np.array([math.cos(slope), math.sin(slope)])
+    keys = {"specimen.notch.from": _point(*(MIDDLE - half)), "specimen.notch.to": _point(*(MIDDLE + half))}
+    return with_keys((JOBS / "inclined-slot.toml").read_text(), keys)
+
+
+def level_slot(degrees: float) -> str:
+    """The input of a slot at no angle, with K as the one at an angle has them, and no stress along it."""
+    head, tail = inclined_slot(0).split("[[boundary]]", 1)
+    slope = math.radians(degrees)
+    return head + _stress_without_t(10 * math.cos(slope) ** 2, 10 * math.sin(slope) * math.cos(slope)) + "[time]" + tail.split("[time]")[1]
 
 
 def _stress_without_t(normal: float, shear: float) -> str:
@@ -60,18 +69,27 @@ def _stress_without_t(normal: float, shear: float) -> str:
 
 
 def _kink_figure(case: str, quantity: str, samples: list[Sample], slope: float, mixing: float) -> Figure:
-    """`slope` of the slot; K_II / K_I = tan `mixing`."""
-    found = [angle for sample in samples for angle in _kinks(sample, slope)]
+    """`slope` of the slot; K_II / K_I = tan `mixing` [degrees]."""
+    found = [angle for sample in samples for angle in kink_angles(sample, slope)]
     error = 1.96 * np.std(found, ddof=1) / math.sqrt(len(found))
-    k = math.cos(mixing), math.sin(mixing)
-    expected = f"{largest_hoop_stress(*k):.1f}°, Erdogan and Sih 1963"
+    expected = f"{kink(mixing):.1f}°, Erdogan and Sih 1963"
     if slope:
-        # The slot's K over sigma sqrt(pi a) is cos(slope) k, the stress along it -cos(2 slope) sigma.
-        distance = TIP_SPACING / SLOT
-        with_t = largest_hoop_stress(*k, -math.cos(2 * slope) / math.cos(slope) * math.sqrt(2 * distance))
-        expected += f"; {with_t:.1f}° with the stress along the slot"
+        expected += f"; {kink_at_one_spacing(slope):.1f}° with the stress along the slot"
     return Figure(f"{case}: mean angle of cracks to the slot, {KINK_RANGE[0]} to {KINK_RANGE[1]} mm from its tip",
                   f"{quantity}, {len(found)} cracks in {len(samples)} samples", f"{np.mean(found):.1f}° ± {error:.1f}°", expected)
+
+
+def kink(mixing: float) -> float:
+    """Erdogan and Sih's direction where K_II / K_I = tan `mixing` [degrees]."""
+    return largest_hoop_stress(math.cos(math.radians(mixing)), math.sin(math.radians(mixing)))
+
+
+def kink_at_one_spacing(inclination: float) -> float:
+    """Direction of the largest hoop stress at one spacing from an inclined slot under tension [degrees]."""
+    slope = math.radians(inclination)
+    # Over sigma sqrt(pi a), K is cos(slope) times (cos, sin); the stress along the slot is -cos(2 slope) sigma.
+    t = -math.cos(2 * slope) * math.sqrt(2 * TIP_SPACING / SLOT)
+    return largest_hoop_stress(math.cos(slope) ** 2, math.sin(slope) * math.cos(slope), t)
 
 
 def largest_hoop_stress(k1: float, k2: float, t: float = 0) -> float:
@@ -85,8 +103,9 @@ def largest_hoop_stress(k1: float, k2: float, t: float = 0) -> float:
     return float(np.degrees(angle[hoop.argmax()]))
 
 
-def _kinks(sample: Sample, slope: float) -> list[float]:
+def kink_angles(sample: Sample, inclination: float) -> list[float]:
     """Angles of the cracks at both tips to the slot, positive as the slot's inclination [degrees]."""
+    slope = math.radians(inclination)
     place = sample.facet_corners.mean(axis=1)[:, 1:] / MILLIMETRE
     angles = []
     for side in (1, -1):
@@ -116,13 +135,10 @@ HALF_SPAN, BEAM_MIDDLE = 101.6, 114.3  # of offset-notch.toml [mm]
 
 def offset_notch(folder: Path, program: Path) -> list[Figure]:
     """Where a beam under impact breaks, from its notch or from its middle."""
-    text = (GALLERY / "offset-notch.toml").read_text()
     case = "Beam with an offset notch under impact, John and Shah 1990"
     shares = []
     for offset in OFFSETS:
-        z = BEAM_MIDDLE - offset * HALF_SPAN
-        keys = {"specimen.notch.from": _point(0, z), "specimen.notch.to": _point(19, z), "ensemble.samples": "8"}
-        samples = run(with_keys(text, keys), folder / f"offset-notch-{offset}", program)
+        samples = run(beam(offset), folder / f"offset-notch-{offset}", program)
         # Rows: the notch, then the free surface; sections at 0.4 and 0.66 of the depth.
         crossed = [np.isfinite(sample.summary["position"][:, 1]) for sample in samples]
         shares.append((offset, sum(bool(c[0]) for c in crossed), sum(bool(c[1]) for c in crossed), len(samples)))
@@ -134,6 +150,13 @@ def offset_notch(folder: Path, program: Path) -> list[Figure]:
             Figure(case, "from mid-span", ", ".join(f"{middle}/{n}" for _, _, middle, n in shares), "none, then all"),
             Figure(case, "offset of the transition", f"{max(from_notch, default=math.nan):g} to {min(from_middle, default=math.nan):g}",
                    "0.77")]
+
+
+def beam(offset: float) -> str:
+    """The input with the notch at `offset` of half of the span from the middle."""
+    z = BEAM_MIDDLE - offset * HALF_SPAN
+    keys = {"specimen.notch.from": _point(0, z), "specimen.notch.to": _point(19, z), "ensemble.samples": "8"}
+    return with_keys((GALLERY / "offset-notch.toml").read_text(), keys)
 
 
 BLUNT_LAWS = {"averaged over 0.3 mm": {}, "averaged over 0.6 mm": {"fracture.length": '"0.6 mm"'},
@@ -167,15 +190,12 @@ PRESSED, PRESSURE = 0.4e-3, 20e6  # height of the arcs of disk.toml that are pre
 HALF_ARC = math.acos(1 - PRESSED / RADIUS)
 
 
-def disk(folder: Path, program: Path) -> list[Figure]:
-    """A disk under diametral load: its fringes before it breaks, its strength, and where it splits."""
-    from crackle_report.photoelasticity import Grid, Optics, make_fringes
-    from crackle_report.stress import element_stress
-
-    run((JOBS / "disk.toml").read_text(), folder / "disk-elastic", program)
+def diameter_fringes(text: str, folder: Path, program: Path) -> np.ndarray:
+    """Fringe order over Hondros' at places on the middle 60 % of the loaded diameter of each sample, before it breaks."""
+    run(text, folder, program)
     z = RADIUS * np.linspace(0.4, 1.6, 61)
     ratio = []
-    for file in sorted((folder / "disk-elastic" / "out" / "samples").glob("*.h5")):
+    for file in sorted((folder / "out" / "samples").glob("*.h5")):
         with h5py.File(file) as root:
             nodes, tetrahedra, boundary = (root[f"mesh/{name}"][...] for name in ("nodes", "tetrahedra", "boundary"))
             stress = element_stress(nodes, tetrahedra, root["frames/displacement"][0], 15e9, 0.2)
@@ -185,6 +205,12 @@ def disk(folder: Path, program: Path) -> list[Figure]:
         area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])[:, 2] / 2
         load = PRESSURE * area[corner[:, :, 2].mean(axis=1) > 2 * RADIUS - PRESSED].sum()
         ratio.append(order / (Optics().order_per_stress_length * THICKNESS * hondros(load, z / RADIUS - 1)))
+    return np.array(ratio)
+
+
+def disk(folder: Path, program: Path) -> list[Figure]:
+    """A disk under diametral load: its fringes before it breaks, its strength, and where it splits."""
+    ratio = diameter_fringes((JOBS / "disk.toml").read_text(), folder / "disk-elastic", program)
     case = "Disk under diametral load"
     text = (GALLERY / "brazilian-disk.toml").read_text()
     strength = 23  # [MPa]
