@@ -33,6 +33,7 @@ enum ExitStatus : int {
 /// The command line as it was typed, the program's name first.
 using CommandLine = std::vector<std::string>;
 
+void add_init_command(CLI::App& app, Action& run);
 void add_check_command(CLI::App& app, Action& run);
 void add_mesh_command(CLI::App& app, Action& run);
 void add_sample_command(CLI::App& app, const CommandLine& typed, Action& run);

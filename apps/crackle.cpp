@@ -56,6 +56,7 @@ private:
 void add_commands(CLI::App& app, const apps::CommandLine& typed, apps::Action& run) {
   app.require_subcommand(0, 1);
   app.set_version_flag("--version", [] { return version_text(); });
+  apps::add_init_command(app, run);
   apps::add_check_command(app, run);
   apps::add_mesh_command(app, run);
   apps::add_sample_command(app, typed, run);

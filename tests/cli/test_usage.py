@@ -16,7 +16,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 from crackle_launch import environment  # noqa: E402
 
 OPTIONS = None
-COMMANDS = ["check", "mesh", "sample", "run", "stats"]
+COMMANDS = ["init", "check", "mesh", "sample", "run", "stats"]
 
 
 def invoke(*arguments, ranks=0, cwd=None, stdout=subprocess.PIPE, stdin=None):
@@ -221,6 +221,27 @@ class Usage(unittest.TestCase):
         result = invoke("check", "/dev/stdin", ranks=2, stdin=demo + "frmes = 3\n")
         self.assertEqual(result.returncode, 1)
         self.assertEqual(result.stderr.count("output.frmes"), 1, result.stderr)
+
+    def test_init_writes_inputs_to_start_from(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for source in ([], ["--from", "paper"], ["--from", "offset-notch"]):
+                name = f"{source[-1] if source else 'template'}.toml"
+                result = invoke("init", name, *source, cwd=folder)
+                self.assertEqual((result.returncode, result.stderr), (0, ""))
+                self.assertIn(f"crackle check {name} ", result.stdout)
+                checked = invoke("check", "--no-measure", name, cwd=folder)
+                self.assertEqual(checked.returncode, 0, checked.stderr)
+            jobs = pathlib.Path(OPTIONS.demo).parent
+            self.assertEqual((pathlib.Path(folder) / "paper.toml").read_bytes(), (jobs / "paper.toml").read_bytes())
+            self.assert_usage_error(invoke("init", "other.toml", "--from", "nothing", cwd=folder), "nothing", "demo", "ring")
+            # A file that is there is not replaced, and what cannot be written is one message.
+            again = invoke("init", "paper.toml", "--from", "demo", ranks=2, cwd=folder)
+            self.assertEqual((again.returncode, again.stdout), (1, ""))
+            self.assertEqual(again.stderr.count("crackle: paper.toml is there already; give another name\n"), 1)
+            self.assertEqual((pathlib.Path(folder) / "paper.toml").read_bytes(), (jobs / "paper.toml").read_bytes())
+            nowhere = invoke("init", "no/folder.toml", cwd=folder)
+            self.assertEqual(nowhere.returncode, 1)
+            self.assertRegex(nowhere.stderr, r"\Acrackle: .*no/folder\.toml.*\n\Z")
 
     def test_full_output_device_is_an_error(self):
         if not os.path.exists("/dev/full"):

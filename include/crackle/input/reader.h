@@ -66,6 +66,11 @@ std::string same_bits(Engine engine);
 /// The line of a log that says so; empty for the default engine.
 std::string bits_notice(Engine engine);
 
+/// An input with every key that it does not give as a comment, in the order of the schema: "#seed = 0" after
+/// lines "# meaning: what is accepted". What the input gives stays as it is; the text is still that input.
+/// @param text a sound input
+std::string annotated(const std::string& text);
+
 /// The table of all keys in Markdown: key, dimension, default, accepted range, meaning.
 std::string key_table();
 

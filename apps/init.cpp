@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// crackle init: an input to start from.
+#include "commands.h"
+#include "crackle/io/text_file.h"
+#include "crackle/parallel/agreement.h"
+#include "problems.h"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+
+namespace crackle::apps {
+
+namespace {
+
+constexpr const char* basis_of_template = "demo";
+
+struct Options {
+  std::filesystem::path file;
+  std::string from;
+};
+
+const Problem& problem(const std::string& name) {
+  return *std::ranges::find(problems(), name, &Problem::name);
+}
+
+int init(const parallel::Communicator& world, const Options& options) {
+  parallel::agree_on_root(world, [&] {
+    if (std::filesystem::exists(options.file))
+      throw std::runtime_error(fmt::format("{} is there already; give another name", options.file.string()));
+    io::write_text_file(options.file, options.from.empty() ? input::annotated(problem(basis_of_template).text)
+                                                           : problem(options.from).text);
+    fmt::print("{0}: {1}\ncrackle check {0}     # is it right, and what will it cost?\n",
+               options.file.string(),
+               options.from.empty() ? "a notched plate; what begins with # and no blank is a key to turn on"
+                                    : options.from);
+  });
+  return success;
+}
+
+}  // namespace
+
+void add_init_command(CLI::App& app, Action& run) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* const command = app.add_subcommand(
+      "init", "Write an input to start from: a template in which every key is explained, or a given problem");
+  command->add_option("input", options->file, "file to write (TOML); one that is there is not replaced")
+      ->required();
+  std::vector<std::string> names;
+  for (const Problem& each : problems()) names.push_back(each.name);
+  command->add_option("--from", options->from, "the problem to write instead of the template")
+      ->check(CLI::IsMember(names));
+  command->footer("Exit status: 0 done; 1 usage error, or the file cannot be written.");
+  command->callback([options, &run] {
+    run = [options](const parallel::Communicator& world) { return init(world, *options); };
+  });
+}
+
+}  // namespace crackle::apps

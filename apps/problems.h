@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace crackle::apps {
+
+/// An input that comes with the program.
+struct Problem {
+  std::string name;  ///< of its file in jobs/ or jobs/gallery/, without ".toml"
+  std::string text;
+};
+
+/// In the order of their files' names.
+const std::vector<Problem>& problems();
+
+}  // namespace crackle::apps

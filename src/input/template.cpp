@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/input/reader.h"
+
+#include "document.h"
+#include "schema.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace crackle::input {
+
+namespace {
+
+constexpr std::size_t comment_width = 110;
+
+std::string header_of(const Table& table) {
+  return table.occurrence == Occurrence::many ? "[[" + table.path + "]]" : "[" + table.path + "]";
+}
+
+/// Lines of at most comment_width characters that begin with "# ".
+std::string comment(const std::string& text) {
+  std::string result, line = "#";
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    if (line.size() + 1 + word.size() > comment_width) {
+      result += line + "\n";
+      line = "#";
+    }
+    line += " " + word;
+  }
+  return result + line + "\n";
+}
+
+/// A value that the key could have: its default, or what the description of the accepted ones gives.
+std::string example_of(const Key& key) {
+  if (!key.requirement.fallback.empty()) return key.requirement.fallback;
+  const std::string& accepted = key.accepted;
+  constexpr std::string_view such_as = "such as ";
+  if (const auto at = accepted.find(such_as); at != std::string::npos) {
+    const std::string example = accepted.substr(at + such_as.size());
+    // Up to the end of the brackets or quotation marks.
+    const char close = example[0] == '[' ? ']' : example[0] == '"' ? '"' : ' ';
+    int depth = 0;
+    for (std::size_t i = 0; i < example.size(); ++i) {
+      if (close == ']') depth += (example[i] == '[' ? 1 : 0) - (example[i] == ']' ? 1 : 0);
+      const bool ends = close == ']' ? depth == 0 : i > 0 && example[i] == close;
+      if (ends) return example.substr(0, close == ' ' ? i : i + 1);
+    }
+    return example;
+  }
+  if (const auto begin = accepted.find('"'); begin != std::string::npos)
+    return accepted.substr(begin, accepted.find('"', begin + 1) - begin + 1);
+  if (accepted.starts_with("name of a")) return "\"points.txt\"";
+  // One end of a range of numbers.
+  for (const std::string_view before : {"from ", "up to "})
+    if (const auto at = accepted.find(before); at != std::string::npos)
+      return accepted.substr(at + before.size(), accepted.find(' ', at + before.size()) - at - before.size());
+  return {};
+}
+
+std::string explanation(const Key& key) {
+  const std::string& unset = key.requirement.unset;
+  return comment(
+      fmt::format("{}: {}{}", key.help, key.accepted, unset.empty() ? unset : "; left out: " + unset));
+}
+
+/// A key that an input does not give, as a comment.
+std::string commented_out(const Key& key) {
+  return explanation(key) + fmt::format("#{} = {}\n", key.name, example_of(key));
+}
+
+/// The lines of a table with an explanation before each key.
+std::string explained(const std::string& block, const Table& table) {
+  std::string result;
+  std::istringstream lines(block);
+  for (std::string line; std::getline(lines, line);) {
+    const std::string name = line.substr(0, line.find_first_of(" ="));
+    const auto key = std::ranges::find(table.keys, name, &Key::name);
+    if (key != table.keys.end()) result += explanation(*key);
+    result += line + "\n";
+  }
+  return result;
+}
+
+/// The first table of this path in a document, or null.
+const Value* first_table(const Value& root, const std::string& path) {
+  const Value* value = &root;
+  std::istringstream names(path);
+  for (std::string name; value != nullptr && std::getline(names, name, '.');) {
+    value = value->find(name);
+    if (value != nullptr && value->kind == ValueKind::array)
+      value = value->elements.empty() ? nullptr : &value->elements.front();
+  }
+  return value;
+}
+
+/// The lines of an input by the table that they stand in; those before the first one under "".
+std::map<std::string, std::vector<std::string>> blocks_of(const std::string& text) {
+  std::map<std::string, std::vector<std::string>> blocks;
+  std::string* block = &blocks[""].emplace_back();
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with('[')) {
+      const auto begin = line.find_first_not_of('[');
+      block = &blocks[line.substr(begin, line.find(']') - begin)].emplace_back();
+    }
+    *block += line + "\n";
+  }
+  return blocks;
+}
+
+std::string without_blank_end(std::string text) {
+  while (text.ends_with("\n\n")) text.pop_back();
+  return text;
+}
+
+}  // namespace
+
+std::string annotated(const std::string& text) {
+  const Value root = parse_document(text);
+  auto blocks = blocks_of(text);
+  std::string result = blocks[""].front();
+  for (const Table& table : schema()) {
+    const auto& present = blocks[table.path];
+    result += "\n# ---- " + header_of(table) + ": " + table.help + "\n";
+    if (present.empty()) result += "#" + header_of(table) + "\n";
+    for (std::size_t i = 0; i < present.size(); ++i) {
+      const std::string block = without_blank_end(present[i]);
+      result += i == 0 ? explained(block, table) : block;
+      if (i > 0) continue;
+      const Value* const given = first_table(root, table.path);
+      for (const Key& key : table.keys)
+        if (given == nullptr || first_table(*given, key.name) == nullptr) result += commented_out(key);
+    }
+    if (present.empty())
+      for (const Key& key : table.keys) result += commented_out(key);
+  }
+  return result;
+}
+
+}  // namespace crackle::input

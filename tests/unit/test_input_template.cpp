@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The template that `crackle init` writes: the input it is made from, with every other key as a comment.
+#include "crackle/input/reader.h"
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <sstream>
+#include <string>
+
+namespace crackle::input {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+std::string text_of(const std::string& job) {
+  std::ifstream file(std::filesystem::path(CRACKLE_SOURCE_DIR) / "jobs" / job);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(InputTemplate, IsTheInputItIsMadeFrom) {
+  for (const char* const job : {"demo.toml", "paper.toml", "your-own-problem.toml", "gallery/ring.toml",
+                                "gallery/offset-notch.toml"}) {
+    const std::string text = text_of(job);
+    EXPECT_EQ(echo(parse(annotated(text), job)), echo(parse(text, job))) << job;
+  }
+}
+
+TEST(InputTemplate, ExplainsEveryKeyAndGivesItAValueOfTheRightForm) {
+  const std::string text = annotated(text_of("demo.toml"));
+  // Key and table are on each line of the table of keys.
+  std::istringstream rows(key_table());
+  int n_keys = 0;
+  for (std::string row; std::getline(rows, row);) {
+    std::smatch match;
+    if (!std::regex_search(row, match, std::regex("^\\| `([a-z_.]+)` \\|"))) continue;
+    ++n_keys;
+    EXPECT_TRUE(std::regex_search(text, std::regex("(^|\n)#?" + match[1].str() + " *= *[^ \n]"))) << row;
+  }
+  EXPECT_GT(n_keys, 70);
+  const std::string all = std::regex_replace(text, std::regex("\n#([a-z_.]+ =|\\[)"), "\n$1");
+  try {
+    parse(all, "all.toml");
+    FAIL() << "keys that exclude each other were accepted";
+  } catch (const InputError& error) {
+    // What is wrong are contradictions, not names and forms.
+    for (const std::string& message : error.messages()) std::printf("%s\n", message.c_str());
+    EXPECT_THAT(error.what(), Not(HasSubstr("unknown")));
+    EXPECT_THAT(error.what(), Not(HasSubstr("expected")));
+  }
+}
+
+TEST(InputTemplate, KeepsWhatTheInputSays) {
+  const std::string text = annotated(text_of("your-own-problem.toml"));
+  EXPECT_THAT(text, HasSubstr("at = \"30 mm\"                            # z of its mid-plane\n"));
+  EXPECT_THAT(text, HasSubstr("\n# sample i depends on (seed, i) only: "));
+  EXPECT_THAT(text, HasSubstr("\n#seed = 0\n"));
+  EXPECT_THAT(text, HasSubstr("\n#[[specimen.hole]]\n"));
+}
+
+}  // namespace
+}  // namespace crackle::input
