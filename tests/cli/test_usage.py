@@ -229,8 +229,9 @@ class Usage(unittest.TestCase):
                 result = invoke("init", name, *source, cwd=folder)
                 self.assertEqual((result.returncode, result.stderr), (0, ""))
                 self.assertIn(f"crackle check {name} ", result.stdout)
-                checked = invoke("check", "--no-measure", name, cwd=folder)
-                self.assertEqual(checked.returncode, 0, checked.stderr)
+                if source[1:] != ["paper"]:  # which is large
+                    checked = invoke("check", "--no-measure", name, cwd=folder)
+                    self.assertEqual(checked.returncode, 0, checked.stderr)
             jobs = pathlib.Path(OPTIONS.demo).parent
             self.assertEqual((pathlib.Path(folder) / "paper.toml").read_bytes(), (jobs / "paper.toml").read_bytes())
             self.assert_usage_error(invoke("init", "other.toml", "--from", "nothing", cwd=folder), "nothing", "demo", "ring")
@@ -239,9 +240,9 @@ class Usage(unittest.TestCase):
             self.assertEqual((again.returncode, again.stdout), (1, ""))
             self.assertEqual(again.stderr.count("crackle: paper.toml is there already; give another name\n"), 1)
             self.assertEqual((pathlib.Path(folder) / "paper.toml").read_bytes(), (jobs / "paper.toml").read_bytes())
-            nowhere = invoke("init", "no/folder.toml", cwd=folder)
+            nowhere = invoke("init", "paper.toml/new.toml", cwd=folder)
             self.assertEqual(nowhere.returncode, 1)
-            self.assertRegex(nowhere.stderr, r"\Acrackle: .*no/folder\.toml.*\n\Z")
+            self.assertRegex(nowhere.stderr, r"\Acrackle: .*paper\.toml.*\n\Z")
 
     def test_full_output_device_is_an_error(self):
         if not os.path.exists("/dev/full"):
