@@ -215,6 +215,9 @@ def _write_fields(root: h5py.File) -> None:
     """A plate in tension whose load grows a little, with one more tetrahedron broken in each frame."""
     nodes, tetrahedra = box_mesh((THICKNESS, WIDTH, 140e-3), (1, 8, 40))
     root["mesh/nodes"], root["mesh/tetrahedra"] = nodes, tetrahedra
+    surface = root["crack_surface"]
+    middle = nodes[tetrahedra].mean(axis=1)
+    surface["tetrahedron"] = [np.argmin(np.linalg.norm(middle - facet.mean(axis=0), axis=1)) for facet in surface["corners"]]
     time = np.linspace(0, 60e-6, 4)
     frames = root.create_group("frames")
     frames.attrs.update({"youngs_modulus": 3300e6, "poisson_ratio": 0.38})

@@ -3,6 +3,7 @@
 """The files of tools/crackle-paraview, opened by VTK's own reader and drawn without a screen."""
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
@@ -13,6 +14,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
@@ -104,11 +106,51 @@ class ParaView(unittest.TestCase):
         reader.Update()
         return reader.GetOutput()
 
-    def test_one_file_for_each_frame_and_one_for_the_crack(self):
+    def test_files_for_each_frame_and_for_the_whole_crack(self):
         self.assertEqual((self.result.returncode, self.result.stderr), (0, ""))
-        self.assertEqual(self.result.stdout, f"5 files in {self.files}\n")
+        self.assertEqual(self.result.stdout, f"12 files in {self.files}\n")
         self.assertEqual(sorted(file.name for file in self.files.iterdir()),
-                         ["crack.vtkhdf", *(f"frame-{k:04d}.vtkhdf" for k in range(4))])
+                         [*(f"crack-{k:04d}.vtkhdf" for k in range(4)), "crack.hdf.series", "crack.vtkhdf",
+                          *(f"frame-{k:04d}.vtkhdf" for k in range(4)), "frame.hdf.series", "view.py"])
+        times = SampleFiles(self.folder).frames(1).time.tolist()
+        for kind in ("frame", "crack"):
+            series = json.loads((self.files / f"{kind}.hdf.series").read_text())
+            self.assertEqual(series["file-series-version"], "1.0")
+            self.assertEqual([(entry["name"], entry["time"]) for entry in series["files"]],
+                             [(f"{kind}-{k:04d}.vtkhdf", time) for k, time in enumerate(times)])
+
+    def test_the_crack_opens_and_moves_with_the_body(self):
+        files = SampleFiles(self.folder)
+        crack, frames = files.crack(1), files.frames(1)
+        counts = []
+        for k, time in enumerate(frames.time):
+            grid = self.read(f"crack-{k:04d}.vtkhdf")
+            opened = crack.time <= time
+            counts.append(grid.GetNumberOfCells())
+            self.assertEqual(counts[-1], opened.sum())
+            if not opened.any():
+                continue
+            moved = vtk_to_numpy(grid.GetPointData().GetArray("displacement")).reshape(-1, 4, 3)
+            nodes = frames.tetrahedra[crack.tetrahedron[opened]]
+            corner, values = frames.nodes[nodes], frames.displacement[k][nodes]
+            # Barycentric coordinates of the facets' corners.
+            system = np.concatenate([corner.transpose(0, 2, 1), np.ones((len(nodes), 1, 4))], axis=1)
+            points = np.concatenate([crack.corner[opened].astype(float), np.ones((len(nodes), 4, 1))], axis=2)
+            share = np.linalg.solve(system, points.transpose(0, 2, 1)).transpose(0, 2, 1)
+            np.testing.assert_allclose(moved, share @ values, rtol=1e-4, atol=1e-5 * np.abs(values).max())
+        self.assertEqual(counts, sorted(counts))
+        self.assertLess(counts[0], counts[-1])
+
+    @unittest.skipUnless(shutil.which("pvpython") and shutil.which("xvfb-run"), "ParaView is not installed")
+    def test_paraview_runs_the_script(self):
+        picture = self.folder / "view.png"
+        drawn = subprocess.run(["xvfb-run", "-a", "pvpython", str(self.files / "view.py"), str(picture)], capture_output=True,
+                               text=True, check=False, timeout=300)
+        self.assertEqual(drawn.returncode, 0, drawn.stderr)
+        with Image.open(picture) as image:
+            pixels = np.asarray(image.convert("RGB")).reshape(-1, 3)
+        self.assertGreater(len(np.unique(pixels, axis=0)), 50)
+        self.assertGreater((pixels != 255).any(axis=1).mean(), 0.05)
 
     def test_vtk_reads_the_frames(self):
         frames = SampleFiles(self.folder).frames(1)

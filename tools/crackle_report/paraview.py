@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from pathlib import Path
+from typing import Optional
 
 import numpy as np
 
@@ -19,9 +21,11 @@ from .writing import write_whole
 def main() -> int:
     parser = argparse.ArgumentParser(
         prog="crackle-paraview",
-        description="Writes a sample as VTKHDF files, which ParaView (5.10 or newer) and VTK (9.1 or newer) open: "
-                    "crack.vtkhdf, the crack surface coloured by its time, and frame-0000.vtkhdf, ..., the fields "
-                    "at the sample's frames. ParaView offers the frames as one series.")
+        description="Writes a sample as VTKHDF files, which ParaView (5.10 or newer) and VTK (9.1 or newer) open: for each "
+                    "of the sample's frames frame-0000.vtkhdf, ..., the fields, and crack-0000.vtkhdf, ..., the crack surface "
+                    "as far as it has opened, which moves with the body; frame.hdf.series and crack.hdf.series, which "
+                    "ParaView opens as one file each, with their times; crack.vtkhdf, the whole crack; and view.py, "
+                    "which opens all of it in ParaView (paraview --script=view.py) or draws it (pvpython view.py PICTURE).")
     parser.add_argument("folder", type=Path, metavar="FOLDER", help="output folder of crackle run")
     parser.add_argument("--sample", type=int, required=True, metavar="N", help="number of the sample")
     parser.add_argument("-o", "--output", type=Path, metavar="DIR",
@@ -45,19 +49,49 @@ def write_sample(folder: Path, number: int, output: Path) -> int:
     crack, frames = files.crack(number), files.frames(number)
     if crack is None or frames is None:
         raise ResultsError(f"'{folder}': sample {number} is not done")
+    contents = {"crack.vtkhdf": _crack(crack, np.ones(len(crack.time), bool))}
+    for k, time in enumerate(frames.time):
+        contents[f"frame-{k:04d}.vtkhdf"] = _frame(frames, k)
+        if crack.tetrahedron is not None:
+            contents[f"crack-{k:04d}.vtkhdf"] = _crack(crack, crack.time <= time, frames, k)
+    for kind in ("frame", "crack") if crack.tetrahedron is not None else ("frame",):
+        # ParaView before 5.12 knows .hdf only; what it finds inside may have any name.
+        contents[f"{kind}.hdf.series"] = _series(kind, frames.time)
+    if crack.tetrahedron is not None:  # files of older versions do not say
+        contents["view.py"] = (Path(__file__).parent / "paraview_view.py").read_bytes()
     output.mkdir(parents=True, exist_ok=True)
-    write_whole(output / "crack.vtkhdf", _crack(crack))
-    for k in range(frames.time.size):
-        write_whole(output / f"frame-{k:04d}.vtkhdf", _frame(frames, k))
-    return 1 + frames.time.size
+    for name, content in contents.items():
+        write_whole(output / name, content)
+    return len(contents)
 
 
-def _crack(crack: CrackSurface) -> bytes:
-    """The opened dual facets; points are not shared, so that each facet keeps its own time."""
-    n_facets = len(crack.time)
-    return vtkhdf.grid(crack.corner.reshape(-1, 3).astype(float), np.arange(4 * n_facets).reshape(-1, 4),
-                       vtkhdf.QUADRILATERAL, float(crack.time.max(initial=0.0)), {},
-                       {"time": crack.time, "notch": crack.notch.astype("i4")})
+def _series(kind: str, times: np.ndarray) -> bytes:
+    """The list of the files of a kind with their times [s], in ParaView's form."""
+    files = [{"name": f"{kind}-{k:04d}.vtkhdf", "time": float(time)} for k, time in enumerate(times)]
+    return (json.dumps({"file-series-version": "1.0", "files": files}, indent=1) + "\n").encode()
+
+
+def _crack(crack: CrackSurface, opened: np.ndarray, frames: Optional[Frames] = None, k: int = 0) -> bytes:
+    """Opened dual facets; points are not shared, so that each facet keeps its own time. With frames they have the
+    displacement at frame k, which is that of the tetrahedron they lie in: halfway between both sides of the crack.
+    """
+    corner, time = crack.corner[opened].astype(float), crack.time[opened]
+    n_facets = len(time)
+    displacement = {}
+    if frames is not None:
+        nodes = frames.tetrahedra[crack.tetrahedron[opened]]
+        displacement["displacement"] = _interpolated(frames.nodes[nodes], frames.displacement[k][nodes],
+                                                     corner).reshape(-1, 3).astype("f4")
+    last = float(frames.time[k]) if frames is not None else float(time.max(initial=0.0))
+    return vtkhdf.grid(corner.reshape(-1, 3), np.arange(4 * n_facets).reshape(-1, 4), vtkhdf.QUADRILATERAL, last,
+                       displacement, {"time": time, "notch": crack.notch[opened].astype("i4")})
+
+
+def _interpolated(corner: np.ndarray, values: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Linear in each of n tetrahedra with these corners and values there, n x 4 x 3, at its m points, n x m x 3."""
+    # Row i of the edges times the gradient is the difference of the values along edge i.
+    gradient = np.linalg.solve(corner[:, 1:] - corner[:, :1], values[:, 1:].astype(float) - values[:, :1])
+    return values[:, :1] + (points - corner[:, :1]) @ gradient
 
 
 def _frame(frames: Frames, k: int) -> bytes:

@@ -149,7 +149,7 @@ def _read_crack(root: h5py.File) -> CrackSurface:
     group = root["crack_surface"]
     notch_of_crack = np.append(group["cracks/notch"][...], -1)
     return CrackSurface(group["corners"][...].astype(np.float32), group["time"][...],
-                        notch_of_crack[group["crack"][...]])
+                        notch_of_crack[group["crack"][...]], group["tetrahedron"][...] if "tetrahedron" in group else None)
 
 
 def _read_mesh(root: h5py.File) -> Mesh:

@@ -23,6 +23,7 @@ class CrackSurface:
     corner: np.ndarray  # facets x 4 x 3 [m]
     time: np.ndarray  # facets; since the onset of the last dynamic phase, negative before it [s]
     notch: np.ndarray  # facets; the notch that the facet's crack started at, or -1
+    tetrahedron: Optional[np.ndarray] = None  # facets; the one that the facet lies in
 
 
 @dataclass(frozen=True)
