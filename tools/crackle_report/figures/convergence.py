@@ -2,6 +2,8 @@
 """The mean crack position over the number of samples."""
 from __future__ import annotations
 
+import textwrap
+
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -62,7 +64,7 @@ def _round_up(number: float) -> int:
 
 def _draw(ensemble: Ensemble) -> Figure:
     leaders = ensemble.ranks["leader"]
-    n_rows, n_columns = len(leaders.notch), len(ensemble.sections)
+    rows, n_columns = ensemble.rows_shown("leader") or [0], len(ensemble.sections)
     n_samples = len(ensemble.samples)
     done = np.flatnonzero(ensemble.samples.status == DONE)
     last = done[-1] + 1 if done.size else 0
@@ -71,17 +73,18 @@ def _draw(ensemble: Ensemble) -> Figure:
     band = leaders.running_half_width / style.MILLIMETRE
     span = _span(mean, band, leaders.z_std / style.MILLIMETRE)
 
-    figure = Figure(figsize=(style.PAGE_WIDTH, 0.5 + 1.75 * n_rows), layout="constrained")
-    grid = figure.subplots(n_rows, n_columns, squeeze=False, sharex=True)
-    for row in range(n_rows):
+    figure = Figure(figsize=(style.PAGE_WIDTH, 0.5 + 1.75 * len(rows)), layout="constrained")
+    grid = figure.subplots(len(rows), n_columns, squeeze=False, sharex=True)
+    for place, row in enumerate(rows):
         for column in range(n_columns):
-            axes = grid[row, column]
+            axes = grid[place, column]
             colour = style.notch_colour(int(leaders.notch[row]))
             line, half = mean[:last, row, column], band[:last, row, column]
             axes.plot(number[:last], line, color=colour, linewidth=1.2, marker="." if n_samples < 30 else None)
             axes.fill_between(number[:last], line - half, line + half, where=np.isfinite(half), color=colour,
                               alpha=0.25, linewidth=0)
-            axes.set_title(_of_class(ensemble, row) + ensemble.sections[column].name, fontsize=7)
+            title = _of_class(ensemble, row) + ensemble.sections[column].name
+            axes.set_title(textwrap.fill(title, max(24, 108 // n_columns)), fontsize=7)
             axes.set_xlim(1, max(n_samples, 2))
             axes.xaxis.set_major_locator(MaxNLocator(4, integer=True))
             axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
@@ -95,7 +98,7 @@ def _draw(ensemble: Ensemble) -> Figure:
                 axes.text(0.5, 0.5, "not reached", transform=axes.transAxes, ha="center", color=style.MUTED)
             if column == 0:
                 axes.set_ylabel(f"mean {along(ensemble.sections)} [mm]")
-            if row == n_rows - 1:
+            if row == rows[-1]:
                 axes.set_xlabel("samples")
     return figure
 

@@ -17,13 +17,21 @@ def section(ensemble: Ensemble, _: Options) -> Section:
     result = Section(
         "Patterns and onset",
         "Shares of the samples done, with Wilson's "
-        f"{100 * ensemble.confidence:g} % intervals. One crack: one notch's crack crosses most of its ligament, "
-        "the other's does not. Two cracks: both do, and the one path overlaps with the other turned by 180 "
-        "degrees. The onset is the load at the start of the last dynamic phase; a tick for each sample.")
+        f"{100 * ensemble.confidence:g} % intervals. {_meaning(ensemble)} The onset is the load at the start of the last dynamic phase; a tick for each sample.")
     if ensemble.done.size:
         result.pictures.append(Picture("shares", "Shares of the patterns and histogram of the onset force",
                                        _draw(ensemble)))
     return result
+
+
+def _meaning(ensemble: Ensemble) -> str:
+    """Of the patterns, for this body."""
+    if ensemble.n_notches == 1:
+        return "One crack: the notch's crack crosses most of its ligament."
+    if (ensemble.plate.notch_axis == 0).any():
+        return "One crack: a crack from one place crosses most of the body, and no other does. Two cracks: two do."
+    return ("One crack: one notch's crack crosses most of its ligament, the other's does not. Two cracks: both do, and the "
+            "one path overlaps with the other turned by 180 degrees.")
 
 
 def _draw(ensemble: Ensemble) -> Figure:
