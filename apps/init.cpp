@@ -31,12 +31,12 @@ const Problem& problem(const std::string& name) {
 int init(const parallel::Communicator& world, const Options& options) {
   parallel::agree_on_root(world, [&] {
     if (std::filesystem::exists(options.file))
-      throw std::runtime_error(fmt::format("{} is there already; give another name", options.file.string()));
+      throw std::runtime_error(fmt::format("{} already exists; give another name", options.file.string()));
     io::write_text_file(options.file, options.from.empty() ? input::annotated(problem(basis_of_template).text)
                                                            : problem(options.from).text);
     fmt::print("{0}: {1}\ncrackle check {0}     # is it right, and what will it cost?\n",
                options.file.string(),
-               options.from.empty() ? "a notched plate; what begins with # and no blank is a key to turn on"
+               options.from.empty() ? "a notched plate; to set another key, take away the # before it"
                                     : options.from);
   });
   return success;
@@ -48,7 +48,7 @@ void add_init_command(CLI::App& app, Action& run) {
   const auto options = std::make_shared<Options>();
   CLI::App* const command = app.add_subcommand(
       "init", "Write an input to start from: a template in which every key is explained, or a given problem");
-  command->add_option("input", options->file, "file to write (TOML); one that is there is not replaced")
+  command->add_option("input", options->file, "file to write (TOML); an existing one is not replaced")
       ->required();
   std::vector<std::string> names;
   for (const Problem& each : problems()) names.push_back(each.name);

@@ -80,9 +80,8 @@ std::string key_table() {
       "|---|---|---|---|---|\n";
   for (const Table& table : schema()) {
     const bool many = table.occurrence == Occurrence::many;
-    const std::string header = many ? "[[" + table.path + "]]" : "[" + table.path + "]";
     const char* occurrence = many ? "any number" : table.occurrence == Occurrence::optional ? "optional" : "";
-    result += fmt::format("| **`{}`** | | {} | | {} |\n", header, occurrence, table.help);
+    result += fmt::format("| **`{}`** | | {} | | {} |\n", header_of(table), occurrence, table.help);
     for (const Key& key : table.keys) {
       const Requirement& requirement = key.requirement;
       const std::string fallback = !requirement.instead.empty() ? "required, or `" + requirement.instead + "`"

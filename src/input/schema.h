@@ -67,6 +67,11 @@ struct Table {
   std::function<void(Parameters&)> append = [](Parameters&) {};
 };
 
+/// "[path]", or "[[path]]" of an array of tables.
+inline std::string header_of(const Table& table) {
+  return table.occurrence == Occurrence::many ? "[[" + table.path + "]]" : "[" + table.path + "]";
+}
+
 /// All tables with their keys, in the order in which they are read and shown.
 const std::vector<Table>& schema();
 

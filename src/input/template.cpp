@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -19,10 +18,6 @@ namespace crackle::input {
 namespace {
 
 constexpr std::size_t comment_width = 110;
-
-std::string header_of(const Table& table) {
-  return table.occurrence == Occurrence::many ? "[[" + table.path + "]]" : "[" + table.path + "]";
-}
 
 /// Lines of at most comment_width characters that begin with "# ".
 std::string comment(const std::string& text) {
@@ -89,8 +84,8 @@ std::string explained(const std::string& block, const Table& table) {
   return result;
 }
 
-/// The first table of this path in a document, or null.
-const Value* first_table(const Value& root, const std::string& path) {
+/// The first value of this path in a document, or null.
+const Value* first_value(const Value& root, const std::string& path) {
   const Value* value = &root;
   std::istringstream names(path);
   for (std::string name; value != nullptr && std::getline(names, name, '.');) {
@@ -135,9 +130,9 @@ std::string annotated(const std::string& text) {
       const std::string block = without_blank_end(present[i]);
       result += i == 0 ? explained(block, table) : block;
       if (i > 0) continue;
-      const Value* const given = first_table(root, table.path);
+      const Value* const given = first_value(root, table.path);
       for (const Key& key : table.keys)
-        if (given == nullptr || first_table(*given, key.name) == nullptr) result += commented_out(key);
+        if (given == nullptr || first_value(*given, key.name) == nullptr) result += commented_out(key);
     }
     if (present.empty())
       for (const Key& key : table.keys) result += commented_out(key);

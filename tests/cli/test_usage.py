@@ -238,7 +238,7 @@ class Usage(unittest.TestCase):
             # A file that is there is not replaced, and what cannot be written is one message.
             again = invoke("init", "paper.toml", "--from", "demo", ranks=2, cwd=folder)
             self.assertEqual((again.returncode, again.stdout), (1, ""))
-            self.assertEqual(again.stderr.count("crackle: paper.toml is there already; give another name\n"), 1)
+            self.assertEqual(again.stderr.count("crackle: paper.toml already exists; give another name\n"), 1)
             self.assertEqual((pathlib.Path(folder) / "paper.toml").read_bytes(), (jobs / "paper.toml").read_bytes())
             nowhere = invoke("init", "paper.toml/new.toml", cwd=folder)
             self.assertEqual(nowhere.returncode, 1)

@@ -2,11 +2,9 @@
 // One sample shared by the ranks of a group: the same bits as on one rank.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/sample_run.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/geometry/realization.h"
-#include "crackle/input/reader.h"
 
 #include "support/box_mesh.h"
+#include "support/job.h"
 #include "support/partitions.h"
 #include "support/plate_family.h"
 #include "support/same_result.h"
@@ -175,9 +173,8 @@ rate = ["0 N/s", "-1 N/s", "0 N/s"]
   auto parameters = input::parse(text.text(), "ring.toml");
   parameters.time.precision = GetParam();
   parameters.time.duration = 1e-5;
-  const auto body = geometry::make_body(parameters.specimen);
-  const auto base = geometry::make_mother_points(*body, parameters.mesh, 1);
-  compare(parameters, geometry::make_realization(*body, base, parameters.mesh, 1, 0), 20);
+  parameters.ensemble.seed = 1;
+  compare(parameters, test::realization(parameters), 20);
 }
 
 /// Balls that reach across several parts, and from one end of a part to the other.

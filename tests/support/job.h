@@ -6,7 +6,6 @@
 #include "crackle/geometry/realization.h"
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/reader.h"
-#include "geometry/notched_box.h"
 #include "support/box_mesh.h"
 
 #include <filesystem>
@@ -21,9 +20,9 @@ inline input::Parameters job(const std::string& file) {
 
 /// The mesh that the program makes for a sample.
 inline geometry::Realization realization(const input::Parameters& parameters, std::uint64_t sample = 0) {
-  const geometry::NotchedBox body(parameters.specimen);
-  const auto base = geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed);
-  return geometry::make_realization(body, base, parameters.mesh, parameters.ensemble.seed, sample);
+  const auto body = geometry::make_body(parameters.specimen);
+  const auto base = geometry::make_mother_points(*body, parameters.mesh, parameters.ensemble.seed);
+  return geometry::make_realization(*body, base, parameters.mesh, parameters.ensemble.seed, sample);
 }
 
 }  // namespace crackle::test

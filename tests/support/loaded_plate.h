@@ -2,14 +2,11 @@
 #pragma once
 
 #include "crackle/dynamics/quasi_static.h"
-#include "crackle/geometry/mother_points.h"
-#include "crackle/geometry/partition.h"
-#include "crackle/geometry/realization.h"
-#include "crackle/input/reader.h"
 #include "crackle/mechanics/boundary_loads.h"
 #include "crackle/mechanics/operators.h"
 
 #include "support/criterion.h"
+#include "support/job.h"
 #include "support/plate_family.h"
 
 #include <memory>
@@ -35,10 +32,9 @@ struct LoadedPlate {
   parallel::Communicator self{MPI_COMM_SELF};
 
   explicit LoadedPlate(const PlateText& text) : parameters(input::parse(text.text(), "plate.toml")) {
+    parameters.ensemble.seed = 1;
     body = geometry::make_body(parameters.specimen);
-    const auto base = geometry::make_mother_points(*body, parameters.mesh, 1);
-    const auto mesh = geometry::make_realization(*body, base, parameters.mesh, 1, 0);
-    subdomain = geometry::split(mesh, geometry::partition(mesh, 1)).front();
+    subdomain = whole(realization(parameters));
   }
 
   mechanics::PdsOperators operators() const {

@@ -34,7 +34,8 @@ def window(plate: Plate, z_values: Iterable[np.ndarray]) -> tuple[float, float]:
     if not ends:
         ends = [bottom, top]
     low, high = min(ends) / style.MILLIMETRE - MARGIN, max(ends) / style.MILLIMETRE + MARGIN
-    return max(low, bottom / style.MILLIMETRE - 1.0), min(high, top / style.MILLIMETRE + 1.0)
+    lowest, highest = whole_length(plate)
+    return max(low, lowest), min(high, highest)
 
 
 def draw_plate(axes: Axes, plate: Plate, z_range: tuple[float, float], faint: bool = False) -> None:

@@ -24,6 +24,14 @@ def gradients(corner: np.ndarray) -> np.ndarray:
     return np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)
 
 
+def field_gradient(corner: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Of the linear field with these values at the corners of tetrahedra, both m x 4 x 3: derivative along i of component j,
+    m x 3 x 3."""
+    x, u = corner.astype(float), values.astype(float)
+    # Row i of the edges times the gradient is the difference of u along edge i.
+    return np.linalg.solve(x[:, 1:] - x[:, :1], u[:, 1:] - u[:, :1])
+
+
 @dataclass(frozen=True)
 class Mesh:
     nodes: np.ndarray  # n x 3 [m]

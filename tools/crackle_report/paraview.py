@@ -11,6 +11,7 @@ from typing import Optional
 import numpy as np
 
 from . import vtkhdf
+from .mesh import field_gradient
 from .program import ResultsError
 from .reading import SampleFiles
 from .results import CrackSurface, Frames
@@ -50,15 +51,14 @@ def write_sample(folder: Path, number: int, output: Path) -> int:
     if crack is None or frames is None:
         raise ResultsError(f"'{folder}': sample {number} is not done")
     contents = {"crack.vtkhdf": _crack(crack, np.ones(len(crack.time), bool))}
-    for k, time in enumerate(frames.time):
-        contents[f"frame-{k:04d}.vtkhdf"] = _frame(frames, k)
-        if crack.tetrahedron is not None:
-            contents[f"crack-{k:04d}.vtkhdf"] = _crack(crack, crack.time <= time, frames, k)
-    for kind in ("frame", "crack") if crack.tetrahedron is not None else ("frame",):
+    of_frame = {"frame": lambda k: _frame(frames, k)}
+    if crack.tetrahedron is not None:  # files of older versions do not say
+        of_frame["crack"] = lambda k: _crack(crack, crack.time <= frames.time[k], frames, k)
+        contents["view.py"] = (Path(__file__).parent / "paraview_view.py").read_bytes()
+    for kind, content in of_frame.items():
+        contents |= {f"{kind}-{k:04d}.vtkhdf": content(k) for k in range(frames.time.size)}
         # ParaView before 5.12 knows .hdf only; what it finds inside may have any name.
         contents[f"{kind}.hdf.series"] = _series(kind, frames.time)
-    if crack.tetrahedron is not None:  # files of older versions do not say
-        contents["view.py"] = (Path(__file__).parent / "paraview_view.py").read_bytes()
     output.mkdir(parents=True, exist_ok=True)
     for name, content in contents.items():
         write_whole(output / name, content)
@@ -89,8 +89,7 @@ def _crack(crack: CrackSurface, opened: np.ndarray, frames: Optional[Frames] = N
 
 def _interpolated(corner: np.ndarray, values: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Linear in each of n tetrahedra with these corners and values there, n x 4 x 3, at its m points, n x m x 3."""
-    # Row i of the edges times the gradient is the difference of the values along edge i.
-    gradient = np.linalg.solve(corner[:, 1:] - corner[:, :1], values[:, 1:].astype(float) - values[:, :1])
+    gradient = field_gradient(corner, values)
     return values[:, :1] + (points - corner[:, :1]) @ gradient
 
 

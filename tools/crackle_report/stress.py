@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .mesh import EDGES, gradients
+from .mesh import EDGES, field_gradient, gradients
 from .results import Frames
 
 ALL_EDGES = (1 << len(EDGES)) - 1
@@ -50,9 +50,7 @@ def _components(tensor: np.ndarray) -> np.ndarray:
 
 def _strain(corner: np.ndarray, displacement: np.ndarray) -> np.ndarray:
     """m x 3 x 3, from positions and displacements of the corners, m x 4 x 3."""
-    x, u = corner.astype(float), displacement.astype(float)
-    # Row i of the edges times the gradient is the difference of u along edge i.
-    gradient = np.linalg.solve(x[:, 1:] - x[:, :1], u[:, 1:] - u[:, :1])
+    gradient = field_gradient(corner, displacement)
     return (gradient + gradient.transpose(0, 2, 1)) / 2
 
 
