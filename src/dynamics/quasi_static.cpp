@@ -34,7 +34,7 @@ constexpr double slight_overload = 1.2;
 
 /// Accuracy of the equilibria between which tetrahedra soften. The load of the most loaded one is then right
 /// to 2e-4, less than what gives way together differs by, in a tenth of the iterations.
-constexpr double softening_accuracy = 1e-5;
+constexpr mechanics::Accuracy softening_accuracy{.of_loads = 1e-5, .of_displacement = 1e-3};
 
 mechanics::HeldComponents held_components(const parallel::Communicator& group,
                                           const geometry::Subdomain& subdomain,
@@ -83,12 +83,12 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
     }
   }
   group.enter("static solve");
-  solve_unit_problems(mechanics::StaticSolver::full_accuracy);
+  solve_unit_problems({});
   group.enter("quasi-static loading");
   combine(time_, displacement_);
 }
 
-void QuasiStaticLoading::solve_unit_problems(double accuracy) {
+void QuasiStaticLoading::solve_unit_problems(const mechanics::Accuracy& accuracy) {
   std::vector<double> force(displacement_.owned().size());
   for (std::size_t k = 0; k < unit_.size(); ++k) {
     std::ranges::fill(force, 0.0);
@@ -135,7 +135,7 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
   group_->enter("static solve");
   std::exception_ptr no_equilibrium;
   try {
-    solve_unit_problems(body_->softens() ? softening_accuracy : mechanics::StaticSolver::full_accuracy);
+    solve_unit_problems(body_->softens() ? softening_accuracy : mechanics::Accuracy{});
   } catch (const mechanics::NoEquilibrium&) {
     no_equilibrium = std::current_exception();  // of every rank
   }

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace crackle::mechanics {
 
@@ -100,7 +101,7 @@ public:
 
   double residual() const { return final_residual_; }
 
-  int solve(std::span<const double> force, parallel::NodeField& displacement, double accuracy) {
+  int solve(std::span<const double> force, parallel::NodeField& displacement, const Accuracy& accuracy) {
     refresh_coarse();
     // From here on every rank waits for messages of the others, and no rank allocates.
     parallel::agree(*group_);
@@ -113,7 +114,6 @@ public:
       displacement.assign(unmoved_);
       return 0;
     }
-    const double tolerance = accuracy * reference;
     int iterations = 0;
     double residual = find_residual(force, displacement);
     for (int run = 0;; ++run) {
@@ -124,6 +124,8 @@ public:
             "static equilibrium: the residual is {:.1e} and that of the load {:.1e} after {} "
             "iterations; both must be finite numbers",
             residual, reference, iterations);
+      const double tolerance =
+          std::min(accuracy.of_loads * reference, accuracy.of_displacement * energy_norm_);
       if (residual <= (run == 0 ? 1 : drift_allowance) * tolerance) break;
       if (run == max_runs) {
         if (residual <= rounding_allowance * reference) break;
@@ -157,7 +159,8 @@ public:
   }
 
 private:
-  /// Into residual_: f - K u on the free components, over a unit that suits single precision.
+  /// Into residual_: f - K u on the free components, over a unit that suits single precision; into
+  /// energy_norm_: that of the displacement.
   /// @return its norm in the preconditioner's scalar product
   double find_residual(std::span<const double> force, parallel::NodeField& displacement) {
     displacement.update_ghosts();
@@ -166,6 +169,9 @@ private:
     } catch (const std::runtime_error& error) {  // what it refuses, it refuses on every rank
       fail<NoEquilibrium>("static equilibrium: {}", error.what());
     }
+    const double twice_energy =
+        parallel::reproducible_dot(group_->get(), std::as_const(displacement).owned(), product_result_);
+    energy_norm_ = std::sqrt(std::max(0.0, twice_energy));
     for (std::size_t i = 0; i < residual_.size(); ++i)
       product_result_[i] = held_[i] != 0 ? 0 : force[i] - product_result_[i];
     const double largest = parallel::largest_magnitude(*group_, product_result_);
@@ -244,7 +250,8 @@ private:
   std::vector<std::array<float, 6>> inverse_block_;  // of the owned nodes, in the order of the coarse space
   std::vector<std::size_t> held_components_;         // of owned nodes
   std::vector<double> product_result_;
-  double unit_ = 1;  // of residual and correction
+  double energy_norm_ = 0;  // of the displacement that the residual is of
+  double unit_ = 1;         // of residual and correction
   std::vector<float> residual_;
   std::vector<float> correction_;
   parallel::NodeField unmoved_;  // the displacement while no free component has moved
@@ -274,7 +281,8 @@ double StaticSolver::residual() const {
   return problem_->residual();
 }
 
-int StaticSolver::solve(std::span<const double> force, parallel::NodeField& displacement, double accuracy) {
+int StaticSolver::solve(std::span<const double> force, parallel::NodeField& displacement,
+                        const Accuracy& accuracy) {
   return problem_->solve(force, displacement, accuracy);
 }
 

@@ -79,7 +79,7 @@ private:
     std::int32_t local = -1;   ///< on this rank, or -1
   };
 
-  void solve_unit_problems(double accuracy);
+  void solve_unit_problems(const mechanics::Accuracy& accuracy);
   /// Sum of the unit solutions times the factors of their programs.
   template <class ForceFactor, class MotionFactor>
   void superpose(std::span<double> sum, ForceFactor&& of_force, MotionFactor&& of_motion) const;
