@@ -270,7 +270,7 @@ private:
         path.push_back({advance, crossing->mean});
         if (i != n_stations_per_slab / 2) continue;
         const geometry::Point p = plane.at(crossing->mean);
-        line.points.push_back({p[1], p[2], crossing->spread, crossing->time});
+        line.points.push_back({p[1], p[2], crossing->spread, crossing->arrival});
       }
     }
     if (path.size() > 1) measure_turns(line, Polyline(std::move(path)));

@@ -90,8 +90,9 @@ std::vector<SectionCrossing> section_crossings(const geometry::Body& body, const
       std::optional<Crossing> crossing;
       if (!start.is_straight || start.advance_to(plane))
         crossing = main_crossing(intersect(surface, facets, plane), body.size()[0], arms.arm, &plane);
-      crossings.push_back(crossing ? SectionCrossing{crossing->mean, crossing->spread, crossing->arms}
-                                   : SectionCrossing{not_a_number, not_a_number, {}});
+      crossings.push_back(
+          crossing ? SectionCrossing{crossing->mean, crossing->spread, crossing->arrival, crossing->arms}
+                   : SectionCrossing{not_a_number, not_a_number, not_a_number, {}});
     }
   }
   return crossings;

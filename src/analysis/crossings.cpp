@@ -3,6 +3,7 @@
 
 #include "crackle/common/disjoint_sets.h"
 #include "crackle/common/index.h"
+#include "crackle/common/real.h"
 #include "crackle/common/vector.h"
 
 #include <algorithm>
@@ -35,11 +36,13 @@ std::vector<double> ends(std::span<const Trace> traces, std::span<const std::siz
   return x;
 }
 
-/// Integrals over the covered thickness of 1, of the mean over the traces there, and of its square.
+/// Integrals over the covered thickness of 1, of the mean over the traces there, of its square, and of the
+/// time at which the first of them opened.
 struct Integrals {
   double length = 0;
   double first = 0;
   double second = 0;
+  double time = 0;
 };
 
 Integrals integrate(std::span<const Trace> traces, std::span<const std::size_t> members) {
@@ -51,6 +54,7 @@ Integrals integrate(std::span<const Trace> traces, std::span<const std::size_t> 
     const double middle = (x[k] + x[k + 1]) / 2;
     double sum = 0;
     double slope = 0;
+    double time = infinity;
     int n = 0;
     for (const std::size_t i : members) {
       const Trace& trace = traces[i];
@@ -58,6 +62,7 @@ Integrals integrate(std::span<const Trace> traces, std::span<const std::size_t> 
       const double steepness = (trace.across[1] - trace.across[0]) / (trace.x[1] - trace.x[0]);
       sum += trace.across[0] + steepness * (middle - trace.x[0]);
       slope += steepness;
+      time = std::min(time, trace.time);
       ++n;
     }
     if (n == 0) continue;
@@ -65,6 +70,7 @@ Integrals integrate(std::span<const Trace> traces, std::span<const std::size_t> 
     const double value = sum / n - origin;
     const double rise = slope / n * length;
     integrals.length += length;
+    integrals.time += time * length;
     integrals.first += value * length;
     integrals.second += (value * value + rise * rise / 12) * length;
   }
@@ -178,6 +184,7 @@ std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thic
     ArmCrossing crossing;
     double spread;
     double time;
+    double arrival;
   };
   std::vector<Part> parts;
   std::map<std::int32_t, double> largest;  // share of each arm
@@ -193,7 +200,8 @@ std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thic
       const double share = found.length / thickness;
       parts.push_back({{traces[members.front()].across[0] + mean, share, number},
                        std::sqrt(variance),
-                       traces[group_members.front()].time});
+                       traces[group_members.front()].time,
+                       found.time / found.length});
       largest[number] = std::max(largest[number], share);
     }
   }
@@ -207,7 +215,7 @@ std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thic
   // same length the earliest is the main one.
   const auto rank = [](const Part& part) { return std::pair(part.crossing.arm == 0, part.crossing.share); };
   const Part& main = *std::ranges::max_element(parts, {}, rank);
-  Crossing crossing{main.crossing.position, main.spread, main.time, {}};
+  Crossing crossing{main.crossing.position, main.spread, main.time, main.arrival, {}};
   for (const Part& part : parts) crossing.arms.push_back(part.crossing);
   std::ranges::stable_sort(crossing.arms, {}, &ArmCrossing::position);
   return crossing;

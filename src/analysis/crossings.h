@@ -50,9 +50,10 @@ void add(Numbers& to, const Numbers& from);
 
 /// Where a crack crosses a plane, seen through the thickness.
 struct Crossing {
-  double mean;    ///< over the covered x of the mean of the traces that lie over each other there [m]
-  double spread;  ///< standard deviation of that mean over the covered x [m]
-  double time;    ///< at which the first facet of its group opened [s]
+  double mean;     ///< over the covered x of the mean of the traces that lie over each other there [m]
+  double spread;   ///< standard deviation of that mean over the covered x [m]
+  double time;     ///< at which the first facet of its group opened [s]
+  double arrival;  ///< over the covered x the mean of when the first trace there opened [s]
   std::vector<ArmCrossing> arms;  ///< all separate crossings, ascending
 };
 

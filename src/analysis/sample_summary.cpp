@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <climits>
 #include <cmath>
 #include <type_traits>
@@ -30,10 +31,12 @@ double traced_length(const std::vector<CrackLine>& lines) {
 void set_crossings(const std::vector<SectionCrossing>& crossings, SampleSummary& row) {
   row.position.clear();
   row.z_spread.clear();
+  row.arrival_time.clear();
   row.branches.clear();
   for (const SectionCrossing& crossing : crossings) {
     row.position.push_back(crossing.position);
     row.z_spread.push_back(crossing.spread);
+    row.arrival_time.push_back(crossing.arrival);
     row.branches.push_back(static_cast<std::int32_t>(crossing.arms.size()));
   }
 }
@@ -64,6 +67,12 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.first_break_load = result.first_break_load;
   row.onset_time = result.onset_time;
   row.onset_force = result.onset_force;
+  if (!result.history.empty()) {
+    const auto peak = std::ranges::max_element(result.history, {}, &dynamics::HistoryRow::load);
+    row.peak_load = peak->load;
+    row.displacement_at_peak = peak->load_displacement;
+    row.work_of_fracture = result.history.back().energy.external;
+  }
   row.dynamic_phases = static_cast<std::int32_t>(result.counts.dynamic_phases);
   if (!std::isnan(result.phase_start)) row.crack_area_before_onset = surface.area_before_phase();
   row.outcome = static_cast<std::int32_t>(result.outcome);

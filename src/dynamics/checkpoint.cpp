@@ -26,14 +26,19 @@ void for_each_field(std::derived_from<MotionCheckpoint> auto& motion, const auto
         motion.n_steps, motion.n_forces);
 }
 
+void for_each_field(std::derived_from<HistoryRow> auto& row, const auto& visit) {
+  visit(row.load_time, row.phase, row.energy, row.load, row.load_displacement, row.force, row.displacement,
+        row.probes);
+}
+
 void for_each_field(std::derived_from<EndedPhase> auto& phase, const auto& visit) {
   visit(phase.load_time, phase.time, phase.kinetic, phase.external_work, phase.n_steps, phase.n_forces,
-        phase.releases, phase.displacement);
+        phase.releases, phase.displacement, phase.history);
 }
 
 void for_each_field(std::derived_from<RunningPhase> auto& phase, const auto& visit) {
   visit(phase.load_time, phase.step, phase.last_break, phase.separation.looked_at, phase.separation.found,
-        phase.releases, phase.motion);
+        phase.releases, phase.motion, phase.history);
 }
 
 void for_each_field(std::derived_from<Frame> auto& frame, const auto& visit) {

@@ -15,7 +15,7 @@ namespace crackle::dynamics {
 
 LoadState measure_loads(const parallel::Communicator& group, const fracture::BreakableBody& body,
                         const mechanics::BoundaryLoads& loads, const parallel::NodeField& displacement,
-                        double time) {
+                        double time, Reactions reactions) {
   LoadState state;
   std::vector<double> terms;
   const auto u = displacement.local();
@@ -27,15 +27,17 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
     state.amplitude.push_back(pattern.amplitude.at(time));
     state.position.push_back(parallel::exact_sum(group, terms));
   }
-  // Reactions of what is fixed do no work, and are no load.
+  const auto counts = [&](const mechanics::PrescribedMotion& motion) {
+    return reactions == Reactions::all || !motion.is_fixed;
+  };
   std::vector<double> force(u.size()), external(displacement.owned().size());
-  if (!std::ranges::all_of(loads.motions, &mechanics::PrescribedMotion::is_fixed)) {
+  if (std::ranges::any_of(loads.motions, counts)) {
     body.force().evaluate(u, force);
     loads.add_forces(time, external);
   }
   for (const auto& motion : loads.motions) {
     terms.clear();
-    if (!motion.is_fixed) {
+    if (counts(motion)) {
       for (const auto node : motion.nodes) {
         const auto i = index(node, motion.component);
         terms.push_back(force[i] - external[i]);
@@ -47,13 +49,26 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
   return state;
 }
 
-double largest_load(const mechanics::BoundaryLoads& loads, const LoadState& state) {
-  double largest = 0;
-  for (std::size_t k = 0; k < loads.forces.size(); ++k)
-    largest = std::max(largest, std::abs(state.amplitude[k]) * loads.forces[k].total_weight);
+Load largest_load(const mechanics::BoundaryLoads& loads, const LoadState& state) {
+  Load largest;
+  const auto see = [&](double force, double displacement) {
+    if (std::abs(force) > largest.force)
+      largest = {std::abs(force), std::copysign(1.0, force) * displacement};
+  };
+  for (std::size_t k = 0; k < loads.forces.size(); ++k) {
+    const double weight = loads.forces[k].total_weight;
+    see(state.amplitude[k] * weight, state.position[k] / weight);
+  }
   for (std::size_t m = 0; m < loads.motions.size(); ++m)
-    if (!loads.motions[m].is_fixed) largest = std::max(largest, std::abs(state.reaction[m]));
+    if (!loads.motions[m].is_fixed) see(state.reaction[m], state.travel[m]);
   return largest;
+}
+
+double strain_energy(const LoadState& state) {
+  double twice = 0;
+  for (std::size_t k = 0; k < state.amplitude.size(); ++k) twice += state.amplitude[k] * state.position[k];
+  for (std::size_t m = 0; m < state.reaction.size(); ++m) twice += state.reaction[m] * state.travel[m];
+  return twice / 2;
 }
 
 double strain_energy(const parallel::Communicator& group, const fracture::BreakableBody& body,

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -121,26 +122,42 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
   const std::int64_t n_steps = options.grid.n_steps;
   const std::int64_t last_step = options.arrest_window ? max_phase_durations * n_steps : n_steps;
   const std::int64_t row_interval = std::max<std::int64_t>(1, n_steps / options.n_energy_rows);
+  std::optional<std::int64_t> history_interval;
+  if (options.history_interval)
+    history_interval = std::max<std::int64_t>(1, std::llround(*options.history_interval / dt));
   const auto pictures = frame_steps(options.n_frames, n_steps);
 
   const double negligible = negligible_share * energy_at_strength(group, body, criterion.strengths());
 
   const auto is_picture = [&](std::int64_t step) { return std::ranges::binary_search(pictures, step); };
+  const auto is_energy_row = [&](std::int64_t step) {
+    return step % row_interval == 0 || step >= n_steps || is_picture(step);
+  };
+  const auto is_history_row = [&](std::int64_t step) {
+    return options.on_history &&
+           (history_interval ? step % *history_interval == 0 || step >= n_steps : is_energy_row(step));
+  };
   const auto has_output = [&](std::int64_t step) {
-    return step <= n_steps && (step % row_interval == 0 || step == n_steps || is_picture(step));
+    return step <= n_steps && (is_energy_row(step) || is_history_row(step));
   };
   // In the steps ranks wait for each other without another agreement.
   const auto begin_steps = [&] {
     group.enter("time steps");
     parallel::agree(group);
   };
-  const auto write_outputs = [&](std::int64_t step) {
+  const auto write_outputs = [&](std::int64_t step, bool is_last = false) {
     group.enter("energy row");
     const double time = static_cast<double>(step) * dt;
     motion.read(state);
     const double work = motion.external_work(load_time + time, state);
-    result.energy.push_back(account.row(time, kinetic_energy(context, state),
-                                        strain_energy(group, body, state.displacement.local()), work));
+    const EnergyRow row = account.row(time, kinetic_energy(context, state),
+                                      strain_energy(group, body, state.displacement.local()), work);
+    if (is_last || is_history_row(step)) {
+      group.enter("history");
+      if (options.on_history) options.on_history(row, state);
+    }
+    if (!is_last && !is_energy_row(step)) return begin_steps();
+    result.energy.push_back(row);
     // Every rank has the same rows.
     if (const auto fault =
             energy_fault(result.energy, static_cast<std::size_t>(options.n_energy_rows), negligible))
@@ -257,7 +274,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
              (result.separated && options.after_separation &&
               static_cast<double>(step - *separation.found) * dt >= *options.after_separation);
     }
-    if (has_output(step) || (ends && (step <= n_steps || result.arrested))) write_outputs(step);
+    if (has_output(step) || (ends && (step <= n_steps || result.arrested))) write_outputs(step, ends);
     if (request == Request::go_on || ends) continue;
     group.enter("saving");
     options.save({load_time, step, last_break, separation, releases.gather(group), motion.save()},

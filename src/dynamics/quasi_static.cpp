@@ -280,7 +280,7 @@ void QuasiStaticLoading::load_at_start(EnergyAccount& account) {
   account.add_static_work(
       {nothing(state.amplitude), nothing(state.position), nothing(state.reaction), nothing(state.travel)},
       state);
-  load_ = largest_load(*loads_, state);
+  load_ = largest_load(*loads_, state).force;
 }
 
 void QuasiStaticLoading::refuse_overload() const {
@@ -296,7 +296,8 @@ void QuasiStaticLoading::refuse_overload() const {
 }
 
 QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
-                                           const std::function<bool()>& is_asked_to_park) {
+                                           const std::function<bool()>& is_asked_to_park,
+                                           const std::function<void()>& on_equilibrium) {
   LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
   for (;;) {
     if (is_asked_to_park) {
@@ -306,7 +307,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
     }
     Critical next = most_loaded();
     if (next.number < 0) return QuasiStaticEnd::separated;
-    load_ = largest_load(*loads_, state);
+    load_ = largest_load(*loads_, state).force;
     if (next.value <= 1) n_overloads_ = 0;
     const bool may_settle = body_->softens() && next.value <= slight_overload && n_overloads_ < patient_looks;
     if (next.value > 1 && !may_settle && breaks_soon(breaking(next), next.value)) {
@@ -315,6 +316,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
     }
     if (next.value > 1) ++n_overloads_;
     if (next.value < 1) {
+      if (on_equilibrium) on_equilibrium();
       // Load on: kink by kink of the programs until a tetrahedron reaches the limit.
       for (;;) {
         const double kink = loads_->next_kink(time_);
@@ -326,10 +328,11 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
         LoadState reached = measure_loads(*group_, *body_, *loads_, displacement_, time_);
         account.add_static_work(state, reached);
         state = std::move(reached);
+        if (on_equilibrium) on_equilibrium();
         if (next.number >= 0) break;
       }
     }
-    load_ = largest_load(*loads_, state);
+    load_ = largest_load(*loads_, state).force;
     const auto n_counted = std::ssize(body_->breaks());
     const auto n_bridges = std::ssize(body_->bridge_releases());
     const std::size_t n_changes = body_->changes().size();

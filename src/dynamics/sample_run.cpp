@@ -7,6 +7,7 @@
 #include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/checkpoint.h"
 #include "crackle/dynamics/explicit_phase.h"
+#include "crackle/dynamics/history.h"
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/separation.h"
 #include "crackle/dynamics/stable_step.h"
@@ -60,13 +61,15 @@ public:
         stable_step_(splitting_.stability_limit /
                      largest_frequency(group, subdomain, body_.operators(), body_.force())),
         options_{.grid = choose_time_grid(parameters.time, stable_step_),
-                 .n_frames = parameters.output.frames},
+                 .n_frames = parameters.output.frames,
+                 .history_interval = parameters.output.history},
         criterion_(fracture::make_criterion(
             parameters,
             fracture::tetrahedron_strengths(group, parameters, control.sample, subdomain, body_.operators()),
             options_.grid.step)),
         average_(fracture::make_stress_average(parameters.fracture, body_, criterion_->strengths())),
         account_(group, body_),
+        history_(group, body_, loads_, account_, parameters.output.probes),
         context_{&group_,          &body_,
                  &loads_,          parameters.material.density,
                  criterion_.get(), criterion_->screening_share(stable_step_),
@@ -146,7 +149,9 @@ private:
     for (;; is_first = false) {
       const QuasiStaticEnd end =
           is_first ? QuasiStaticEnd::unstable
-                   : loading.advance(account_, control_.stop ? std::function<bool()>(look) : nullptr);
+                   : loading.advance(account_, control_.stop ? std::function<bool()>(look) : nullptr, [&] {
+                       history_.record_equilibrium(loading.time(), loading.displacement());
+                     });
       result_.counts.quasi_static_breaks = loading.n_breaks();
       result_.counts.static_solves = loading.n_solves();
       result_.counts.solver_iterations = loading.n_iterations();
@@ -167,6 +172,8 @@ private:
           result_.energy.push_back(
               account_.row(0, 0, strain_energy(group_, body_, loading.displacement().local()), 0));
         }
+        if (end == QuasiStaticEnd::no_load)
+          history_.record_equilibrium(loading.time(), loading.displacement());
         return true;
       }
       result_.onset_time = loading.time();
@@ -209,7 +216,8 @@ private:
     group_.enter("dynamic phase");
     result_.phase_start = load_time;
     ++result_.counts.dynamic_phases;
-    const auto phase_number = static_cast<std::size_t>(result_.counts.dynamic_phases - 1);
+    const auto number = static_cast<std::int32_t>(result_.counts.dynamic_phases);
+    const auto phase_number = index(number - 1);
     if (from_ != nullptr && phase_number < from_->ended.size())
       return replay(from_->ended[phase_number], load_time, state);
     Stopwatch watch;
@@ -218,6 +226,7 @@ private:
     if (from_ != nullptr && phase_number == from_->ended.size() && from_->running) {
       if (from_->running->load_time != load_time) throw CheckpointMismatch(mismatch_text);
       options.from = from_;
+      history_.append(from_->running->history);
       say(fmt::format("dynamic phase {} continues at step {}", result_.counts.dynamic_phases,
                       from_->running->step));
     }
@@ -230,6 +239,7 @@ private:
       };
       options.save = [&](RunningPhase phase, const std::vector<EnergyRow>& energy,
                          const std::vector<Frame>& frames) {
+        phase.history = history_.rows_of_phase(number);
         save(checkpoint(std::move(phase), energy, frames));
       };
     }
@@ -239,9 +249,12 @@ private:
       options.on_first_break = [&](double time, const MotionState& now) {
         LoadState loads = measure_loads(group_, body_, loads_, now.displacement, time);
         std::ranges::fill(loads.amplitude, 0.0);
-        first_break_reaction_ = largest_load(loads_, loads);
+        first_break_reaction_ = largest_load(loads_, loads).force;
       };
     }
+    options.on_history = [&](const EnergyRow& row, const MotionState& now) {
+      history_.record_motion(number, load_time, row, now.displacement, now.velocity);
+    };
     options.on_failure = [&](PhaseResult partial) {
       result_.energy = std::move(partial.energy);
       result_.frames = std::move(partial.frames);
@@ -276,7 +289,8 @@ private:
     if (phase.parked) return phase;
     if (phase.arrested && control_.save) {
       ended_.push_back({load_time, phase.time, phase.kinetic, phase.external_work, phase.n_steps,
-                        phase.n_forces, releases.gather(group_), gather_displacement(state)});
+                        phase.n_forces, releases.gather(group_), gather_displacement(state),
+                        history_.rows_of_phase(number)});
     }
     result_.counts.steps += phase.n_steps;
     result_.counts.force_evaluations += phase.n_forces;
@@ -309,6 +323,7 @@ private:
       u[i] = std::bit_cast<double>(row[i % 3]);
     }
     ended_.push_back(ended);
+    history_.append(ended.history);
     restore_memory(from_->memory, subdomain_, *criterion_);
     result_.energy = from_->energy;
     result_.frames = from_->frames;
@@ -367,7 +382,12 @@ private:
     const bool is_last = std::ranges::none_of(
         result_.breaks, [&](const fracture::Break& one) { return one.load_time > result_.phase_start; });
     if (!is_last) counted_time_ = infinity;
-    std::erase_if(result_.energy, [&](const EnergyRow& row) { return row.time > counted_time_; });
+    const auto is_uncounted = [&](const EnergyRow& row) { return row.time > counted_time_; };
+    std::erase_if(result_.energy, is_uncounted);
+    result_.history = history_.rows();
+    std::erase_if(result_.history, [&](const HistoryRow& row) {
+      return row.phase == result_.counts.dynamic_phases && is_uncounted(row.energy);
+    });
     result_.energy_error = energy_error(result_.energy);
     const auto is_later = [&](const auto& one) {
       return one.load_time == result_.phase_start && one.phase_time > counted_time_;
@@ -417,6 +437,7 @@ private:
   std::unique_ptr<fracture::Criterion> criterion_;
   std::unique_ptr<fracture::StressAverage> average_;  // or none
   EnergyAccount account_;
+  HistoryRecorder history_;
   MotionContext context_;
   SampleResult result_;
   std::vector<EndedPhase> ended_;              // breaks and displacements on the root, or from the checkpoint

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Longer than a lock lives that nobody touches: a writer on another node may have been killed.
-constexpr double patience = LockFile::lifetime + 60;  // [s]
+constexpr double lock_patience = LockFile::lifetime + 60;  // [s]
 
 /// This rank's share of the samples: from the first number to below the second.
 std::pair<std::size_t, std::size_t> share_of_samples(const parallel::Communicator& world,
@@ -105,7 +105,7 @@ Results write_results(const parallel::Communicator& world, const input::Paramete
   std::optional<LockFile> lock;  // the root's
   try {
     parallel::agree_on_root(world, [&] {
-      lock.emplace(folder / "lock-ensemble.h5", "another process is writing it", patience);
+      lock.emplace(folder / "lock-ensemble.h5", "another process is writing it", lock_patience);
       remove_partial_results(folder);
     });
   } catch (const parallel::AgreedError& error) {

@@ -32,6 +32,7 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
         analysis::section_crossings(body, analysis.surface, analysis.arms, parameters.sections);
     analysis.summary = analysis::summarize(body, result, analysis.surface, analysis.lines, analysis.arms,
                                            analysis.crossings, parameters.material);
+    analysis.history = analysis::crack_history(body, analysis.surface, analysis.lines, result);
     return analysis;
   };
   steps.write = [&parameters, folder, n_ranks](std::uint64_t sample, const geometry::Realization& realization,
@@ -39,7 +40,7 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
                                                const SampleAnalysis& analysis) {
     io::write_sample(io::sample_path(folder, sample),
                      {parameters, sample, realization, result, analysis.surface, analysis.lines,
-                      analysis.arms, analysis.crossings, analysis.summary, n_ranks});
+                      analysis.arms, analysis.crossings, analysis.summary, analysis.history, n_ranks});
   };
   steps.write_failure = [&parameters, folder, n_ranks](std::uint64_t sample,
                                                        const analysis::SampleSummary& failure,
@@ -50,7 +51,7 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
     } else {
       io::write_sample(file, {parameters, sample, partial->realization, partial->result,
                               partial->analysis.surface, partial->analysis.lines, partial->analysis.arms,
-                              partial->analysis.crossings, failure, n_ranks});
+                              partial->analysis.crossings, failure, partial->analysis.history, n_ranks});
     }
   };
   const auto checkpoint = [folder](std::uint64_t sample) { return io::checkpoint_path(folder, sample); };

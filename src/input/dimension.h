@@ -31,8 +31,6 @@ extern const Dimension length_dimension, time_dimension, stress_dimension, densi
 /// stress^exponent time, the dimension of the Tuler-Butcher impulse K_f.
 Dimension impulse_dimension(double exponent);
 
-/// By BoundaryKind, as the keys of [[boundary]].
-inline constexpr std::array kind_names{"fix", "force", "traction", "velocity", "displacement", "pressure"};
 inline constexpr std::array axis_names{"x", "y", "z"};
 
 /// Of the quantity that a boundary condition prescribes, and of its rate of change. @pre kind is not fix

@@ -163,8 +163,8 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
   }
   if (parameters.mesh.notch_spacing == 0) parameters.mesh.notch_spacing = parameters.mesh.spacing;
   complete_specimen(parameters, findings);
-  for (const auto check :
-       {check_specimen, check_mesh, check_sections, check_fracture, check_boundaries, check_time})
+  for (const auto check : {check_specimen, check_mesh, check_sections, check_fracture, check_boundaries,
+                           check_time, check_output})
     check(parameters, findings);
   if (!findings.empty()) throw InputError(findings.messages(name));
   if (parameters.time.engine == Engine::petsc) parameters.time.precision = Precision::double_;

@@ -414,14 +414,6 @@ Table sections_table() {
                         "cross-sections z = const, for the cracks of notches in z-faces: they measure y")}};
 }
 
-Table output_table() {
-  return {"output",
-          Occurrence::once,
-          "what the sample files hold",
-          {integer_key("frames", in(&Parameters::output, &Output::frames), 0, 100'000, by_default("11"),
-                       "pictures of the fields during the dynamic phase")}};
-}
-
 }  // namespace
 
 const std::vector<Table>& schema() {
@@ -430,7 +422,7 @@ const std::vector<Table>& schema() {
     for (Table& table : specimen_tables()) all.push_back(std::move(table));
     for (Table& table : std::vector<Table>{mesh_table(), region_table(), material_table(), fracture_table(),
                                            variation_table(), boundary_table(), time_table(),
-                                           sections_table(), line_table(), output_table()})
+                                           sections_table(), line_table(), output_table(), probe_table()})
       all.push_back(std::move(table));
     return all;
   }();

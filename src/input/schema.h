@@ -85,6 +85,10 @@ std::vector<Table> specimen_tables();
 /// Keys of [[boundary]], whose values depend on each other.
 Table boundary_table();
 
+/// [output] and [[output.probe]].
+Table output_table();
+Table probe_table();
+
 // The kinds of keys.
 
 Key quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,

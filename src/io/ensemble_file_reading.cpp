@@ -29,7 +29,10 @@ std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape, std::int
       version < 3 ? std::vector<std::string>(n_samples) : hdf5::read_texts(file, "samples/note");
   if (errors.size() != n_samples || notes.size() != n_samples)
     throw hdf5::Error("datasets samples/error and note: not one text for each sample");
-  std::vector<SampleSummary> samples(n_samples);
+  // Results that an older version did not have stay empty.
+  std::vector<SampleSummary> samples(
+      n_samples, analysis::empty_summary(static_cast<int>(shape[1]), static_cast<int>(shape[2]),
+                                         analysis::SampleStatus::pending));
   for (std::size_t i = 0; i < n_samples; ++i) {
     if (status[i] < 0 || status[i] > 2) fail<hdf5::Error>("sample {}: unknown status", i);
     samples[i].status = static_cast<analysis::SampleStatus>(status[i]);

@@ -4,7 +4,9 @@
 #include "crackle/fracture/variation.h"
 
 #include "checked_file.h"
+#include "columns.h"
 #include "hdf5.h"
+#include "history_group.h"
 #include "memory_file.h"
 #include "provenance.h"
 #include "result_attributes.h"
@@ -24,27 +26,6 @@ using analysis::ResultInfo;
 using analysis::SampleSummary;
 using hdf5::Shape;
 using hdf5::Storage;
-
-/// The extents of fixed-size arrays within each other; none of a number.
-template <class Value>
-void add_extents(Shape& shape) {
-  if constexpr (!std::is_arithmetic_v<Value>) {
-    shape.push_back(std::tuple_size_v<Value>);
-    add_extents<typename Value::value_type>(shape);
-  }
-}
-
-/// Writes one column of a table: what `value_of` gives of every row, a number or an array.
-template <class Value, class Row, class Of>
-void write_column(hid_t group, const std::string& name, const std::vector<Row>& rows, Of value_of,
-                  const std::string& units = "", const std::string& meaning = "") {
-  std::vector<Value> column;
-  for (const Row& row : rows) hdf5::flatten(std::invoke(value_of, row), column);
-  Shape shape{rows.size()};
-  add_extents<std::remove_cvref_t<std::invoke_result_t<Of, const Row&>>>(shape);
-  hdf5::write_dataset<Value>(group, name, shape, column, units, Storage::compressed);
-  if (!meaning.empty()) describe_dataset(group, name, meaning);
-}
 
 void write_mesh(hid_t file, const geometry::Realization& realization) {
   using geometry::BoundaryTriangle;
@@ -295,6 +276,7 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     if (content.parameters.fracture.release == input::Release::softening)
       write_tooth_falls(id, result.tooth_falls);
     write_energy(id, result.energy);
+    write_history(id, content.parameters, result.history, content.crack_history);
     write_frames(id, result.frames, content.realization.nodes.size(), content.parameters.material);
     write_counts(id, result.counts);
     const hdf5::Handle timing = write_timing(id, content.summary);

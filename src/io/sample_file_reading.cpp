@@ -26,6 +26,13 @@ auto read_file(const std::filesystem::path& file, std::int64_t oldest, Read&& re
   return read_results(file, sample_kind, oldest, sample_schema_version, read);
 }
 
+/// A pending sample's.
+SampleSummary empty_row(const input::Parameters& parameters) {
+  return analysis::empty_summary(static_cast<int>(geometry::n_crack_starts(parameters.specimen)),
+                                 static_cast<int>(parameters.sections.size()),
+                                 analysis::SampleStatus::pending);
+}
+
 SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters& parameters,
                        std::uint64_t sample) {
   const std::int64_t number = hdf5::read_integer_attribute(root, "sample");
@@ -33,7 +40,7 @@ SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters
     fail<hdf5::Error>("holds sample {} instead of {}", number, sample);
   // How an input is told from another one may have changed since an older version.
   if (version == sample_schema_version) check_input(root, parameters);
-  SampleSummary row;
+  SampleSummary row = empty_row(parameters);
   const std::int64_t status = hdf5::read_integer_attribute(root, "status");
   if (status != static_cast<std::int64_t>(analysis::SampleStatus::done) &&
       status != static_cast<std::int64_t>(analysis::SampleStatus::failed))
@@ -60,9 +67,7 @@ SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters
 template <class Read>
 SampleSummary row_or_reason(const std::filesystem::path& file, const input::Parameters& parameters,
                             Read&& read) {
-  SampleSummary row =
-      analysis::empty_summary(static_cast<int>(geometry::n_crack_starts(parameters.specimen)),
-                              static_cast<int>(parameters.sections.size()), analysis::SampleStatus::pending);
+  SampleSummary row = empty_row(parameters);
   try {
     if (std::filesystem::exists(file)) row = read(file);
   } catch (const std::exception& error) {

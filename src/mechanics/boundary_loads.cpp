@@ -59,7 +59,8 @@ struct Surfaces {
 struct LoadedFace {
   std::vector<std::int32_t> nodes;
   std::vector<double> area;
-  double total_area = 0;  // over all ranks
+  double total_area = 0;  // of magnitudes, over all ranks
+  double resultant = 0;   // with signs
 };
 
 /// @param share of a face's area that counts
@@ -74,18 +75,34 @@ LoadedFace loaded_face(const parallel::Communicator& group, const input::Boundar
     if (!inside(condition, centroid)) continue;
     const double part = share(triangle.surface);
     if (part == 0) continue;
-    if (counts(subdomain, triangle.nodes)) counted_areas.push_back(std::abs(part) * area);
+    if (counts(subdomain, triangle.nodes)) counted_areas.push_back(part * area);
     for (const auto node : triangle.nodes) {
       if (node < subdomain.layout.n_owned) tributary[node] += part * (area / 3);
     }
   }
   LoadedFace face;
+  face.resultant = parallel::exact_sum(group, counted_areas);
+  for (double& area : counted_areas) area = std::abs(area);
   face.total_area = parallel::exact_sum(group, counted_areas);
   for (const auto& [node, area] : tributary) {
     face.nodes.push_back(node);
     face.area.push_back(area);
   }
   return face;
+}
+
+/// Equal shares for all nodes of a condition. Collective.
+ConditionNodes equal_shares(const parallel::Communicator& group, const std::vector<std::int32_t>& nodes) {
+  const auto n = parallel::all_reduce<std::int64_t>(group, std::ssize(nodes), MPI_SUM);
+  return {nodes, std::vector<double>(nodes.size(), 1 / static_cast<double>(n))};
+}
+
+/// Shares of the loaded area, whatever its direction. Collective.
+ConditionNodes area_shares(const parallel::Communicator& group, const input::Boundary& condition,
+                           const Faces& faces, const geometry::Subdomain& subdomain) {
+  LoadedFace face = loaded_face(group, condition, faces, subdomain, [](geometry::FaceId) { return 1.0; });
+  for (double& area : face.area) area /= face.total_area;
+  return {std::move(face.nodes), std::move(face.area)};
 }
 
 std::vector<std::int32_t> held_nodes(const input::Boundary& condition, const Faces& faces,
@@ -221,9 +238,11 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
         total_area += face.total_area;
         LoadCurve amplitude(condition.value[0], condition.rate[0], condition.history);
         if (amplitude.is_zero() || face.total_area == 0) continue;
-        loads.forces.push_back({component, std::move(amplitude), face.nodes, face.area, face.total_area});
+        loads.forces.push_back({component, std::move(amplitude), face.nodes, face.area, face.total_area,
+                                face.resultant, number - 1});
       }
       refuse_empty(total_area == 0, "boundary triangle");
+      loads.conditions.push_back(area_shares(group, condition, faces, subdomain));
     } else if (is_load) {
       const LoadedFace face =
           loaded_face(group, condition, faces, subdomain, [](geometry::FaceId) { return 1.0; });
@@ -232,13 +251,15 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
         const auto c = static_cast<std::size_t>(component);
         LoadCurve amplitude(condition.value[c], condition.rate[c], condition.history);
         if (amplitude.is_zero()) continue;
-        ForcePattern pattern{component, std::move(amplitude), face.nodes, face.area, face.total_area};
+        ForcePattern pattern{component,       std::move(amplitude), face.nodes, face.area,
+                             face.total_area, face.resultant,       number - 1};
         if (condition.kind == input::BoundaryKind::force) {
           for (auto& weight : pattern.weight) weight /= face.total_area;
-          pattern.total_weight = 1;
+          pattern.total_weight = pattern.resultant = 1;
         }
         loads.forces.push_back(std::move(pattern));
       }
+      loads.conditions.push_back(area_shares(group, condition, faces, subdomain));
     } else {
       const std::vector<std::int32_t> nodes = held_nodes(condition, faces, subdomain);
       parallel::agree(group);
@@ -253,8 +274,10 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
         if (!motion.is_fixed)
           motion.curve = LoadCurve(condition.value[c], condition.rate[c], condition.history);
         motion.nodes = nodes;
+        motion.condition = number - 1;
         loads.motions.push_back(std::move(motion));
       }
+      loads.conditions.push_back(equal_shares(group, nodes));
     }
   }
   return loads;

@@ -73,8 +73,8 @@ protected:
     summary = analysis::summarize(mesh.body(), result, surface, lines, arms, crossings, parameters.material);
   }
   void write(const fs::path& file, std::uint64_t sample = 3) const {
-    write_sample(file,
-                 {parameters, sample, mesh.realization(), result, surface, lines, arms, crossings, summary});
+    write_sample(file, {parameters, sample, mesh.realization(), result, surface, lines, arms, crossings,
+                        summary, crack_history});
   }
   std::string refusal(const fs::path& file, std::uint64_t sample = 3) const {
     try {
@@ -95,6 +95,7 @@ protected:
   analysis::CrackArms arms;
   std::vector<analysis::SectionCrossing> crossings;
   SampleSummary summary;
+  analysis::CrackHistory crack_history;
 };
 
 TEST_F(SampleFile, ReadsTheRowThatWasWritten) {
@@ -322,6 +323,7 @@ TEST(Schema, IsRaisedWithTheColumns) {
             "bifurcations_projected "
             "equilibrium_residual ")
       << "other columns are of a new version";
+  EXPECT_EQ(names[4], "peak_load displacement_at_peak work_of_fracture arrival_time ");
   EXPECT_EQ(names.rbegin()->first, sample_schema_version);
   EXPECT_EQ(sample_schema_version, ensemble_schema_version);
 }

@@ -142,8 +142,8 @@ TEST(Static, AccuracyUnderPrescribedMotionsIsThatOfTheDisplacement) {
                 accuracy.of_loads, accuracy.of_displacement, share, n_iterations);
     return share;
   };
-  EXPECT_GT(error({.of_loads = 1e-3}), 3e-3) << "or the test says nothing";
-  EXPECT_LT(error({.of_loads = 1e-3, .of_displacement = 1e-3}), 3e-3);
+  EXPECT_GT(error({.of_loads = 1e-3}), 5e-2) << "or the test says nothing";
+  EXPECT_LT(error({.of_loads = 1e-3, .of_displacement = 1e-3}), 2e-2);
 }
 
 /// A long thin beam moves far under little load, so the product's rounding leaves more than the tolerance.

@@ -23,7 +23,8 @@ struct LinePoint {
   double y;       ///< [m]
   double z;       ///< [m]
   double spread;  ///< standard deviation through the thickness, across the ligament [m]
-  double time;    ///< at which the crack came here, since the onset of the last dynamic phase [s]
+  double time;    ///< at which the crack came here, through-thickness mean, since the onset of the last
+                  ///< dynamic phase [s]
 };
 
 /// The crack on a way as a line for plotting: the through-thickness mean of its pieces, from the

@@ -53,6 +53,9 @@ struct ArmCrossing {
 struct SectionCrossing {
   double position;  ///< through-thickness mean of the main crossing [m]; NaN where the crack did not arrive
   double spread;    ///< standard deviation of the position through the thickness [m]; NaN likewise
+  /// Through-thickness mean of when the crack opened there first, since the onset of the last dynamic phase
+  /// [s]; NaN likewise.
+  double arrival;
   std::vector<ArmCrossing> arms;  ///< the separate crossings, in ascending order of their positions
 };
 

@@ -61,6 +61,20 @@ void for_each_result(Visit&& visit) {
   visit(ResultInfo{"onset_force", "N", "load then: the largest force or reaction of any condition", quantiles,
                    "onset force", "N", 1, ".3f"},
         &Row::onset_force);
+  visit(ResultInfo{"peak_load", "N",
+                   "largest load in the sample's history: the largest force or reaction of any condition",
+                   quantiles, "peak load", "N", 1, ".3f", "", 4},
+        &Row::peak_load);
+  visit(
+      ResultInfo{"displacement_at_peak", "m",
+                 "displacement then where that load acts, in its direction: of the prescribed motion, or the "
+                 "mean over the loaded area",
+                 quantiles, "displacement at peak", "mm", 1e3, ".5f", "", 4},
+      &Row::displacement_at_peak);
+  visit(ResultInfo{"work_of_fracture", "J",
+                   "external work up to the end of the history: the area below the load-displacement curve",
+                   quantiles, "work of fracture", "mJ", 1e3, ".3f", "", 4},
+        &Row::work_of_fracture);
   visit(
       ResultInfo{"dynamic_phases", "", "number of dynamic phases", none, "dynamic phases", "", 1, "d", "", 3},
       &Row::dynamic_phases);
@@ -134,6 +148,12 @@ void for_each_position_result(Visit&& visit) {
   visit(ResultInfo{"z_spread", "m", "standard deviation of the position through the thickness", none,
                    "spread of the position", "mm", 1e3, ".3f"},
         &Row::z_spread);
+  visit(
+      ResultInfo{"arrival_time", "s",
+                 "through-thickness mean of when the crack opened there, since the start of the last dynamic "
+                 "phase; NaN where it did not arrive",
+                 quantiles, "arrival", "us", 1e6, ".2f", "", 4},
+      &Row::arrival_time);
   visit(ResultInfo{"branches", "", "number of separate crossings there, of all arms", none, "crossings", "",
                    1, "d"},
         &Row::branches);

@@ -29,6 +29,9 @@ struct SampleSummary {
   double first_break_load = none;
   double onset_time = none;
   double onset_force = none;
+  double peak_load = none;
+  double displacement_at_peak = none;
+  double work_of_fracture = none;
   std::int32_t dynamic_phases = 0;
   double crack_area_before_onset = none;
   std::int32_t outcome = -1;        ///< dynamics::Outcome; -1 without results
@@ -48,6 +51,7 @@ struct SampleSummary {
   double equilibrium_residual = none;
   std::vector<double> position;        ///< n_notches x n_sections, see SectionCrossing
   std::vector<double> z_spread;        ///< likewise
+  std::vector<double> arrival_time;    ///< likewise
   std::vector<std::int32_t> branches;  ///< likewise
   double wall_time = 0;                ///< that the sample took [s]; the only field that differs between runs
 };

@@ -40,6 +40,7 @@ struct EndedPhase {
   std::int64_t n_forces = 0;
   fracture::Releases releases;
   parallel::NumberedRows displacement;  ///< of each node at its end, by bits
+  std::vector<HistoryRow> history;
 };
 
 /// What a dynamic phase knows of the body's separation.
@@ -56,6 +57,7 @@ struct RunningPhase {
   Separation separation;
   fracture::Releases releases;
   MotionCheckpoint motion;
+  std::vector<HistoryRow> history = {};  ///< so far
 };
 
 /// A sample on its way: its dynamic phases. The quasi-static loading between them is computed again, which

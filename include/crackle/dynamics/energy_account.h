@@ -19,18 +19,28 @@ namespace crackle::dynamics {
 struct LoadState {
   std::vector<double> amplitude;  ///< of each force pattern [N or Pa]
   std::vector<double> position;   ///< its conjugate displacement: sum of weight times displacement [m or m^3]
-  std::vector<double> reaction;   ///< resultant that each prescribed motion exerts, 0 for `fix` [N]
+  std::vector<double> reaction;   ///< resultant that each prescribed motion exerts [N]
   std::vector<double> travel;     ///< displacement of each prescribed motion [m]
 };
 
+/// Whose reactions are measured: those of `fix` do no work, and cost an evaluation of the internal force.
+enum class Reactions { of_motions, all };
+
 /// What "the load" of a body under several conditions is: the largest of the forces that its load conditions
 /// exert and of the reactions of its prescribed motions other than `fix` [N].
-double largest_load(const mechanics::BoundaryLoads& loads, const LoadState& state);
+struct Load {
+  double force = 0;         ///< its magnitude [N]
+  double displacement = 0;  ///< in its direction: of the motion, or the mean over the loaded area [m]
+};
+Load largest_load(const mechanics::BoundaryLoads& loads, const LoadState& state);
 
-/// Collective; equal bits for any number of ranks.
+/// Reactions that are not measured are 0. Collective; equal bits for any number of ranks.
 LoadState measure_loads(const parallel::Communicator& group, const fracture::BreakableBody& body,
                         const mechanics::BoundaryLoads& loads, const parallel::NodeField& displacement,
-                        double time);
+                        double time, Reactions reactions = Reactions::of_motions);
+
+/// Strain energy of an equilibrium, which is linear in its loads [J].
+double strain_energy(const LoadState& state);
 
 /// From the strains of all tetrahedra [J]. Collective; equal bits for any number of ranks.
 /// @param displacement 3 n_local

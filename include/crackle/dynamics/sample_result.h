@@ -2,7 +2,9 @@
 #pragma once
 
 #include "crackle/common/real.h"
+#include "crackle/common/vector.h"
 #include "crackle/fracture/break_record.h"
+#include "crackle/mechanics/tensor.h"
 
 #include <cstdint>
 #include <string>
@@ -20,6 +22,25 @@ struct EnergyRow {
   double released;
   double dissipated;
   std::int64_t broken;  ///< tetrahedra broken so far
+};
+
+/// What a probe shows at one moment.
+struct ProbeValue {
+  Vector displacement{};          ///< [m]
+  Vector velocity{};              ///< [m/s]; 0 in quasi-static loading
+  mechanics::Symmetric stress{};  ///< xx, yy, zz, yz, xz, xy: what the material carries [Pa]
+};
+
+/// One moment of a sample's history: an equilibrium of quasi-static loading, or a moment of a dynamic phase.
+struct HistoryRow {
+  double load_time = 0;          ///< of the load curves [s]
+  std::int32_t phase = 0;        ///< number of the dynamic phase, from 1 on; 0 in quasi-static loading
+  EnergyRow energy{};            ///< its time is that since the start of the dynamic phase
+  double load = 0;               ///< the largest force or reaction of any condition that loads the body [N]
+  double load_displacement = 0;  ///< in its direction [m]
+  std::vector<Vector> force;     ///< that each boundary condition exerts on the body [N]
+  std::vector<Vector> displacement;  ///< mean of each condition's nodes [m]
+  std::vector<ProbeValue> probes;    ///< in the order of the input
 };
 
 /// A picture of the fields during the last dynamic phase; on the group's root only.
@@ -98,6 +119,7 @@ struct SampleResult {
       bridge_releases;                           ///< in the same order; empty with release by elements
   std::vector<fracture::ToothFall> tooth_falls;  ///< in the same order; empty without softening
   std::vector<EnergyRow> energy;
+  std::vector<HistoryRow> history;  ///< of the whole sample, in order
   std::vector<Frame> frames;
   SampleCounts counts;
   SampleTimings timings;

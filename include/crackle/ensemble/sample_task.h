@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/analysis/crack_history.h"
 #include "crackle/common/real.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/ensemble/realization_queue.h"
@@ -30,6 +31,7 @@ struct SampleAnalysis {
   analysis::CrackArms arms;
   std::vector<analysis::SectionCrossing> crossings;  ///< notches x sections
   analysis::SampleSummary summary;
+  analysis::CrackHistory history;
 };
 
 /// What there is of a sample that failed on its way.

@@ -205,6 +205,13 @@ enum class BoundaryKind {
   pressure,      ///< against the outward normal, in value[0] [Pa]
 };
 
+/// By BoundaryKind, as the keys of [[boundary]].
+inline constexpr std::array kind_names{"fix", "force", "traction", "velocity", "displacement", "pressure"};
+
+constexpr const char* name_of(BoundaryKind kind) {
+  return kind_names[index(kind)];
+}
+
 /// One prescribed quantity on a face or on a box region of it.
 ///
 /// The prescribed vector at time t is value + rate t or, with a history, value times the factor that is
@@ -275,8 +282,17 @@ std::string name_of(const Section& section);
 /// How the coordinate of positions along the section is called: "z", "y", and "distance" from a line's start.
 const char* coordinate_of(const Section& section);
 
+/// A place of the body whose state is followed in time.
+struct Probe {
+  std::string name;
+  Vector at{};  ///< [m]
+};
+
 struct Output {
   int frames = 11;
+  /// Time between two rows of the history in dynamic phases [s]; empty: a 200th of the duration ("auto").
+  std::optional<double> history = {};
+  std::vector<Probe> probes = {};
 };
 
 struct Parameters {

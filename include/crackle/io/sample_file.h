@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/analysis/crack_history.h"
 #include "crackle/analysis/crack_line.h"
 #include "crackle/analysis/crack_surface.h"
 #include "crackle/analysis/sample_summary.h"
@@ -37,6 +38,11 @@
 /// | /breaks/... | b | the columns of fracture::Break |
 /// | /ties/... | r | the columns of fracture::BridgeRelease; with release by facets only |
 /// | /energy/... | e | the columns of dynamics::EnergyRow |
+/// | /history/... | h | the columns of dynamics::HistoryRow, and the tables of analysis::CrackHistory |
+/// | /history/conditions/on, kind | c | the input's boundary conditions |
+/// | /history/conditions/force, displacement | h x c x 3 | see dynamics::HistoryRow |
+/// | /history/probes/name, at | p, p x 3 | the input's probes; the group is absent without them |
+/// | /history/probes/displacement, velocity, stress | h x p x 3, 3, 6 | see dynamics::ProbeValue |
 /// | /frames/time, broken | t | see dynamics::Frame |
 /// | /frames/displacement, velocity | t x n x 3 | single precision |
 /// | attributes youngs_modulus [Pa], poisson_ratio of /frames | | what the stress follows from; of broken
@@ -54,7 +60,7 @@
 namespace crackle::io {
 
 /// Raised with every change of what the file holds.
-inline constexpr std::int64_t sample_schema_version = 3;
+inline constexpr std::int64_t sample_schema_version = 4;
 
 /// Of the files, samples' and ensembles', whose results can still be read; no sample continues from them.
 inline constexpr std::int64_t oldest_schema_version = 2;
@@ -76,6 +82,7 @@ struct SampleFileContent {
   const analysis::CrackArms& arms;
   const std::vector<analysis::SectionCrossing>& crossings;  ///< notches x sections
   const analysis::SampleSummary& summary;
+  const analysis::CrackHistory& crack_history;
   int n_ranks = 1;  ///< that computed the sample; for /provenance
 };
 

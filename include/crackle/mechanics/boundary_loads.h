@@ -38,7 +38,9 @@ struct ForcePattern {
   LoadCurve amplitude;              ///< total force [N], or traction [Pa]
   std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
   std::vector<double> weight;       ///< share of the total (adds up to 1 over all ranks), or area [m^2]
-  double total_weight = 0;          ///< over all ranks
+  double total_weight = 0;          ///< of magnitudes, over all ranks
+  double resultant = 0;             ///< of the weights with their signs: force on the body over the amplitude
+  int condition = 0;                ///< index into the input's boundaries
 };
 
 /// Displacement components that follow a curve.
@@ -48,10 +50,17 @@ struct PrescribedMotion {
   bool is_fixed = false;
   LoadCurve curve;
   std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
+  int condition = 0;                ///< index into the input's boundaries
 
   bool never_moves() const { return is_fixed || curve.is_zero(); }
   double displacement(double time) const { return is_velocity ? curve.integral(time) : curve.at(time); }
   double velocity(double time) const { return is_velocity ? curve.at(time) : curve.slope(time); }
+};
+
+/// Where a condition acts: what its mean displacement is taken over.
+struct ConditionNodes {
+  std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
+  std::vector<double> share;        ///< of the loaded area, or of the held nodes; adds up to 1 over all ranks
 };
 
 /// The input's boundary list on one subdomain. A node belongs to a condition when a boundary triangle of a
@@ -59,6 +68,7 @@ struct PrescribedMotion {
 struct BoundaryLoads {
   std::vector<ForcePattern> forces;
   std::vector<PrescribedMotion> motions;
+  std::vector<ConditionNodes> conditions = {};  ///< in the order of the input
 
   /// First time after `time` at which any program's slope changes; infinity when there is none.
   double next_kink(double time) const;

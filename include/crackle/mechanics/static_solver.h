@@ -29,7 +29,7 @@ using HeldComponents = std::vector<std::uint8_t>;  ///< 3 n_local, 1 where presc
 /// What counts as an equilibrium: a residual, in the norm that the preconditioner defines, below both bounds.
 struct Accuracy {
   double of_loads = 1e-10;  ///< over the residual of the body whose free components have not moved
-  /// Over the energy norm of the displacement, so about its relative error in that norm. Prescribed motions
+  /// Over the energy norm of the displacement, near its relative error in that norm. Prescribed motions
   /// that strain one layer of the mesh have a large residual at first, and a little of that can be much.
   double of_displacement = infinity;
 };
@@ -59,8 +59,7 @@ public:
   /// @param force 3 n_owned nodal forces [N]
   /// @return number of iterations
   /// @throws NoEquilibrium on every rank
-  int solve(std::span<const double> force, parallel::NodeField& displacement,
-            const Accuracy& accuracy = {});
+  int solve(std::span<const double> force, parallel::NodeField& displacement, const Accuracy& accuracy = {});
 
   /// What is left of the out-of-balance force after the last solve, over that of the body whose free
   /// components have not moved; both in the preconditioner's norm. Computed from the displacement, not

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/dynamics/energy_account.h"
+#include "crackle/dynamics/probes.h"
+#include "crackle/dynamics/sample_result.h"
+#include "crackle/fracture/breakable_body.h"
+#include "crackle/mechanics/boundary_loads.h"
+#include "crackle/parallel/communicator.h"
+#include "crackle/parallel/node_field.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace crackle::dynamics {
+
+/// Collects the moments of a sample's history. All members are collective unless they say otherwise; the rows
+/// are equal on every rank, and have the same bits for any number of ranks.
+class HistoryRecorder {
+public:
+  /// The references must outlive the object.
+  HistoryRecorder(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                  const mechanics::BoundaryLoads& loads, const EnergyAccount& account,
+                  const std::vector<input::Probe>& probes)
+      : group_(&group), body_(&body), loads_(&loads), account_(&account), probes_(group, body, probes) {}
+
+  /// An equilibrium at this load time; nothing where the last row tells of it already.
+  void record_equilibrium(double load_time, const parallel::NodeField& displacement);
+
+  /// A moment of a dynamic phase.
+  /// @param phase its number, from 1 on
+  /// @param load_time at the start of the phase [s]
+  /// @param energy then
+  /// @param displacement with ghosts up to date
+  void record_motion(std::int32_t phase, double load_time, const EnergyRow& energy,
+                     const parallel::NodeField& displacement, const parallel::NodeField& velocity);
+
+  /// Goes on behind rows of an earlier run. Local.
+  void append(std::span<const HistoryRow> rows) { rows_.insert(rows_.end(), rows.begin(), rows.end()); }
+
+  /// Local.
+  const std::vector<HistoryRow>& rows() const { return rows_; }
+  /// Those of the dynamic phase that the last row is of; none after an equilibrium. Local.
+  std::vector<HistoryRow> rows_of_phase(std::int32_t phase) const;
+
+private:
+  void add(HistoryRow row, const LoadState& state, const parallel::NodeField& displacement,
+           const parallel::NodeField* velocity);
+
+  const parallel::Communicator* group_;
+  const fracture::BreakableBody* body_;
+  const mechanics::BoundaryLoads* loads_;
+  const EnergyAccount* account_;
+  Probes probes_;
+  std::vector<HistoryRow> rows_;
+};
+
+}  // namespace crackle::dynamics

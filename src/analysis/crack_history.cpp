@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/crack_history.h"
+
+#include "crackle/analysis/crack_path.h"
+#include "crackle/common/index.h"
+#include "crackle/common/real.h"
+
+#include "crossings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <span>
+#include <utility>
+
+namespace crackle::analysis {
+
+namespace {
+
+/// A tetrahedron's end: when it broke, and what it has released by then.
+struct Release {
+  double time;
+  double energy;  // [J]
+};
+
+/// The course of a tip along a crack line.
+class TipCourse {
+public:
+  TipCourse() = default;
+  TipCourse(const CrackLine& line, double spacing) {
+    double length = 0;
+    for (std::size_t i = 0; i < line.points.size(); ++i) {
+      const LinePoint& point = line.points[i];
+      if (i > 0) length += std::hypot(point.y - line.points[i - 1].y, point.z - line.points[i - 1].z);
+      place_.push_back(length);
+      time_.push_back(point.time);
+    }
+    reached_ = time_;
+    for (std::size_t i = reached_.size(); i-- > 1;) reached_[i - 1] = std::min(reached_[i - 1], reached_[i]);
+    window_ = std::max(speed_window_share * length, speed_window_spacings * spacing);
+  }
+
+  double length() const { return place_.empty() ? 0 : place_.back(); }
+  double window() const { return window_; }
+
+  /// Of the tip at a time.
+  double place_at(double time) const {
+    if (place_.empty() || time < reached_.front()) return 0;
+    const auto next = std::ranges::upper_bound(reached_, time) - reached_.begin();
+    if (next == std::ssize(reached_)) return place_.back();
+    const double start = reached_[index(next - 1)], end = reached_[index(next)];
+    return std::lerp(place_[index(next - 1)], place_[index(next)], (time - start) / (end - start));
+  }
+
+  /// When the tip has come to a place.
+  double time_at(double place) const {
+    const auto next = std::ranges::lower_bound(place_, place) - place_.begin();
+    if (next == 0) return reached_.front();
+    if (next == std::ssize(place_)) return reached_.back();
+    const double share = (place - place_[index(next - 1)]) / (place_[index(next)] - place_[index(next - 1)]);
+    return std::lerp(reached_[index(next - 1)], reached_[index(next)], share);
+  }
+
+  /// Whether the tip is under way in the dynamic phase.
+  bool runs_at(double time) const {
+    return place_.size() > 1 && time > std::max(0.0, reached_.front()) && time < reached_.back();
+  }
+
+  /// The window round a place.
+  std::pair<double, double> window_at(double place) const {
+    return {std::max(0.0, place - window_ / 2), std::min(length(), place + window_ / 2)};
+  }
+
+  /// Over the part of the window that the tip passed in the dynamic phase.
+  double speed_at(double place) const {
+    const auto [from, to] = window_at(place);
+    double n = 0, s = 0, t = 0, ss = 0, st = 0;
+    for (std::size_t i = 0; i < place_.size(); ++i) {
+      if (place_[i] < from || place_[i] > to || reached_[i] <= 0) continue;
+      const double x = place_[i] - place, y = time_[i];
+      n += 1;
+      s += x;
+      t += y;
+      ss += x * x;
+      st += x * y;
+    }
+    const double slowness = (n * st - s * t) / (n * ss - s * s);
+    return n > 2 && slowness > 0 ? 1 / slowness : not_a_number;
+  }
+
+private:
+  std::vector<double> place_;    // along the line [m]
+  std::vector<double> time_;     // at which the crack opened there [s]
+  std::vector<double> reached_;  // at which it has opened there or farther on; ascending
+  double window_ = 0;
+};
+
+/// The longest line of each crack start.
+std::vector<TipCourse> tip_courses(const geometry::Body& body, const CrackSurface& surface,
+                                   const std::vector<CrackLine>& lines) {
+  std::vector<TipCourse> courses(body.crack_starts().size());
+  for (const CrackLine& line : lines) {
+    if (line.notch < 0 || line.parent >= 0 || index(line.notch) >= courses.size()) continue;
+    TipCourse course(line, mean_spacing(surface, facets_from(surface, line.notch)));
+    TipCourse& longest = courses[index(line.notch)];
+    if (course.length() > longest.length()) longest = std::move(course);
+  }
+  return courses;
+}
+
+/// What the tetrahedra of each start's cracks released, in order of breaking. A facet's time is that of its
+/// tetrahedron.
+std::vector<std::vector<Release>> releases_of(const CrackSurface& surface, std::size_t n_starts,
+                                              const dynamics::SampleResult& result) {
+  std::map<std::int64_t, double> energy;
+  const auto add = [&](const auto& records) {
+    for (const auto& record : records) energy[record.tetrahedron] += record.released_energy;
+  };
+  add(result.breaks);
+  add(result.bridge_releases);
+  add(result.tooth_falls);
+  std::vector<std::vector<Release>> releases(n_starts);
+  for (const CrackFacet& facet : surface.facets) {
+    const auto found = energy.find(facet.tetrahedron);
+    const auto notch = surface.cracks[index(facet.crack)].notch;
+    if (found == energy.end() || notch < 0) continue;
+    releases[index(notch)].push_back({facet.time, found->second});
+    energy.erase(found);
+  }
+  return releases;
+}
+
+double released_between(std::span<const Release> releases, double from, double to) {
+  double sum = 0;
+  for (const Release& release : releases)
+    if (release.time > from && release.time <= to) sum += release.energy;
+  return sum;
+}
+
+}  // namespace
+
+CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surface,
+                           const std::vector<CrackLine>& lines, const dynamics::SampleResult& result) {
+  CrackHistory history;
+  const std::size_t n_starts = history.n_starts = body.crack_starts().size();
+  const std::vector<TipCourse> courses = tip_courses(body, surface, lines);
+  const auto releases = releases_of(surface, n_starts, result);
+  std::vector<double> area(n_starts, 0.0);
+  std::size_t facet = 0, n_open = 0;
+  for (const dynamics::HistoryRow& row : result.history) {
+    // Facets are in order of breaking, several of each tetrahedron.
+    for (; facet < surface.facets.size(); ++facet) {
+      const bool is_next =
+          facet == 0 || surface.facets[facet].tetrahedron != surface.facets[facet - 1].tetrahedron;
+      if (is_next && n_open == index(row.energy.broken)) break;
+      if (is_next) ++n_open;
+      const auto notch = surface.cracks[index(surface.facets[facet].crack)].notch;
+      if (notch >= 0) area[index(notch)] += surface.facets[facet].area;
+    }
+    // As facets' times are counted.
+    const double time = row.phase > 0 && row.phase == result.counts.dynamic_phases
+                            ? row.energy.time
+                            : row.load_time - result.phase_start;
+    const bool is_dynamic = row.phase > 0 && row.phase == result.counts.dynamic_phases;
+    for (std::size_t k = 0; k < n_starts; ++k) {
+      const TipCourse& course = courses[k];
+      const double place = area[k] > 0 ? course.place_at(time) : 0;
+      const bool runs = is_dynamic && course.runs_at(time);
+      const auto [from, to] = course.window_at(place);
+      history.area.push_back(area[k]);
+      history.length.push_back(place);
+      history.speed.push_back(runs ? course.speed_at(place) : not_a_number);
+      history.release_rate.push_back(
+          runs ? released_between(releases[k], course.time_at(from), course.time_at(to)) /
+                     ((to - from) * body.size()[0])
+               : not_a_number);
+    }
+  }
+  return history;
+}
+
+}  // namespace crackle::analysis

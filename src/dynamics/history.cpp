@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/dynamics/history.h"
+
+#include "crackle/common/index.h"
+#include "crackle/parallel/exact_sum.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace crackle::dynamics {
+
+namespace {
+
+/// Mean displacement of a condition's nodes. Collective.
+Vector mean_displacement(const parallel::Communicator& group, const mechanics::ConditionNodes& condition,
+                         std::span<const double> displacement) {
+  Vector mean{};
+  std::vector<double> terms;
+  for (int c = 0; c < 3; ++c) {
+    terms.clear();
+    for (std::size_t n = 0; n < condition.nodes.size(); ++n)
+      terms.push_back(condition.share[n] * displacement[index(condition.nodes[n], c)]);
+    mean[index(c)] = parallel::exact_sum(group, terms);
+  }
+  return mean;
+}
+
+}  // namespace
+
+void HistoryRecorder::record_equilibrium(double load_time, const parallel::NodeField& displacement) {
+  const LoadState state = measure_loads(*group_, *body_, *loads_, displacement, load_time, Reactions::all);
+  HistoryRow row;
+  row.load_time = load_time;
+  row.energy = account_->row(0, 0, strain_energy(state), 0);
+  const auto is_told = [&](const HistoryRow& last) {
+    return last.phase == 0 && last.load_time == load_time && last.energy.external == row.energy.external &&
+           last.energy.broken == row.energy.broken;
+  };
+  if (!rows_.empty() && is_told(rows_.back())) return;
+  add(std::move(row), state, displacement, nullptr);
+}
+
+void HistoryRecorder::record_motion(std::int32_t phase, double load_time, const EnergyRow& energy,
+                                    const parallel::NodeField& displacement,
+                                    const parallel::NodeField& velocity) {
+  HistoryRow row;
+  row.load_time = load_time + energy.time;
+  row.phase = phase;
+  row.energy = energy;
+  const LoadState state =
+      measure_loads(*group_, *body_, *loads_, displacement, row.load_time, Reactions::all);
+  add(std::move(row), state, displacement, &velocity);
+}
+
+std::vector<HistoryRow> HistoryRecorder::rows_of_phase(std::int32_t phase) const {
+  std::vector<HistoryRow> rows;
+  std::ranges::copy_if(rows_, std::back_inserter(rows),
+                       [&](const HistoryRow& row) { return row.phase == phase; });
+  return rows;
+}
+
+void HistoryRecorder::add(HistoryRow row, const LoadState& state, const parallel::NodeField& displacement,
+                          const parallel::NodeField* velocity) {
+  const Load load = largest_load(*loads_, state);
+  row.load = load.force;
+  row.load_displacement = load.displacement;
+  row.force.resize(loads_->conditions.size());
+  for (std::size_t k = 0; k < loads_->forces.size(); ++k) {
+    const auto& pattern = loads_->forces[k];
+    row.force[index(pattern.condition)][index(pattern.component)] = state.amplitude[k] * pattern.resultant;
+  }
+  for (std::size_t m = 0; m < loads_->motions.size(); ++m) {
+    const auto& motion = loads_->motions[m];
+    row.force[index(motion.condition)][index(motion.component)] = state.reaction[m];
+  }
+  for (const auto& condition : loads_->conditions)
+    row.displacement.push_back(mean_displacement(*group_, condition, displacement.local()));
+  row.probes = probes_.read(displacement, velocity);
+  rows_.push_back(std::move(row));
+}
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "hdf5.h"
+#include "result_attributes.h"
+
+#include <functional>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace crackle::io {
+
+/// The extents of fixed-size arrays within each other; none of a number.
+template <class Value>
+void add_extents(hdf5::Shape& shape) {
+  if constexpr (!std::is_arithmetic_v<Value>) {
+    shape.push_back(std::tuple_size_v<Value>);
+    add_extents<typename Value::value_type>(shape);
+  }
+}
+
+/// Writes one column of a table: what `value_of` gives of every row, a number or an array.
+template <class Value, class Row, class Of>
+void write_column(hid_t group, const std::string& name, const std::vector<Row>& rows, Of value_of,
+                  const std::string& units = "", const std::string& meaning = "") {
+  std::vector<Value> column;
+  for (const Row& row : rows) hdf5::flatten(std::invoke(value_of, row), column);
+  hdf5::Shape shape{rows.size()};
+  add_extents<std::remove_cvref_t<std::invoke_result_t<Of, const Row&>>>(shape);
+  hdf5::write_dataset<Value>(group, name, shape, column, units, hdf5::Storage::compressed);
+  if (!meaning.empty()) describe_dataset(group, name, meaning);
+}
+
+}  // namespace crackle::io
