@@ -27,8 +27,9 @@ struct Release {
 class TipCourse {
 public:
   TipCourse() = default;
-  TipCourse(const CrackLine& line, double spacing) {
-    double length = 0;
+  /// @param first from the crack start to the line's first point [m]
+  TipCourse(const CrackLine& line, double first, double spacing) {
+    double length = first;
     for (std::size_t i = 0; i < line.points.size(); ++i) {
       const LinePoint& point = line.points[i];
       if (i > 0) length += std::hypot(point.y - line.points[i - 1].y, point.z - line.points[i - 1].z);
@@ -37,7 +38,7 @@ public:
     }
     reached_ = time_;
     for (std::size_t i = reached_.size(); i-- > 1;) reached_[i - 1] = std::min(reached_[i - 1], reached_[i]);
-    window_ = std::max(speed_window_share * length, speed_window_spacings * spacing);
+    window_ = std::max(speed_window_share * (length - first), speed_window_spacings * spacing);
   }
 
   double length() const { return place_.empty() ? 0 : place_.back(); }
@@ -101,7 +102,11 @@ std::vector<TipCourse> tip_courses(const geometry::Body& body, const CrackSurfac
   std::vector<TipCourse> courses(body.crack_starts().size());
   for (const CrackLine& line : lines) {
     if (line.notch < 0 || line.parent >= 0 || index(line.notch) >= courses.size()) continue;
-    TipCourse course(line, mean_spacing(surface, facets_from(surface, line.notch)));
+    const geometry::CrackStart& start = body.crack_starts()[index(line.notch)];
+    const double first = start.is_straight && !line.points.empty()
+                             ? std::hypot(line.points[0].y - start.tip[1], line.points[0].z - start.tip[2])
+                             : 0;
+    TipCourse course(line, first, mean_spacing(surface, facets_from(surface, line.notch)));
     TipCourse& longest = courses[index(line.notch)];
     if (course.length() > longest.length()) longest = std::move(course);
   }
@@ -157,11 +162,9 @@ CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surfa
       const auto notch = surface.cracks[index(surface.facets[facet].crack)].notch;
       if (notch >= 0) area[index(notch)] += surface.facets[facet].area;
     }
-    // As facets' times are counted.
-    const double time = row.phase > 0 && row.phase == result.counts.dynamic_phases
-                            ? row.energy.time
-                            : row.load_time - result.phase_start;
     const bool is_dynamic = row.phase > 0 && row.phase == result.counts.dynamic_phases;
+    // As facets' times are counted.
+    const double time = is_dynamic ? row.energy.time : row.load_time - result.phase_start;
     for (std::size_t k = 0; k < n_starts; ++k) {
       const TipCourse& course = courses[k];
       const double place = area[k] > 0 ? course.place_at(time) : 0;
@@ -169,11 +172,12 @@ CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surfa
       const auto [from, to] = course.window_at(place);
       history.area.push_back(area[k]);
       history.length.push_back(place);
-      history.speed.push_back(runs ? course.speed_at(place) : not_a_number);
+      const double speed = runs ? course.speed_at(place) : not_a_number;
+      history.speed.push_back(speed);
       history.release_rate.push_back(
-          runs ? released_between(releases[k], course.time_at(from), course.time_at(to)) /
-                     ((to - from) * body.size()[0])
-               : not_a_number);
+          speed > 0 ? released_between(releases[k], course.time_at(from), course.time_at(to)) /
+                          ((to - from) * body.size()[0])
+                    : not_a_number);
     }
   }
   return history;

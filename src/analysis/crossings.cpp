@@ -43,6 +43,7 @@ struct Integrals {
   double first = 0;
   double second = 0;
   double time = 0;
+  double dynamic_time = 0;  // with 0 for what was open before the last dynamic phase
 };
 
 Integrals integrate(std::span<const Trace> traces, std::span<const std::size_t> members) {
@@ -71,6 +72,7 @@ Integrals integrate(std::span<const Trace> traces, std::span<const std::size_t> 
     const double rise = slope / n * length;
     integrals.length += length;
     integrals.time += time * length;
+    integrals.dynamic_time += std::max(0.0, time) * length;
     integrals.first += value * length;
     integrals.second += (value * value + rise * rise / 12) * length;
   }
@@ -201,7 +203,7 @@ std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thic
       parts.push_back({{traces[members.front()].across[0] + mean, share, number},
                        std::sqrt(variance),
                        traces[group_members.front()].time,
-                       found.time / found.length});
+                       (found.dynamic_time > 0 ? found.dynamic_time : found.time) / found.length});
       largest[number] = std::max(largest[number], share);
     }
   }

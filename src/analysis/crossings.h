@@ -53,7 +53,9 @@ struct Crossing {
   double mean;     ///< over the covered x of the mean of the traces that lie over each other there [m]
   double spread;   ///< standard deviation of that mean over the covered x [m]
   double time;     ///< at which the first facet of its group opened [s]
-  double arrival;  ///< over the covered x the mean of when the first trace there opened [s]
+  /// Over the covered x the mean of when the first trace there opened; where some of them opened in the last
+  /// dynamic phase, those from before it count as from its start [s].
+  double arrival;
   std::vector<ArmCrossing> arms;  ///< all separate crossings, ascending
 };
 

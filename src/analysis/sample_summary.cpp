@@ -20,6 +20,10 @@ namespace crackle::analysis {
 
 namespace {
 
+/// The peak is where the load first comes this near to its largest value: a force that is prescribed goes on
+/// while the body breaks.
+constexpr double peak_share = 0.999;
+
 double traced_length(const std::vector<CrackLine>& lines) {
   double length = 0;
   for (const CrackLine& line : lines)
@@ -68,8 +72,10 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.onset_time = result.onset_time;
   row.onset_force = result.onset_force;
   if (!result.history.empty()) {
-    const auto peak = std::ranges::max_element(result.history, {}, &dynamics::HistoryRow::load);
-    row.peak_load = peak->load;
+    using dynamics::HistoryRow;
+    row.peak_load = std::ranges::max_element(result.history, {}, &HistoryRow::load)->load;
+    const auto peak = std::ranges::find_if(
+        result.history, [&](const HistoryRow& moment) { return moment.load >= peak_share * row.peak_load; });
     row.displacement_at_peak = peak->load_displacement;
     row.work_of_fracture = result.history.back().energy.external;
   }

@@ -38,6 +38,8 @@ input::Parameters torn_bar() {
   parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::traction, {}, {0, 3e6, 22e6}));
   parameters.boundaries.back().rate = {0, 0, 1e11};
   parameters.output.frames = 4;
+  parameters.output.history = 1.3e-7;
+  parameters.output.probes = {{"middle", {1e-3, 2.1e-3, 6.2e-3}}};
   return parameters;
 }
 

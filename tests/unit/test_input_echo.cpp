@@ -82,7 +82,8 @@ std::vector<InputTable> full_tables() {
           {"[sections]", {{"y", R"(["7 mm", "9 mm", "12.25 mm"])"}, {"z", R"(["11.5 mm", "30 mm"])"}}},
           {"[[sections.line]]", {{"from", R"(["10 mm", "60 mm"])"}, {"to", R"(["14.5 mm", "-1 mm"])"}}},
           {"[[sections.line]]", {{"from", R"(["2 mm", "3 mm"])"}, {"to", R"(["2 mm", "9 mm"])"}}},
-          {"[output]", {{"frames", "3"}}}};
+          {"[output]", {{"frames", "3"}, {"history", R"("0.25 us")"}}},
+          {"[[output.probe]]", {{"name", R"("gauge A")"}, {"at", R"(["2.5 mm", "12 mm", "40 mm"])"}}}};
 }
 
 /// Plates with an outline, with every key that a box has not.

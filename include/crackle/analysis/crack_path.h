@@ -54,7 +54,7 @@ struct SectionCrossing {
   double position;  ///< through-thickness mean of the main crossing [m]; NaN where the crack did not arrive
   double spread;    ///< standard deviation of the position through the thickness [m]; NaN likewise
   /// Through-thickness mean of when the crack opened there first, since the onset of the last dynamic phase
-  /// [s]; NaN likewise.
+  /// [s]; NaN likewise. Where it opened in that phase, what was open before counts as from the onset.
   double arrival;
   std::vector<ArmCrossing> arms;  ///< the separate crossings, in ascending order of their positions
 };

@@ -22,6 +22,7 @@ struct EnergyRow {
   double released;
   double dissipated;
   std::int64_t broken;  ///< tetrahedra broken so far
+  bool operator==(const EnergyRow&) const = default;
 };
 
 /// What a probe shows at one moment.
@@ -29,6 +30,7 @@ struct ProbeValue {
   Vector displacement{};          ///< [m]
   Vector velocity{};              ///< [m/s]; 0 in quasi-static loading
   mechanics::Symmetric stress{};  ///< xx, yy, zz, yz, xz, xy: what the material carries [Pa]
+  bool operator==(const ProbeValue&) const = default;
 };
 
 /// One moment of a sample's history: an equilibrium of quasi-static loading, or a moment of a dynamic phase.
@@ -41,6 +43,7 @@ struct HistoryRow {
   std::vector<Vector> force;     ///< that each boundary condition exerts on the body [N]
   std::vector<Vector> displacement;  ///< mean of each condition's nodes [m]
   std::vector<ProbeValue> probes;    ///< in the order of the input
+  bool operator==(const HistoryRow&) const = default;
 };
 
 /// A picture of the fields during the last dynamic phase; on the group's root only.

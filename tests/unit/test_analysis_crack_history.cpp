@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/crack_history.h"
+
+#include "support/structured_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <vector>
+
+namespace crackle::analysis {
+namespace {
+
+using geometry::Point;
+using test::StructuredMesh;
+
+constexpr double thickness = 4, energy = 0.3;  // of each tetrahedron [J]
+
+/// A plate 40 wide with a notch 4 deep at each side, and cracks from there.
+class Histories : public testing::Test {
+protected:
+  CrackHistory history(const std::function<double(const Point&)>& time, double last,
+                       std::int32_t n_phases = 1) {
+    result.breaks = mesh.break_between([](const Point& p) { return p[2] > 8.5 ? 1 : 0; }, time);
+    for (auto& broken : result.breaks) broken.released_energy = energy;
+    result.phase_start = 0;
+    result.counts.dynamic_phases = n_phases;
+    for (int i = 0; i <= 20; ++i) {
+      dynamics::HistoryRow row;
+      row.phase = n_phases;
+      row.load_time = row.energy.time = last * i / 20;
+      for (const auto& broken : result.breaks)
+        row.energy.broken += broken.load_time + broken.phase_time <= row.load_time;
+      result.history.push_back(row);
+    }
+    surface = make_crack_surface(mesh.body(), mesh.realization(), result.breaks, 0);
+    return crack_history(mesh.body(), surface, crack_lines(mesh.body(), surface), result);
+  }
+
+  StructuredMesh mesh{
+      {{thickness, 40, 36}, {{input::Face::y_min, 8.5, 4, 1}, {input::Face::y_max, 27.5, 4, 1}}}};
+  dynamics::SampleResult result;
+  CrackSurface surface;
+};
+
+TEST_F(Histories, OfASteadyCrackGrowLinearlyAtItsSpeedAndToughness) {
+  const double speed = 500;
+  const auto found =
+      history([&](const Point& p) { return p[1] > 4 && p[1] < 34 ? (p[1] - 4) / speed : -1; }, 0.06);
+  ASSERT_EQ(found.n_starts, 2U);
+  ASSERT_EQ(found.length.size(), 42U);
+  const double released = energy * static_cast<double>(result.breaks.size());
+  for (std::size_t i = 2; i < 19; ++i) {
+    const double time = result.history[i].energy.time;
+    std::printf("%5.1f ms: length %.2f of %.2f m, %.1f m/s, %.3f J/m^2\n", 1e3 * time, found.length[2 * i],
+                speed * time, found.speed[2 * i], found.release_rate[2 * i]);
+    EXPECT_NEAR(found.length[2 * i], speed * time, 1.2);
+    EXPECT_NEAR(found.speed[2 * i], speed, 0.1 * speed);
+    // The crack's first and last spacings have less of a window.
+    if (i > 4 && i < 17) {
+      EXPECT_NEAR(found.release_rate[2 * i], released / (30 * thickness), 0.12 * released / (30 * thickness));
+    }
+    EXPECT_EQ(found.length[2 * i + 1], 0);
+    EXPECT_EQ(found.area[2 * i + 1], 0);
+    EXPECT_TRUE(std::isnan(found.speed[2 * i + 1]));
+    EXPECT_GE(found.area[2 * i], found.area[2 * i - 2]);
+  }
+  EXPECT_EQ(found.area[40], surface.area());
+}
+
+TEST_F(Histories, FollowTheSpeedOfATipThatSlowsDown) {
+  // 600 m/s over the first half of the way, 200 m/s over the second.
+  const auto arrival = [](double y) { return y < 19 ? (y - 4) / 600 : 15.0 / 600 + (y - 19) / 200; };
+  const auto found = history([&](const Point& p) { return p[1] > 4 && p[1] < 34 ? arrival(p[1]) : -1; }, 0.1);
+  const auto speed_at = [&](double time) {
+    return found.speed[2 * static_cast<std::size_t>(std::lround(time / 0.005))];
+  };
+  std::printf("%.0f m/s where it is 600, %.0f m/s where it is 200\n", speed_at(0.015), speed_at(0.065));
+  EXPECT_NEAR(speed_at(0.015), 600, 60);
+  EXPECT_NEAR(speed_at(0.065), 200, 20);
+}
+
+TEST_F(Histories, OfAnEarlierPhaseHaveLengthButNoSpeed) {
+  auto found = history([&](const Point& p) { return p[1] > 4 && p[1] < 34 ? (p[1] - 4) / 500 : -1; }, 0.06);
+  for (auto& row : result.history) row.phase = 0;
+  found = crack_history(mesh.body(), surface, crack_lines(mesh.body(), surface), result);
+  EXPECT_GT(found.length[30], 10);
+  for (const double speed : found.speed) EXPECT_TRUE(std::isnan(speed));
+}
+
+}  // namespace
+}  // namespace crackle::analysis
