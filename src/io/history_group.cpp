@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "history_group.h"
 
+#include "crackle/mechanics/elasticity.h"
+
 #include "columns.h"
 
 #include <fmt/format.h>
@@ -110,6 +112,7 @@ void write_history(hid_t file, const input::Parameters& parameters, const std::v
       group, "broken", rows, [](const HistoryRow& row) { return row.energy.broken; }, "",
       "tetrahedra broken so far");
   if (cracks.n_starts > 0) write_cracks(group, cracks, rows.size());
+  hdf5::write_attribute(group, "rayleigh_speed", mechanics::rayleigh_speed(parameters.material));
   write_conditions(group, parameters.boundaries, rows);
   if (!parameters.output.probes.empty()) write_probes(group, parameters.output.probes, rows);
 }

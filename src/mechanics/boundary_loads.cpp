@@ -93,6 +93,7 @@ LoadedFace loaded_face(const parallel::Communicator& group, const input::Boundar
 
 /// Equal shares for all nodes of a condition. Collective.
 ConditionNodes equal_shares(const parallel::Communicator& group, const std::vector<std::int32_t>& nodes) {
+  parallel::agree(group);
   const auto n = parallel::all_reduce<std::int64_t>(group, std::ssize(nodes), MPI_SUM);
   return {nodes, std::vector<double>(nodes.size(), 1 / static_cast<double>(n))};
 }

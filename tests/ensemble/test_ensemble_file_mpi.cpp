@@ -225,6 +225,7 @@ TEST_F(EnsembleFile, EnsembleWithoutNotchesOrSections) {
   for (SampleSummary& row : rows) {
     row.position.clear();
     row.z_spread.clear();
+    row.arrival_time.clear();
     row.branches.clear();
     row.leading_notch = -1;
   }

@@ -123,18 +123,21 @@ TEST_F(HistoryOfABar, FollowsAWave) {
   EXPECT_LT(worst_displacement, 0.003);
   EXPECT_LT(worst_stress, 0.01);
   EXPECT_LT(worst_reaction, 0.03);
-  EXPECT_NEAR(static_cast<double>(result.history.size()), 61, 2);
+  // The interval is a whole number of steps.
+  EXPECT_NEAR(static_cast<double>(result.history.size()), 61, 5);
 }
 
 TEST_F(HistoryOfABar, TellsEveryPhaseAndTheLoadBetween) {
   add(Face::z_min, BoundaryKind::fix, {true, true, true}, 0, 0);
   add(Face::z_max, BoundaryKind::force, {}, 0, 10);
-  parameters.specimen.size[2] = 0.012;
+  parameters.specimen.size = {0.002, 0.004, 0.012};
   n_cells = 12;
-  parameters.material = test::epoxy();
   parameters.output.probes.clear();
+  parameters.material = test::epoxy();
   parameters.fracture.impulse = 1e5;
-  parameters.time.arrest = 2.5e-6;
+  // A first phase in which nothing breaks.
+  parameters.time.start = input::Start::equilibrium;
+  parameters.time.arrest = 1.5e-6;
   const SampleResult result = run();
   std::int32_t last = 0;
   for (std::size_t i = 1; i < result.history.size(); ++i) {
@@ -145,7 +148,7 @@ TEST_F(HistoryOfABar, TellsEveryPhaseAndTheLoadBetween) {
     last = std::max(last, row.phase);
   }
   std::printf("%zu rows, %d dynamic phases\n", result.history.size(), last);
-  EXPECT_GT(last, 1) << "or the test says nothing";
+  EXPECT_EQ(last, 2);
   EXPECT_EQ(last, result.counts.dynamic_phases);
 }
 

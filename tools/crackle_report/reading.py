@@ -17,7 +17,7 @@ import numpy as np  # noqa: E402
 from .mesh import Mesh  # noqa: E402
 from .plate import Plate  # noqa: E402
 from .program import ResultsError, statistics_of  # noqa: E402
-from .results import (DONE, CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Forks, Frames, Paths, Ranks,  # noqa: E402
+from .results import (DONE, CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Forks, Frames, History, Paths, Ranks,  # noqa: E402
                       Result, Samples, Share, Statistics, Turn)
 from .stress import ALL_EDGES, CROSSED_EDGES  # noqa: E402
 
@@ -62,7 +62,8 @@ def _samples(document: dict[str, Any], n: int) -> Samples:
     results = tuple(_result(one) for one in document["results"])
     return Samples(np.array(rows["status"][:n], int), rows["error"][:n], results,
                    {result.name: _numbers(rows[result.name][:n]) for result in results},
-                   np.array(document["crack_path"]["position"][:n], float), np.array(rows["wall_time"][:n], float))
+                   np.array(document["crack_path"]["position"][:n], float),
+                   np.array(document["crack_path"]["arrival_time"][:n], float), np.array(rows["wall_time"][:n], float))
 
 
 def _result(found: dict[str, Any]) -> Result:
@@ -113,6 +114,10 @@ class SampleFiles:
 
     def energy(self, sample: int) -> Optional[Energy]:
         return self._read(sample, _read_energy)
+
+    def history(self, sample: int) -> Optional[History]:
+        """None also of files of version 3 and before."""
+        return self._read(sample, _read_history)
 
     def frames(self, sample: int) -> Optional[Frames]:
         return self._read(sample, _read_frames)
@@ -178,6 +183,14 @@ def _has_contact(input_text: str) -> bool:
 
 def _read_energy(root: h5py.File) -> Energy:
     return Energy(**{name: root["energy"][name][...] for name in Energy.__dataclass_fields__})
+
+
+def _read_history(root: h5py.File) -> History | None:
+    if "history" not in root:
+        return None
+    group = root["history"]
+    names = [name for name in History.__dataclass_fields__ if name != "rayleigh_speed"]
+    return History(*(group[name][...] for name in names), float(group.attrs["rayleigh_speed"]))
 
 
 def _read_frames(root: h5py.File) -> Frames:

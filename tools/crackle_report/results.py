@@ -63,6 +63,27 @@ class Energy:
 
 
 @dataclass(frozen=True)
+class History:
+    """Moments of a whole sample: equilibria of quasi-static loading and outputs of its dynamic phases."""
+
+    load_time: np.ndarray  # [s]
+    phase: np.ndarray  # number of the dynamic phase; 0 in quasi-static loading
+    phase_time: np.ndarray  # since the start of the dynamic phase [s]
+    load: np.ndarray  # the largest force or reaction of any condition that loads the body [N]
+    load_displacement: np.ndarray  # where it acts, in its direction [m]
+    crack_area: np.ndarray  # moments x crack starts [m^2]
+    crack_length: np.ndarray  # likewise [m]
+    tip_speed: np.ndarray  # likewise [m/s]; NaN where no tip runs
+    energy_release_rate: np.ndarray  # likewise [J/m^2]
+    rayleigh_speed: float  # [m/s]
+
+    @property
+    def in_last_phase(self) -> np.ndarray:
+        """Which moments are of the last dynamic phase."""
+        return (self.phase == self.phase.max(initial=0)) & (self.phase > 0)
+
+
+@dataclass(frozen=True)
 class Frames:
     """A sample's fields at some times of the last dynamic phase, and what their stress follows from."""
 
@@ -112,6 +133,7 @@ class Samples:
     results: tuple[Result, ...]  # in the order of tables; those that the files hold
     numbers: dict[str, np.ndarray]  # of each result, in SI units
     position: np.ndarray  # along the sections; samples x notches x sections [m]
+    arrival: np.ndarray  # when the crack came there, since onset; likewise [s]; NaN where it is not known
     wall_time: np.ndarray  # that each sample took [s]
 
     def __getattr__(self, name: str) -> np.ndarray:

@@ -38,7 +38,8 @@
 /// | /breaks/... | b | the columns of fracture::Break |
 /// | /ties/... | r | the columns of fracture::BridgeRelease; with release by facets only |
 /// | /energy/... | e | the columns of dynamics::EnergyRow |
-/// | /history/... | h | the columns of dynamics::HistoryRow, and the tables of analysis::CrackHistory |
+/// | /history/... | h | the columns of dynamics::HistoryRow, and the tables of analysis::CrackHistory; attribute
+/// rayleigh_speed [m/s] |
 /// | /history/conditions/on, kind | c | the input's boundary conditions |
 /// | /history/conditions/force, displacement | h x c x 3 | see dynamics::HistoryRow |
 /// | /history/probes/name, at | p, p x 3 | the input's probes; the group is absent without them |

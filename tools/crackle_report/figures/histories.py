@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Load over displacement or time, growth and speed of the cracks, and when they arrive at the sections."""
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+
+from .. import style
+from ..choosing import samples_in_detail
+from ..options import Options
+from ..results import Ensemble, History
+from .picture import Picture, Section
+
+BAND = (10, 90)  # per cent of the samples
+BAND_POINTS = 200
+MIN_BAND = 4  # samples from which on a band is drawn
+
+
+def section(ensemble: Ensemble, options: Options) -> Section | None:
+    histories = {int(i): ensemble.files.history(int(i)) for i in ensemble.done}
+    histories = {i: history for i, history in histories.items() if history is not None and history.load.size > 1}
+    if not histories:
+        return None
+    detailed = [i for i in options.samples or samples_in_detail(ensemble) if i in histories]
+    result = Section("Load, cracks and time", _explain(histories))
+    result.pictures.append(Picture("load", "Load of all samples over " + _abscissa(histories)[0], _load(histories, detailed)))
+    if any(history.in_last_phase.any() for history in histories.values()):
+        result.pictures.append(Picture("crack-speed", "Crack length and tip speed over time",
+                                       _growth(ensemble, histories, detailed)))
+    if np.isfinite(ensemble.samples.arrival[ensemble.done]).any():
+        result.pictures.append(Picture("arrival", "When the cracks arrive at the sections", _arrivals(ensemble)))
+    return result
+
+
+def _explain(histories: dict[int, History]) -> str:
+    words = ["The load is the largest force or reaction of any boundary condition, its displacement that of the place where it "
+             "acts. Grey lines are all samples, coloured ones those shown in detail;"
+             f" where there are {MIN_BAND} samples or more, the black line is their median and the band holds {BAND[1] - BAND[0]} % of them."]
+    if _is_quasi_static(histories):
+        words.append("While the load grows slowly the picture has its equilibria; the last dynamic phase then runs at an almost "
+                     "unchanged load or displacement.")
+    words.append("A crack's length is that along its longest line, a tip's speed the through-thickness mean over a tenth of "
+                 "that line.")
+    return " ".join(words)
+
+
+def _is_quasi_static(histories: dict[int, History]) -> bool:
+    return any((history.phase == 0).any() for history in histories.values())
+
+
+def _abscissa(histories: dict[int, History]) -> tuple[str, str]:
+    return ("displacement", "displacement [mm]") if _is_quasi_static(histories) else ("time", "time [µs]")
+
+
+def _curve(history: History, over: str) -> tuple[np.ndarray, np.ndarray]:
+    if over == "displacement":
+        return history.load_displacement / style.MILLIMETRE, history.load
+    return history.load_time / style.MICROSECOND, history.load
+
+
+def _load(histories: dict[int, History], detailed: list[int]) -> Figure:
+    over, label = _abscissa(histories)
+    figure = Figure(figsize=(style.PAGE_WIDTH * 0.72, 3.4), layout="constrained")
+    axes = figure.subplots()
+    curves = {i: _curve(history, over) for i, history in histories.items()}
+    for i, (x, load) in curves.items():
+        if i not in detailed:
+            axes.plot(x, load, color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.6)
+    _band(axes, list(curves.values()))
+    for k, i in enumerate(detailed):
+        axes.plot(*curves[i], color=style.notch_colour(k), linewidth=1.1, label=f"sample {i}")
+    # What flies apart moves on without end.
+    farthest = max(float(x[np.argmax(load)]) for x, load in curves.values())
+    if over == "displacement" and farthest > 0:
+        axes.set_xlim(0, 1.6 * farthest)
+    axes.set_ylim(bottom=0)
+    axes.set_xlabel(label)
+    axes.set_ylabel("load [N]")
+    _finish(axes)
+    axes.legend(loc="best")
+    return figure
+
+
+def _band(axes: Axes, curves: list[tuple[np.ndarray, np.ndarray]]) -> None:
+    """Median and band of curves, over where at least half of them go."""
+    if len(curves) < MIN_BAND:
+        return
+    ends = sorted(float(x.max()) for x, _ in curves)
+    grid = np.linspace(0, ends[len(ends) // 2], BAND_POINTS)
+    table = np.full((len(curves), grid.size), np.nan)
+    for row, (x, y) in zip(table, curves):
+        # Where a curve turns back, what counts is when it first gets so far.
+        first = np.flatnonzero(x > np.maximum.accumulate(np.concatenate([[-np.inf], x[:-1]])))
+        if first.size > 1:
+            row[:] = np.interp(grid, x[first], y[first], right=np.nan)
+    shown = np.isfinite(table).sum(axis=0) >= max(MIN_BAND, len(curves) / 2)
+    if not shown.any():
+        return
+    low, median, high = np.nanpercentile(table[:, shown], (BAND[0], 50, BAND[1]), axis=0)
+    axes.fill_between(grid[shown], low, high, color="black", alpha=0.15, linewidth=0)
+    axes.plot(grid[shown], median, color="black", linewidth=1.0, label=f"median, with {BAND[0]} to {BAND[1]} %")
+
+
+def _growth(ensemble: Ensemble, histories: dict[int, History], detailed: list[int]) -> Figure:
+    figure = Figure(figsize=(style.PAGE_WIDTH, 3.3), layout="constrained")
+    length_axes, speed_axes = figure.subplots(1, 2)
+    leaders = []
+    for i, history in histories.items():
+        rows, leader = history.in_last_phase, int(ensemble.leading[i])
+        if leader < 0 or not rows.any():
+            continue
+        time = history.phase_time[rows] / style.MICROSECOND
+        leaders.append((time, history.crack_length[rows, leader] / style.MILLIMETRE))
+        if i not in detailed:
+            length_axes.plot(*leaders[-1], color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.6)
+            speed_axes.plot(time, history.tip_speed[rows, leader], color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.5)
+    _band(length_axes, leaders)
+    lines, latest = ("-", "--", ":", "-."), 0.0
+    for k, i in enumerate(detailed):
+        history = histories[i]
+        rows = history.in_last_phase
+        for notch in range(history.crack_length.shape[1]):
+            if not np.isfinite(history.tip_speed[:, notch]).any():
+                continue
+            time, style_of = history.phase_time[rows] / style.MICROSECOND, lines[notch % len(lines)]
+            label = f"sample {i}, {ensemble.plate.name_of(notch)}"
+            length_axes.plot(time, history.crack_length[rows, notch] / style.MILLIMETRE, style_of, color=style.notch_colour(k),
+                             linewidth=1.1, label=label)
+            speed_axes.plot(time, history.tip_speed[rows, notch], style_of, color=style.notch_colour(k), linewidth=1.1)
+            latest = max(latest, float(time[np.isfinite(history.tip_speed[rows, notch])].max(initial=0)))
+    rayleigh = next(iter(histories.values())).rayleigh_speed
+    speed_axes.axhline(rayleigh, color=style.FORK, linewidth=0.8)
+    speed_axes.annotate(f"Rayleigh speed, {rayleigh:.0f} m/s", (1, rayleigh), xycoords=("axes fraction", "data"), xytext=(0, -3),
+                        textcoords="offset points", ha="right", va="top", fontsize=7, color=style.FORK)
+    for axes, label, top in ((length_axes, "crack length [mm]", None), (speed_axes, "tip speed [m/s]", 1.08 * rayleigh)):
+        axes.set_xlim(0, 1.15 * latest if latest > 0 else None)
+        axes.set_ylim(0, top)
+        axes.set_xlabel("time since onset [µs]")
+        axes.set_ylabel(label)
+        _finish(axes)
+    if length_axes.get_legend_handles_labels()[0]:
+        length_axes.legend(loc="upper left", fontsize=6.5)
+    return figure
+
+
+def _arrivals(ensemble: Ensemble) -> Figure:
+    """Of the leading cracks, and of all others, at each section."""
+    figure = Figure(figsize=(style.PAGE_WIDTH * 0.72, 3.2), layout="constrained")
+    axes = figure.subplots()
+    shown = []
+    for name, colour, shift, times in (("leading", "#0072b2", -0.13, _times_of(ensemble, True)),
+                                       ("following", "#d55e00", 0.13, _times_of(ensemble, False))):
+        if not any(t.size for t in times):
+            continue
+        shown.append(Line2D([], [], color=colour, marker="o", linestyle="none", markersize=3, label=f"{name} cracks"))
+        for k, t in enumerate(times):
+            axes.plot(np.full(t.size, k + shift), t, "o", color=colour, markersize=2.2, alpha=0.45, markeredgewidth=0)
+            if t.size >= MIN_BAND:
+                low, median, high = np.percentile(t, (BAND[0], 50, BAND[1]))
+                axes.plot([k + shift] * 2, [low, high], color=colour, linewidth=3, alpha=0.3, solid_capstyle="butt")
+                axes.plot([k + shift - 0.08, k + shift + 0.08], [median, median], color=colour, linewidth=1.4)
+    axes.axhline(0, color=style.MUTED, linewidth=0.6)
+    axes.set_xticks(range(len(ensemble.sections)), [section.name for section in ensemble.sections])
+    axes.tick_params(axis="x", labelrotation=30 if len(ensemble.sections) > 5 else 0)
+    axes.set_ylabel("arrival after onset [µs]")
+    axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    axes.grid(axis="y", color=style.BODY, linewidth=0.6)
+    axes.set_axisbelow(True)
+    shown.append(Patch(color=style.MUTED, alpha=0.4, linewidth=0, label=f"{BAND[0]} to {BAND[1]} %, with median"))
+    axes.legend(handles=shown, loc="best")
+    return figure
+
+
+def _times_of(ensemble: Ensemble, leading: bool) -> list[np.ndarray]:
+    """Arrival times at each section [µs]; those long before the last dynamic phase are left out."""
+    table = ensemble.samples.arrival[ensemble.done] / style.MICROSECOND
+    leads = ensemble.leading[ensemble.done][:, None] == np.arange(table.shape[1])
+    chosen = leads if leading else ~leads
+    times = [table[:, :, k][chosen] for k in range(table.shape[2])]
+    return [t[np.isfinite(t) & (t > -1)] for t in times]
+
+
+def _finish(axes: Axes) -> None:
+    axes.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]))
+    axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    axes.grid(color=style.BODY, linewidth=0.6)
+    axes.set_axisbelow(True)
