@@ -17,6 +17,7 @@ from .picture import Picture, Section
 
 BAND = (10, 90)  # per cent of the samples
 BAND_POINTS = 200
+PEAK = 0.999  # the load is at its peak when it first comes so near to its largest value
 MIN_BAND = 4  # samples from which on a band is drawn
 
 
@@ -74,9 +75,9 @@ def _load(histories: dict[int, History], detailed: list[int]) -> Figure:
     for k, i in enumerate(detailed):
         axes.plot(*curves[i], color=style.notch_colour(k), linewidth=1.1, label=f"sample {i}")
     # What flies apart moves on without end.
-    farthest = max(float(x[np.argmax(load)]) for x, load in curves.values())
+    farthest = max(float(x[np.argmax(load >= PEAK * load.max())]) for x, load in curves.values())
     if over == "displacement" and farthest > 0:
-        axes.set_xlim(0, 1.6 * farthest)
+        axes.set_xlim(0, 2 * farthest)
     axes.set_ylim(bottom=0)
     axes.set_xlabel(label)
     axes.set_ylabel("load [N]")
@@ -96,7 +97,7 @@ def _band(axes: Axes, curves: list[tuple[np.ndarray, np.ndarray]]) -> None:
         # Where a curve turns back, what counts is when it first gets so far.
         first = np.flatnonzero(x > np.maximum.accumulate(np.concatenate([[-np.inf], x[:-1]])))
         if first.size > 1:
-            row[:] = np.interp(grid, x[first], y[first], right=np.nan)
+            row[:] = np.interp(grid, x[first], y[first], left=np.nan, right=np.nan)
     shown = np.isfinite(table).sum(axis=0) >= max(MIN_BAND, len(curves) / 2)
     if not shown.any():
         return
