@@ -209,6 +209,23 @@ void write_sections(hid_t file, const input::Sections& sections) {
                         "y and z of each line's start and end");
 }
 
+void label_dimensions(hid_t file, const input::Parameters& parameters) {
+  for (const char* name : {"samples", "timing"})
+    hdf5::label_datasets(hdf5::open_group(file, name), {"sample"});
+  const hdf5::Handle paths = hdf5::open_group(file, "crack_path");
+  hdf5::label_datasets(paths, {"sample", "notch", "section"});
+  const auto label = [&](const char* name, const std::vector<std::string>& names) {
+    hdf5::label_dimensions(hdf5::open_dataset(paths, name), names);
+  };
+  label("section", {"section"});
+  label("section_axis", {"section"});
+  if (!parameters.sections.lines.empty()) label("section_line", {"line", "end", "component"});
+  const hdf5::Handle section = hdf5::open_dataset(paths, "section");
+  analysis::for_each_position_result([&](const ResultInfo& info, auto) {
+    hdf5::attach_scale(hdf5::open_dataset(paths, info.name), section, 2);
+  });
+}
+
 /// The texts of all samples.
 struct Texts {
   std::vector<std::string> errors;
@@ -246,6 +263,7 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts&
     hdf5::write_dataset<Value>(file, name, {shape.n_samples, shape.n_notches, n_sections}, table, info.units);
     describe_result(file, name, info, n_columns++);
   });
+  label_dimensions(file, parameters);
   write_statistics(file, statistics, shape);
   if (parameters.mesh.base == input::Base::shared) write_mother_points(file, base);
   write_provenance(file, n_ranks);

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <hdf5_hl.h>
 
 #include <algorithm>
 #include <functional>
@@ -250,6 +251,48 @@ std::vector<std::string> read_texts(hid_t parent, const std::string& name) {
   if (data.empty()) return {};
   check(H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.data()), "dataset " + name);
   return take_texts(data, type, space, "dataset " + name);
+}
+
+namespace {
+
+/// Names of the objects in a group, in alphabetical order.
+std::vector<std::string> names_in(hid_t group) {
+  std::vector<std::string> names;
+  const auto append = [](hid_t, const char* link, const H5L_info_t*, void* data) -> herr_t {
+    static_cast<std::vector<std::string>*>(data)->emplace_back(link);
+    return 0;
+  };
+  check(H5Literate(group, H5_INDEX_NAME, H5_ITER_INC, nullptr, append, &names), "HDF5 group");
+  return names;
+}
+
+std::size_t n_dimensions(hid_t dataset) {
+  const Handle space(H5Dget_space(dataset), H5Sclose, "HDF5 dataspace");
+  const int n = H5Sget_simple_extent_ndims(space);
+  check(n, "HDF5 dataspace");
+  return static_cast<std::size_t>(n);
+}
+
+}  // namespace
+
+void label_dimensions(hid_t dataset, std::span<const std::string> names) {
+  const std::size_t n = std::min(n_dimensions(dataset), names.size());
+  for (std::size_t i = 0; i < n; ++i)
+    check(H5DSset_label(dataset, static_cast<unsigned>(i), names[i].c_str()), "HDF5 dimension label");
+}
+
+void attach_scale(hid_t dataset, hid_t scale, unsigned dimension) {
+  if (H5DSis_scale(scale) == 0) check(H5DSset_scale(scale, nullptr), "HDF5 dimension scale");
+  check(H5DSattach_scale(dataset, scale, dimension), "HDF5 dimension scale");
+}
+
+void label_datasets(hid_t group, const std::vector<std::string>& names, const std::string& scale) {
+  for (const std::string& name : names_in(group)) {
+    const Handle object(H5Oopen(group, name.c_str(), H5P_DEFAULT), H5Oclose, name);
+    if (H5Iget_type(object) != H5I_DATASET || n_dimensions(object) == 0) continue;
+    label_dimensions(object, names);
+    if (!scale.empty() && name != scale) attach_scale(object, open_dataset(group, scale), 0);
+  }
 }
 
 Shape read_shape(hid_t parent, const std::string& name) {

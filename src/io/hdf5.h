@@ -109,6 +109,17 @@ void write_dataset(hid_t parent, const std::string& name, const Shape& shape, st
 void write_texts(hid_t parent, const std::string& name, const std::vector<std::string>& texts);
 std::vector<std::string> read_texts(hid_t parent, const std::string& name);
 
+/// Names the dimensions of a dataset, as HDF5's dimension labels; a dataset may have fewer.
+void label_dimensions(hid_t dataset, std::span<const std::string> names);
+
+/// Names the dimensions of every dataset of a group, those of groups in it left out.
+/// @param scale dataset of the group that gives the places along the first dimension, as HDF5's dimension
+///   scale; "" for none
+void label_datasets(hid_t group, const std::vector<std::string>& names, const std::string& scale = "");
+
+/// Makes `scale` a dimension scale of a dataset.
+void attach_scale(hid_t dataset, hid_t scale, unsigned dimension);
+
 Shape read_shape(hid_t parent, const std::string& name);
 
 /// @throws Error when the dataset is missing or its shape is not `shape`

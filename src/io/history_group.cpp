@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <initializer_list>
 #include <string>
 
 namespace crackle::io {
@@ -29,6 +30,11 @@ void write_vectors(hid_t group, const char* name, const std::vector<HistoryRow>&
   hdf5::write_dataset<double>(group, name, {rows.size(), n_columns, n_components}, values, units,
                               hdf5::Storage::compressed);
   describe_dataset(group, name, meaning);
+}
+
+void label_as(hid_t group, std::initializer_list<const char*> datasets,
+              const std::vector<std::string>& names) {
+  for (const char* name : datasets) hdf5::label_dimensions(hdf5::open_dataset(group, name), names);
 }
 
 void write_conditions(hid_t history, const std::vector<input::Boundary>& conditions,
@@ -67,6 +73,9 @@ void write_probes(hid_t history, const std::vector<input::Probe>& probes,
                 "interpolated (x, y, z); 0 in quasi-static loading");
   write_vectors(group, "stress", rows, probes.size(), &HistoryRow::probes, &ProbeValue::stress, "Pa",
                 "interpolated between nodal means (xx, yy, zz, yz, xz, xy)");
+  hdf5::label_datasets(group, {"moment", "probe", "component"});
+  label_as(group, {"name", "at"}, {"probe", "component"});
+  label_as(group, {"stress"}, {"moment", "probe", "stress_component"});
 }
 
 void write_cracks(hid_t group, const analysis::CrackHistory& cracks, std::size_t n_rows) {
@@ -112,6 +121,7 @@ void write_history(hid_t file, const input::Parameters& parameters, const std::v
       group, "broken", rows, [](const HistoryRow& row) { return row.energy.broken; }, "",
       "tetrahedra broken so far");
   if (cracks.n_starts > 0) write_cracks(group, cracks, rows.size());
+  hdf5::label_datasets(group, {"moment", "notch"}, "load_time");
   hdf5::write_attribute(group, "rayleigh_speed", mechanics::rayleigh_speed(parameters.material));
   write_conditions(group, parameters.boundaries, rows);
   if (!parameters.output.probes.empty()) write_probes(group, parameters.output.probes, rows);

@@ -52,12 +52,14 @@ void write_crack_surface(hid_t file, const analysis::CrackSurface& surface,
   write_column<std::int64_t>(group, "tetrahedron", surface.facets, &CrackFacet::tetrahedron);
   write_column<std::int32_t>(group, "crack", surface.facets, &CrackFacet::crack);
   write_column<std::int32_t>(group, "arm", arm, std::identity());
+  hdf5::label_datasets(group, {"facet", "corner", "component"});
 
   const hdf5::Handle table = hdf5::create_group(group, "cracks");
   write_column<std::int32_t>(table, "notch", surface.cracks, &Crack::notch);
   write_column<double>(table, "area", surface.cracks, &Crack::area, "m^2");
   write_column<double>(table, "first_time", surface.cracks, &Crack::first_time, "s");
   write_column<double>(table, "last_time", surface.cracks, &Crack::last_time, "s");
+  hdf5::label_datasets(table, {"crack"});
 }
 
 void write_forks(hid_t file, const std::vector<analysis::Fork>& forks) {
@@ -79,6 +81,7 @@ void write_forks(hid_t file, const std::vector<analysis::Fork>& forks) {
                              "1 where the crack projected on the plane of the plate shows it");
   write_column<std::uint8_t>(group, "in_space", forks, &Fork::is_in_space, "",
                              "1 where a window through the thickness shows it");
+  hdf5::label_datasets(group, {"fork", "component"});
 }
 
 /// Rows are the separate crossings of each notch and section.
@@ -99,6 +102,7 @@ void write_crossings(hid_t file, const std::vector<analysis::SectionCrossing>& c
                              "0 for the main arm, i + 1 for the one that leaves at fork i");
   write_column<std::int32_t>(group, "notch", rows, &Row::notch, "", "that the crack started at");
   write_column<std::int32_t>(group, "section", rows, &Row::section, "", "number of the section");
+  hdf5::label_datasets(group, {"crossing"});
 }
 
 void write_crack_lines(hid_t file, const std::vector<analysis::CrackLine>& lines) {
@@ -115,6 +119,7 @@ void write_crack_lines(hid_t file, const std::vector<analysis::CrackLine>& lines
   write_column<double>(group, "position", points, place, "m");
   write_column<double>(group, "spread", points, &LinePoint::spread, "m");
   write_column<double>(group, "time", points, &LinePoint::time, "s");
+  hdf5::label_datasets(group, {"point", "component"});
 
   const hdf5::Handle table = hdf5::create_group(group, "lines");
   hdf5::write_dataset<std::int64_t>(table, "first", {first.size()}, first, "");
@@ -123,6 +128,7 @@ void write_crack_lines(hid_t file, const std::vector<analysis::CrackLine>& lines
   write_column<std::int32_t>(table, "parent", lines, &CrackLine::parent);
   write_column<std::int32_t>(table, "kinks", lines, &CrackLine::kinks);
   write_column<double>(table, "bend", lines, &CrackLine::bend, "rad");
+  hdf5::label_datasets(table, {"line"});
 }
 
 /// What let go, and when: the first columns of every kind of release.
@@ -140,6 +146,7 @@ void write_breaks(hid_t file, const std::vector<fracture::Break>& breaks) {
   write_column<double>(group, "principal_stress", breaks, &Break::principal_stress, "Pa");
   write_column<double>(group, "released_energy", breaks, &Break::released_energy, "J");
   write_column<std::int32_t>(group, "cut", breaks, &Break::cut);
+  hdf5::label_datasets(group, {"break"});
 }
 
 void write_bridge_releases(hid_t file, const std::vector<fracture::BridgeRelease>& bridge_releases) {
@@ -168,6 +175,7 @@ void write_energy(hid_t file, const std::vector<dynamics::EnergyRow>& rows) {
   write_column<double>(group, "released", rows, &EnergyRow::released, "J");
   write_column<double>(group, "dissipated", rows, &EnergyRow::dissipated, "J");
   write_column<std::int64_t>(group, "broken", rows, &EnergyRow::broken);
+  hdf5::label_datasets(group, {"moment"}, "time");
 }
 
 void write_frames(hid_t file, const std::vector<dynamics::Frame>& frames, std::size_t n_nodes,
@@ -186,6 +194,7 @@ void write_frames(hid_t file, const std::vector<dynamics::Frame>& frames, std::s
   };
   write_field("displacement", &Frame::displacement, "m");
   write_field("velocity", &Frame::velocity, "m/s");
+  hdf5::label_datasets(group, {"frame", "node", "component"}, "time");
 }
 
 void write_counts(hid_t file, const dynamics::SampleCounts& counts) {

@@ -55,6 +55,8 @@ void add_attributes(hid_t object, const std::string& name, Content& content) {
   };
   hdf5::check(H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, nullptr, append, &names), name);
   for (const std::string& attribute_name : names) {
+    // References between datasets and their dimension scales.
+    if (attribute_name == "DIMENSION_LIST" || attribute_name == "REFERENCE_LIST") continue;
     const std::string full_name = name + "@" + attribute_name;
     const hdf5::Handle attribute(H5Aopen(object, attribute_name.c_str(), H5P_DEFAULT), H5Aclose, full_name);
     const hdf5::Handle type(H5Aget_type(attribute), H5Tclose, full_name);
