@@ -109,14 +109,17 @@ std::vector<analysis::SampleSummary> stored_rows(const fs::path& folder,
   return samples;
 }
 
-/// Of files of an older format, all but the leading notch, which is found anew.
+constexpr std::int64_t first_with_leading_notch = 3;  // version of the format
+
+/// Of files of an older format, what came later, but for the leading notch, which is found anew.
 analysis::Origin origin_of(const fs::path& folder) {
   analysis::Origin origin;
-  if (!io::holds_older_format(folder)) return origin;
-  analysis::for_each_result([&](const analysis::ResultInfo& info, auto) {
-    if (info.since > io::oldest_schema_version && std::string_view(info.name) != "leading_notch")
+  const std::int64_t version = io::format_version(folder);
+  const auto add = [&](const analysis::ResultInfo& info, auto) {
+    if (info.since > version && std::string_view(info.name) != "leading_notch")
       origin.lacking.emplace_back(info.name);
-  });
+  };
+  analysis::for_each_result(add);
   return origin;
 }
 
@@ -146,7 +149,8 @@ int show_stored(const parallel::Communicator& world, const Options& options,
   parallel::agree_on_root(world, [&] {
     auto samples = stored_rows(folder, parameters);
     analysis::Origin origin = origin_of(folder);
-    if (!origin.lacking.empty()) origin.notes.push_back(derive_leading_notches(parameters, samples));
+    if (io::format_version(folder) < first_with_leading_notch)
+      origin.notes.push_back(derive_leading_notches(parameters, samples));
     const analysis::Statistics statistics = analysis::make_statistics(samples, parameters);
     analysis::leave_out_surplus(statistics, 0, samples);
     print(options, samples, statistics, parameters, origin);

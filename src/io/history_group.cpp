@@ -53,6 +53,8 @@ void write_conditions(hid_t history, const std::vector<input::Boundary>& conditi
                 "that each condition exerts on the body (x, y, z): the applied force or the reaction");
   write_vectors(group, "displacement", rows, conditions.size(), &HistoryRow::displacement, std::identity(),
                 "m", "mean over the loaded area, or over the held nodes, of each condition (x, y, z)");
+  hdf5::label_datasets(group, {"moment", "condition", "component"});
+  label_as(group, {"on", "kind"}, {"condition"});
 }
 
 void write_probes(hid_t history, const std::vector<input::Probe>& probes,

@@ -229,6 +229,7 @@ hdf5::Handle write_row(hid_t file, const input::Parameters& parameters, std::uin
     hdf5::write_dataset<Value>(group, info.name, position_shape(parameters), summary.*member, info.units);
     describe_result(group, info.name, info, n_columns++);
   });
+  hdf5::label_datasets(group, {"notch", "section"});
   return group;
 }
 

@@ -8,6 +8,7 @@
 #include "hdf5.h"
 #include "provenance.h"
 
+#include <algorithm>
 #include <optional>
 #include <stdexcept>
 #include <system_error>
@@ -156,17 +157,17 @@ std::string read_input_text(const std::filesystem::path& file) {
                    [](hid_t root, std::int64_t) { return hdf5::read_text_attribute(root, "input"); });
 }
 
-bool holds_older_format(const std::filesystem::path& folder) {
+std::int64_t format_version(const std::filesystem::path& folder) {
   std::error_code ignored;
-  const auto of_ensemble = version_of(folder / "ensemble.h5", ensemble_kind, ensemble_schema_version);
-  if (of_ensemble && *of_ensemble < ensemble_schema_version) return true;
+  std::int64_t oldest = version_of(folder / "ensemble.h5", ensemble_kind, ensemble_schema_version)
+                            .value_or(sample_schema_version);
   // No run goes on with files of an older version, so one file stands for all.
   for (const auto& entry : std::filesystem::directory_iterator(folder / "samples", ignored)) {
     if (entry.path().extension() != ".h5") continue;
     if (const auto version = version_of(entry.path(), sample_kind, sample_schema_version))
-      return *version < sample_schema_version;
+      return std::min(oldest, *version);
   }
-  return false;
+  return oldest;
 }
 
 std::vector<SampleSummary> read_summaries(const std::filesystem::path& folder,

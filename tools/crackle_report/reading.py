@@ -34,7 +34,7 @@ def read_ensemble(folder: Path, program: Optional[Path] = None) -> Ensemble:
     files, ensemble_file = SampleFiles(folder), folder / "ensemble.h5"
     own = [(ensemble_file, ENSEMBLE_KIND)] if ensemble_file.is_file() else []
     first, kind = [*own, *((file, SAMPLE_KIND) for file in files.files.values())][0]
-    with _open(first, kind) as root:
+    with open_results(first, kind) as root:
         provenance = {title: str(text_of(root.attrs[name])) for name, title in PROVENANCE.items() if name in root.attrs}
     n = document["n_needed"]
     return Ensemble(
@@ -126,14 +126,15 @@ class SampleFiles:
         """Raises ResultsError for a file that is no sample's or lacks something."""
         if sample not in self.files:
             return None
-        with _open(self.files[sample], SAMPLE_KIND) as root:
+        with open_results(self.files[sample], SAMPLE_KIND) as root:
             try:
                 return read(root) if root.attrs["status"] == DONE else None
             except KeyError as error:
                 raise ResultsError(f"'{self.files[sample]}' lacks something that is needed: {error.args[0]}") from error
 
 
-def _open(file: Path, kind: str) -> h5py.File:
+def open_results(file: Path, kind: str) -> h5py.File:
+    """A result file, for reading. Raises ResultsError when it is not of this kind."""
     try:
         root = h5py.File(file, "r")
     except OSError as error:

@@ -131,7 +131,13 @@ struct StoredSample {
 StoredSample read_stored_sample(const std::filesystem::path& folder, const input::Parameters& parameters,
                                 std::uint64_t sample);
 
+/// The oldest version of the files of an ensemble's folder; the present one where it holds none. Not
+/// collective.
+std::int64_t format_version(const std::filesystem::path& folder);
+
 /// Whether the folder holds an ensemble's or a sample's file of an older version. Not collective.
-bool holds_older_format(const std::filesystem::path& folder);
+inline bool holds_older_format(const std::filesystem::path& folder) {
+  return format_version(folder) < sample_schema_version;
+}
 
 }  // namespace crackle::io

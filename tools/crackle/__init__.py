@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The results of `crackle run` in Python: tables of pandas, labelled arrays of xarray, and pictures in one line.
+
+    import crackle
+
+    plates = crackle.open("out/demo")
+    plates.samples["onset_force"].describe()      # one row for each sample
+    plates.paths.position.mean("sample")          # crack positions: sample x notch x section
+    plates.histories.load                         # load over time: sample x moment
+    plates[3].frames.displacement                 # one sample: frame x node x component
+    plates.plot.load().figure.savefig("load.png")
+
+All values are in SI units; `attrs["units"]` and `attrs["meaning"]` of each array, and `samples.attrs["units"]`, say which.
+Works on an ensemble that is still running, too.
+"""
+from __future__ import annotations
+
+from .ensemble import Ensemble, open
+from .sample import Sample
+
+__all__ = ["Ensemble", "Sample", "open"]
+__version__ = "0.1.0"

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""An ensemble's folder."""
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import Iterator
+
+import h5py
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from crackle_report.program import ResultsError
+from crackle_report.reading import ENSEMBLE_KIND, SAMPLE_KIND, SampleFiles, open_results, text_of
+
+from . import labelled
+from .plots import Plots
+from .sample import Sample
+
+STATUS = pd.CategoricalDtype(["pending", "done", "failed"])
+
+
+def open(folder: str | Path) -> "Ensemble":
+    """The results in an output folder of `crackle run` or `crackle sample`.
+
+    Raises crackle_report.program.ResultsError where there are none.
+    """
+    return Ensemble(Path(folder))
+
+
+class Ensemble:
+    """The samples of an ensemble, by number: `ensemble[3]`, `len(ensemble)`, `for sample in ensemble`.
+
+    A run that is under way is seen as it was when it was opened; open it again for what has come since.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        if not folder.is_dir():
+            raise ResultsError(f"there is no folder '{folder}'")
+        self._files = SampleFiles(folder).files
+        self._results = folder / "ensemble.h5"
+        if not self._results.is_file() and not self._files:
+            raise ResultsError(f"'{folder}' holds no results: neither ensemble.h5 nor samples")
+        self.plot = Plots(self)
+
+    def __repr__(self) -> str:
+        count = self.samples["status"].value_counts()
+        return f"<crackle.Ensemble '{self.folder}': {count['done']} of {len(self.samples)} samples done, {count['failed']} failed>"
+
+    def __len__(self) -> int:
+        return len(self.samples)
+
+    def __getitem__(self, number: int) -> Sample:
+        """A sample that has ended. Raises KeyError for any other number."""
+        if number not in self._files:
+            raise KeyError(f"sample {number} has not ended; those that have: {', '.join(map(str, self._files)) or 'none'}")
+        return Sample(self._files[number])
+
+    def __iter__(self) -> Iterator[Sample]:
+        """The samples that have ended, in order."""
+        return (Sample(file) for file in self._files.values())
+
+    @property
+    def done(self) -> list[int]:
+        """Numbers of the samples that are done."""
+        return [int(i) for i in self.samples.index[self.samples["status"] == "done"]]
+
+    @cached_property
+    def input(self) -> str:
+        """The input file's text."""
+        file, kind = self._any_file()
+        with open_results(file, kind) as root:
+            return text_of(root.attrs["input"])
+
+    @cached_property
+    def samples(self) -> pd.DataFrame:
+        """One row for each sample: its status, its results in SI units (`.attrs["units"]`, `.attrs["meaning"]` by column; words
+        for numbers that stand for them), wall time, and the reason why it failed."""
+        rows = self._rows
+        columns: dict[str, pd.Series] = {}
+        units, meaning = {}, {}
+        for name, found in rows.data_vars.items():
+            if found.dims != ("sample",):
+                continue
+            values = pd.Series(found.values, index=rows["sample"].values)
+            words = dict(entry.split(" ", 1) for entry in found.attrs.get("categories", "").split(", ") if " " in entry)
+            if name == "status":
+                values = values.map(dict(enumerate(STATUS.categories))).astype(STATUS)
+            elif words:
+                values = values.map(lambda number, words=words: words.get(str(int(number)), "")).astype("category")
+            columns[str(name)] = values
+            units[str(name)], meaning[str(name)] = found.attrs.get("units", ""), found.attrs.get("meaning", "")
+        table = pd.DataFrame(columns)
+        table.index.name = "sample"
+        table.attrs = {"units": units, "meaning": meaning}
+        return table
+
+    @cached_property
+    def paths(self) -> xr.Dataset:
+        """Where and when the cracks cross the sections: sample x notch x section, NaN where they did not arrive."""
+        rows = self._rows
+        table = rows[[name for name, found in rows.data_vars.items() if found.dims == ("sample", "notch", "section")]]
+        with open_results(*self._any_file()) as root:
+            if "crack_path" in root:
+                sections = labelled.group(root["crack_path"], ("section", "section_axis"))
+                table = table.assign_coords(section=sections["section"], section_axis=sections["section_axis"])
+        return table
+
+    @cached_property
+    def histories(self) -> xr.Dataset:
+        """The histories of all samples that are done: sample x moment and further dimensions, as Sample.history. Samples with
+        fewer moments than others end in NaN."""
+        histories = [self[i].history for i in self.done]
+        if not histories:
+            raise ResultsError(f"'{self.folder}': no sample is done")
+        longest = max(history.sizes["moment"] for history in histories)
+        padded = [history.reset_coords().pad(moment=(0, longest - history.sizes["moment"])) if history.sizes["moment"] < longest
+                  else history.reset_coords() for history in histories]
+        together = xr.concat([self._with_constants(one) for one in padded], pd.Index(self.done, name="sample"),
+                             data_vars="all", combine_attrs="override")
+        return together.set_coords(["load_time", "phase", "phase_time"])
+
+    @staticmethod
+    def _with_constants(history: xr.Dataset) -> xr.Dataset:
+        """What is the same in all samples as coordinates, which are kept once."""
+        return history.set_coords([name for name in ("condition_on", "condition_kind", "probe_name", "probe_at") if name in history])
+
+    def _any_file(self) -> tuple[Path, str]:
+        if self._results.is_file():
+            return self._results, ENSEMBLE_KIND
+        return next(iter(self._files.values())), SAMPLE_KIND
+
+    @cached_property
+    def _rows(self) -> xr.Dataset:
+        if self._results.is_file():
+            with open_results(self._results, ENSEMBLE_KIND) as root:
+                return self._rows_of_ensemble(root)
+        return self._rows_of_samples()
+
+    def _rows_of_ensemble(self, root: h5py.File) -> xr.Dataset:
+        tables = labelled.group(root["samples"]).merge(labelled.group(root["timing"]))
+        n = root["samples/status"].shape[0]
+        paths = {name: xr.DataArray(dataset[...], dims=("sample", "notch", "section"), attrs=labelled.array(dataset).attrs)
+                 for name, dataset in root["crack_path"].items() if dataset.ndim == 3 and name != "section_line" and dataset.shape[0] == n}
+        # Files of older versions do not name their dimensions.
+        renamed = {name: "sample" for name in tables.dims if str(name).startswith("dimension_")}
+        return tables.rename(renamed).assign(paths).assign_coords(sample=np.arange(n))
+
+    def _rows_of_samples(self) -> xr.Dataset:
+        """Of a run that has not written its results yet; samples that have not ended are not among them."""
+        rows = []
+        for number, file in self._files.items():
+            with open_results(file, SAMPLE_KIND) as root:
+                summary = labelled.group(root["summary"])
+                rows.append(summary.assign(status=int(root.attrs["status"]), error=text_of(root.attrs["error"]),
+                                           wall_time=root["timing/wall_time"][()]).expand_dims(sample=[number]))
+        return xr.concat(rows, "sample", data_vars="all", combine_attrs="override", fill_value=np.nan)

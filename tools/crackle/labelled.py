@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Datasets of a result file as labelled arrays: names of dimensions, units and meaning stand in the file itself."""
+from __future__ import annotations
+
+from typing import Iterable, Mapping
+
+import h5py
+import numpy as np
+import xarray as xr
+
+from crackle_report.reading import text_of
+
+COMPONENTS = {"component": ["x", "y", "z"], "stress_component": ["xx", "yy", "zz", "yz", "xz", "xy"]}
+
+
+def array(dataset: h5py.Dataset) -> xr.DataArray:
+    """A dataset with the names of its dimensions and its attributes."""
+    names = [dimension.label or f"dimension_{i}" for i, dimension in enumerate(dataset.dims)]
+    values = dataset[...]
+    if h5py.check_string_dtype(dataset.dtype):
+        values = np.array([text_of(text) for text in values.ravel()], object).reshape(values.shape)
+    attributes = {name: text_of(dataset.attrs[name]) for name in ("units", "meaning", "categories") if name in dataset.attrs}
+    return xr.DataArray(values, dims=names, attrs=attributes)
+
+
+def group(found: h5py.Group, names: Iterable[str] | None = None, coordinates: Mapping[str, str] | None = None,
+          prefix: str = "") -> xr.Dataset:
+    """The datasets of a group, those of groups in it left out.
+
+    @param names: which; all when None
+    @param coordinates: datasets that are places along a dimension, by their names
+    @param prefix: before the names of variables
+    """
+    chosen = [name for name in (names or found) if name in found and isinstance(found[name], h5py.Dataset)]
+    variables = {prefix + name: array(found[name]) for name in chosen}
+    result = xr.Dataset(variables)
+    for dimension, values in COMPONENTS.items():
+        if result.sizes.get(dimension) == len(values):
+            result = result.assign_coords({dimension: values})
+    return result.set_coords([prefix + name for name in (coordinates or {}) if prefix + name in result])

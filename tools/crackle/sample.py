@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One sample of an ensemble."""
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from crackle_report.program import ResultsError
+from crackle_report.reading import open_results, SAMPLE_KIND, text_of
+from crackle_report.results import DONE
+
+from . import labelled
+
+
+class Sample:
+    """A sample that is done, or that failed with its reason in `error`.
+
+    What is large is read when it is asked for the first time. Raises crackle_report.program.ResultsError for a file that
+    is no sample's, and AttributeError for what this sample does not have, as a failed one.
+    """
+
+    def __init__(self, file: Path) -> None:
+        self.file = Path(file)
+        with self.open() as root:
+            self.number = int(root.attrs["sample"])
+            self.is_done = int(root.attrs["status"]) == DONE
+            self.error = text_of(root.attrs["error"])
+            self.input = text_of(root.attrs["input"])
+            self._summary = {name: dataset[()] for name, dataset in root["summary"].items()}
+
+    def __repr__(self) -> str:
+        return f"<crackle.Sample {self.number} of '{self.file}'{'' if self.is_done else ', failed: ' + self.error}>"
+
+    def open(self) -> h5py.File:
+        """The file, for reading; to be closed by the caller (`with sample.open() as file:`)."""
+        return open_results(self.file, SAMPLE_KIND)
+
+    @cached_property
+    def summary(self) -> pd.Series:
+        """The sample's results that are one number each, in SI units."""
+        return pd.Series({name: value for name, value in self._summary.items() if np.ndim(value) == 0}, name=self.number)
+
+    @cached_property
+    def history(self) -> xr.Dataset:
+        """Moments of the whole sample: loads, energies, cracks (moment x notch), force and displacement of each boundary
+        condition (moment x condition x component), and what the probes show (moment x probe x component)."""
+        with self._need("history") as root:
+            found = root["history"]
+            parts = [labelled.group(found), labelled.group(found["conditions"], prefix="condition_")]
+            if "probes" in found:
+                parts.append(labelled.group(found["probes"], prefix="probe_"))
+            history = xr.merge(parts, combine_attrs="drop").set_coords(["load_time", "phase", "phase_time"])
+            history.attrs["rayleigh_speed"] = float(found.attrs["rayleigh_speed"])
+        names = {"condition_on": "condition", "probe_name": "probe"}
+        for variable, dimension in names.items():
+            if variable in history:
+                history = history.set_coords(variable)
+        return history
+
+    @cached_property
+    def energy(self) -> xr.Dataset:
+        """The energy account of the last dynamic phase [J] over time since its start."""
+        with self._need("energy") as root:
+            return labelled.group(root["energy"]).set_coords("time")
+
+    @cached_property
+    def frames(self) -> xr.Dataset:
+        """Displacement and velocity of all nodes: frame x node x component, with `time` since onset."""
+        with self._need("frames") as root:
+            return labelled.group(root["frames"]).set_coords("time")
+
+    @cached_property
+    def mesh(self) -> dict[str, np.ndarray]:
+        """`nodes` (n x 3) [m] and `tetrahedra` (m x 4)."""
+        with self._need("mesh") as root:
+            return {name: root["mesh"][name][...] for name in ("nodes", "tetrahedra")}
+
+    @cached_property
+    def crack_surface(self) -> xr.Dataset:
+        """Opened dual facets, in order of breaking: corners (facet x corner x component), time since onset, area, the
+        tetrahedron they lie in, and the notch at which their crack started (-1: at none)."""
+        with self._need("crack_surface") as root:
+            surface = labelled.group(root["crack_surface"])
+            notch = np.append(root["crack_surface/cracks/notch"][...], -1)
+        return surface.assign(notch=("facet", notch[surface["crack"].values]))
+
+    @cached_property
+    def crack_lines(self) -> list[pd.DataFrame]:
+        """The cracks as lines in the plane of the plate: y, z, spread through the thickness and time of their points, with
+        `notch` and `parent` (number of the line that a branch leaves, or -1) in `attrs`."""
+        with self._need("crack_lines") as root:
+            found, table = root["crack_lines"], root["crack_lines/lines"]
+            points = pd.DataFrame({"y": found["position"][:, 0], "z": found["position"][:, 1], "spread": found["spread"][...],
+                                   "time": found["time"][...]})
+            lines = []
+            for first, count, notch, parent in zip(*(table[name][...] for name in ("first", "count", "notch", "parent"))):
+                line = points.iloc[first:first + count].reset_index(drop=True)
+                line.attrs = {"notch": int(notch), "parent": int(parent)}
+                lines.append(line)
+        return lines
+
+    @cached_property
+    def forks(self) -> pd.DataFrame:
+        """Where one crack becomes two; lengths in m, times in s, angles in rad."""
+        with self._need("forks") as root:
+            found = root["forks"]
+            columns: dict[str, Any] = {name: found[name][...] for name in found if found[name].ndim == 1}
+            return pd.DataFrame({"y": found["position"][:, 0], "z": found["position"][:, 1], **columns})
+
+    def _need(self, name: str) -> h5py.File:
+        root = self.open()
+        if name not in root:
+            root.close()
+            raise AttributeError(f"'{self.file}' has no {name.replace('_', ' ')}"
+                                 + ("" if self.is_done else f": the sample failed ({self.error})"))
+        return root
+
+
+__all__ = ["ResultsError", "Sample"]
