@@ -61,6 +61,7 @@ void add_commands(CLI::App& app, const apps::CommandLine& typed, apps::Action& r
   apps::add_mesh_command(app, run);
   apps::add_sample_command(app, typed, run);
   apps::add_run_command(app, typed, run);
+  apps::add_watch_command(app, run);
   apps::add_stats_command(app, run);
 }
 

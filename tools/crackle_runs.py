@@ -31,10 +31,13 @@ def command(parser: argparse.ArgumentParser, name: str, work: Callable[[argparse
 
     @return exit status: that of `work`, or 1 when it raises RunError, whose message is printed
     """
-    parser.add_argument("-o", "--output", type=Path, default=ROOT / "out" / name, help="folder of the runs (%(default)s)")
-    parser.add_argument("--program", type=Path, default=ROOT / "build" / "bin" / "crackle")
+    in_source = (ROOT / "tools" / "build").is_file()
+    program = ROOT / "build" / "bin" / "crackle" if in_source else ROOT.parents[1] / "bin" / "crackle"
+    parser.add_argument("-o", "--output", type=Path, default=(ROOT if in_source else Path.cwd()) / "out" / name,
+                        help="folder of the runs (%(default)s)")
+    parser.add_argument("--program", type=Path, default=program)
     arguments = parser.parse_args()
-    if not arguments.program.is_file():
+    if in_source and not arguments.program.is_file():
         subprocess.run([str(ROOT / "tools" / "build")], check=True)
     try:
         return work(arguments)

@@ -64,7 +64,9 @@ void prepare_run(const input::Parameters& parameters, const geometry::Body& body
   for (const auto& line : master.lock->taken_over()) say(line);
   // Another run may have come and gone since the plan was made.
   check_folder(options.folder, parameters, options.plan);
-  for (const auto& line : prepare_folder(options.folder, parameters, plan)) say(line);
+  const auto prepared = prepare_folder(options.folder, parameters, plan);
+  if (log != nullptr) log->keep(run_log_file(options.folder, options.plan.range));
+  for (const auto& line : prepared) say(line);
   master.progress.emplace(plan.to_do.size(), layout.n_groups, parameters);
   for (const auto& kept : plan.kept) {
     master.progress->kept(kept.sample, kept.summary);

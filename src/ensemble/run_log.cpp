@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/run_log.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -23,9 +25,14 @@ void RunLog::clear() {
   if (!shown_.empty()) out_ << '\r' << std::string(shown_.size(), ' ') << '\r';
 }
 
+void RunLog::keep(const std::filesystem::path& file) {
+  file_.open(file, std::ios::app);
+}
+
 void RunLog::line(const std::string& text) {
   clear();
   out_ << text << '\n' << shown_ << std::flush;
+  if (file_.is_open()) file_ << text << std::endl;
 }
 
 void RunLog::show(const Progress& progress, bool news) {
@@ -36,6 +43,10 @@ void RunLog::show(const std::function<std::string()>& line, bool news) {
   news_ = news_ || news;
   const bool terminal = terminal_width_ > 0;
   const double since = clock_() - shown_at_;
+  if (file_.is_open() && clock_() - kept_at_ >= log_interval) {
+    file_ << line() << std::endl;
+    kept_at_ = clock_();
+  }
   const bool due = !anything_shown_ || since >= (terminal ? terminal_interval : log_interval);
   if (terminal ? !(due || news) : !(due && news_)) return;
   std::string text = line();
@@ -50,6 +61,11 @@ void RunLog::show(const std::function<std::string()>& line, bool news) {
   shown_at_ = clock_();
   anything_shown_ = true;
   news_ = false;
+}
+
+std::filesystem::path run_log_file(const std::filesystem::path& folder,
+                                   const std::optional<SampleRange>& part) {
+  return folder / (part ? fmt::format("run-{:04}-{:04}.log", part->first, part->last) : "run.log");
 }
 
 }  // namespace crackle::ensemble

@@ -140,7 +140,7 @@ class Ensemble:
         return self._rows_of_samples()
 
     def _rows_of_ensemble(self, root: h5py.File) -> xr.Dataset:
-        tables = labelled.group(root["samples"]).merge(labelled.group(root["timing"]))
+        tables = labelled.group(root["samples"], labelled.in_order(root["samples"])).merge(labelled.group(root["timing"]))
         n = root["samples/status"].shape[0]
         paths = {name: xr.DataArray(dataset[...], dims=("sample", "notch", "section"), attrs=labelled.array(dataset).attrs)
                  for name, dataset in root["crack_path"].items() if dataset.ndim == 3 and name != "section_line" and dataset.shape[0] == n}
@@ -153,7 +153,7 @@ class Ensemble:
         rows = []
         for number, file in self._files.items():
             with open_results(file, SAMPLE_KIND) as root:
-                summary = labelled.group(root["summary"])
+                summary = labelled.group(root["summary"], labelled.in_order(root["summary"]))
                 rows.append(summary.assign(status=int(root.attrs["status"]), error=text_of(root.attrs["error"]),
                                            wall_time=root["timing/wall_time"][()]).expand_dims(sample=[number]))
         return xr.concat(rows, "sample", data_vars="all", combine_attrs="override", fill_value=np.nan)

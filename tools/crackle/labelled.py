@@ -23,6 +23,12 @@ def array(dataset: h5py.Dataset) -> xr.DataArray:
     return xr.DataArray(values, dims=names, attrs=attributes)
 
 
+def in_order(found: h5py.Group) -> list[str]:
+    """Names of a group's datasets in the order of the program's tables, what has no place there at the end."""
+    last = 1 << 30
+    return sorted(found, key=lambda name: (int(found[name].attrs.get("column", last)), name))
+
+
 def group(found: h5py.Group, names: Iterable[str] | None = None, coordinates: Mapping[str, str] | None = None,
           prefix: str = "") -> xr.Dataset:
     """The datasets of a group, those of groups in it left out.

@@ -55,7 +55,7 @@ class Sample:
             parts = [labelled.group(found), labelled.group(found["conditions"], prefix="condition_")]
             if "probes" in found:
                 parts.append(labelled.group(found["probes"], prefix="probe_"))
-            history = xr.merge(parts, combine_attrs="drop").set_coords(["load_time", "phase", "phase_time"])
+            history = xr.merge(parts, combine_attrs="override").set_coords(["load_time", "phase", "phase_time"])
             history.attrs["rayleigh_speed"] = float(found.attrs["rayleigh_speed"])
         names = {"condition_on": "condition", "probe_name": "probe"}
         for variable, dimension in names.items():

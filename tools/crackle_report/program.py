@@ -11,7 +11,8 @@ from typing import Any, Optional
 
 _HERE = Path(__file__).resolve()
 # In the source tree, and beside share/crackle where it is installed.
-_PLACES = (_HERE.parents[2] / "build" / "bin" / "crackle", _HERE.parents[3] / "bin" / "crackle")
+_PLACES = tuple(_HERE.parents[k].joinpath(*place) for k, place in ((2, ("build", "bin", "crackle")), (4, ("bin", "crackle")))
+                if len(_HERE.parents) > k)
 
 
 class ResultsError(Exception):

@@ -2,9 +2,13 @@
 #pragma once
 
 #include "crackle/ensemble/progress.h"
+#include "crackle/ensemble/folder_lock.h"
 
 #include <cstddef>
+#include <filesystem>
+#include <fstream>
 #include <functional>
+#include <optional>
 #include <ostream>
 #include <string>
 
@@ -24,6 +28,10 @@ public:
   ~RunLog();
   RunLog(const RunLog&) = delete;
   RunLog& operator=(const RunLog&) = delete;
+
+  /// From now on lines go to the end of this file too, and the progress every 30 s, for who looks at the
+  /// folder from elsewhere. A file that cannot be written is no reason to end a run.
+  void keep(const std::filesystem::path& file);
 
   void line(const std::string& text);
   /// Shows the progress when it is time to; `news` when it has changed since the last call.
@@ -45,6 +53,12 @@ private:
   double shown_at_ = 0;
   bool anything_shown_ = false;
   bool news_ = false;  ///< not shown yet
+  std::ofstream file_;
+  double kept_at_ = 0;  ///< the last progress in the file
 };
+
+/// The file that a run keeps its log in: that of a part of the samples has their numbers in its name.
+std::filesystem::path run_log_file(const std::filesystem::path& folder,
+                                   const std::optional<SampleRange>& part);
 
 }  // namespace crackle::ensemble

@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// crackle watch: what a running ensemble has found so far, again and again. Reads only.
+#include "commands.h"
+#include "crackle/analysis/sample_results.h"
+#include "crackle/ensemble/folder_lock.h"
+#include "crackle/ensemble/progress.h"
+#include "crackle/ensemble/sample_report.h"
+#include "crackle/io/checkpoint_file.h"
+#include "crackle/io/sample_file.h"
+#include "crackle/parallel/agreement.h"
+
+#include "ensemble_folder.h"
+#include "parallel_command.h"
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <deque>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+namespace crackle::apps {
+
+namespace {
+
+namespace fs = std::filesystem;
+using analysis::ResultInfo;
+using analysis::SampleStatus;
+using analysis::SampleSummary;
+
+struct Options {
+  fs::path folder;
+  double interval = 2;  // [s]
+  int log_lines = 8;
+  bool once = false;
+};
+
+/// The results that the table shows.
+constexpr std::array<std::string_view, 8> shown_results{
+    "onset_force",     "peak_load",  "outcome",     "pattern", "bifurcations_projected",
+    "crack_speed_max", "crack_area", "energy_error"};
+constexpr std::size_t rows_without_terminal = 1'000'000;
+
+/// The newest samples, as their files say; each file is read once.
+class Folder {
+public:
+  Folder(fs::path folder, const input::Parameters& parameters)
+      : folder_(std::move(folder)), parameters_(&parameters) {}
+
+  struct Sample {
+    fs::file_time_type ended;
+    SampleSummary row;
+  };
+
+  void look() {
+    std::error_code ignored;
+    for (std::uint64_t i = 0; i < n_samples(); ++i) {
+      const fs::path file = io::sample_path(folder_, i);
+      const auto time = fs::last_write_time(file, ignored);
+      if (ignored) {
+        samples_.erase(i);
+      } else if (const auto known = samples_.find(i);
+                 known == samples_.end() || known->second.ended != time) {
+        SampleSummary row = io::read_summaries(folder_, *parameters_, i, 1).front();
+        samples_.insert_or_assign(i, Sample{time, std::move(row)});
+      }
+    }
+  }
+
+  std::uint64_t n_samples() const { return static_cast<std::uint64_t>(parameters_->ensemble.samples); }
+  const std::map<std::uint64_t, Sample>& samples() const { return samples_; }
+  std::size_t count(SampleStatus status) const {
+    return static_cast<std::size_t>(std::ranges::count_if(
+        samples_, [&](const auto& entry) { return entry.second.row.status == status; }));
+  }
+  const fs::path& path() const { return folder_; }
+
+  /// Who is at work, as the locks say; none where there is none.
+  std::vector<std::string> at_work() const {
+    std::vector<std::string> owners;
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder_, ignored)) {
+      if (!entry.path().filename().string().starts_with("lock-")) continue;
+      std::ifstream file(entry.path());
+      const std::string text{std::istreambuf_iterator<char>(file), {}};
+      const auto owner = ensemble::LockOwner::parse(text);
+      owners.push_back(owner ? owner->describe() : entry.path().filename().string());
+    }
+    std::ranges::sort(owners);
+    return owners;
+  }
+
+  /// Samples with a checkpoint, and for how long it has been there [s].
+  std::map<std::uint64_t, double> checkpoints() const {
+    std::map<std::uint64_t, double> ages;
+    std::error_code ignored;
+    for (std::uint64_t i = 0; i < n_samples(); ++i) {
+      if (samples_.contains(i)) continue;
+      const auto time = fs::last_write_time(io::checkpoint_path(folder_, i), ignored);
+      if (!ignored) ages[i] = std::chrono::duration<double>(fs::file_time_type::clock::now() - time).count();
+    }
+    return ages;
+  }
+
+  /// The last lines of the run's log, the one that was written to last.
+  std::deque<std::string> log(int n_lines) const {
+    fs::path newest;
+    fs::file_time_type time{};
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder_, ignored)) {
+      const std::string name = entry.path().filename().string();
+      if (!name.starts_with("run") || entry.path().extension() != ".log") continue;
+      const auto written = fs::last_write_time(entry.path(), ignored);
+      if (newest.empty() || written > time) newest = entry.path(), time = written;
+    }
+    std::deque<std::string> lines;
+    std::ifstream file(newest);
+    for (std::string line; std::getline(file, line);) {
+      lines.push_back(line);
+      if (std::ssize(lines) > n_lines) lines.pop_front();
+    }
+    return lines;
+  }
+
+private:
+  fs::path folder_;
+  const input::Parameters* parameters_;
+  std::map<std::uint64_t, Sample> samples_;
+};
+
+/// A column of the table: its head and a sample's text.
+struct Column {
+  std::string head;
+  std::vector<std::string> cells;
+};
+
+template <class Value>
+std::string shown(const ResultInfo& info, Value value) {
+  if (*info.categories != 0)
+    return analysis::category_name(info.categories, static_cast<std::int64_t>(value));
+  if constexpr (std::is_floating_point_v<Value>) {
+    if (!std::isfinite(value)) return "-";
+    return fmt::format(fmt::runtime(fmt::format("{{:{}}}", info.format)), value * info.shown_factor);
+  } else {
+    return fmt::format("{}", value);
+  }
+}
+
+std::string table(const std::vector<const Folder::Sample*>& samples,
+                  const std::vector<std::uint64_t>& numbers) {
+  std::vector<Column> columns{{"sample", {}}, {"status", {}}};
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    const auto status = static_cast<std::int64_t>(samples[k]->row.status);
+    columns[0].cells.push_back(fmt::format("{}", numbers[k]));
+    columns[1].cells.push_back(analysis::category_name(analysis::status_categories, status));
+  }
+  analysis::for_each_result([&](const ResultInfo& info, auto member) {
+    if (std::ranges::find(shown_results, info.name) == shown_results.end()) return;
+    const std::string units = *info.shown_units != 0 ? fmt::format(" [{}]", info.shown_units) : "";
+    Column column{info.label + units, {}};
+    for (const auto* sample : samples)
+      column.cells.push_back(sample->row.status == SampleStatus::done ? shown(info, sample->row.*member)
+                                                                      : "");
+    // A column without a value tells nothing.
+    if (std::ranges::any_of(column.cells, [](const auto& cell) { return !cell.empty() && cell != "-"; }))
+      columns.push_back(std::move(column));
+  });
+  columns.push_back({"took", {}});
+  for (const auto* sample : samples)
+    columns.back().cells.push_back(sample->row.status == SampleStatus::failed
+                                       ? sample->row.error
+                                       : ensemble::format_duration(sample->row.wall_time));
+  std::string text;
+  for (std::size_t row = 0; row <= samples.size(); ++row) {
+    std::string line;
+    for (const Column& column : columns) {
+      std::size_t width = column.head.size();
+      for (const auto& cell : column.cells) width = std::max(width, std::min<std::size_t>(cell.size(), 24));
+      line += fmt::format("{:>{}}  ", row == 0 ? column.head : column.cells[row - 1], width);
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+  }
+  return text;
+}
+
+/// What is known of the ensemble now.
+/// @param n_rows of the terminal
+std::string picture(const Folder& folder, const input::Parameters& parameters, const Options& options,
+                    std::size_t n_rows) {
+  const auto n_done = folder.count(SampleStatus::done), n_failed = folder.count(SampleStatus::failed);
+  std::string text = fmt::format("{}: {} done, {} failed, {} left of {}\n", folder.path().string(), n_done,
+                                 n_failed, folder.n_samples() - n_done - n_failed, folder.n_samples());
+  const auto owners = folder.at_work();
+  if (owners.empty()) text += "no run is at work here\n";
+  for (const auto& owner : owners) text += fmt::format("at work: {}\n", owner);
+  ensemble::Progress progress(0, 1, parameters);
+  for (const auto& [number, sample] : folder.samples())
+    if (sample.row.status != SampleStatus::pending) progress.kept(number, sample.row);
+  if (const auto means = progress.means(); !means.empty()) text += means + "\n";
+  for (const auto& [number, age] : folder.checkpoints())
+    text += fmt::format("sample {} has a checkpoint, {} old\n", number, ensemble::format_duration(age));
+
+  const std::deque<std::string> log = folder.log(options.log_lines);
+  const auto n_used = static_cast<std::size_t>(std::ranges::count(text, '\n')) + log.size() + 5;
+  std::vector<std::pair<fs::file_time_type, std::uint64_t>> newest;
+  for (const auto& [number, sample] : folder.samples()) newest.emplace_back(sample.ended, number);
+  std::ranges::sort(newest, std::greater());
+  newest.resize(std::min(newest.size(), n_rows > n_used + 3 ? n_rows - n_used : std::size_t{3}));
+  std::vector<std::uint64_t> numbers;
+  for (const auto& [time, number] : newest) numbers.push_back(number);
+  std::ranges::sort(numbers);
+  std::vector<const Folder::Sample*> samples;
+  for (const auto number : numbers) samples.push_back(&folder.samples().at(number));
+  if (!samples.empty()) {
+    text += samples.size() < folder.samples().size()
+                ? fmt::format("\nthe last {} samples that ended\n", samples.size())
+                : "\n";
+    text += table(samples, numbers);
+  }
+  if (!log.empty()) {
+    text += "\n";
+    for (const auto& line : log) text += line + "\n";
+  }
+  return text;
+}
+
+std::size_t terminal_height() {
+  winsize size{};
+  if (::isatty(STDOUT_FILENO) == 0 || ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_row == 0)
+    return rows_without_terminal;
+  return size.ws_row;
+}
+
+/// Lines no wider than the terminal.
+std::string cut(const std::string& text, int width) {
+  if (width <= 0) return text;
+  std::string result;
+  std::size_t start = 0;
+  while (start < text.size()) {
+    const std::size_t end = text.find('\n', start);
+    result += text.substr(start, std::min(end - start, static_cast<std::size_t>(width))) + "\n";
+    start = end + 1;
+  }
+  return result;
+}
+
+void watch(const Options& options, const input::Parameters& parameters) {
+  Folder folder(options.folder, parameters);
+  const int width = terminal_width(STDOUT_FILENO);
+  for (;;) {
+    folder.look();
+    const std::string text = cut(picture(folder, parameters, options, terminal_height()), width);
+    // On a terminal each picture takes the place of the one before.
+    fmt::print("{}{}", width > 0 && !options.once ? "\033[H\033[2J" : "", text);
+    std::fflush(stdout);
+    const bool is_over =
+        folder.count(SampleStatus::done) + folder.count(SampleStatus::failed) == folder.n_samples();
+    if (options.once || (is_over && folder.at_work().empty())) return;
+    std::this_thread::sleep_for(std::chrono::duration<double>(options.interval));
+    if (width <= 0) fmt::print("\n");
+  }
+}
+
+}  // namespace
+
+void add_watch_command(CLI::App& app, Action& run) {
+  auto options = std::make_shared<Options>();
+  auto* command = app.add_subcommand(
+      "watch", "Show how a running ensemble stands, again and again: its samples, means and last log lines");
+  command->add_option("folder", options->folder, "output folder of crackle run")->required();
+  command->add_option("--interval", options->interval, "seconds between two looks")
+      ->check(CLI::Range(0.1, 86400.0))
+      ->capture_default_str();
+  command->add_option("--log", options->log_lines, "last lines of the run's log to show")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
+  command->add_flag("--once", options->once, "look once");
+  command->footer("Reads only, and ends with the ensemble. Ctrl-C ends it at any time; the run goes on.");
+  command->callback([options, &run] {
+    run = [options](const parallel::Communicator& world) {
+      const input::Parameters parameters = input_of(world, options->folder);
+      parallel::agree_on_root(world, [&] { watch(*options, parameters); });
+      return static_cast<int>(success);
+    };
+  });
+}
+
+}  // namespace crackle::apps

@@ -1,0 +1,25 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""An example of the Python package: `python3 jobs/figures.py out/demo` draws four pictures of an ensemble into figures.png.
+
+Without `pip install tools/`, PYTHONPATH=tools lets Python find the package.
+"""
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+import crackle
+
+plates = crackle.open(sys.argv[1])
+print(plates.samples[["onset_force", "peak_load", "work_of_fracture", "crack_speed_max"]].describe())
+print(plates.paths.arrival_time.median("sample"))
+
+figure, ((load, length), (speed, cracks)) = plt.subplots(2, 2, figsize=(9, 7), layout="constrained")
+plates.plot.load(axes=load)
+plates.plot.crack_length(axes=length)
+plates.plot.tip_speed(axes=speed)
+plates.plot.cracks(axes=cracks)
+figure.savefig("figures.png", dpi=150)

@@ -1,0 +1,182 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Python package crackle on an ensemble of two samples, against `crackle stats --json` and the files themselves."""
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import h5py
+import matplotlib
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.dont_write_bytecode = True
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
+matplotlib.use("Agg")
+
+import crackle  # noqa: E402
+from crackle_launch import environment  # noqa: E402
+from crackle_report.program import ResultsError  # noqa: E402
+from synthetic_ensemble import write_ensemble  # noqa: E402
+
+PROGRAM = Path()
+PROBE = """
+[[output.probe]]
+name = "gauge"
+at = ["2.5 mm", "12 mm", "40 mm"]
+"""
+
+
+class Package(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.temporary.cleanup)
+        cls.folder = Path(cls.temporary.name) / "out"
+        text = (ROOT / "jobs" / "demo.toml").read_text()
+        text = re.sub(r"(?m)^samples = .*", "samples = 2", text)
+        text = re.sub(r"(?m)^frames = .*", 'frames = 3\nhistory = "2 us"', text) + PROBE
+        source = Path(cls.temporary.name) / "two.toml"
+        source.write_text(text)
+        subprocess.run([str(PROGRAM), "run", str(source), "-o", str(cls.folder)], check=True, capture_output=True, env=environment())
+        cls.ensemble = crackle.open(cls.folder)
+        done = subprocess.run([str(PROGRAM), "stats", str(cls.folder), "--json", "--read-only"], check=True, capture_output=True,
+                              text=True, env=environment())
+        cls.json = json.loads(done.stdout)
+
+    def test_samples_are_those_of_the_program(self):
+        table = self.ensemble.samples
+        self.assertEqual(list(table["status"]), ["done", "done"])
+        for result in self.json["results"]:
+            if result.get("categories"):
+                continue
+            np.testing.assert_array_equal(table[result["name"]].astype(float),
+                                          np.array(self.json["samples"][result["name"]], float), result["name"])
+        names = [result["name"] for result in self.json["results"]]
+        self.assertEqual([name for name in table if name in names], names, "the order is another one")
+        self.assertEqual(table.attrs["units"]["peak_load"], "N")
+        self.assertIn("load", table.attrs["meaning"]["peak_load"])
+        self.assertIn(table["outcome"][0], ("separated", "in one piece", "arrested", "undecided"))
+        self.assertEqual(len(self.ensemble), 2)
+        self.assertEqual(repr(self.ensemble), f"<crackle.Ensemble '{self.folder}': 2 of 2 samples done, 0 failed>")
+
+    def test_paths_have_names_units_and_places(self):
+        position = self.ensemble.paths.position
+        self.assertEqual(position.dims, ("sample", "notch", "section"))
+        self.assertEqual(position.attrs["units"], "m")
+        np.testing.assert_array_equal(position.section, self.json["crack_path"]["section"])
+        np.testing.assert_array_equal(position, np.array(self.json["crack_path"]["position"], float))
+        self.assertGreater(float(self.ensemble.paths.arrival_time.max()), 1e-6)
+
+    def test_histories_are_those_of_the_files(self):
+        together = self.ensemble.histories
+        for number in (0, 1):
+            history = self.ensemble[number].history
+            n = history.sizes["moment"]
+            with h5py.File(self.folder / "samples" / f"{number:04d}.h5") as root:
+                for name in ("load", "external", "crack_length", "tip_speed"):
+                    stored = root["history"][name][...]
+                    np.testing.assert_array_equal(history[name], stored)
+                    np.testing.assert_array_equal(together[name].sel(sample=number).isel(moment=slice(n)), stored)
+                self.assertEqual(root["history/load"].dims[0].label, "moment")
+                self.assertEqual(root["history/load"].dims[0][0].name, "/history/load_time")
+            self.assertTrue(np.isnan(together["load"].sel(sample=number).isel(moment=slice(n, None))).all())
+            self.assertEqual(history["load"].attrs["units"], "N")
+            self.assertEqual(history.condition_force.dims, ("moment", "condition", "component"))
+            self.assertEqual(list(history.condition_on.values), ["z-min", "z-max"])
+            # What pulls above is held below, at rest.
+            at_rest = history.isel(moment=history.phase == 0).condition_force.sel(component="z")
+            np.testing.assert_allclose(at_rest.isel(condition=0), -at_rest.isel(condition=1), rtol=1e-6)
+            self.assertEqual(history.probe_stress.dims, ("moment", "probe", "stress_component"))
+            self.assertEqual(list(history.probe_name.values), ["gauge"])
+            # Far from the notches the stress is the mean one.
+            mean = at_rest.isel(condition=1) / (5e-3 * 24.5e-3)
+            np.testing.assert_allclose(history.isel(moment=history.phase == 0).probe_stress.sel(stress_component="zz").isel(probe=0),
+                                       mean, rtol=0.1)
+
+    def test_a_sample_has_fields_and_cracks(self):
+        sample = self.ensemble[1]
+        self.assertEqual(sample.frames.displacement.dims, ("frame", "node", "component"))
+        self.assertEqual(sample.frames.sizes["node"], len(sample.mesh["nodes"]))
+        self.assertEqual(len(sample.frames.time), 3)
+        self.assertAlmostEqual(float(sample.crack_surface.area.sum()), float(self.ensemble.samples["crack_area"][1]), delta=1e-14)
+        self.assertTrue(set(sample.crack_surface.notch.values) <= {-1, 0, 1})
+        self.assertTrue(sample.crack_lines and all(line.attrs["notch"] in (0, 1) for line in sample.crack_lines))
+        self.assertEqual(sample.summary["onset_force"], self.ensemble.samples["onset_force"][1])
+        self.assertGreater(sample.history.attrs["rayleigh_speed"], 900)
+        with sample.open() as root:
+            self.assertIn("breaks", root)
+
+    def test_each_picture_takes_one_line(self):
+        plot = self.ensemble.plot
+        for axes in (plot.load(), plot.load(over="time"), plot.crack_length(), plot.tip_speed(), plot.cracks([1])):
+            self.assertTrue(any(np.isfinite(line.get_ydata()).sum() > 3 for line in axes.lines))
+            self.assertTrue(axes.get_xlabel() and axes.get_ylabel())
+        self.assertEqual(sum(patch.get_height() for patch in plot.histogram("peak_load").patches), 2)
+        with self.assertRaisesRegex(ValueError, '"displacement" or "time"'):
+            plot.load(over="space")
+
+    def test_a_run_on_its_way_is_read_from_its_samples(self):
+        with tempfile.TemporaryDirectory() as name:
+            shutil.copytree(self.folder / "samples", Path(name) / "samples")
+            (Path(name) / "samples" / "0000.h5").unlink()
+            ensemble = crackle.open(name)
+            self.assertEqual(ensemble.done, [1])
+            self.assertEqual(ensemble.samples["onset_force"][1], self.ensemble.samples["onset_force"][1])
+            np.testing.assert_array_equal(ensemble.paths.position[0], self.ensemble.paths.position[1])
+            with self.assertRaisesRegex(KeyError, "sample 0 has not ended; those that have: 1"):
+                ensemble[0]
+
+    def test_what_is_no_result_is_refused_with_the_reason(self):
+        with tempfile.TemporaryDirectory() as name:
+            with self.assertRaisesRegex(ResultsError, "holds no results"):
+                crackle.open(name)
+            with self.assertRaisesRegex(ResultsError, "there is no folder"):
+                crackle.open(Path(name) / "missing")
+
+    def test_older_files_are_read_as_far_as_they_go(self):
+        with tempfile.TemporaryDirectory() as name:
+            write_ensemble(Path(name), 3)
+            ensemble = crackle.open(name)
+            self.assertEqual(len(ensemble.samples), 3)
+            self.assertEqual(ensemble.paths.position.dims, ("sample", "notch", "section"))
+            with self.assertRaisesRegex(AttributeError, "has no history"):
+                ensemble[ensemble.done[0]].history
+
+    def test_it_can_be_installed(self):
+        with tempfile.TemporaryDirectory() as name:
+            copy, target = Path(name) / "tools", Path(name) / "site"
+            shutil.copytree(ROOT / "tools", copy, ignore=shutil.ignore_patterns("__pycache__"))
+            install = subprocess.run(["/usr/bin/python3", "-m", "pip", "install", "--no-deps", "--no-build-isolation", "--no-index",
+                                      "--target", str(target), str(copy)], capture_output=True, text=True, check=False)
+            self.assertEqual(install.returncode, 0, install.stderr)
+            variables = {**os.environ, "PYTHONPATH": str(target), "CRACKLE": str(PROGRAM)}
+            five_lines = f"import crackle\np = crackle.open({str(self.folder)!r})\np.plot.load().figure.savefig('load.png')\nprint(crackle.__file__)"
+            done = subprocess.run(["/usr/bin/python3", "-B", "-c", five_lines], capture_output=True, text=True, check=True, cwd=name,
+                                  env={**variables, "MPLBACKEND": "Agg"})
+            self.assertIn(str(target), done.stdout)
+            self.assertGreater((Path(name) / "load.png").stat().st_size, 10_000)
+            done = subprocess.run(["/usr/bin/python3", "-B", str(target / "bin" / "crackle-report"), str(self.folder), "--no-animation"],
+                                  capture_output=True, text=True, check=False, env=variables)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            done = subprocess.run(["/usr/bin/python3", "-B", str(ROOT / "jobs" / "figures.py"), str(self.folder)], capture_output=True,
+                                  text=True, check=False, cwd=name, env=variables)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("work_of_fracture", done.stdout)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--program", type=Path, required=True)
+    options, rest = parser.parse_known_args()
+    PROGRAM = options.program.resolve()
+    unittest.main(argv=[sys.argv[0], *rest], verbosity=2)
