@@ -541,7 +541,7 @@ class Stats(unittest.TestCase):
             self.assertEqual(result.returncode, 1)
             self.assertIn("3 samples: 3 done", result.stdout)
             self.assertEqual(len(re.findall("crackle: cannot write '.*ensemble.h5'", result.stderr)), 1, result.stderr)
-            self.assertEqual(sorted(file.name for file in self.folder.iterdir()), ["ensemble.h5", "input.toml", "samples"])
+            self.assertEqual(sorted(file.name for file in self.folder.iterdir()), ["ensemble.h5", "input.toml", "run.log", "samples"])
 
     def test_other_folders_are_an_error(self):
         for folder, reason in ((self.folder / "samples", "neither input.toml nor ensemble.h5 nor samples"),

@@ -94,7 +94,8 @@ def make_report(folder: Path, options: Options = Options(), program: Optional[Pa
         section = make_section(ensemble, options)
         if section is None:
             continue
-        sections.append((section, [_save(picture, pictures_folder) for picture in section.pictures]))
+        pictures = [*section.pictures, *(view.picture for view in section.views)]
+        sections.append((section, [_save(picture, pictures_folder) for picture in pictures]))
         for film in section.animations:
             write_whole(pictures_folder / f"{film.name}.gif", film.gif)
     if options.each_crack:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import base64
+import shlex
 from html import escape
 from pathlib import Path
 
 from . import tables
-from .figures.picture import Section
+from .figures.picture import Section, View
 from .results import Ensemble
 
 _HERE = Path(__file__).resolve().parent
+# Where Debian's libjs-three has three.js.
+THREE = (Path("/usr/share/javascript/three"),)
 
 
 def render(ensemble: Ensemble, sections: list[tuple[Section, list[bytes]]]) -> str:
@@ -30,6 +33,7 @@ def render(ensemble: Ensemble, sections: list[tuple[Section, list[bytes]]]) -> s
         for picture, image in zip(section.pictures, images):
             width = round(picture.figure.get_figwidth() * 108)
             parts.append(f"<figure>{_image(picture.description, width, 'png', image)}</figure>")
+        parts += [_view(view, image) for view, image in zip(section.views, images[len(section.pictures):])]
         if section.animations:
             parts.append('<figure class="animations">' + "".join(
                 _image(film.description, film.width, "gif", film.gif) for film in section.animations) + "</figure>")
@@ -37,6 +41,7 @@ def render(ensemble: Ensemble, sections: list[tuple[Section, list[bytes]]]) -> s
         parts.append("<h2>Mean crack position</h2>\n" + tables.sections(ensemble))
     parts.append("<h2>Samples</h2>\n<p>A click on a column's head sorts by it.</p>\n"
                  + tables.samples(ensemble))
+    parts.append(_next(ensemble))
     parts.append("<h2>Provenance</h2>\n" + tables.provenance(ensemble))
     parts.append(f"<h2>Input</h2>\n<pre>{escape(ensemble.input_text)}</pre>")
     body = "\n".join(part for part in parts if part)
@@ -53,9 +58,41 @@ def render(ensemble: Ensemble, sections: list[tuple[Section, list[bytes]]]) -> s
 {body}
 <script>
 {(_HERE / "page.js").read_text(encoding="utf-8")}</script>
-</body>
+{_surface_script(sections)}</body>
 </html>
 """
+
+
+def _next(ensemble: Ensemble) -> str:
+    """What else can be done with these results."""
+    folder = escape(shlex.quote(str(ensemble.folder)))
+    sample = int(ensemble.done[0]) if ensemble.done.size else 0
+    steps = ((f"crackle-paraview {folder} --sample {sample}", "writes the fields and cracks of a sample for ParaView"),
+             (f"crackle.open({escape(repr(str(ensemble.folder)))})", "in Python: samples, paths, histories and fields as labelled tables"),
+             (f"crackle-report {folder} --sample {sample} --times 0,30,50,70", "shows other samples and times"),
+             (f"crackle run plate.toml -o {folder} --resume", "goes on, with more samples where the input asks for more"))
+    rows = "".join(f'<tr><td class="text"><code>{command}</code></td><td class="text reason">{what}</td></tr>' for command, what in steps)
+    return f'<h2>Next</h2>\n<div class="scroll"><table><tbody>{rows}</tbody></table></div>'
+
+
+def _view(view: View, image: bytes) -> str:
+    """A crack surface, hidden until surface.js draws it in place of its picture."""
+    width = round(view.picture.figure.get_figwidth() * 108)
+    data = "".join(f' data-{name}="{base64.b64encode(getattr(view, name)).decode("ascii")}"'
+                   for name in ("corner", "time", "colour", "line"))
+    return (f'<figure class="surface"{data}>{_image(view.picture.description, width, "png", image)}'
+            f'<div class="stage"><canvas></canvas><p><b>{escape(view.picture.description)}</b> <button type="button">Play</button> '
+            '<input type="range" min="0" aria-label="time"> <output></output></p></div></figure>')
+
+
+def _surface_script(sections: list[tuple[Section, list[bytes]]]) -> str:
+    """three.js and what draws the surfaces; nothing where there are none, or no three.js: then their pictures stand."""
+    library = next((folder for folder in THREE if (folder / "three.min.js").is_file()), None)
+    if library is None or not any(section.views for section, _ in sections):
+        return ""
+    controls = library / "examples" / "js" / "controls" / "OrbitControls.js"
+    texts = [file.read_text(encoding="utf-8") for file in (library / "three.min.js", controls, _HERE / "surface.js")]
+    return "".join(f"<script>\n{text.replace('</script', '<' + chr(92) + '/script')}</script>\n" for text in texts)
 
 
 def _image(description: str, width: int, kind: str, content: bytes) -> str:

@@ -52,7 +52,7 @@ def samples(ensemble: Ensemble) -> str:
             reason = table.error[i] if status == FAILED else ""
             cells += f'<td class="text reason" colspan="{len(columns) - 2}">{escape(reason)}</td>'
         body.append(f'<tr class="{STATUS_NAMES[status]}">{cells}</tr>')
-    return (f'<div class="scroll"><table class="sortable"><thead><tr>{head}</tr></thead>\n<tbody>'
+    return (f'<div class="scroll wide"><table class="sortable"><thead><tr>{head}</tr></thead>\n<tbody>'
             + "\n".join(body) + "</tbody></table></div>")
 
 

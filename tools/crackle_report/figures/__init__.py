@@ -6,7 +6,7 @@ from typing import Callable, Optional
 
 from ..options import Options
 from ..results import Ensemble
-from . import convergence, crack_paths, crossings, energy, growth, histories, material, shares
+from . import convergence, crack_paths, crossings, energy, growth, histories, material, shares, surface
 from .picture import Section
 
 SECTIONS: tuple[Callable[[Ensemble, Options], Optional[Section]], ...] = (
@@ -15,6 +15,7 @@ SECTIONS: tuple[Callable[[Ensemble, Options], Optional[Section]], ...] = (
     shares.section,
     convergence.section,
     growth.section,
+    surface.section,
     histories.section,
     material.section,
     energy.section,

@@ -23,9 +23,21 @@ class Animation:
 
 
 @dataclass
+class View:
+    """A crack surface that can be turned and played in time, drawn by surface.js; its picture stands where that cannot be."""
+
+    picture: Picture
+    corner: bytes  # facets x 4 x 3 float32, in order of opening [mm]
+    time: bytes  # facets, float32 [us]
+    colour: bytes  # facets x 3 uint8
+    line: bytes  # lines x 2 x 3 float32: edges of the body [mm]
+
+
+@dataclass
 class Section:
     title: str
     text: str
     answer: str = ""  # what the pictures come to, in a sentence
     pictures: list[Picture] = field(default_factory=list)
     animations: list[Animation] = field(default_factory=list)
+    views: list[View] = field(default_factory=list)

@@ -1,0 +1,82 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tests of `crackle watch`: while an ensemble runs, when it has ended, and in folders that hold none."""
+from __future__ import annotations
+
+import argparse
+import re
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.dont_write_bytecode = True
+sys.path[:0] = [str(ROOT / "tools")]
+
+from crackle_launch import environment  # noqa: E402
+
+PROGRAM = Path()
+
+
+def state(folder: Path) -> dict:
+    return {str(file): (file.stat().st_mtime_ns, file.stat().st_size) for file in folder.rglob("*")}
+
+
+class Watch(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = Path(temporary.name) / "out"
+        text = (ROOT / "jobs" / "demo.toml").read_text()
+        self.input = Path(temporary.name) / "demo.toml"
+        self.input.write_text(re.sub(r"(?m)^samples = .*", "samples = 3", text))
+
+    def watch(self, *arguments: str) -> subprocess.CompletedProcess:
+        return subprocess.run([str(PROGRAM), "watch", str(self.folder), *arguments], capture_output=True, text=True, check=False,
+                              env=environment(), timeout=300)
+
+    def test_it_follows_a_run_to_its_end_and_reads_only(self):
+        with subprocess.Popen([str(PROGRAM), "run", str(self.input), "-o", str(self.folder)], stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, text=True, env=environment()) as run:
+            until = time.monotonic() + 120
+            while not list(self.folder.glob("samples/*.h5")) and time.monotonic() < until:
+                time.sleep(0.05)
+            running = self.watch("--once")
+            followed = self.watch("--interval", "0.5")
+            log = run.communicate()[0]
+            self.assertEqual(run.returncode, 0, log)
+        self.assertEqual(running.returncode, 0, running.stderr)
+        self.assertRegex(running.stdout, rf"at work: process {run.pid} on ")
+        self.assertRegex(running.stdout, r"[12] done, 0 failed, [12] left of 3")
+        self.assertIn("3 of 3 samples to do", running.stdout)
+        self.assertEqual(followed.returncode, 0, followed.stderr)
+        pictures = followed.stdout.split(f"{self.folder}: ")
+        self.assertGreater(len(pictures), 2, "it looked once only")
+        self.assertRegex(pictures[-1], r"^3 done, 0 failed, 0 left of 3\nno run is at work here\n")
+        rows = re.findall(r"(?m)^ +(\d) +done +([\d.]+) ", pictures[-1])
+        self.assertEqual([number for number, _ in rows], ["0", "1", "2"])
+        for number, force in rows:
+            self.assertIn(f"sample {number} done: separated, onset {float(force):.1f} N", log)
+        self.assertIn("pictures and report: tools/crackle-report", pictures[-1])
+        self.assertEqual(log.splitlines()[-1], (self.folder / "run.log").read_text().splitlines()[-1])
+
+        before = state(self.folder)
+        self.assertEqual(self.watch().returncode, 0, "it ends by itself")
+        self.assertEqual(state(self.folder), before)
+
+    def test_of_no_ensemble_it_says_so(self):
+        done = self.watch("--once")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("is not the folder of an ensemble", done.stderr)
+        self.assertFalse(self.folder.exists())
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--program", type=Path, required=True)
+    options, rest = parser.parse_known_args()
+    PROGRAM = options.program.resolve()
+    unittest.main(argv=[sys.argv[0], *rest], verbosity=2)
