@@ -22,6 +22,7 @@ from synthetic_ensemble import write_ensemble  # noqa: E402
 
 NEEDED = ("chromium", "pdftoppm", "pdftotext")
 WEBGL = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+PAGE_WIDTH = 1080  # at most, as page.css has it [pixels]
 HEIGHT = 7000  # of the part that is looked at [pixels]
 
 
@@ -42,7 +43,7 @@ def is_coloured(image: np.ndarray) -> np.ndarray:
 def rows_of_frames(image: np.ndarray) -> list[tuple[int, int]]:
     """First and last row of each frame round a picture in space: lines of its colour on all four sides."""
     line = (np.abs(image.astype(int) - (206, 212, 218)) < 6).all(axis=2)
-    margin = image.shape[1] // 12 + 30
+    margin = (image.shape[1] - min(image.shape[1], PAGE_WIDTH)) // 2 + 40
     rows = np.flatnonzero(line[:, margin:-margin].mean(axis=1) > 0.95)
     return [(int(a), int(b)) for a, b in zip(rows, rows[1:]) if b - a > 150 and (line[a:b].mean(axis=0) > 0.95).sum() == 2]
 
