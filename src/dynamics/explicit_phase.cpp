@@ -122,9 +122,9 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
   const std::int64_t n_steps = options.grid.n_steps;
   const std::int64_t last_step = options.arrest_window ? max_phase_durations * n_steps : n_steps;
   const std::int64_t row_interval = std::max<std::int64_t>(1, n_steps / options.n_energy_rows);
-  std::optional<std::int64_t> history_interval;
-  if (options.history_interval)
-    history_interval = std::max<std::int64_t>(1, std::llround(*options.history_interval / dt));
+  const std::int64_t history_interval =
+      options.history_interval ? std::max<std::int64_t>(1, std::llround(*options.history_interval / dt))
+                               : row_interval;
   const auto pictures = frame_steps(options.n_frames, n_steps);
 
   const double negligible = negligible_share * energy_at_strength(group, body, criterion.strengths());
@@ -134,8 +134,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
     return step % row_interval == 0 || step >= n_steps || is_picture(step);
   };
   const auto is_history_row = [&](std::int64_t step) {
-    return options.on_history &&
-           (history_interval ? step % *history_interval == 0 || step >= n_steps : is_energy_row(step));
+    return options.on_history && (step % history_interval == 0 || step >= n_steps);
   };
   const auto has_output = [&](std::int64_t step) {
     return step <= n_steps && (is_energy_row(step) || is_history_row(step));

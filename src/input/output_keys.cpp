@@ -27,7 +27,7 @@ Key name_key() {
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             const auto name = read_text(source, accepted);
             if (!name) return;
-            if (name->empty() || name->size() > max_name)
+            if (name->size() > max_name)
               source.report("has {} characters; give {}", name->size(), accepted);
             parameters.output.probes.at(i).name = *name;
           },

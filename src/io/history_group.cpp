@@ -122,7 +122,7 @@ void write_history(hid_t file, const input::Parameters& parameters, const std::v
   write_column<std::int64_t>(
       group, "broken", rows, [](const HistoryRow& row) { return row.energy.broken; }, "",
       "tetrahedra broken so far");
-  if (cracks.n_starts > 0) write_cracks(group, cracks, rows.size());
+  if (cracks.area.size() == rows.size() * cracks.n_starts) write_cracks(group, cracks, rows.size());
   hdf5::label_datasets(group, {"moment", "notch"}, "load_time");
   hdf5::write_attribute(group, "rayleigh_speed", mechanics::rayleigh_speed(parameters.material));
   write_conditions(group, parameters.boundaries, rows);

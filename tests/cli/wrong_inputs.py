@@ -18,6 +18,10 @@ def in_outline(text, points='[["0 mm", "0 mm"], ["24.5 mm", "0 mm"], ["24.5 mm",
     return text.drop("specimen", "size").set("specimen", "thickness", '"5 mm"').set("specimen", "outline", points)
 
 
+def with_probe(text, place='["2.5 mm", "12 mm", "40 mm"]', name='"gauge"', at=0):
+    return text.append("[[output.probe]]", f"name = {name}", f"at = {place}", at=at)
+
+
 def with_hole(text, *lines, at=0):
     return text.append("[[specimen.hole]]", *lines, at=at)
 
@@ -133,6 +137,20 @@ CASES = [
     Case("exponent huge", lambda t: t.set("fracture", "exponent", "1e300"), "fracture.exponent", "out of range"),
     Case("boolean for a number", lambda t: t.set("mesh", "growth", "false"), "mesh.growth", "false is a boolean"),
     Case("table for a number", lambda t: t.set("mesh", "growth", "{ a = 1 }"), "mesh.growth", "this is a table"),
+    Case("history neither auto nor time", lambda t: t.set("output", "history", '"often"'), "output.history", '"auto" or a time'),
+    Case("history of many rows", lambda t: t.set("output", "history", '"1 ps"'), "output.history", "makes more than 100000 rows",
+         "give a longer time"),
+    Case("probe without a name", lambda t: with_probe(t, name='""', at=1), "output.probe[0].name", "the string is empty",
+         "a text of 1 to 60 characters"),
+    Case("probe outside the body", lambda t: with_probe(t, '["2.5 mm", "30 mm", "40 mm"]', at=2), "output.probe[0].at",
+         "y = 30 mm is outside the body", "give a length from 0"),
+    Case("probe in a notch", lambda t: with_probe(t, '["2.5 mm", "3 mm", "65 mm"]', at=2), "output.probe[0].at",
+         "the place is in specimen.notch[0]"),
+    Case("probe in a hole", lambda t: with_probe(with_hole(in_outline(t), 'center = ["12 mm", "40 mm"]', 'radius = "4 mm"'), at=2),
+         "output.probe[0].at", "outside the body, or in a hole or a notch"),
+    Case("probe with two coordinates", lambda t: with_probe(t, '["12 mm", "40 mm"]', at=2), "output.probe[0].at", "three lengths"),
+    Case("two probes of one name", lambda t: with_probe(with_probe(t), at=1), "output.probe[1].name",
+         'another probe is called "gauge"'),
     Case("too many frames", lambda t: t.set("output", "frames", "100001"), "output.frames", "from 0 to 100000"),
     # Words.
     Case("unknown integrator", lambda t: t.set("time", "integrator", '"euler"'), "time.integrator",

@@ -60,7 +60,7 @@ struct PhaseOptions {
       false;                ///< once the body is apart, numbers out of range end the phase and are no failure
   int n_frames = 0;         ///< frames over the whole duration, first and last included
   int n_energy_rows = 200;  ///< about this many rows of the energy account
-  /// Between two calls of on_history [s]; empty: it is called for every row of the energy account.
+  /// Between two calls of on_history [s]; empty: as between rows of the energy account.
   std::optional<double> history_interval = {};
   /// Called on every rank with the energies and the state then; may be empty.
   std::function<void(const EnergyRow& row, const MotionState& state)> on_history = {};
