@@ -32,7 +32,7 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
   };
   std::vector<double> force(u.size()), external(displacement.owned().size());
   if (std::ranges::any_of(loads.motions, counts)) {
-    body.force().evaluate(u, force);
+    body.force().evaluate(loads.held_tetrahedra, u, force);
     loads.add_forces(time, external);
   }
   for (const auto& motion : loads.motions) {

@@ -106,6 +106,19 @@ ConditionNodes area_shares(const parallel::Communicator& group, const input::Bou
   return {std::move(face.nodes), std::move(face.area)};
 }
 
+std::vector<std::int32_t> tetrahedra_at(const std::vector<PrescribedMotion>& motions,
+                                        const geometry::Subdomain& subdomain) {
+  std::vector<std::uint8_t> is_held(subdomain.nodes.size(), 0);
+  for (const auto& motion : motions)
+    for (const auto node : motion.nodes) is_held[index(node)] = 1;
+  std::vector<std::int32_t> tetrahedra;
+  for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t)
+    if (std::ranges::any_of(subdomain.tetrahedra[index(t)],
+                            [&](std::int32_t node) { return is_held[index(node)] != 0; }))
+      tetrahedra.push_back(t);
+  return tetrahedra;
+}
+
 std::vector<std::int32_t> held_nodes(const input::Boundary& condition, const Faces& faces,
                                      const geometry::Subdomain& subdomain) {
   std::set<std::int32_t> nodes;
@@ -281,6 +294,7 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
       loads.conditions.push_back(equal_shares(group, nodes));
     }
   }
+  loads.held_tetrahedra = tetrahedra_at(loads.motions, subdomain);
   return loads;
 }
 

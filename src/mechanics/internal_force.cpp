@@ -9,17 +9,25 @@ namespace crackle::mechanics {
 
 void InternalForce::evaluate(std::span<const double> displacement, std::span<double> force) const {
   std::ranges::fill(force, 0.0);
-  for (std::size_t number = 0; number < operators_->tetrahedra.size(); ++number) {
-    const auto tetrahedron = static_cast<std::int32_t>(number);
-    if (!residual_stiffness_->carries(tetrahedron) && !residual_stiffness_->has_contact(tetrahedron))
-      continue;
-    const auto& t = operators_->tetrahedra[number];
-    const Symmetric sigma = residual_stiffness_->stress(tetrahedron, strain(t, displacement));
-    for (std::size_t a = 0; a < 4; ++a) {
-      const Vector traction = apply(sigma, t.gradient[a]);
-      double* f = &force[3 * index(t.nodes[a])];
-      for (std::size_t i = 0; i < 3; ++i) f[i] += t.volume * traction[i];
-    }
+  for (std::size_t number = 0; number < operators_->tetrahedra.size(); ++number)
+    add(static_cast<std::int32_t>(number), displacement, force);
+}
+
+void InternalForce::evaluate(std::span<const std::int32_t> tetrahedra, std::span<const double> displacement,
+                             std::span<double> force) const {
+  std::ranges::fill(force, 0.0);
+  for (const auto tetrahedron : tetrahedra) add(tetrahedron, displacement, force);
+}
+
+void InternalForce::add(std::int32_t tetrahedron, std::span<const double> displacement,
+                        std::span<double> force) const {
+  if (!residual_stiffness_->carries(tetrahedron) && !residual_stiffness_->has_contact(tetrahedron)) return;
+  const auto& t = operators_->tetrahedra[index(tetrahedron)];
+  const Symmetric sigma = residual_stiffness_->stress(tetrahedron, strain(t, displacement));
+  for (std::size_t a = 0; a < 4; ++a) {
+    const Vector traction = apply(sigma, t.gradient[a]);
+    double* f = &force[3 * index(t.nodes[a])];
+    for (std::size_t i = 0; i < 3; ++i) f[i] += t.volume * traction[i];
   }
 }
 

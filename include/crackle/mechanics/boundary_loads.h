@@ -69,6 +69,8 @@ struct BoundaryLoads {
   std::vector<ForcePattern> forces;
   std::vector<PrescribedMotion> motions;
   std::vector<ConditionNodes> conditions = {};  ///< in the order of the input
+  /// Local tetrahedra, ascending, that touch a node with a prescribed motion: what reactions follow from.
+  std::vector<std::int32_t> held_tetrahedra = {};
 
   /// First time after `time` at which any program's slope changes; infinity when there is none.
   double next_kink(double time) const;

@@ -4,6 +4,7 @@
 #include "crackle/mechanics/operators.h"
 #include "crackle/mechanics/residual_stiffness.h"
 
+#include <cstdint>
 #include <span>
 
 namespace crackle::mechanics {
@@ -22,7 +23,14 @@ public:
   /// @param force 3 n_local values, valid for owned nodes [N]
   void evaluate(std::span<const double> displacement, std::span<double> force) const;
 
+  /// The same of some tetrahedra: nodes that no other one touches get the bits of evaluate().
+  /// @param tetrahedra local numbers, ascending
+  void evaluate(std::span<const std::int32_t> tetrahedra, std::span<const double> displacement,
+                std::span<double> force) const;
+
 private:
+  void add(std::int32_t tetrahedron, std::span<const double> displacement, std::span<double> force) const;
+
   const PdsOperators* operators_;
   const ResidualStiffness* residual_stiffness_;
 };
