@@ -50,9 +50,9 @@ void add(Numbers& to, const Numbers& from);
 
 /// Where a crack crosses a plane, seen through the thickness.
 struct Crossing {
-  double mean;     ///< over the covered x of the mean of the traces that lie over each other there [m]
-  double spread;   ///< standard deviation of that mean over the covered x [m]
-  double time;     ///< at which the first facet of its group opened [s]
+  double mean;    ///< over the covered x of the mean of the traces that lie over each other there [m]
+  double spread;  ///< standard deviation of that mean over the covered x [m]
+  double time;    ///< at which the first facet of its group opened [s]
   /// Over the covered x the mean of when the first trace there opened; where some of them opened in the last
   /// dynamic phase, those from before it count as from its start [s].
   double arrival;

@@ -18,7 +18,8 @@ constexpr std::size_t max_name = 60;
 constexpr double max_history_rows = 100'000;
 
 Key name_key() {
-  const std::string accepted = fmt::format("a text of 1 to {} characters, such as \"gauge\"", max_name);
+  const std::string accepted =
+      fmt::format("a text of 1 to {} characters without \"/\", such as \"gauge\"", max_name);
   return {"name",
           "text",
           required(),
@@ -27,8 +28,10 @@ Key name_key() {
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             const auto name = read_text(source, accepted);
             if (!name) return;
-            if (name->size() > max_name)
-              source.report("has {} characters; give {}", name->size(), accepted);
+            if (name->size() > max_name) source.report("has {} characters; give {}", name->size(), accepted);
+            // It becomes the name of a group in the sample files.
+            if (name->find('/') != std::string::npos || *name == "." || *name == "..")
+              source.report("{} cannot be used; give {}", source.value.source, accepted);
             parameters.output.probes.at(i).name = *name;
           },
           [](Parameters& parameters, std::size_t i) { return parameters.output.probes.at(i).name; }};

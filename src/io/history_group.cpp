@@ -9,6 +9,8 @@
 
 #include <initializer_list>
 #include <string>
+#include <tuple>
+#include <type_traits>
 
 namespace crackle::io {
 
@@ -16,17 +18,16 @@ namespace {
 
 using dynamics::HistoryRow;
 
-/// A table of vectors, rows x `n_columns`.
-template <class Columns, class Of>
+/// A table of vectors, one for each moment and column: rows x `n_columns` x components.
+/// @param value_of gives the vector of a column at a moment
+template <class Of>
 void write_vectors(hid_t group, const char* name, const std::vector<HistoryRow>& rows, std::size_t n_columns,
-                   Columns columns, Of value_of, const char* units, const char* meaning) {
+                   const Of& value_of, const char* units, const char* meaning) {
   std::vector<double> values;
-  std::size_t n_components = 0;
   for (const HistoryRow& row : rows)
-    for (const auto& one : row.*columns) hdf5::flatten(std::invoke(value_of, one), values);
-  using Value = std::remove_cvref_t<std::invoke_result_t<
-      Of, const typename std::remove_cvref_t<decltype(rows.front().*columns)>::value_type&>>;
-  n_components = std::tuple_size_v<Value>;
+    for (std::size_t k = 0; k < n_columns; ++k) hdf5::flatten(value_of(row, k), values);
+  constexpr std::size_t n_components =
+      std::tuple_size_v<std::remove_cvref_t<std::invoke_result_t<Of, const HistoryRow&, std::size_t>>>;
   hdf5::write_dataset<double>(group, name, {rows.size(), n_columns, n_components}, values, units,
                               hdf5::Storage::compressed);
   describe_dataset(group, name, meaning);
@@ -37,47 +38,58 @@ void label_as(hid_t group, std::initializer_list<const char*> datasets,
   for (const char* name : datasets) hdf5::label_dimensions(hdf5::open_dataset(group, name), names);
 }
 
-void write_conditions(hid_t history, const std::vector<input::Boundary>& conditions,
+bool is_load(const input::Boundary& condition) {
+  using input::BoundaryKind;
+  return condition.kind == BoundaryKind::force || condition.kind == BoundaryKind::traction ||
+         condition.kind == BoundaryKind::pressure;
+}
+
+void write_conditions(hid_t group, const std::vector<input::Boundary>& conditions,
                       const std::vector<HistoryRow>& rows) {
-  const hdf5::Handle group = hdf5::create_group(history, "conditions");
   std::vector<std::string> names, kinds;
   for (const input::Boundary& condition : conditions) {
     names.push_back(condition.on);
-    kinds.push_back(input::name_of(condition.kind));
+    kinds.emplace_back(input::name_of(condition.kind));
   }
-  hdf5::write_texts(group, "on", names);
-  describe_dataset(group, "on", "face of each boundary condition, in the order of the input");
-  hdf5::write_texts(group, "kind", kinds);
-  describe_dataset(group, "kind", "what it prescribes");
-  write_vectors(group, "force", rows, conditions.size(), &HistoryRow::force, std::identity(), "N",
-                "that each condition exerts on the body (x, y, z): the applied force or the reaction");
-  write_vectors(group, "displacement", rows, conditions.size(), &HistoryRow::displacement, std::identity(),
-                "m", "mean over the loaded area, or over the held nodes, of each condition (x, y, z)");
-  hdf5::label_datasets(group, {"moment", "condition", "component"});
-  label_as(group, {"on", "kind"}, {"condition"});
+  hdf5::write_texts(group, "condition_on", names);
+  describe_dataset(group, "condition_on", "face of each boundary condition, in the order of the input");
+  hdf5::write_texts(group, "condition_kind", kinds);
+  describe_dataset(group, "condition_kind", "what it prescribes");
+  const auto force_of = [&](bool of_loads) {
+    return [&conditions, of_loads](const HistoryRow& row, std::size_t k) {
+      return is_load(conditions[k]) == of_loads ? row.force[k] : Vector{};
+    };
+  };
+  write_vectors(group, "load", rows, conditions.size(), force_of(true), "N",
+                "force that each condition applies to the body (x, y, z); 0 where it prescribes a motion");
+  write_vectors(group, "reaction", rows, conditions.size(), force_of(false), "N",
+                "force that each prescribed motion exerts on the body (x, y, z); 0 of loads");
+  write_vectors(
+      group, "displacement", rows, conditions.size(),
+      [](const HistoryRow& row, std::size_t k) { return row.displacement[k]; }, "m",
+      "mean over the loaded area, or over the held nodes, of each condition (x, y, z)");
 }
 
+/// A group for each probe, by its name.
 void write_probes(hid_t history, const std::vector<input::Probe>& probes,
                   const std::vector<HistoryRow>& rows) {
   using dynamics::ProbeValue;
-  const hdf5::Handle group = hdf5::create_group(history, "probes");
-  std::vector<std::string> names;
-  std::vector<double> places;
-  for (const input::Probe& probe : probes) {
-    names.push_back(probe.name);
-    hdf5::flatten(probe.at, places);
+  const hdf5::Handle all = hdf5::create_group(history, "probes");
+  for (std::size_t k = 0; k < probes.size(); ++k) {
+    const hdf5::Handle group = hdf5::create_group(all, probes[k].name);
+    const auto write = [&]<class Member>(const char* name, Member member, const char* units,
+                                         const char* meaning) {
+      write_column<double>(
+          group, name, rows, [&](const HistoryRow& row) { return row.probes[k].*member; }, units, meaning);
+    };
+    write("displacement", &ProbeValue::displacement, "m", "interpolated (x, y, z)");
+    write("velocity", &ProbeValue::velocity, "m/s", "interpolated (x, y, z); 0 in quasi-static loading");
+    write("stress", &ProbeValue::stress, "Pa", "interpolated between nodal means (xx, yy, zz, yz, xz, xy)");
+    hdf5::label_datasets(group, {"moment", "component"});
+    label_as(group, {"stress"}, {"moment", "stress_component"});
+    hdf5::write_dataset<double>(group, "at", {3}, probes[k].at, "m");
+    label_as(group, {"at"}, {"component"});
   }
-  hdf5::write_texts(group, "name", names);
-  hdf5::write_dataset<double>(group, "at", {probes.size(), 3}, places, "m");
-  write_vectors(group, "displacement", rows, probes.size(), &HistoryRow::probes, &ProbeValue::displacement,
-                "m", "interpolated (x, y, z)");
-  write_vectors(group, "velocity", rows, probes.size(), &HistoryRow::probes, &ProbeValue::velocity, "m/s",
-                "interpolated (x, y, z); 0 in quasi-static loading");
-  write_vectors(group, "stress", rows, probes.size(), &HistoryRow::probes, &ProbeValue::stress, "Pa",
-                "interpolated between nodal means (xx, yy, zz, yz, xz, xy)");
-  hdf5::label_datasets(group, {"moment", "probe", "component"});
-  label_as(group, {"name", "at"}, {"probe", "component"});
-  label_as(group, {"stress"}, {"moment", "probe", "stress_component"});
 }
 
 void write_cracks(hid_t group, const analysis::CrackHistory& cracks, std::size_t n_rows) {
@@ -100,7 +112,7 @@ void write_cracks(hid_t group, const analysis::CrackHistory& cracks, std::size_t
 void write_history(hid_t file, const input::Parameters& parameters, const std::vector<HistoryRow>& rows,
                    const analysis::CrackHistory& cracks) {
   const hdf5::Handle group = hdf5::create_group(file, "history");
-  write_column<double>(group, "load_time", rows, &HistoryRow::load_time, "s",
+  write_column<double>(group, "time", rows, &HistoryRow::load_time, "s",
                        "of the load curves: in a dynamic phase its start plus the time since");
   write_column<std::int32_t>(group, "phase", rows, &HistoryRow::phase, "",
                              "number of the dynamic phase; 0 in quasi-static loading");
@@ -110,9 +122,9 @@ void write_history(hid_t file, const input::Parameters& parameters, const std::v
   };
   using dynamics::EnergyRow;
   energy("phase_time", &EnergyRow::time, "s", "since the start of the dynamic phase");
-  write_column<double>(group, "load", rows, &HistoryRow::load, "N",
+  write_column<double>(group, "governing_load", rows, &HistoryRow::load, "N",
                        "the largest force or reaction of any condition that loads the body");
-  write_column<double>(group, "load_displacement", rows, &HistoryRow::load_displacement, "m",
+  write_column<double>(group, "governing_displacement", rows, &HistoryRow::load_displacement, "m",
                        "where that load acts, in its direction");
   energy("kinetic", &EnergyRow::kinetic, "J", "energy in motion");
   energy("strain", &EnergyRow::strain, "J", "energy in strain");
@@ -123,9 +135,11 @@ void write_history(hid_t file, const input::Parameters& parameters, const std::v
       group, "broken", rows, [](const HistoryRow& row) { return row.energy.broken; }, "",
       "tetrahedra broken so far");
   if (cracks.area.size() == rows.size() * cracks.n_starts) write_cracks(group, cracks, rows.size());
-  hdf5::label_datasets(group, {"moment", "notch"}, "load_time");
-  hdf5::write_attribute(group, "rayleigh_speed", mechanics::rayleigh_speed(parameters.material));
   write_conditions(group, parameters.boundaries, rows);
+  hdf5::label_datasets(group, {"moment", "notch"}, "time");
+  label_as(group, {"load", "reaction", "displacement"}, {"moment", "condition", "component"});
+  label_as(group, {"condition_on", "condition_kind"}, {"condition"});
+  hdf5::write_attribute(group, "rayleigh_speed", mechanics::rayleigh_speed(parameters.material));
   if (!parameters.output.probes.empty()) write_probes(group, parameters.output.probes, rows);
 }
 

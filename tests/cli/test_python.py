@@ -83,23 +83,25 @@ class Package(unittest.TestCase):
             history = self.ensemble[number].history
             n = history.sizes["moment"]
             with h5py.File(self.folder / "samples" / f"{number:04d}.h5") as root:
-                for name in ("load", "external", "crack_length", "tip_speed"):
+                for name in ("governing_load", "external", "crack_length", "tip_speed"):
                     stored = root["history"][name][...]
                     np.testing.assert_array_equal(history[name], stored)
                     np.testing.assert_array_equal(together[name].sel(sample=number).isel(moment=slice(n)), stored)
-                self.assertEqual(root["history/load"].dims[0].label, "moment")
-                self.assertEqual(root["history/load"].dims[0][0].name, "/history/load_time")
-            self.assertTrue(np.isnan(together["load"].sel(sample=number).isel(moment=slice(n, None))).all())
-            self.assertEqual(history["load"].attrs["units"], "N")
-            self.assertEqual(history.condition_force.dims, ("moment", "condition", "component"))
+                self.assertEqual(root["history/governing_load"].dims[0].label, "moment")
+                self.assertEqual(root["history/governing_load"].dims[0][0].name, "/history/time")
+            self.assertTrue(np.isnan(together.governing_load.sel(sample=number).isel(moment=slice(n, None))).all())
+            self.assertEqual(history.governing_load.attrs["units"], "N")
+            self.assertEqual(history["load"].dims, ("moment", "condition", "component"))
             self.assertEqual(list(history.condition_on.values), ["z-min", "z-max"])
             # What pulls above is held below, at rest.
-            at_rest = history.isel(moment=history.phase == 0).condition_force.sel(component="z")
-            np.testing.assert_allclose(at_rest.isel(condition=0), -at_rest.isel(condition=1), rtol=1e-6)
-            self.assertEqual(history.probe_stress.dims, ("moment", "probe", "stress_component"))
-            self.assertEqual(list(history.probe_name.values), ["gauge"])
+            at_rest = history.isel(moment=history.phase == 0).sel(component="z")
+            applied = at_rest["load"].isel(condition=1)
+            np.testing.assert_allclose(at_rest.reaction.isel(condition=0), -applied, rtol=1e-6)
+            self.assertTrue((at_rest.reaction.isel(condition=1) == 0).all() and (at_rest["load"].isel(condition=0) == 0).all())
+            self.assertEqual(history.probe_stress.dims, ("probe", "moment", "stress_component"))
+            self.assertEqual(list(history.probe.values), ["gauge"])
             # Far from the notches the stress is the mean one.
-            mean = at_rest.isel(condition=1) / (5e-3 * 24.5e-3)
+            mean = applied / (5e-3 * 24.5e-3)
             np.testing.assert_allclose(history.isel(moment=history.phase == 0).probe_stress.sel(stress_component="zz").isel(probe=0),
                                        mean, rtol=0.1)
 

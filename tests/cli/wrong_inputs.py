@@ -142,6 +142,7 @@ CASES = [
          "give a longer time"),
     Case("probe without a name", lambda t: with_probe(t, name='""', at=1), "output.probe[0].name", "the string is empty",
          "a text of 1 to 60 characters"),
+    Case("probe with a slash", lambda t: with_probe(t, name='"a/b"', at=1), "output.probe[0].name", '"a/b" cannot be used'),
     Case("probe outside the body", lambda t: with_probe(t, '["2.5 mm", "30 mm", "40 mm"]', at=2), "output.probe[0].at",
          "y = 30 mm is outside the body", "give a length from 0"),
     Case("probe in a notch", lambda t: with_probe(t, '["2.5 mm", "3 mm", "65 mm"]', at=2), "output.probe[0].at",

@@ -211,14 +211,18 @@ TEST_F(SampleFile, HoldsTheHistory) {
   const auto numbers = [&](const char* name, const hdf5::Shape& shape) {
     return hdf5::read_dataset<double>(group, name, shape);
   };
-  EXPECT_EQ(numbers("load_time", {3}), (std::vector<double>{10, 11, 12}));
+  EXPECT_EQ(numbers("time", {3}), (std::vector<double>{10, 11, 12}));
   EXPECT_EQ(numbers("external", {3}), (std::vector<double>{3, 4, 5}));
-  EXPECT_EQ(numbers("conditions/force", {3, 2, 3}).at(17), 2);
-  EXPECT_EQ(numbers("conditions/displacement", {3, 2, 3}).at(11), 0.125);
-  EXPECT_EQ(hdf5::read_texts(group, "conditions/kind"), (std::vector<std::string>{"fix", "force"}));
-  EXPECT_EQ(hdf5::read_texts(group, "conditions/on"), (std::vector<std::string>{"z-min", "z-max"}));
-  EXPECT_EQ(hdf5::read_texts(group, "probes/name"), std::vector<std::string>{"gauge"});
-  EXPECT_EQ(numbers("probes/stress", {3, 1, 6}).at(14), 2);
+  EXPECT_EQ(numbers("governing_load", {3}), (std::vector<double>{7, 6, 5}));
+  EXPECT_EQ(numbers("load", {3, 2, 3}).at(17), 2);
+  EXPECT_EQ(numbers("load", {3, 2, 3}).at(14), 0) << "a reaction is no load";
+  EXPECT_EQ(numbers("reaction", {3, 2, 3}).at(14), -2);
+  EXPECT_EQ(numbers("reaction", {3, 2, 3}).at(17), 0);
+  EXPECT_EQ(numbers("displacement", {3, 2, 3}).at(11), 0.125);
+  EXPECT_EQ(hdf5::read_texts(group, "condition_kind"), (std::vector<std::string>{"fix", "force"}));
+  EXPECT_EQ(hdf5::read_texts(group, "condition_on"), (std::vector<std::string>{"z-min", "z-max"}));
+  EXPECT_EQ(numbers("probes/gauge/stress", {3, 6}).at(14), 2);
+  EXPECT_EQ(numbers("probes/gauge/at", {3}), (std::vector<double>{1, 2, 3}));
   EXPECT_EQ(numbers("crack_area", {3, 2}).at(4), summary.crack_area);
   EXPECT_TRUE(fs::exists(file));
 }

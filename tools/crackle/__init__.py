@@ -6,7 +6,7 @@
     plates = crackle.open("out/demo")
     plates.samples["onset_force"].describe()      # one row for each sample
     plates.paths.position.mean("sample")          # crack positions: sample x notch x section
-    plates.histories["load"]                      # load over time: sample x moment
+    plates.histories.governing_load               # load over time: sample x moment
     plates[3].frames.displacement                 # one sample: frame x node x component
     plates.plot.load().figure.savefig("load.png")
 

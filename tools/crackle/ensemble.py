@@ -120,12 +120,12 @@ class Ensemble:
                   else history.reset_coords() for history in histories]
         together = xr.concat([self._with_constants(one) for one in padded], pd.Index(self.done, name="sample"),
                              data_vars="all", combine_attrs="override")
-        return together.set_coords(["load_time", "phase", "phase_time"])
+        return together.set_coords(["time", "phase", "phase_time"])
 
     @staticmethod
     def _with_constants(history: xr.Dataset) -> xr.Dataset:
         """What is the same in all samples as coordinates, which are kept once."""
-        return history.set_coords([name for name in ("condition_on", "condition_kind", "probe_name", "probe_at") if name in history])
+        return history.set_coords([name for name in ("condition_on", "condition_kind", "probe_at") if name in history])
 
     def _any_file(self) -> tuple[Path, str]:
         if self._results.is_file():

@@ -49,8 +49,8 @@ class Plots:
         axes = _axes(axes)
         for number in samples if samples is not None else self._ensemble.done:
             history = self._ensemble[number].history
-            x = history["load_displacement"] / MILLIMETRE if over == "displacement" else history["load_time"]
-            axes.plot(x, history["load"], linewidth=0.9, label=f"sample {number}")
+            x = history["governing_displacement"] / MILLIMETRE if over == "displacement" else history["time"]
+            axes.plot(x, history["governing_load"], linewidth=0.9, label=f"sample {number}")
         axes.set_xlabel("displacement [mm]" if over == "displacement" else "time [s]")
         axes.set_ylabel("load [N]")
         return axes

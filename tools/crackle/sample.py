@@ -48,20 +48,19 @@ class Sample:
 
     @cached_property
     def history(self) -> xr.Dataset:
-        """Moments of the whole sample: loads, energies, cracks (moment x notch), force and displacement of each boundary
-        condition (moment x condition x component), and what the probes show (moment x probe x component)."""
+        """Moments of the whole sample: governing load and displacement, energies, cracks (moment x notch), load, reaction and
+        displacement of each boundary condition (moment x condition x component), and what each probe shows, such as
+        `probe_stress` (moment x probe x stress_component)."""
         with self._need("history") as root:
             found = root["history"]
-            parts = [labelled.group(found), labelled.group(found["conditions"], prefix="condition_")]
+            parts = [labelled.group(found)]
             if "probes" in found:
-                parts.append(labelled.group(found["probes"], prefix="probe_"))
-            history = xr.merge(parts, combine_attrs="override").set_coords(["load_time", "phase", "phase_time"])
+                names = list(found["probes"])
+                probes = [labelled.group(found["probes"][name], prefix="probe_") for name in names]
+                parts.append(xr.concat(probes, pd.Index(names, name="probe"), data_vars="all", combine_attrs="override"))
+            history = xr.merge(parts, combine_attrs="override")
             history.attrs["rayleigh_speed"] = float(found.attrs["rayleigh_speed"])
-        names = {"condition_on": "condition", "probe_name": "probe"}
-        for variable, dimension in names.items():
-            if variable in history:
-                history = history.set_coords(variable)
-        return history
+        return history.set_coords(["time", "phase", "phase_time", "condition_on", "condition_kind"])
 
     @cached_property
     def energy(self) -> xr.Dataset:

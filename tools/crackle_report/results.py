@@ -66,11 +66,11 @@ class Energy:
 class History:
     """Moments of a whole sample: equilibria of quasi-static loading and outputs of its dynamic phases."""
 
-    load_time: np.ndarray  # [s]
+    time: np.ndarray  # of the loads' programs [s]
     phase: np.ndarray  # number of the dynamic phase; 0 in quasi-static loading
     phase_time: np.ndarray  # since the start of the dynamic phase [s]
-    load: np.ndarray  # the largest force or reaction of any condition that loads the body [N]
-    load_displacement: np.ndarray  # where it acts, in its direction [m]
+    governing_load: np.ndarray  # the largest force or reaction of any condition that loads the body [N]
+    governing_displacement: np.ndarray  # where it acts, in its direction [m]
     crack_area: np.ndarray  # moments x crack starts [m^2]
     crack_length: np.ndarray  # likewise [m]
     tip_speed: np.ndarray  # likewise [m/s]; NaN where no tip runs

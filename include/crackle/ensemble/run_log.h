@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/folder_lock.h"
+#include "crackle/ensemble/progress.h"
 
 #include <cstddef>
 #include <filesystem>

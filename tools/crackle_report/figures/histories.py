@@ -23,7 +23,7 @@ MIN_BAND = 4  # samples from which on a band is drawn
 
 def section(ensemble: Ensemble, options: Options) -> Section | None:
     histories = {int(i): ensemble.files.history(int(i)) for i in ensemble.done}
-    histories = {i: history for i, history in histories.items() if history is not None and history.load.size > 1}
+    histories = {i: history for i, history in histories.items() if history is not None and history.governing_load.size > 1}
     if not histories:
         return None
     detailed = [i for i in options.samples or samples_in_detail(ensemble) if i in histories]
@@ -59,8 +59,8 @@ def _abscissa(histories: dict[int, History]) -> tuple[str, str]:
 
 def _curve(history: History, over: str) -> tuple[np.ndarray, np.ndarray]:
     if over == "displacement":
-        return history.load_displacement / style.MILLIMETRE, history.load
-    return history.load_time / style.MICROSECOND, history.load
+        return history.governing_displacement / style.MILLIMETRE, history.governing_load
+    return history.time / style.MICROSECOND, history.governing_load
 
 
 def _load(histories: dict[int, History], detailed: list[int]) -> Figure:
