@@ -89,6 +89,7 @@ class Sample:
 
     summary: dict[str, float]
     energy: dict[str, np.ndarray]
+    history: dict[str, np.ndarray]
     facet_corners: np.ndarray  # n x 4 x 3 [m]
     facet_time: np.ndarray  # [s]
     facet_area: np.ndarray  # [m^2]
@@ -143,6 +144,7 @@ def read(file: Path) -> Sample:
     with h5py.File(file) as root:
         summary = {name: values[()] for name, values in root["summary"].items()}
         energy = {name: values[...] for name, values in root["energy"].items()}
+        history = {name: values[...] for name, values in root["history"].items() if isinstance(values, h5py.Dataset)}
         surface = root["crack_surface"]
-        return Sample(summary, energy, surface["corners"][...], surface["time"][...], surface["area"][...],
+        return Sample(summary, energy, history, surface["corners"][...], surface["time"][...], surface["area"][...],
                       {name: values[...] for name, values in root["forks"].items()}, tomllib.loads(root.attrs["input"]))

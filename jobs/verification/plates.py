@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-import subprocess
 from pathlib import Path
 
 import h5py
 import numpy as np
 
-from crackle_launch import environment
 from crackle_report.photoelasticity import Grid, Optics, make_fringes
 from crackle_report.stress import element_stress
-from crackle_runs import JOBS, RunError, Sample, read, run, with_keys
+from crackle_runs import JOBS, Sample, run, with_keys
 from figures import MILLIMETRE, Figure, mean, output_of
 
 GALLERY = JOBS.parent / "gallery"
@@ -253,18 +251,17 @@ WINKLER_PEAK = (0.208, 7.22)
 
 
 def l_panel(folder: Path, program: Path) -> list[Figure]:
-    """Load and crack of the L-shaped panel; the loads are those at instabilities, which the program prints."""
-    text = (GALLERY / "l-panel.toml").read_text()
+    """Load and crack of the L-shaped panel; the loads are those to which it rose before something gave way."""
     peaks, curves, rises = [], [], []
-    for number in range(4):
-        log = sample_with_log(text, number, folder / "l-panel", program)
+    for sample in run((GALLERY / "l-panel.toml").read_text(), folder / "l-panel", program):
         thickness = 0.04
-        steps = np.array([[float(t), float(n)] for t, n in re.findall(r"instability at t = ([\d.]+) s, ([\d.]+) N", log)])
-        deflection, load = steps[:, 0] * 1e-3, steps[:, 1] * 1e-3 * REAL_THICKNESS / thickness  # [mm, kN]
+        history = sample.history
+        risen = (history["phase"] == 0) & (np.diff(history["time"], prepend=0) > 0)
+        deflection = history["time"][risen] * 1e-3  # [mm]
+        load = history["governing_load"][risen] * 1e-3 * REAL_THICKNESS / thickness  # [kN]
         peaks.append((deflection[load.argmax()], load.max()))
         curves.append([float(np.interp(d, deflection, load)) for d, _ in WINKLER])
-        file = folder / "l-panel" / "out" / "samples" / f"{number:04d}.h5"
-        rises.append((read(file).summary["position"][0][::-1] - CORNER) / MILLIMETRE)
+        rises.append((sample.summary["position"][0][::-1] - CORNER) / MILLIMETRE)
     case = "L-shaped panel, Winkler 2001; loads of 100 mm"
     at = ", ".join(f"{d:g}" for d, _ in WINKLER)
     return [Figure(case, "largest load", mean([load for _, load in peaks], ".2f") + " kN", f"{WINKLER_PEAK[1]} kN"),
@@ -274,23 +271,6 @@ def l_panel(folder: Path, program: Path) -> list[Figure]:
             Figure(case, "height of the crack above the corner, 50, 100 and 150 mm from it",
                    ", ".join(f"{np.mean(v):.0f} ± {np.std(v, ddof=1):.0f}" for v in np.transpose(rises)) + " mm",
                    "rises to the far side; published as a picture")]
-
-
-def sample_with_log(text: str, number: int, folder: Path, program: Path) -> str:
-    """What `crackle sample` prints; a sample that is there with its log is not computed again."""
-    folder.mkdir(parents=True, exist_ok=True)
-    source, log = folder / "input.toml", folder / f"log-{number}.txt"
-    if not (source.is_file() and source.read_text() == text):
-        for old in folder.glob("log-*.txt"):
-            old.unlink()
-        source.write_text(text)
-    if not log.is_file():
-        done = subprocess.run([str(program), "sample", str(source), "--sample", str(number), "-o", str(folder / "out"),
-                               "--overwrite"], capture_output=True, text=True, env=environment())
-        if done.returncode != 0:
-            raise RunError(f"'{program} sample {source}' ended with status {done.returncode}: {done.stderr}")
-        log.write_text(done.stdout + done.stderr)
-    return log.read_text()
 
 
 def test_programs(build: Path) -> list[Figure]:
