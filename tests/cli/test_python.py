@@ -25,7 +25,10 @@ matplotlib.use("Agg")
 
 import crackle  # noqa: E402
 from crackle_launch import environment  # noqa: E402
+from crackle_report.figures import histories  # noqa: E402
+from crackle_report.options import Options  # noqa: E402
 from crackle_report.program import ResultsError  # noqa: E402
+from crackle_report.reading import read_ensemble  # noqa: E402
 from synthetic_ensemble import write_ensemble  # noqa: E402
 
 PROGRAM = Path()
@@ -137,6 +140,22 @@ class Package(unittest.TestCase):
             np.testing.assert_array_equal(ensemble.paths.position[0], self.ensemble.paths.position[1])
             with self.assertRaisesRegex(KeyError, "sample 0 has not ended; those that have: 1"):
                 ensemble[0]
+
+    def test_the_report_draws_the_histories(self):
+        section = histories.section(read_ensemble(self.folder, PROGRAM), Options())
+        self.assertEqual([picture.name for picture in section.pictures], ["load", "crack-speed", "arrival"])
+        load, growth, arrival = (picture.figure.axes for picture in section.pictures)
+        stored = self.ensemble[0].history
+        drawn = [(line.get_xdata(), line.get_ydata()) for line in load[0].lines]
+        self.assertTrue(any(len(x) == stored.sizes["moment"] and np.array_equal(y, stored.governing_load)
+                            and np.allclose(1e-3 * x, stored.governing_displacement) for x, y in drawn))
+        rayleigh = stored.attrs["rayleigh_speed"]
+        self.assertTrue(any(np.allclose(line.get_ydata(), rayleigh) for line in growth[1].lines))
+        self.assertTrue(any(f"{rayleigh:.0f} m/s" in text.get_text() for text in growth[1].texts))
+        times = np.concatenate([np.ravel(line.get_ydata()) for line in arrival[0].lines])
+        expected = 1e6 * self.ensemble.paths.arrival_time.values
+        for time in expected[np.isfinite(expected) & (expected > -1)]:
+            self.assertLess(np.abs(times - time).min(), 1e-9)
 
     def test_what_is_no_result_is_refused_with_the_reason(self):
         with tempfile.TemporaryDirectory() as name:

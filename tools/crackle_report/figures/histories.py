@@ -57,32 +57,39 @@ def _abscissa(histories: dict[int, History]) -> tuple[str, str]:
     return ("displacement", "displacement [mm]") if _is_quasi_static(histories) else ("time", "time [µs]")
 
 
-def _curve(history: History, over: str) -> tuple[np.ndarray, np.ndarray]:
-    if over == "displacement":
-        return history.governing_displacement / style.MILLIMETRE, history.governing_load
-    return history.time / style.MICROSECOND, history.governing_load
+def _curves(histories: dict[int, History], of: str) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+    """@param of: "load over displacement", "load over time" or "displacement over time"."""
+    what, over = of.split(" over ")
+    values = {"load": lambda history: history.governing_load,
+              "displacement": lambda history: history.governing_displacement / style.MILLIMETRE,
+              "time": lambda history: history.time / style.MICROSECOND}
+    return {i: (values[over](history), values[what](history)) for i, history in histories.items()}
 
 
 def _load(histories: dict[int, History], detailed: list[int]) -> Figure:
+    """Load over displacement; where everything happens within waves' times, both over time."""
     over, label = _abscissa(histories)
-    figure = Figure(figsize=(style.PAGE_WIDTH * 0.72, 3.4), layout="constrained")
-    axes = figure.subplots()
-    curves = {i: _curve(history, over) for i, history in histories.items()}
-    for i, (x, load) in curves.items():
-        if i not in detailed:
-            axes.plot(x, load, color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.6)
-    _band(axes, list(curves.values()))
-    for k, i in enumerate(detailed):
-        axes.plot(*curves[i], color=style.notch_colour(k), linewidth=1.1, label=f"sample {i}")
-    # What flies apart moves on without end.
-    farthest = max(float(x[np.argmax(load >= PEAK * load.max())]) for x, load in curves.values())
-    if over == "displacement" and farthest > 0:
-        axes.set_xlim(0, 2 * farthest)
-    axes.set_ylim(bottom=0)
-    axes.set_xlabel(label)
-    axes.set_ylabel("load [N]")
-    _finish(axes)
-    axes.legend(loc="best")
+    panels = ["load over displacement"] if over == "displacement" else ["load over time", "displacement over time"]
+    figure = Figure(figsize=(style.PAGE_WIDTH * (0.72 if len(panels) == 1 else 1), 3.4), layout="constrained")
+    for axes, of in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels):
+        curves = _curves(histories, of)
+        for i, curve in curves.items():
+            if i not in detailed:
+                axes.plot(*curve, color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.6)
+        _band(axes, list(curves.values()))
+        for k, i in enumerate(detailed):
+            axes.plot(*curves[i], color=style.notch_colour(k), linewidth=1.1, label=f"sample {i}")
+        # What flies apart moves on without end.
+        if of == "load over displacement":
+            farthest = max(float(x[np.argmax(load >= PEAK * load.max())]) for x, load in curves.values())
+            if farthest > 0:
+                axes.set_xlim(0, 2 * farthest)
+        if of.startswith("load"):
+            axes.set_ylim(0, 1.08 * max(float(load.max()) for _, load in curves.values()) or None)
+        axes.set_xlabel(label)
+        axes.set_ylabel("load [N]" if of.startswith("load") else "displacement [mm]")
+        _finish(axes)
+        axes.legend(loc="best")
     return figure
 
 
