@@ -15,7 +15,7 @@ namespace crackle::dynamics {
 
 LoadState measure_loads(const parallel::Communicator& group, const fracture::BreakableBody& body,
                         const mechanics::BoundaryLoads& loads, const parallel::NodeField& displacement,
-                        double time, Reactions reactions) {
+                        double time) {
   LoadState state;
   std::vector<double> terms;
   const auto u = displacement.local();
@@ -27,21 +27,16 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
     state.amplitude.push_back(pattern.amplitude.at(time));
     state.position.push_back(parallel::exact_sum(group, terms));
   }
-  const auto counts = [&](const mechanics::PrescribedMotion& motion) {
-    return reactions == Reactions::all || !motion.is_fixed;
-  };
   std::vector<double> force(u.size()), external(displacement.owned().size());
-  if (std::ranges::any_of(loads.motions, counts)) {
+  if (!loads.motions.empty()) {
     body.force().evaluate(loads.held_tetrahedra, u, force);
     loads.add_forces(time, external);
   }
   for (const auto& motion : loads.motions) {
     terms.clear();
-    if (counts(motion)) {
-      for (const auto node : motion.nodes) {
-        const auto i = index(node, motion.component);
-        terms.push_back(force[i] - external[i]);
-      }
+    for (const auto node : motion.nodes) {
+      const auto i = index(node, motion.component);
+      terms.push_back(force[i] - external[i]);
     }
     state.reaction.push_back(parallel::exact_sum(group, terms));
     state.travel.push_back(motion.displacement(time));

@@ -27,17 +27,12 @@ Vector mean_displacement(const parallel::Communicator& group, const mechanics::C
 
 }  // namespace
 
-void HistoryRecorder::record_equilibrium(double load_time, const parallel::NodeField& displacement) {
-  const LoadState state = measure_loads(*group_, *body_, *loads_, displacement, load_time, Reactions::all);
+void HistoryRecorder::record_equilibrium(double load_time, const LoadState& loads,
+                                         const parallel::NodeField& displacement) {
   HistoryRow row;
   row.load_time = load_time;
-  row.energy = account_->row(0, 0, strain_energy(state), 0);
-  const auto is_told = [&](const HistoryRow& last) {
-    return last.phase == 0 && last.load_time == load_time && last.energy.external == row.energy.external &&
-           last.energy.broken == row.energy.broken;
-  };
-  if (!rows_.empty() && is_told(rows_.back())) return;
-  add(std::move(row), state, displacement, nullptr);
+  row.energy = account_->row(0, 0, strain_energy(loads), 0);
+  add(std::move(row), loads, displacement, nullptr);
 }
 
 void HistoryRecorder::record_motion(std::int32_t phase, double load_time, const EnergyRow& energy,
@@ -47,8 +42,7 @@ void HistoryRecorder::record_motion(std::int32_t phase, double load_time, const 
   row.load_time = load_time + energy.time;
   row.phase = phase;
   row.energy = energy;
-  const LoadState state =
-      measure_loads(*group_, *body_, *loads_, displacement, row.load_time, Reactions::all);
+  const LoadState state = measure_loads(*group_, *body_, *loads_, displacement, row.load_time);
   add(std::move(row), state, displacement, &velocity);
 }
 

@@ -295,9 +295,9 @@ void QuasiStaticLoading::refuse_overload() const {
           load_, load_ / most.value));
 }
 
-QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
-                                           const std::function<bool()>& is_asked_to_park,
-                                           const std::function<void()>& on_equilibrium) {
+QuasiStaticEnd QuasiStaticLoading::advance(
+    EnergyAccount& account, const std::function<bool()>& is_asked_to_park,
+    const std::function<void(const LoadState& loads)>& on_equilibrium) {
   LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
   for (;;) {
     if (is_asked_to_park) {
@@ -316,7 +316,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
     }
     if (next.value > 1) ++n_overloads_;
     if (next.value < 1) {
-      if (on_equilibrium) on_equilibrium();
+      if (on_equilibrium) on_equilibrium(state);
       // Load on: kink by kink of the programs until a tetrahedron reaches the limit.
       for (;;) {
         const double kink = loads_->next_kink(time_);
@@ -328,7 +328,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(EnergyAccount& account,
         LoadState reached = measure_loads(*group_, *body_, *loads_, displacement_, time_);
         account.add_static_work(state, reached);
         state = std::move(reached);
-        if (on_equilibrium) on_equilibrium();
+        if (on_equilibrium) on_equilibrium(state);
         if (next.number >= 0) break;
       }
     }

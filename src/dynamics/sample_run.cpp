@@ -148,10 +148,12 @@ private:
     };
     for (;; is_first = false) {
       const QuasiStaticEnd end =
-          is_first ? QuasiStaticEnd::unstable
-                   : loading.advance(account_, control_.stop ? std::function<bool()>(look) : nullptr, [&] {
-                       history_.record_equilibrium(loading.time(), loading.displacement());
-                     });
+          is_first
+              ? QuasiStaticEnd::unstable
+              : loading.advance(account_, control_.stop ? std::function<bool()>(look) : nullptr,
+                                [&](const LoadState& loads) {
+                                  history_.record_equilibrium(loading.time(), loads, loading.displacement());
+                                });
       result_.counts.quasi_static_breaks = loading.n_breaks();
       result_.counts.static_solves = loading.n_solves();
       result_.counts.solver_iterations = loading.n_iterations();
@@ -172,8 +174,6 @@ private:
           result_.energy.push_back(
               account_.row(0, 0, strain_energy(group_, body_, loading.displacement().local()), 0));
         }
-        if (end == QuasiStaticEnd::no_load)
-          history_.record_equilibrium(loading.time(), loading.displacement());
         return true;
       }
       result_.onset_time = loading.time();

@@ -23,9 +23,6 @@ struct LoadState {
   std::vector<double> travel;     ///< displacement of each prescribed motion [m]
 };
 
-/// Whose reactions are measured: those of `fix` do no work, and cost an evaluation of the internal force.
-enum class Reactions { of_motions, all };
-
 /// What "the load" of a body under several conditions is: the largest of the forces that its load conditions
 /// exert and of the reactions of its prescribed motions other than `fix` [N].
 struct Load {
@@ -34,10 +31,10 @@ struct Load {
 };
 Load largest_load(const mechanics::BoundaryLoads& loads, const LoadState& state);
 
-/// Reactions that are not measured are 0. Collective; equal bits for any number of ranks.
+/// Collective; equal bits for any number of ranks.
 LoadState measure_loads(const parallel::Communicator& group, const fracture::BreakableBody& body,
                         const mechanics::BoundaryLoads& loads, const parallel::NodeField& displacement,
-                        double time, Reactions reactions = Reactions::of_motions);
+                        double time);
 
 /// Strain energy of an equilibrium, which is linear in its loads [J].
 double strain_energy(const LoadState& state);

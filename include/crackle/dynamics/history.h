@@ -26,8 +26,8 @@ public:
                   const std::vector<input::Probe>& probes)
       : group_(&group), body_(&body), loads_(&loads), account_(&account), probes_(group, body, probes) {}
 
-  /// An equilibrium at this load time; nothing where the last row tells of it already.
-  void record_equilibrium(double load_time, const parallel::NodeField& displacement);
+  /// An equilibrium at this load time, with its loads.
+  void record_equilibrium(double load_time, const LoadState& loads, const parallel::NodeField& displacement);
 
   /// A moment of a dynamic phase.
   /// @param phase its number, from 1 on
@@ -42,7 +42,7 @@ public:
 
   /// Local.
   const std::vector<HistoryRow>& rows() const { return rows_; }
-  /// Those of the dynamic phase that the last row is of; none after an equilibrium. Local.
+  /// Those of one dynamic phase. Local.
   std::vector<HistoryRow> rows_of_phase(std::int32_t phase) const;
 
 private:

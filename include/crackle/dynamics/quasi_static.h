@@ -51,10 +51,10 @@ public:
 
   /// Loads on from the present time until instability or the end of the curve. Collective.
   /// @param is_asked_to_park this rank's request, polled after each break; may be empty
-  /// @param on_equilibrium called on every rank before the load rises and when it has risen, up to a break or
-  ///   a kink of a program; may be empty
+  /// @param on_equilibrium called on every rank with the loads before they rise and when they have risen, up
+  ///   to a break or a kink of a program; may be empty
   QuasiStaticEnd advance(EnergyAccount& account, const std::function<bool()>& is_asked_to_park = {},
-                         const std::function<void()>& on_equilibrium = {});
+                         const std::function<void(const LoadState& loads)>& on_equilibrium = {});
 
   /// Continues at `time` from a body that came to rest after the dynamic state `displacement`, with what
   /// broke meanwhile: solves for its equilibrium and settles the account. Collective.
