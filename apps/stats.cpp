@@ -86,9 +86,8 @@ std::vector<analysis::SampleSummary> stored_rows(const fs::path& folder,
 constexpr std::int64_t first_with_leading_notch = 3;  // version of the format
 
 /// Of files of an older format, what came later, but for the leading notch, which is found anew.
-analysis::Origin origin_of(const fs::path& folder) {
+analysis::Origin origin_of(std::int64_t version) {
   analysis::Origin origin;
-  const std::int64_t version = io::format_version(folder);
   const auto add = [&](const analysis::ResultInfo& info, auto) {
     if (info.since > version && std::string_view(info.name) != "leading_notch")
       origin.lacking.emplace_back(info.name);
@@ -122,8 +121,9 @@ int show_stored(const parallel::Communicator& world, const Options& options,
   const fs::path folder = options.folder;
   parallel::agree_on_root(world, [&] {
     auto samples = stored_rows(folder, parameters);
-    analysis::Origin origin = origin_of(folder);
-    if (io::format_version(folder) < first_with_leading_notch)
+    const std::int64_t version = io::format_version(folder);
+    analysis::Origin origin = origin_of(version);
+    if (version < first_with_leading_notch)
       origin.notes.push_back(derive_leading_notches(parameters, samples));
     const analysis::Statistics statistics = analysis::make_statistics(samples, parameters);
     analysis::leave_out_surplus(statistics, 0, samples);
@@ -153,7 +153,7 @@ int show_at_sections(const parallel::Communicator& world, const Options& options
   const input::Parameters sections = read_sections(world, parameters, options.sections);
   const ensemble::Results results = ensemble::results_at(world, parameters, sections, options.folder);
   parallel::agree_on_root(world, [&] {
-    analysis::Origin origin = origin_of(options.folder);
+    analysis::Origin origin = origin_of(io::format_version(options.folder));
     const std::string note = "crossings computed anew from the sample files; ensemble.h5 stays as it is";
     // As a paragraph of its own in the text.
     origin.notes.push_back(options.json ? note : note + "\n");

@@ -42,7 +42,6 @@ public:
   }
 
   double length() const { return place_.empty() ? 0 : place_.back(); }
-  double window() const { return window_; }
 
   /// Of the tip at a time.
   double place_at(double time) const {

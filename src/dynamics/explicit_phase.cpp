@@ -151,9 +151,9 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
     const double work = motion.external_work(load_time + time, state);
     const EnergyRow row = account.row(time, kinetic_energy(context, state),
                                       strain_energy(group, body, state.displacement.local()), work);
-    if (is_last || is_history_row(step)) {
+    if (options.on_history && (is_last || is_history_row(step))) {
       group.enter("history");
-      if (options.on_history) options.on_history(row, state);
+      options.on_history(row, state);
     }
     if (!is_last && !is_energy_row(step)) return begin_steps();
     result.energy.push_back(row);

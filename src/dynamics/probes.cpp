@@ -75,10 +75,9 @@ Probes::Probes(const parallel::Communicator& group, const fracture::BreakableBod
       nodes = t.nodes;
     }
     for (std::size_t a = 0; a < 4; ++a) {
-      const bool is_mine = nodes[a] >= 0 && nodes[a] < subdomain.layout.n_owned;
-      if (is_mine) places_[i].nodes.emplace_back(nodes[a], weight[a]);
+      if (nodes[a] < 0 || nodes[a] >= subdomain.layout.n_owned) continue;
+      places_[i].nodes.emplace_back(nodes[a], weight[a]);
       // The owner of a node holds all tetrahedra round it.
-      if (!is_mine) continue;
       double volume = 0;
       for (const auto t : round_node[nodes[a]]) volume += operators.tetrahedra[index(t)].volume;
       for (const auto t : round_node[nodes[a]])

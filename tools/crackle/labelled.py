@@ -2,7 +2,7 @@
 """Datasets of a result file as labelled arrays: names of dimensions, units and meaning stand in the file itself."""
 from __future__ import annotations
 
-from typing import Iterable, Mapping
+from typing import Iterable
 
 import h5py
 import numpy as np
@@ -29,18 +29,15 @@ def in_order(found: h5py.Group) -> list[str]:
     return sorted(found, key=lambda name: (int(found[name].attrs.get("column", last)), name))
 
 
-def group(found: h5py.Group, names: Iterable[str] | None = None, coordinates: Mapping[str, str] | None = None,
-          prefix: str = "") -> xr.Dataset:
+def group(found: h5py.Group, names: Iterable[str] | None = None, prefix: str = "") -> xr.Dataset:
     """The datasets of a group, those of groups in it left out.
 
     @param names: which; all when None
-    @param coordinates: datasets that are places along a dimension, by their names
     @param prefix: before the names of variables
     """
     chosen = [name for name in (names or found) if name in found and isinstance(found[name], h5py.Dataset)]
-    variables = {prefix + name: array(found[name]) for name in chosen}
-    result = xr.Dataset(variables)
+    result = xr.Dataset({prefix + name: array(found[name]) for name in chosen})
     for dimension, values in COMPONENTS.items():
         if result.sizes.get(dimension) == len(values):
             result = result.assign_coords({dimension: values})
-    return result.set_coords([prefix + name for name in (coordinates or {}) if prefix + name in result])
+    return result

@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from crackle_report.program import ResultsError
 from crackle_report.reading import open_results, SAMPLE_KIND, text_of
 from crackle_report.results import DONE
 
@@ -119,6 +118,3 @@ class Sample:
             raise AttributeError(f"'{self.file}' has no {name.replace('_', ' ')}"
                                  + ("" if self.is_done else f": the sample failed ({self.error})"))
         return root
-
-
-__all__ = ["ResultsError", "Sample"]

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator
 
 from . import style
 from .plate import Plate
@@ -80,6 +81,14 @@ def time_bar(figure: Figure, colours: Normalize, left: float, length: float) -> 
     bar = figure.add_axes((left / width, 1 - 0.2 / height, length / width, 0.1 / height))
     figure.colorbar(ScalarMappable(colours, style.TIME_COLOURS), cax=bar, orientation="horizontal")
     bar.set_xlabel("time since onset [µs]", labelpad=1)
+
+
+def draw_grid(axes: Axes) -> None:
+    """Ticks and lines of a graph."""
+    axes.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]))
+    axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    axes.grid(color=style.BODY, linewidth=0.6)
+    axes.set_axisbelow(True)
 
 
 def draw_facets(axes: Axes, crack: CrackSurface, colours: Normalize, until: float = np.inf) -> None:

@@ -66,10 +66,11 @@ void for_each_result(Visit&& visit) {
                    quantiles, "peak load", "N", 1, ".3f", "", 4},
         &Row::peak_load);
   visit(
-      ResultInfo{"displacement_at_peak", "m",
-                 "displacement then where that load acts, in its direction: of the prescribed motion, or the "
-                 "mean over the loaded area",
-                 quantiles, "displacement at peak", "mm", 1e3, ".5f", "", 4},
+      ResultInfo{
+          "displacement_at_peak", "m",
+          "displacement where that load acts, in its direction, when it first comes within 0.1 % of its "
+          "peak: of the prescribed motion, or the mean over the loaded area",
+          quantiles, "displacement at peak", "mm", 1e3, ".5f", "", 4},
       &Row::displacement_at_peak);
   visit(ResultInfo{"work_of_fracture", "J",
                    "external work up to the end of the history: the area below the load-displacement curve",

@@ -7,7 +7,6 @@
 #include "crackle/parallel/communicator.h"
 #include "crackle/parallel/node_field.h"
 
-#include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -24,8 +23,6 @@ public:
   Probes(const parallel::Communicator& group, const fracture::BreakableBody& body,
          const std::vector<input::Probe>& probes);
 
-  std::size_t size() const { return places_.size(); }
-
   /// The values at all places, equal bits on every rank for any partition. Collective.
   /// @param displacement with ghosts up to date
   /// @param velocity of a moving body, or nullptr
@@ -36,7 +33,7 @@ private:
   /// What this rank adds to the values at one place.
   struct Place {
     std::vector<std::pair<std::int32_t, double>> nodes;       ///< owned, with their weights
-    std::vector<std::pair<std::int32_t, double>> tetrahedra;  ///< counted here, likewise
+    std::vector<std::pair<std::int32_t, double>> tetrahedra;  ///< round these nodes, likewise
   };
 
   const parallel::Communicator* group_;

@@ -29,8 +29,8 @@ public:
   RunLog(const RunLog&) = delete;
   RunLog& operator=(const RunLog&) = delete;
 
-  /// From now on lines go to the end of this file too, and the progress every 30 s, for who looks at the
-  /// folder from elsewhere. A file that cannot be written is no reason to end a run.
+  /// From now on, also appends every line to this file, and the progress every 30 s, so that the run can be
+  /// watched from elsewhere. A run goes on when the file cannot be written.
   void keep(const std::filesystem::path& file);
 
   void line(const std::string& text);

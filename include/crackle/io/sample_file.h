@@ -38,19 +38,22 @@
 /// | /breaks/... | b | the columns of fracture::Break |
 /// | /ties/... | r | the columns of fracture::BridgeRelease; with release by facets only |
 /// | /energy/... | e | the columns of dynamics::EnergyRow |
-/// | /history/time, phase, phase_time, governing_load, governing_displacement, kinetic, ... | h | see
-/// dynamics::HistoryRow; attribute rayleigh_speed [m/s] |
-/// | /history/crack_area, crack_length, tip_speed, energy_release_rate | h x starts | see
-/// analysis::CrackHistory |
-/// | /history/load, reaction, displacement | h x c x 3 | of each boundary condition, see dynamics::HistoryRow
-/// | | /history/condition_on, condition_kind | c | the input's boundary conditions | |
-/// /history/probes/NAME/displacement, velocity, stress, at | h x 3, 3, 6; 3 | see dynamics::ProbeValue | |
-/// /frames/time, broken | t | see dynamics::Frame | | /frames/displacement, velocity | t x n x 3 | single
-/// precision | | attributes youngs_modulus [Pa], poisson_ratio of /frames | | what the stress follows from;
-/// of broken tetrahedra also from /breaks/cut, /ties and the input | | /summary/... | | the row:
-/// analysis::for_each_result, for_each_position_result | | /summary/phase_start, time_step, stable_step | |
-/// load time that the times below are counted from; steps | | /counts/... | | dynamics::SampleCounts | |
-/// /timing/..., attributes of /provenance | | what differs between two runs |
+/// | /history/time, phase, phase_time, governing_load, kinetic, ... | h | see dynamics::HistoryRow |
+/// | /history/crack_area, crack_length, tip_speed, ... | h x starts | see analysis::CrackHistory |
+/// | /history/load, reaction, displacement | h x c x 3 | of each boundary condition |
+/// | /history/condition_on, condition_kind | c | the input's boundary conditions |
+/// | /history/probes/NAME/displacement, velocity, stress | h x 3, 3, 6 | see dynamics::ProbeValue |
+/// | /history/probes/NAME/at | 3 | place of the probe |
+/// | attribute rayleigh_speed [m/s] of /history | | of the material |
+/// | /frames/time, broken | t | see dynamics::Frame |
+/// | /frames/displacement, velocity | t x n x 3 | single precision |
+/// | attributes youngs_modulus [Pa], poisson_ratio of /frames | | what the stress follows from; of broken
+/// tetrahedra also from /breaks/cut, /ties and the input |
+/// | /summary/... | | the row: analysis::for_each_result, for_each_position_result |
+/// | /summary/phase_start | | load time that the times of cracks and frames are counted from |
+/// | /summary/time_step, stable_step | | steps |
+/// | /counts/... | | dynamics::SampleCounts |
+/// | /timing/..., attributes of /provenance | | what differs between two runs |
 ///
 /// Behind the end of the HDF5 file stands a check sum of all its bytes: a file that was cut short, damaged or
 /// changed afterwards is not used.

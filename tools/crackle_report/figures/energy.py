@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from .. import style
 from ..choosing import samples_in_detail
+from ..drawing import draw_grid
 from ..options import Options
 from ..results import Energy, Ensemble
 from .picture import Picture, Section
@@ -59,7 +59,4 @@ def _panel(axes: Axes, energy: Energy) -> None:
     axes.set_xlim(0, time[-1])
     axes.set_ylim(bottom=0)
     axes.set_xlabel("time since onset [µs]")
-    axes.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]))
-    axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
-    axes.grid(color=style.BODY, linewidth=0.6)
-    axes.set_axisbelow(True)
+    draw_grid(axes)

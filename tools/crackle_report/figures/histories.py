@@ -11,6 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from .. import style
 from ..choosing import samples_in_detail
+from ..drawing import draw_grid
 from ..options import Options
 from ..results import Ensemble, History
 from .picture import Picture, Section
@@ -88,7 +89,7 @@ def _load(histories: dict[int, History], detailed: list[int]) -> Figure:
             axes.set_ylim(0, 1.08 * max(float(load.max()) for _, load in curves.values()) or None)
         axes.set_xlabel(label)
         axes.set_ylabel("load [N]" if of.startswith("load") else "displacement [mm]")
-        _finish(axes)
+        draw_grid(axes)
         axes.legend(loc="best")
     return figure
 
@@ -149,7 +150,7 @@ def _growth(ensemble: Ensemble, histories: dict[int, History], detailed: list[in
         axes.set_ylim(0, top)
         axes.set_xlabel("time since onset [µs]")
         axes.set_ylabel(label)
-        _finish(axes)
+        draw_grid(axes)
     if length_axes.get_legend_handles_labels()[0]:
         length_axes.legend(loc="upper left", fontsize=6.5)
     return figure
@@ -190,10 +191,3 @@ def _times_of(ensemble: Ensemble, leading: bool) -> list[np.ndarray]:
     chosen = leads if leading else ~leads
     times = [table[:, :, k][chosen] for k in range(table.shape[2])]
     return [t[np.isfinite(t) & (t > -1)] for t in times]
-
-
-def _finish(axes: Axes) -> None:
-    axes.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]))
-    axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
-    axes.grid(color=style.BODY, linewidth=0.6)
-    axes.set_axisbelow(True)
