@@ -23,7 +23,7 @@ namespace crackle::dynamics {
 
 void for_each_field(std::derived_from<MotionCheckpoint> auto& motion, const auto& visit) {
   visit(motion.nodes, motion.has_force, motion.rate_work, motion.reaction_work, motion.remainder,
-        motion.n_steps, motion.n_forces);
+        motion.damped, motion.n_steps, motion.n_forces);
 }
 
 void for_each_field(std::derived_from<HistoryRow> auto& row, const auto& visit) {
@@ -32,8 +32,8 @@ void for_each_field(std::derived_from<HistoryRow> auto& row, const auto& visit) 
 }
 
 void for_each_field(std::derived_from<EndedPhase> auto& phase, const auto& visit) {
-  visit(phase.load_time, phase.time, phase.kinetic, phase.external_work, phase.n_steps, phase.n_forces,
-        phase.releases, phase.displacement, phase.history);
+  visit(phase.load_time, phase.time, phase.kinetic, phase.external_work, phase.dissipated, phase.n_steps,
+        phase.n_forces, phase.releases, phase.displacement, phase.history);
 }
 
 void for_each_field(std::derived_from<RunningPhase> auto& phase, const auto& visit) {

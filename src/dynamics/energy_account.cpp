@@ -87,14 +87,14 @@ void EnergyAccount::add_relaxation(double kinetic, const parallel::NodeField& be
   dissipated_ += kinetic + strain_energy(*group_, *body_, difference);
 }
 
-EnergyRow EnergyAccount::row(double time, double kinetic, double strain, double phase_work) const {
+EnergyRow EnergyAccount::row(double time, const Measured& measured) const {
   EnergyRow row{};
   row.time = time;
-  row.kinetic = kinetic;
-  row.strain = strain;
-  row.external = external_ + phase_work;
+  row.kinetic = measured.kinetic;
+  row.strain = measured.strain;
+  row.external = external_ + measured.work;
   row.released = parallel::exact_sum(*group_, body_->released_energies());
-  row.dissipated = dissipated_;
+  row.dissipated = dissipated_ + measured.dissipated;
   row.broken = parallel::all_reduce<std::int64_t>(*group_, std::ssize(body_->breaks()), MPI_SUM);
   return row;
 }

@@ -149,8 +149,10 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
     const double time = static_cast<double>(step) * dt;
     motion.read(state);
     const double work = motion.external_work(load_time + time, state);
-    const EnergyRow row = account.row(time, kinetic_energy(context, state),
-                                      strain_energy(group, body, state.displacement.local()), work);
+    const EnergyRow row = account.row(time, {.kinetic = kinetic_energy(context, state),
+                                             .strain = strain_energy(group, body, state.displacement.local()),
+                                             .work = work,
+                                             .dissipated = motion.dissipated_energy()});
     if (options.on_history && (is_last || is_history_row(step))) {
       group.enter("history");
       options.on_history(row, state);
@@ -289,7 +291,10 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
   result.n_steps = step;
   result.n_forces = motion.n_forces();
   result.kinetic = result.energy.back().kinetic;
-  if (result.arrested) result.external_work = motion.external_work(load_time + result.time, state);
+  if (result.arrested) {
+    result.external_work = motion.external_work(load_time + result.time, state);
+    result.dissipated = motion.dissipated_energy();
+  }
 }
 
 }  // namespace

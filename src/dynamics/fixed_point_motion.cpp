@@ -6,6 +6,7 @@
 #include "crackle/parallel/collectives.h"
 
 #include "boundary_nodes.h"
+#include "dampers.h"
 #include "fixed_point_state.h"
 #include "ghost_displacements.h"
 #include "state_range.h"
@@ -54,6 +55,7 @@ public:
         state_(subdomain_, scale_, force_.nodes(), state),
         work_(start_work(load_time, state)),
         boundary_(context, scale_, nodes_per_block, state_, work_),
+        dampers_(context),
         movement_(index(force_.n_blocks()) + n_ghost_blocks()),
         ghosts_(*context.group, subdomain_.layout, force_.nodes(),
                 std::span(movement_).subspan(index(force_.n_blocks())), index(nodes_per_block)) {
@@ -137,6 +139,8 @@ public:
     return work_.value(time, state);
   }
 
+  double dissipated_energy() const override { return dampers_.dissipated_energy(); }
+
   std::optional<std::string> failure() const override {
     const auto message = [&](const char* what, double quantum, const char* unit) {
       return fmt::format(
@@ -167,6 +171,7 @@ public:
     checkpoint.nodes = parallel::gather_rows(*context_.group, state_.rows(force_is_current_));
     work_.save(checkpoint);
     boundary_.save(checkpoint);
+    dampers_.save(checkpoint);
     checkpoint.n_steps = n_steps_;
     checkpoint.n_forces = n_forces_;
     return checkpoint;
@@ -178,12 +183,35 @@ public:
     force_is_current_ = checkpoint.has_force;
     work_.restore(checkpoint);
     boundary_.restore(checkpoint);
+    dampers_.restore(checkpoint);
     n_steps_ = checkpoint.n_steps;
     n_forces_ = checkpoint.n_forces;
     stretch_bound_ = limit;
   }
 
 private:
+  /// For the dampers, in quanta.
+  struct DampedNodes {
+    std::span<kernels::NodeRecord<Real>> nodes;
+    std::span<kernels::Velocity<Real>> velocities;
+    double half_drift;                     // of a velocity
+    kernels::Movement<double> movement{};  // that the changes make
+
+    double velocity(std::int32_t node, std::size_t c) const {
+      return static_cast<double>(velocities[index(node)].value[c]);
+    }
+    double change(std::int32_t node, std::size_t c, double change) {
+      const auto rounded = std::llrint(change);
+      velocities[index(node)].value[c] += static_cast<Integer>(rounded);
+      auto& place = nodes[index(node)].displacement[c];
+      const auto way = std::llrint(static_cast<double>(rounded) * half_drift);
+      place = low_digits<Real>(place + way);
+      movement.low[c] = std::min(movement.low[c], static_cast<double>(way));
+      movement.high[c] = std::max(movement.high[c], static_cast<double>(way));
+      return static_cast<double>(rounded);
+    }
+  };
+
   /// For the breaking check.
   void take_over(std::int32_t tetrahedron) {
     if (context_.body->is_broken(tetrahedron))
@@ -356,10 +384,24 @@ private:
         movement.high[c] = static_cast<double>(way.high[c]) + 1;
       }
       boundary_.after_drift(number, substep, movement);
+      if (dampers_.act()) slow_down(first, n, substep, movement);
       for (std::size_t c = 0; c < 3; ++c) {
         movement_[number].low[c] += movement.low[c];
         movement_[number].high[c] += movement.high[c];
       }
+    }
+  }
+
+  /// @param movement of the block in the drift: widened by what the dampers make of it
+  void slow_down(std::size_t first, std::size_t n, const Substep& substep,
+                 kernels::Movement<double>& movement) {
+    DampedNodes nodes{state_.nodes(), state_.velocity(),
+                      0.5 * substep.drift * scale_.velocity / scale_.displacement};
+    dampers_.slow_down(static_cast<std::int32_t>(first), static_cast<std::int32_t>(first + n), substep.drift,
+                       nodes, scale_.velocity);
+    for (std::size_t c = 0; c < 3; ++c) {
+      movement.low[c] += nodes.movement.low[c];
+      movement.high[c] += nodes.movement.high[c];
     }
   }
 
@@ -374,6 +416,7 @@ private:
   FixedPointState<Real> state_;
   ExternalWork work_;
   BoundaryNodes<Real> boundary_;
+  Dampers dampers_;
   std::vector<kernels::Movement<double>> movement_;  // of each block of nodes since the last breaking check
   GhostDisplacements<Real> ghosts_;
   std::vector<std::int32_t> overloaded_;

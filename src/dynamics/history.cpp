@@ -25,13 +25,28 @@ Vector mean_displacement(const parallel::Communicator& group, const mechanics::C
   return mean;
 }
 
+/// Of an absorbing face on the body. Collective.
+Vector dashpot_force(const parallel::Communicator& group, const mechanics::Absorber& absorber,
+                     std::span<const double> velocity) {
+  std::array<std::vector<double>, 3> terms;
+  for (std::size_t n = 0; n < absorber.nodes.size(); ++n) {
+    const auto first = index(absorber.nodes[n], 0);
+    const Vector force =
+        mechanics::apply(absorber.impedance[n], {velocity[first], velocity[first + 1], velocity[first + 2]});
+    for (std::size_t c = 0; c < 3; ++c) terms[c].push_back(-force[c]);
+  }
+  Vector sum{};
+  for (std::size_t c = 0; c < 3; ++c) sum[c] = parallel::exact_sum(group, terms[c]);
+  return sum;
+}
+
 }  // namespace
 
 void HistoryRecorder::record_equilibrium(double load_time, const LoadState& loads,
                                          const parallel::NodeField& displacement) {
   HistoryRow row;
   row.load_time = load_time;
-  row.energy = account_->row(0, 0, strain_energy(loads), 0);
+  row.energy = account_->row(0, {.strain = strain_energy(loads)});
   add(std::move(row), loads, displacement, nullptr);
 }
 
@@ -67,6 +82,9 @@ void HistoryRecorder::add(HistoryRow row, const LoadState& state, const parallel
     const auto& motion = loads_->motions[m];
     row.force[index(motion.condition)][index(motion.component)] = state.reaction[m];
   }
+  for (const auto& absorber : loads_->absorbers)
+    if (velocity != nullptr)
+      row.force[index(absorber.condition)] = dashpot_force(*group_, absorber, velocity->owned());
   for (const auto& condition : loads_->conditions)
     row.displacement.push_back(mean_displacement(*group_, condition, displacement.local()));
   row.probes = probes_.read(displacement, velocity);

@@ -5,6 +5,7 @@
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
+#include "dampers.h"
 #include "external_work.h"
 
 #include "mechanics/petsc_stiffness.h"
@@ -60,7 +61,8 @@ public:
         product_(context),
         force_(*context.group, context.body->subdomain().layout),
         inverse_mass_(state.displacement.owned().size()),
-        work_(start_work(context, load_time, state)) {
+        work_(start_work(context, load_time, state)),
+        dampers_(context) {
     for (std::size_t i = 0; i < inverse_mass_.size(); ++i)
       inverse_mass_[i] = 1 / context.body->operators().node_mass[i / 3];
     for (const auto& motion : context.loads->motions)
@@ -124,6 +126,7 @@ public:
   double external_work(double time, const MotionState& state) const override {
     return work_.value(time, state);
   }
+  double dissipated_energy() const override { return dampers_.dissipated_energy(); }
   std::int64_t n_forces() const override { return n_forces_; }
 
   std::optional<std::string> failure() const override {
@@ -156,6 +159,7 @@ public:
     }
     checkpoint.nodes = parallel::gather_rows(*context_.group, local);
     work_.save(checkpoint);
+    dampers_.save(checkpoint);
     // The force is evaluated again, which counts it again.
     checkpoint.n_forces = n_forces_ - (force_is_kept ? 1 : 0);
     return checkpoint;
@@ -172,11 +176,25 @@ public:
       if (i < v.size()) v[i] = std::bit_cast<double>(row[3 + i % 3]);
     }
     work_.restore(checkpoint);
+    dampers_.restore(checkpoint);
     force_is_current_ = false;
     n_forces_ = checkpoint.n_forces;
   }
 
 private:
+  /// For the dampers.
+  struct DampedNodes {
+    std::span<double> displacements, velocities;
+    double half_drift;
+
+    double velocity(std::int32_t node, std::size_t c) const { return velocities[index(node, c)]; }
+    double change(std::int32_t node, std::size_t c, double change) {
+      velocities[index(node, c)] += change;
+      displacements[index(node, c)] += half_drift * change;
+      return change;
+    }
+  };
+
   static ExternalWork start_work(const MotionContext& context, double load_time, MotionState& state) {
     const auto driven = driven_kinetic(context, state);
     set_prescribed(*context.loads, load_time, state);
@@ -231,6 +249,8 @@ private:
     const auto u = state_->displacement.owned();
     const auto v = state_->velocity.owned();
     for (std::size_t i = 0; i < u.size(); ++i) u[i] += duration * v[i];
+    DampedNodes nodes{u, v, 0.5 * duration};
+    dampers_.slow_down(0, static_cast<std::int32_t>(u.size() / 3), duration, nodes, 1);
     set_prescribed(*context_.loads, time_after, *state_);
     force_is_current_ = false;
   }
@@ -243,6 +263,7 @@ private:
   parallel::NodeField force_;
   std::vector<double> inverse_mass_;  // 0 for prescribed components
   ExternalWork work_;
+  Dampers dampers_;
   std::vector<std::int32_t> overloaded_;
   bool force_is_current_ = false;  // on every rank or on none
   bool has_released_ = false;      // since the last step, on this rank

@@ -73,7 +73,8 @@ public:
         context_{&group_,          &body_,
                  &loads_,          parameters.material.density,
                  criterion_.get(), criterion_->screening_share(stable_step_),
-                 average_.get()} {
+                 average_.get(),   parameters.damping_rate()} {
+    refuse_overdamping();
     fracture::soften_by_input(group, parameters, control.sample, body_);
     result_.stable_step = stable_step_;
     if (from_ != nullptr) first_break_reaction_ = from_->first_break_reaction;
@@ -108,6 +109,16 @@ public:
   }
 
 private:
+  /// The trapezoidal rule follows the decay up to 1; from 4 on it would turn velocities round.
+  void refuse_overdamping() const {
+    if (context_.damping_rate * options_.grid.step > 1)
+      throw parallel::AgreedError(
+          0,
+          fmt::format("damping.mass = {:.3g} 1/s times the time step of {:.4g} ns is over 1; give less than "
+                      "{:.3g} 1/s, or a shorter time.step",
+                      context_.damping_rate, 1e9 * options_.grid.step, 1 / options_.grid.step));
+  }
+
   void say(const std::string& line) const {
     if (control_.log && group_.is_root()) control_.log(line);
   }
@@ -172,7 +183,7 @@ private:
                               : Outcome::arrested;
         if (result_.energy.empty()) {
           result_.energy.push_back(
-              account_.row(0, 0, strain_energy(group_, body_, loading.displacement().local()), 0));
+              account_.row(0, {.strain = strain_energy(group_, body_, loading.displacement().local())}));
         }
         return true;
       }
@@ -194,7 +205,7 @@ private:
         return true;
       }
       group_.enter("quasi-static loading");
-      account_.add_external(phase.external_work);
+      account_.add_phase(phase.external_work, phase.dissipated);
       if (!loading.resume(loading.time() + phase.time, phase.kinetic, state.displacement, account_)) {
         result_.outcome = Outcome::separated;
         return true;
@@ -288,8 +299,8 @@ private:
     result_.timings.exchange_cost.bytes_per_exchange = exchange_cost.bytes_per_exchange;
     if (phase.parked) return phase;
     if (phase.arrested && control_.save) {
-      ended_.push_back({load_time, phase.time, phase.kinetic, phase.external_work, phase.n_steps,
-                        phase.n_forces, releases.gather(group_), gather_displacement(state),
+      ended_.push_back({load_time, phase.time, phase.kinetic, phase.external_work, phase.dissipated,
+                        phase.n_steps, phase.n_forces, releases.gather(group_), gather_displacement(state),
                         history_.rows_of_phase(number)});
     }
     result_.counts.steps += phase.n_steps;
@@ -335,6 +346,7 @@ private:
     phase.time = ended.time;
     phase.kinetic = ended.kinetic;
     phase.external_work = ended.external_work;
+    phase.dissipated = ended.dissipated;
     return phase;
   }
 

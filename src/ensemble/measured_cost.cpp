@@ -82,7 +82,7 @@ public:
     const dynamics::MotionContext context{&self_,          &body_,
                                           &loads_,         parameters_.material.density,
                                           criterion.get(), criterion->screening_share(stable_step_),
-                                          average.get()};
+                                          average.get(),   parameters_.damping_rate()};
     agitate();
     const ThreadClock start;
     const auto motion =

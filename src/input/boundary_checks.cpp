@@ -103,13 +103,10 @@ Region part_of_face(const Boundary& condition, Face face, const Vector& size) {
 void check_kind(const std::string& key, Findings& findings) {
   const std::vector<std::string> given = kinds_given(findings, key);
   if (given.empty()) {
-    findings.report(key,
-                    "prescribes nothing; give one of fix, force, traction, velocity, displacement, pressure");
+    findings.report(key, "prescribes nothing; give one of {}", fmt::join(kind_names, ", "));
   } else if (given.size() > 1) {
-    findings.report(key,
-                    "gives {}; give exactly one of fix, force, traction, velocity, displacement, pressure, "
-                    "and the others in a [[boundary]] of their own",
-                    fmt::join(given, " and "));
+    findings.report(key, "gives {}; give exactly one of {}, and the others in a [[boundary]] of their own",
+                    fmt::join(given, " and "), fmt::join(kind_names, ", "));
   }
 }
 
@@ -120,6 +117,9 @@ void check_course(const Boundary& condition, const std::string& key, Start start
     findings.report(key + ".history",
                     "a fixed boundary does not change with time; give a displacement instead "
                     "of fix");
+  } else if (condition.kind == BoundaryKind::absorbing && has_history) {
+    findings.report(key + ".history",
+                    "an absorbing boundary has nothing that changes with time; leave it out");
   } else if (has_rate && has_history) {
     findings.report(key + ".history", "is given besides rate; give one of the two");
   } else if (condition.kind == BoundaryKind::velocity && start != Start::rest && (has_rate || has_history)) {
@@ -279,6 +279,25 @@ void check_conflicts(const Parameters& parameters, std::size_t i, const std::vec
   }
 }
 
+/// A face cannot absorb what another condition moves on the same points.
+void check_absorbs(const Parameters& parameters, std::size_t i, const std::vector<Wall>& walls,
+                   Findings& findings) {
+  const Boundary& condition = parameters.boundaries[i];
+  for (std::size_t j = 0; j < parameters.boundaries.size(); ++j) {
+    const Boundary& other = parameters.boundaries[j];
+    if (findings.faulty(boundary_key(j)) || !prescribes_motion(other)) continue;
+    const bool is_free = std::ranges::find(other.components, false) != other.components.end();
+    if ((is_free && other.kind == BoundaryKind::fix) ||
+        !have_common_part(condition, other, parameters.specimen, walls))
+      continue;
+    findings.report(boundary_key(i),
+                    "cannot absorb waves at points whose motion {} prescribes; leave one of "
+                    "the two out, or fix one or two components there",
+                    boundary_key(j));
+    return;
+  }
+}
+
 void check_held_in_all_directions(const Parameters& parameters, Findings& findings) {
   std::vector<std::string> loose;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -325,6 +344,8 @@ void check_boundaries(const Parameters& parameters, Findings& findings) {
     if (size_known && prescribes_motion(condition) && !findings.faulty(key)) {
       check_conflicts(parameters, i, walls, findings);
     }
+    if (size_known && condition.kind == BoundaryKind::absorbing && !findings.faulty(key))
+      check_absorbs(parameters, i, walls, findings);
   }
   if (parameters.time.start != Start::rest && !findings.faulty("boundary") &&
       !findings.faulty("time.start")) {

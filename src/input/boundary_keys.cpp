@@ -110,7 +110,7 @@ Key fix_key() {
   const std::string form = "an array of different axes out of \"x\", \"y\", \"z\"";
   return {"fix",
           "words",
-          optional("one of the six kinds"),
+          optional("one of the seven kinds"),
           form,
           "zero displacement of these components",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
@@ -143,7 +143,7 @@ Key prescription_key(BoundaryKind kind, const std::string& help) {
   const bool free = may_be_free(kind);
   return {kind_name(kind),
           dimension.name.substr(dimension.name.find(' ') + 1),
-          optional("one of the six kinds"),
+          optional("one of the seven kinds"),
           vector_form(dimension, free),
           help,
           [=](const Source& source, Parameters& parameters, std::size_t i) {
@@ -170,7 +170,7 @@ Key pressure_key() {
   const Dimension& dimension = value_dimension(BoundaryKind::pressure);
   return {kind_name(BoundaryKind::pressure),
           "stress",
-          optional("one of the six kinds"),
+          optional("one of the seven kinds"),
           accepted(dimension, value_range(BoundaryKind::pressure)),
           "force per area against the outward normal: above 0 it presses on the body",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
@@ -183,6 +183,24 @@ Key pressure_key() {
             const Boundary& condition = boundary(parameters, i);
             if (condition.kind != BoundaryKind::pressure) return {};
             return format_quantity(condition.value[0], dimension);
+          }};
+}
+
+Key absorbing_key() {
+  return {kind_name(BoundaryKind::absorbing),
+          "boolean",
+          optional("one of the seven kinds"),
+          "true",
+          "waves leave the body here, best those that meet the face at a right angle: dashpots after Lysmer "
+          "and Kuhlemeyer; with time.integrator = \"verlet\" only",
+          [](const Source& source, Parameters& parameters, std::size_t i) {
+            boundary(parameters, i).kind = BoundaryKind::absorbing;
+            if (source.value.kind != ValueKind::boolean || !source.value.boolean)
+              source.report("{} is not accepted; give true, or leave this boundary out", source.value.source);
+          },
+          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            if (boundary(parameters, i).kind != BoundaryKind::absorbing) return {};
+            return "true";
           }};
 }
 
@@ -199,6 +217,10 @@ Key rate_key() {
             if (kinds_given(source.context.findings, table).size() != 1) return;
             if (condition.kind == BoundaryKind::fix) {
               source.report("a fixed boundary does not change with time; give a displacement instead of fix");
+              return;
+            }
+            if (condition.kind == BoundaryKind::absorbing) {
+              source.report("an absorbing boundary has nothing that changes with time; leave it out");
               return;
             }
             if (condition.kind == BoundaryKind::pressure) {
@@ -268,15 +290,14 @@ Table boundary_table() {
   return {
       "boundary",
       Occurrence::many,
-      "boundary conditions; each gives exactly one of fix, force, traction, velocity, displacement, "
-      "pressure",
+      fmt::format("boundary conditions; each gives exactly one of {}", fmt::join(kind_names, ", ")),
       {on_key(), region_key(0), region_key(1), region_key(2), fix_key(),
        prescription_key(BoundaryKind::force, "total force, spread by area"),
        prescription_key(BoundaryKind::traction, "force per area"),
        prescription_key(BoundaryKind::velocity, "velocity; \"free\" for a component that is not prescribed"),
        prescription_key(BoundaryKind::displacement,
                         "displacement; \"free\" for a component that is not prescribed"),
-       pressure_key(), rate_key(), history_key()},
+       pressure_key(), absorbing_key(), rate_key(), history_key()},
       [](const Parameters& parameters) { return parameters.boundaries.size(); },
       [](Parameters& parameters) { parameters.boundaries.emplace_back(); }};
 }

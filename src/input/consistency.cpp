@@ -289,6 +289,15 @@ void check_time(const Parameters& parameters, Findings& findings) {
     findings.report("time.precision",
                     "\"mixed\" is for engine = \"fixed-point\"; with \"petsc\" give \"double\", or leave it "
                     "out");
+  if (time.integrator != Integrator::verlet) {
+    const char* const why =
+        "needs time.integrator = \"verlet\": \"bilateral4\" has substeps backward in time, in which damping "
+        "would add energy";
+    if (parameters.damping && parameters.damping->mass > 0) findings.report("damping.mass", "{}", why);
+    for (std::size_t i = 0; i < parameters.boundaries.size(); ++i)
+      if (parameters.boundaries[i].kind == BoundaryKind::absorbing)
+        findings.report(fmt::format("boundary[{}].absorbing", i), "{}", why);
+  }
   if (!time.step || findings.faulty("time.step") || findings.faulty("time.duration")) return;
   constexpr double max_steps = 1e9;
   const std::string duration = format_quantity(time.duration, time_dimension);

@@ -28,6 +28,9 @@ const Dimension energy_per_area_dimension{
 const Dimension volume_dimension{
     "a volume", "m^3", "1 mm^3", 0, {{"m^3", 1}, {"cm^3", 1e-6, 1e-5}, {"mm^3", 1e-9}, {"um^3", 1e-18}}};
 
+const Dimension rate_of_decay_dimension{
+    "a rate", "1/s", "500 1/s", 0, {{"1/us", 1e6}, {"1/ms", 1e3, 1e5}, {"1/s", 1}}};
+
 Dimension impulse_dimension(double exponent) {
   const std::string power = exponent == 1 ? std::string() : fmt::format("^{}", format_number(exponent));
   const std::string unit = fmt::format("MPa{} s", power);

@@ -404,6 +404,19 @@ Table time_table() {
                              "a dynamic phase ends this long after the body came apart")}};
 }
 
+Table damping_table() {
+  return {"damping",
+          Occurrence::optional,
+          "of the dynamic phase, with time.integrator = \"verlet\" only",
+          {quantity_key(
+              "mass", [](Parameters& parameters, std::size_t) -> double& { return parameters.damping->mass; },
+              rate_of_decay_dimension, {0, 1e12}, required(),
+              "damping force over mass and velocity: free motion decays with this rate, its energy with "
+              "twice that rate")},
+          [](const Parameters& parameters) { return parameters.damping ? std::size_t{1} : 0; },
+          [](Parameters& parameters) { parameters.damping.emplace(); }};
+}
+
 Table sections_table() {
   return {"sections",
           Occurrence::once,
@@ -421,7 +434,7 @@ const std::vector<Table>& schema() {
     std::vector<Table> all{ensemble_table(), stop_table()};
     for (Table& table : specimen_tables()) all.push_back(std::move(table));
     for (Table& table : std::vector<Table>{mesh_table(), region_table(), material_table(), fracture_table(),
-                                           variation_table(), boundary_table(), time_table(),
+                                           variation_table(), boundary_table(), time_table(), damping_table(),
                                            sections_table(), line_table(), output_table(), probe_table()})
       all.push_back(std::move(table));
     return all;

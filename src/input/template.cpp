@@ -37,6 +37,7 @@ std::string comment(const std::string& text) {
 std::string example_of(const Key& key) {
   if (!key.requirement.fallback.empty()) return key.requirement.fallback;
   const std::string& accepted = key.accepted;
+  if (accepted == "true") return accepted;
   constexpr std::string_view such_as = "such as ";
   if (const auto at = accepted.find(such_as); at != std::string::npos) {
     const std::string example = accepted.substr(at + such_as.size());

@@ -17,12 +17,12 @@ namespace {
 using Unit = std::unique_ptr<ut_unit, void (*)(ut_unit*)>;
 using Converter = std::unique_ptr<cv_converter, void (*)(cv_converter*)>;
 
-/// Products, quotients and small integer powers of names. UDUNITS reads far more as a unit ("mm 3", "m @ 5",
-/// "lg(re 1 m)", "s since 2000"), which in an input file can only be a slip.
+/// Products, quotients and small integer powers of names, or one over them. UDUNITS reads far more as a unit
+/// ("mm 3", "m @ 5", "lg(re 1 m)", "s since 2000"), which in an input file can only be a slip.
 bool looks_like_unit(const std::string& text) {
   // Letters are those of ASCII and all bytes of others in UTF-8.
   static const std::regex units(
-      R"((?=[^)./* ])(?:(?:[^\x01-@[-`{-\x7f]|\))(?:\^?[-+]?[0-9]{1,2})?|[ ./*(])+)");
+      R"((?:1 ?/ ?)?(?=[^)./* ])(?:(?:[^\x01-@[-`{-\x7f]|\))(?:\^?[-+]?[0-9]{1,2})?|[ ./*(])+)");
   return text.size() <= 80 && std::regex_match(text, units);
 }
 

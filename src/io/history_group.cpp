@@ -62,8 +62,9 @@ void write_conditions(hid_t group, const std::vector<input::Boundary>& condition
   };
   write_vectors(group, "load", rows, conditions.size(), force_of(true), "N",
                 "force that each condition applies to the body (x, y, z); 0 where it prescribes a motion");
-  write_vectors(group, "reaction", rows, conditions.size(), force_of(false), "N",
-                "force that each prescribed motion exerts on the body (x, y, z); 0 of loads");
+  write_vectors(
+      group, "reaction", rows, conditions.size(), force_of(false), "N",
+      "force that each prescribed motion or absorbing face exerts on the body (x, y, z); 0 of loads");
   write_vectors(
       group, "displacement", rows, conditions.size(),
       [](const HistoryRow& row, std::size_t k) { return row.displacement[k]; }, "m",
@@ -130,7 +131,8 @@ void write_history(hid_t file, const input::Parameters& parameters, const std::v
   energy("strain", &EnergyRow::strain, "J", "energy in strain");
   energy("external", &EnergyRow::external, "J", "work of the loads");
   energy("released", &EnergyRow::released, "J", "energy that breaking took");
-  energy("dissipated", &EnergyRow::dissipated, "J", "energy that coming to rest took");
+  energy("dissipated", &EnergyRow::dissipated, "J",
+         "energy taken out by damping, absorbing faces and coming to rest");
   write_column<std::int64_t>(
       group, "broken", rows, [](const HistoryRow& row) { return row.energy.broken; }, "",
       "tetrahedra broken so far");

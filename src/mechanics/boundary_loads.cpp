@@ -4,6 +4,7 @@
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
 #include "crackle/geometry/body.h"
+#include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/exact_sum.h"
@@ -133,6 +134,47 @@ std::vector<std::int32_t> held_nodes(const input::Boundary& condition, const Fac
   return {nodes.begin(), nodes.end()};
 }
 
+/// Collective.
+Absorber make_absorber(const parallel::Communicator& group, const input::Boundary& condition,
+                       const Surfaces& surfaces, const geometry::Subdomain& subdomain,
+                       const input::Material& material) {
+  const auto& [faces, outward] = surfaces;
+  const double along = material.density * dilatational_speed(material);
+  const double across = material.density * shear_speed(material);
+  std::map<std::int32_t, Symmetric> impedance;
+  // A component of it at a time, by the tributary areas times that component of each face.
+  for (std::size_t k = 0; k < 6; ++k) {
+    const LoadedFace part =
+        loaded_face(group, condition, faces, subdomain, [&, &normals = outward](geometry::FaceId id) {
+          const Vector& normal = normals[index(id)];
+          return (along - across) * symmetric_product(normal, normal)[k] + (k < 3 ? across : 0);
+        });
+    for (std::size_t n = 0; n < part.nodes.size(); ++n) impedance[part.nodes[n]][k] = part.area[n];
+  }
+  Absorber absorber;
+  for (const auto& [node, value] : impedance) {
+    absorber.nodes.push_back(node);
+    absorber.impedance.push_back(value);
+  }
+  return absorber;
+}
+
+/// Dashpots move nothing that a condition moves.
+void leave_out_prescribed(const std::vector<PrescribedMotion>& motions, std::vector<Absorber>& absorbers) {
+  // Of xx, yy, zz, yz, xz, xy, those with x, y and z.
+  constexpr std::array<std::array<std::size_t, 3>, 3> with{{{0, 4, 5}, {1, 3, 5}, {2, 3, 4}}};
+  for (Absorber& absorber : absorbers) {
+    for (const auto& motion : motions) {
+      for (const auto node : motion.nodes) {
+        const auto place = std::ranges::lower_bound(absorber.nodes, node);
+        if (place == absorber.nodes.end() || *place != node) continue;
+        for (const std::size_t k : with[index(motion.component)])
+          absorber.impedance[index(place - absorber.nodes.begin())][k] = 0;
+      }
+    }
+  }
+}
+
 }  // namespace
 
 double LoadCurve::at(double time) const {
@@ -257,6 +299,14 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
       }
       refuse_empty(total_area == 0, "boundary triangle");
       loads.conditions.push_back(area_shares(group, condition, faces, subdomain));
+    } else if (condition.kind == input::BoundaryKind::absorbing) {
+      Absorber absorber =
+          make_absorber(group, condition, all_surfaces[index(number - 1)], subdomain, parameters.material);
+      parallel::agree(group);
+      refuse_empty(!parallel::any_of_all(group, !absorber.nodes.empty()), "boundary triangle");
+      absorber.condition = number - 1;
+      loads.absorbers.push_back(std::move(absorber));
+      loads.conditions.push_back(area_shares(group, condition, faces, subdomain));
     } else if (is_load) {
       const LoadedFace face =
           loaded_face(group, condition, faces, subdomain, [](geometry::FaceId) { return 1.0; });
@@ -294,6 +344,7 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
       loads.conditions.push_back(equal_shares(group, nodes));
     }
   }
+  leave_out_prescribed(loads.motions, loads.absorbers);
   loads.held_tetrahedra = tetrahedra_at(loads.motions, subdomain);
   return loads;
 }

@@ -377,6 +377,38 @@ CASES = [
     Case("mixed numbers with PETSc",
          lambda t: t.set("time", "engine", '"petsc"').set("time", "precision", '"mixed"'), "time.precision",
          '"mixed" is for engine = "fixed-point"', '"double"'),
+    Case("damping without a unit", lambda t: t.append("[damping]", "mass = 500", at=1), "damping.mass",
+         "500 is a plain number without a unit", '"500 1/s"'),
+    Case("damping with the fourth-order map", lambda t: t.append("[damping]", 'mass = "500 1/s"', at=1),
+         "damping.mass", 'needs time.integrator = "verlet"'),
+    Case("damping without a rate",
+         lambda t: t.set("time", "integrator", '"verlet"').append("[damping]"), "damping.mass", "the key is missing",
+         '"500 1/s"'),
+    Case("negative damping", lambda t: t.set("time", "integrator", '"verlet"').append("[damping]", 'mass = "-1 1/s"', at=1),
+         "damping.mass", "-1 1/s"),
+    Case("damping by a time", lambda t: t.set("time", "integrator", '"verlet"').append("[damping]", 'mass = "2 ms"', at=1),
+         "damping.mass", "does not have the dimension of a rate", '"500 1/s"'),
+    Case("absorbing with the fourth-order map",
+         lambda t: t.append("[[boundary]]", 'on = "y-max"', "absorbing = true", at=2), "boundary[2].absorbing",
+         'needs time.integrator = "verlet"'),
+    Case("absorbing as a word",
+         lambda t: t.set("time", "integrator", '"verlet"')
+         .append("[[boundary]]", 'on = "y-max"', 'absorbing = "yes"', at=2), "boundary[2].absorbing", "give true"),
+    Case("absorbing or not",
+         lambda t: t.set("time", "integrator", '"verlet"')
+         .append("[[boundary]]", 'on = "y-max"', "absorbing = false", at=2), "boundary[2].absorbing", "give true"),
+    Case("absorbing at a rate",
+         lambda t: t.set("time", "integrator", '"verlet"')
+         .append("[[boundary]]", 'on = "y-max"', "absorbing = true", 'rate = "1 N/s"', at=3), "boundary[2].rate",
+         "nothing that changes with time"),
+    Case("absorbing over time",
+         lambda t: t.set("time", "integrator", '"verlet"')
+         .append("[[boundary]]", 'on = "y-max"', "absorbing = true", 'history = [["0 s", 1]]', at=3),
+         "boundary[2].history", "nothing that changes with time"),
+    Case("absorbing where the body is held",
+         lambda t: t.set("time", "integrator", '"verlet"')
+         .append("[[boundary]]", 'on = "z-min"', "absorbing = true"), "boundary[2]", "cannot absorb",
+         "boundary[0] prescribes"),
     Case("contact with PETSc",
          lambda t: t.set("time", "engine", '"petsc"').set("time", "start", '"rest"')
          .set("fracture", "contact", '"frictionless"'), "fracture.contact", "is not linear", '"none"',

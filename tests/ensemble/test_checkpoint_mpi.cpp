@@ -196,6 +196,18 @@ TEST_F(Checkpoints, ContinueToTheSameBits) {
   }
 }
 
+TEST_F(Checkpoints, KeepWhatDampersRemember) {
+  for (const bool is_mixed : {true, false}) {
+    for (auto parameters : {torn_bar(), pulled_bar()}) {
+      parameters.time.integrator = input::Integrator::verlet;
+      parameters.time.precision = is_mixed ? input::Precision::mixed : input::Precision::double_;
+      parameters.damping = {.mass = 1e4};
+      parameters.boundaries.push_back(test::boundary(Face::y_max, BoundaryKind::absorbing));
+      compare(is_mixed ? "dampers, mixed" : "dampers, double", parameters, true);
+    }
+  }
+}
+
 TEST_F(Checkpoints, KeepWhatFacetsAndTiesReleased) {
   auto parameters = torn_bar();
   parameters.fracture.release = input::Release::facet;

@@ -217,6 +217,26 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithAVaryingStrength) {
   compare(parameters, 50);
 }
 
+/// Dashpots at nodes that several parts share, and damping of all of them.
+TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithDampingAndAbsorbingFaces) {
+  auto parameters = torn_bar();
+  parameters.time.precision = GetParam();
+  parameters.time.integrator = input::Integrator::verlet;
+  parameters.damping = {.mass = 1e4};
+  for (const Face face : {Face::x_min, Face::y_max}) {
+    parameters.boundaries.push_back(test::boundary(face, BoundaryKind::absorbing));
+    parameters.boundaries.back().region[2] = {0, 0.004};
+  }
+  const auto alone = compare(parameters, 50);
+  if (parallel::Communicator(MPI_COMM_WORLD).is_root()) {
+    EXPECT_GT(alone.energy.back().dissipated, 0.05 * alone.energy.back().external);
+    EXPECT_LT(alone.energy_error, 0.02);
+  }
+  parameters.time.start = input::Start::quasi_static;
+  parameters.boundaries[1] = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10});
+  compare(parameters, 20, test::hostile_partitions(parameters.specimen.size)[2].make);
+}
+
 /// Facets and the bridging rule, whose edges may lie between two ghosts, and a strength that differs from one
 /// tetrahedron to the next.
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithFacetsAndToughness) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/dynamics/energy_account.h"
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/stable_step.h"
 
@@ -36,10 +37,11 @@ inline geometry::Realization irregular_box(const geometry::Point& size, double s
 /// A body that does not break, in motion in fixed-point numbers of 64 bits on one rank.
 class ElasticMotion {
 public:
-  /// @param parameters their material and boundary list count
+  /// @param parameters their material, damping and boundary list count
   ElasticMotion(const geometry::Realization& mesh, const input::Parameters& parameters,
                 input::Integrator integrator = input::Integrator::bilateral4)
       : density_(parameters.material.density),
+        damping_rate_(parameters.damping_rate()),
         subdomain_(whole(mesh)),
         body_(subdomain_, parameters.material),
         loads_(mechanics::make_boundary_loads(self_, parameters, subdomain_)),
@@ -51,7 +53,8 @@ public:
 
   /// Begins at the present state(); at most `duration` follows [s].
   void start(double duration) {
-    const dynamics::MotionContext context{&self_, &body_, &loads_, density_, &criterion_};
+    const dynamics::MotionContext context{&self_,      &body_, &loads_, density_,
+                                          &criterion_, 1,      nullptr, damping_rate_};
     motion_ = dynamics::make_fixed_point_motion(context, input::Precision::double_, 0, duration, state_);
   }
   void advance(std::int64_t n_steps, double step) {
@@ -75,10 +78,19 @@ public:
     return state_.velocity.owned()[3 * node + axis];
   }
   dynamics::MotionState& state() { return state_; }
+  /// [J]
+  double energy() const {
+    double kinetic = 0;
+    for (std::size_t n = 0; n < n_nodes(); ++n)
+      for (std::size_t i = 0; i < 3; ++i) kinetic += 0.5 * mass(n) * velocity(n, i) * velocity(n, i);
+    return kinetic + dynamics::strain_energy(self_, body_, state_.displacement.local());
+  }
+  double dissipated_energy() const { return motion_->dissipated_energy(); }
   double stable_step() const { return stable_step_; }
 
 private:
   double density_;
+  double damping_rate_;
   parallel::Communicator self_{MPI_COMM_SELF};
   geometry::Subdomain subdomain_;
   fracture::BreakableBody body_;

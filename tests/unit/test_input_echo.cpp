@@ -73,12 +73,14 @@ std::vector<InputTable> full_tables() {
            {{"on", R"("x-max")"},
             {"displacement", R"(["0.1 mm", "free", "free"])"},
             {"rate", R"(["3 um/s", "free", "free"])"}}},
+          {"[[boundary]]", {{"on", R"("y-min")"}, {"absorbing", "true"}}},
           {"[time]",
            {{"start", R"("quasi-static")"},
             {"step", R"("5 ns")"},
             {"duration", R"("123 us")"},
             {"integrator", R"("verlet")"},
             {"arrest", R"("20 us")"}}},
+          {"[damping]", {{"mass", R"("2.5 1/ms")"}}},
           {"[sections]", {{"y", R"(["7 mm", "9 mm", "12.25 mm"])"}, {"z", R"(["11.5 mm", "30 mm"])"}}},
           {"[[sections.line]]", {{"from", R"(["10 mm", "60 mm"])"}, {"to", R"(["14.5 mm", "-1 mm"])"}}},
           {"[[sections.line]]", {{"from", R"(["2 mm", "3 mm"])"}, {"to", R"(["2 mm", "9 mm"])"}}},
@@ -113,7 +115,7 @@ std::vector<std::vector<InputTable>> plates() {
   return all;
 }
 
-/// A value of the echo as it stands in an input file: everything but plain numbers in quotes.
+/// A value of the echo as it stands in an input file: everything but plain numbers and "true" in quotes.
 std::string as_written(const std::string& shown) {
   std::string text;
   std::string item;
@@ -123,7 +125,8 @@ std::string as_written(const std::string& shown) {
     item.erase(0, first);
     double number = 0;
     const auto end = std::from_chars(item.data(), item.data() + item.size(), number).ptr;
-    text += end == item.data() + item.size() ? item : '"' + item + '"';
+    const bool is_bare = end == item.data() + item.size() || item == "true";
+    text += is_bare ? item : '"' + item + '"';
     item.clear();
   };
   for (const char c : shown) {
@@ -184,6 +187,8 @@ TEST(InputEcho, KeepsTheValues) {
   expect_near(again.specimen.notches.at(0).depth, 6.21e-3);
   expect_near(again.specimen.notches.at(1).height, 50e-6);
   expect_near(again.time.duration, 123e-6);
+  expect_near(again.damping_rate(), 2500);
+  EXPECT_EQ(again.boundaries.at(5).kind, input::BoundaryKind::absorbing);
   ASSERT_EQ(again.mesh.regions.size(), 2U);
   expect_near(again.mesh.regions[0].box[2].second, 80e-3);
   expect_near(again.mesh.regions[0].spacing, 0.31e-3);

@@ -127,6 +127,36 @@ TEST_F(HistoryOfABar, FollowsAWave) {
   EXPECT_NEAR(static_cast<double>(result.history.size()), 61, 5);
 }
 
+TEST_F(HistoryOfABar, TellsTheForceOfAnAbsorbingFace) {
+  // As above; the wave leaves by the other end, which takes rho c v of each area.
+  parameters.time.start = input::Start::rest;
+  parameters.time.integrator = input::Integrator::verlet;
+  parameters.time.duration = 6e-5;
+  const double acceleration = 1e5;
+  add(Face::z_max, BoundaryKind::velocity, {true, true, true}, 0, acceleration);
+  add(Face::z_min, BoundaryKind::absorbing, {}, 0, 0);
+  const SampleResult result = run();
+  const double c = std::sqrt(parameters.material.youngs_modulus / parameters.material.density);
+  const double impedance = parameters.material.density * c * width * thickness;
+  const double largest = impedance * acceleration * (parameters.time.duration - length / c);
+  double worst_force = 0, worst_reaction = 0;
+  for (const HistoryRow& row : result.history) {
+    const double t = row.energy.time;
+    const double force = impedance * acceleration * std::max(0.0, t - length / c);
+    worst_force = std::max(worst_force, std::abs(row.force[1][2] + force) / largest);
+    worst_reaction = std::max(worst_reaction, std::abs(row.load - impedance * acceleration * t) / largest);
+  }
+  std::printf(
+      "force of the absorbing face: off by %.2e of the largest; reaction at the other end, where nothing "
+      "comes "
+      "back: %.2e; energy error %.2e\n",
+      worst_force, worst_reaction, result.energy_error);
+  EXPECT_LT(worst_force, 0.01);
+  EXPECT_LT(worst_reaction, 0.03);
+  EXPECT_LT(result.energy_error, 1e-3);
+  EXPECT_GT(result.energy.back().dissipated, 0);
+}
+
 TEST_F(HistoryOfABar, TellsEveryPhaseAndTheLoadBetween) {
   add(Face::z_min, BoundaryKind::fix, {true, true, true}, 0, 0);
   add(Face::z_max, BoundaryKind::force, {}, 0, 10);

@@ -26,6 +26,8 @@ struct MotionCheckpoint {
   std::vector<parallel::NumberedRows> reaction_work;  ///< of each prescribed motion, at its nodes
   std::vector<parallel::NumberedRows>
       remainder;  ///< of each force pattern: what rounding kept from its nodes
+  /// Of each damped node: what rounding kept from its velocity (three words), and the energy taken out.
+  parallel::NumberedRows damped;
   std::int64_t n_steps = 0;
   std::int64_t n_forces = 0;
 };
@@ -36,6 +38,7 @@ struct EndedPhase {
   double time = 0;       ///< it lasted [s]
   double kinetic = 0;
   double external_work = 0;
+  double dissipated = 0;
   std::int64_t n_steps = 0;
   std::int64_t n_forces = 0;
   fracture::Releases releases;

@@ -55,14 +55,25 @@ public:
   /// Work between two equilibria, exact when loads, stiffness and so displacements change linearly between
   /// them, or when only the stiffness changes under constant loads.
   void add_static_work(const LoadState& from, const LoadState& to);
-  void add_external(double work) { external_ += work; }
+  /// A dynamic phase that is over.
+  void add_phase(double external_work, double dissipated) {
+    external_ += external_work;
+    dissipated_ += dissipated;
+  }
 
   /// The body came to rest: kinetic energy and the potential energy between `before` and the equilibrium
   /// `after` are taken out of the account's mechanical part, by 1/2 d K d with d their difference.
   void add_relaxation(double kinetic, const parallel::NodeField& before, const parallel::NodeField& after);
 
-  /// The account now; `kinetic`, `strain` and `phase_work` (external work of the running phase) are given.
-  EnergyRow row(double time, double kinetic, double strain, double phase_work) const;
+  /// What the account does not see by itself [J].
+  struct Measured {
+    double kinetic = 0;
+    double strain = 0;
+    double work = 0;        ///< external, of the running phase
+    double dissipated = 0;  ///< in the running phase
+  };
+  /// The account now.
+  EnergyRow row(double time, const Measured& measured) const;
 
 private:
   const parallel::Communicator* group_;

@@ -43,6 +43,7 @@ struct PhaseResult {
   std::string note;          ///< why it ended early, where that was no plan
   double kinetic = 0;        ///< energy then [J]
   double external_work = 0;  ///< of the phase [J]
+  double dissipated = 0;     ///< in the phase, by damping and absorbing faces [J]
   std::int64_t n_steps = 0;
   std::int64_t n_forces = 0;
   std::vector<EnergyRow> energy;

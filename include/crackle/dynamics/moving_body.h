@@ -34,7 +34,8 @@ class MovingBody {
 public:
   virtual ~MovingBody() = default;
 
-  /// The stages of one step of the splitting. Collective; what it throws on one rank, it throws when its
+  /// The stages of one step of the splitting; those of Verlet where there is damping or an absorbing face, as
+  /// others have substeps backward in time. Collective; what it throws on one rank, it throws when its
   /// messages are complete.
   /// @param time of the load curves at the beginning of the step [s]
   virtual void step(std::span<const Stage> stages, double time_step, double time) = 0;
@@ -60,6 +61,9 @@ public:
   /// Work of the loads since the start [J]. Collective.
   /// @param state as read() gives it now
   virtual double external_work(double time, const MotionState& state) const = 0;
+
+  /// Taken out by damping and by absorbing faces since the start [J]. Collective.
+  virtual double dissipated_energy() const { return 0; }
 
   /// Why the state can no longer be trusted on this rank, as when a number outgrew its format; or empty.
   virtual std::optional<std::string> failure() const { return {}; }
@@ -87,7 +91,8 @@ struct MotionContext {
   fracture::Criterion* criterion;
   double screening_share = 1;  ///< of the strength: MovingBody::overloaded() tells what is above it
   fracture::StressAverage* average =
-      nullptr;  ///< what the criterion sees instead of a tetrahedron's own stress
+      nullptr;              ///< what the criterion sees instead of a tetrahedron's own stress
+  double damping_rate = 0;  ///< of mass-proportional damping: force over mass and velocity [1/s]
 };
 
 /// The definition: every operation in double precision, one after the other, with the plain loop over

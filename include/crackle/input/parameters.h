@@ -203,10 +203,12 @@ enum class BoundaryKind {
   velocity,      ///< [m/s]
   displacement,  ///< [m]
   pressure,      ///< against the outward normal, in value[0] [Pa]
+  absorbing,     ///< nothing: waves leave the body here
 };
 
 /// By BoundaryKind, as the keys of [[boundary]].
-inline constexpr std::array kind_names{"fix", "force", "traction", "velocity", "displacement", "pressure"};
+inline constexpr std::array kind_names{"fix",          "force",    "traction", "velocity",
+                                       "displacement", "pressure", "absorbing"};
 
 constexpr const char* name_of(BoundaryKind kind) {
   return kind_names[index(kind)];
@@ -249,6 +251,10 @@ struct Time {
   std::optional<double> arrest;
   double after_separation =
       0;  ///< a dynamic phase ends this long after the body came apart [s]; 0: it does not
+};
+
+struct Damping {
+  double mass = 0;  ///< of the force against the velocity, over mass and velocity [1/s]
 };
 
 /// A straight line in the y-z plane.
@@ -304,8 +310,11 @@ struct Parameters {
   Fracture fracture;
   std::vector<Boundary> boundaries;
   Time time;
+  std::optional<Damping> damping = {};
   Sections sections;
   Output output;
+
+  double damping_rate() const { return damping ? damping->mass : 0; }  ///< [1/s]
 };
 
 }  // namespace crackle::input

@@ -3,6 +3,7 @@
 
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
+#include "crackle/mechanics/tensor.h"
 #include "crackle/parallel/communicator.h"
 
 #include <cstdint>
@@ -57,6 +58,15 @@ struct PrescribedMotion {
   double velocity(double time) const { return is_velocity ? curve.at(time) : curve.slope(time); }
 };
 
+/// A face that absorbs waves (Lysmer and Kuhlemeyer 1969): dashpots per area of density times wave speed,
+/// dilatational along the normal and shear across it. What meets it straight on leaves the body.
+struct Absorber {
+  std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
+  /// Force against the velocity, over it; none in components that a condition prescribes [kg/s].
+  std::vector<Symmetric> impedance;
+  int condition = 0;  ///< index into the input's boundaries
+};
+
 /// Where a condition acts: what its mean displacement is taken over.
 struct ConditionNodes {
   std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
@@ -68,6 +78,7 @@ struct ConditionNodes {
 struct BoundaryLoads {
   std::vector<ForcePattern> forces;
   std::vector<PrescribedMotion> motions;
+  std::vector<Absorber> absorbers = {};
   std::vector<ConditionNodes> conditions = {};  ///< in the order of the input
   /// Local tetrahedra, ascending, that touch a node with a prescribed motion: what reactions follow from.
   std::vector<std::int32_t> held_tetrahedra = {};
