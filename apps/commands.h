@@ -40,6 +40,7 @@ void add_sample_command(CLI::App& app, const CommandLine& typed, Action& run);
 void add_run_command(CLI::App& app, const CommandLine& typed, Action& run);
 void add_stats_command(CLI::App& app, Action& run);
 void add_watch_command(CLI::App& app, Action& run);
+void add_compare_command(CLI::App& app, Action& run);
 
 /// Declares the option --sample, the number of a sample.
 CLI::Option* add_sample_option(CLI::App& command, std::uint64_t& sample);

@@ -2,15 +2,22 @@
 #include "ensemble_folder.h"
 
 #include "commands.h"
+#include "crackle/analysis/crack_path.h"
+#include "crackle/analysis/sample_results.h"
 #include "crackle/common/failure.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/ensemble/sample_plan.h"
+#include "crackle/geometry/body.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/ensemble_file.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/parallel/collectives.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
 #include <system_error>
 
 namespace crackle::apps {
@@ -28,7 +35,66 @@ fs::path first_sample_file(const fs::path& folder) {
   return first;
 }
 
+/// The rows of an ensemble whose files stay as they are: those of ensemble.h5, and of sample files that it
+/// does not know yet.
+std::vector<analysis::SampleSummary> stored_rows(const fs::path& folder,
+                                                 const input::Parameters& parameters) {
+  const auto n_samples = static_cast<std::size_t>(parameters.ensemble.samples);
+  if (!fs::exists(ensemble::results_file(folder)))
+    return io::read_summaries(folder, parameters, 0, n_samples);
+  auto samples = io::read_ensemble(ensemble::results_file(folder)).samples;
+  samples.resize(std::max(samples.size(), n_samples));
+  for (std::size_t i = 0; i < n_samples; ++i) {
+    if (samples[i].status == analysis::SampleStatus::pending)
+      samples[i] = io::read_summaries(folder, parameters, i, 1).front();
+  }
+  return samples;
+}
+
+constexpr std::int64_t first_with_leading_notch = 3;  // version of the format
+
+/// Of files of an older format, what came later, but for the leading notch, which is found anew.
+analysis::Origin origin_of(std::int64_t version) {
+  analysis::Origin origin;
+  const auto add = [&](const analysis::ResultInfo& info, auto) {
+    if (info.since > version && std::string_view(info.name) != "leading_notch")
+      origin.lacking.emplace_back(info.name);
+  };
+  analysis::for_each_result(add);
+  return origin;
+}
+
+/// Finds the leading notch of samples whose files do not hold it yet.
+/// @return what to tell about it
+std::string derive_leading_notches(const input::Parameters& parameters,
+                                   std::vector<analysis::SampleSummary>& rows) {
+  const auto body = geometry::make_body(parameters.specimen);
+  int n_open = 0;
+  for (analysis::SampleSummary& row : rows) {
+    if (row.status != analysis::SampleStatus::done ||
+        row.pattern == static_cast<std::int32_t>(analysis::Pattern::none))
+      continue;
+    row.leading_notch = analysis::leading_notch(*body, parameters.sections, row.position).value_or(-1);
+    if (row.leading_notch < 0) ++n_open;
+  }
+  return fmt::format(
+      "The leading notch is not in these files, which are of an older format: it is taken from the sections "
+      "that the cracks reach{}.",
+      n_open == 0 ? "" : fmt::format(", and stays open in {}", n_open));
+}
+
 }  // namespace
+
+analysis::Origin origin_of(const fs::path& folder) {
+  return origin_of(io::format_version(folder));
+}
+
+StoredSamples stored_samples(const fs::path& folder, const input::Parameters& parameters) {
+  StoredSamples stored{stored_rows(folder, parameters), origin_of(folder)};
+  if (io::format_version(folder) < first_with_leading_notch)
+    stored.origin.notes.push_back(derive_leading_notches(parameters, stored.rows));
+  return stored;
+}
 
 input::Parameters input_of(const parallel::Communicator& world, const fs::path& folder) {
   const fs::path copy = folder / "input.toml";

@@ -67,64 +67,12 @@ bool is_read_only(const parallel::Communicator& world, const fs::path& folder) {
   return parallel::share(world, answer);
 }
 
-/// The rows of an ensemble whose files stay as they are: those of ensemble.h5, and of sample files that it
-/// does not know yet.
-std::vector<analysis::SampleSummary> stored_rows(const fs::path& folder,
-                                                 const input::Parameters& parameters) {
-  const auto n_samples = static_cast<std::size_t>(parameters.ensemble.samples);
-  if (!fs::exists(ensemble::results_file(folder)))
-    return io::read_summaries(folder, parameters, 0, n_samples);
-  auto samples = io::read_ensemble(ensemble::results_file(folder)).samples;
-  samples.resize(std::max(samples.size(), n_samples));
-  for (std::size_t i = 0; i < n_samples; ++i) {
-    if (samples[i].status == analysis::SampleStatus::pending)
-      samples[i] = io::read_summaries(folder, parameters, i, 1).front();
-  }
-  return samples;
-}
-
-constexpr std::int64_t first_with_leading_notch = 3;  // version of the format
-
-/// Of files of an older format, what came later, but for the leading notch, which is found anew.
-analysis::Origin origin_of(std::int64_t version) {
-  analysis::Origin origin;
-  const auto add = [&](const analysis::ResultInfo& info, auto) {
-    if (info.since > version && std::string_view(info.name) != "leading_notch")
-      origin.lacking.emplace_back(info.name);
-  };
-  analysis::for_each_result(add);
-  return origin;
-}
-
-/// Finds the leading notch of samples whose files do not hold it yet.
-/// @return what to tell about it
-std::string derive_leading_notches(const input::Parameters& parameters,
-                                   std::vector<analysis::SampleSummary>& rows) {
-  const auto body = geometry::make_body(parameters.specimen);
-  int n_open = 0;
-  for (analysis::SampleSummary& row : rows) {
-    if (row.status != analysis::SampleStatus::done ||
-        row.pattern == static_cast<std::int32_t>(analysis::Pattern::none))
-      continue;
-    row.leading_notch = analysis::leading_notch(*body, parameters.sections, row.position).value_or(-1);
-    if (row.leading_notch < 0) ++n_open;
-  }
-  return fmt::format(
-      "The leading notch is not in these files, which are of an older format: it is taken from the sections "
-      "that the cracks reach{}.",
-      n_open == 0 ? "" : fmt::format(", and stays open in {}", n_open));
-}
-
 /// The statistics of an ensemble whose files stay as they are. Collective.
 int show_stored(const parallel::Communicator& world, const Options& options,
                 const input::Parameters& parameters) {
   const fs::path folder = options.folder;
   parallel::agree_on_root(world, [&] {
-    auto samples = stored_rows(folder, parameters);
-    const std::int64_t version = io::format_version(folder);
-    analysis::Origin origin = origin_of(version);
-    if (version < first_with_leading_notch)
-      origin.notes.push_back(derive_leading_notches(parameters, samples));
+    auto [samples, origin] = stored_samples(folder, parameters);
     const analysis::Statistics statistics = analysis::make_statistics(samples, parameters);
     analysis::leave_out_surplus(statistics, 0, samples);
     print(options, samples, statistics, parameters, origin);
@@ -153,7 +101,7 @@ int show_at_sections(const parallel::Communicator& world, const Options& options
   const input::Parameters sections = read_sections(world, parameters, options.sections);
   const ensemble::Results results = ensemble::results_at(world, parameters, sections, options.folder);
   parallel::agree_on_root(world, [&] {
-    analysis::Origin origin = origin_of(io::format_version(options.folder));
+    analysis::Origin origin = origin_of(fs::path(options.folder));
     const std::string note = "crossings computed anew from the sample files; ensemble.h5 stays as it is";
     // As a paragraph of its own in the text.
     origin.notes.push_back(options.json ? note : note + "\n");

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// crackle compare: what differs between ensembles, and how surely.
+#include "commands.h"
+#include "crackle/analysis/comparison.h"
+#include "crackle/common/failure.h"
+#include "crackle/parallel/agreement.h"
+
+#include "ensemble_folder.h"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace crackle::apps {
+
+namespace {
+
+struct Options {
+  std::vector<std::string> folders;
+  double confidence = analysis::default_confidence;
+  bool json = false;
+};
+
+/// One of the ensembles, with the samples that count in it.
+struct Ensemble {
+  input::Parameters parameters;
+  StoredSamples samples;
+
+  analysis::Compared compared() const { return {&parameters, samples.rows, samples.origin}; }
+};
+
+int compare(const parallel::Communicator& world, const Options& options) {
+  std::vector<input::Parameters> inputs;
+  for (const std::string& folder : options.folders) inputs.push_back(input_of(world, folder));
+  parallel::agree_on_root(world, [&] {
+    std::vector<Ensemble> ensembles;
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+      Ensemble& ensemble =
+          ensembles.emplace_back(Ensemble{inputs[i], stored_samples(options.folders[i], inputs[i])});
+      const analysis::Statistics statistics =
+          analysis::make_statistics(ensemble.samples.rows, ensemble.parameters);
+      analysis::leave_out_surplus(statistics, 0, ensemble.samples.rows);
+      if (statistics.n_done == 0) fail("'{}' has no sample that is done", options.folders[i]);
+    }
+    std::vector<analysis::Comparison> comparisons;
+    for (std::size_t i = 1; i < ensembles.size(); ++i)
+      comparisons.push_back(
+          analysis::compare(ensembles[0].compared(), ensembles[i].compared(), options.confidence));
+    const input::Sections& sections = ensembles[0].parameters.sections;
+    if (options.json) {
+      fmt::print("{}", analysis::to_json(comparisons, options.folders, sections));
+    } else {
+      for (std::size_t i = 0; i < comparisons.size(); ++i)
+        fmt::print("{}{}", i == 0 ? "" : "\n",
+                   analysis::to_text(comparisons[i], options.folders[0], options.folders[i + 1], sections));
+    }
+    std::fflush(stdout);
+  });
+  return success;
+}
+
+}  // namespace
+
+void add_compare_command(CLI::App& app, Action& run) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("compare",
+                                         "Tell what differs between ensembles, and how surely: the others "
+                                         "are each compared with the first, sample by "
+                                         "sample where they have the same bodies; reads only");
+  command->add_option("folders", options->folders, "output folders of crackle run")
+      ->required()
+      ->expected(2, 100);
+  command
+      ->add_option("--confidence", options->confidence,
+                   "level of the intervals, between 0 and 1; default: 0.95")
+      ->check(CLI::Range(0.5, 0.9999));
+  command->add_flag("--json", options->json, "print one JSON document instead, in SI units; NaN is null");
+  command->callback([options, &run] {
+    run = [options](const parallel::Communicator& world) { return compare(world, *options); };
+  });
+}
+
+}  // namespace crackle::apps

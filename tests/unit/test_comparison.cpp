@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Comparison of ensembles: intervals and probabilities by hand, against published examples, and how often
+// they hold.
+#include "crackle/analysis/comparison.h"
+#include "crackle/common/random.h"
+
+#include "support/geometry_bodies.h"
+
+#include <gmock/gmock.h>
+#include <boost/math/distributions/normal.hpp>
+
+#include <cmath>
+#include <cstdio>
+
+namespace crackle::analysis {
+namespace {
+
+TEST(Comparison, PermutationsOfAFewValuesByHand) {
+  // Of the 20 ways to choose three of six values, these two are the farthest apart.
+  EXPECT_DOUBLE_EQ(permutation_probability({{1, 2, 3}, {4, 5, 6}}), 0.1);
+  EXPECT_DOUBLE_EQ(permutation_probability({{4, 5, 6}, {1, 2, 3}}), 0.1) << "two-sided";
+  // Of pairs with differences of one sign, 2 of 2^5 have the greatest mean.
+  EXPECT_DOUBLE_EQ(permutation_probability({{1, 2, 3, 4, 5}, {2, 4, 6, 5, 8}, true}), 2.0 / 32);
+  EXPECT_DOUBLE_EQ(permutation_probability({{1, 1}, {1, 1}}), 1);
+  EXPECT_DOUBLE_EQ(permutation_probability({{}, {1}}), 1);
+  // Every one of 126 ways: as Fisher's exact test of 4 of 4 against 0 of 5.
+  EXPECT_DOUBLE_EQ(permutation_probability({{1, 1, 1, 1}, {0, 0, 0, 0, 0}}), 1.0 / 126);
+}
+
+TEST(Comparison, MeansByHand) {
+  // Welch's example with t for 2.0 degrees: {1, 3} and {4, 8}: variances 2 and 8, squared errors 1 and 4,
+  // 25 / (1 + 16) = 1.4706 degrees of freedom, for which Student's t at 95 % is 6.2064... (R's qt(0.975, 25 /
+  // 17)).
+  // By scipy.stats.t with Welch's degrees of freedom.
+  const Difference welch = difference_of_means({{1, 3, 2.5, 7.1}, {4, 8, 3.3}}, 0.95);
+  EXPECT_DOUBLE_EQ(welch.value, 1.7);
+  EXPECT_NEAR(welch.lower, -3.5012378177939056, 1e-9);
+  EXPECT_NEAR(welch.upper, 6.901237817793907, 1e-9);
+  // Of pairs with differences 1, 2 and 6: as in test_statistics for 2 degrees of freedom.
+  const Difference paired = difference_of_means({{0, 0, 0}, {1, 2, 6}, true}, 0.95);
+  EXPECT_DOUBLE_EQ(paired.value, 3);
+  EXPECT_NEAR((paired.upper - paired.lower) / 2, 4.302652729749464 * std::sqrt(7.0 / 3), 1e-10);
+  EXPECT_TRUE(std::isnan(difference_of_means({{1}, {2, 3}}, 0.95).lower)) << "one value has no scatter";
+}
+
+std::vector<double> ones(int n_ones, int n) {
+  std::vector<double> values(static_cast<std::size_t>(n), 0.0);
+  std::fill_n(values.begin(), n_ones, 1.0);
+  return values;
+}
+
+TEST(Comparison, SharesAsInNewcombesTables) {
+  // Stat. Med. 17 (1998) 873, table II, method 10: 56/70 - 48/80 is 0.2 (0.0524 to 0.3339).
+  const Difference independent = difference_of_shares({ones(48, 80), ones(56, 70)}, 0.95);
+  EXPECT_NEAR(independent.value, 0.2, 1e-12);
+  EXPECT_NEAR(independent.lower, 0.0524, 5e-5);
+  EXPECT_NEAR(independent.upper, 0.3339, 5e-5);
+  // 10/10 - 0/20: 0.6791 to 1.
+  const Difference extreme = difference_of_shares({ones(0, 20), ones(10, 10)}, 0.95);
+  EXPECT_NEAR(extreme.lower, 0.6791, 5e-5);
+  EXPECT_NEAR(extreme.upper, 1, 1e-12);
+  // Of pairs, ibid. 2635: 1 - 1 in all of them has both ends at the ends of Wilson's intervals.
+  TwoSamples pairs{ones(0, 10), ones(10, 10), true};
+  const Difference paired = difference_of_shares(pairs, 0.95);
+  EXPECT_EQ(paired.value, 1);
+  EXPECT_EQ(paired.upper, 1);
+  EXPECT_LT(paired.lower, 0.7);
+}
+
+TEST(Comparison, HolmsAdjustment) {
+  const double none = not_a_number;
+  const std::vector<double> p{0.01, none, 0.04, 0.03, 0.005};
+  const auto adjusted = adjusted_for_looks(p);
+  EXPECT_DOUBLE_EQ(adjusted[0], 0.03);
+  EXPECT_TRUE(std::isnan(adjusted[1]));
+  EXPECT_DOUBLE_EQ(adjusted[2], 0.06);
+  EXPECT_DOUBLE_EQ(adjusted[3], 0.06);
+  EXPECT_DOUBLE_EQ(adjusted[4], 0.02);
+}
+
+TEST(Comparison, EnergyDistanceByHand) {
+  const double none = not_a_number;
+  // 2 * 3 - 1 / 2 - 1 / 2 with paths at distances 1 within the groups and 3 between them.
+  const EnergyDistance found = energy_distance({{{0}, {1}}, {{3}, {4}}});
+  EXPECT_DOUBLE_EQ(found.value, 2 * 3 - 0.5 - 0.5);
+  EXPECT_DOUBLE_EQ(found.probability, 2.0 / 6);
+  const EnergyDistance same = energy_distance({{{0, 1}, {2, 5}}, {{0, 1}, {2, 5}}});
+  EXPECT_NEAR(same.value, 0, 1e-12);
+  // The section that one path does not reach counts for none of its pairs.
+  EXPECT_DOUBLE_EQ(energy_distance({{{0, none}, {1, none}}, {{3, 7}, {4, 8}}}).value, 5);
+  EXPECT_TRUE(std::isnan(energy_distance({{{0}}, {{3}, {4}}}).value));
+  // Differences 1 and 2: |D + D'| is 2, 3, 3 and 4, |D - D'| 0, 1, 1 and 0. Of four signs two are as far
+  // apart.
+  const EnergyDistance paired = energy_distance({{{0}, {50}}, {{1}, {52}}, true});
+  EXPECT_DOUBLE_EQ(paired.value, 2 * (12 - 2) / 4.0);
+  EXPECT_DOUBLE_EQ(paired.probability, 0.5);
+}
+
+/// Normal numbers, the second group with another scatter.
+class DrawnComparison : public ::testing::Test {
+protected:
+  std::vector<double> normal(std::size_t n, double mean, double deviation, std::uint64_t trial,
+                             const char* name) {
+    RandomStream stream(1, trial, name);
+    std::vector<double> values(n);
+    const boost::math::normal law(mean, deviation);
+    for (double& value : values)
+      value = boost::math::quantile(law, 0.5 * std::ldexp(1.0, -52) + stream.uniform());
+    return values;
+  }
+};
+
+TEST_F(DrawnComparison, IntervalsHoldAsOftenAsTheySay) {
+  int n_means = 0, n_pairs = 0, n_medians = 0, n_shares = 0, n_significant = 0, n_significant_pairs = 0;
+  constexpr int n_trials = 400;
+  for (std::uint64_t trial = 0; trial < n_trials; ++trial) {
+    const TwoSamples samples{normal(9, 0, 1, trial, "a"), normal(14, 1, 2, trial, "b")};
+    const auto holds = [](const Difference& d, double truth) {
+      return d.lower <= truth && truth <= d.upper ? 1 : 0;
+    };
+    n_means += holds(difference_of_means(samples, 0.95), 1);
+    n_medians += holds(difference_of_medians(samples, 0.95), 1);
+    TwoSamples null{samples.first, samples.second};
+    for (double& value : null.second) value -= 1;
+    n_significant += permutation_probability(null) <= 0.05 ? 1 : 0;
+    // Pairs whose first halves have a scatter of their own that they share.
+    TwoSamples pairs{normal(12, 0, 5, trial, "c"), normal(12, 0, 1, trial, "d"), true};
+    for (std::size_t i = 0; i < 12; ++i) pairs.second[i] += pairs.first[i];
+    n_pairs += holds(difference_of_means(pairs, 0.95), 0);
+    n_significant_pairs += permutation_probability(pairs) <= 0.05 ? 1 : 0;
+    TwoSamples shares{normal(20, 0, 1, trial, "e"), normal(30, 0, 1, trial, "f")};
+    for (double& value : shares.first) value = value > 0.5244 ? 1 : 0;    // a share of 0.3
+    for (double& value : shares.second) value = value > -0.2533 ? 1 : 0;  // of 0.6
+    n_shares += holds(difference_of_shares(shares, 0.95), 0.3);
+  }
+  const auto percent = [](int n) { return 100.0 * n / n_trials; };
+  std::printf(
+      "of 95 %% intervals hold: means %.1f %%, of pairs %.1f %%, medians %.1f %%, shares %.1f %%; below 0.05 "
+      "by chance: "
+      "%.1f %%, of pairs %.1f %%\n",
+      percent(n_means), percent(n_pairs), percent(n_medians), percent(n_shares), percent(n_significant),
+      percent(n_significant_pairs));
+  for (const int n : {n_means, n_pairs, n_shares}) EXPECT_NEAR(percent(n), 95, 3.3);
+  EXPECT_GT(percent(n_medians), 91) << "the bootstrap's of few values is no better than that";
+  for (const int n : {n_significant, n_significant_pairs}) EXPECT_NEAR(percent(n), 5, 3.3);
+}
+
+TEST_F(DrawnComparison, EnergyDistanceSeesWhatMeansDoNot) {
+  int n_same = 0, n_wider = 0;
+  constexpr int n_trials = 60;
+  for (std::uint64_t trial = 0; trial < n_trials; ++trial) {
+    const auto paths = [&](double deviation, const char* name) {
+      std::vector<std::vector<double>> group;
+      const auto values = normal(90, 0, deviation, trial, name);
+      for (std::size_t i = 0; i < 30; ++i)
+        group.push_back({values[3 * i], values[3 * i + 1], values[3 * i + 2]});
+      return group;
+    };
+    n_same += energy_distance({paths(1, "a"), paths(1, "b")}).probability <= 0.05 ? 1 : 0;
+    n_wider += energy_distance({paths(1, "a"), paths(2, "c")}).probability <= 0.05 ? 1 : 0;
+  }
+  std::printf("paths told apart: %d of %d from one distribution, %d of %d of twice the scatter\n", n_same,
+              n_trials, n_wider, n_trials);
+  EXPECT_LE(n_same, 9);
+  EXPECT_GE(n_wider, n_trials * 9 / 10);
+}
+
+input::Parameters plate() {
+  input::Parameters parameters;
+  parameters.specimen = {{0.005, 0.02, 0.1}, {crackle::testing::notch(input::Face::y_min, 50, 5, 1)}};
+  parameters.sections.y = {0.01, 0.015};
+  return parameters;
+}
+
+SampleSummary done(double force, int forks, std::vector<double> z) {
+  SampleSummary row = empty_summary(1, 2, SampleStatus::done);
+  row.onset_force = force;
+  row.bifurcations = forks;
+  row.position = std::move(z);
+  row.leading_notch = 0;
+  return row;
+}
+
+TEST(Comparison, PairsTheSamplesOfTheSameBodies) {
+  const input::Parameters one = plate();
+  std::vector<SampleSummary> first, second;
+  for (int i = 0; i < 8; ++i) {
+    const double z = 0.05 + 1e-3 * std::sin(7.0 * i);
+    first.push_back(done(400 + 40 * std::cos(5.0 * i), 0, {z, z}));
+    second.push_back(done(first.back().onset_force + 5 + 0.1 * i, 1, {z + 1e-4, not_a_number}));
+  }
+  second[3] = empty_summary(1, 2, SampleStatus::failed);
+  const auto force_of = [](const Comparison& comparison) {
+    return *std::ranges::find(comparison.results, std::string("onset_force"),
+                              [](const ComparedResult& result) { return std::string(result.info.name); });
+  };
+  input::Parameters law = one;
+  law.fracture.release = input::Release::facet;
+  const Comparison paired = compare({&one, first}, {&law, second});
+  EXPECT_TRUE(paired.are_paired);
+  EXPECT_EQ(paired.n_pairs, 7);
+  EXPECT_NEAR(force_of(paired).of_means.value, 5 + 0.1 * 25 / 7, 1e-9);
+  EXPECT_LT(force_of(paired).of_means.upper, 6);
+  EXPECT_DOUBLE_EQ(force_of(paired).probability, 2.0 / 128);
+  ASSERT_EQ(paired.paths.size(), 1U);
+  EXPECT_NEAR(paired.paths[0].of_means[0].value, 1e-4, 1e-12);
+  EXPECT_TRUE(std::isnan(paired.paths[0].of_means[1].value)) << "no crack of the second reaches it";
+  EXPECT_GE(force_of(paired).adjusted, force_of(paired).probability);
+
+  input::Parameters mesh = one;
+  mesh.mesh.perturbation = 0.3;
+  const Comparison independent = compare({&one, first}, {&mesh, second});
+  EXPECT_FALSE(independent.are_paired);
+  EXPECT_THAT(independent.note, ::testing::HasSubstr("mesh.perturbation = 0.3"));
+  EXPECT_GT(force_of(independent).probability, 0.3);
+  EXPECT_EQ(force_of(independent).n_first, 8);
+
+  input::Parameters wider = one;
+  wider.specimen.size[1] = 0.021;
+  EXPECT_TRUE(compare({&one, first}, {&wider, second}).paths.empty());
+  input::Parameters elsewhere = one;
+  elsewhere.sections.y = {0.01, 0.016};
+  const Comparison other_sections = compare({&one, first}, {&elsewhere, second});
+  EXPECT_TRUE(other_sections.are_paired);
+  EXPECT_TRUE(other_sections.paths.empty());
+  EXPECT_THAT(other_sections.note, ::testing::HasSubstr("sections differ"));
+  std::printf("%s", to_text(paired, "a", "b", one.sections).c_str());
+}
+
+}  // namespace
+}  // namespace crackle::analysis
