@@ -318,12 +318,19 @@ std::string to_json(std::span<const Comparison> comparisons, std::span<const std
         {"n_pairs", comparison.n_pairs}, {"confidence", comparison.confidence}, {"results", Json::array()},
         {"paths", Json::array()}};
     for (const ComparedResult& result : comparison.results) {
-      Json entry{
-          {"name", result.info.name},          {"units", result.share_of.empty() ? result.info.units : "1"},
-          {"share_of", result.share_of},       {"n_first", result.n_first},
-          {"n_second", result.n_second},       {"mean_first", result.mean_first},
-          {"mean_second", result.mean_second}, {"difference_of_means", json_of(result.of_means)},
-          {"p", result.probability},           {"p_adjusted", result.adjusted}};
+      Json entry{{"name", result.info.name},
+                 {"label", result.info.label},
+                 {"shown_units", result.info.shown_units},
+                 {"shown_factor", result.info.shown_factor},
+                 {"units", result.share_of.empty() ? result.info.units : "1"},
+                 {"share_of", result.share_of},
+                 {"n_first", result.n_first},
+                 {"n_second", result.n_second},
+                 {"mean_first", result.mean_first},
+                 {"mean_second", result.mean_second},
+                 {"difference_of_means", json_of(result.of_means)},
+                 {"p", result.probability},
+                 {"p_adjusted", result.adjusted}};
       if (result.share_of.empty()) entry["difference_of_medians"] = json_of(result.of_medians);
       one["results"].push_back(std::move(entry));
     }

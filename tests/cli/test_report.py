@@ -214,6 +214,26 @@ class Report(Ensembles):
         self.assertIn("0 of 2", page)
         self.assertEqual(re.findall(r">[^<]*\bnan\b[^<]*<", page), [])
 
+    def test_other_ensembles_are_compared_with_it(self):
+        write_ensemble(self.folder, 30)
+        other = self.folder.with_name("stronger")
+        write_ensemble(other, 30)
+        with h5py.File(other / "ensemble.h5", "r+") as file:
+            file["samples/onset_force"][:] *= 1.1 + 0.01 * np.sin(np.arange(30))
+        same = self.folder.with_name("same")
+        write_ensemble(same, 20)
+        result = self.run_report(str(self.folder), "--compare", str(other), "--compare", str(same))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        page = (self.folder / "report.html").read_text()
+        self.assertIn("Compared with other ensembles", page)
+        self.assertRegex(page, r"stronger differs in onset force \(\+1[01]\.\d %\) \(30 pairs of samples with the same bodies\)")
+        self.assertIn("same does not differ in anything", page)
+        for number in (0, 1):
+            self.assertTrue((self.folder / "report" / f"comparison-{number}.png").is_file())
+        refused = self.run_report(str(self.folder), "--compare", str(self.folder.with_name("nowhere")))
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("nowhere", refused.stderr)
+
     def test_what_is_no_ensemble_ends_with_one_line(self):
         self.folder.mkdir()
         foreign = self.folder.with_name("foreign")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import io
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Optional
 
@@ -14,7 +15,7 @@ from .figures.crack_paths import alone
 from .figures.picture import Picture
 from .options import Options
 from .photoelasticity import STRESS_OPTIC, WAVELENGTH, Optics
-from .program import ResultsError
+from .program import ResultsError, comparison_of
 from .reading import read_ensemble
 from .results import Ensemble
 from .writing import write_whole
@@ -29,7 +30,10 @@ def main() -> int:
     _add_options(parser)
     arguments = parser.parse_args()
     try:
-        report = make_report(arguments.folder, _options(arguments), arguments.program)
+        options = _options(arguments)
+        if arguments.compared:
+            options = replace(options, comparison=comparison_of([arguments.folder, *arguments.compared], arguments.program))
+        report = make_report(arguments.folder, options, arguments.program)
     except (ResultsError, OSError) as error:
         print(f"crackle-report: {error}", file=sys.stderr)
         return 1
@@ -40,6 +44,8 @@ def main() -> int:
 def _add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--program", type=Path, metavar="FILE",
                         help="crackle (default: the environment's CRACKLE, build/bin/crackle, or the one on the PATH)")
+    parser.add_argument("--compare", type=Path, action="append", default=[], metavar="OTHER", dest="compared",
+                        help="also show what differs from this ensemble, as crackle compare; may be given several times")
     detail = parser.add_argument_group("samples in detail")
     detail.add_argument("--sample", type=int, action="append", default=[], metavar="N", dest="samples",
                         help="show this sample's fringes, growth and energy; may be given several times (default: a "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Optional
 
 from .photoelasticity import Optics
 
@@ -16,4 +17,5 @@ class Options:
     reverse: bool = False  # colours, as prints of dark pictures often are
     product: bool = True  # of Jones matrices, or the integrated form
     animation: bool = True
+    comparison: Optional[dict[str, Any]] = None  # what `crackle compare` says of it and other ensembles
     each_crack: bool = False  # also pictures of every sample's crack alone, with and without the forks counted

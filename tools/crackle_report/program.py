@@ -7,7 +7,7 @@ import os
 import shutil
 import subprocess
 from pathlib import Path
-from typing import Any, Optional
+from typing import Any, Optional, Sequence
 
 _HERE = Path(__file__).resolve()
 # In the source tree, and beside share/crackle where it is installed.
@@ -34,9 +34,18 @@ def find_program(given: Optional[Path] = None) -> str:
 
 def statistics_of(folder: Path, program: Optional[Path] = None) -> dict[str, Any]:
     """What `crackle stats --json` says of an ensemble, whose files stay as they are. Raises ResultsError."""
-    result = subprocess.run([find_program(program), "stats", str(folder), "--json", "--read-only"],
+    return _ask(program, "stats", str(folder), "--json", "--read-only")
+
+
+def comparison_of(folders: Sequence[Path], program: Optional[Path] = None) -> dict[str, Any]:
+    """What `crackle compare --json` says of the first ensemble and the others. Raises ResultsError."""
+    return _ask(program, "compare", *map(str, folders), "--json")
+
+
+def _ask(program: Optional[Path], command: str, *arguments: str) -> dict[str, Any]:
+    result = subprocess.run([find_program(program), command, *arguments],
                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
     if result.returncode != 0:
         reason = result.stderr.strip().removeprefix("crackle: ")
-        raise ResultsError(reason or f"crackle stats ended with status {result.returncode}")
+        raise ResultsError(reason or f"crackle {command} ended with status {result.returncode}")
     return json.loads(result.stdout)
