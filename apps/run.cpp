@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle run: the ensemble.
 #include "crackle/common/whole_number.h"
-#include "crackle/dynamics/sample_run.h"
 #include "crackle/ensemble/ensemble_run.h"
+#include "crackle/ensemble/sample_inputs.h"
 #include "crackle/parallel/agreement.h"
 
 #include "parallel_command.h"
@@ -92,12 +92,8 @@ int run_command(const parallel::Communicator& world, const input::Parameters& pa
                .retry_failed = continuation(typed, "--retry-failed"),
                .report = "tools/crackle-report " + shell_line({{arguments.folder.string()}})},
   };
-  const ensemble::RunOutcome outcome = ensemble::run_ensemble(
-      world, parameters, options,
-      [&parameters](const parallel::Communicator& group, std::uint64_t, const geometry::Subdomain& subdomain,
-                    const dynamics::SampleControl& control) {
-        return dynamics::run_sample(group, parameters, subdomain, control);
-      });
+  const ensemble::RunOutcome outcome =
+      ensemble::run_ensemble(world, parameters, options, ensemble::sample_mechanics(parameters));
   if (outcome.stopped) return stopped_resumable;
   const bool complete = outcome.failed == 0 && outcome.left == 0 && outcome.file_error.empty();
   return complete ? success : some_samples_failed;

@@ -2,8 +2,8 @@
 // crackle sample: one realization on all ranks as one group.
 #include "crackle/analysis/sample_summary.h"
 #include "crackle/common/stopwatch.h"
-#include "crackle/dynamics/sample_run.h"
 #include "crackle/ensemble/run_log.h"
+#include "crackle/ensemble/sample_inputs.h"
 #include "crackle/ensemble/single_sample.h"
 #include "crackle/io/sample_file.h"
 
@@ -47,13 +47,8 @@ int sample_command(const parallel::Communicator& world, const input::Parameters&
       .checkpoint_interval = arguments.parking.checkpoint_interval,
       .progress = width > 0 ? dynamics::SampleLog(show) : dynamics::SampleLog(),
   };
-  const auto report = ensemble::run_single_sample(
-      world, parameters, options,
-      [&parameters](const parallel::Communicator& group, std::uint64_t, const geometry::Subdomain& subdomain,
-                    const dynamics::SampleControl& control) {
-        return dynamics::run_sample(group, parameters, subdomain, control);
-      },
-      say);
+  const auto report =
+      ensemble::run_single_sample(world, parameters, options, ensemble::sample_mechanics(parameters), say);
   if (world.is_root()) {
     log.end_progress();
     say(describe(report));

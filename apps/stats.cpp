@@ -4,6 +4,7 @@
 #include "commands.h"
 #include "crackle/analysis/crack_path.h"
 #include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/sensitivity.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/common/failure.h"
 #include "crackle/ensemble/base_points.h"
@@ -38,6 +39,7 @@ namespace fs = std::filesystem;
 struct Options {
   std::string folder;
   std::vector<std::string> sections;  ///< empty: those of the ensemble
+  std::vector<std::string> limits;    ///< "peak_load > 500 N"
   bool json = false;
   bool read_only = false;
 };
@@ -48,7 +50,13 @@ void print(const Options& options, const std::vector<analysis::SampleSummary>& s
   if (options.json) {
     fmt::print("{}", analysis::to_json(statistics, samples, parameters, origin));
   } else {
+    // First, as they may be refused.
+    std::string limits;
+    for (const std::string& limit : options.limits)
+      limits += analysis::to_text(analysis::exceedance(limit, parameters, samples));
     fmt::print("{}", analysis::to_text(statistics, samples, parameters.sections, origin));
+    fmt::print("{}", analysis::to_text(analysis::sensitivities(parameters, samples), parameters));
+    if (!limits.empty()) fmt::print("\n{}", limits);
     for (const auto& warning : analysis::sample_warnings(samples)) fmt::print("{}\n", warning);
   }
   std::fflush(stdout);
@@ -90,7 +98,7 @@ int update_statistics(const parallel::Communicator& world, const Options& option
         base = ensemble::base_points(folder, parameters);
         return base;
       });
-  if (world.is_root()) print(options, results.rows, results.statistics, parameters, {});
+  parallel::agree_on_root(world, [&] { print(options, results.rows, results.statistics, parameters, {}); });
   if (!results.file_error.empty()) throw parallel::AgreedError(0, results.file_error);
   return success;
 }
@@ -126,6 +134,11 @@ void add_stats_command(CLI::App& app, Action& run) {
       "--json", options->json,
       "print one JSON document instead: the statistics, the rows of all samples and the outline of "
       "the body, in SI units; NaN is null");
+  command
+      ->add_option("--limit", options->limits,
+                   "also print the share of samples in which a result passes a limit, such as \"peak_load > "
+                   "500 N\" (may be given several times); --columns names the results")
+      ->allow_extra_args(false);
   command->add_flag("--read-only", options->read_only, "leave ensemble.h5 as it is");
   command
       ->add_option(
@@ -137,8 +150,11 @@ void add_stats_command(CLI::App& app, Action& run) {
   command->callback([options, columns, &run] {
     if (*columns != options->folder.empty())
       throw CLI::ValidationError("stats takes either a folder or --columns");
-    if (*columns && (!options->sections.empty() || options->json || options->read_only))
+    if (*columns &&
+        (!options->sections.empty() || !options->limits.empty() || options->json || options->read_only))
       throw CLI::ValidationError("--columns takes no other option");
+    if (options->json && !options->limits.empty())
+      throw CLI::ValidationError("--limit goes with the text, not with --json");
     if (*columns) {
       run = [](const parallel::Communicator& world) {
         if (world.is_root()) fmt::print("{}", analysis::result_table());

@@ -27,7 +27,8 @@ constexpr std::array<std::string_view, 2> of_the_computation{"energy_error", "eq
 std::vector<std::string> body_settings(const input::Parameters& parameters) {
   std::vector<std::string> settings = input::sample_settings(parameters);
   std::erase_if(settings, [](const std::string& line) {
-    return !line.starts_with("specimen.") && !line.starts_with("mesh.") && !line.starts_with("ensemble.seed");
+    return !line.starts_with("specimen.") && !line.starts_with("mesh.") && !line.starts_with("random[") &&
+           !line.starts_with("ensemble.");
   });
   return settings;
 }

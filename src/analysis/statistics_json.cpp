@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/leader_frame.h"
 #include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/sensitivity.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/analysis/stop_rule.h"
 #include "crackle/geometry/outline.h"
+#include "crackle/input/reader.h"
 
 #include <nlohmann/json.hpp>
 
@@ -160,6 +162,54 @@ Json statistics_of(const Statistics& statistics, const input::Parameters& parame
 
 }  // namespace
 
+namespace {
+
+Json estimate(const Estimate& estimate) {
+  return {{"value", estimate.value}, {"lower", estimate.lower}, {"upper", estimate.upper}};
+}
+
+Json inputs_of(std::span<const SampleSummary> samples, const input::Parameters& parameters) {
+  Json inputs = Json::array();
+  for (std::size_t k = 0; k < parameters.random.size(); ++k) {
+    const input::RandomInput& random = parameters.random[k];
+    inputs.push_back({{"key", random.key},
+                      {"units", random.unit},
+                      {"distribution", input::describe(random)},
+                      {"values", column(samples, [k](const auto& row) {
+                         return k < row.inputs.size() ? row.inputs[k] : not_a_number;
+                       })}});
+  }
+  return inputs;
+}
+
+Json sensitivities_of(std::span<const SampleSummary> samples, const input::Parameters& parameters) {
+  const Sensitivities all = sensitivities(parameters, samples);
+  Json results = Json::array();
+  for (const Sensitivity& one : all.results) {
+    Json inputs = Json::array();
+    for (const InputEffect& effect : one.inputs)
+      inputs.push_back({{"rank_correlation", estimate(effect.rank_correlation)},
+                        {"first", estimate(effect.first)},
+                        {"total", estimate(effect.total)}});
+    Json result{{"result", one.info.name},    {"label", one.info.label},
+                {"share_of", one.share_of},   {"n_values", one.n_values},
+                {"mesh", estimate(one.mesh)}, {"degree", one.degree},
+                {"predicted", one.predicted}, {"inputs", inputs}};
+    if (one.notch >= 0) {
+      result["notch"] = one.notch;
+      result["section"] = one.section;
+    }
+    results.push_back(std::move(result));
+  }
+  return {{"confidence", all.confidence},
+          {"n_draws", all.n_draws},
+          {"n_samples", all.n_samples},
+          {"replicates", parameters.ensemble.replicates},
+          {"results", results}};
+}
+
+}  // namespace
+
 std::string to_json(const Statistics& statistics, std::span<const SampleSummary> samples,
                     const input::Parameters& parameters, const Origin& origin) {
   const auto body = geometry::make_body(parameters.specimen);
@@ -182,6 +232,10 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
       {static_cast<std::size_t>(statistics.n_notches), static_cast<std::size_t>(statistics.n_sections)});
   document["statistics"] =
       statistics_of(with_running_half_widths(statistics, samples, parameters), parameters, *body);
+  if (!parameters.random.empty()) {
+    document["inputs"] = inputs_of(samples, parameters);
+    document["sensitivities"] = sensitivities_of(samples, parameters);
+  }
   // A file name in a message may be no UTF-8.
   return document.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }

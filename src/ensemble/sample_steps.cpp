@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/crack_surface.h"
 #include "crackle/ensemble/base_points.h"
+#include "crackle/ensemble/sample_inputs.h"
 #include "crackle/ensemble/sample_task.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/io/checkpoint_file.h"
 #include "crackle/io/sample_file.h"
+#include "crackle/uncertainty/random_inputs.h"
 
 #include <system_error>
 #include <utility>
@@ -15,41 +17,50 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
                               const geometry::MotherPoints& base, const std::filesystem::path& folder,
                               int n_ranks, SampleFunction compute) {
   SampleSteps steps;
-  steps.make = with_retries([&](std::uint64_t sample, int attempt) {
-    return make_sample_mesh(body, base, parameters, sample, attempt);
-  });
-  steps.split = [&parameters](const geometry::Realization& realization, int n_parts) {
+  const auto inputs = std::make_shared<const SampleInputs>(parameters, body);
+  steps.make = [&base, inputs](std::uint64_t sample) {
+    const auto input = inputs->of(sample);
+    return with_retries([&](std::uint64_t number, int attempt) {
+      return make_sample_mesh(*input->body, base, input->parameters, number, attempt);
+    })(sample);
+  };
+  steps.split = [inputs](std::uint64_t sample, const geometry::Realization& realization, int n_parts) {
     return geometry::split(realization, geometry::partition(realization, n_parts),
-                           parameters.fracture.length);
+                           inputs->of(sample)->parameters.fracture.length);
   };
   steps.compute = std::move(compute);
-  steps.analyse = [&](const geometry::Realization& realization, const dynamics::SampleResult& result) {
+  steps.analyse = [inputs](std::uint64_t sample, const geometry::Realization& realization,
+                           const dynamics::SampleResult& result) {
+    const auto input = inputs->of(sample);
+    const geometry::Body& own_body = *input->body;
+    const input::Parameters& own = input->parameters;
     SampleAnalysis analysis;
-    analysis.surface = analysis::make_crack_surface(body, realization, result.breaks, result.phase_start);
-    analysis.lines = analysis::crack_lines(body, analysis.surface);
-    analysis.arms = analysis::find_forks(body, analysis.surface);
-    analysis.crossings =
-        analysis::section_crossings(body, analysis.surface, analysis.arms, parameters.sections);
-    analysis.summary = analysis::summarize(body, result, analysis.surface, analysis.lines, analysis.arms,
-                                           analysis.crossings, parameters.material);
-    analysis.history = analysis::crack_history(body, analysis.surface, analysis.lines, result);
+    analysis.surface = analysis::make_crack_surface(own_body, realization, result.breaks, result.phase_start);
+    analysis.lines = analysis::crack_lines(own_body, analysis.surface);
+    analysis.arms = analysis::find_forks(own_body, analysis.surface);
+    analysis.crossings = analysis::section_crossings(own_body, analysis.surface, analysis.arms, own.sections);
+    analysis.summary = analysis::summarize(own_body, result, analysis.surface, analysis.lines, analysis.arms,
+                                           analysis.crossings, own.material);
+    if (own.draw) analysis.summary.inputs = own.draw->values;
+    analysis.history = analysis::crack_history(own_body, analysis.surface, analysis.lines, result);
     return analysis;
   };
-  steps.write = [&parameters, folder, n_ranks](std::uint64_t sample, const geometry::Realization& realization,
-                                               const dynamics::SampleResult& result,
-                                               const SampleAnalysis& analysis) {
-    io::write_sample(io::sample_path(folder, sample),
-                     {parameters, sample, realization, result, analysis.surface, analysis.lines,
-                      analysis.arms, analysis.crossings, analysis.summary, analysis.history, n_ranks});
+  steps.write = [inputs, folder, n_ranks](std::uint64_t sample, const geometry::Realization& realization,
+                                          const dynamics::SampleResult& result,
+                                          const SampleAnalysis& analysis) {
+    io::write_sample(
+        io::sample_path(folder, sample),
+        {inputs->of(sample)->parameters, sample, realization, result, analysis.surface, analysis.lines,
+         analysis.arms, analysis.crossings, analysis.summary, analysis.history, n_ranks});
   };
-  steps.write_failure = [&parameters, folder, n_ranks](std::uint64_t sample,
-                                                       const analysis::SampleSummary& failure,
-                                                       const PartialSample* partial) {
+  steps.write_failure = [&parameters, inputs, folder, n_ranks](std::uint64_t sample,
+                                                               const analysis::SampleSummary& failure,
+                                                               const PartialSample* partial) {
     const std::filesystem::path file = io::sample_path(folder, sample);
     if (partial == nullptr) {
       io::write_failed_sample(file, parameters, sample, failure);
     } else {
-      io::write_sample(file, {parameters, sample, partial->realization, partial->result,
+      io::write_sample(file, {inputs->of(sample)->parameters, sample, partial->realization, partial->result,
                               partial->analysis.surface, partial->analysis.lines, partial->analysis.arms,
                               partial->analysis.crossings, failure, partial->analysis.history, n_ranks});
     }
@@ -71,10 +82,12 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
     std::error_code ignored;
     std::filesystem::remove(checkpoint(sample), ignored);
   };
-  steps.failure_row = [&parameters, &body](const std::string& reason) {
-    return analysis::empty_summary(static_cast<int>(body.crack_starts().size()),
-                                   static_cast<int>(parameters.sections.size()),
-                                   analysis::SampleStatus::failed, reason);
+  steps.failure_row = [&parameters, &body](std::uint64_t sample, const std::string& reason) {
+    auto row = analysis::empty_summary(static_cast<int>(body.crack_starts().size()),
+                                       static_cast<int>(parameters.sections.size()),
+                                       analysis::SampleStatus::failed, reason);
+    row.inputs = uncertainty::drawn_values(parameters, sample);
+    return row;
   };
   return steps;
 }

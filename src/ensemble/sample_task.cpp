@@ -90,7 +90,7 @@ SampleReport report_failure(const SampleSteps& steps, std::uint64_t sample, cons
   SampleReport report;
   report.sample = sample;
   report.seconds = seconds;
-  report.summary = steps.failure_row(reason);
+  report.summary = steps.failure_row(sample, reason);
   try {
     steps.write_failure(sample, report.summary, partial);
     report.stored = true;
@@ -116,7 +116,7 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
         steps.log(fmt::format(
             "sample {}: realization made in {:.2f} s, worst quality {:.3f}, {} points redrawn", sample,
             prepared.seconds, realization.report.min_quality, realization.report.redrawn_points));
-      auto split = steps.split(realization, group.size());
+      auto split = steps.split(sample, realization, group.size());
       if (split.size() != static_cast<std::size_t>(group.size()))
         fail("{} parts for {} ranks", split.size(), group.size());
       return split;
@@ -138,12 +138,12 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
     analysis = staged(group, "analysis", [&] {
       if (steps.log)
         for (const auto& line : describe(result)) steps.log(line);
-      return steps.analyse(realization, result);
+      return steps.analyse(sample, realization, result);
     });
   } catch (const StepError& failure) {
     if (!partial) return report_failure(steps, sample, failure.what(), clock.seconds());
     try {
-      analysis = steps.analyse(realization, *partial);
+      analysis = steps.analyse(sample, realization, *partial);
     } catch (...) {  // its mesh, breaks and frames are worth keeping without
     }
     const PartialSample kept{realization, *partial, analysis};
@@ -160,7 +160,7 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
     report.stored = true;
     if (steps.remove_checkpoint) steps.remove_checkpoint(sample);
   } catch (const StepError& failure) {
-    report.summary = steps.failure_row(failure.what());
+    report.summary = steps.failure_row(sample, failure.what());
   }
   report.seconds = clock.seconds();
   return report;

@@ -23,6 +23,8 @@ void check_fracture(const Parameters& parameters, Findings& findings);
 void check_boundaries(const Parameters& parameters, Findings& findings);
 void check_time(const Parameters& parameters, Findings& findings);
 void check_output(const Parameters& parameters, Findings& findings);
+void check_random(const Parameters& parameters, Findings& findings);
+void check_sweeps(const Parameters& parameters, Findings& findings);
 
 /// The kinds that a [[boundary]] in the file names; it should name one.
 std::vector<std::string> kinds_given(const Findings& findings, const std::string& table);

@@ -49,9 +49,14 @@ std::vector<std::string> sample_settings(const Parameters& parameters) {
   constexpr std::array<std::string_view, 7> without_effect{
       "ensemble.samples",         "ensemble.ranks_per_sample", "ensemble.meshes", "ensemble.stop.half_width",
       "ensemble.stop.confidence", "ensemble.stop.min_samples", "mesh.points"};
+  if (parameters.draw) return parameters.draw->settings;
+  // The layers of a Latin hypercube depend on how many there are.
+  const bool samples_matter =
+      !parameters.random.empty() && parameters.ensemble.plan == SamplingPlan::latin_hypercube;
   std::vector<std::string> settings;
   for (const auto& [key, value] : resolved(parameters)) {
-    if (std::ranges::find(without_effect, key) == without_effect.end())
+    if ((samples_matter && key == without_effect[0]) ||
+        std::ranges::find(without_effect, key) == without_effect.end())
       settings.push_back(fmt::format("{} = {}", key, value));
   }
   return settings;

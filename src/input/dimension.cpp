@@ -64,6 +64,19 @@ const Dimension& rate_dimension(BoundaryKind kind) {
   return dimensions.at(kind);
 }
 
+std::vector<Dimension> known_dimensions(double exponent) {
+  std::vector<Dimension> dimensions{
+      length_dimension,          time_dimension,   stress_dimension,       density_dimension,
+      energy_per_area_dimension, volume_dimension, rate_of_decay_dimension};
+  for (const BoundaryKind kind : {BoundaryKind::force, BoundaryKind::traction, BoundaryKind::velocity,
+                                  BoundaryKind::displacement, BoundaryKind::pressure}) {
+    dimensions.push_back(value_dimension(kind));
+    dimensions.push_back(rate_dimension(kind));
+  }
+  if (exponent != 0) dimensions.push_back(impulse_dimension(exponent));
+  return dimensions;
+}
+
 Dimension with_example(Dimension dimension, std::string example) {
   dimension.example = std::move(example);
   return dimension;

@@ -37,6 +37,9 @@ inline constexpr std::array axis_names{"x", "y", "z"};
 const Dimension& value_dimension(BoundaryKind kind);
 const Dimension& rate_dimension(BoundaryKind kind);
 
+/// All dimensions that a key of the input may have; with an exponent other than 0, that of the impulse too.
+std::vector<Dimension> known_dimensions(double exponent);
+
 /// The dimension with another example for messages.
 Dimension with_example(Dimension dimension, std::string example);
 

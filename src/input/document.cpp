@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "document.h"
 
+#include "crackle/common/whole_number.h"
+
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <map>
 #include <sstream>
+#include <stdexcept>
 #include <toml.hpp>
 
 namespace crackle::input {
@@ -98,6 +102,8 @@ Value convert(const TomlValue& toml_value) {
   Value value;
   const toml::source_location place = toml_value.location();
   value.line = static_cast<int>(line_of(place));
+  value.column = column_of(place);
+  value.length = length_of(place);
   const std::string source = source_of(place);
   value.source = shortened(source);
   switch (toml_value.type()) {
@@ -182,6 +188,65 @@ std::string condensed(const std::string& explanation, const std::string& line) {
 const Value* Value::find(const std::string& name) const {
   const auto member = std::ranges::find(members, name, &Member::name);
   return member == members.end() ? nullptr : &member->value;
+}
+
+bool Value::operator==(const Value& other) const {
+  return kind == other.kind && boolean == other.boolean && integer == other.integer &&
+         number == other.number && string == other.string && elements == other.elements &&
+         members == other.members;
+}
+
+const Value* find_path(const Value& root, const std::string& path) {
+  const Value* value = &root;
+  for (std::size_t start = 0; start < path.size() && value != nullptr;) {
+    if (path[start] == '.') {
+      ++start;
+    } else if (path[start] == '[') {
+      const std::size_t end = std::min(path.find(']', start), path.size());
+      const auto number =
+          whole_number<std::size_t>(std::string_view(path).substr(start + 1, end - start - 1));
+      const bool is_there = value->kind == ValueKind::array && number && *number < value->elements.size();
+      value = is_there ? &value->elements[*number] : nullptr;
+      start = end + 1;
+    } else {
+      const std::size_t end = std::min(path.find_first_of(".[", start), path.size());
+      value = value->find(path.substr(start, end - start));
+      start = end;
+    }
+  }
+  return value;
+}
+
+std::string to_toml(const Value& value) {
+  switch (value.kind) {
+    case ValueKind::boolean:
+      return value.boolean ? "true" : "false";
+    case ValueKind::integer:
+      return std::to_string(value.integer);
+    case ValueKind::number: {
+      const std::string text = fmt::format("{}", value.number);
+      return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;
+    }
+    case ValueKind::string: {
+      std::string text = "\"";
+      for (const char c : value.string) {
+        if (c == '"' || c == '\\')
+          text += fmt::format("\\{}", c);
+        else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
+          text += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+        else
+          text += c;
+      }
+      return text + '"';
+    }
+    case ValueKind::array: {
+      std::vector<std::string> elements;
+      for (const Value& element : value.elements) elements.push_back(to_toml(element));
+      return fmt::format("[{}]", fmt::join(elements, ", "));
+    }
+    default:
+      throw std::logic_error("only plain values and arrays of them can be written");
+  }
 }
 
 Value parse_document(const std::string& text) {

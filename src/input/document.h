@@ -18,6 +18,8 @@ struct Member;
 struct Value {
   ValueKind kind = ValueKind::table;
   int line = 1;
+  std::size_t column = 1;     ///< of its first byte in that line
+  std::size_t length = 0;     ///< bytes that it takes in the text
   std::string source;         ///< as written in the file, shortened, for messages
   bool representable = true;  ///< false for a number beyond its type's range
   bool boolean = false;
@@ -28,12 +30,20 @@ struct Value {
   std::vector<Member> members;  ///< of a table, sorted by name
 
   const Value* find(const std::string& name) const;  ///< the table's member, or null
+  bool operator==(const Value& other) const;         ///< the same content, wherever it stands
 };
 
 struct Member {
   std::string name;
   Value value;
+  bool operator==(const Member& other) const = default;
 };
+
+/// The value at a path such as "specimen.notch[0].depth" below `root`, or null where there is none.
+const Value* find_path(const Value& root, const std::string& path);
+
+/// The value as a document has it: text in quotes, arrays in brackets. @pre no table and no date
+std::string to_toml(const Value& value);
 
 /// The text is not TOML.
 class SyntaxError : public std::runtime_error {

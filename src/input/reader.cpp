@@ -31,18 +31,6 @@ void locate(const Value& value, const std::string& key, Findings& findings) {
   }
 }
 
-/// The value at a dotted path below `table`, or null where there is none. Values on the way that are no
-/// tables are reported with the unknown keys.
-const Value* find_path(const Value& table, const std::string& path) {
-  const Value* value = &table;
-  for (std::size_t start = 0; start <= path.size() && value != nullptr;) {
-    const std::size_t end = std::min(path.find('.', start), path.size());
-    value = value->find(path.substr(start, end - start));
-    start = end + 1;
-  }
-  return value;
-}
-
 void read_default(const Key& key, const std::string& name, Parameters& parameters, std::size_t index,
                   Context& context) {
   if (key.requirement.fallback.empty()) return;
@@ -145,7 +133,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
     if (root.members.empty()) {
       throw SyntaxError(1, "there are no keys in the file; give an input file in TOML");
     }
-    Context context{UnitSystem::shared(), findings, name.parent_path(), points};
+    Context context{UnitSystem::shared(), findings, name.parent_path(), points, &root};
     locate(root, "", findings);
     report_unknown_keys(root, findings);
     for (const Table& table : schema()) read_tables(table, root, parameters, context);
@@ -164,7 +152,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
   if (parameters.mesh.notch_spacing == 0) parameters.mesh.notch_spacing = parameters.mesh.spacing;
   complete_specimen(parameters, findings);
   for (const auto check : {check_specimen, check_mesh, check_sections, check_fracture, check_boundaries,
-                           check_time, check_output})
+                           check_time, check_output, check_random, check_sweeps})
     check(parameters, findings);
   if (!findings.empty()) throw InputError(findings.messages(name));
   if (parameters.time.engine == Engine::petsc) parameters.time.precision = Precision::double_;

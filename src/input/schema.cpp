@@ -173,6 +173,15 @@ Key of_softening(Key key) {
   return key;
 }
 
+/// The key with nothing shown without random inputs, which it says something about.
+Key with_random_inputs(Key key) {
+  key.show = [show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+    if (parameters.random.empty()) return {};
+    return show(parameters, i);
+  };
+  return key;
+}
+
 Table ensemble_table() {
   return {
       "ensemble",
@@ -190,7 +199,19 @@ Table ensemble_table() {
            {{"auto", MeshMakers::automatic}, {"master", MeshMakers::master}, {"groups", MeshMakers::groups}},
            by_default("\"auto\""),
            "who makes the realizations: the master, ahead of need, or each group its own; with \"auto\" the "
-           "master, and a group for which none is ready makes its own")}};
+           "master, and a group for which none is ready makes its own"),
+       with_random_inputs(choice_key<SamplingPlan>(
+           "plan", in(&Parameters::ensemble, &Ensemble::plan),
+           {{plan_names[0], SamplingPlan::independent},
+            {plan_names[1], SamplingPlan::latin_hypercube},
+            {plan_names[2], SamplingPlan::sobol}},
+           by_default("\"independent\""),
+           "how the values of [[random]] are spread; an ensemble with \"latin-hypercube\" cannot be "
+           "extended by more samples, with the others it can")),
+       with_random_inputs(integer_key("replicates", in(&Parameters::ensemble, &Ensemble::replicates), 1,
+                                      1'000'000, by_default("1"),
+                                      "meshes that each draw of [[random]] is computed on: sample i has draw "
+                                      "i / replicates, rounded down"))}};
 }
 
 Table stop_table() {
@@ -435,7 +456,8 @@ const std::vector<Table>& schema() {
     for (Table& table : specimen_tables()) all.push_back(std::move(table));
     for (Table& table : std::vector<Table>{mesh_table(), region_table(), material_table(), fracture_table(),
                                            variation_table(), boundary_table(), time_table(), damping_table(),
-                                           sections_table(), line_table(), output_table(), probe_table()})
+                                           sections_table(), line_table(), output_table(), probe_table(),
+                                           random_table(), sweep_table()})
       all.push_back(std::move(table));
     return all;
   }();

@@ -89,6 +89,13 @@ Table boundary_table();
 Table output_table();
 Table probe_table();
 
+/// [[random]] and [[sweep]], which name keys of other tables.
+Table random_table();
+Table sweep_table();
+
+/// The key of the schema at a path such as "specimen.notch[0].depth" or "boundary[1].rate[2]", or null.
+const Key* find_key(const std::string& path);
+
 // The kinds of keys.
 
 Key quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,

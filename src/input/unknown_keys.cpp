@@ -125,7 +125,27 @@ void visit(const Value& table, const std::string& path, const std::string& key,
   }
 }
 
+/// Without the numbers of list entries: "boundary.rate" of "boundary[1].rate[2]".
+std::string without_numbers(const std::string& path) {
+  std::string result;
+  int depth = 0;
+  for (const char c : path) {
+    depth += c == '[' ? 1 : 0;
+    if (depth == 0) result += c;
+    depth -= c == ']' ? 1 : 0;
+  }
+  return result;
+}
+
 }  // namespace
+
+const Key* find_key(const std::string& path) {
+  const std::string wanted = without_numbers(path);
+  for (const Table& table : schema())
+    for (const Key& key : table.keys)
+      if (table.path + "." + key.name == wanted) return &key;
+  return nullptr;
+}
 
 void report_unknown_keys(const Value& root, Findings& findings) {
   visit(root, "", "", all_places(), findings);

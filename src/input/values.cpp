@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "values.h"
 
+#include "crackle/common/failure.h"
+
 #include "crackle/common/real.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <system_error>
 
 namespace crackle::input {
 
@@ -147,6 +151,21 @@ std::optional<std::vector<Source>> read_elements(const Source& source, std::size
     elements.push_back({value.elements[i], fmt::format("{}[{}]", source.key, i), source.context});
   }
   return elements;
+}
+
+double read_value(const std::string& text, const std::string& si_unit) {
+  double value = 0;
+  if (si_unit.empty() || si_unit == "1") {
+    const char* const end = text.data() + text.size();
+    const auto [rest, status] = std::from_chars(text.data(), end, value);
+    if (status != std::errc{} || rest != end || !std::isfinite(value))
+      fail("'{}' is no plain number; give one such as 0.5", shortened(text));
+    return value;
+  }
+  const Quantity quantity = UnitSystem::shared().read(text, {"a value", si_unit, "1 " + si_unit, 0, {}});
+  if (quantity.error != QuantityError::none)
+    fail("'{}' is no value in {}; give one such as \"1 {}\"", shortened(text), si_unit, si_unit);
+  return quantity.value;
 }
 
 }  // namespace crackle::input

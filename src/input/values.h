@@ -22,6 +22,7 @@ struct Context {
   Findings& findings;
   std::filesystem::path folder;  ///< that relative file names start from
   const PointsFile& points;
+  const Value* root = nullptr;  ///< the whole document; null where there is none
 };
 
 /// A value under the name that messages give it.

@@ -3,6 +3,7 @@
 
 #include "crackle/common/failure.h"
 #include "crackle/common/packing.h"
+#include "crackle/input/reader.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/petsc.h"
@@ -59,13 +60,19 @@ struct EnsembleShape {
   std::size_t n_notches;
   std::size_t n_sections;
   std::size_t n_y_sections;  ///< the first ones
+  std::vector<std::string> random_keys;
   std::size_t n_positions() const { return n_notches * n_sections; }
 };
 
 EnsembleShape shape_of(const input::Parameters& parameters) {
   return {static_cast<std::size_t>(parameters.ensemble.samples),
           geometry::n_crack_starts(parameters.specimen), parameters.sections.size(),
-          parameters.sections.y.size()};
+          parameters.sections.y.size(), random_keys(parameters)};
+}
+
+/// The value of a random input; NaN where nothing is drawn yet.
+double input_value(const SampleSummary& row, std::size_t k) {
+  return k < row.inputs.size() ? row.inputs[k] : SampleSummary::none;
 }
 
 const ResultInfo y_position_info{
@@ -209,9 +216,23 @@ void write_sections(hid_t file, const input::Sections& sections) {
                         "y and z of each line's start and end");
 }
 
+/// The group /samples/inputs, where there are random inputs; their values are those of pending samples.
+void lay_out_inputs(hid_t file, const input::Parameters& parameters) {
+  if (parameters.random.empty()) return;
+  const hdf5::Handle group = hdf5::create_group(file, "samples/inputs");
+  write_random_keys(group, parameters);
+  const std::vector<double> column(static_cast<std::size_t>(parameters.ensemble.samples),
+                                   SampleSummary::none);
+  for (const input::RandomInput& random : parameters.random) {
+    hdf5::write_dataset<double>(group, random.key, {column.size()}, column, units_of(random));
+    describe_dataset(group, random.key, input::describe(random));
+  }
+}
+
 void label_dimensions(hid_t file, const input::Parameters& parameters) {
   for (const char* name : {"samples", "timing"})
     hdf5::label_datasets(hdf5::open_group(file, name), {"sample"});
+  if (!parameters.random.empty()) hdf5::label_datasets(hdf5::open_group(file, "samples/inputs"), {"sample"});
   const hdf5::Handle paths = hdf5::open_group(file, "crack_path");
   hdf5::label_datasets(paths, {"sample", "notch", "section"});
   const auto label = [&](const char* name, const std::vector<std::string>& names) {
@@ -251,6 +272,7 @@ std::vector<std::byte> lay_out(const input::Parameters& parameters, const Texts&
     hdf5::write_dataset<Value>(file, name, {shape.n_samples}, column, info.units);
     describe_result(file, name, info, n_columns++);
   });
+  lay_out_inputs(file, parameters);
   hdf5::write_texts(file, "samples/error", texts.errors);
   hdf5::write_texts(file, "samples/note", texts.notes);
   write_sections(file, parameters.sections);
@@ -304,6 +326,11 @@ void write_block(hid_t file, const EnsembleBlock& block, const EnsembleShape& sh
     for (const SampleSummary& row : block.rows) column.push_back(value(row));
     write_rows(file, name, block.first, block.rows.size(), column);
   });
+  for (std::size_t k = 0; k < shape.random_keys.size(); ++k) {
+    std::vector<double> column;
+    for (const SampleSummary& row : block.rows) column.push_back(input_value(row, k));
+    write_rows(file, "samples/inputs/" + shape.random_keys[k], block.first, block.rows.size(), column);
+  }
   for_each_position_table(shape, [&](const std::string& name, const ResultInfo&, std::size_t, auto values) {
     std::vector<typename std::decay_t<decltype(values(block.rows.front()))>::value_type> table;
     for (const SampleSummary& row : block.rows) {

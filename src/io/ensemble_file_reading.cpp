@@ -7,6 +7,7 @@
 #include "provenance.h"
 
 #include <algorithm>
+#include <sstream>
 #include <type_traits>
 #include <utility>
 
@@ -60,6 +61,18 @@ std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape, std::int
   return samples;
 }
 
+/// The values of the random inputs into the rows of samples that have ended.
+void read_inputs(hid_t file, std::vector<SampleSummary>& samples) {
+  if (H5Lexists(file, "samples/inputs", H5P_DEFAULT) <= 0) return;
+  const hdf5::Handle group = hdf5::open_group(file, "samples/inputs");
+  std::istringstream keys(hdf5::read_text_attribute(group, "keys"));
+  for (std::string key; std::getline(keys, key);) {
+    const auto column = hdf5::read_dataset<double>(group, key, {samples.size()});
+    for (std::size_t i = 0; i < samples.size(); ++i)
+      if (samples[i].status != analysis::SampleStatus::pending) samples[i].inputs.push_back(column[i]);
+  }
+}
+
 input::Sections read_sections(hid_t file, std::size_t n_sections, std::int64_t version) {
   const auto position = hdf5::read_dataset<double>(file, "crack_path/section", {n_sections});
   if (version < 3) return {.y = position, .z = {}};
@@ -104,6 +117,7 @@ EnsembleContent read_ensemble(const std::filesystem::path& file) {
     content.input_text = hdf5::read_text_attribute(id, "input");
     content.sections = read_sections(id, shape[2], version);
     content.samples = read_samples(id, shape, version);
+    read_inputs(id, content.samples);
     if (H5Lexists(id, "mother_points", H5P_DEFAULT) > 0) content.base = read_mother_points(id);
     return content;
   });

@@ -3,6 +3,9 @@
 
 #include "crackle/geometry/outline.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <type_traits>
 
 namespace crackle::io {
@@ -27,6 +30,20 @@ void describe_result(hid_t parent, const std::string& dataset, const analysis::R
 
 void describe_dataset(hid_t parent, const std::string& dataset, const std::string& meaning) {
   hdf5::write_attribute(hdf5::open_dataset(parent, dataset), "meaning", meaning);
+}
+
+std::vector<std::string> random_keys(const input::Parameters& parameters) {
+  std::vector<std::string> keys;
+  for (const input::RandomInput& random : parameters.random) keys.push_back(random.key);
+  return keys;
+}
+
+void write_random_keys(hid_t group, const input::Parameters& parameters) {
+  hdf5::write_attribute(group, "keys", fmt::format("{}", fmt::join(random_keys(parameters), "\n")));
+}
+
+std::string units_of(const input::RandomInput& random) {
+  return random.unit.empty() ? "1" : random.unit;
 }
 
 void write_specimen(hid_t file, const geometry::Body& body) {

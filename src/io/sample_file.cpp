@@ -2,6 +2,7 @@
 #include "crackle/io/sample_file.h"
 
 #include "crackle/fracture/variation.h"
+#include "crackle/input/reader.h"
 
 #include "checked_file.h"
 #include "columns.h"
@@ -230,6 +231,14 @@ hdf5::Handle write_row(hid_t file, const input::Parameters& parameters, std::uin
     describe_result(group, info.name, info, n_columns++);
   });
   hdf5::label_datasets(group, {"notch", "section"});
+  if (!summary.inputs.empty()) {
+    const hdf5::Handle inputs = hdf5::create_group(group, "inputs");
+    for (std::size_t k = 0; k < parameters.random.size(); ++k) {
+      const input::RandomInput& random = parameters.random[k];
+      hdf5::write_scalar(inputs, random.key, summary.inputs.at(k), units_of(random));
+      describe_dataset(inputs, random.key, input::describe(random));
+    }
+  }
   return group;
 }
 

@@ -60,6 +60,11 @@ SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters
     using Value = typename std::remove_cvref_t<decltype(row.*member)>::value_type;
     row.*member = hdf5::read_dataset<Value>(group, info.name_in(version), position_shape(parameters));
   });
+  if (!parameters.random.empty()) {
+    const hdf5::Handle inputs = hdf5::open_group(group, "inputs");
+    for (const input::RandomInput& random : parameters.random)
+      row.inputs.push_back(hdf5::read_scalar<double>(inputs, random.key));
+  }
   row.wall_time = hdf5::read_scalar<double>(root, "timing/wall_time");
   return row;
 }

@@ -32,17 +32,17 @@ constexpr double sample_seconds = 13;  // of jobs/paper/clock-from-zero.toml wit
 ensemble::SampleSteps pretended(ensemble::RealizationMaker make, double seconds) {
   ensemble::SampleSteps steps;
   steps.make = std::move(make);
-  steps.split = [](const geometry::Realization&, int n_parts) {
+  steps.split = [](std::uint64_t, const geometry::Realization&, int n_parts) {
     return std::vector<geometry::Subdomain>(static_cast<std::size_t>(n_parts));
   };
   steps.compute = [seconds](const auto&, auto, const auto&, const auto&) {
     std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
     return dynamics::SampleResult();
   };
-  steps.analyse = [](const auto&, const auto&) { return ensemble::SampleAnalysis(); };
+  steps.analyse = [](auto, const auto&, const auto&) { return ensemble::SampleAnalysis(); };
   steps.write = [](auto, const auto&, const auto&, const auto&) {};
   steps.write_failure = [](auto, const auto&, const auto*) {};
-  steps.failure_row = [](const std::string&) { return analysis::SampleSummary(); };
+  steps.failure_row = [](auto, const std::string&) { return analysis::SampleSummary(); };
   return steps;
 }
 

@@ -36,7 +36,7 @@ inline SampleSteps make_steps(Calls& calls) {
     realization.report.min_quality = 0.25;
     return realization;
   };
-  steps.split = [](const geometry::Realization& realization, int n_parts) {
+  steps.split = [](std::uint64_t, const geometry::Realization& realization, int n_parts) {
     EXPECT_EQ(realization.tetrahedra.size(), 3u);
     EXPECT_EQ(realization.boundary.at(0).surface, 7);
     EXPECT_EQ(realization.report.min_quality, 0.25);
@@ -57,7 +57,7 @@ inline SampleSteps make_steps(Calls& calls) {
     result.onset_force = sum;
     return result;
   };
-  steps.analyse = [](const geometry::Realization&, const dynamics::SampleResult& result) {
+  steps.analyse = [](std::uint64_t, const geometry::Realization&, const dynamics::SampleResult& result) {
     SampleAnalysis analysis;
     analysis.summary.status = SampleStatus::done;
     analysis.summary.onset_force = result.onset_force;
@@ -70,7 +70,7 @@ inline SampleSteps make_steps(Calls& calls) {
     EXPECT_EQ(failure.status, SampleStatus::failed);
     calls.failures_written.push_back(sample);
   };
-  steps.failure_row = [](const std::string& reason) {
+  steps.failure_row = [](std::uint64_t, const std::string& reason) {
     analysis::SampleSummary summary;
     summary.status = SampleStatus::failed;
     summary.error = reason;

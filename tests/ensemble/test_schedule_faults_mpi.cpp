@@ -99,15 +99,16 @@ TEST_F(Schedule, AllRealizationsFail) {
 
 TEST_F(Schedule, PartitionAndAnalysisThatFailAreNamed) {
   auto split = steps_.split;
-  steps_.split = [split](const geometry::Realization& realization, int n_parts) {
+  steps_.split = [split](std::uint64_t sample, const geometry::Realization& realization, int n_parts) {
     if (realization.nodes[0][0] == 10) throw std::runtime_error("METIS says no");
     if (realization.nodes[0][0] == 20) return std::vector<geometry::Subdomain>(9);
-    return split(realization, n_parts);
+    return split(sample, realization, n_parts);
   };
   auto analyse = steps_.analyse;
-  steps_.analyse = [analyse](const geometry::Realization& realization, const dynamics::SampleResult& result) {
+  steps_.analyse = [analyse](std::uint64_t sample, const geometry::Realization& realization,
+                             const dynamics::SampleResult& result) {
     if (result.onset_force == 345) throw std::runtime_error("no facets");
-    return analyse(realization, result);
+    return analyse(sample, realization, result);
   };
   const int ranks_per_sample = world_.size() >= 3 ? 2 : 1;
   run(ranks_per_sample, numbers(6));

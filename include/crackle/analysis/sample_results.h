@@ -162,7 +162,7 @@ void for_each_position_result(Visit&& visit) {
 
 /// Visits every field of a row, for a Packer: messages between ranks of one machine type.
 void for_each_field(std::derived_from<SampleSummary> auto& row, const auto& visit) {
-  visit(row.status, row.error, row.note);
+  visit(row.status, row.error, row.note, row.inputs);
   for_each_result([&](const ResultInfo&, auto member) { visit(row.*member); });
   for_each_position_result([&](const ResultInfo&, auto member) { visit(row.*member); });
   visit(row.wall_time);

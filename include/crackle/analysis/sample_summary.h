@@ -23,8 +23,9 @@ struct SampleSummary {
   static constexpr double none = not_a_number;
 
   SampleStatus status = SampleStatus::pending;
-  std::string error;  ///< reason of a failed sample; why a pending one's file was refused; or empty
-  std::string note;   ///< what else is to be known of a sample that is done; or empty
+  std::string error;           ///< reason of a failed sample; why a pending one's file was refused; or empty
+  std::string note;            ///< what else is to be known of a sample that is done; or empty
+  std::vector<double> inputs;  ///< values of the random inputs, in their order [SI]
   double first_break_time = none;
   double first_break_load = none;
   double onset_time = none;

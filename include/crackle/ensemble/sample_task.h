@@ -46,12 +46,13 @@ struct SampleSteps {
   /// The realization; the master calls it from a thread of its own.
   RealizationMaker make;
   /// One subdomain for each rank of the group; on the group's root.
-  std::function<std::vector<geometry::Subdomain>(const geometry::Realization& realization, int n_parts)>
+  std::function<std::vector<geometry::Subdomain>(std::uint64_t sample,
+                                                 const geometry::Realization& realization, int n_parts)>
       split;
   /// The mechanics, on all ranks of the group.
   SampleFunction compute;
   /// Crack surface and row of the ensemble that follow from the mechanics; on the group's root.
-  std::function<SampleAnalysis(const geometry::Realization& realization,
+  std::function<SampleAnalysis(std::uint64_t sample, const geometry::Realization& realization,
                                const dynamics::SampleResult& result)>
       analyse;
   /// Writes the sample's file; on the group's root.
@@ -64,7 +65,7 @@ struct SampleSteps {
                      const PartialSample* partial)>
       write_failure;
   /// A row without results, for a failed sample.
-  std::function<analysis::SampleSummary(const std::string& reason)> failure_row;
+  std::function<analysis::SampleSummary(std::uint64_t sample, const std::string& reason)> failure_row;
   /// Lines about the progress of a sample; on the group's root.
   dynamics::SampleLog log;
   /// See dynamics::SampleControl. schedule_samples() brings it from the root of a single group to rank 0.

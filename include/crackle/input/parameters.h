@@ -63,12 +63,30 @@ enum class MeshMakers {
   groups,  ///< each its own
 };
 
+/// How the points of random inputs are spread.
+enum class SamplingPlan {
+  independent,      ///< at random
+  latin_hypercube,  ///< one in each of as many layers of every input
+  sobol,            ///< Sobol's sequence under a random digital shift
+};
+/// As in the input.
+inline constexpr std::array plan_names{"independent", "latin-hypercube", "sobol"};
+
 struct Ensemble {
   int samples = 1;
   std::uint64_t seed = 0;
   int ranks_per_sample = 1;
   MeshMakers meshes = MeshMakers::automatic;
-  std::optional<EnsembleStop> stop;
+  SamplingPlan plan = SamplingPlan::independent;
+  int replicates = 1;  ///< meshes on which each draw of the random inputs is computed
+  std::optional<EnsembleStop> stop = {};
+
+  /// Which draw of the random inputs a sample has.
+  std::uint64_t input_of(std::uint64_t sample) const {
+    return sample / static_cast<std::uint64_t>(replicates);
+  }
+  /// Number of draws; the last one may have fewer meshes.
+  std::uint64_t n_inputs() const { return input_of(static_cast<std::uint64_t>(samples) - 1) + 1; }
 };
 
 /// How a slot ends in the body.
@@ -301,6 +319,40 @@ struct Output {
   std::vector<Probe> probes = {};
 };
 
+enum class RandomDistribution { normal, lognormal, uniform, triangular, weibull, beta, truncated };
+/// As in the input.
+inline constexpr std::array distribution_names{"normal",  "lognormal", "uniform",  "triangular",
+                                               "weibull", "beta",      "truncated"};
+
+/// A number of the input that each sample has another value of. Parameters of the distribution are in the SI
+/// unit of that number; NaN: not given.
+struct RandomInput {
+  std::string key;      ///< "material.youngs_modulus", "specimen.notch[0].depth"
+  std::string unit;     ///< SI unit; empty for a plain number
+  double own = 0;       ///< the value that the input itself has
+  double exponent = 0;  ///< beta of a unit "Pa^beta s"; 0 for every other one
+  RandomDistribution distribution = RandomDistribution::normal;
+  double mean = not_a_number;
+  double standard_deviation = not_a_number;
+  double lower = not_a_number;
+  double upper = not_a_number;
+  double mode = not_a_number;
+  double shape = not_a_number;
+  double scale = not_a_number;
+};
+
+/// Keys whose values change together from case to case.
+struct Sweep {
+  std::vector<std::string> keys;
+  std::vector<std::vector<std::string>> values;  ///< of each case, of each key, in TOML
+};
+
+/// What makes the parameters those of one sample with random inputs.
+struct Draw {
+  std::vector<double> values;         ///< of Parameters::random [SI]
+  std::vector<std::string> settings;  ///< sample_settings() of the input they were drawn from
+};
+
 struct Parameters {
   std::string text;  ///< the input file as it was read
   Ensemble ensemble;
@@ -313,6 +365,9 @@ struct Parameters {
   std::optional<Damping> damping = {};
   Sections sections;
   Output output;
+  std::vector<RandomInput> random = {};
+  std::vector<Sweep> sweeps = {};
+  std::optional<Draw> draw = {};  ///< of the parameters of one sample
 
   double damping_rate() const { return damping ? damping->mass : 0; }  ///< [1/s]
 };

@@ -37,6 +37,37 @@ Parameters read(const std::filesystem::path& file, const PointsFile& points = {}
 /// As read(), for a text already in memory; `name` stands for the file in messages.
 Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points = {});
 
+/// A value in place of the one that an input has.
+struct Setting {
+  std::string key;    ///< "fracture.release", "specimen.notch[0].depth"
+  std::string value;  ///< in TOML
+  bool operator==(const Setting&) const = default;
+};
+
+/// The text of an input with other values; comments and order stay. A key that the text does not have is
+/// added to its table.
+/// @throws InputError when a value has no place: of a list that is too short, or in a table that is missing
+std::string with_settings(const std::string& text, const std::vector<Setting>& settings);
+
+/// The parameters with other values, read and judged anew, as those of a draw: `text` stays.
+/// @param name stands for the file in messages
+/// @throws InputError with every error
+Parameters drawn(const Parameters& parameters, const std::vector<double>& values, const std::string& name);
+
+/// One case of a sweep.
+struct Case {
+  std::vector<Setting> settings;
+  Parameters parameters;  ///< an input of its own, without [[sweep]]
+};
+
+/// All combinations of the sweeps' values; the last sweep changes fastest.
+/// @param name stands for the file in messages
+/// @throws InputError with every error of the first case that has any, naming the case
+std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesystem::path& name);
+
+/// "mesh.perturbation = 0.1, fracture.release = \"facet\""
+std::string to_string(const std::vector<Setting>& settings);
+
 /// The same input with other sections, for results at sections that it was not computed with; `text` stays.
 /// @param given at least one "y=7 mm, 9 mm", "z=30 mm" or "line=1 mm, 2 mm; 3 mm, 4 mm" (y, z of a line's
 /// ends), read and judged as the keys of [sections]; those of one axis are put together
@@ -44,6 +75,18 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
 /// @throws InputError with every error
 Parameters with_sections(Parameters parameters, const std::vector<std::string>& given,
                          const std::string& name);
+
+/// A random input's distribution and the parameters of it that are given, as "normal, mean 3.3 GPa, standard
+/// deviation 0.2 GPa".
+std::string describe(const RandomInput& random);
+
+/// A value of a random input with its unit, as people read it.
+std::string format_value(const RandomInput& random, double value);
+
+/// A value with its unit, such as "500 N".
+/// @param si_unit unit of the result; "" and "1" for plain numbers
+/// @throws std::runtime_error for a text that is no such value
+double read_value(const std::string& text, const std::string& si_unit);
 
 /// Key or name, and value.
 using Line = std::pair<std::string, std::string>;

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/ensemble/sample_task.h"
+#include "crackle/geometry/body.h"
+#include "crackle/input/parameters.h"
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+namespace crackle::ensemble {
+
+/// What a sample is computed with.
+struct SampleInput {
+  input::Parameters parameters;
+  std::shared_ptr<const geometry::Body> body;
+};
+
+/// The input and the body of each sample: the ensemble's own or, with random inputs, those of its draw. May
+/// be asked by several threads.
+class SampleInputs {
+public:
+  /// @param parameters, body of the ensemble; both must outlive this
+  SampleInputs(const input::Parameters& parameters, const geometry::Body& body);
+
+  /// @throws std::runtime_error when the values drawn make no sound input
+  std::shared_ptr<const SampleInput> of(std::uint64_t sample) const;
+
+private:
+  using Draw = std::pair<std::uint64_t, std::shared_ptr<const SampleInput>>;
+
+  const input::Parameters& parameters_;
+  std::shared_ptr<const SampleInput> own_;  ///< null with random inputs
+  mutable std::mutex mutex_;
+  mutable std::optional<Draw> last_;
+};
+
+/// A sample's mechanics by dynamics::run_sample, with its own input. The reference must outlive the function.
+SampleFunction sample_mechanics(const input::Parameters& parameters);
+
+}  // namespace crackle::ensemble

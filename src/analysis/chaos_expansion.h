@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/input/parameters.h"
+
+#include <Eigen/Dense>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace crackle::analysis {
+
+/// The products of orthonormal polynomials of several random inputs, up to a total degree, at given draws.
+class ChaosBasis {
+public:
+  /// As many degrees as a least-squares fit to so many draws bears.
+  /// @param values of the inputs: draws x inputs
+  /// @throws std::runtime_error as uncertainty::orthonormal_polynomials
+  ChaosBasis(const std::vector<input::RandomInput>& random, const std::vector<std::vector<double>>& values);
+
+  int highest_degree() const { return static_cast<int>(n_terms_.size()) - 1; }
+  /// Number of products up to a degree: the first columns of table().
+  Eigen::Index n_terms(int degree) const { return n_terms_[static_cast<std::size_t>(degree)]; }
+  const Eigen::MatrixXd& table() const { return table_; }  ///< draws x products
+  /// Degree in each input of each product.
+  const std::vector<std::vector<int>>& degrees() const { return degrees_; }
+
+private:
+  std::vector<std::vector<int>> degrees_;
+  std::vector<Eigen::Index> n_terms_;  ///< by highest total degree
+  Eigen::MatrixXd table_;
+};
+
+/// Values of one result: value i belongs to draw draw[i] of the basis.
+struct DrawnValues {
+  std::vector<std::size_t> draw;  ///< ascending
+  Eigen::VectorXd value;
+};
+
+/// Shares of the whole variance, of each input.
+struct SobolIndices {
+  std::vector<double> first;
+  std::vector<double> total;
+};
+
+/// The degree whose expansion predicts values of draws left out best.
+struct ChosenDegree {
+  int degree = 0;
+  double predicted = 0;  ///< share of the variance
+};
+ChosenDegree choose_degree(const ChaosBasis& basis, const DrawnValues& values);
+
+/// Sobol' indices from the expansion of a degree by weighted least squares.
+/// @param weight of each value, whole numbers: how often it counts
+/// @param corrects whether what scatter adds to squared coefficients is taken off
+/// @return NaN where the weights leave too few draws
+SobolIndices sobol_indices(const ChaosBasis& basis, const DrawnValues& values, int degree,
+                           const Eigen::VectorXd& weight, bool corrects);
+
+}  // namespace crackle::analysis

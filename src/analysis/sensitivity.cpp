@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/sensitivity.h"
+
+#include "crackle/analysis/sample_results.h"
+#include "crackle/common/failure.h"
+#include "crackle/common/index.h"
+#include "crackle/common/random.h"
+#include "crackle/common/real.h"
+#include "crackle/input/reader.h"
+
+#include "chaos_expansion.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numeric>
+#include <string_view>
+#include <type_traits>
+
+namespace crackle::analysis {
+
+namespace {
+
+constexpr int n_bootstrap_draws = 400;
+/// Draws that a statement is made from at least, for each random input.
+constexpr std::size_t least_draws_per_input = 4;
+
+/// They tell how well a sample was computed, not how it broke.
+constexpr std::array<std::string_view, 2> of_the_computation{"energy_error", "equilibrium_residual"};
+
+/// One result and how it is read from a row; NaN where it has none.
+struct Subject {
+  Sensitivity of;
+  std::function<double(const SampleSummary&)> value;
+};
+
+template <class Number>
+double number_or_nan(Number value) {
+  // Whole numbers below 0 stand for none.
+  if constexpr (std::is_integral_v<Number>)
+    return value < 0 ? not_a_number : static_cast<double>(value);
+  else
+    return value;
+}
+
+void add_result(const ResultInfo& info, const std::function<double(const SampleSummary&)>& value,
+                std::vector<Subject>& subjects) {
+  if (*info.categories == 0) {
+    subjects.push_back({{.info = info}, value});
+    return;
+  }
+  for (int category = 0; category < n_categories(info.categories); ++category) {
+    Sensitivity of{.info = info};
+    of.share_of = category_name(info.categories, category);
+    subjects.push_back({of, [value, category](const SampleSummary& row) {
+                          const double found = value(row);
+                          return std::isnan(found) ? found : found == category ? 1.0 : 0.0;
+                        }});
+  }
+}
+
+std::vector<Subject> all_subjects(const input::Parameters& parameters, std::size_t n_positions) {
+  std::vector<Subject> subjects;
+  for_each_result([&](const ResultInfo& info, auto member) {
+    if (std::ranges::find(of_the_computation, std::string_view(info.name)) != of_the_computation.end())
+      return;
+    add_result(
+        info, [member](const SampleSummary& row) { return number_or_nan(row.*member); }, subjects);
+  });
+  const std::size_t n_sections = parameters.sections.size();
+  for_each_position_result([&](const ResultInfo& info, auto member) {
+    if constexpr (std::is_same_v<decltype(member), decltype(&SampleSummary::position)>) {
+      if (member != &SampleSummary::position) return;
+      for (std::size_t k = 0; k < n_positions; ++k) {
+        Sensitivity of{.info = info};
+        of.notch = static_cast<int>(k / n_sections);
+        of.section = static_cast<int>(k % n_sections);
+        subjects.push_back({of, [k](const SampleSummary& row) { return row.position[k]; }});
+      }
+    }
+  });
+  return subjects;
+}
+
+/// The draws of the random inputs, and which rows have each.
+struct Draws {
+  std::vector<std::vector<double>> values;  ///< draws x inputs
+  std::vector<std::size_t> of_row;          ///< rows that are done
+  std::vector<const SampleSummary*> row;
+};
+
+Draws draws_of(const input::Parameters& parameters, std::span<const SampleSummary> rows) {
+  Draws draws;
+  std::uint64_t last = std::numeric_limits<std::uint64_t>::max();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].status != SampleStatus::done || rows[i].inputs.size() != parameters.random.size()) continue;
+    const std::uint64_t number = parameters.ensemble.input_of(i);
+    if (number != last) draws.values.push_back(rows[i].inputs);
+    last = number;
+    draws.of_row.push_back(draws.values.size() - 1);
+    draws.row.push_back(&rows[i]);
+  }
+  return draws;
+}
+
+/// Each sample of them by how often it counts each draw.
+std::vector<Eigen::VectorXd> bootstrap_counts(std::size_t n_draws) {
+  std::vector<Eigen::VectorXd> samples;
+  for (int b = 0; b < n_bootstrap_draws; ++b) {
+    RandomStream stream = RandomStream(0, 0, "bootstrap of draws").substream(static_cast<std::uint64_t>(b));
+    Eigen::VectorXd counts = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n_draws));
+    for (std::size_t i = 0; i < n_draws; ++i) {
+      const auto k = static_cast<std::size_t>(stream.uniform() * static_cast<double>(n_draws));
+      counts[static_cast<Eigen::Index>(std::min(k, n_draws - 1))] += 1;
+    }
+    samples.push_back(std::move(counts));
+  }
+  return samples;
+}
+
+/// An estimate with an interval as wide as its bootstrap samples scatter about their mean: what they are off
+/// by on average is the bootstrap's own.
+Estimate with_interval(double value, std::vector<double> samples, double confidence, double least) {
+  std::erase_if(samples, [](double sample) { return std::isnan(sample); });
+  Estimate estimate{std::clamp(value, least, 1.0)};
+  if (samples.size() < n_bootstrap_draws / 2 || std::isnan(value)) return estimate;
+  const double mean =
+      std::accumulate(samples.begin(), samples.end(), 0.0) / static_cast<double>(samples.size());
+  std::ranges::sort(samples);
+  const auto quantile = [&](double share) {
+    return samples[static_cast<std::size_t>(share * static_cast<double>(samples.size() - 1) + 0.5)];
+  };
+  estimate.lower = std::clamp(value + quantile((1 - confidence) / 2) - mean, least, 1.0);
+  estimate.upper = std::clamp(value + quantile((1 + confidence) / 2) - mean, least, 1.0);
+  return estimate;
+}
+
+/// From 1 on; equal values share the mean of their ranks.
+Eigen::VectorXd ranks_of(const Eigen::VectorXd& values) {
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(values.size()));
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::sort(order, {}, [&](Eigen::Index i) { return values[i]; });
+  Eigen::VectorXd ranks(values.size());
+  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    while (end < order.size() && values[order[end]] == values[order[begin]]) ++end;
+    for (std::size_t i = begin; i < end; ++i) ranks[order[i]] = (static_cast<double>(begin + end) + 1) / 2;
+  }
+  return ranks;
+}
+
+double correlation(const Eigen::VectorXd& x, const Eigen::VectorXd& y, const Eigen::VectorXd& weight) {
+  const double n = weight.sum();
+  const Eigen::ArrayXd dx = x.array() - weight.dot(x) / n, dy = y.array() - weight.dot(y) / n;
+  const double scale = std::sqrt((weight.array() * dx.square()).sum() * (weight.array() * dy.square()).sum());
+  return scale > 0 ? (weight.array() * dx * dy).sum() / scale : not_a_number;
+}
+
+/// The share of the variance within draws, by the analysis of variance with one random factor; NaN where no
+/// draw has several values.
+/// @param count of each value: how often its draw counts
+double share_within(const DrawnValues& values, const Eigen::VectorXd& count) {
+  const double n = count.sum(), mean = count.dot(values.value) / n;
+  double within = 0, between = 0, n_draws = 0, sum_of_squares = 0;
+  for (std::size_t begin = 0, end = 0; begin < values.draw.size(); begin = end) {
+    while (end < values.draw.size() && values.draw[end] == values.draw[begin]) ++end;
+    const auto first = static_cast<Eigen::Index>(begin), size = static_cast<Eigen::Index>(end - begin);
+    const double times = count[first], n_own = static_cast<double>(size);
+    const auto own = values.value.segment(first, size);
+    within += times * (own.array() - own.mean()).square().sum();
+    between += times * n_own * std::pow(own.mean() - mean, 2);
+    n_draws += times;
+    sum_of_squares += times * n_own * n_own;
+  }
+  if (n <= n_draws || n_draws < 2) return not_a_number;
+  const double mean_within = within / (n - n_draws), mean_between = between / (n_draws - 1);
+  const double values_per_draw = (n - sum_of_squares / n) / (n_draws - 1);
+  const double of_draws = std::max(0.0, (mean_between - mean_within) / values_per_draw);
+  const double all = mean_within + of_draws;
+  return all > 0 ? mean_within / all : not_a_number;
+}
+
+/// Everything that all results have in common.
+struct Study {
+  const input::Parameters& parameters;
+  Draws draws;
+  ChaosBasis basis;
+  std::vector<Eigen::VectorXd> samples;  ///< bootstrap_counts
+  double confidence;
+};
+
+DrawnValues values_of(const Study& study, const Subject& subject) {
+  DrawnValues values;
+  std::vector<double> found;
+  for (std::size_t i = 0; i < study.draws.row.size(); ++i) {
+    const double value = subject.value(*study.draws.row[i]);
+    if (std::isnan(value)) continue;
+    values.draw.push_back(study.draws.of_row[i]);
+    found.push_back(value);
+  }
+  values.value = Eigen::Map<const Eigen::VectorXd>(found.data(), static_cast<Eigen::Index>(found.size()));
+  return values;
+}
+
+std::size_t n_different(const std::vector<std::size_t>& ascending) {
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < ascending.size(); ++i) n += i == 0 || ascending[i] != ascending[i - 1];
+  return n;
+}
+
+/// The counts of draws as counts of values.
+Eigen::VectorXd spread_out(const Eigen::VectorXd& of_draws, const std::vector<std::size_t>& draw) {
+  Eigen::VectorXd counts(static_cast<Eigen::Index>(draw.size()));
+  for (std::size_t i = 0; i < draw.size(); ++i)
+    counts[static_cast<Eigen::Index>(i)] = of_draws[static_cast<Eigen::Index>(draw[i])];
+  return counts;
+}
+
+void estimate(const Study& study, const DrawnValues& values, Sensitivity& result) {
+  const std::size_t n_inputs = study.parameters.random.size();
+  const Eigen::VectorXd once = Eigen::VectorXd::Ones(values.value.size());
+  const ChosenDegree chosen = choose_degree(study.basis, values);
+  result.degree = chosen.degree;
+  result.predicted = chosen.predicted;
+  const SobolIndices indices = sobol_indices(study.basis, values, chosen.degree, once, true);
+
+  const Eigen::VectorXd ranks = ranks_of(values.value);
+  std::vector<Eigen::VectorXd> input_ranks;
+  for (std::size_t k = 0; k < n_inputs; ++k) {
+    Eigen::VectorXd input(values.value.size());
+    for (Eigen::Index i = 0; i < input.size(); ++i) input[i] = study.draws.values[values.draw[index(i)]][k];
+    input_ranks.push_back(ranks_of(input));
+  }
+
+  std::vector<double> mesh;
+  std::vector<std::vector<double>> first(n_inputs), total(n_inputs), rank(n_inputs);
+  for (const Eigen::VectorXd& sample : study.samples) {
+    const Eigen::VectorXd counts = spread_out(sample, values.draw);
+    mesh.push_back(share_within(values, counts));
+    const SobolIndices again = sobol_indices(study.basis, values, chosen.degree, counts, false);
+    for (std::size_t k = 0; k < n_inputs; ++k) {
+      first[k].push_back(again.first[k]);
+      total[k].push_back(again.total[k]);
+      rank[k].push_back(correlation(input_ranks[k], ranks, counts));
+    }
+  }
+  result.mesh = with_interval(share_within(values, once), mesh, study.confidence, 0);
+  for (std::size_t k = 0; k < n_inputs; ++k) {
+    InputEffect effect;
+    effect.first = with_interval(indices.first[k], first[k], study.confidence, 0);
+    effect.total = with_interval(indices.total[k], total[k], study.confidence, 0);
+    effect.rank_correlation =
+        with_interval(correlation(input_ranks[k], ranks, once), rank[k], study.confidence, -1);
+    result.inputs.push_back(effect);
+  }
+}
+
+}  // namespace
+
+Sensitivities sensitivities(const input::Parameters& parameters, std::span<const SampleSummary> rows,
+                            double confidence) {
+  Sensitivities all{.confidence = confidence};
+  if (parameters.random.empty()) return all;
+  Draws draws = draws_of(parameters, rows);
+  all.n_draws = static_cast<int>(draws.values.size());
+  all.n_samples = static_cast<int>(draws.row.size());
+  const std::size_t least = least_draws_per_input * (parameters.random.size() + 1);
+  if (draws.values.size() < least) return all;
+  const std::size_t n_positions = draws.row.front()->position.size();
+  ChaosBasis basis(parameters.random, draws.values);
+  auto samples = bootstrap_counts(draws.values.size());
+  const Study study{parameters, std::move(draws), std::move(basis), std::move(samples), confidence};
+  for (Subject& subject : all_subjects(parameters, n_positions)) {
+    const DrawnValues values = values_of(study, subject);
+    if (n_different(values.draw) < least || values.value.minCoeff() == values.value.maxCoeff()) continue;
+    subject.of.n_values = static_cast<int>(values.value.size());
+    estimate(study, values, subject.of);
+    all.results.push_back(std::move(subject.of));
+  }
+  return all;
+}
+
+Exceedance exceedance(const std::string& condition, const input::Parameters& parameters,
+                      std::span<const SampleSummary> rows, double confidence) {
+  Exceedance found;
+  const auto sign = condition.find_first_of("<>");
+  const std::string_view all = condition;
+  const auto trimmed = [](std::string_view text) {
+    const auto first = text.find_first_not_of(' ');
+    return first == std::string_view::npos
+               ? std::string()
+               : std::string(text.substr(first, text.find_last_not_of(' ') - first + 1));
+  };
+  const std::string name = trimmed(all.substr(0, sign));
+  std::function<double(const SampleSummary&)> value;
+  std::vector<std::string> names;
+  for_each_result([&](const ResultInfo& info, auto member) {
+    if (*info.categories != 0) return;
+    names.emplace_back(info.name);
+    if (name != info.name) return;
+    found.info = info;
+    value = [member](const SampleSummary& row) { return number_or_nan(row.*member); };
+  });
+  if (sign == std::string::npos)
+    fail("'{}' is no condition; give one such as \"peak_load > 500 N\"", condition);
+  if (!value) fail("there is no result '{}'; known are {}", name, fmt::join(names, ", "));
+  found.is_above = condition[sign] == '>';
+  found.limit = input::read_value(trimmed(all.substr(sign + 1)), found.info.units);
+
+  DrawnValues hits;
+  std::vector<double> is_hit;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].status != SampleStatus::done || std::isnan(value(rows[i]))) continue;
+    hits.draw.push_back(parameters.ensemble.input_of(i));
+    is_hit.push_back((found.is_above ? value(rows[i]) > found.limit : value(rows[i]) < found.limit) ? 1 : 0);
+  }
+  found.n_values = static_cast<int>(is_hit.size());
+  if (is_hit.empty()) return found;
+  hits.value = Eigen::Map<const Eigen::VectorXd>(is_hit.data(), found.n_values);
+  found.n_hits = static_cast<int>(hits.value.sum());
+  found.share.value = hits.value.mean();
+  // Kish's design effect of draws with several meshes.
+  const double within = share_within(hits, Eigen::VectorXd::Ones(found.n_values));
+  const double alike = std::isnan(within) ? (n_different(hits.draw) < is_hit.size() ? 1 : 0) : 1 - within;
+  const double per_draw = static_cast<double>(is_hit.size()) / static_cast<double>(n_different(hits.draw));
+  const double n_independent = std::max(1.0, found.n_values / (1 + (per_draw - 1) * alike));
+  const auto interval = wilson_interval(found.share.value, static_cast<int>(n_independent), confidence);
+  found.share.lower = std::max(0.0, interval.centre - interval.half_width);
+  found.share.upper = std::min(1.0, interval.centre + interval.half_width);
+  return found;
+}
+
+}  // namespace crackle::analysis

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/analysis/sensitivity.h"
+#include "crackle/common/index.h"
+#include "crackle/input/reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace crackle::analysis {
+
+namespace {
+
+std::string name_of(const Sensitivity& result, const input::Sections& sections) {
+  if (result.notch >= 0)
+    return fmt::format("notch {}, {}", result.notch, input::name_of(sections.all()[index(result.section)]));
+  return result.share_of.empty() ? std::string(result.info.label)
+                                 : fmt::format("{}: {}", result.info.label, result.share_of);
+}
+
+std::string percent(double share) {
+  return std::isnan(share) ? "-" : fmt::format("{:.0f}", 100 * share);
+}
+
+/// "62 (51-70)"
+std::string percent(const Estimate& share) {
+  if (std::isnan(share.lower)) return percent(share.value);
+  return fmt::format("{} ({}-{})", percent(share.value), percent(share.lower), percent(share.upper));
+}
+
+}  // namespace
+
+std::string to_text(const Sensitivities& sensitivities, const input::Parameters& parameters) {
+  const auto& random = parameters.random;
+  if (random.empty()) return {};
+  std::string text = "\nrandom inputs\n";
+  auto out = std::back_inserter(text);
+  for (std::size_t k = 0; k < random.size(); ++k)
+    fmt::format_to(out, "{}  {:<28} {}\n", k, random[k].key, input::describe(random[k]));
+  const int replicates = parameters.ensemble.replicates;
+  fmt::format_to(out, "{} draws ({}), {} samples\n", sensitivities.n_draws,
+                 input::plan_names[static_cast<std::size_t>(parameters.ensemble.plan)],
+                 sensitivities.n_samples);
+  if (replicates > 1)
+    fmt::format_to(out,
+                   "samples with the same draw are not independent: intervals of means and shares above take "
+                   "them for it, and are up to {:.2f} times too narrow\n",
+                   std::sqrt(replicates));
+  if (sensitivities.results.empty()) {
+    text += "too few draws to tell what the results owe to them\n";
+    return text;
+  }
+  fmt::format_to(
+      out,
+      "\nshares of the variance [%] ({:g} % intervals): of the mesh; of each random input, with its "
+      "interactions (total Sobol' index); in brackets Spearman's rank correlation\n{:<28} {:>13}",
+      100 * sensitivities.confidence, "", "mesh");
+  for (std::size_t k = 0; k < random.size(); ++k) fmt::format_to(out, " {:>20}", fmt::format("input {}", k));
+  fmt::format_to(out, " {:>10}\n", "predicted");
+  for (const Sensitivity& result : sensitivities.results) {
+    fmt::format_to(out, "{:<28.28} {:>13}", name_of(result, parameters.sections), percent(result.mesh));
+    for (const InputEffect& input : result.inputs)
+      fmt::format_to(out, " {:>20}",
+                     fmt::format("{} [{:+.2f}]", percent(input.total), input.rank_correlation.value));
+    fmt::format_to(out, " {:>10}\n", percent(std::max(0.0, result.predicted)));
+  }
+  return text;
+}
+
+std::string to_text(const Exceedance& exceedance) {
+  const std::string limit = fmt::format("{:g} {}", exceedance.limit, exceedance.info.units);
+  const std::string condition =
+      fmt::format("{} {} {}", exceedance.info.name, exceedance.is_above ? '>' : '<', limit);
+  if (exceedance.n_values == 0) return condition + ": no sample has this result\n";
+  return fmt::format("{}: {} of {} samples, {:.1f} % ({:.1f} to {:.1f} %)\n", condition, exceedance.n_hits,
+                     exceedance.n_values, 100 * exceedance.share.value, 100 * exceedance.share.lower,
+                     100 * exceedance.share.upper);
+}
+
+}  // namespace crackle::analysis

@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// [[random]]: numbers of the input that each sample has another value of.
+#include "consistency.h"
+#include "schema.h"
+
+#include "crackle/common/index.h"
+
+#include <array>
+#include <cmath>
+#include <set>
+
+namespace crackle::input {
+
+namespace {
+
+constexpr Range any{-1e300, 1e300};
+
+struct Parameter {
+  const char* name;
+  double RandomInput::*member;
+  const char* help;
+};
+
+constexpr std::array parameters_of_random{
+    Parameter{"mean", &RandomInput::mean, "mean; of truncated, that of the normal distribution behind it"},
+    Parameter{"standard_deviation", &RandomInput::standard_deviation,
+              "standard deviation; of truncated, likewise"},
+    Parameter{"lower", &RandomInput::lower, "least value"},
+    Parameter{"upper", &RandomInput::upper, "greatest value"},
+    Parameter{"mode", &RandomInput::mode, "most likely value of triangular"},
+    Parameter{"scale", &RandomInput::scale, "of Weibull, from lower on"},
+};
+constexpr Parameter shape_parameter{"shape", &RandomInput::shape, "of Weibull: its modulus"};
+
+/// Which parameters a distribution takes, in words of the keys.
+struct Signature {
+  std::vector<std::string_view> required;
+  std::vector<std::string_view> optional;
+};
+
+const Signature& signature_of(RandomDistribution distribution) {
+  static const std::array<Signature, distribution_names.size()> signatures{
+      Signature{{"standard_deviation"}, {"mean"}},
+      Signature{{"standard_deviation"}, {"mean", "lower"}},
+      Signature{{"lower", "upper"}, {}},
+      Signature{{"lower", "upper"}, {"mean", "mode"}},
+      Signature{{"shape", "scale"}, {"lower"}},
+      Signature{{"lower", "upper", "standard_deviation"}, {"mean"}},
+      Signature{{"standard_deviation"}, {"mean", "lower", "upper"}}};
+  return signatures[static_cast<std::size_t>(distribution)];
+}
+
+bool contains(const std::vector<std::string_view>& names, std::string_view name) {
+  return std::ranges::find(names, name) != names.end();
+}
+
+/// The dimension that the values of a random input have. @pre it has a unit
+Dimension dimension_of(const RandomInput& random) {
+  if (random.exponent != 0) return impulse_dimension(random.exponent);
+  for (const Dimension& dimension : known_dimensions(0))
+    if (dimension.si_unit == random.unit) return dimension;
+  throw std::logic_error("no key has the unit " + random.unit);
+}
+
+constexpr std::array without_random{"ensemble", "sections", "output", "random", "sweep"};
+
+/// Whether a number at this path makes another set of base mother points.
+bool moves_geometry(const std::string& path) {
+  const bool of_body = path.starts_with("specimen.") || path.starts_with("mesh.");
+  return of_body && path != "mesh.perturbation" && path != "mesh.min_quality";
+}
+
+const std::string accepted_random_key =
+    "a number that the input gives, such as \"material.youngs_modulus\" or \"specimen.notch[0].depth\"";
+
+/// Finds what the key names.
+void resolve(const Source& source, RandomInput& random, double exponent) {
+  const auto path = read_text(source, accepted_random_key);
+  if (!path) return;
+  const std::string shown = shortened(*path);
+  const Key* const key = find_key(*path);
+  if (key == nullptr) {
+    source.report("the input has no key \"{}\"; give {}", shown, accepted_random_key);
+    return;
+  }
+  for (const std::string_view table : without_random) {
+    if (!path->starts_with(table) || (*path)[table.size()] != '.') continue;
+    source.report("keys of [{}] cannot be random; give {}", table, accepted_random_key);
+    return;
+  }
+  const Value* const value = source.context.root ? find_path(*source.context.root, *path) : nullptr;
+  if (value == nullptr) {
+    source.report("the input does not give \"{}\"; give it, with the value that it has without randomness",
+                  shown);
+    return;
+  }
+  random.key = *path;
+  const bool plain = value->kind == ValueKind::number || value->kind == ValueKind::integer;
+  if (plain && key->dimension != "integer") {
+    random.own = value->number;
+    return;
+  }
+  if (value->kind == ValueKind::string) {
+    for (const Dimension& dimension : known_dimensions(exponent)) {
+      const Quantity quantity = source.context.units.read(value->string, dimension);
+      if (quantity.error != QuantityError::none) continue;
+      random.unit = dimension.si_unit;
+      random.own = quantity.value;
+      random.exponent = dimension.exponent;
+      return;
+    }
+  }
+  source.report("\"{}\" is {}, not a number that can be random; give {}", shown,
+                value->kind == ValueKind::array ? "an array" : to_toml(*value), accepted_random_key);
+}
+
+Key random_key_key() {
+  return {"key",
+          "name",
+          required(),
+          accepted_random_key,
+          "what differs from sample to sample; list entries are counted from 0; what moves the geometry "
+          "(specimen, spacings) needs mesh.base = \"own\"",
+          [](const Source& source, Parameters& parameters, std::size_t i) {
+            resolve(source, parameters.random.at(i), parameters.fracture.exponent);
+          },
+          [](Parameters& parameters, std::size_t i) { return parameters.random.at(i).key; }};
+}
+
+Key distribution_key() {
+  std::vector<std::pair<std::string, RandomDistribution>> choices;
+  for (std::size_t i = 0; i < distribution_names.size(); ++i)
+    choices.emplace_back(distribution_names[i], static_cast<RandomDistribution>(i));
+  return choice_key<RandomDistribution>(
+      "distribution",
+      [](Parameters & parameters, std::size_t i) -> auto& { return parameters.random.at(i).distribution; },
+      choices, required(),
+      "uniform takes lower and upper; triangular these and mean or mode; normal standard_deviation; "
+      "lognormal "
+      "that, and lower where it does not begin at 0; truncated (normal) that, and lower, upper or both; beta "
+      "lower, upper and standard_deviation; weibull shape and scale, and lower where it does not begin at 0");
+}
+
+Key parameter_key(const Parameter& parameter) {
+  const bool is_shape = parameter.member == &RandomInput::shape;
+  const auto member = parameter.member;
+  const std::string unset = member == &RandomInput::mean ? "the input's own value" : "by distribution";
+  return {parameter.name,
+          is_shape ? "number" : "as the key",
+          optional(unset),
+          is_shape ? accepted_number({0, 1e3, true}) : "a value that the key could have, with its unit",
+          parameter.help,
+          [=](const Source& source, Parameters& parameters, std::size_t i) {
+            RandomInput& random = parameters.random.at(i);
+            if (random.key.empty()) return;
+            const std::optional<double> value = is_shape ? read_number(source, {0, 1e3, true})
+                                                : random.unit.empty()
+                                                    ? read_number(source, any)
+                                                    : read_quantity(source, dimension_of(random), any);
+            if (value) random.*member = *value;
+          },
+          [=](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const RandomInput& random = parameters.random.at(i);
+            if (std::isnan(random.*member)) return {};
+            return is_shape ? format_number(random.shape) : format_value(random, random.*member);
+          }};
+}
+
+/// Checks that the parameters of one distribution make sense together.
+void check_distribution(const RandomInput& random, const std::string& table, Findings& findings) {
+  const auto is_given = [](double value) { return !std::isnan(value); };
+  const Signature& signature = signature_of(random.distribution);
+  const char* const name = distribution_names[static_cast<std::size_t>(random.distribution)];
+  bool complete = true;
+  const auto check_presence = [&](const Parameter& parameter) {
+    const std::string key = table + "." + parameter.name;
+    if (findings.faulty(key)) complete = false;
+    const bool needed = contains(signature.required, parameter.name);
+    if (needed && !findings.given(key)) {
+      findings.report(key, "the key is missing; \"{}\" takes {}", name, fmt::join(signature.required, ", "));
+      complete = false;
+    } else if (!needed && !contains(signature.optional, parameter.name) && findings.given(key)) {
+      findings.report(key, "\"{}\" does not take it; it takes {}{}{}", name,
+                      fmt::join(signature.required, ", "), signature.optional.empty() ? "" : " and perhaps ",
+                      fmt::join(signature.optional, ", "));
+      complete = false;
+    }
+  };
+  for (const Parameter& parameter : parameters_of_random) check_presence(parameter);
+  check_presence(shape_parameter);
+  if (!complete) return;
+
+  const auto report = [&](const char* parameter, const std::string& message) {
+    findings.report(table + "." + parameter, message);
+  };
+  const auto shown = [&](double value) { return format_value(random, value); };
+  const auto& [lower, upper, mean] = std::tie(random.lower, random.upper, random.mean);
+  if (is_given(random.standard_deviation) && random.standard_deviation <= 0)
+    return report("standard_deviation", "is not above 0");
+  if (is_given(random.scale) && random.scale <= 0) return report("scale", "is not above 0");
+  if (is_given(lower) && is_given(upper) && lower >= upper)
+    return report("upper", fmt::format("{} is not above lower, {}", shown(upper), shown(lower)));
+  const auto inside = [&](double value) {
+    return !(is_given(lower) && value <= lower) && !(is_given(upper) && value >= upper);
+  };
+  const auto outside = [&](const char* what, double value) {
+    return fmt::format("the {} {} is not between lower and upper", what, shown(value));
+  };
+  const double center = is_given(mean) ? mean : random.own;
+  switch (random.distribution) {
+    case RandomDistribution::lognormal: {
+      const double start = is_given(lower) ? lower : 0;
+      if (center <= start)
+        report(
+            is_given(mean) ? "mean" : "distribution",
+            fmt::format("the mean {} is not above {}, where lognormal begins", shown(center), shown(start)));
+      break;
+    }
+    case RandomDistribution::triangular:
+      if (is_given(mean) && is_given(random.mode))
+        report("mode", "both mean and mode are given; give one of them");
+      else if (is_given(random.mode) && !(random.mode >= lower && random.mode <= upper))
+        report("mode", outside("mode", random.mode));
+      else if (is_given(mean) && !(3 * mean >= 2 * lower + upper && 3 * mean <= lower + 2 * upper))
+        report("mean", fmt::format("no triangle from {} to {} has the mean {}; give one in the middle third",
+                                   shown(lower), shown(upper), shown(mean)));
+      break;
+    case RandomDistribution::beta:
+      if (!inside(center))
+        report(is_given(mean) ? "mean" : "distribution", outside("mean", center));
+      else if (std::pow(random.standard_deviation, 2) >= (center - lower) * (upper - center))
+        report("standard_deviation",
+               fmt::format("{} is too large for a mean of {} between {} and {}; give one below {}",
+                           shown(random.standard_deviation), shown(center), shown(lower), shown(upper),
+                           shown(std::sqrt((center - lower) * (upper - center)))));
+      break;
+    case RandomDistribution::truncated:
+      if (!is_given(lower) && !is_given(upper))
+        report("distribution", "\"truncated\" takes lower, upper or both; or give \"normal\"");
+      else if (!inside(center))
+        report(is_given(mean) ? "mean" : "distribution", outside("mean", center));
+      break;
+    default:
+      break;
+  }
+}
+
+}  // namespace
+
+Table random_table() {
+  Table table{"random",
+              Occurrence::many,
+              "a number of the input that differs from sample to sample, beside the mesh; sample i's value "
+              "depends on (seed, i) only",
+              {random_key_key(), distribution_key()},
+              [](const Parameters& parameters) { return parameters.random.size(); },
+              [](Parameters& parameters) { parameters.random.emplace_back(); }};
+  for (const Parameter& parameter : parameters_of_random) table.keys.push_back(parameter_key(parameter));
+  table.keys.push_back(parameter_key(shape_parameter));
+  return table;
+}
+
+std::string format_value(const RandomInput& random, double value) {
+  return random.unit.empty() ? format_number(value) : format_quantity(value, dimension_of(random));
+}
+
+std::string describe(const RandomInput& random) {
+  std::string text = distribution_names[static_cast<std::size_t>(random.distribution)];
+  const auto add = [&](const Parameter& parameter, const std::string& value) {
+    std::string name = parameter.name;
+    std::ranges::replace(name, '_', ' ');
+    text += fmt::format(", {} {}", name, value);
+  };
+  for (const Parameter& parameter : parameters_of_random)
+    if (!std::isnan(random.*parameter.member)) add(parameter, format_value(random, random.*parameter.member));
+  if (!std::isnan(random.shape)) add(shape_parameter, format_number(random.shape));
+  return text;
+}
+
+void check_random(const Parameters& parameters, Findings& findings) {
+  std::set<std::string> keys;
+  for (std::size_t i = 0; i < parameters.random.size(); ++i) {
+    const RandomInput& random = parameters.random[i];
+    const std::string table = fmt::format("random[{}]", i);
+    if (random.key.empty() || findings.faulty(table + ".key")) continue;
+    if (!keys.insert(random.key).second)
+      findings.report(table + ".key", "\"{}\" is random already; give each key once", random.key);
+    if (moves_geometry(random.key) && parameters.mesh.base != Base::own)
+      findings.report(
+          table + ".key",
+          "\"{}\" moves the mother points, and all samples share one set of them; give mesh.base = "
+          "\"own\"",
+          random.key);
+    if (!findings.faulty(table + ".distribution")) check_distribution(random, table, findings);
+  }
+  if (!parameters.random.empty()) return;
+  for (const char* const key : {"ensemble.plan", "ensemble.replicates"})
+    if (findings.given(key) && !findings.given("random") && !findings.faulty(key))
+      findings.report(key, "has no effect without [[random]]; give some, or leave it out");
+}
+
+Parameters drawn(const Parameters& parameters, const std::vector<double>& values, const std::string& name) {
+  std::vector<Setting> settings;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const RandomInput& random = parameters.random[i];
+    const std::string number = fmt::format("{}", values[i]);
+    const bool is_plain = random.unit.empty();
+    settings.push_back({random.key, is_plain ? number : fmt::format("\"{} {}\"", number, random.unit)});
+  }
+  const PointsFile points{.path = parameters.mesh.points.value_or(std::filesystem::path()),
+                          .digest = parameters.mesh.points_digest};
+  Parameters result = parse(with_settings(parameters.text, settings), name, points);
+  result.text = parameters.text;
+  result.draw = {values, sample_settings(parameters)};
+  return result;
+}
+
+}  // namespace crackle::input

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Other values in the text of an input.
+#include "crackle/input/reader.h"
+
+#include "document.h"
+#include "settings.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <optional>
+#include <tuple>
+#include <vector>
+
+namespace crackle::input {
+
+namespace {
+
+/// Bytes of a text and what stands there instead.
+struct Change {
+  std::size_t begin;
+  std::size_t end;
+  std::string text;
+};
+
+/// Byte at which a line begins; lines are counted from 1.
+std::size_t start_of_line(const std::string& text, int line) {
+  std::size_t start = 0;
+  for (int i = 1; i < line && start < text.size(); ++i)
+    start = std::min(text.find('\n', start), text.size() - 1) + 1;
+  return start;
+}
+
+std::size_t end_of_line(const std::string& text, std::size_t at) {
+  const std::size_t end = text.find('\n', at);
+  return end == std::string::npos ? text.size() : end + 1;
+}
+
+std::pair<std::size_t, std::size_t> extent_of(const std::string& text, const Value& value) {
+  const std::size_t begin = std::min(start_of_line(text, value.line) + value.column - 1, text.size());
+  return {begin, std::min(begin + value.length, text.size())};
+}
+
+/// Byte behind the line that begins a table: "[fracture]", or "[[boundary]]" for the second time for
+/// "boundary[1]". Nothing where the text does not have it in this form.
+std::optional<std::size_t> behind_header(const std::string& text, const std::string& path) {
+  const auto bracket = path.find('[');
+  std::size_t count = 0;
+  std::string header = fmt::format("[{}]", path);
+  if (bracket != std::string::npos) {
+    if (path.back() != ']') return {};
+    header = fmt::format("[[{}]]", path.substr(0, bracket));
+    count = std::stoul(path.substr(bracket + 1));
+  }
+  for (std::size_t start = 0; start < text.size(); start = end_of_line(text, start)) {
+    const std::size_t first = text.find_first_not_of(" \t", start);
+    if (first == std::string::npos || text.compare(first, header.size(), header) != 0) continue;
+    if (count-- == 0) return end_of_line(text, start);
+  }
+  return {};
+}
+
+/// A line for a key that the text does not have, behind the header of the nearest table that it is in; at the
+/// end, with a header of its own, where there is none.
+Change added(const std::string& text, const Setting& setting) {
+  for (auto dot = setting.key.rfind('.'); dot != std::string::npos && dot > 0;
+       dot = setting.key.rfind('.', dot - 1)) {
+    const auto place = behind_header(text, setting.key.substr(0, dot));
+    if (!place) continue;
+    const char* const before = *place > 0 && text[*place - 1] != '\n' ? "\n" : "";
+    return {*place, *place, fmt::format("{}{} = {}\n", before, setting.key.substr(dot + 1), setting.value)};
+  }
+  const auto dot = setting.key.rfind('.');
+  if (dot == std::string::npos) return {text.size(), text.size(), {}};
+  return {text.size(), text.size(),
+          fmt::format("\n[{}]\n{} = {}\n", setting.key.substr(0, dot), setting.key.substr(dot + 1),
+                      setting.value)};
+}
+
+[[noreturn]] void refuse(const Setting& setting, const std::string& reason) {
+  throw InputError({fmt::format("{} = {}: {}", setting.key, setting.value, reason)});
+}
+
+std::string apply(std::string text, std::vector<Change> changes) {
+  std::ranges::stable_sort(changes, std::greater(), &Change::begin);
+  for (const auto& [begin, end, inserted] : changes) text.replace(begin, end - begin, inserted);
+  return text;
+}
+
+}  // namespace
+
+std::string with_settings(const std::string& text, const std::vector<Setting>& settings) {
+  const Value root = parse_document(text);
+  std::vector<Change> changes;
+  for (const Setting& setting : settings) {
+    if (const Value* const value = find_path(root, setting.key)) {
+      const auto [begin, end] = extent_of(text, *value);
+      changes.push_back({begin, end, setting.value});
+    } else {
+      changes.push_back(added(text, setting));
+    }
+  }
+  const std::string result = apply(text, changes);
+  // Positions are the parser's, and a table may be written in many ways: what was meant must have come out.
+  try {
+    const Value changed = parse_document(result);
+    for (const Setting& setting : settings) {
+      const Value* const found = find_path(changed, setting.key);
+      const Value wanted = parse_document("value = " + setting.value);
+      if (found == nullptr || *found != *wanted.find("value"))
+        refuse(setting,
+               "the input has no place for it; write the key into the input, in a table with a "
+               "header such as [mesh]");
+    }
+  } catch (const SyntaxError&) {
+    refuse(settings.front(), "the input has no place for it; write the key into the input");
+  }
+  return result;
+}
+
+std::string without_tables(const std::string& text, const std::string& name) {
+  const Value root = parse_document(text);
+  const Value* const tables = root.find(name);
+  if (tables == nullptr) return text;
+  std::vector<Change> changes;
+  for (const Value& table : tables->elements) {
+    std::size_t first = text.size(), last = 0;
+    for (const Member& member : table.members) {
+      const auto [begin, end] = extent_of(text, member.value);
+      first = std::min(first, begin);
+      last = std::max(last, end);
+    }
+    const std::size_t header = text.rfind("[[" + name + "]]", first);
+    if (header != std::string::npos) changes.push_back({header, end_of_line(text, last), {}});
+  }
+  std::string result = apply(text, changes);
+  Value expected = root;
+  std::erase_if(expected.members, [&](const Member& member) { return member.name == name; });
+  if (parse_document(result) != expected)
+    throw InputError(
+        {fmt::format("{0}: cannot be told from the rest of the input; write it as [[{0}]], in a "
+                     "table of its own",
+                     name)});
+  return result;
+}
+
+std::string to_string(const std::vector<Setting>& settings) {
+  std::vector<std::string> items;
+  for (const auto& [key, value] : settings) items.push_back(fmt::format("{} = {}", key, value));
+  return fmt::format("{}", fmt::join(items, ", "));
+}
+
+}  // namespace crackle::input

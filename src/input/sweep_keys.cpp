@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// [[sweep]]: keys whose values make the cases of a study.
+#include "consistency.h"
+#include "schema.h"
+#include "settings.h"
+
+#include <set>
+
+namespace crackle::input {
+
+namespace {
+
+constexpr std::size_t max_cases = 1000;
+/// What one run has for all of its cases.
+constexpr std::array same_for_all{"ensemble.ranks_per_sample", "ensemble.meshes"};
+
+const std::string accepted_sweep_key =
+    "the name of a key, such as \"mesh.perturbation\", or an array of names whose values change together";
+const std::string accepted_values =
+    "an array of values that the key could have, such as [0.05, 0.1, 0.2]; of several keys an array with one "
+    "value for each, such as [[\"2 mm\", \"0.6 mm\"], [\"1 mm\", \"0.3 mm\"]]";
+
+Sweep& sweep(Parameters& parameters, std::size_t i) {
+  return parameters.sweeps.at(i);
+}
+
+void read_key(const Source& source, Sweep& sweep) {
+  const auto path = read_text(source, accepted_sweep_key);
+  if (!path) return;
+  const bool is_known = find_key(*path) != nullptr && !path->starts_with("sweep");
+  const bool is_common = std::ranges::find(same_for_all, *path) != same_for_all.end();
+  if (!is_known)
+    source.report("the input has no key \"{}\"; give {}", shortened(*path), accepted_sweep_key);
+  else if (is_common)
+    source.report("\"{}\" is the same in all cases of a run; leave it out", *path);
+  sweep.keys.push_back(*path);
+}
+
+bool is_plain(const Value& value) {
+  return value.kind != ValueKind::table && value.kind != ValueKind::date &&
+         std::ranges::all_of(value.elements, is_plain);
+}
+
+/// One value in TOML.
+void read_value(const Source& source, std::vector<std::string>& values) {
+  if (is_plain(source.value))
+    values.push_back(to_toml(source.value));
+  else
+    source.report("this holds {}; give {}", describe(source.value.kind), accepted_values);
+}
+
+Key sweep_key_key() {
+  return {
+      "key",
+      "name, or names",
+      required(),
+      accepted_sweep_key,
+      "what differs from case to case; list entries are counted from 0, as in \"specimen.notch[0].depth\"",
+      [](const Source& source, Parameters& parameters, std::size_t i) {
+        if (source.value.kind != ValueKind::array) return read_key(source, sweep(parameters, i));
+        const auto names = read_elements(source, 0, accepted_sweep_key);
+        if (!names) return;
+        for (const Source& name : *names) read_key(name, sweep(parameters, i));
+      },
+      [](Parameters& parameters, std::size_t i) { return bracketed(sweep(parameters, i).keys); }};
+}
+
+Key values_key() {
+  return {
+      "values",
+      "as the key",
+      required(),
+      accepted_values,
+      "of the key in its cases; several [[sweep]] make all combinations, each a folder of its own with the "
+      "same seed",
+      [](const Source& source, Parameters& parameters, std::size_t i) {
+        const auto cases = read_elements(source, 0, accepted_values);
+        if (!cases) return;
+        const std::size_t n_keys = sweep(parameters, i).keys.size();
+        for (const Source& values : *cases) {
+          auto& row = sweep(parameters, i).values.emplace_back();
+          if (n_keys <= 1) {
+            read_value(values, row);
+          } else if (const auto together = read_elements(values, n_keys, accepted_values)) {
+            for (const Source& value : *together) read_value(value, row);
+          }
+        }
+      },
+      [](Parameters& parameters, std::size_t i) {
+        std::vector<std::string> rows;
+        for (const auto& row : sweep(parameters, i).values)
+          rows.push_back(row.size() == 1 ? row.front() : bracketed(row));
+        return bracketed(rows);
+      }};
+}
+
+std::size_t n_cases(const Parameters& parameters) {
+  std::size_t n = 1;
+  for (const Sweep& one : parameters.sweeps) n = std::min(n * one.values.size(), 2 * max_cases);
+  return n;
+}
+
+}  // namespace
+
+Table sweep_table() {
+  return {"sweep",
+          Occurrence::many,
+          "a study: crackle run computes an ensemble for each of the values",
+          {sweep_key_key(), values_key()},
+          [](const Parameters& parameters) { return parameters.sweeps.size(); },
+          [](Parameters& parameters) { parameters.sweeps.emplace_back(); }};
+}
+
+void check_sweeps(const Parameters& parameters, Findings& findings) {
+  std::set<std::string> keys;
+  for (std::size_t i = 0; i < parameters.sweeps.size(); ++i)
+    for (const std::string& key : parameters.sweeps[i].keys)
+      if (!keys.insert(key).second)
+        findings.report(fmt::format("sweep[{}].key", i), "\"{}\" is swept already; give each key once", key);
+  if (n_cases(parameters) > max_cases)
+    findings.report("sweep", "there are more than {} cases; give fewer values", max_cases);
+}
+
+std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesystem::path& name) {
+  const std::string common = without_tables(parameters.text, "sweep");
+  const std::size_t n = n_cases(parameters);
+  std::vector<Case> cases;
+  for (std::size_t number = 0; number < n; ++number) {
+    Case one;
+    bool has_points = false;
+    std::size_t rest = number;
+    std::vector<std::vector<Setting>> parts;  // of each sweep, the last one first
+    for (auto swept = parameters.sweeps.rbegin(); swept != parameters.sweeps.rend(); ++swept) {
+      const auto& row = swept->values[rest % swept->values.size()];
+      rest /= swept->values.size();
+      auto& part = parts.emplace_back();
+      for (std::size_t k = 0; k < swept->keys.size(); ++k) part.push_back({swept->keys[k], row[k]});
+    }
+    for (auto part = parts.rbegin(); part != parts.rend(); ++part)
+      one.settings.insert(one.settings.end(), part->begin(), part->end());
+    for (const Setting& setting : one.settings) has_points = has_points || setting.key == "mesh.points";
+    // At the end, so that lines have the numbers that they have in the file.
+    const std::string text = with_settings(common, one.settings) +
+                             fmt::format("\n# Case {} of {}: {}\n", number, n, to_string(one.settings));
+    PointsFile points;
+    if (!has_points && parameters.mesh.points)
+      points = {.path = *parameters.mesh.points, .digest = parameters.mesh.points_digest};
+    try {
+      one.parameters = parse(text, name, points);
+    } catch (const InputError& error) {
+      std::vector<std::string> messages;
+      for (const std::string& message : error.messages())
+        messages.push_back(fmt::format("case {} ({}): {}", number, to_string(one.settings), message));
+      throw InputError(messages);
+    }
+    cases.push_back(std::move(one));
+  }
+  return cases;
+}
+
+}  // namespace crackle::input

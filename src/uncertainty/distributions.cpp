@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "distributions.h"
+
+#include "crackle/uncertainty/polynomials.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <openturns/AdaptiveStieltjesAlgorithm.hxx>
+#include <openturns/BetaMuSigma.hxx>
+#include <openturns/HermiteFactory.hxx>
+#include <openturns/LegendreFactory.hxx>
+#include <openturns/LogNormalMuSigma.hxx>
+#include <openturns/Normal.hxx>
+#include <openturns/OrthogonalUniVariatePolynomialFamily.hxx>
+#include <openturns/StandardDistributionPolynomialFactory.hxx>
+#include <openturns/Triangular.hxx>
+#include <openturns/TruncatedNormal.hxx>
+#include <openturns/Uniform.hxx>
+#include <openturns/WeibullMin.hxx>
+
+namespace crackle::uncertainty {
+
+namespace {
+
+using input::RandomDistribution;
+using input::RandomInput;
+
+double or_else(double value, double otherwise) {
+  return std::isnan(value) ? otherwise : value;
+}
+
+/// The variable that polynomials are made for, and these.
+struct Family {
+  OT::OrthogonalUniVariatePolynomialFamily polynomials;
+  std::function<double(double value)> variable;
+};
+
+Family family_of(const RandomInput& random) {
+  switch (random.distribution) {
+    case RandomDistribution::normal:
+    case RandomDistribution::lognormal:
+    case RandomDistribution::weibull:
+      return {OT::HermiteFactory(),
+              [distribution = distribution_of(random), normal = OT::Normal()](double x) {
+                constexpr double least = 1e-15;
+                return normal.computeQuantile(std::clamp(distribution.computeCDF(x), least, 1 - least))[0];
+              }};
+    case RandomDistribution::uniform:
+      return {OT::LegendreFactory(), [lower = random.lower, upper = random.upper](double x) {
+                return 2 * (x - lower) / (upper - lower) - 1;
+              }};
+    default:
+      break;
+  }
+  // Values near 1 keep the recurrence's numbers in range.
+  const OT::Distribution distribution = distribution_of(random);
+  const double center = distribution.getMean()[0], width = distribution.getStandardDeviation()[0];
+  const OT::Distribution standard = (distribution - center) / width;
+  return {OT::StandardDistributionPolynomialFactory(OT::AdaptiveStieltjesAlgorithm(standard)),
+          [center, width](double x) { return (x - center) / width; }};
+}
+
+}  // namespace
+
+OT::Distribution distribution_of(const RandomInput& random) {
+  const double mean = or_else(random.mean, random.own);
+  const double deviation = random.standard_deviation;
+  // A normal distribution has nothing out there.
+  constexpr double everything = 30;
+  switch (random.distribution) {
+    case RandomDistribution::normal:
+      return OT::Normal(mean, deviation);
+    case RandomDistribution::lognormal:
+      return OT::LogNormalMuSigma(mean, deviation, or_else(random.lower, 0)).getDistribution();
+    case RandomDistribution::uniform:
+      return OT::Uniform(random.lower, random.upper);
+    case RandomDistribution::triangular: {
+      const double center = or_else(random.mean, (random.lower + random.upper) / 2);
+      const double mode = or_else(random.mode, 3 * center - random.lower - random.upper);
+      return OT::Triangular(random.lower, std::clamp(mode, random.lower, random.upper), random.upper);
+    }
+    case RandomDistribution::weibull:
+      return OT::WeibullMin(random.scale, random.shape, or_else(random.lower, 0));
+    case RandomDistribution::beta:
+      return OT::BetaMuSigma(mean, deviation, random.lower, random.upper).getDistribution();
+    case RandomDistribution::truncated:
+      return OT::TruncatedNormal(mean, deviation, or_else(random.lower, mean - everything * deviation),
+                                 or_else(random.upper, mean + everything * deviation));
+  }
+  fail("unknown distribution");
+}
+
+std::mutex& openturns_mutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+std::vector<std::vector<double>> orthonormal_polynomials(const RandomInput& random,
+                                                         std::span<const double> values, int highest_degree) {
+  return with_openturns([&] {
+    const Family family = family_of(random);
+    std::vector<double> variable;
+    for (const double value : values) variable.push_back(family.variable(value));
+    std::vector<std::vector<double>> table;
+    for (int degree = 0; degree <= highest_degree; ++degree) {
+      const OT::UniVariatePolynomial polynomial =
+          family.polynomials.build(static_cast<OT::UnsignedInteger>(degree));
+      auto& row = table.emplace_back();
+      for (const double x : variable) row.push_back(polynomial(x));
+    }
+    return table;
+  });
+}
+
+}  // namespace crackle::uncertainty

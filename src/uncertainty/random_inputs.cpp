@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/uncertainty/random_inputs.h"
+
+#include "crackle/common/failure.h"
+#include "crackle/common/random.h"
+#include "crackle/input/reader.h"
+
+#include "distributions.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+#include <openturns/SobolSequence.hxx>
+#include <utility>
+
+namespace crackle::uncertainty {
+
+namespace {
+
+using input::RandomInput;
+
+constexpr int n_bits = 53;
+
+/// The middle of one of 2^53 equal intervals of the unit interval.
+double middle_of(std::uint64_t interval) {
+  // The last middles would round to 1.
+  return std::min(std::ldexp(static_cast<double>(interval) + 0.5, -n_bits), 1 - 0x1p-53);
+}
+
+std::uint64_t random_interval(RandomStream stream) {
+  return stream.bits() >> (64 - n_bits);
+}
+
+std::vector<double> independent_point(std::uint64_t seed, std::size_t n_dimensions, std::uint64_t number) {
+  const RandomStream stream(seed, number, "random inputs");
+  std::vector<double> point(n_dimensions);
+  for (std::size_t k = 0; k < n_dimensions; ++k) point[k] = middle_of(random_interval(stream.substream(k)));
+  return point;
+}
+
+/// The layer of each point in one dimension: a random permutation.
+std::vector<std::uint64_t> random_layers(RandomStream stream, std::uint64_t n_points) {
+  std::vector<std::uint64_t> layers(n_points);
+  std::iota(layers.begin(), layers.end(), 0);
+  for (std::uint64_t i = n_points; i > 1; --i) {
+    const auto other = static_cast<std::uint64_t>(stream.uniform() * static_cast<double>(i));
+    std::swap(layers[i - 1], layers[std::min(other, i - 1)]);
+  }
+  return layers;
+}
+
+std::vector<double> hypercube_point(std::uint64_t seed, std::uint64_t n_points, std::size_t n_dimensions,
+                                    std::uint64_t number) {
+  std::vector<double> point = independent_point(seed, n_dimensions, number);
+  const RandomStream layers(seed, 0, "layers of a Latin hypercube");
+  for (std::size_t k = 0; k < n_dimensions; ++k) {
+    const auto layer = random_layers(layers.substream(k), n_points)[number];
+    point[k] = (static_cast<double>(layer) + point[k]) / static_cast<double>(n_points);
+  }
+  return point;
+}
+
+std::vector<double> sobol_point(std::uint64_t seed, std::size_t n_dimensions, std::uint64_t number) {
+  OT::SobolSequence sequence(n_dimensions);
+  const OT::Sample points = sequence.generate(number + 1);
+  const RandomStream shifts(seed, 0, "shift of a Sobol sequence");
+  std::vector<double> point(n_dimensions);
+  for (std::size_t k = 0; k < n_dimensions; ++k) {
+    const auto interval = static_cast<std::uint64_t>(std::ldexp(points(number, k), n_bits));
+    point[k] = middle_of(interval ^ random_interval(shifts.substream(k)));
+  }
+  return point;
+}
+
+double rounded(double value) {
+  const std::string text = fmt::format("{:.6g}", value);
+  double result = value;
+  std::from_chars(text.data(), text.data() + text.size(), result);
+  return result;
+}
+
+}  // namespace
+
+double quantile(const RandomInput& random, double probability) {
+  return with_openturns([&] { return distribution_of(random).computeQuantile(probability)[0]; });
+}
+
+std::vector<double> plan_point(input::SamplingPlan plan, std::uint64_t seed, std::uint64_t n_points,
+                               std::size_t n_dimensions, std::uint64_t number) {
+  switch (plan) {
+    case input::SamplingPlan::independent:
+      return independent_point(seed, n_dimensions, number);
+    case input::SamplingPlan::latin_hypercube:
+      return hypercube_point(seed, n_points, n_dimensions, number);
+    case input::SamplingPlan::sobol:
+      return with_openturns([&] { return sobol_point(seed, n_dimensions, number); });
+  }
+  fail("unknown plan");
+}
+
+std::vector<double> drawn_values(const input::Parameters& parameters, std::uint64_t sample) {
+  const auto& [ensemble, random] = std::tie(parameters.ensemble, parameters.random);
+  if (random.empty()) return {};
+  const std::vector<double> point =
+      plan_point(ensemble.plan, ensemble.seed, ensemble.n_inputs(), random.size(), ensemble.input_of(sample));
+  std::vector<double> values;
+  for (std::size_t k = 0; k < random.size(); ++k) values.push_back(rounded(quantile(random[k], point[k])));
+  return values;
+}
+
+input::Parameters sample_parameters(const input::Parameters& parameters, std::uint64_t sample) {
+  if (parameters.random.empty()) return parameters;
+  const std::vector<double> values = drawn_values(parameters, sample);
+  try {
+    return input::drawn(parameters, values, "input");
+  } catch (const input::InputError& error) {
+    std::vector<std::string> drawn;
+    for (std::size_t k = 0; k < values.size(); ++k)
+      drawn.push_back(
+          fmt::format("{} = {}", parameters.random[k].key, format_value(parameters.random[k], values[k])));
+    fail("the values drawn make no sound input ({}): {}", fmt::join(drawn, ", "),
+         fmt::join(error.messages(), "; "));
+  }
+}
+
+}  // namespace crackle::uncertainty
