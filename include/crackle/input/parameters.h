@@ -327,10 +327,10 @@ inline constexpr std::array distribution_names{"normal",  "lognormal", "uniform"
 /// A number of the input that each sample has another value of. Parameters of the distribution are in the SI
 /// unit of that number; NaN: not given.
 struct RandomInput {
-  std::string key;      ///< "material.youngs_modulus", "specimen.notch[0].depth"
-  std::string unit;     ///< SI unit; empty for a plain number
-  double own = 0;       ///< the value that the input itself has
-  double exponent = 0;  ///< beta of a unit "Pa^beta s"; 0 for every other one
+  std::string key = {};   ///< "material.youngs_modulus", "specimen.notch[0].depth"
+  std::string unit = {};  ///< SI unit; empty for a plain number
+  double own = 0;         ///< the value that the input itself has
+  double exponent = 0;    ///< beta of a unit "Pa^beta s"; 0 for every other one
   RandomDistribution distribution = RandomDistribution::normal;
   double mean = not_a_number;
   double standard_deviation = not_a_number;

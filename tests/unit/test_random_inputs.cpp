@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Random inputs: distributions against their closed forms, plans, draws and the inputs that they make.
+#include "crackle/input/reader.h"
+#include "crackle/uncertainty/random_inputs.h"
+
+#include "input_samples.h"
+#include "support/distributions.h"
+
+#include <gmock/gmock.h>
+#include <fmt/format.h>
+#include <boost/math/distributions/beta.hpp>
+#include <boost/math/distributions/lognormal.hpp>
+#include <boost/math/distributions/normal.hpp>
+
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <set>
+
+namespace crackle::uncertainty {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// The minimal input with random Young's modulus and strength.
+std::string uncertain(const std::string& plan, int samples, int replicates = 1) {
+  auto tables = test::minimal_tables();
+  test::set_key(tables, "[ensemble]", "samples", std::to_string(samples));
+  test::set_key(tables, "[ensemble]", "plan", '"' + plan + '"');
+  test::set_key(tables, "[ensemble]", "replicates", std::to_string(replicates));
+  return test::to_text(tables) + R"(
+[[random]]
+key = "material.youngs_modulus"
+distribution = "normal"
+standard_deviation = "165 MPa"
+[[random]]
+key = "fracture.strength"
+distribution = "uniform"
+lower = "30 MPa"
+upper = "40 MPa"
+)";
+}
+
+input::Parameters parse(const std::string& text) {
+  return input::parse(text, "plate.toml");
+}
+
+TEST(RandomInputs, QuantilesHaveTheirClosedForms) {
+  using input::RandomDistribution;
+  const input::RandomInput normal{
+      .distribution = RandomDistribution::normal, .mean = 3, .standard_deviation = 2};
+  const auto with = [&](auto change) {
+    input::RandomInput random = normal;
+    change(random);
+    return random;
+  };
+  const boost::math::normal standard;
+  const auto z = [&](double p) { return boost::math::quantile(standard, p); };
+  const auto share = [&](double x) { return boost::math::cdf(standard, x); };
+  struct Case {
+    const char* name;
+    input::RandomInput random;
+    std::function<double(double)> expected;
+  };
+  const double log_variance = std::log(1 + 4.0 / 9);
+  const std::vector<Case> cases{
+      {"normal", normal, [&](double p) { return 3 + 2 * z(p); }},
+      {"lognormal", with([](auto& r) { r.distribution = RandomDistribution::lognormal; }),
+       [&](double p) { return 3 * std::exp(-log_variance / 2 + std::sqrt(log_variance) * z(p)); }},
+      {"lognormal from 1 on", with([](auto& r) {
+         r.distribution = RandomDistribution::lognormal;
+         r.lower = 1;
+       }),
+       [&](double p) {
+         const double s = std::log(1 + 4.0 / 4);
+         return 1 + 2 * std::exp(-s / 2 + std::sqrt(s) * z(p));
+       }},
+      {"uniform", with([](auto& r) {
+         r.distribution = RandomDistribution::uniform;
+         r.lower = -1;
+         r.upper = 4;
+       }),
+       [](double p) { return -1 + 5 * p; }},
+      {"triangular with a mode", with([](auto& r) {
+         r.distribution = RandomDistribution::triangular;
+         r.mean = not_a_number;
+         r.lower = 0, r.mode = 1, r.upper = 4;
+       }),
+       [](double p) { return p < 0.25 ? std::sqrt(4 * p) : 4 - std::sqrt(12 * (1 - p)); }},
+      {"triangular with a mean", with([](auto& r) {
+         r.distribution = RandomDistribution::triangular;
+         r.lower = 0, r.mean = 5.0 / 3, r.upper = 4;
+       }),
+       [](double p) { return p < 0.25 ? std::sqrt(4 * p) : 4 - std::sqrt(12 * (1 - p)); }},
+      {"weibull", with([](auto& r) {
+         r.distribution = RandomDistribution::weibull;
+         r.scale = 36, r.shape = 20, r.lower = 2;
+       }),
+       [](double p) { return 2 + 36 * std::pow(-std::log1p(-p), 1.0 / 20); }},
+      {"beta", with([](auto& r) {
+         r.distribution = RandomDistribution::beta;
+         r.lower = 1, r.upper = 6, r.standard_deviation = 1;
+       }),
+       [](double p) {
+         const double m = 2.0 / 5, v = 1.0 / 25, sum = m * (1 - m) / v - 1;
+         return 1 + 5 * boost::math::quantile(boost::math::beta_distribution<>(m * sum, (1 - m) * sum), p);
+       }},
+      {"truncated", with([](auto& r) {
+         r.distribution = RandomDistribution::truncated;
+         r.lower = 2, r.upper = 4;
+       }),
+       [&](double p) { return 3 + 2 * z(share(-0.5) + p * (share(0.5) - share(-0.5))); }},
+      {"truncated below", with([](auto& r) {
+         r.distribution = RandomDistribution::truncated;
+         r.lower = 2;
+       }),
+       [&](double p) { return 3 + 2 * z(share(-0.5) + p * (1 - share(-0.5))); }}};
+  double worst = 0;
+  for (const Case& one : cases) {
+    for (const double p : {1e-9, 1e-3, 0.1, 0.25, 0.5, 0.8, 0.999}) {
+      const double value = quantile(one.random, p), expected = one.expected(p);
+      EXPECT_NEAR(value, expected, 1e-8 * std::max(1.0, std::abs(expected))) << one.name << " at " << p;
+      worst = std::max(worst, std::abs(value - expected) / std::max(1.0, std::abs(expected)));
+    }
+  }
+  std::printf("quantiles of %zu distributions off by %.1e at most\n", cases.size(), worst);
+}
+
+TEST(RandomInputs, ALatinHypercubeHasOnePointInEachLayer) {
+  constexpr std::uint64_t n = 50;
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::set<int> layers;
+    for (std::uint64_t i = 0; i < n; ++i)
+      layers.insert(static_cast<int>(plan_point(input::SamplingPlan::latin_hypercube, 3, n, 3, i)[k] * n));
+    EXPECT_EQ(layers.size(), n) << "dimension " << k;
+  }
+}
+
+TEST(RandomInputs, SobolPointsFillTheBoxesOfANet) {
+  // 64 points of two dimensions: one in each box of 1/64 of the area, whatever its sides (a (0, 6, 2)-net),
+  // and also under the random shift.
+  for (const int columns : {1, 2, 8, 32, 64}) {
+    std::set<int> boxes;
+    for (std::uint64_t i = 0; i < 64; ++i) {
+      const auto p = plan_point(input::SamplingPlan::sobol, 5, 0, 2, i);
+      const int rows = 64 / columns;
+      boxes.insert(static_cast<int>(p[0] * columns) * rows + static_cast<int>(p[1] * rows));
+    }
+    // OpenTURNS leaves out the sequence's first point, the origin: one box has another one's point.
+    EXPECT_GE(boxes.size(), 63u) << columns;
+  }
+}
+
+TEST(RandomInputs, PointsOfAllPlansAreUniformAndDifferBySeed) {
+  using enum input::SamplingPlan;
+  for (const auto plan : {independent, latin_hypercube, sobol}) {
+    std::vector<double> first;
+    double difference = 0;
+    for (std::uint64_t i = 0; i < 400; ++i) {
+      const auto point = plan_point(plan, 1, 400, 2, i);
+      first.push_back(point[0]);
+      difference = std::max(difference, std::abs(point[0] - plan_point(plan, 2, 400, 2, i)[0]));
+      EXPECT_EQ(point, plan_point(plan, 1, 400, 2, i)) << "the same again";
+    }
+    EXPECT_LT(test::kolmogorov_distance(first, [](double u) { return u; }), test::kolmogorov_limit(400));
+    EXPECT_GT(difference, 0.1);
+  }
+}
+
+TEST(RandomInputs, ADrawIsAnInputWithOtherValues) {
+  const auto parameters = parse(uncertain("sobol", 6, 2));
+  const auto values = drawn_values(parameters, 2);
+  ASSERT_EQ(values.size(), 2u);
+  EXPECT_EQ(values, drawn_values(parameters, 3)) << "a replicate";
+  EXPECT_NE(values, drawn_values(parameters, 4));
+  const auto drawn = sample_parameters(parameters, 3);
+  EXPECT_EQ(drawn.material.youngs_modulus, values[0]);
+  EXPECT_EQ(drawn.fracture.strength, values[1]);
+  EXPECT_EQ(drawn.material.density, parameters.material.density);
+  EXPECT_EQ(drawn.text, parameters.text);
+  EXPECT_EQ(sample_identity(drawn), sample_identity(parameters)) << "of the same ensemble";
+  EXPECT_EQ(std::stod(fmt::format("{:.6g}", values[0])), values[0]) << "six digits";
+}
+
+TEST(RandomInputs, OnlyALatinHypercubeCannotBeExtended) {
+  for (const char* const plan : {"independent", "sobol"}) {
+    const auto few = parse(uncertain(plan, 8)), more = parse(uncertain(plan, 32));
+    EXPECT_EQ(sample_identity(few), sample_identity(more)) << plan;
+    for (std::uint64_t i = 0; i < 8; ++i) EXPECT_EQ(drawn_values(few, i), drawn_values(more, i)) << plan;
+  }
+  const auto few = parse(uncertain("latin-hypercube", 8)), more = parse(uncertain("latin-hypercube", 32));
+  EXPECT_NE(sample_identity(few), sample_identity(more));
+  EXPECT_NE(sample_identity(few), sample_identity(parse(uncertain("sobol", 8))));
+}
+
+TEST(RandomInputs, AnInputWithoutThemHasTheIdentityItHad) {
+  EXPECT_THAT(input::echo(parse(test::to_text(test::minimal_tables()))),
+              ::testing::Not(::testing::AnyOf(HasSubstr("replicates"), HasSubstr("ensemble.plan"))));
+}
+
+TEST(RandomInputs, ValuesThatMakeNoBodyAreRefusedWithTheirReason) {
+  auto tables = test::minimal_tables();
+  test::set_key(tables, "[mesh]", "base", "\"own\"");
+  const auto parameters = parse(test::to_text(tables) + R"(
+[[specimen.notch]]
+face = "y-min"
+at = "60 mm"
+depth = "6 mm"
+height = "1 mm"
+[[random]]
+key = "specimen.notch[0].depth"
+distribution = "uniform"
+lower = "25 mm"
+upper = "26 mm"
+)");
+  try {
+    sample_parameters(parameters, 0);
+    FAIL() << "a notch through the body was taken";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(),
+                HasSubstr("the values drawn make no sound input (specimen.notch[0].depth = 25."));
+    EXPECT_THAT(error.what(), HasSubstr("24.5 mm"));
+    EXPECT_THAT(error.what(), ::testing::Not(HasSubstr("\n")));
+  }
+}
+
+}  // namespace
+}  // namespace crackle::uncertainty

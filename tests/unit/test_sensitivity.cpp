@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Sensitivities of results with known ones, written into the rows of samples, and how often intervals hold.
+#include "crackle/analysis/sensitivity.h"
+#include "crackle/common/random.h"
+#include "crackle/input/reader.h"
+#include "crackle/uncertainty/random_inputs.h"
+
+#include "input_samples.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <numbers>
+
+namespace crackle::analysis {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr std::array keys{"material.youngs_modulus", "material.density", "fracture.strength"};
+
+/// Three inputs of one distribution, whose parameters are in units of GPa, kg/m^3 and MPa.
+input::Parameters study(int samples, int replicates, const std::string& distribution,
+                        const std::array<std::string, 3>& parameters, int seed = 0,
+                        const std::string& plan = "sobol") {
+  auto tables = test::minimal_tables();
+  test::set_key(tables, "[ensemble]", "samples", std::to_string(samples));
+  test::set_key(tables, "[ensemble]", "seed", std::to_string(seed));
+  test::set_key(tables, "[ensemble]", "plan", '"' + plan + '"');
+  test::set_key(tables, "[ensemble]", "replicates", std::to_string(replicates));
+  std::string text = test::to_text(tables);
+  for (std::size_t k = 0; k < 3; ++k)
+    text += fmt::format("[[random]]\nkey = \"{}\"\ndistribution = \"{}\"\n{}\n", keys[k], distribution,
+                        parameters[k]);
+  return input::parse(text, "plate.toml");
+}
+
+using Function = std::function<double(const std::vector<double>& inputs, std::uint64_t sample)>;
+
+std::vector<SampleSummary> rows_of(const input::Parameters& parameters, const Function& function) {
+  std::vector<SampleSummary> rows;
+  for (std::uint64_t i = 0; i < static_cast<std::uint64_t>(parameters.ensemble.samples); ++i) {
+    SampleSummary row = empty_summary(1, 1, SampleStatus::done);
+    row.inputs = uncertainty::drawn_values(parameters, i);
+    row.peak_load = function(row.inputs, i);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+Sensitivity of_peak_load(const input::Parameters& parameters, const std::vector<SampleSummary>& rows) {
+  for (const Sensitivity& one : sensitivities(parameters, rows).results)
+    if (std::string(one.info.name) == "peak_load") return one;
+  return {};
+}
+
+TEST(Sensitivity, OfIshigamisFunction) {
+  // Ishigami and Homma (1990), a = 7, b = 0.1: inputs uniform from -pi to pi, here about 1000 of each unit.
+  const std::array<std::string, 3> around{"lower = \"999 GPa\"\nupper = \"1001 GPa\"",
+                                          "lower = \"999 kg/m^3\"\nupper = \"1001 kg/m^3\"",
+                                          "lower = \"999 MPa\"\nupper = \"1001 MPa\""};
+  const auto parameters = study(512, 1, "uniform", around);
+  const auto rows = rows_of(parameters, [](const std::vector<double>& v, std::uint64_t) {
+    const double pi = std::numbers::pi;
+    const double x = pi * (v[0] / 1e9 - 1000), y = pi * (v[1] - 1000), z = pi * (v[2] / 1e6 - 1000);
+    return std::sin(x) + 7 * std::pow(std::sin(y), 2) + 0.1 * std::pow(z, 4) * std::sin(x);
+  });
+  const Sensitivity found = of_peak_load(parameters, rows);
+  ASSERT_EQ(found.inputs.size(), 3u);
+  const std::array first{0.3139, 0.4424, 0.0}, total{0.5576, 0.4424, 0.2437};
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::printf("input %zu: first %.3f (exact %.3f), total %.3f (exact %.3f)\n", k,
+                found.inputs[k].first.value, first[k], found.inputs[k].total.value, total[k]);
+    EXPECT_NEAR(found.inputs[k].first.value, first[k], 0.03);
+    EXPECT_NEAR(found.inputs[k].total.value, total[k], 0.03);
+  }
+  EXPECT_GT(found.predicted, 0.95);
+  EXPECT_TRUE(std::isnan(found.mesh.value)) << "no replicates";
+}
+
+/// Additive, with shares 0.5, 0.2 and 0 of the inputs and 0.3 of a normal scatter that each sample has of its
+/// own: the mesh's part.
+double additive(const input::Parameters& parameters, const std::vector<double>& v, std::uint64_t sample) {
+  const double x = (v[0] / 1e9 - 100) / 1, y = v[1] - 1000;
+  const RandomStream stream(parameters.ensemble.seed, sample, "scatter of a test");
+  double scatter = -6;  // a sum of twelve uniform numbers is about normal
+  for (std::uint64_t i = 0; i < 12; ++i) scatter += stream.substream(i).uniform();
+  return std::sqrt(0.5) * x + std::sqrt(0.2) * y + std::sqrt(0.3) * scatter;
+}
+
+const std::array<std::string, 3> normal_inputs{"mean = \"100 GPa\"\nstandard_deviation = \"1 GPa\"",
+                                               "mean = \"1000 kg/m^3\"\nstandard_deviation = \"1 kg/m^3\"",
+                                               "mean = \"1000 MPa\"\nstandard_deviation = \"1 MPa\""};
+
+TEST(Sensitivity, IntervalsHoldAsOftenAsTheySay) {
+  constexpr int n_studies = 60;
+  const std::array exact{0.5, 0.2, 0.3};  // of two inputs and of the mesh
+  std::array<int, 3> hits{};
+  std::array<double, 3> mean{};
+  int n_rank_hits = 0;
+  for (int seed = 0; seed < n_studies; ++seed) {
+    const auto parameters = study(192, 2, "normal", normal_inputs, seed, "independent");
+    const auto rows =
+        rows_of(parameters, [&](const auto& v, std::uint64_t i) { return additive(parameters, v, i); });
+    const Sensitivity found = of_peak_load(parameters, rows);
+    ASSERT_EQ(found.inputs.size(), 3u);
+    const std::array estimates{found.inputs[0].total, found.inputs[1].total, found.mesh};
+    for (std::size_t k = 0; k < 3; ++k) {
+      mean[k] += estimates[k].value / n_studies;
+      hits[k] += estimates[k].lower <= exact[k] && exact[k] <= estimates[k].upper ? 1 : 0;
+    }
+    // Spearman's coefficient of a normal pair with correlation r is 6/pi asin(r/2).
+    const double rank = 6 / std::numbers::pi * std::asin(std::sqrt(0.5) / 2);
+    const Estimate& of_rank = found.inputs[0].rank_correlation;
+    n_rank_hits += of_rank.lower <= rank && rank <= of_rank.upper ? 1 : 0;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::printf("share %.1f: mean estimate %.3f, inside the 95 %% interval in %d of %d studies\n", exact[k],
+                mean[k], hits[k], n_studies);
+    EXPECT_NEAR(mean[k], exact[k], 0.02);
+    EXPECT_GE(hits[k], 51) << "95 % of 60 are 57; fewer than 51 happen once in 200";
+  }
+  std::printf("rank correlation inside in %d\n", n_rank_hits);
+  EXPECT_GE(n_rank_hits, 51);
+}
+
+TEST(Sensitivity, OfAResultThatOwesNothingToTheInputs) {
+  const auto parameters = study(64, 2, "normal", normal_inputs);
+  const auto rows = rows_of(parameters, [](const auto&, std::uint64_t i) {
+    return RandomStream(1, i, "scatter of a test").substream(0).uniform();
+  });
+  const Sensitivity found = of_peak_load(parameters, rows);
+  EXPECT_GT(found.mesh.value, 0.6);
+  for (const InputEffect& input : found.inputs) EXPECT_LT(input.total.value, 0.15);
+}
+
+TEST(Sensitivity, NeedsDrawsAndRandomInputs) {
+  const auto parameters = study(8, 1, "normal", normal_inputs);
+  const auto few = rows_of(parameters, [](const auto& v, std::uint64_t) { return v[0]; });
+  EXPECT_TRUE(sensitivities(parameters, few).results.empty());
+  EXPECT_THAT(to_text(sensitivities(parameters, few), parameters), HasSubstr("too few draws"));
+  const auto certain = input::parse(test::to_text(test::minimal_tables()), "plate.toml");
+  EXPECT_EQ(to_text(sensitivities(certain, {}), certain), "");
+}
+
+TEST(Exceedance, CountsSamplesAndKnowsThatReplicatesAreAlike) {
+  const auto parameters = study(64, 2, "normal", normal_inputs);
+  // Replicates with the same value: as many independent samples as draws.
+  const auto alike =
+      rows_of(parameters, [&](const auto&, std::uint64_t i) { return i / 2 % 4 == 0 ? 600.0 : 400.0; });
+  const Exceedance of_draws = exceedance("peak_load > 0.5 kN", parameters, alike);
+  EXPECT_EQ(of_draws.n_hits, 16);
+  EXPECT_EQ(of_draws.n_values, 64);
+  const auto expected = wilson_interval(0.25, 32, 0.95);
+  EXPECT_NEAR(of_draws.share.lower, expected.centre - expected.half_width, 1e-12);
+  EXPECT_NEAR(of_draws.share.upper, expected.centre + expected.half_width, 1e-12);
+  EXPECT_EQ(exceedance("peak_load<500 N", parameters, alike).n_hits, 48);
+  EXPECT_EQ(to_text(of_draws).substr(0, 45), "peak_load > 500 N: 16 of 64 samples, 25.0 % (");
+  for (const char* const wrong :
+       {"peak_load 500 N", "peak > 500 N", "peak_load > 500", "peak_load > 5 mm", ""})
+    EXPECT_THROW(exceedance(wrong, parameters, alike), std::runtime_error) << wrong;
+}
+
+}  // namespace
+}  // namespace crackle::analysis
