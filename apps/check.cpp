@@ -21,6 +21,7 @@
 #include "crackle/input/softening_limits.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/uncertainty/random_inputs.h"
 
 #include "commands.h"
 
@@ -449,19 +450,62 @@ void print_estimate(const input::Parameters& parameters, const CheckOptions& opt
   }
 }
 
+/// Quantiles of each random input, and how many of the samples' draws make no sound input.
+void print_random_inputs(const input::Parameters& parameters) {
+  const auto& random = parameters.random;
+  if (random.empty()) return;
+  const auto& ensemble = parameters.ensemble;
+  Rows rows;
+  for (const input::RandomInput& one : random)
+    rows.emplace_back(one.key, fmt::format("{}: 90 % from {} to {}, median {}", input::describe(one),
+                                           format_value(one, uncertainty::quantile(one, 0.05)),
+                                           format_value(one, uncertainty::quantile(one, 0.95)),
+                                           format_value(one, uncertainty::quantile(one, 0.5))));
+  fmt::print("Random inputs, {} draws ({}) on {} mesh{} each:\n{}", ensemble.n_inputs(),
+             input::plan_names[static_cast<std::size_t>(ensemble.plan)], ensemble.replicates,
+             ensemble.replicates == 1 ? "" : "es", input::aligned(rows));
+  constexpr std::uint64_t most_tried = 1000;
+  const std::uint64_t n_tried = std::min(ensemble.n_inputs(), most_tried);
+  std::uint64_t n_bad = 0;
+  std::string first;
+  for (std::uint64_t i = 0; i < n_tried; ++i) {
+    try {
+      uncertainty::sample_parameters(parameters, i * static_cast<std::uint64_t>(ensemble.replicates));
+    } catch (const std::runtime_error& error) {
+      if (n_bad++ == 0) first = error.what();
+    }
+  }
+  if (n_bad > 0) fmt::print("\nWarning: {} of {} draws will fail; the first: {}\n", n_bad, n_tried, first);
+  fmt::print("\n");
+}
+
+/// One line for each case of a sweep.
+void print_cases(const std::vector<input::Case>& cases) {
+  if (cases.empty()) return;
+  fmt::print("{} cases:\n", cases.size());
+  for (std::size_t i = 0; i < cases.size(); ++i) fmt::print("{:>4}  {}\n", i, to_string(cases[i].settings));
+  fmt::print("\n");
+}
+
 int check(const parallel::Communicator& world, const CheckOptions& options) {
   const std::string& file = options.file;
   const input::Parameters parameters = read_input(world, file);
+  std::vector<input::Case> cases;
+  if (!parameters.sweeps.empty()) cases = read_cases(world, parameters, file);
   parallel::agree(world, [&] {
     if (!world.is_root()) return;
     if (parameters.mesh.points)
       geometry::read_points(*parameters.mesh.points, *geometry::make_body(parameters.specimen));
     const std::string notice = input::bits_notice(parameters.time.engine);
-    fmt::print("{} is valid\n\n{}{}{}\nThe mesh of sample 0 and what the ensemble takes:\n", file,
-               input::echo(parameters), notice, notice.empty() ? "" : "\n");
+    fmt::print("{} is valid\n\n{}{}{}\n", file, input::echo(parameters), notice, notice.empty() ? "" : "\n");
+    print_random_inputs(parameters);
+    print_cases(cases);
+    fmt::print("The mesh of sample 0{} and what the ensemble{} takes:\n",
+               parameters.random.empty() ? "" : ", with the input's own values,",
+               cases.empty() ? "" : " of the first case");
     std::fflush(stdout);
     try {
-      print_estimate(parameters, options);
+      print_estimate(cases.empty() ? parameters : cases.front().parameters, options);
     } catch (const std::runtime_error& error) {
       fail("{}: {}", file, error.what());
     }

@@ -45,7 +45,7 @@ namespace {
 
 /// `read()`, which throws the same AgreedError with the lines of an InputError on every rank.
 template <class Read>
-input::Parameters with_input_errors(Read&& read) {
+auto with_input_errors(Read&& read) {
   try {
     return read();
   } catch (const parallel::AgreedError& error) {
@@ -62,6 +62,20 @@ input::Parameters read_input(const parallel::Communicator& world, const std::fil
                              const input::PointsFile& points) {
   return with_input_errors(
       [&] { return share_input(world, file, [&] { return input::read(file, points); }); });
+}
+
+std::vector<input::Case> read_cases(const parallel::Communicator& world, const input::Parameters& parameters,
+                                    const std::filesystem::path& file) {
+  return with_input_errors(
+      [&] { return parallel::agree(world, [&] { return input::sweep_cases(parameters, file); }); });
+}
+
+void refuse_sweep(const input::Parameters& parameters, const std::filesystem::path& file) {
+  if (parameters.sweeps.empty()) return;
+  throw input::InputError({fmt::format(
+      "{}: this is a sweep of several inputs; crackle run computes all of them, and leaves the input of each "
+      "in its folder",
+      file.string())});
 }
 
 input::Parameters read_sections(const parallel::Communicator& world, const input::Parameters& parameters,

@@ -59,6 +59,15 @@ input::Parameters share_input(const parallel::Communicator& world, const std::fi
 input::Parameters read_input(const parallel::Communicator& world, const std::filesystem::path& file,
                              const input::PointsFile& points = {});
 
+/// The cases of a sweep, as input::sweep_cases: either every rank has them or all throw the same
+/// input::InputError. Collective over `world`.
+std::vector<input::Case> read_cases(const parallel::Communicator& world, const input::Parameters& parameters,
+                                    const std::filesystem::path& file);
+
+/// Refuses an input with [[sweep]], which has no samples of its own.
+/// @throws input::InputError
+void refuse_sweep(const input::Parameters& parameters, const std::filesystem::path& file);
+
 /// input::with_sections for the option --sections: either every rank has the parameters or all throw the same
 /// input::InputError. Collective over `world`.
 input::Parameters read_sections(const parallel::Communicator& world, const input::Parameters& parameters,

@@ -8,6 +8,7 @@
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/ensemble/sample_plan.h"
+#include "crackle/ensemble/sweep_run.h"
 #include "crackle/geometry/body.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/ensemble_file.h"
@@ -97,6 +98,11 @@ StoredSamples stored_samples(const fs::path& folder, const input::Parameters& pa
 }
 
 input::Parameters input_of(const parallel::Communicator& world, const fs::path& folder) {
+  parallel::agree_on_root(world, [&] {
+    if (fs::exists(ensemble::sweep_input(folder)))
+      fail("'{}' holds a sweep; give the folder of one of its cases, such as {}", folder.string(),
+           (folder / "case-0").string());
+  });
   const fs::path copy = folder / "input.toml";
   const fs::path results = ensemble::results_file(folder);
   // The folder holds the points too, since the input names them relative to where it was.

@@ -9,6 +9,7 @@
 #include "crackle/geometry/realization.h"
 #include "crackle/io/vtk_file.h"
 #include "crackle/parallel/agreement.h"
+#include "crackle/uncertainty/random_inputs.h"
 
 #include "commands.h"
 #include "mesh_tables.h"
@@ -37,7 +38,8 @@ struct Options {
 };
 
 /// Makes the realization, prints its table and writes the files.
-void make_mesh(const input::Parameters& parameters, const Options& options) {
+void make_mesh(const input::Parameters& ensemble, const Options& options) {
+  const input::Parameters parameters = uncertainty::sample_parameters(ensemble, options.sample);
   MeshTimes times{};
   const Stopwatch base_clock;
   const auto body = geometry::make_body(parameters.specimen);
@@ -62,6 +64,7 @@ void make_mesh(const input::Parameters& parameters, const Options& options) {
 
 int run_mesh(const parallel::Communicator& world, const Options& options) {
   const input::Parameters parameters = read_input(world, options.input);
+  refuse_sweep(parameters, options.input);
   int status = success;
   parallel::agree_on_root(world, [&] {
     if (options.n_surveyed == 0) {

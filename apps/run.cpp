@@ -3,6 +3,7 @@
 #include "crackle/common/whole_number.h"
 #include "crackle/ensemble/ensemble_run.h"
 #include "crackle/ensemble/sample_inputs.h"
+#include "crackle/ensemble/sweep_run.h"
 #include "crackle/parallel/agreement.h"
 
 #include "parallel_command.h"
@@ -93,7 +94,10 @@ int run_command(const parallel::Communicator& world, const input::Parameters& pa
                .report = "tools/crackle-report " + shell_line({{arguments.folder.string()}})},
   };
   const ensemble::RunOutcome outcome =
-      ensemble::run_ensemble(world, parameters, options, ensemble::sample_mechanics(parameters));
+      parameters.sweeps.empty()
+          ? ensemble::run_ensemble(world, parameters, options, ensemble::sample_mechanics(parameters))
+          : ensemble::run_sweep(world, parameters, read_cases(world, parameters, arguments.input), options,
+                                ensemble::sample_mechanics);
   if (outcome.stopped) return stopped_resumable;
   const bool complete = outcome.failed == 0 && outcome.left == 0 && outcome.file_error.empty();
   return complete ? success : some_samples_failed;

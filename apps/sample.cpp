@@ -87,6 +87,7 @@ void add_sample_command(CLI::App& app, const CommandLine& typed, Action& run) {
   command->callback([arguments, typed, &run] {
     run = [arguments, typed](const parallel::Communicator& world) {
       const input::Parameters parameters = read_input(world, arguments->input);
+      refuse_sweep(parameters, arguments->input);
       return end_together(world, [&] { return sample_command(world, parameters, *arguments, typed); });
     };
   });

@@ -10,10 +10,12 @@
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/ensemble/sample_plan.h"
+#include "crackle/ensemble/sweep_run.h"
 #include "crackle/geometry/body.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/ensemble_file.h"
 #include "crackle/io/sample_file.h"
+#include "crackle/io/text_file.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
@@ -118,6 +120,44 @@ int show_at_sections(const parallel::Communicator& world, const Options& options
   return success;
 }
 
+/// Brings the results of all cases of a sweep and its table up to date, and prints the table. Collective.
+int update_sweep(const parallel::Communicator& world, const Options& options) {
+  const fs::path folder = options.folder;
+  const fs::path file = ensemble::sweep_input(folder);
+  const input::Parameters parameters = read_input(world, file);
+  const auto cases = read_cases(world, parameters, file);
+  std::vector<ensemble::CaseRows> rows;
+  std::string file_error;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const fs::path own = ensemble::case_folder(folder, i, cases.size());
+    const input::Parameters& of_case = cases[i].parameters;
+    rows.push_back({&cases[i], own.filename().string(), {}});
+    if (options.read_only) {
+      parallel::agree_on_root(world, [&] { rows.back().rows = stored_samples(own, of_case).rows; });
+      continue;
+    }
+    geometry::MotherPoints base;
+    ensemble::Results results =
+        ensemble::write_results(world, of_case, own, {}, [&]() -> const geometry::MotherPoints& {
+          base = ensemble::base_points(own, of_case);
+          return base;
+        });
+    rows.back().rows = std::move(results.rows);
+    if (!results.file_error.empty()) file_error = results.file_error;
+  }
+  parallel::agree_on_root(world, [&] {
+    if (!options.read_only) io::write_text_file(ensemble::sweep_table(folder), ensemble::sweep_csv(rows));
+    fmt::print("{}", ensemble::sweep_text(rows));
+  });
+  if (!file_error.empty()) throw parallel::AgreedError(0, file_error);
+  return success;
+}
+
+/// Whether the folder is that of a sweep. Collective.
+bool is_sweep(const parallel::Communicator& world, const fs::path& folder) {
+  return parallel::share(world, fs::exists(ensemble::sweep_input(folder)));
+}
+
 }  // namespace
 
 void add_stats_command(CLI::App& app, Action& run) {
@@ -126,7 +166,7 @@ void add_stats_command(CLI::App& app, Action& run) {
       "stats",
       "Recompute the statistics of a finished or unfinished ensemble from its sample "
       "files, print them and bring ensemble.h5 up to date; without sample files, print those "
-      "of the samples that ensemble.h5 holds");
+      "of the samples that ensemble.h5 holds. Of a sweep, the table of all cases");
   auto columns = std::make_shared<bool>(false);
   command->add_option("folder", options->folder, "output folder of crackle run");
   command->add_flag("--columns", *columns, "print the table of all results of a sample (Markdown) instead");
@@ -163,6 +203,14 @@ void add_stats_command(CLI::App& app, Action& run) {
       return;
     }
     run = [options](const parallel::Communicator& world) {
+      if (is_sweep(world, options->folder)) {
+        if (options->json || !options->limits.empty() || !options->sections.empty())
+          throw std::runtime_error(
+              "'" + options->folder +
+              "' holds a sweep; --json, --limit and --sections go with the folder of one "
+              "of its cases");
+        return update_sweep(world, *options);
+      }
       return options->sections.empty() ? update_statistics(world, *options)
                                        : show_at_sections(world, *options);
     };

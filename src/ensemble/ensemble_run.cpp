@@ -1,229 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/ensemble_run.h"
 
-#include "crackle/analysis/sample_summary.h"
-#include "crackle/analysis/statistics.h"
-#include "crackle/common/index.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/memory.h"
-#include "crackle/ensemble/progress.h"
-#include "crackle/ensemble/results.h"
 #include "crackle/ensemble/run_log.h"
 #include "crackle/ensemble/sample_schedule.h"
 #include "crackle/input/reader.h"
-#include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
-#include <fmt/format.h>
+#include "case_run.h"
 
-#include <array>
-#include <chrono>
-#include <map>
 #include <optional>
-#include <set>
-#include <span>
 #include <vector>
 
 namespace crackle::ensemble {
-
-namespace {
-
-using analysis::SampleStatus;
-using analysis::SampleSummary;
-
-double seconds_now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-/// What the master knows of the run, on rank 0.
-struct MasterState {
-  SamplePlan plan;
-  geometry::MotherPoints base;  // that all samples share
-  std::optional<FolderLock> lock;
-  std::optional<Progress> progress;
-  std::set<std::uint64_t> pending;  // of those to do
-  int n_warnings = 0;               // of samples that this run or an earlier one has done
-  /// Failures that no sample file tells of; their rows are completed from here.
-  std::map<std::uint64_t, SampleSummary> unstored;
-};
-
-/// Everything that can go wrong before the first sample; on rank 0. Writes last.
-void prepare_run(const input::Parameters& parameters, const geometry::Body& body, const RunOptions& options,
-                 const GroupLayout& layout, MasterState& master, RunLog* log) {
-  const auto say = [&](const std::string& text) {
-    if (log != nullptr) log->line(text);
-  };
-  say(describe(layout));
-  if (const auto notice = input::bits_notice(parameters.time.engine); !notice.empty()) say(notice);
-  const auto& plan = master.plan;
-  master.base = plan.to_do.empty() ? base_points(options.folder, parameters)
-                                   : make_shared_points(body, parameters, say);
-  const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
-  master.lock.emplace(options.folder, options.plan.range.value_or(SampleRange{0, n_samples - 1}));
-  for (const auto& line : master.lock->taken_over()) say(line);
-  // Another run may have come and gone since the plan was made.
-  check_folder(options.folder, parameters, options.plan);
-  const auto prepared = prepare_folder(options.folder, parameters, plan);
-  if (log != nullptr) log->keep(run_log_file(options.folder, options.plan.range));
-  for (const auto& line : prepared) say(line);
-  master.progress.emplace(plan.to_do.size(), layout.n_groups, parameters);
-  for (const auto& kept : plan.kept) {
-    master.progress->kept(kept.sample, kept.summary);
-    master.n_warnings += analysis::sample_warning(kept.sample, kept.summary) ? 1 : 0;
-  }
-  master.pending.insert(plan.to_do.begin(), plan.to_do.end());
-  say(fmt::format("{} of {} samples to do in {}", plan.to_do.size(), parameters.ensemble.samples,
-                  options.folder.string()));
-  if (!plan.parked.empty()) say(fmt::format("{} of them continue from checkpoints", plan.parked.size()));
-  if (!plan.anew.empty())
-    say(fmt::format("{} of them failed before and are computed again", plan.anew.size()));
-}
-
-ScheduleEvents make_events(MasterState& master, RunLog* log) {
-  ScheduleEvents events;
-  events.enough = [&master] { return master.progress->statistics().stopped_at().has_value(); };
-  events.started = [&master, log](std::uint64_t sample) {
-    master.progress->started(sample, seconds_now());
-    if (log != nullptr) log->show(*master.progress, true);
-  };
-  events.finished = [&master, log](const SampleReport& report) {
-    master.progress->finished(report, seconds_now());
-    if (!report.stored) master.unstored[report.sample] = report.summary;
-    master.pending.erase(report.sample);
-    const auto warning = analysis::sample_warning(report.sample, report.summary);
-    master.n_warnings += warning ? 1 : 0;
-    if (log == nullptr) return;
-    log->line(describe(report));
-    if (warning) log->line(*warning);
-    log->show(*master.progress, true);
-  };
-  events.parked = [&master, log](const SampleReport& report) {
-    master.progress->parked(report.sample);
-    if (log != nullptr) log->line(describe(report));
-  };
-  events.tick = [&master, log] {
-    if (log != nullptr) log->show(*master.progress, false);
-  };
-  return events;
-}
-
-/// Samples that were under way when the ensemble stopped early: which ones depends on the schedule, so they
-/// are no part of it. What cannot be removed is left out by whoever reads the folder.
-void remove_surplus_files(const analysis::Statistics& statistics, const std::filesystem::path& folder) {
-  std::error_code ignored;
-  for (int sample = statistics.n_needed; sample < statistics.n_samples; ++sample) {
-    std::filesystem::remove(io::sample_path(folder, static_cast<std::uint64_t>(sample)), ignored);
-  }
-}
-
-/// The points that all samples share, from the master to the roots of the groups, which make meshes of them.
-/// Collective.
-void share_base(const parallel::Communicator& world, const GroupLayout& layout,
-                geometry::MotherPoints& base) {
-  const int group = layout.group_of(world.rank());
-  const bool makes = world.is_root() || (group >= 0 && layout.root_of(group) == world.rank());
-  const parallel::Communicator makers = world.split(makes ? 0 : 1, world.rank());
-  std::optional<std::string> error;
-  try {
-    if (makes) {
-      base.position = parallel::share(makers, std::move(base.position));
-      base.spacing = parallel::share(makers, std::move(base.spacing));
-      base.movable = parallel::share(makers, std::move(base.movable));
-    }
-  } catch (...) {
-    error = parallel::current_error();
-  }
-  parallel::agree_on_error(world, error);
-}
-
-/// How many samples are done, failed and pending.
-using Counts = std::array<int, 3>;
-
-Counts counts_of(const std::optional<Progress>& progress) {
-  if (!progress) return {};
-  return {progress->n_done(), progress->n_failed(), progress->n_left()};
-}
-
-/// Of the samples that are part of the ensemble.
-Counts counts_of(const Results& results) {
-  Counts counts{};
-  for (int i = 0; i < results.statistics.n_needed; ++i) {
-    const SampleStatus status = results.rows[index(i)].status;
-    ++counts[status == SampleStatus::done ? 0 : status == SampleStatus::failed ? 1 : 2];
-  }
-  return counts;
-}
-
-/// The root's counts on every rank. Collective.
-RunOutcome share_counts(const parallel::Communicator& world, Counts counts) {
-  counts = parallel::share(world, counts);
-  return {.done = counts[0], .failed = counts[1], .left = counts[2], .stopped = false, .file_error = {}};
-}
-
-/// The pending samples, each reason in a line of its own.
-void log_pending(RunLog& log, std::span<const SampleSummary> rows) {
-  std::map<std::string, std::vector<std::uint64_t>> samples;  // of each reason
-  for (std::size_t sample = 0; sample < rows.size(); ++sample)
-    if (rows[sample].status == SampleStatus::pending) samples[rows[sample].error].push_back(sample);
-  for (const auto& [reason, list] : samples)
-    log.line(fmt::format("pending: {}{}{}", format_samples(list), reason.empty() ? "" : ": ", reason));
-}
-
-void log_warnings(RunLog& log, std::size_t n_warnings) {
-  if (n_warnings == 0) return;
-  log.line(fmt::format("warning: {} with a crack faster than the Rayleigh speed",
-                       n_warnings == 1 ? "1 sample" : fmt::format("{} samples", n_warnings)));
-}
-
-void log_next(RunLog& log, const NextCommands& next, const RunOutcome& outcome, bool has_results) {
-  const auto name = [&](const char* what, const std::string& command) {
-    if (!command.empty()) log.line(fmt::format("{}: {}", what, command));
-  };
-  if (outcome.left > 0 || !outcome.file_error.empty()) return name("to continue", next.resume);
-  if (outcome.failed > 0) name("to compute failed samples again", next.retry_failed);
-  if (outcome.done > 0 && has_results) name("pictures and report", next.report);
-}
-
-void log_end(RunLog& log, const Results& results, const Progress& progress, const RunOutcome& outcome,
-             const RunOptions& options, double seconds) {
-  const auto n_needed = static_cast<std::size_t>(results.statistics.n_needed);
-  for (std::size_t sample = 0; sample < n_needed; ++sample) {
-    const auto& row = results.rows[sample];
-    if (row.status == SampleStatus::failed) log.line(fmt::format("failed: sample {}: {}", sample, row.error));
-  }
-  const auto needed = std::span(results.rows).first(n_needed);
-  log_pending(log, needed);
-  log_warnings(log, analysis::sample_warnings(needed).size());
-  if (n_needed < results.rows.size()) {
-    log.line(
-        fmt::format("stopped early: samples 0 to {} of {} are enough", n_needed - 1, results.rows.size()));
-  }
-  log.line(fmt::format("{} done, {} failed, {} pending after {}", outcome.done, outcome.failed, outcome.left,
-                       format_duration(seconds)));
-  if (const std::string means = progress.means(); !means.empty()) log.line(means);
-  const std::string file = results_file(options.folder).string();
-  log.line(outcome.file_error.empty() ? file
-                                      : fmt::format("{} could not be written: {}", file, outcome.file_error));
-  log_next(log, options.next, outcome, true);
-}
-
-/// For a run of some samples of the ensemble.
-void log_end_of_range(RunLog& log, const MasterState& master, const RunOutcome& outcome,
-                      const RunOptions& options, double seconds) {
-  log.end_progress();
-  const std::vector<std::uint64_t> pending(master.pending.begin(), master.pending.end());
-  if (!pending.empty()) log.line("pending: " + format_samples(pending));
-  log_warnings(log, static_cast<std::size_t>(master.n_warnings));
-  log.line(
-      fmt::format("samples {} to {}: {} done, {} failed, {} pending after {}; crackle stats {} merges what "
-                  "there is",
-                  master.plan.range.first, master.plan.range.last, outcome.done, outcome.failed, outcome.left,
-                  format_duration(seconds), options.folder.string()));
-  log_next(log, options.next, outcome, false);
-}
-
-}  // namespace
 
 RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parameters& parameters,
                         const RunOptions& options, const SampleFunction& sample_function) {
@@ -241,16 +32,25 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
     master.plan = make_plan(options.folder, parameters, options.plan, summary_reader(parameters));
   });
   check_memory(world, parameters, *body, layout, !master.plan.to_do.empty());
-  parallel::agree_on_root(world,
-                          [&] { prepare_run(parameters, *body, options, layout, master, log_or_null); });
+  geometry::MotherPoints base;
+  parallel::agree_on_root(world, [&] {
+    const auto say = [&](const std::string& line) {
+      if (log) log->line(line);
+    };
+    say(describe(layout));
+    if (const auto notice = input::bits_notice(parameters.time.engine); !notice.empty()) say(notice);
+    base = master.plan.to_do.empty() ? base_points(options.folder, parameters)
+                                     : make_shared_points(*body, parameters, say);
+    prepare_run(parameters, options, layout, master, log_or_null);
+  });
 
-  if (parameters.ensemble.meshes != input::MeshMakers::master) share_base(world, layout, master.base);
+  if (parameters.ensemble.meshes != input::MeshMakers::master) share_base(world, layout, base);
 
   StopLatch stop(options.stop, [log_or_null](const std::string& line) {
     if (log_or_null != nullptr) log_or_null->line(line);
   });
-  SampleSteps steps = make_sample_steps(parameters, *body, master.base, options.folder,
-                                        layout.ranks_per_group, sample_function);
+  SampleSteps steps =
+      make_sample_steps(parameters, *body, base, options.folder, layout.ranks_per_group, sample_function);
   steps.checkpoint_interval = options.checkpoint_interval;
   steps.enter = options.enter;
   steps.stop = [&stop] { return stop(); };
@@ -272,31 +72,8 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   // Whether the master was asked to stop, by a signal, the time limit or another rank.
   const bool is_stopping = parallel::share(world, stop.is_set());
 
-  RunOutcome outcome;
-  Results results;
-  if (options.plan.range) {
-    outcome = share_counts(world, counts_of(master.progress));
-    outcome.stopped = is_stopping && outcome.left > 0;
-    if (log) log_end_of_range(*log, master, outcome, options, seconds_now() - start);
-    return outcome;
-  }
-  try {
-    results = write_results(world, parameters, options.folder, master.unstored,
-                            [&master]() -> const geometry::MotherPoints& { return master.base; });
-    outcome = share_counts(world, world.is_root() ? counts_of(results) : Counts{});
-    outcome.file_error = results.file_error;
-    if (world.is_root() && outcome.file_error.empty())
-      remove_surplus_files(results.statistics, options.folder);
-  } catch (const parallel::AgreedError& error) {
-    outcome = share_counts(world, counts_of(master.progress));
-    outcome.file_error = error.what();
-  }
-  outcome.stopped = is_stopping && outcome.left > 0;
-  if (log) {
-    log->end_progress();
-    log_end(*log, results, *master.progress, outcome, options, seconds_now() - start);
-  }
-  return outcome;
+  return finish_run(world, parameters, options, master, base, is_stopping, log_or_null,
+                    seconds_now() - start);
 }
 
 }  // namespace crackle::ensemble

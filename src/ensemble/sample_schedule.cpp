@@ -126,6 +126,10 @@ bool is_enough(const ScheduleEvents& events) {
   return events.enough && events.enough();
 }
 
+bool is_needed(const ScheduleEvents& events, std::uint64_t sample) {
+  return !events.is_needed || events.is_needed(sample);
+}
+
 bool is_asked(const std::function<bool()>& stop) {
   return stop && stop();
 }
@@ -169,6 +173,7 @@ void serve_groups(const parallel::Communicator& world, int n_groups, Realization
         waiting.pop_front();
         ++n_ended;
       } else if (const auto prepared = queue.try_take()) {
+        if (!is_needed(events, prepared->sample)) continue;
         if (prepared->failed()) {
           events.finished(report_failure(steps, prepared->sample, prepared->error, prepared->seconds));
           continue;
@@ -178,6 +183,7 @@ void serve_groups(const parallel::Communicator& world, int n_groups, Realization
         waiting.pop_front();
         events.started(prepared->sample);
       } else if (const auto sample = groups_make ? queue.pass_on() : std::nullopt) {
+        if (!is_needed(events, *sample)) continue;
         send_sample(world, waiting.front(), *sample);
         at_work.insert(waiting.front());
         waiting.pop_front();
@@ -235,6 +241,7 @@ void work_alone(SampleGroup& group, const std::vector<std::uint64_t>& samples, c
                 const ScheduleEvents& events) {
   for (const std::uint64_t sample : samples) {
     if (is_asked(steps.stop) || is_enough(events)) break;
+    if (!is_needed(events, sample)) continue;
     events.started(sample);
     events.tick();
     const auto report = lead_or_report(group, steps, prepare(steps.make, sample));

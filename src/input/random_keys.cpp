@@ -67,7 +67,7 @@ constexpr std::array without_random{"ensemble", "sections", "output", "random", 
 /// Whether a number at this path makes another set of base mother points.
 bool moves_geometry(const std::string& path) {
   const bool of_body = path.starts_with("specimen.") || path.starts_with("mesh.");
-  return of_body && path != "mesh.perturbation" && path != "mesh.min_quality";
+  return of_body && path != "mesh.perturbation";
 }
 
 const std::string accepted_random_key =

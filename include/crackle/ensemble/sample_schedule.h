@@ -20,7 +20,9 @@ struct ScheduleEvents {
   std::function<void(const SampleReport& report)> finished;  ///< done or failed
   std::function<void()> tick;                                ///< now and then, while nothing happens
   std::function<bool()> enough;  ///< true when no more samples are needed; may be empty
-  std::function<void(const SampleReport& report)> parked;  ///< stopped on the way; may be empty
+  /// False for a sample that is not needed any more, and is not handed out; may be empty.
+  std::function<bool(std::uint64_t sample)> is_needed = {};
+  std::function<void(const SampleReport& report)> parked = {};  ///< stopped on the way; may be empty
 };
 
 /// Works off `samples`: the master (rank 0) hands them out, one at a time, to whichever group asks, with the

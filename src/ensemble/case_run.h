@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/analysis/sample_summary.h"
+#include "crackle/ensemble/ensemble_run.h"
+#include "crackle/ensemble/folder_lock.h"
+#include "crackle/ensemble/group_layout.h"
+#include "crackle/ensemble/progress.h"
+#include "crackle/ensemble/run_log.h"
+#include "crackle/ensemble/sample_plan.h"
+#include "crackle/ensemble/sample_schedule.h"
+#include "crackle/geometry/body.h"
+#include "crackle/geometry/mother_points.h"
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+
+/// The run of one ensemble, in the steps that a sweep takes with each of its cases.
+namespace crackle::ensemble {
+
+/// Seconds of a steady clock.
+double seconds_now();
+
+/// What the master knows of the run, on rank 0.
+struct MasterState {
+  SamplePlan plan;
+  std::optional<FolderLock> lock;
+  std::optional<Progress> progress;
+  std::set<std::uint64_t> pending;  // of those to do
+  int n_warnings = 0;               // of samples that this run or an earlier one has done
+  /// Failures that no sample file tells of; their rows are completed from here.
+  std::map<std::uint64_t, analysis::SampleSummary> unstored;
+};
+
+/// Everything that can go wrong before the first sample; on rank 0. Writes last.
+/// @param log may be null
+void prepare_run(const input::Parameters& parameters, const RunOptions& options, const GroupLayout& layout,
+                 MasterState& master, RunLog* log);
+
+/// What the master does when something happens to a sample. The references must outlive the events.
+/// @param log may be null
+ScheduleEvents make_events(MasterState& master, RunLog* log);
+
+/// The points that all samples share, from the master to the roots of the groups, which make meshes of them.
+/// Collective.
+void share_base(const parallel::Communicator& world, const GroupLayout& layout, geometry::MotherPoints& base);
+
+/// Writes ensemble.h5, unless the run is of a range of samples, and says how the run ended. Collective.
+/// @param log null on other ranks than the root, and where nothing is said
+/// @param seconds that the run has taken
+RunOutcome finish_run(const parallel::Communicator& world, const input::Parameters& parameters,
+                      const RunOptions& options, const MasterState& master,
+                      const geometry::MotherPoints& base, bool is_stopping, RunLog* log, double seconds);
+
+}  // namespace crackle::ensemble

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/ensemble/sweep_run.h"
+
+#include "crackle/analysis/running_statistics.h"
+#include "crackle/analysis/sample_results.h"
+#include "crackle/analysis/statistics.h"
+#include "crackle/common/real.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <string_view>
+#include <type_traits>
+
+namespace crackle::ensemble {
+
+namespace {
+
+using analysis::ResultInfo;
+using analysis::SampleSummary;
+
+/// One column of the table: a mean, or the share of samples of a kind, with its interval.
+struct Cell {
+  std::string name;
+  ResultInfo info;
+  bool is_share = false;
+  double value = not_a_number, lower = not_a_number, upper = not_a_number;
+};
+
+/// @param hits the samples that are of the kind
+Cell share_cell(std::string name, const ResultInfo& info, int hits, int n) {
+  Cell cell{std::move(name), info, true};
+  if (n == 0) return cell;
+  const auto interval = analysis::share_interval(hits, n, analysis::default_confidence);
+  return {cell.name, info, true, static_cast<double>(hits) / n, interval.lower, interval.upper};
+}
+
+template <class Number>
+void add_cells(const ResultInfo& info, Number SampleSummary::*member, std::span<const SampleSummary> rows,
+               std::vector<Cell>& cells) {
+  std::vector<double> values;
+  for (const SampleSummary& row : rows) {
+    const auto value = static_cast<double>(row.*member);
+    const bool is_none = std::is_integral_v<Number> && value < 0;
+    if (row.status == analysis::SampleStatus::done && !std::isnan(value) && !is_none) values.push_back(value);
+  }
+  const auto n = static_cast<int>(values.size());
+  const int n_categories = analysis::n_categories(info.categories);
+  for (int k = 0; k < n_categories; ++k) {
+    const auto hits = static_cast<int>(std::ranges::count(values, static_cast<double>(k)));
+    cells.push_back(share_cell(fmt::format("{}: {}", info.name, analysis::category_name(info.categories, k)),
+                               info, hits, n));
+  }
+  if (n_categories > 0) return;
+  analysis::Moments moments;
+  for (const double value : values) moments.add(value);
+  const double half =
+      analysis::student_half_width(moments.standard_deviation(), n, analysis::default_confidence);
+  const double mean = n == 0 ? not_a_number : moments.mean();
+  cells.push_back({info.name, info, false, mean, mean - half, mean + half});
+  if (info.reduction == analysis::Reduction::counts)
+    cells.push_back(
+        share_cell(fmt::format("{}: any", info.name), info,
+                   static_cast<int>(std::ranges::count_if(values, [](double v) { return v > 0; })), n));
+}
+
+std::vector<Cell> cells_of(std::span<const SampleSummary> rows) {
+  std::vector<Cell> cells;
+  analysis::for_each_result(
+      [&](const ResultInfo& info, auto member) { add_cells(info, member, rows, cells); });
+  return cells;
+}
+
+int count(std::span<const SampleSummary> rows, analysis::SampleStatus status) {
+  return static_cast<int>(std::ranges::count(rows, status, &SampleSummary::status));
+}
+
+/// A field of a CSV file, in quotes.
+std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (const char c : text) result += c == '"' ? "\"\"" : std::string(1, c);
+  return result + '"';
+}
+
+std::string number_or_nothing(double value) {
+  return std::isnan(value) ? std::string() : fmt::format("{:.10g}", value);
+}
+
+/// What people look at first.
+constexpr std::array shown{"onset_force",         "peak_load",
+                           "pattern: two cracks", "bifurcations_projected: any",
+                           "crack_area",          "crack_speed_max"};
+
+std::string shown_value(const Cell& cell) {
+  if (std::isnan(cell.value)) return "-";
+  const double factor = cell.is_share ? 100 : cell.info.shown_factor;
+  const std::string value = fmt::format("{:.4g}", factor * cell.value);
+  if (std::isnan(cell.lower)) return value;
+  if (cell.is_share)
+    return fmt::format("{} ({:.0f}-{:.0f})", value, factor * cell.lower, factor * cell.upper);
+  return fmt::format("{} +- {:.2g}", value, factor * (cell.upper - cell.value));
+}
+
+}  // namespace
+
+std::string sweep_csv(std::span<const CaseRows> cases) {
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const CaseRows& one = cases[i];
+    const auto cells = cells_of(one.rows);
+    if (i == 0) {
+      std::vector<std::string> head{"case", "folder"};
+      for (const auto& setting : one.of->settings) head.push_back(quoted(setting.key));
+      head.insert(head.end(), {"samples", "done", "failed"});
+      for (const Cell& cell : cells) {
+        const std::string units =
+            cell.is_share || *cell.info.units == 0 ? "" : fmt::format(" [{}]", cell.info.units);
+        for (const char* const what : {"", " lower", " upper"})
+          head.push_back(quoted(cell.name + units + what));
+      }
+      lines.push_back(fmt::format("{}", fmt::join(head, ",")));
+    }
+    std::vector<std::string> line{std::to_string(i), one.folder};
+    for (const auto& setting : one.of->settings) line.push_back(quoted(setting.value));
+    line.push_back(std::to_string(one.rows.size()));
+    for (const auto status : {analysis::SampleStatus::done, analysis::SampleStatus::failed})
+      line.push_back(std::to_string(count(one.rows, status)));
+    for (const Cell& cell : cells)
+      for (const double value : {cell.value, cell.lower, cell.upper})
+        line.push_back(number_or_nothing(value));
+    lines.push_back(fmt::format("{}", fmt::join(line, ",")));
+  }
+  return fmt::format("{}\n", fmt::join(lines, "\n"));
+}
+
+std::string sweep_text(std::span<const CaseRows> cases) {
+  std::string text;
+  auto out = std::back_inserter(text);
+  std::vector<Cell> head = cells_of({});
+  fmt::format_to(out, "{:>4} {:>6} {:>6}", "case", "done", "failed");
+  for (const char* const name : shown) {
+    const auto cell = std::ranges::find(head, std::string(name), &Cell::name);
+    const std::string units = cell->is_share ? "%" : cell->info.shown_units;
+    const auto colon = cell->name.find(": ");
+    const std::string label = colon == std::string::npos              ? cell->info.label
+                              : cell->name.substr(colon + 2) == "any" ? std::string(cell->info.label)
+                                                                      : cell->name.substr(colon + 2);
+    fmt::format_to(out, " {:>24}", fmt::format("{} [{}]", label, units));
+  }
+  text += "   settings\n";
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const auto cells = cells_of(cases[i].rows);
+    fmt::format_to(out, "{:>4} {:>6} {:>6}", i, count(cases[i].rows, analysis::SampleStatus::done),
+                   count(cases[i].rows, analysis::SampleStatus::failed));
+    for (const char* const name : shown)
+      fmt::format_to(out, " {:>24}", shown_value(*std::ranges::find(cells, std::string(name), &Cell::name)));
+    fmt::format_to(out, "   {}\n", to_string(cases[i].of->settings));
+  }
+  return text;
+}
+
+}  // namespace crackle::ensemble
