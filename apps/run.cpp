@@ -17,6 +17,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace crackle::apps {
 
@@ -79,7 +80,7 @@ std::optional<ensemble::SampleRange> chosen_range(const parallel::Communicator& 
 }
 
 int run_command(const parallel::Communicator& world, const input::Parameters& parameters,
-                const Arguments& arguments, const CommandLine& typed) {
+                const std::vector<input::Case>& cases, const Arguments& arguments, const CommandLine& typed) {
   const ensemble::RunOptions options{
       .folder = arguments.folder,
       .plan = {.resume = arguments.resume || arguments.retry_failed,
@@ -94,10 +95,9 @@ int run_command(const parallel::Communicator& world, const input::Parameters& pa
                .report = "tools/crackle-report " + shell_line({{arguments.folder.string()}})},
   };
   const ensemble::RunOutcome outcome =
-      parameters.sweeps.empty()
+      cases.empty()
           ? ensemble::run_ensemble(world, parameters, options, ensemble::sample_mechanics(parameters))
-          : ensemble::run_sweep(world, parameters, read_cases(world, parameters, arguments.input), options,
-                                ensemble::sample_mechanics);
+          : ensemble::run_sweep(world, parameters, cases, options, ensemble::sample_mechanics);
   if (outcome.stopped) return stopped_resumable;
   const bool complete = outcome.failed == 0 && outcome.left == 0 && outcome.file_error.empty();
   return complete ? success : some_samples_failed;
@@ -146,7 +146,9 @@ void add_run_command(CLI::App& app, const CommandLine& typed, Action& run) {
   command->callback([arguments, typed, &run] {
     run = [arguments, typed](const parallel::Communicator& world) {
       const input::Parameters parameters = read_input(world, arguments->input);
-      return end_together(world, [&] { return run_command(world, parameters, *arguments, typed); });
+      std::vector<input::Case> cases;
+      if (!parameters.sweeps.empty()) cases = read_cases(world, parameters, arguments->input);
+      return end_together(world, [&] { return run_command(world, parameters, cases, *arguments, typed); });
     };
   });
 }
