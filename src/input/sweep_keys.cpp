@@ -150,7 +150,7 @@ std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesyste
     } catch (const InputError& error) {
       std::vector<std::string> messages;
       for (const std::string& message : error.messages())
-        messages.push_back(fmt::format("case {} ({}): {}", number, to_string(one.settings), message));
+        messages.push_back(fmt::format("{} (in case {}: {})", message, number, to_string(one.settings)));
       throw InputError(messages);
     }
     cases.push_back(std::move(one));

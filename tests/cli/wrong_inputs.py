@@ -13,6 +13,16 @@ def with_region(text, value):
     return text.set("boundary", "region", value, 1)
 
 
+def random(text, key, distribution, *parameters, at=1):
+    """With a random input, and an error in line `at` of it."""
+    return text.append("[[random]]", f'key = "{key}"', f'distribution = "{distribution}"', *parameters, at=at)
+
+
+def sweep(text, key, values, at=1):
+    """With a sweep, and an error in line `at` of it; `key` in TOML."""
+    return text.append("[[sweep]]", f"key = {key}", f"values = {values}", at=at)
+
+
 def in_outline(text, points='[["0 mm", "0 mm"], ["24.5 mm", "0 mm"], ["24.5 mm", "140 mm"], ["0 mm", "140 mm"]]'):
     """The demo's plate as an outline; the line is that of the outline."""
     return text.drop("specimen", "size").set("specimen", "thickness", '"5 mm"').set("specimen", "outline", points)
@@ -529,6 +539,57 @@ CASES = [
          lambda t: t.drop("boundary", "force", 1).drop("boundary", "rate", 1)
          .set("boundary", "pressure", '["1 MPa", "0 MPa", "0 MPa"]', 1), "boundary[1].pressure", "this is an array",
          "give a stress"),
+    Case("random key that is not there", lambda t: random(t, "material.youngs", "normal", 'standard_deviation = "1 MPa"'), "random[0].key",
+         'no key "material.youngs"', "specimen.notch[0].depth"),
+    Case("random key that the input does not give", lambda t: random(t, "fracture.length", "uniform", 'lower = "1 mm"', 'upper = "2 mm"'),
+         "random[0].key", "does not give", "without randomness"),
+    Case("random word", lambda t: random(t, "fracture.release", "normal", "standard_deviation = 1"), "random[0].key",
+         '"element", not a number that can be random'),
+    Case("random number of samples", lambda t: random(t, "ensemble.samples", "uniform", "lower = 1", "upper = 9"), "random[0].key",
+         "keys of [ensemble] cannot be random"),
+    Case("random geometry on one mesh", lambda t: random(t, "specimen.notch[0].depth", "normal", 'standard_deviation = "0.1 mm"'),
+         "random[0].key", "moves the mother points", 'mesh.base = "own"'),
+    Case("random twice", lambda t: random(random(t, "material.density", "normal", 'standard_deviation = "9 kg/m^3"'),
+                                          "material.density", "normal", 'standard_deviation = "9 kg/m^3"'), "random[1].key", "random already"),
+    Case("random with an unknown distribution", lambda t: random(t, "material.density", "gumbel", at=2), "random[0].distribution",
+         '"normal", "lognormal", "uniform", "triangular", "weibull", "beta" or "truncated"'),
+    Case("random without its parameter", lambda t: random(t, "material.density", "normal", at=0), "random[0].standard_deviation", "missing"),
+    Case("random with another's parameter", lambda t: random(t, "material.density", "uniform", 'lower = "1 kg/m^3"', 'upper = "2 kg/m^3"',
+                                                             "shape = 2", at=5), "random[0].shape", '"uniform" does not take it', "lower, upper"),
+    Case("random with another dimension", lambda t: random(t, "material.density", "normal", 'standard_deviation = "9 MPa"', at=3),
+         "random[0].standard_deviation", "does not have the dimension of a density"),
+    Case("random number with a unit", lambda t: random(t, "material.poisson_ratio", "normal", 'standard_deviation = "9 mm"', at=3),
+         "random[0].standard_deviation", "give a number"),
+    Case("random without scatter", lambda t: random(t, "material.density", "normal", 'standard_deviation = "0 kg/m^3"', at=3),
+         "random[0].standard_deviation", "is not above 0"),
+    Case("random in an empty range", lambda t: random(t, "material.density", "uniform", 'lower = "2 kg/m^3"', 'upper = "1 kg/m^3"', at=4),
+         "random[0].upper", "is not above lower, 2 kg/m^3"),
+    Case("random mean outside", lambda t: random(t, "material.density", "beta", 'lower = "1 kg/m^3"', 'upper = "2 kg/m^3"',
+                                                 'standard_deviation = "0.1 kg/m^3"', at=2), "random[0].distribution", "1180 kg/m^3 is not between"),
+    Case("random beta that is too wide", lambda t: random(t, "material.density", "beta", 'lower = "1100 kg/m^3"', 'upper = "1300 kg/m^3"',
+                                                          'standard_deviation = "120 kg/m^3"', at=5), "random[0].standard_deviation",
+         "give one below 97.97"),
+    Case("random triangle without such a mean", lambda t: random(t, "material.density", "triangular", 'lower = "1000 kg/m^3"',
+                                                                 'upper = "1300 kg/m^3"', 'mean = "1050 kg/m^3"', at=5), "random[0].mean",
+         "in the middle third"),
+    Case("random truncated nowhere", lambda t: random(t, "material.density", "truncated", 'standard_deviation = "9 kg/m^3"', at=2),
+         "random[0].distribution", "lower, upper or both"),
+    Case("random lognormal below its start", lambda t: random(t, "material.density", "lognormal", 'standard_deviation = "9 kg/m^3"',
+                                                              'lower = "1200 kg/m^3"', at=2), "random[0].distribution", "where lognormal begins"),
+    Case("plan without random inputs", lambda t: t.set("ensemble", "plan", '"sobol"'), "ensemble.plan", "no effect without [[random]]"),
+    Case("replicates without random inputs", lambda t: t.set("ensemble", "replicates", "2"), "ensemble.replicates", "no effect without"),
+    Case("sweep of a key that is not there", lambda t: sweep(t, '"mesh.spacin"', "[1, 2]"), "sweep[0].key", 'no key "mesh.spacin"'),
+    Case("sweep of what is the same in a run", lambda t: sweep(t, '"ensemble.ranks_per_sample"', "[1, 2]"), "sweep[0].key",
+         "the same in all cases"),
+    Case("sweep twice", lambda t: sweep(sweep(t, '"mesh.growth"', "[0.1]"), '"mesh.growth"', "[0.2]"), "sweep[1].key", "swept already"),
+    Case("sweep without values", lambda t: sweep(t, '"mesh.growth"', "[]", at=2), "sweep[0].values", "0 elements"),
+    Case("sweep of two keys with one value", lambda t: sweep(t, '["mesh.growth", "mesh.perturbation"]', "[[0.1]]", at=2), "sweep[0].values[0]",
+         "1 element"),
+    Case("sweep of tables", lambda t: sweep(t, '"mesh.growth"', "[{ a = 1 }]", at=2), "sweep[0].values[0]", "a table"),
+    Case("sweep with too many cases", lambda t: sweep(t, '["mesh.growth", "ensemble.seed"]', str([[0.1, k] for k in range(1001)]), at=0), "sweep",
+         "more than 1000 cases"),
+    Case("sweep with a case that is none", lambda t: sweep(t, '"mesh.growth"', "[0.1, 7]").at("mesh", "growth"), "mesh.growth",
+         "out of range", "(in case 1: mesh.growth = 7)"),
     # Several errors are all reported, in the order of their lines.
     Case("five errors",
          lambda t: t.set("output", "frames", "-1").set("time", "integrator", '"euler"')

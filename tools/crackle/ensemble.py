@@ -77,7 +77,7 @@ class Ensemble:
     @cached_property
     def samples(self) -> pd.DataFrame:
         """One row for each sample: its status, its results in SI units (`.attrs["units"]`, `.attrs["meaning"]` by column; words
-        for numbers that stand for them), wall time, and the reason why it failed."""
+        for numbers that stand for them), the values of its random inputs by key, wall time, and the reason why it failed."""
         rows = self._rows
         columns: dict[str, pd.Series] = {}
         units, meaning = {}, {}
@@ -141,6 +141,8 @@ class Ensemble:
 
     def _rows_of_ensemble(self, root: h5py.File) -> xr.Dataset:
         tables = labelled.group(root["samples"], labelled.in_order(root["samples"])).merge(labelled.group(root["timing"]))
+        if "inputs" in root["samples"]:
+            tables = tables.merge(labelled.group(root["samples/inputs"]))
         n = root["samples/status"].shape[0]
         paths = {name: xr.DataArray(dataset[...], dims=("sample", "notch", "section"), attrs=labelled.array(dataset).attrs)
                  for name, dataset in root["crack_path"].items() if dataset.ndim == 3 and name != "section_line" and dataset.shape[0] == n}
@@ -154,6 +156,8 @@ class Ensemble:
         for number, file in self._files.items():
             with open_results(file, SAMPLE_KIND) as root:
                 summary = labelled.group(root["summary"], labelled.in_order(root["summary"]))
+                if "inputs" in root["summary"]:
+                    summary = summary.merge(labelled.group(root["summary/inputs"]))
                 rows.append(summary.assign(status=int(root.attrs["status"]), error=text_of(root.attrs["error"]),
                                            wall_time=root["timing/wall_time"][()]).expand_dims(sample=[number]))
         return xr.concat(rows, "sample", data_vars="all", combine_attrs="override", fill_value=np.nan)

@@ -46,7 +46,7 @@ def read_ensemble(folder: Path, program: Optional[Path] = None) -> Ensemble:
                zip(statistics["reference_notch"], statistics.get("turns", []))],
         ranks={name: _paths(Ranks, statistics[name], n) for name in GROUPS},
         interval_scope=statistics["interval_scope"], notes=document["notes"], provenance=provenance,
-        input_text=document["input"], files=files)
+        input_text=document["input"], files=files, inputs=document.get("inputs", []), sensitivities=document.get("sensitivities"))
 
 
 def _sections(paths: dict[str, Any]) -> tuple[CrossSection, ...]:

@@ -251,6 +251,8 @@ class Ensemble:
     provenance: dict[str, str]
     input_text: str
     files: "SampleFiles"
+    inputs: list[dict[str, Any]]  # the random ones: key, units, distribution, values of each sample [SI]
+    sensitivities: Optional[dict[str, Any]]  # what the results owe to these; None without
 
     @property
     def finished(self) -> bool:

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the results owe to the random inputs and to the mesh: the numbers of `crackle stats`."""
+from __future__ import annotations
+
+from typing import Any, Optional
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter, MaxNLocator
+
+from .. import style
+from ..options import Options
+from ..results import DONE, Ensemble
+from .picture import Picture, Section
+
+# What a reader asks for first; the positions at the sections follow.
+ASKED = ("first_break_load", "peak_load", "displacement_at_peak", "work_of_fracture", "pattern", "leading_notch", "bifurcations_projected",
+         "crack_area", "crack_speed_max", "effective_toughness")
+N_SCATTERED = 4  # results in scatter plots
+ROW_HEIGHT = 0.21  # [inch]
+MESH, REST = style.MUTED, style.BODY
+
+
+def section(ensemble: Ensemble, _: Options) -> Optional[Section]:
+    """Nothing without random inputs, or with too few draws of them."""
+    found = ensemble.sensitivities
+    if not found or not found["results"]:
+        return None
+    rows = _rows(found["results"], len(ensemble.sections))
+    result = Section("What the results owe to the random inputs",
+                     f"Shares of each result's variance, from {found['n_draws']} draws and {found['n_samples']} samples: Sobol' indices of first "
+                     "order of the random inputs, by a polynomial chaos expansion"
+                     + (", and what samples with the same draw differ by, on different meshes" if found["replicates"] > 1 else "")
+                     + ". What is left is due to the inputs together, or not explained. crackle stats prints intervals and rank correlations.")
+    result.answer = _answer(rows, ensemble)
+    result.pictures = [Picture("sensitivities", "Shares of the variance of results that random inputs and the mesh explain", _bars(rows, ensemble)),
+                       Picture("random-inputs", "Results over the values of the random inputs", _scatter(rows, ensemble))]
+    return result
+
+
+def _rows(results: list[dict[str, Any]], n_sections: int) -> list[dict[str, Any]]:
+    """The results that are shown: of two that say the opposite ("one crack", "two cracks") the second."""
+    asked = [one for name in ASKED for one in results if one["result"] == name]
+    by_name: dict[str, list[dict[str, Any]]] = {}
+    for one in asked:
+        by_name.setdefault(one["result"], []).append(one)
+    shown = [one for group in by_name.values() for one in (group[1:] if len(group) == 2 and group[0]["share_of"] else group)]
+    middle = n_sections // 2
+    return shown + [one for one in results if one.get("section") == middle]
+
+
+def _label(one: dict[str, Any], ensemble: Ensemble) -> str:
+    if "section" in one:
+        return f"path of notch {one['notch']}, {ensemble.sections[one['section']].name}"
+    return f"{one['label']}: {one['share_of']}" if one["share_of"] else one["label"]
+
+
+def _value(estimate: dict[str, Any]) -> float:
+    return 0.0 if estimate["value"] is None else max(0.0, estimate["value"])
+
+
+def _parts(one: dict[str, Any], keys: list[str]) -> list[tuple[str, float]]:
+    """Of the variance: of each input alone, of the mesh."""
+    return [(key, _value(effect["first"])) for key, effect in zip(keys, one["inputs"])] + [("the mesh", _value(one["mesh"]))]
+
+
+def _answer(rows: list[dict[str, Any]], ensemble: Ensemble) -> str:
+    keys = [one["key"] for one in ensemble.inputs]
+    ruled: dict[str, list[str]] = {}
+    for one in rows:
+        name, share = max(_parts(one, keys), key=lambda part: part[1])
+        if share >= 0.3:
+            ruled.setdefault(name, []).append(f"{_label(one, ensemble)} ({100 * share:.0f} %)")
+    return " ".join(f"{name[0].upper() + name[1:] if name == 'the mesh' else name} rules {_listed(results)}." for name, results in ruled.items())
+
+
+def _listed(names: list[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def _bars(rows: list[dict[str, Any]], ensemble: Ensemble) -> Figure:
+    keys = [one["key"] for one in ensemble.inputs]
+    figure = Figure(figsize=(style.PAGE_WIDTH, len(rows) * ROW_HEIGHT + 1.0))
+    axes = figure.add_axes((0.26, 0.55 / figure.get_figheight(), 0.7, 1 - 1.0 / figure.get_figheight()))
+    colours = [style.notch_colour(k) for k in range(len(keys))] + [MESH]
+    for place, one in enumerate(rows):
+        parts = _parts(one, keys)
+        # Estimates of parts may add up to more than the whole.
+        scale = 100 / max(1.0, sum(share for _, share in parts))
+        left = 0.0
+        axes.barh(place, 100, color=REST, height=0.72)
+        for (_, share), colour in zip(parts, colours):
+            axes.barh(place, scale * share, left=left, color=colour, height=0.72)
+            left += scale * share
+    for name, colour in zip([*keys, "the mesh", "together, or not explained"], [*colours, REST]):
+        axes.bar(0, 0, color=colour, label=name)
+    axes.set_yticks(range(len(rows)), [_label(one, ensemble) for one in rows])
+    axes.set_ylim(len(rows) - 0.4, -0.6)
+    axes.set_xlim(0, 100)
+    axes.set_xlabel("share of the variance [%]", labelpad=1)
+    axes.tick_params(axis="y", length=0)
+    axes.legend(loc="lower left", bbox_to_anchor=(-0.3, 1.0), ncols=3)
+    return figure
+
+
+def _scatter(rows: list[dict[str, Any]], ensemble: Ensemble) -> Figure:
+    samples = ensemble.samples
+    numbers = [one for one in rows if not one["share_of"] and one["result"] in samples.numbers]
+    chosen = sorted(numbers, key=lambda one: -(one["predicted"] or 0))[:N_SCATTERED]
+    n_inputs = len(ensemble.inputs)
+    figure = Figure(figsize=(style.PAGE_WIDTH, 1.6 * len(chosen) + 0.5), layout="constrained")
+    grid = figure.subplots(len(chosen), n_inputs, sharex="col", sharey="row", squeeze=False)
+    done = samples.status == DONE
+    for row, one in enumerate(chosen):
+        result = samples.result(one["result"])
+        for column, (given, effect) in enumerate(zip(ensemble.inputs, one["inputs"])):
+            axes = grid[row, column]
+            drawn = np.array(given["values"][:len(samples)], float)
+            axes.plot(drawn[done], result.factor * samples.numbers[result.name][done], ".", color=style.notch_colour(column), markersize=3)
+            axes.set_title(f"total index {100 * _value(effect['total']):.0f} %, rank correlation {effect['rank_correlation']['value'] or 0:+.2f}",
+                           fontsize=6, pad=2)
+            axes.xaxis.set_major_locator(MaxNLocator(4))
+            axes.xaxis.set_major_formatter(EngFormatter(given["units"]))
+            if row == len(chosen) - 1:
+                axes.set_xlabel(given["key"])
+        grid[row, 0].set_ylabel(f"{result.label} [{result.units}]" if result.units else result.label)
+    return figure
