@@ -5,6 +5,7 @@
 #include "crackle/common/failure.h"
 #include "crackle/common/packing.h"
 #include "crackle/ensemble/folder_lock.h"
+#include "crackle/ensemble/sample_inputs.h"
 #include "crackle/geometry/body.h"
 #include "crackle/io/ensemble_file.h"
 #include "crackle/io/sample_file.h"
@@ -140,14 +141,19 @@ Results results_at(const parallel::Communicator& world, const input::Parameters&
   std::vector<analysis::SampleSummary> stored, measured;  // this rank's
   parallel::agree(world, [&] {
     const auto body = geometry::make_body(parameters.specimen);
+    const SampleInputs inputs(parameters, *body);
     const auto [first, end] = share_of_samples(world, parameters);
     for (std::size_t sample = first; sample < end; ++sample) {
       io::StoredSample found = io::read_stored_sample(folder, parameters, sample);
-      if (found.summary.status == analysis::SampleStatus::done)  // files of version 2 do not hold it
-        found.summary.leading_notch = analysis::leading_notch(*body, found.surface);
+      const bool is_done = found.summary.status == analysis::SampleStatus::done;
+      // Others may have no body.
+      const auto own = is_done ? inputs.of(sample)->body : nullptr;
+      const geometry::Body& of_sample = own ? *own : *body;
+      if (is_done)  // files of version 2 do not hold it
+        found.summary.leading_notch = analysis::leading_notch(of_sample, found.surface);
       stored.push_back(found.summary);
       measured.push_back(found.summary);
-      analysis::measure_crossings(*body, found.surface, sections.sections, measured.back());
+      analysis::measure_crossings(of_sample, found.surface, sections.sections, measured.back());
     }
   });
   const auto rows = analysis::gather_on_root(world, stored);

@@ -194,7 +194,7 @@ void check_distribution(const RandomInput& random, const std::string& table, Fin
     findings.report(table + "." + parameter, message);
   };
   const auto shown = [&](double value) { return format_value(random, value); };
-  const auto& [lower, upper, mean] = std::tie(random.lower, random.upper, random.mean);
+  const double lower = random.lower, upper = random.upper, mean = random.mean;
   if (is_given(random.standard_deviation) && random.standard_deviation <= 0)
     return report("standard_deviation", "is not above 0");
   if (is_given(random.scale) && random.scale <= 0) return report("scale", "is not above 0");
@@ -293,6 +293,10 @@ void check_random(const Parameters& parameters, Findings& findings) {
           random.key);
     if (!findings.faulty(table + ".distribution")) check_distribution(random, table, findings);
   }
+  if (parameters.ensemble.stop && parameters.ensemble.replicates > 1)
+    findings.report("ensemble.stop",
+                    "takes samples for independent, and those of one draw are not; leave it out, or give "
+                    "ensemble.replicates = 1");
   if (!parameters.random.empty()) return;
   for (const char* const key : {"ensemble.plan", "ensemble.replicates"})
     if (findings.given(key) && !findings.given("random") && !findings.faulty(key))
