@@ -35,14 +35,18 @@ class Jobs(unittest.TestCase):
         file = self.folder / f"{name}.calls"
         return file.read_text().splitlines() if file.exists() else []
 
-    def job(self, script, ranks, **settings):
-        """Runs a script whose ranks do what the shell's words `ranks` say."""
+    def job(self, script, ranks, copy=None, **settings):
+        """Runs a script, or a copy of it, whose ranks do what the shell's words `ranks` say."""
         for name in ("srun", "scontrol"):
             (self.folder / f"{name}.calls").unlink(missing_ok=True)
         self.stand_in("srun", ranks)
-        self.stand_in("scontrol", "")
+        # Only what changes something is noted: where the script lies is asked for as well.
+        (self.folder / "scontrol").write_text(
+            f'#!/bin/bash\nif [[ $1 == show ]]; then echo "   Command={self.folder}/jobs/{script} plate.toml out"; exit; fi\n'
+            f'echo "$@" >>{self.folder}/scontrol.calls\n')
+        (self.folder / "scontrol").chmod(0o755)
         inherited = {name: value for name, value in os.environ.items() if not name.startswith(("SLURM_", "CRACKLE_"))}
-        return subprocess.run(["bash", f"jobs/{script}", "plate.toml", "out"], cwd=self.folder, text=True, timeout=60,
+        return subprocess.run(["bash", str(copy or f"jobs/{script}"), "plate.toml", "out"], cwd=self.folder, text=True, timeout=60,
                               env={**inherited, "PATH": f"{self.folder}:{os.environ['PATH']}", "SLURM_JOB_ID": "7",
                                    **{name: str(value) for name, value in settings.items()}},
                               capture_output=True, check=False)
@@ -56,7 +60,28 @@ class Jobs(unittest.TestCase):
             result = self.array(number, range(3))
             self.assertEqual((result.returncode, result.stderr), (0, ""))
             self.assertEqual(self.calls("srun"),
-                             [f"--mpi=pmix build/bin/crackle run plate.toml -o out --resume --part {number}/3"])
+                             [f"--mpi=pmix {self.folder}/build/bin/crackle run plate.toml -o out --resume --part {number}/3"])
+
+    def test_scripts_are_submitted_from_any_folder(self):
+        elsewhere = self.folder / "elsewhere"
+        elsewhere.mkdir()
+        for script, numbers in (("ensemble.sbatch", {}), ("array.sbatch", {"SLURM_ARRAY_TASK_ID": 1, "SLURM_ARRAY_TASK_COUNT": 2,
+                                                                           "SLURM_ARRAY_TASK_MIN": 0, "SLURM_ARRAY_TASK_MAX": 1})):
+            # As SLURM does, from a copy of the script.
+            copy = self.folder / "spool" / "slurm_script"
+            copy.parent.mkdir(exist_ok=True)
+            shutil.copy(self.folder / "jobs" / script, copy)
+            result = self.job(script, "exit 0", copy=copy, SLURM_SUBMIT_DIR=elsewhere, **numbers)
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            self.assertIn(f"{self.folder}/build/bin/crackle run plate.toml -o out --resume", self.calls("srun")[0])
+
+    def test_modules_are_loaded_before_the_ranks_start(self):
+        start = self.folder / "modules" / "init"
+        start.mkdir(parents=True)
+        (start / "bash").write_text(f'module() {{ echo "$@" >>{self.folder}/module.calls; }}\n')
+        result = self.job("ensemble.sbatch", "exit 0", CRACKLE_MODULES="gcc/12 openmpi", MODULESHOME=self.folder / "modules")
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertEqual(self.calls("module"), ["load gcc/12 openmpi"])
 
     def test_other_arrays_need_the_number_of_parts(self):
         for numbers in ([3], [0], [3, 7], range(0, 19, 2), range(1, 11), [0, 2]):

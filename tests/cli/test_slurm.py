@@ -49,14 +49,14 @@ class Slurm(unittest.TestCase):
         if OPTIONS.keep:
             print(f"kept: {cls.parent}")
 
-    def submit(self, script, folder, *options):
+    def submit(self, script, folder, *options, start="mpirun", submitted_from=None):
         return self.cluster.submit(
-            self.parent, "--nodes=1", "--ntasks-per-node=2", "--mem-per-cpu=0", "--time=1", *options,
-            f"jobs/{script}", "plate.toml", folder, CRACKLE=OPTIONS.program, CRACKLE_MPI="mpirun",
+            submitted_from or self.parent, "--nodes=1", "--ntasks-per-node=2", "--mem-per-cpu=0", "--time=1", *options,
+            self.parent / "jobs" / script, self.parent / "plate.toml", folder, CRACKLE=OPTIONS.program, CRACKLE_MPI=start,
             **{key: value for key, value in environment().items() if key.startswith("OMPI")})
 
     def logs(self):
-        return "\n".join(file.read_text(errors="replace") for file in sorted(self.parent.glob("crackle-*.log")))
+        return "\n".join(file.read_text(errors="replace") for file in sorted(self.parent.glob("**/crackle-*.log")))
 
     def assert_equal_results(self, folder):
         faults = TRIALS.differences(self.reference, self.parent / folder)
@@ -94,6 +94,19 @@ class Slurm(unittest.TestCase):
         self.assertEqual(states, ["COMPLETED"], self.logs())
         self.assertIn("start 2", self.logs())
         self.assert_equal_results("killed")
+
+    def test_srun_from_another_folder(self):
+        """Ranks by srun, with SLURM's own PMIx; script and input are elsewhere, results where the job was submitted."""
+        if "pmix" not in self.cluster.call("srun", "--mpi=list"):
+            self.skipTest("this SLURM has no PMIx")
+        elsewhere = self.parent / "elsewhere"
+        elsewhere.mkdir()
+        states, restarts = self.cluster.wait(self.submit("ensemble.sbatch", "out", "--signal=B:USR1@1", start="pmix",
+                                                         submitted_from=elsewhere), 300)
+        print(f"ensemble.sbatch with srun: {states}, started again {restarts} times")
+        self.assertEqual(states, ["COMPLETED"], self.logs())
+        self.assertIn("2 ranks: master on rank 0", self.logs())
+        self.assert_equal_results("elsewhere/out")
 
     def test_array_of_ranges(self):
         job = self.submit("array.sbatch", "array", "--array=0-2", "--signal=B:USR1@54")

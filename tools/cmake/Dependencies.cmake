@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# The libraries that crackle is made of, wherever they come from: their own CMake package, pkg-config under any of
+# the names that systems give it, or headers and libraries below CMAKE_PREFIX_PATH. Each becomes an imported target
+# and is held against its oldest version that the program is known to work with.
+
+find_package(PkgConfig QUIET)
+
+# crackle_require(<name> <version> <oldest>): stops when the version is known and too old.
+function(crackle_require name version oldest)
+  if(version AND version VERSION_LESS oldest)
+    message(FATAL_ERROR "${name} ${version} is too old: crackle needs ${oldest} or newer. Another one is found first where "
+                        "CMAKE_PREFIX_PATH names its folder.")
+  endif()
+  if(version)
+    message(STATUS "${name} ${version}")
+  else()
+    message(STATUS "${name}, version not known")
+  endif()
+endfunction()
+
+# crackle_library(<name> HEADER <file> LIBRARY <names>... [MODULE <pkg-config names>...] [SUFFIXES <folders>...]
+#                 [HINTS <folders>...] [PACKAGES <text>])
+# Makes the target crackle::<name>, and sets <name>_VERSION in the caller where pkg-config knows it.
+function(crackle_library name)
+  cmake_parse_arguments(ARG "" "HEADER;PACKAGES" "LIBRARY;MODULE;SUFFIXES;HINTS" ${ARGN})
+  if(PkgConfig_FOUND AND ARG_MODULE)
+    pkg_search_module(PC_${name} QUIET ${ARG_MODULE})
+  endif()
+  find_path(${name}_INCLUDE_DIR ${ARG_HEADER} HINTS ${ARG_HINTS} ${PC_${name}_INCLUDE_DIRS}
+            PATH_SUFFIXES include ${ARG_SUFFIXES})
+  find_library(${name}_LIBRARY NAMES ${ARG_LIBRARY} HINTS ${ARG_HINTS} ${PC_${name}_LIBRARY_DIRS} PATH_SUFFIXES lib lib64)
+  if(NOT ${name}_INCLUDE_DIR OR NOT ${name}_LIBRARY)
+    message(FATAL_ERROR "${name} is missing: ${ARG_HEADER} or the library ${ARG_LIBRARY} is not where CMake looks. Install it "
+                        "(${ARG_PACKAGES}), or name its folder in CMAKE_PREFIX_PATH.")
+  endif()
+  mark_as_advanced(${name}_INCLUDE_DIR ${name}_LIBRARY)
+  add_library(crackle::${name} UNKNOWN IMPORTED)
+  # What pkg-config adds: further include folders, such as those of PETSc's build.
+  set(includes ${${name}_INCLUDE_DIR} ${PC_${name}_INCLUDE_DIRS})
+  list(REMOVE_DUPLICATES includes)
+  set_target_properties(crackle::${name} PROPERTIES IMPORTED_LOCATION ${${name}_LIBRARY}
+                        INTERFACE_INCLUDE_DIRECTORIES "${includes}"
+                        INTERFACE_SYSTEM_INCLUDE_DIRECTORIES "${includes}")
+  set(${name}_VERSION "${PC_${name}_VERSION}" PARENT_SCOPE)
+endfunction()
+
+# crackle_version_of(<variable> <file> <macro>...): the numbers of the macros in a header, joined with dots.
+function(crackle_version_of variable file)
+  set(numbers)
+  if(EXISTS ${file})
+    file(READ ${file} text)
+    foreach(macro ${ARGN})
+      if(text MATCHES "#define[ \t]+${macro}[ \t]+\\(?([0-9]+)")
+        list(APPEND numbers ${CMAKE_MATCH_1})
+      endif()
+    endforeach()
+  endif()
+  string(REPLACE ";" "." numbers "${numbers}")
+  set(${variable} "${numbers}" PARENT_SCOPE)
+endfunction()
+
+find_package(MPI REQUIRED COMPONENTS C CXX)
+crackle_require("MPI (standard)" "${MPI_CXX_VERSION}" 3.0)
+
+find_package(Eigen3 REQUIRED NO_MODULE)
+crackle_require(Eigen "${Eigen3_VERSION}" 3.4)
+find_package(CGAL REQUIRED)
+crackle_require(CGAL "${CGAL_VERSION}" 5.5)
+find_package(CLI11 REQUIRED)
+crackle_require(CLI11 "${CLI11_VERSION}" 2.1)
+find_package(fmt REQUIRED)
+crackle_require(fmt "${fmt_VERSION}" 9)
+find_package(nlohmann_json REQUIRED)
+crackle_require(nlohmann-json "${nlohmann_json_VERSION}" 3.10)
+
+# PETSc says by its variables where it is when it was built by hand.
+crackle_library(PETSc HEADER petscksp.h LIBRARY petsc petsc_real MODULE petsc PETSc
+                HINTS $ENV{PETSC_DIR}/$ENV{PETSC_ARCH} $ENV{PETSC_DIR} PACKAGES "libpetsc-real-dev, petsc-devel, petsc")
+if(DEFINED ENV{PETSC_DIR} AND EXISTS $ENV{PETSC_DIR}/$ENV{PETSC_ARCH}/include/petscconf.h)
+  set_property(TARGET crackle::PETSc APPEND PROPERTY INTERFACE_INCLUDE_DIRECTORIES $ENV{PETSC_DIR}/include
+               $ENV{PETSC_DIR}/$ENV{PETSC_ARCH}/include)
+endif()
+crackle_version_of(PETSc_VERSION ${PETSc_INCLUDE_DIR}/petscversion.h PETSC_VERSION_MAJOR PETSC_VERSION_MINOR
+                   PETSC_VERSION_SUBMINOR)
+crackle_require(PETSc "${PETSc_VERSION}" 3.18)
+target_link_libraries(crackle::PETSc INTERFACE MPI::MPI_CXX)
+
+# HDF5 with MPI. Systems that have several builds of it beside each other give them names of their own.
+if(DEFINED CRACKLE_HDF5_FLAVOUR)
+  set(hdf5_modules hdf5-${CRACKLE_HDF5_FLAVOUR})
+  set(hdf5_names hdf5_${CRACKLE_HDF5_FLAVOUR})
+else()
+  set(hdf5_modules hdf5-openmpi hdf5-mpich hdf5)
+  set(hdf5_names hdf5_openmpi hdf5_mpich hdf5)
+endif()
+set(hdf5_hl_names ${hdf5_names})
+list(TRANSFORM hdf5_hl_names APPEND _hl)
+crackle_library(HDF5 HEADER hdf5.h LIBRARY ${hdf5_names} MODULE ${hdf5_modules} SUFFIXES include/hdf5/openmpi hdf5/openmpi
+                include/hdf5/mpich hdf5/mpich PACKAGES "libhdf5-openmpi-dev, hdf5-openmpi-devel, hdf5 with MPI")
+get_filename_component(hdf5_folder ${HDF5_LIBRARY} DIRECTORY)
+find_library(HDF5_HL_LIBRARY NAMES ${hdf5_hl_names} HINTS ${hdf5_folder} REQUIRED)
+target_link_libraries(crackle::HDF5 INTERFACE ${HDF5_HL_LIBRARY} MPI::MPI_C)
+find_file(HDF5_CONFIG_HEADER NAMES H5pubconf.h H5pubconf-64.h HINTS ${HDF5_INCLUDE_DIR} NO_DEFAULT_PATH)
+crackle_version_of(HDF5_VERSION ${HDF5_INCLUDE_DIR}/H5public.h H5_VERS_MAJOR H5_VERS_MINOR H5_VERS_RELEASE)
+crackle_require(HDF5 "${HDF5_VERSION}" 1.10)
+if(HDF5_CONFIG_HEADER)
+  file(STRINGS ${HDF5_CONFIG_HEADER} hdf5_parallel REGEX "#define[ \t]+H5_HAVE_PARALLEL[ \t]+1")
+  if(NOT hdf5_parallel)
+    message(FATAL_ERROR "${HDF5_LIBRARY} is an HDF5 without MPI (${HDF5_CONFIG_HEADER} does not define H5_HAVE_PARALLEL): "
+                        "name the folder of a parallel one in CMAKE_PREFIX_PATH.")
+  endif()
+endif()
+
+crackle_library(UDUNITS HEADER udunits2.h LIBRARY udunits2 MODULE udunits udunits2 SUFFIXES udunits2
+                PACKAGES "libudunits2-dev, udunits2-devel, udunits")
+crackle_require(UDUNITS-2 "${UDUNITS_VERSION}" 2.2)
+crackle_library(METIS HEADER metis.h LIBRARY metis PACKAGES "libmetis-dev, metis-devel, metis")
+crackle_version_of(METIS_VERSION ${METIS_INCLUDE_DIR}/metis.h METIS_VER_MAJOR METIS_VER_MINOR METIS_VER_SUBMINOR)
+crackle_require(METIS "${METIS_VERSION}" 5.1)
+crackle_library(OpenTURNS HEADER openturns/Distribution.hxx LIBRARY OT PACKAGES "libopenturns-dev, openturns-devel, openturns")
+if(EXISTS ${OpenTURNS_INCLUDE_DIR}/openturns/OTconfig.h)
+  file(STRINGS ${OpenTURNS_INCLUDE_DIR}/openturns/OTconfig.h OpenTURNS_VERSION REGEX "OPENTURNS_VERSION_STR")
+  string(REGEX REPLACE ".*\"([0-9.]+).*" "\\1" OpenTURNS_VERSION "${OpenTURNS_VERSION}")
+endif()
+crackle_require(OpenTURNS "${OpenTURNS_VERSION}" 1.20)
+
+find_path(toml11_INCLUDE_DIR toml.hpp HINTS ${toml11_DIR}/../../../include)
+if(NOT toml11_INCLUDE_DIR)
+  message(FATAL_ERROR "toml11 is missing: there is no toml.hpp. Install it (libtoml11-dev, toml11-devel, toml11), or name its "
+                      "folder in CMAKE_PREFIX_PATH.")
+endif()
+foreach(header toml.hpp toml11/version.hpp)
+  if(NOT toml11_VERSION)
+    crackle_version_of(toml11_VERSION ${toml11_INCLUDE_DIR}/${header} TOML11_VERSION_MAJOR TOML11_VERSION_MINOR
+                       TOML11_VERSION_PATCH)
+  endif()
+endforeach()
+crackle_require(toml11 "${toml11_VERSION}" 3.7)
+find_library(GMP_LIBRARY gmp REQUIRED)
+find_library(MPFR_LIBRARY mpfr REQUIRED)
