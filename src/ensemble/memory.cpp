@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Measured as the largest resident set, on bodies of 24,000 to 300,000 tetrahedra (tests/cli/test_memory.py).
-constexpr double program = 50e6;      // with its libraries, for each rank
+constexpr double program = 115e6;     // with its libraries, for each rank; 65 MB of them for random inputs
 constexpr double computed = 640;      // each tetrahedron that a rank computes: operators, solver, motion
 constexpr double averaged = 150;      // more of them where the stress is averaged: neighbours, balls
 constexpr double kept = 30;           // each tetrahedron of a realization

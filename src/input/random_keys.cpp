@@ -148,7 +148,7 @@ Key parameter_key(const Parameter& parameter) {
   return {parameter.name,
           is_shape ? "number" : "as the key",
           optional(unset),
-          is_shape ? accepted_number({0, 1e3, true}) : "a value that the key could have, with its unit",
+          is_shape ? accepted_number({0, 1e3, true}) : "a value that the key could have, such as \"165 MPa\"",
           parameter.help,
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             RandomInput& random = parameters.random.at(i);

@@ -22,7 +22,12 @@ namespace {
 /// An input that has every key but those of [ensemble.stop] and the file of points.
 std::vector<InputTable> full_tables() {
   return {{"[ensemble]",
-           {{"samples", "17"}, {"seed", "2012"}, {"ranks_per_sample", "2"}, {"meshes", R"("groups")"}}},
+           {{"samples", "17"},
+            {"seed", "2012"},
+            {"ranks_per_sample", "2"},
+            {"meshes", R"("groups")"},
+            {"plan", R"("latin-hypercube")"},
+            {"replicates", "3"}}},
           {"[specimen]", {{"size", R"(["5 mm", "24.5 mm", "140 mm"])"}}},
           {"[[specimen.notch]]",
            {{"face", R"("y-max")"},
@@ -85,7 +90,24 @@ std::vector<InputTable> full_tables() {
           {"[[sections.line]]", {{"from", R"(["10 mm", "60 mm"])"}, {"to", R"(["14.5 mm", "-1 mm"])"}}},
           {"[[sections.line]]", {{"from", R"(["2 mm", "3 mm"])"}, {"to", R"(["2 mm", "9 mm"])"}}},
           {"[output]", {{"frames", "3"}, {"history", R"("0.25 us")"}}},
-          {"[[output.probe]]", {{"name", R"("gauge A")"}, {"at", R"(["2.5 mm", "12 mm", "40 mm"])"}}}};
+          {"[[output.probe]]", {{"name", R"("gauge A")"}, {"at", R"(["2.5 mm", "12 mm", "40 mm"])"}}},
+          {"[[random]]",
+           {{"key", R"("material.density")"},
+            {"distribution", R"("triangular")"},
+            {"lower", R"("7000 kg/m^3")"},
+            {"upper", R"("8000 kg/m^3")"},
+            {"mode", R"("7900 kg/m^3")"}}},
+          {"[[random]]",
+           {{"key", R"("fracture.impulse")"},
+            {"distribution", R"("truncated")"},
+            {"mean", R"("2e-7 MPa^1.5 s")"},
+            {"standard_deviation", R"("5e-8 MPa^1.5 s")"},
+            {"lower", R"("1e-8 MPa^1.5 s")"}}},
+          {"[[random]]",
+           {{"key", R"("boundary[1].rate[2]")"},
+            {"distribution", R"("weibull")"},
+            {"scale", R"("5 N/s")"},
+            {"shape", "12.5"}}}};
 }
 
 /// Plates with an outline, with every key that a box has not.
@@ -129,8 +151,13 @@ std::string as_written(const std::string& shown) {
     text += is_bare ? item : '"' + item + '"';
     item.clear();
   };
+  bool is_index = false;  // inside the brackets of "boundary[1]"
   for (const char c : shown) {
-    if (c == '[' || c == ']' || c == ',') {
+    is_index = is_index || (c == '[' && item.find_first_not_of(' ') != std::string::npos);
+    if (is_index) {
+      item += c;
+      is_index = c != ']';
+    } else if (c == '[' || c == ']' || c == ',') {
       finish_item();
       text += c;
     } else {
@@ -206,6 +233,11 @@ TEST(InputEcho, KeepsTheValues) {
   expect_near(again.sections.lines[0].to[0], 14.5e-3);
   expect_near(again.sections.lines[0].to[1], -1e-3);
   expect_near(again.sections.lines[1].from[1], 3e-3);
+  EXPECT_EQ(again.ensemble.plan, p.ensemble.plan);
+  EXPECT_EQ(again.ensemble.replicates, 3);
+  ASSERT_EQ(again.random.size(), 3U);
+  EXPECT_EQ(again.random[2].key, "boundary[1].rate[2]");
+  expect_near(again.random[1].lower, 1e-8 * std::pow(1e6, 1.5));
 }
 
 TEST(InputEcho, AnOwnBaseMakesOtherSamples) {
@@ -298,7 +330,8 @@ TEST(InputEcho, AndTableOfKeysNameTheSameKeys) {
   for (const char* unused :
        {"ensemble.stop.half_width", "ensemble.stop.confidence", "ensemble.stop.min_samples", "mesh.points",
         "fracture.toughness", "fracture.length", "fracture.softening", "fracture.teeth",
-        "fracture.variation.coefficient_of_variation", "time.after_separation"}) {
+        "fracture.variation.coefficient_of_variation", "time.after_separation", "sweep.key",
+        "sweep.values"}) {
     shown.insert(unused);
   }
   const auto declared = table_keys();
