@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Sourced by the other tools: what Open MPI needs to run a few ranks on any one machine.
 
-# Debian's name of Open MPI's launcher; plain mpirun may belong to another MPI.
-if command -v mpirun.openmpi >/dev/null; then
+# Debian's name of Open MPI's launcher; plain mpirun may belong to another MPI. MPIRUN names that of another one.
+if [[ -n ${MPIRUN:-} ]]; then
+  :
+elif command -v mpirun.openmpi >/dev/null; then
   MPIRUN=mpirun.openmpi
 else
   MPIRUN=mpirun

@@ -35,13 +35,19 @@ function(crackle_library name)
   endif()
   mark_as_advanced(${name}_INCLUDE_DIR ${name}_LIBRARY)
   add_library(crackle::${name} UNKNOWN IMPORTED)
-  # What pkg-config adds: further include folders, such as those of PETSc's build.
-  set(includes ${${name}_INCLUDE_DIR} ${PC_${name}_INCLUDE_DIRS})
-  list(REMOVE_DUPLICATES includes)
+  set(includes ${${name}_INCLUDE_DIR})
+  set(pc_version)
+  if(${name}_INCLUDE_DIR IN_LIST PC_${name}_INCLUDE_DIRS)
+    # What pkg-config adds: further include folders, such as those of PETSc's build. It may know another library of this
+    # name than the one that CMAKE_PREFIX_PATH has.
+    list(APPEND includes ${PC_${name}_INCLUDE_DIRS})
+    list(REMOVE_DUPLICATES includes)
+    set(pc_version ${PC_${name}_VERSION})
+  endif()
   set_target_properties(crackle::${name} PROPERTIES IMPORTED_LOCATION ${${name}_LIBRARY}
                         INTERFACE_INCLUDE_DIRECTORIES "${includes}"
                         INTERFACE_SYSTEM_INCLUDE_DIRECTORIES "${includes}")
-  set(${name}_VERSION "${PC_${name}_VERSION}" PARENT_SCOPE)
+  set(${name}_VERSION "${pc_version}" PARENT_SCOPE)
 endfunction()
 
 # crackle_version_of(<variable> <file> <macro>...): the numbers of the macros in a header, joined with dots.
@@ -74,7 +80,7 @@ find_package(nlohmann_json REQUIRED)
 crackle_require(nlohmann-json "${nlohmann_json_VERSION}" 3.10)
 
 # PETSc says by its variables where it is when it was built by hand.
-crackle_library(PETSc HEADER petscksp.h LIBRARY petsc petsc_real MODULE petsc PETSc
+crackle_library(PETSc HEADER petscksp.h LIBRARY petsc petsc_real petsc64_real MODULE petsc PETSc
                 HINTS $ENV{PETSC_DIR}/$ENV{PETSC_ARCH} $ENV{PETSC_DIR} PACKAGES "libpetsc-real-dev, petsc-devel, petsc")
 if(DEFINED ENV{PETSC_DIR} AND EXISTS $ENV{PETSC_DIR}/$ENV{PETSC_ARCH}/include/petscconf.h)
   set_property(TARGET crackle::PETSc APPEND PROPERTY INTERFACE_INCLUDE_DIRECTORIES $ENV{PETSC_DIR}/include
