@@ -37,7 +37,7 @@ function(crackle_library name)
   add_library(crackle::${name} UNKNOWN IMPORTED)
   set(includes ${${name}_INCLUDE_DIR})
   set(pc_version)
-  if(${name}_INCLUDE_DIR IN_LIST PC_${name}_INCLUDE_DIRS)
+  if(PC_${name}_FOUND AND (NOT PC_${name}_INCLUDE_DIRS OR ${name}_INCLUDE_DIR IN_LIST PC_${name}_INCLUDE_DIRS))
     # What pkg-config adds: further include folders, such as those of PETSc's build. It may know another library of this
     # name than the one that CMAKE_PREFIX_PATH has.
     list(APPEND includes ${PC_${name}_INCLUDE_DIRS})
