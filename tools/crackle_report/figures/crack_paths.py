@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -13,11 +14,12 @@ from .. import style
 from ..choosing import typical_samples
 from ..drawing import draw_facets, draw_forks, draw_plate, time_bar, time_colours, window
 from ..options import Options
-from ..results import DONE, FAILED, CrackSurface, Ensemble
+from ..results import DONE, FAILED, PENDING, CrackSurface, Ensemble
 from .picture import Picture, Section
 
 PANELS_PER_SHEET = 60
 N_TYPICAL = 8
+MOST_PANELS = 240  # a page with thousands is neither read nor quickly drawn
 
 EXPLANATION = ("The opened dual facets, projected on the YZ plane and coloured by the time they opened, counted "
                "from the onset of the last dynamic phase. Grey facets opened before it. Rings are round the forks that are "
@@ -38,12 +40,18 @@ def typical(ensemble: Ensemble, _: Options) -> Section:
 
 
 def every(ensemble: Ensemble, _: Options) -> Section | None:
-    """Every sample, on as many sheets as it takes; nothing where `typical` shows them all."""
-    numbers = list(range(len(ensemble.samples)))
-    if len(numbers) <= N_TYPICAL:
+    """Every sample, or the first ones of many, on as many sheets as it takes; nothing where `typical` shows them all."""
+    n_samples = len(ensemble.samples)
+    if n_samples <= N_TYPICAL:
         return None
+    numbers = list(range(n_samples))
+    title, text = "Crack paths of all samples", EXPLANATION
+    if n_samples > MOST_PANELS:
+        numbers = np.flatnonzero(ensemble.samples.status != PENDING)[:MOST_PANELS].tolist()
+        title = f"Crack paths of {len(numbers)} samples"
+        text = f"The first that are computed; crackle-report --cracks draws each of all {n_samples:,}. {EXPLANATION}"
     sheets = [numbers[first:first + PANELS_PER_SHEET] for first in range(0, len(numbers), PANELS_PER_SHEET)]
-    return _section(ensemble, "Crack paths of all samples", EXPLANATION, sheets)
+    return _section(ensemble, title, text, sheets)
 
 
 def alone(ensemble: Ensemble, number: int, marked: bool) -> Figure:
