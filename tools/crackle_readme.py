@@ -16,6 +16,7 @@ BLOCKS = {
     "results": "src/io/README.md",  # crackle stats --columns
     "survey": "src/geometry/README.md",  # tools/realization-campaign
     "benchmark": "tests/benchmark/README.md",  # tools/benchmark
+    "many samples": "src/ensemble/README.md",  # tools/many-samples --readme
     "ranks": "tests/benchmark/README.md",  # tools/rank-comparison speed
     "release": "src/fracture/README.md",  # jobs/verification/release-comparison
     **{name: "jobs/verification/README.md" for name in ("verification", "plates")},  # jobs/verification/verify --readme

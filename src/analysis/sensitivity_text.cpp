@@ -16,8 +16,9 @@ namespace {
 std::string name_of(const Sensitivity& result, const input::Sections& sections) {
   if (result.notch >= 0)
     return fmt::format("notch {}, {}", result.notch, input::name_of(sections.all()[index(result.section)]));
-  return result.share_of.empty() ? std::string(result.info.label)
-                                 : fmt::format("{}: {}", result.info.label, result.share_of);
+  if (!result.share_of.empty()) return fmt::format("{}: {}", result.info.label, result.share_of);
+  const std::string units = result.info.shown_units;  // what tells two results of one label apart
+  return units.empty() ? result.info.label : fmt::format("{} [{}]", result.info.label, units);
 }
 
 std::string percent(double share) {
@@ -55,12 +56,12 @@ std::string to_text(const Sensitivities& sensitivities, const input::Parameters&
   fmt::format_to(
       out,
       "\nshares of the variance [%] ({:g} % intervals): of the mesh; of each random input, with its "
-      "interactions (total Sobol' index); in brackets Spearman's rank correlation\n{:<28} {:>13}",
+      "interactions (total Sobol' index); in brackets Spearman's rank correlation\n{:<30} {:>13}",
       100 * sensitivities.confidence, "", "mesh");
   for (std::size_t k = 0; k < random.size(); ++k) fmt::format_to(out, " {:>20}", fmt::format("input {}", k));
   fmt::format_to(out, " {:>10}\n", "predicted");
   for (const Sensitivity& result : sensitivities.results) {
-    fmt::format_to(out, "{:<28.28} {:>13}", name_of(result, parameters.sections), percent(result.mesh));
+    fmt::format_to(out, "{:<30.30} {:>13}", name_of(result, parameters.sections), percent(result.mesh));
     for (const InputEffect& input : result.inputs)
       fmt::format_to(out, " {:>20}",
                      fmt::format("{} [{:+.2f}]", percent(input.total), input.rank_correlation.value));
