@@ -12,7 +12,9 @@
 #include <map>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
 #include <toml.hpp>
+#include <vector>
 
 namespace crackle::input {
 
@@ -38,9 +40,6 @@ std::size_t column_of(const toml::source_location& place) {
 std::size_t length_of(const toml::source_location& place) {
   return place.length();
 }
-std::string text_of(const toml::source_location& place) {
-  return place.lines().empty() ? std::string() : place.lines().front();
-}
 const std::string& string_of(const TomlValue& value) {
   return value.as_string();
 }
@@ -61,9 +60,6 @@ std::size_t column_of(const toml::source_location& place) {
 }
 std::size_t length_of(const toml::source_location& place) {
   return place.region();
-}
-std::string text_of(const toml::source_location& place) {
-  return place.line_str();
 }
 const std::string& string_of(const TomlValue& value) {
   return value.as_string().str;
@@ -92,19 +88,38 @@ bool fits(std::string source, ValueKind kind) {
   return std::from_chars(begin, end, integer, base).ec == std::errc{};
 }
 
-std::string source_of(const toml::source_location& place) {
-  const std::string line = text_of(place);
-  const std::size_t start = column_of(place) > 0 ? column_of(place) - 1 : 0;
-  return start < line.size() ? line.substr(start, length_of(place)) : std::string();
-}
+/// The lines of an input. (What toml11 4 gives as the lines of a place is shortened to be shown.)
+class SourceLines {
+public:
+  explicit SourceLines(const std::string& text) {
+    std::istringstream stream(text);
+    for (std::string line; std::getline(stream, line);) lines_.push_back(std::move(line));
+  }
 
-Value convert(const TomlValue& toml_value) {
+  /// The line that a place begins in; empty where there is none.
+  std::string_view line(const toml::source_location& place) const {
+    const std::size_t number = line_of(place);
+    return number >= 1 && number <= lines_.size() ? lines_[number - 1] : std::string_view();
+  }
+
+  /// What stands at a place, up to the end of its first line.
+  std::string source(const toml::source_location& place) const {
+    const std::string_view whole = line(place);
+    const std::size_t start = column_of(place) > 0 ? column_of(place) - 1 : 0;
+    return start < whole.size() ? std::string(whole.substr(start, length_of(place))) : std::string();
+  }
+
+private:
+  std::vector<std::string> lines_;
+};
+
+Value convert(const TomlValue& toml_value, const SourceLines& lines) {
   Value value;
   const toml::source_location place = toml_value.location();
   value.line = static_cast<int>(line_of(place));
   value.column = column_of(place);
   value.length = length_of(place);
-  const std::string source = source_of(place);
+  const std::string source = lines.source(place);
   value.source = shortened(source);
   switch (toml_value.type()) {
     case toml::value_t::boolean:
@@ -129,12 +144,13 @@ Value convert(const TomlValue& toml_value) {
       break;
     case toml::value_t::array:
       value.kind = ValueKind::array;
-      for (const TomlValue& element : toml_value.as_array()) value.elements.push_back(convert(element));
+      for (const TomlValue& element : toml_value.as_array())
+        value.elements.push_back(convert(element, lines));
       break;
     case toml::value_t::table:
       value.kind = ValueKind::table;
       for (const auto& [name, member] : toml_value.as_table()) {
-        value.members.push_back({name, convert(member)});
+        value.members.push_back({name, convert(member, lines)});
       }
       break;
     default:
@@ -251,13 +267,14 @@ std::string to_toml(const Value& value) {
 
 Value parse_document(const std::string& text) {
   check_text(text);
+  const SourceLines lines(text);
   std::istringstream stream(text);
   try {
-    return convert(parse(stream));
+    return convert(parse(stream), lines);
   } catch (const toml::syntax_error& error) {
     const toml::source_location place = place_of(error);
     throw SyntaxError(static_cast<int>(line_of(place)),
-                      "syntax error: " + condensed(error.what(), text_of(place)));
+                      "syntax error: " + condensed(error.what(), std::string(lines.line(place))));
   } catch (const SyntaxError&) {
     throw;
   } catch (const std::exception& error) {
