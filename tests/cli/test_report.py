@@ -339,6 +339,15 @@ class Pictures(Ensembles):
         self.assertEqual([picture.name for picture in pictures],
                          ["crack-paths-0000-0003", "crack-paths-0004-0007", "crack-paths-0008-0008"])
 
+    def test_of_very_many_samples_the_first_are_drawn(self):
+        write_ensemble(self.folder, 12, pending=(1, 10, 11))
+        ensemble = reading.read_ensemble(self.folder)
+        with mock.patch.object(crack_paths, "MOST_PANELS", 4):
+            section = crack_paths.every(ensemble, Options())
+        self.assertEqual(section.title, "Crack paths of 4 samples")
+        self.assertIn("of samples 0, 2, 3, 4 on", section.pictures[0].description)
+        self.assertIn("each of all 12", section.text)
+
     def test_typical_samples_stand_for_all(self):
         write_ensemble(self.folder, 30, failed=(4,))
         ensemble = reading.read_ensemble(self.folder)
