@@ -216,8 +216,7 @@ void check_folder(const fs::path& folder, const input::Parameters& parameters, c
     throw std::runtime_error(folder.string() +
                              " is not a folder; give a folder, or a name that is not in use");
   }
-  if (fs::exists(folder / "sweep.toml"))
-    fail("{} holds a sweep; use another folder", folder.string());
+  if (fs::exists(folder / "sweep.toml")) fail("{} holds a sweep; use another folder", folder.string());
   if (!options.resume && holds_ensemble(folder)) {
     throw std::runtime_error(folder.string() +
                              " holds an ensemble already; continue it with --resume, or use another folder");
