@@ -180,7 +180,7 @@ def _add_strip(facets: list, random: np.random.Generator, y: np.ndarray, z: np.n
 
 
 def _write_identity(root: h5py.File, kind: str, text: str, version: int) -> None:
-    root.attrs.update({"kind": kind, "schema_version": version, "program_version": "0.1.0", "git_commit": "synthetic",
+    root.attrs.update({"kind": kind, "schema_version": version, "program_version": "1.0.0", "git_commit": "synthetic",
                        "library_versions": "Open MPI 4.1.4, PETSc 3.18.5, HDF5 1.10.8", "seed": 2012,
                        "input": text})
 

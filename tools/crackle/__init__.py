@@ -19,4 +19,4 @@ from .ensemble import Ensemble, open
 from .sample import Sample
 
 __all__ = ["Ensemble", "Sample", "open"]
-__version__ = "0.1.0"
+__version__ = "1.0.0"

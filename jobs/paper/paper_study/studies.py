@@ -75,7 +75,9 @@ PER_BASE = 10  # samples
 MESH_SEEDS = range(1, 9)  # bases that other meshes are compared on
 PER_MESH_BASE = 4
 
-CAMPAIGN = Run("campaign", "`auto`, `bilateral4`", 200, {"time.step": '"auto"'}, source="paper")
+AUTO = {"time.step": '"auto"'}  # with the paper's integrator
+CAMPAIGN = Run("campaign", "5 ns, `bilateral4`", 200, source="paper")
+OWN = Run("own", "`base = \"own\"`", 200, {**AUTO, "mesh.base": '"own"'}, reference="campaign", source="paper")
 FROM_ZERO = Run("clock-from-zero", "5 ns, `bilateral4`", 200, reference="clock-from-zero")
 FAST_FROM_ZERO = Run("fast", "`auto` (47 ns), `verlet`", 100, FAST, reference="clock-from-zero")
 
@@ -158,6 +160,7 @@ STUDIES: dict[str, list[Run]] = {
     "bases": [Run("base-2012", "2012", 200, UNTURNED),
               *(Run(f"base-{seed}", f"{seed}", PER_BASE, {**UNTURNED, "ensemble.seed": str(seed)}) for seed in SEEDS)],
     "campaign": [CAMPAIGN],
+    "own": [OWN],
     "clock-from-zero": [FROM_ZERO],
     "convergence": [
         FAST_FROM_ZERO,
