@@ -17,7 +17,7 @@ from typing import Callable, Iterable
 import h5py
 import numpy as np
 
-from crackle_launch import environment
+from crackle_launch import environment, mpirun
 ROOT = Path(__file__).resolve().parents[1]
 JOBS = ROOT / "jobs" / "verification"
 
@@ -63,6 +63,19 @@ def mean_interval(values: np.ndarray) -> tuple[float, float]:
     return float(present.mean()), float(stats.t.ppf(0.975, n - 1) * stats.sem(present))
 
 
+FRONT_WINDOW = 2e-3  # [m] along a crack, over which its speed where it forks is measured
+
+
+def front_speed(advance: np.ndarray, time: np.ndarray, at: float) -> float:
+    """Speed of a crack on the last FRONT_WINDOW before `at` [m/s]: slope of a line through the facets that opened there.
+
+    @param advance of each facet along the crack's way [m], time at which it opened [s]
+    """
+    here = (advance > at - FRONT_WINDOW) & (advance <= at)
+    slope = np.polyfit(advance[here], time[here], 1)[0] if here.sum() > 10 else math.nan
+    return 1 / slope if slope > 0 else math.nan
+
+
 def with_keys(text: str, keys: dict[str, str]) -> str:
     """The input text with other values: {"mesh.spacing": '"1 mm"'}; a missing key is added to its table.
 
@@ -88,6 +101,7 @@ class Sample:
     """What one sample's file holds."""
 
     summary: dict[str, float]
+    inputs: dict[str, float]  # the values of [[random]], by key; SI units
     energy: dict[str, np.ndarray]
     history: dict[str, np.ndarray]
     facet_corners: np.ndarray  # n x 4 x 3 [m]
@@ -95,15 +109,17 @@ class Sample:
     facet_area: np.ndarray  # [m^2]
     forks: dict[str, np.ndarray]  # as the group /forks has them
     parameters: dict  # the input
+    wall_time: float  # that it took [s]
 
 
 SOME_FAILED = 2
 
 
-def run(text: str, folder: Path, program: Path, may_fail: bool = False) -> list[Sample]:
+def run(text: str, folder: Path, program: Path, may_fail: bool = False, ranks: int = 1) -> list[Sample]:
     """All samples of an input, computed in `folder`; a run that was stopped goes on, finished ones are not computed again.
 
     @param may_fail: some samples may fail; without it that is a RunError
+    @param ranks: of mpirun, a master and workers; 1 without mpirun
     """
     folder.mkdir(parents=True, exist_ok=True)
     source = folder / "input.toml"
@@ -116,7 +132,8 @@ def run(text: str, folder: Path, program: Path, may_fail: bool = False) -> list[
             shutil.rmtree(results, ignore_errors=True)
         resume = ["--resume"] if results.is_dir() else []
         with open(folder / "log.txt", "a" if resume else "w") as log:
-            status = subprocess.run([str(program), "run", str(source), "-o", str(results), *resume], stdout=log,
+            launcher = mpirun(ranks) if ranks > 1 else []
+            status = subprocess.run([*launcher, str(program), "run", str(source), "-o", str(results), *resume], stdout=log,
                                     stderr=subprocess.STDOUT, env=environment()).returncode
         if status != 0 and not (may_fail and status == SOME_FAILED):
             raise RunError(f"'{program} run {source}' ended with status {status}; see {folder / 'log.txt'}")
@@ -142,9 +159,11 @@ def _has_results(file: Path) -> bool:
 
 def read(file: Path) -> Sample:
     with h5py.File(file) as root:
-        summary = {name: values[()] for name, values in root["summary"].items()}
+        summary = {name: values[()] for name, values in root["summary"].items() if isinstance(values, h5py.Dataset)}
+        inputs = {name: float(values[()]) for name, values in root["summary"].get("inputs", {}).items()}
         energy = {name: values[...] for name, values in root["energy"].items()}
         history = {name: values[...] for name, values in root["history"].items() if isinstance(values, h5py.Dataset)}
         surface = root["crack_surface"]
-        return Sample(summary, energy, history, surface["corners"][...], surface["time"][...], surface["area"][...],
-                      {name: values[...] for name, values in root["forks"].items()}, tomllib.loads(root.attrs["input"]))
+        return Sample(summary, inputs, energy, history, surface["corners"][...], surface["time"][...], surface["area"][...],
+                      {name: values[...] for name, values in root["forks"].items()}, tomllib.loads(root.attrs["input"]),
+                      float(root["timing/wall_time"][()]))

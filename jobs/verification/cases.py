@@ -10,7 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from crackle_runs import JOBS, ROOT, Sample, markdown, read, run, with_keys
+from crackle_runs import JOBS, ROOT, Sample, front_speed, markdown, read, run, with_keys
 from figures import MICROSECOND, MILLIMETRE, Figure, mean, median_range, output_of
 
 
@@ -116,7 +116,6 @@ def _branching(y: np.ndarray, z: np.ndarray, time: np.ndarray) -> tuple[float, f
 
 TRAVELS = (0.030, 0.035, 0.038, 0.040, 0.045, 0.050)  # of each long edge of the PMMA strip [mm]
 STRIP_SPACINGS = (0.25, 0.17)  # [mm]
-FORK_WINDOW = 2 * MILLIMETRE  # along the crack, over which its speed where it forks is measured
 
 
 @dataclass(frozen=True)
@@ -140,15 +139,8 @@ def _strip_crack(sample: Sample, tip: float, width: float) -> StripCrack:
         first = seen[np.argmin(sample.forks["position"][seen, 0])]
         at = float(sample.forks["position"][first, 0])
         place, angle = (at - tip) / MILLIMETRE, math.degrees(sample.forks["angle"][first])
-        speed = _front_speed(y, sample.facet_time, at) * sample.summary["crack_speed_ratio"] / sample.summary["crack_speed_max"]
+        speed = front_speed(y, sample.facet_time, at) * sample.summary["crack_speed_ratio"] / sample.summary["crack_speed_max"]
     return StripCrack(ran, seen.size, place, angle, speed, float(sample.summary["crack_speed_ratio"]))
-
-
-def _front_speed(y: np.ndarray, time: np.ndarray, at: float) -> float:
-    """Slope of a line through the facets that opened on the last FORK_WINDOW before `at` [m/s]."""
-    here = (y > at - FORK_WINDOW) & (y <= at)
-    slope = np.polyfit(y[here], time[here], 1)[0] if here.sum() > 10 else math.nan
-    return 1 / slope if slope > 0 else math.nan
 
 
 def _threshold(load: np.ndarray, forked: np.ndarray) -> tuple[float, float, float]:

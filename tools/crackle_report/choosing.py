@@ -13,14 +13,20 @@ def typical_samples(ensemble: Ensemble, n: int) -> list[int]:
     Every group gets a share of the places like its share of the samples, but at least one. Its first sample
     is the one nearest to all others of the group; each further one differs most from those already chosen.
     """
+    groups = kinds(ensemble)
+    order = sorted(groups, key=lambda key: (key[0] == 0, key))
+    places = _share_out([len(groups[key]) for key in order], n)
+    return [i for key, count in zip(order, places) for i in spread(ensemble, groups[key], count)]
+
+
+def kinds(ensemble: Ensemble) -> dict[tuple[int, bool], list[int]]:
+    """The done samples by pattern and by whether they fork in the projection."""
     groups: dict[tuple[int, bool], list[int]] = {}
     samples = ensemble.samples
     forks = samples.numbers[samples.forks]
     for i in ensemble.done:
         groups.setdefault((int(samples.pattern[i]), bool(forks[i] > 0)), []).append(int(i))
-    order = sorted(groups, key=lambda key: (key[0] == 0, key))
-    places = _share_out([len(groups[key]) for key in order], n)
-    return [i for key, count in zip(order, places) for i in _spread(ensemble, groups[key], count)]
+    return groups
 
 
 def samples_in_detail(ensemble: Ensemble) -> list[int]:
@@ -34,7 +40,7 @@ def samples_in_detail(ensemble: Ensemble) -> list[int]:
         group = [int(i) for i in ensemble.done if samples.pattern[i] == pattern]
         branched = [i for i in group if forks[i] > 0]
         if group:
-            chosen += _spread(ensemble, branched if pattern == 2 and branched else group, 1)
+            chosen += spread(ensemble, branched if pattern == 2 and branched else group, 1)
     return chosen or typical_samples(ensemble, 1)
 
 
@@ -48,7 +54,9 @@ def _share_out(sizes: list[int], n: int) -> list[int]:
     return places
 
 
-def _spread(ensemble: Ensemble, group: list[int], count: int) -> list[int]:
+def spread(ensemble: Ensemble, group: list[int], count: int) -> list[int]:
+    """Of a group the sample nearest to all others, then those that differ most from the ones before."""
+    count = min(count, len(group))
     distance = _distances(ensemble.samples.position[group].reshape(len(group), -1), ensemble.plate.size[1])
     chosen: list[int] = []
     while len(chosen) < count:

@@ -22,15 +22,37 @@ def quartiles(values: np.ndarray, digits: int) -> str:
     return f"median {middle:.{digits}f} (half of the samples {low:.{digits}f} to {high:.{digits}f})"
 
 
-def against_paper(rows: Rows, fringes: list[FringeSeries]) -> str:
-    """The paper's findings beside those of the campaign."""
+def _first_fork(rows: Rows) -> str:
+    """Time, place, angle and speed of each sample's first fork in the projection: medians, and the middle half."""
+    def middle(name: str, unit: float, digits: int) -> str:
+        values = rows.values[name][np.isfinite(rows.values[name])] / unit
+        low, median, high = np.quantile(values, [0.25, 0.5, 0.75])
+        return f"{median:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
+
+    return (f"{middle('fork_time', 1e-6, 0)} µs after t₀, {middle('fork_place', 1e-3, 1)} mm from the notch, its arms "
+            f"{middle('fork_angle', np.pi / 180, 0)}° apart, from a crack at {middle('fork_speed', 1, 2)} of Rayleigh's speed")
+
+
+def _enough(rows: Rows) -> str:
+    """How well this many samples tell the mean path and the shares."""
+    n, path = len(rows), leading_path(rows)
+    half_width = np.stack([running_half_width(column) for column in path.T], axis=1)
+    enough = needed(half_width, TOLERANCE)
+    shares = [f"{100 * low:.0f} to {100 * high:.0f} %" for low, high in
+              (share_interval(rows.share(1), n), share_interval(int((rows.values["bifurcations_projected"] > 0).sum()), n))]
+    return (f"the leading crack's mean is known to ± {1e3 * half_width[-1].max():.3f} mm at the worst section, "
+            + (f"to ± {1e3 * TOLERANCE:g} mm at all from {enough} samples on" if enough else f"not to ± {1e3 * TOLERANCE:g} mm")
+            + f", the share of one crack to {shares[0]}, of forks to {shares[1]}")
+
+
+def against_paper(rows: Rows, fringes: list[FringeSeries], own: Rows | None = None) -> str:
+    """The paper's findings beside those of the campaign.
+
+    @param own the same with mother points of each sample's own
+    """
     n, values, lead = len(rows), rows.values, leading_notch(rows)
     one = values["pattern"] == 1
     first, second = int((lead[one] == 0).sum()), int((lead[one] == 1).sum())
-    path = leading_path(rows)
-    half_width = np.stack([running_half_width(column) for column in path.T], axis=1)
-    enough = needed(half_width, TOLERANCE)
-    one_low, one_high = share_interval(rows.share(1), n)
     second_reach = reach(rows)[1]
     back = in_base_frame(rows, lead)
     leader = {name: of_notch(rows, name, lead) for name in ("kinks", "bend")}
@@ -56,6 +78,7 @@ def against_paper(rows: Rows, fringes: list[FringeSeries]) -> str:
         ["bifurcation", "in 4 of the 8 samples shown",
          f"forks in the projection: {share(int((values['bifurcations_projected'] > 0).sum()), n)}; in space: "
          f"{share(int((values['bifurcations'] > 0).sum()), n)}"],
+        ["the first fork in the projection", "not given; Figure 6 shows one at t₀ + 30, 50 and 70 µs", _first_fork(rows)],
         ["largest crack speed over Rayleigh's", "not given", spread(values["crack_speed_ratio"], ".2f")],
     ]
     if fringes:
@@ -72,9 +95,8 @@ def against_paper(rows: Rows, fringes: list[FringeSeries]) -> str:
              f"as at t₀, while the mean order has fallen to {np.median(fallen):.2f}; correlation {spread(alike[:, 1], '.2f')}"]]
     lines += [
         ["samples", "200, by the convergence of the mean crack path",
-         f"{n}; for this base distribution of mother points the 95 % interval of the leading crack's mean is ± {1e3 * half_width[-1].max():.3f} mm at the worst section, "
-         + (f"within ± {1e3 * TOLERANCE:g} mm at all from {enough} samples on" if enough else f"not within ± {1e3 * TOLERANCE:g} mm")
-         + f"; that of the share of one crack is {100 * one_low:.0f} to {100 * one_high:.0f} %"],
+         f"{n}; for this base distribution of mother points {_enough(rows)}"
+         + (f". Of {len(own)} with one of each sample's own {_enough(own)}" if own else "")],
         ["time", "not given", f"{np.median(values['forces']):.0f} force evaluations and {np.median(rows.seconds):.0f} s per sample "
                               f"(medians), {rows.seconds.sum() / 3600:.1f} hours on one core in all"],
         ["depth and distance of the notches", "not given", "2.5 mm; 6 mm between their mid-planes; chosen for onset and groups"],

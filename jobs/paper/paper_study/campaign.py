@@ -3,40 +3,49 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
-from PIL import Image
-
+from crackle_report.choosing import kinds, spread
+from crackle_report.figures import convergence, crack_paths, crossings, growth, shares
+from crackle_report.options import Options
 from crackle_report.reading import read_ensemble
-from crackle_report.writing import write_light_png
-from crackle_runs import ROOT
+from crackle_report.results import Ensemble
+from crackle_report.writing import write_light_figure
 
 from . import fringes
 from .comparing import leading_notch
 from .rows import Rows
 
-REPORT = ROOT / "tools" / "crackle-report"
-PICTURES = ("typical-paths", "crossings", "convergence", "shares")
 N_FRINGES = 40  # samples whose pictures are looked at
+US = 1e-6
+FIGURES = (((0.0, 40 * US, 70 * US, 100 * US), ((1, False), (1, True))),  # 5: one main crack path
+           ((0.0, 30 * US, 50 * US, 70 * US), ((2, True), (1, True))))  # 6: bifurcation
+"""The paper's figures of fringes: their times since the onset, and the kind of sample that each shows, or else may show."""
 
 
-def keep_pictures(results: Path, rows: Rows, folder: Path) -> None:
-    """The report's pictures (few samples have no typical ones), and the growth of two typical samples, lighter.
+def typical_eight(ensemble: Ensemble) -> list[int]:
+    """Two samples of each kind, as Figure 3 has eight: one crack, two cracks, and the same with forks in the projection.
 
-    The sample with one crack comes before that with two.
+    The first of a kind is nearest to all others of it, the second differs most from the first.
     """
-    subprocess.run([sys.executable, REPORT, results, "--no-animation"], check=True, stdout=subprocess.DEVNULL)
-    growth = sorted((results / "report").glob("growth-*.png"), key=lambda file: file.stat().st_mtime)[-2:]
-    found = {name: results / "report" / f"{name}.png" for name in PICTURES}
-    names = {file: f"{name}.png" for name, file in found.items() if file.is_file()}
-    pattern = dict(zip(rows.sample, rows.values["pattern"]))
-    growth.sort(key=lambda file: (pattern[int(file.stem.removeprefix("growth-"))], file.name))
-    names |= {file: f"growth-{number}.png" for number, file in enumerate(growth, 1)}
-    for source, name in names.items():
-        write_light_png(Image.open(source), folder / name)
+    found = kinds(ensemble)
+    return [i for forked in (False, True) for pattern in (1, 2) for i in spread(ensemble, found.get((pattern, forked), []), 2)]
+
+
+def keep_pictures(results: Path, folder: Path) -> None:
+    """Typical paths, the report's pictures of all, and fringes and growth of a sample of each kind at the paper's times."""
+    ensemble = read_ensemble(results)
+    for name, picture in (("crossings", crossings), ("convergence", convergence), ("shares", shares)):
+        write_light_figure(picture.section(ensemble, Options()).pictures[0].figure, folder / f"{name}.png")
+    if eight := typical_eight(ensemble):
+        write_light_figure(crack_paths.of(ensemble, eight), folder / "typical-paths.png")
+    found = kinds(ensemble)
+    for number, (times, groups) in enumerate(FIGURES, 1):
+        group = next((found[kind] for kind in groups if kind in found), [])
+        options = Options(samples=tuple(spread(ensemble, group, 1)), times=times, animation=False)
+        if group and (section := growth.section(ensemble, options)):
+            write_light_figure(section.pictures[0].figure, folder / f"growth-{number}.png")
 
 
 def keep_ensemble(results: Path, folder: Path) -> None:

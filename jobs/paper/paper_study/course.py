@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 
 from crackle_report.plate import Plate
+from crackle_runs import front_speed
 
 # As in the program's patterns (crack_path.h).
 STATIONS = 50
@@ -18,7 +19,7 @@ STARTED = 0.06  # share of the ligament that a crack has crossed when it counts 
 FAR = 0.8  # that the first crack has crossed when the other one is looked at
 
 FIELDS = ("start_0", "start_1", "reach_0", "reach_1", "other_when_far", "kinks_0", "kinks_1", "bend_0", "bend_1", "turned",
-          "forces", "long_forks")
+          "forces", "long_forks", "fork_time", "fork_place", "fork_angle", "fork_speed")
 LONG_ARM = 2e-3  # [m]
 
 
@@ -30,7 +31,9 @@ def read(sample: Path, plate: Plate) -> dict[str, float]:
     that it has crossed at the end; `kinks` and `bend` [rad] those of its crack line. `other_when_far` is what the other
     crack has crossed when the first one has crossed FAR. `turned` is 1 where the mesh is turned by 180 degrees against
     the base, `forces` counts evaluations of the force, and `long_forks` the forks in the projection whose arms are LONG_ARM or
-    more, whatever the spacing. What did not happen is NaN.
+    more, whatever the spacing. Of the first fork in the projection: `fork_time` since the onset [s], `fork_place` from its
+    notch's tip along the ligament [m], `fork_angle` between its arms [rad], `fork_speed` of the crack before it, over
+    Rayleigh's. What did not happen is NaN.
     """
     with h5py.File(sample) as root:
         lines = {name: column[...] for name, column in root["crack_lines/lines"].items()}
@@ -39,6 +42,7 @@ def read(sample: Path, plate: Plate) -> dict[str, float]:
         result = {"turned": float((int(root["mesh"].attrs.get("reflected_axes", 0)) & 4) != 0),
                   "forces": float(root["counts/force_evaluations"][()]),
                   "long_forks": _long_forks(root) if "forks" in root else math.nan}
+        result |= _first_fork(root, plate)
     shares = []
     for notch in range(2):
         mine = notch_of[crack] == notch
@@ -59,6 +63,26 @@ def read(sample: Path, plate: Plate) -> dict[str, float]:
 def _long_forks(root: h5py.File) -> float:
     forks = root["forks"]
     return float(np.count_nonzero((forks["in_projection"][...] == 1) & (forks["length"][...] >= LONG_ARM)))
+
+
+def _first_fork(root: h5py.File, plate: Plate) -> dict[str, float]:
+    seen = np.flatnonzero(root["forks/in_projection"][...] == 1) if "forks" in root else np.empty(0, int)
+    if seen.size == 0:
+        return dict.fromkeys(("fork_time", "fork_place", "fork_angle", "fork_speed"), math.nan)
+    forks = {name: root[f"forks/{name}"][...] for name in ("time", "position", "angle", "notch")}
+    first = seen[np.argmin(forks["time"][seen])]
+    notch = int(forks["notch"][first])
+
+    def advance(y: np.ndarray) -> np.ndarray:
+        return plate.notch_direction[notch] * (y - plate.notch_tip[notch, 0])
+
+    place = float(advance(forks["position"][first, 0]))
+    mine = root["crack_surface/cracks/notch"][...][root["crack_surface/crack"][...]] == notch
+    middle = root["crack_surface/corners"][...][mine][:, :, 1].mean(axis=1)
+    rayleigh = root["summary/crack_speed_max"][()] / root["summary/crack_speed_ratio"][()]
+    speed = front_speed(advance(middle), root["crack_surface/time"][...][mine], place) / rayleigh
+    return {"fork_time": float(forks["time"][first]), "fork_place": place, "fork_angle": float(forks["angle"][first]),
+            "fork_speed": float(speed)}
 
 
 def arrivals(x: np.ndarray, y: np.ndarray, time: np.ndarray) -> np.ndarray:

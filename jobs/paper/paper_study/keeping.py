@@ -18,7 +18,7 @@ from crackle_report.writing import write_light_figure
 from . import campaign, figures, fringes, rows, tables
 from .against_paper import against_paper
 from .rows import Rows
-from .studies import CAMPAIGN, DISTANCE, FAST_FROM_ZERO, FROM_ZERO, PERTURBATION, PERTURBATIONS, STUDIES
+from .studies import CAMPAIGN, DISTANCE, FAST_FROM_ZERO, FROM_ZERO, OWN, PERTURBATION, PERTURBATIONS, STUDIES
 
 
 def keep(studies: list[str], output: Path, folder: Path) -> None:
@@ -33,9 +33,10 @@ def keep(studies: list[str], output: Path, folder: Path) -> None:
             print(f"{study}: nothing computed yet")
             continue
         table = folder / f"{study}.csv"
-        # Runs that were computed elsewhere stay.
+        # What was computed elsewhere stays: other runs, and other samples of the same ones.
         known = {one.name: one for one in rows.read_csv(table)} if table.is_file() else {}
-        known |= found
+        known |= {name: rows.joined(known[name], one) if name in known and known[name].label == one.label else one
+                  for name, one in found.items()}
         rows.write_csv([known[run.name] for run in STUDIES[study] if run.name in known], table)
         if study == "campaign":
             _keep_campaign(found[CAMPAIGN.name], output / CAMPAIGN.name / "out", folder)
@@ -44,13 +45,13 @@ def keep(studies: list[str], output: Path, folder: Path) -> None:
     for study in studies:
         if study in kept:
             SHOW[study](kept, folder)
-    if "campaign" in studies and "campaign" in kept:
-        _put(folder, "paper", against_paper(kept["campaign"][CAMPAIGN.name], _fringes(folder)))
+    if {"campaign", "own"} & set(studies) and "campaign" in kept:
+        _put(folder, "paper", against_paper(kept["campaign"][CAMPAIGN.name], _fringes(folder), kept.get("own", {}).get(OWN.name)))
 
 
 def _keep_campaign(found: Rows, results: Path, folder: Path) -> None:
     campaign.keep_ensemble(results, folder)
-    campaign.keep_pictures(results, found, folder)
+    campaign.keep_pictures(results, folder)
     campaign.keep_fringes(results, found, folder / "fringes.csv")
 
 
@@ -134,7 +135,7 @@ def _rate(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
 
 
 SHOW = {"branching": _branching, "notches": _notches, "bases": _bases, "campaign": _campaign,
-        "clock-from-zero": lambda kept, folder: None, "convergence": _convergence,
+        "own": lambda kept, folder: None, "clock-from-zero": lambda kept, folder: None, "convergence": _convergence,
         "spacing": _on_bases("spacing", "spacing", "0.3 mm at the tips", 0),
         "disturbance": _on_bases("disturbance", "perturbation", f"{PERTURBATION:g}",
                                  sum(p < PERTURBATION for p in PERTURBATIONS)),

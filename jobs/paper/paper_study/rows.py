@@ -60,6 +60,19 @@ def read(run: Run, results: Path) -> Rows:
     return rows
 
 
+def joined(known: Rows, found: Rows) -> Rows:
+    """The samples of both, in order; what was found goes before what was known of the same sample."""
+    kept = ~np.isin(known.sample, found.sample)
+    order = np.argsort(np.concatenate([known.sample[kept], found.sample]), kind="stable")
+
+    def join(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        return np.concatenate([one[kept], other])[order]
+
+    return Rows(found.name, found.label, join(known.sample, found.sample),
+                {name: join(known.values[name], found.values[name]) for name in FIELDS}, join(known.z, found.z),
+                join(known.seconds, found.seconds))
+
+
 def write_csv(rows: list[Rows], file: Path) -> None:
     with open(file, "w", newline="") as stream:
         out = csv.writer(stream, lineterminator="\n")

@@ -54,6 +54,11 @@ def every(ensemble: Ensemble, _: Options) -> Section | None:
     return _section(ensemble, title, text, sheets)
 
 
+def of(ensemble: Ensemble, numbers: list[int]) -> Figure:
+    """The cracks of these samples, a panel each."""
+    return _section(ensemble, "", "", [numbers]).pictures[0].figure
+
+
 def alone(ensemble: Ensemble, number: int, marked: bool) -> Figure:
     """One sample's crack on a page of its own, with or without the forks that the program counts."""
     crack = ensemble.files.crack(number)
