@@ -25,7 +25,7 @@ BLOCKS = {
     "golden paper": "jobs/verification/README.md",
     **{name: "jobs/laws/README.md" for name in ("laws", "laws-slots", "laws-fringes")},  # jobs/laws/study --keep
     # jobs/paper/study --keep
-    **{name: PAPER for name in ("paper", "branching", "by-eye", "notches", "bases", "turning", "limits", "symmetry",
+    **{name: PAPER for name in ("paper", "settings", "branching", "by-eye", "notches", "bases", "turning", "limits", "symmetry",
                                 "base-notches", "convergence", "spacing", "disturbance", "heterogeneity", "rate")},
 }
 

@@ -187,6 +187,15 @@ class Statistics(unittest.TestCase):
         np.testing.assert_array_equal(after.values["onset_force"], before.values["onset_force"])
 
 
+    def test_samples_that_were_computed_elsewhere_stay(self):
+        known, found = make_rows(np.zeros((3, 2, 5)), onset=[1, 2, 3]), make_rows(np.ones((2, 2, 5)), onset=[20, 40])
+        known.sample[:], found.sample[:] = [0, 1, 2], [1, 3]
+        both = rows.joined(known, found)
+        self.assertEqual(both.sample.tolist(), [0, 1, 2, 3])
+        self.assertEqual(both.values["onset_force"].tolist(), [1, 20, 3, 40])
+        self.assertEqual(both.z[:, 0, 0].tolist(), [0, 1, 0, 1])
+
+
 class Course(unittest.TestCase):
     def test_stations_are_crossed_when_enough_of_the_thickness_is(self):
         # Squares across the advance-thickness plane: a tenth of the thickness by a fiftieth of the ligament each.
@@ -269,7 +278,7 @@ class Running(unittest.TestCase):
             for name in ("campaign", "clock-from-zero", "fast", "branching-center", "branching-own"):
                 (output / name).symlink_to("small")
             for name in ("base-2012", "base-1", "base-2", "perturbation-0.1-base-1", "perturbation-0.1-base-2",
-                         "spacing-0.4-base-1", "spacing-0.4-base-2", "both-vary-base-1", "both-vary-base-2"):
+                         "perturbation-0.2-base-1", "perturbation-0.2-base-2", "spacing-0.4-base-1", "spacing-0.4-base-2", "both-vary-base-1", "both-vary-base-2"):
                 (output / name).symlink_to("small")
             (output / "rate-1e6").symlink_to("small")
             keep(["branching", "bases", "campaign", "clock-from-zero", "convergence", "spacing", "disturbance", "heterogeneity", "rate"], output, output / "kept")

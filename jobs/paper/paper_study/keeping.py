@@ -21,6 +21,9 @@ from .rows import Rows
 from .studies import CAMPAIGN, DISTANCE, FAST_FROM_ZERO, FROM_ZERO, OWN, PERTURBATION, PERTURBATIONS, STUDIES
 
 
+Kept = dict[str, dict[str, Rows]]  # by study and run
+
+
 def keep(studies: list[str], output: Path, folder: Path) -> None:
     """Reads the runs in `output`, finished or not, and brings `folder` up to date."""
     style.apply()
@@ -60,7 +63,7 @@ def _fringes(folder: Path) -> list[fringes.FringeSeries]:
     return fringes.read_csv(file) if file.is_file() else []
 
 
-def _branching(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
+def _branching(kept: Kept, folder: Path) -> None:
     mine = list(kept["branching"].values())
     _put(folder, "branching", tables.branching(mine))
     write_light_figure(figures.forks(mine), folder / "branching.png")
@@ -69,7 +72,7 @@ def _branching(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
             _put(folder, "by-eye", tables.by_eye(list(csv.DictReader(stream)), mine))
 
 
-def _notches(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
+def _notches(kept: Kept, folder: Path) -> None:
     mine = list(kept["notches"].values())
     chosen = [one for one in mine if one.label.endswith(f", {DISTANCE:g} mm")]
     curve, depth = tables.median_curve(chosen)
@@ -81,14 +84,15 @@ def _notches(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
     write_light_figure(figures.onset_against_depth(mine), folder / "onset-against-depth.png")
 
 
-def _bases(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
+def _bases(kept: Kept, folder: Path) -> None:
     mine = list(kept["bases"].values())
     _put(folder, "bases", tables.bases(mine))
     if fast := kept.get("convergence", {}).get(FAST_FROM_ZERO.name):
         _put(folder, "turning", tables.turning(mine[0], fast))
 
 
-def _campaign(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
+def _campaign(kept: Kept, folder: Path) -> None:
+    _settings(kept, folder)
     mine = kept["campaign"][CAMPAIGN.name]
     _put(folder, "symmetry", tables.symmetry(mine))
     _put(folder, "base-notches", tables.base_notches(mine))
@@ -98,7 +102,13 @@ def _campaign(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
         write_light_figure(figures.fringes(series), folder / "fringes.png")
 
 
-def _convergence(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
+def _settings(kept: Kept, folder: Path) -> None:
+    """The paper's setting, and what else differs in one thing from it."""
+    _put(folder, "settings", tables.branching([one for study in ("campaign", "own", "strength", "softening")
+                                               for one in kept.get(study, {}).values()]))
+
+
+def _convergence(kept: Kept, folder: Path) -> None:
     mine = kept.get("clock-from-zero", {}) | kept["convergence"]
     runs = [(run, mine[run.name]) for run in (FROM_ZERO, *STUDIES["convergence"]) if run.name in mine]
     _put(folder, "convergence", tables.comparison(mine, runs))
@@ -111,35 +121,46 @@ def _by_label(several: Iterable[Rows]) -> dict[str, list[Rows]]:
     return result
 
 
-def _on_bases(study: str, title: str, usual: str, place: int) -> Callable[[dict[str, dict[str, Rows]], Path], None]:
-    """A study of the mesh on several bases; those of the study `bases` but the first are among them, at this place."""
-    def show(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
-        settings = list(_by_label(kept[study].values()).items())
-        if "bases" not in kept:
+def _from_zero(kept: Kept) -> list[Rows]:
+    """The paper's spacing and disturbance on several bases, the clock starting without load."""
+    return list(kept.get("bases", {}).values())[1:]
+
+
+def _usual_disturbance(kept: Kept) -> list[Rows]:
+    """The same in the paper's setting."""
+    return _by_label(kept.get("disturbance", {}).values()).get(f"{PERTURBATION:g}", [])
+
+
+def _on_bases(study: str, title: str, usual: str, place: int, reference: Callable[[Kept], list[Rows]]) -> Callable[[Kept, Path], None]:
+    """A study of the mesh on several bases; the setting that the others are compared with is put in at this place."""
+    def show(kept: Kept, folder: Path) -> None:
+        settings = [(label, several) for label, several in _by_label(kept[study].values()).items() if label != usual]
+        if not (others := reference(kept)):
             return
-        settings.insert(place, (usual, list(kept["bases"].values())[1:]))
+        settings.insert(place, (usual, others))
         _put(folder, study, tables.on_bases(title, usual, settings))
         merged = [(label, tables.merged(several)) for label, several in settings]
         write_light_figure(figures.reach_and_paths(merged, "reach"), folder / f"{study}.png")
     return show
 
 
-def _rate(kept: dict[str, dict[str, Rows]], folder: Path) -> None:
-    fast = kept.get("convergence", {}).get(FAST_FROM_ZERO.name)
-    if fast is None:
+def _rate(kept: Kept, folder: Path) -> None:
+    campaign_rows = kept.get("campaign", {}).get(CAMPAIGN.name)
+    if campaign_rows is None:
         return
-    slow, mine = replace(fast, label="5 N/s"), list(kept["rate"].values())
+    slow, mine = replace(campaign_rows, label="5 N/s"), list(kept["rate"].values())
     _put(folder, "rate", tables.rates(slow, mine))
     labelled = [(one.label, one) for one in (slow, *mine)]
     write_light_figure(figures.reach_and_paths(labelled, "other_when_far"), folder / "rate.png")
 
 
 SHOW = {"branching": _branching, "notches": _notches, "bases": _bases, "campaign": _campaign,
-        "own": lambda kept, folder: None, "clock-from-zero": lambda kept, folder: None, "convergence": _convergence,
-        "spacing": _on_bases("spacing", "spacing", "0.3 mm at the tips", 0),
+        "own": _settings, "strength": _settings, "softening": _settings,
+        "clock-from-zero": lambda kept, folder: None, "convergence": _convergence,
+        "spacing": _on_bases("spacing", "spacing", "0.3 mm at the tips", 0, _from_zero),
         "disturbance": _on_bases("disturbance", "perturbation", f"{PERTURBATION:g}",
-                                 sum(p < PERTURBATION for p in PERTURBATIONS)),
-        "heterogeneity": _on_bases("heterogeneity", "what differs from sample to sample", "mesh alone", 0),
+                                 sum(p < PERTURBATION for p in PERTURBATIONS), _usual_disturbance),
+        "heterogeneity": _on_bases("heterogeneity", "what differs from sample to sample", "mesh alone", 0, _usual_disturbance),
         "rate": _rate}
 
 

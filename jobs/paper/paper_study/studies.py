@@ -68,8 +68,9 @@ DISTANCE = 5.0  # of the notches [mm], as in jobs/paper.toml
 DEPTHS_AT_DISTANCE = {3.0: (5.6,), 4.0: (5.6,), 5.0: (4.0, 5.0, 5.2, 5.4, 5.6, 5.8), 7.0: (5.2,),
                       10.0: (2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0), 15.0: (5.2,), 20.0: (5.2,)}  # [mm]
 PERTURBATION = 0.2  # in jobs/paper.toml
-PERTURBATIONS = (0.001, 0.01, 0.05, 0.1, 0.3)
-RATES = {3e5: 1.2, 1e6: 1.5, 3e6: 1.5, 1e7: 1.5}  # [N/s]: duration, in times that the load takes to that of slow loading
+PERTURBATIONS = (0.001, 0.05, 0.1, PERTURBATION, 0.3)
+PAPER_LOAD = 516.0  # [N]: the paper's t0 at 5 N/s, from 135 N on
+RATES = {1e6: (1.2, 16), 3e6: (1.3, 24), 1e7: (1.5, 24)}  # [N/s]: duration, in times that the load takes to PAPER_LOAD; samples
 SEEDS = range(1, 13)
 PER_BASE = 10  # samples
 MESH_SEEDS = range(1, 9)  # bases that other meshes are compared on
@@ -82,9 +83,10 @@ FROM_ZERO = Run("clock-from-zero", "5 ns, `bilateral4`", 200, reference="clock-f
 FAST_FROM_ZERO = Run("fast", "`auto` (47 ns), `verlet`", 100, FAST, reference="clock-from-zero")
 
 
-def _on_bases(name: str, label: str, keys: dict[str, str], tables: str = "") -> list[Run]:
+def _on_bases(name: str, label: str, keys: dict[str, str], tables: str = "", source: str = "paper/clock-from-zero") -> list[Run]:
     """One setting on several bases; the runs have the label in common."""
-    return [Run(f"{name}-base-{seed}", label, PER_MESH_BASE, {**FAST, **keys, "ensemble.seed": str(seed)}, tables=tables)
+    return [Run(f"{name}-base-{seed}", label, PER_MESH_BASE, {**FAST, **keys, "ensemble.seed": str(seed)}, tables=tables,
+                source=source)
             for seed in MESH_SEEDS]
 
 
@@ -99,13 +101,13 @@ def _spacing(spacing: float, scaled: bool) -> list[Run]:
     return _on_bases(name, label, keys)
 
 
-def _rate(rate: float, overload: float) -> Run:
+def _rate(rate: float, overload: float, samples: int) -> Run:
     # Long enough for the load to come to the notches and for the cracks to run through after it.
-    duration = overload * TARGET_LOAD / rate * 1e6 + 250
+    duration = overload * PAPER_LOAD / rate * 1e6 + 250
     keys = {**FAST, "time.start": '"rest"', "time.duration": f'"{duration:.0f} us"'}
     exponent = math.floor(math.log10(rate) + 1e-9)
     factor = round(rate / 10 ** exponent)
-    return Run(f"rate-{factor}e{exponent}", f"{factor}·10^{exponent} N/s", 24 if rate < 1e6 else 40, keys, rate=rate)
+    return Run(f"rate-{factor}e{exponent}", f"{factor}·10^{exponent} N/s", samples, keys, rate=rate, load=0.0, source="paper")
 
 
 STUDY_DISTANCE, STUDY_DEPTH = 7.0, 3.0  # of the notches in jobs/paper/study.toml [mm]
@@ -161,6 +163,7 @@ STUDIES: dict[str, list[Run]] = {
               *(Run(f"base-{seed}", f"{seed}", PER_BASE, {**UNTURNED, "ensemble.seed": str(seed)}) for seed in SEEDS)],
     "campaign": [CAMPAIGN],
     "own": [OWN],
+    "strength": [Run("strength", "35 MPa", 48, {**AUTO, **STRENGTH}, reference="campaign", source="paper")],
     "clock-from-zero": [FROM_ZERO],
     "convergence": [
         FAST_FROM_ZERO,
@@ -177,8 +180,8 @@ STUDIES: dict[str, list[Run]] = {
     "spacing": [*(run for spacing in (0.4, 0.24) for scaled in (False, True) for run in _spacing(spacing, scaled)),
                 *_on_bases("growth-0.1", "0.1 mm coarser per mm from the tips", {"mesh.growth": "0.1"})],
     "disturbance": [run for p in PERTURBATIONS
-                    for run in _on_bases(f"perturbation-{p:g}", f"{p:g}", {"mesh.perturbation": f"{p:g}"})],
-    "heterogeneity": [*_on_bases("strength-varies", "strength alone", {"mesh.perturbation": "0"}, VARIATION),
-                      *_on_bases("both-vary", "mesh and strength", {}, VARIATION)],
-    "rate": [_rate(rate, overload) for rate, overload in RATES.items()],
+                    for run in _on_bases(f"perturbation-{p:g}", f"{p:g}", {"mesh.perturbation": f"{p:g}"}, source="paper")],
+    "heterogeneity": [*_on_bases("strength-varies", "strength alone", {"mesh.perturbation": "0"}, VARIATION, "paper"),
+                      *_on_bases("both-vary", "mesh and strength", {}, VARIATION, "paper")],
+    "rate": [_rate(rate, overload, samples) for rate, (overload, samples) in RATES.items()],
 }
