@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-PAPER = "jobs/paper/README.md"
+PAPER = "jobs/paper"
 BLOCKS = {
     "picture": "README.md",
     "keys": "src/input/README.md",  # crackle check --keys
@@ -24,9 +24,13 @@ BLOCKS = {
     "golden demo": "jobs/verification/README.md",  # tools/golden-runs --update
     "golden paper": "jobs/verification/README.md",
     **{name: "jobs/laws/README.md" for name in ("laws", "laws-slots", "laws-fringes")},  # jobs/laws/study --keep
+    # jobs/gallery/gallery --keep
+    **{name: "jobs/gallery/README.md" for name in ("paper-plate", "pmma-strip", "glass-plate", "compact-tension",
+                                                   "brazilian-disk", "uncertain-strip")},
     # jobs/paper/study --keep
-    **{name: PAPER for name in ("paper", "settings", "branching", "by-eye", "notches", "bases", "turning", "limits", "symmetry",
-                                "base-notches", "convergence", "spacing", "disturbance", "heterogeneity", "rate")},
+    **{name: f"{PAPER}/README.md" for name in ("paper", "settings", "fringes", "limits", "symmetry", "base-notches", "disturbance",
+                                               "heterogeneity", "rate", "branching", "by-eye")},
+    **{name: f"{PAPER}/clock-from-zero.md" for name in ("notches", "bases", "turning", "convergence", "spacing")},
 }
 
 

@@ -12,7 +12,7 @@ from crackle_report.photoelasticity import Grid, make_series
 from crackle_report.reading import SampleFiles
 from crackle_report.stress import frame_stresses
 from crackle_runs import ROOT, markdown, with_keys
-from paper_study.fringes import roughness
+from paper_study.fringes import roughness, side_by_side
 
 SAMPLES = 4
 LOAD = 75  # [N]; with both laws cracks run away below it from a slot as thin as a spacing
@@ -78,23 +78,9 @@ def table(found: dict[str, np.ndarray]) -> str:
 
 def draw(folder: Path, picture: Path) -> None:
     """Dark-field pictures of sample 0 at three times, law by law."""
-    import matplotlib
-    matplotlib.use("Agg")
-    from matplotlib import pyplot as plt
-
-    figure, axes = plt.subplots(len(RUNS), 3, figsize=(7.5, 7.6), constrained_layout=True)
-    for row, (name, one) in zip(axes, RUNS.items()):
-        frames = SampleFiles(folder / name / "out").frames(0)
-        chosen = np.linspace(0, len(frames.time) - 1, 3).round().astype(int)
-        stresses = frame_stresses(frames)
-        pictures = make_series(frames.nodes, frames.tetrahedra, [stresses[k] for k in chosen], Grid.over(*WINDOW, PIXEL))
-        for axis, k, image in zip(row, chosen, pictures):
-            axis.imshow(image.intensity(), cmap="gray", origin="lower", extent=[1e3 * at for at in (*WINDOW[0], *WINDOW[1])])
-            axis.set_title(f"{one.title}, {1e6 * frames.time[k]:.0f} µs", fontsize=9)
-    figure.supxlabel("y [mm]", fontsize=9)
-    figure.supylabel("z [mm]", fontsize=9)
-    figure.savefig(picture, dpi=80)
-    plt.close(figure)
+    bodies = [(one.title, SampleFiles(folder / name / "out").frames(0)) for name, one in RUNS.items()]
+    times = tuple(np.linspace(0, bodies[0][1].time[-1], 3))
+    side_by_side(bodies, times, Grid.over(*WINDOW, PIXEL)).savefig(picture, dpi=80)
 
 
 def keep(folder: Path, kept: Path) -> None:

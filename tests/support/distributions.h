@@ -16,6 +16,7 @@ double kolmogorov_distance(std::vector<double> values, const Distribution& expec
   double distance = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double p = expected(values[i]);
+    if (!(p >= 0 && p <= 1)) return 1;  // a value that is not a number
     const auto rank = static_cast<double>(i);
     distance = std::max({distance, p - rank / n, (rank + 1) / n - p});
   }

@@ -6,12 +6,16 @@ import shutil
 import tempfile
 from pathlib import Path
 
+import numpy as np
+
 from crackle_report.choosing import kinds, spread
 from crackle_report.figures import convergence, crack_paths, crossings, growth, shares
 from crackle_report.options import Options
+from crackle_report.photoelasticity import Grid
 from crackle_report.reading import read_ensemble
 from crackle_report.results import Ensemble
 from crackle_report.writing import write_light_figure
+from crackle_runs import markdown
 
 from . import fringes
 from .comparing import leading_notch
@@ -63,3 +67,29 @@ def keep_fringes(results: Path, rows: Rows, file: Path) -> None:
     turned = set(rows.sample[leading_notch(rows) == 1].tolist())
     series = fringes.look_through(read_ensemble(results), rows.sample[:N_FRINGES].tolist(), turned)
     fringes.write_csv(series, file)
+
+
+def keep_laws(campaign: Path, softening: Path, folder: Path) -> str:
+    """The same bodies with immediate release and with softening: their pictures at the paper's times, and a table of how rough
+    the fringe order is, which is returned.
+    """
+    files = [read_ensemble(results) for results in (campaign, softening)]
+    both = sorted(set(files[0].done.tolist()) & set(files[1].done.tolist()))
+    if not both:
+        return ""
+    titles = ("immediate", "softening")
+    grid = Grid.over(*fringes.WINDOW, fringes.PIXEL)
+    bodies = [(title, one.files.frames(both[0])) for title, one in zip(titles, files)]
+    write_light_figure(fringes.side_by_side(bodies, FIGURES[0][0], grid), folder / "fringes-laws.png")
+    lines = []
+    for title, one in zip(titles, files):
+        found = []
+        for number in both:
+            orders = fringes.orders(one.files.frames(number), one.plate.notch_tip)
+            scale = float(np.nanmean(orders[0]))
+            found.append([fringes.roughness(order, scale) for order in (orders[0], orders[len(orders) // 2], orders[-1])])
+        values = np.array(found)
+        lines.append([title, str(len(both)), *(f"{column.mean():.4f} ± {column.std(ddof=1):.4f}" if len(both) > 1 else
+                                               f"{column.mean():.4f}" for column in values.T),
+                      f"{np.median(values[:, -1] / values[:, 0]):.1f}"])
+    return markdown(["release", "samples", "roughness at t₀", "after 50 µs", "after 100 µs", "after 100 µs over t₀"], lines)

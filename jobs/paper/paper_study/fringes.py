@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Collection, Iterable
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from crackle_report.photoelasticity import Grid, make_series
 from crackle_report.results import Ensemble, Frames
@@ -107,6 +108,23 @@ def look_through(ensemble: Ensemble, samples: Iterable[int], turned: Collection[
         result.append(FringeSeries(number, times[i], mean, np.array([roughness(order, mean[0]) for order in pictures[i]]),
                                    np.array([likeness(*pair) for pair in zip(pictures[i], others)])))
     return result
+
+
+def side_by_side(bodies: list[tuple[str, Frames]], times: tuple[float, ...], grid: Grid) -> Figure:
+    """Dark-field pictures of several samples, a row each, at the frames nearest to some times since the onset [s]."""
+    height = 0.75 + 2.5 * len(bodies) * len(grid.z) / len(grid.y) * 3 / len(times)
+    figure = Figure(figsize=(7.5, height), layout="constrained")
+    for row, (title, frames) in zip(figure.subplots(len(bodies), len(times), squeeze=False), bodies):
+        chosen = [int(np.abs(frames.time - time).argmin()) for time in times]
+        stresses = frame_stresses(frames)
+        images = make_series(frames.nodes, frames.tetrahedra, [stresses[k] for k in chosen], grid)
+        for axes, k, image in zip(row, chosen, images):
+            axes.imshow(image.intensity(), cmap="gray", origin="lower",
+                        extent=[1e3 * at for at in (grid.y[0], grid.y[-1], grid.z[0], grid.z[-1])])
+            axes.set_title(f"{title}, {1e6 * frames.time[k]:.0f} µs", fontsize=8)
+    figure.supxlabel("y [mm]", fontsize=9)
+    figure.supylabel("z [mm]", fontsize=9)
+    return figure
 
 
 def write_csv(series: list[FringeSeries], file: Path) -> None:

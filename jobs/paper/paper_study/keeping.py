@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Puts what the studies gave into a folder of the project: a table of all samples and a picture for each, and the
-tables of its README.md.
+tables of its pages.
 """
 from __future__ import annotations
 
@@ -41,6 +41,9 @@ def keep(studies: list[str], output: Path, folder: Path) -> None:
         known |= {name: rows.joined(known[name], one) if name in known and known[name].label == one.label else one
                   for name, one in found.items()}
         rows.write_csv([known[run.name] for run in STUDIES[study] if run.name in known], table)
+        if study == "softening" and (output / CAMPAIGN.name / "out" / "ensemble.h5").is_file():
+            _put(folder, "fringes",
+                 campaign.keep_laws(output / CAMPAIGN.name / "out", output / "softening" / "out", folder))
         if study == "campaign":
             _keep_campaign(found[CAMPAIGN.name], output / CAMPAIGN.name / "out", folder)
     kept = {study: {one.name: one for one in rows.read_csv(folder / f"{study}.csv")} for study in STUDIES
@@ -165,8 +168,8 @@ SHOW = {"branching": _branching, "notches": _notches, "bases": _bases, "campaign
 
 
 def _put(folder: Path, place: str, table: str) -> None:
-    """Into the folder's README.md between the marks of this place, if it has them; and to the standard output."""
+    """Into the page of the folder that has the marks of this place, if one has them; and to the standard output."""
     print(table, end="")
-    file = folder / "README.md"
-    if file.is_file() and f"<!-- {place}:begin -->" in file.read_text():
-        put_block(place, table, file)
+    for file in folder.glob("*.md"):
+        if f"<!-- {place}:begin -->" in file.read_text():
+            put_block(place, table, file)
