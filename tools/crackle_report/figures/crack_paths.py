@@ -49,7 +49,7 @@ def every(ensemble: Ensemble, _: Options) -> Section | None:
     if n_samples > MOST_PANELS:
         numbers = np.flatnonzero(ensemble.samples.status != PENDING)[:MOST_PANELS].tolist()
         title = f"Crack paths of {len(numbers)} samples"
-        text = f"The first that are computed; crackle-report --cracks draws each of all {n_samples:,}. {EXPLANATION}"
+        text = f"The first that are computed; crackle-report --cracks draws each that is done of all {n_samples:,}. {EXPLANATION}"
     sheets = [numbers[first:first + PANELS_PER_SHEET] for first in range(0, len(numbers), PANELS_PER_SHEET)]
     return _section(ensemble, title, text, sheets)
 
