@@ -28,7 +28,7 @@ BLOCKS = {
     **{name: "jobs/gallery/README.md" for name in ("paper-plate", "pmma-strip", "glass-plate", "compact-tension",
                                                    "brazilian-disk", "uncertain-strip")},
     # jobs/paper/study --keep
-    **{name: f"{PAPER}/README.md" for name in ("paper", "settings", "fringes", "limits", "symmetry", "base-notches", "disturbance",
+    **{name: f"{PAPER}/README.md" for name in ("paper", "limits", "symmetry", "base-notches", "disturbance",
                                                "heterogeneity", "rate", "branching", "by-eye")},
     **{name: f"{PAPER}/clock-from-zero.md" for name in ("notches", "bases", "turning", "convergence", "spacing")},
 }

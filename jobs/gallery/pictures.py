@@ -2,6 +2,7 @@
 """The gallery's pictures."""
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import h5py
@@ -10,11 +11,14 @@ import matplotlib
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 import numpy as np  # noqa: E402
+from matplotlib.figure import Figure  # noqa: E402
+from PIL import Image  # noqa: E402
 
 from crackle_report import style  # noqa: E402
 from crackle_report.drawing import draw_facets, draw_plate, time_colours  # noqa: E402
 from crackle_report.plate import Plate  # noqa: E402
 from crackle_report.results import CrackSurface  # noqa: E402
+from crackle_report.writing import write_light_png  # noqa: E402
 from crackle_runs import Sample  # noqa: E402
 from problems import MILLIMETRE, depth_exponent, exponents  # noqa: E402
 
@@ -23,6 +27,16 @@ def breaking_load(sample: Sample) -> float:
     """At the onset, or where dynamics started from rest at the first break [N]."""
     onset = float(sample.summary["onset_force"])
     return onset if np.isfinite(onset) else float(sample.summary["first_break_load"])
+
+
+style.apply()
+
+
+def _save(figure: Figure, picture: Path) -> None:
+    content = io.BytesIO()
+    figure.savefig(content, dpi=100)
+    write_light_png(Image.open(content), picture)
+    pyplot.close(figure)
 
 
 def draw_cracks(picture: Path, results: Path, samples: list[Sample]) -> None:
@@ -37,24 +51,23 @@ def draw_cracks(picture: Path, results: Path, samples: list[Sample]) -> None:
     width = np.ptp(plate.outline[:, 0]) / style.MILLIMETRE
     wide = (z_range[1] - z_range[0]) / width < 0.7
     size = (8.8, 0.75 + 4.4 * (z_range[1] - z_range[0]) / width * 2) if wide else (2.2 * (1 + len(shown)), 3.2)
-    figure, panels = pyplot.subplots(*((2, 2) if wide else (1, 1 + len(shown))), figsize=size, dpi=80, layout="constrained",
+    figure, panels = pyplot.subplots(*((2, 2) if wide else (1, 1 + len(shown))), figsize=size, layout="constrained",
                                      squeeze=False)
-    for panel, sample in zip(panels.ravel(), [None, *shown]):
+    for panel in panels.ravel():
         draw_plate(panel, plate, z_range)
         panel.tick_params(labelsize=6)
-        if sample is None:
-            panel.triplot(nodes[:, 0], nodes[:, 1], triangles, color=style.OUTLINE, linewidth=0.15)
-            panel.set_title(f"mesh, {n_tetrahedra:,} tetrahedra", fontsize=7)
-            continue
+    first, *others = panels.ravel()
+    first.triplot(nodes[:, 0], nodes[:, 1], triangles, color=style.OUTLINE, linewidth=0.15)
+    first.set_title(f"mesh, {n_tetrahedra:,} tetrahedra", fontsize=7)
+    for number, (panel, sample) in enumerate(zip(others, shown)):
         time = sample.facet_time
         if len(time):
             draw_facets(panel, CrackSurface(sample.facet_corners, time, np.zeros(len(time), int)), time_colours(float(time.max())))
         load = breaking_load(sample)
-        panel.set_title(f"sample {samples.index(sample)}" + (f": {load:.0f} N" if np.isfinite(load) and load else ""), fontsize=7)
-    for panel in panels.ravel()[1 + len(shown):]:
+        panel.set_title(f"sample {number}" + (f": {load:.0f} N" if np.isfinite(load) and load else ""), fontsize=7)
+    for panel in others[len(shown):]:
         panel.set_axis_off()
-    figure.savefig(picture, metadata={"Software": None})
-    pyplot.close(figure)
+    _save(figure, picture)
 
 
 def _shown_length(plate: Plate, samples: list[Sample]) -> tuple[float, float]:
@@ -78,7 +91,7 @@ def draw_exponent(picture: Path, _: Path, samples: list[Sample]) -> None:
     for key, power in zip(("fracture.toughness", "material.youngs_modulus"), found):
         values = np.array([sample.inputs[key] for sample in samples])
         freed *= (values / values.mean()) ** -power
-    figure, (first, second) = pyplot.subplots(1, 2, figsize=(8.8, 3.2), dpi=80, layout="constrained", sharey=True)
+    figure, (first, second) = pyplot.subplots(1, 2, figsize=(8.8, 3.2), layout="constrained", sharey=True)
     first.plot([sample.inputs["fracture.toughness"] for sample in samples], load, ".", color=style.notch_colour(0))
     first.set_xlabel("toughness [J/m²]")
     first.set_ylabel("load at the onset [N]")
@@ -88,5 +101,4 @@ def draw_exponent(picture: Path, _: Path, samples: list[Sample]) -> None:
     second.plot(line, middle, color="black", linewidth=1, label=f"handbook's exponent, {depth_exponent():.2f}")
     second.set_xlabel("depth of the notch [mm]")
     second.legend(fontsize=7)
-    figure.savefig(picture, metadata={"Software": None})
-    pyplot.close(figure)
+    _save(figure, picture)
