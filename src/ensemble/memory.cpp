@@ -23,7 +23,8 @@ namespace fs = std::filesystem;
 namespace {
 
 // Measured as the largest resident set, on bodies of 24,000 to 300,000 tetrahedra (tests/cli/test_memory.py).
-constexpr double program = 115e6;     // with its libraries, for each rank; 65 MB of them for random inputs
+constexpr double libraries = 50e6;    // and the program, for each rank
+constexpr double openturns = 65e6;    // more of them for random inputs
 constexpr double computed = 640;      // each tetrahedron that a rank computes: operators, solver, motion
 constexpr double averaged = 150;      // more of them where the stress is averaged: neighbours, balls
 constexpr double kept = 30;           // each tetrahedron of a realization
@@ -94,10 +95,14 @@ double expected_nodes(const input::Parameters& parameters, const geometry::Body&
   return geometry::estimate_n_points(body, parameters.mesh);
 }
 
+double program(const input::Parameters& parameters) {
+  return libraries + (parameters.random.empty() ? 0 : openturns);
+}
+
 double of_rank(const MemoryDemand& demand, const GroupLayout& layout, int rank) {
   if (rank == 0) return demand.master;
   const int group = layout.group_of(rank);
-  if (group < 0) return program;
+  if (group < 0) return libraries;
   return rank == layout.root_of(group) ? demand.root : demand.member;
 }
 
@@ -114,12 +119,13 @@ MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, 
   const double frames = parameters.output.frames * n_nodes;
   const double ahead =
       std::min(static_cast<double>(most_bytes_ahead), (layout.n_groups + 1) * kept * n_tetrahedra);
+  const double start = program(parameters);
   MemoryDemand demand{};
-  demand.member = program + part;
-  demand.root = program + kept * n_tetrahedra + std::max(part + frame_kept * frames, frame_written * frames);
+  demand.member = start + part;
+  demand.root = start + kept * n_tetrahedra + std::max(part + frame_kept * frames, frame_written * frames);
   if (parameters.ensemble.meshes != input::MeshMakers::master)
-    demand.root = std::max(demand.root, program + made * n_tetrahedra);
-  demand.master = program + made * n_tetrahedra + ahead;
+    demand.root = std::max(demand.root, start + made * n_tetrahedra);
+  demand.master = start + made * n_tetrahedra + ahead;
   if (layout.shared()) demand.master = std::max(demand.master, demand.root + ahead);
   return demand;
 }
@@ -131,7 +137,7 @@ MemoryDemand expected_memory_demand(const input::Parameters& parameters, const g
 }
 
 double expected_mesh_memory(const input::Parameters& parameters, const geometry::Body& body) {
-  return program + made * tetrahedra_per_node * expected_nodes(parameters, body);
+  return program(parameters) + made * tetrahedra_per_node * expected_nodes(parameters, body);
 }
 
 AvailableMemory available_memory(const fs::path& root) {

@@ -5,7 +5,7 @@
 #include "crackle/common/random.h"
 #include "crackle/input/reader.h"
 
-#include "distributions.h"
+#include "openturns.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,7 +14,6 @@
 #include <charconv>
 #include <cmath>
 #include <numeric>
-#include <openturns/SobolSequence.hxx>
 #include <utility>
 
 namespace crackle::uncertainty {
@@ -65,12 +64,10 @@ std::vector<double> hypercube_point(std::uint64_t seed, std::uint64_t n_points, 
 }
 
 std::vector<double> sobol_point(std::uint64_t seed, std::size_t n_dimensions, std::uint64_t number) {
-  OT::SobolSequence sequence(n_dimensions);
-  const OT::Sample points = sequence.generate(number + 1);
+  std::vector<double> point = openturns().sobol_point(n_dimensions, number);
   const RandomStream shifts(seed, 0, "shift of a Sobol sequence");
-  std::vector<double> point(n_dimensions);
   for (std::size_t k = 0; k < n_dimensions; ++k) {
-    const auto interval = static_cast<std::uint64_t>(std::ldexp(points(number, k), n_bits));
+    const auto interval = static_cast<std::uint64_t>(std::ldexp(point[k], n_bits));
     point[k] = middle_of(interval ^ random_interval(shifts.substream(k)));
   }
   return point;
@@ -86,7 +83,7 @@ double rounded(double value) {
 }  // namespace
 
 double quantile(const RandomInput& random, double probability) {
-  return with_openturns([&] { return distribution_of(random).computeQuantile(probability)[0]; });
+  return openturns().quantile(random, probability);
 }
 
 std::vector<double> plan_point(input::SamplingPlan plan, std::uint64_t seed, std::uint64_t n_points,
@@ -97,7 +94,7 @@ std::vector<double> plan_point(input::SamplingPlan plan, std::uint64_t seed, std
     case input::SamplingPlan::latin_hypercube:
       return hypercube_point(seed, n_points, n_dimensions, number);
     case input::SamplingPlan::sobol:
-      return with_openturns([&] { return sobol_point(seed, n_dimensions, number); });
+      return sobol_point(seed, n_dimensions, number);
   }
   fail("unknown plan");
 }

@@ -56,6 +56,8 @@ def _share_out(sizes: list[int], n: int) -> list[int]:
 
 def spread(ensemble: Ensemble, group: list[int], count: int) -> list[int]:
     """Of a group the sample nearest to all others, then those that differ most from the ones before."""
+    if not group:
+        return []
     count = min(count, len(group))
     distance = _distances(ensemble.samples.position[group].reshape(len(group), -1), ensemble.plate.size[1])
     chosen: list[int] = []
