@@ -83,7 +83,7 @@ TEST(MemoryDemand, MakingAMeshTakesNoFramesAndNoOtherRanks) {
   const double mesh = expected_mesh_memory(parameters, body);
   EXPECT_LT(mesh, 1e-3 * expected_memory_demand(parameters, body, one_group(1)).root);
   // 270 bytes for each of 5.5 tetrahedra of each node.
-  EXPECT_NEAR(mesh, 115e6 + 270 * 5.5 * geometry::estimate_n_points(body, parameters.mesh), 1e3);
+  EXPECT_NEAR(mesh, 50e6 + 270 * 5.5 * geometry::estimate_n_points(body, parameters.mesh), 1e3);
 }
 
 TEST(MemoryDemand, FollowsTheLayout) {

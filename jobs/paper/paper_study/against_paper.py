@@ -24,9 +24,12 @@ def quartiles(values: np.ndarray, digits: int) -> str:
 
 def _first_fork(rows: Rows) -> str:
     """Time, place, angle and speed of each sample's first fork in the projection: medians, and the middle half."""
+    if not np.isfinite(rows.values["fork_time"]).any():
+        return "none"
+
     def middle(name: str, unit: float, digits: int) -> str:
         values = rows.values[name][np.isfinite(rows.values[name])] / unit
-        low, median, high = np.quantile(values, [0.25, 0.5, 0.75])
+        low, median, high = np.quantile(values, [0.25, 0.5, 0.75]) if len(values) else 3 * [np.nan]
         return f"{median:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
 
     return (f"{middle('fork_time', 1e-6, 0)} µs after t₀, {middle('fork_place', 1e-3, 1)} mm from the notch, its arms "
