@@ -25,7 +25,7 @@ N_FRINGES = 40  # samples whose pictures are looked at
 US = 1e-6
 FIGURES = (((0.0, 40 * US, 70 * US, 100 * US), ((1, False), (1, True))),  # 5: one main crack path
            ((0.0, 30 * US, 50 * US, 70 * US), ((2, True), (1, True))))  # 6: bifurcation
-"""The paper's figures of fringes: their times since the onset, and the kind of sample that each shows, or else may show."""
+"""The paper's figures of fringes: their times since the onset, and the kinds of sample that each shows, the best first; else any."""
 
 
 def typical_eight(ensemble: Ensemble) -> list[int]:
@@ -46,7 +46,7 @@ def keep_pictures(results: Path, folder: Path) -> None:
         write_light_figure(crack_paths.of(ensemble, eight), folder / "typical-paths.png")
     found = kinds(ensemble)
     for number, (times, groups) in enumerate(FIGURES, 1):
-        group = next((found[kind] for kind in groups if kind in found), [])
+        group = next((found[kind] for kind in (*groups, *found) if kind in found), [])
         options = Options(samples=tuple(spread(ensemble, group, 1)), times=times, animation=False)
         if group and (section := growth.section(ensemble, options)):
             write_light_figure(section.pictures[0].figure, folder / f"growth-{number}.png")
