@@ -43,6 +43,9 @@ class Installed(unittest.TestCase):
         self.call("crackle", "init", "plate.toml", "--from", "ring")
         self.assertIn("ensemble.samples", self.call("crackle", "check", "plate.toml"))
         write_ensemble(self.folder / "out", 2)
+        # What draws random inputs is found where it is installed.
+        self.call("crackle", "init", "strip.toml", "--from", "uncertain-strip")
+        self.assertIn("median 298.5", self.call("crackle", "check", "--no-measure", "strip.toml"))
         self.assertEqual(self.call("crackle-report", "out", "--no-animation"), "report: out/report.html\n")
         self.assertIn(" files in ", self.call("crackle-paraview", "out", "--sample", "0"))
 
