@@ -111,6 +111,11 @@ class Sample:
     parameters: dict  # the input
     wall_time: float  # that it took [s]
 
+    @property
+    def projected_forks(self) -> np.ndarray:
+        """Places in `forks` of those that show in the projection on the plate's plane."""
+        return np.flatnonzero(self.forks["in_projection"] == 1)
+
 
 SOME_FAILED = 2
 

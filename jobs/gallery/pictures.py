@@ -2,7 +2,6 @@
 """The gallery's pictures."""
 from __future__ import annotations
 
-import io
 from pathlib import Path
 
 import h5py
@@ -11,14 +10,12 @@ import matplotlib
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 import numpy as np  # noqa: E402
-from matplotlib.figure import Figure  # noqa: E402
-from PIL import Image  # noqa: E402
 
 from crackle_report import style  # noqa: E402
 from crackle_report.drawing import draw_facets, draw_plate, time_colours  # noqa: E402
 from crackle_report.plate import Plate  # noqa: E402
 from crackle_report.results import CrackSurface  # noqa: E402
-from crackle_report.writing import write_light_png  # noqa: E402
+from crackle_report.writing import write_light_figure  # noqa: E402
 from crackle_runs import Sample  # noqa: E402
 from problems import MILLIMETRE, depth_exponent, exponents  # noqa: E402
 
@@ -30,13 +27,7 @@ def breaking_load(sample: Sample) -> float:
 
 
 style.apply()
-
-
-def _save(figure: Figure, picture: Path) -> None:
-    content = io.BytesIO()
-    figure.savefig(content, dpi=100)
-    write_light_png(Image.open(content), picture)
-    pyplot.close(figure)
+DPI = 100
 
 
 def draw_cracks(picture: Path, results: Path, samples: list[Sample]) -> None:
@@ -67,7 +58,8 @@ def draw_cracks(picture: Path, results: Path, samples: list[Sample]) -> None:
         panel.set_title(f"sample {number}" + (f": {load:.0f} N" if np.isfinite(load) and load else ""), fontsize=7)
     for panel in others[len(shown):]:
         panel.set_axis_off()
-    _save(figure, picture)
+    write_light_figure(figure, picture, DPI)
+    pyplot.close(figure)
 
 
 def _shown_length(plate: Plate, samples: list[Sample]) -> tuple[float, float]:
@@ -101,4 +93,5 @@ def draw_exponent(picture: Path, _: Path, samples: list[Sample]) -> None:
     second.plot(line, middle, color="black", linewidth=1, label=f"handbook's exponent, {depth_exponent():.2f}")
     second.set_xlabel("depth of the notch [mm]")
     second.legend(fontsize=7)
-    _save(figure, picture)
+    write_light_figure(figure, picture, DPI)
+    pyplot.close(figure)

@@ -31,14 +31,14 @@ class Problem:
         return with_keys(self.file.read_text(), {**self.keys, **(self.coarse if coarse else {})})
 
 
-def mean(values: list[float] | np.ndarray, digits: int, unit: str = "") -> str:
+def _mean(values: list[float]) -> str:
     """With the 95 % interval of the mean."""
-    middle, half_width = mean_interval(np.asarray(values, float))
-    return f"{middle:.{digits}f} ± {half_width:.{digits}f}{unit}"
+    middle, half_width = mean_interval(np.array(values))
+    return f"{middle:.2f} ± {half_width:.2f}"
 
 
 def _forked(samples: list[Sample]) -> str:
-    count = sum(bool((sample.forks["in_projection"] == 1).any()) for sample in samples)
+    count = sum(sample.projected_forks.size > 0 for sample in samples)
     return f"{count} of {len(samples)}"
 
 
@@ -46,7 +46,7 @@ def _fork_angle(samples: list[Sample]) -> str:
     """Between the arms of each sample's first fork, along the strip."""
     angles = []
     for sample in samples:
-        seen = np.flatnonzero(sample.forks["in_projection"] == 1)
+        seen = sample.projected_forks
         if seen.size:
             first = seen[np.argmin(sample.forks["position"][seen, 0])]
             angles.append(math.degrees(sample.forks["angle"][first]))
@@ -57,7 +57,7 @@ def _branching_time(samples: list[Sample]) -> str:
     """When the fork with the longest arm comes."""
     times = []
     for sample in samples:
-        seen = np.flatnonzero(sample.forks["in_projection"] == 1)
+        seen = sample.projected_forks
         if seen.size:
             times.append(1e6 * sample.forks["time"][seen[np.argmax(sample.forks["length"][seen])]])
     return f"{np.median(times):.0f} µs ({min(times):.0f} to {max(times):.0f}), {len(times)} of {len(samples)}" if times else "no fork"
@@ -77,7 +77,7 @@ def _compact_tension(samples: list[Sample]) -> str:
         toughness = _value(sample, "fracture", "toughness") * _value(sample, "material", "youngs_modulus") * 1e6
         k = float(sample.summary["onset_force"]) / (thickness * math.sqrt(width)) * srawley(slot / width)
         ratios.append(k / math.sqrt(toughness))
-    return mean(ratios, 2)
+    return _mean(ratios)
 
 
 def _value(sample: Sample, table: str, name: str) -> float:
@@ -90,7 +90,7 @@ STRENGTH = 23.0  # of the disk [MPa]
 def _disk(samples: list[Sample]) -> str:
     """Load at the onset over strength × π D t / 2, by which the standard takes the strength from the load."""
     radius, thickness = 25 * MILLIMETRE, 5 * MILLIMETRE
-    return mean([float(sample.summary["onset_force"]) / (1e6 * STRENGTH * math.pi * radius * thickness) for sample in samples], 2)
+    return _mean([float(sample.summary["onset_force"]) / (1e6 * STRENGTH * math.pi * radius * thickness) for sample in samples])
 
 
 def notch_factor(share: float) -> float:

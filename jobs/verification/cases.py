@@ -133,7 +133,7 @@ class StripCrack:
 def _strip_crack(sample: Sample, tip: float, width: float) -> StripCrack:
     y = sample.facet_corners[:, :, 1].mean(axis=1)
     ran = y.size > 0 and float(y.max()) > (tip + width) / 2
-    seen = np.flatnonzero(sample.forks["in_projection"] == 1)
+    seen = sample.projected_forks
     place = angle = speed = math.nan
     if seen.size:
         first = seen[np.argmin(sample.forks["position"][seen, 0])]

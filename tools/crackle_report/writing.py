@@ -29,7 +29,7 @@ def write_light_png(image: Image.Image, file: Path) -> None:
     write_whole(file, content.getvalue())
 
 
-def write_light_figure(figure: Figure, file: Path) -> None:
+def write_light_figure(figure: Figure, file: Path, dpi: float | None = None) -> None:
     content = io.BytesIO()
-    figure.savefig(content, format="png")
+    figure.savefig(content, format="png", dpi=dpi)
     write_light_png(Image.open(content), file)

@@ -42,7 +42,7 @@ def read(sample: Path, plate: Plate) -> dict[str, float]:
         result = {"turned": float((int(root["mesh"].attrs.get("reflected_axes", 0)) & 4) != 0),
                   "forces": float(root["counts/force_evaluations"][()]),
                   "long_forks": _long_forks(root) if "forks" in root else math.nan}
-        result |= _first_fork(root, plate)
+        result |= _first_fork(root, plate, notch_of[crack], corners, time)
     shares = []
     for notch in range(2):
         mine = notch_of[crack] == notch
@@ -65,7 +65,11 @@ def _long_forks(root: h5py.File) -> float:
     return float(np.count_nonzero((forks["in_projection"][...] == 1) & (forks["length"][...] >= LONG_ARM)))
 
 
-def _first_fork(root: h5py.File, plate: Plate) -> dict[str, float]:
+def _first_fork(root: h5py.File, plate: Plate, notch_of: np.ndarray, corners: np.ndarray, time: np.ndarray) -> dict[str, float]:
+    """The fields of the first fork.
+
+    @param notch_of, corners, time of each facet of the crack surface
+    """
     seen = np.flatnonzero(root["forks/in_projection"][...] == 1) if "forks" in root else np.empty(0, int)
     if seen.size == 0:
         return dict.fromkeys(("fork_time", "fork_place", "fork_angle", "fork_speed"), math.nan)
@@ -77,10 +81,10 @@ def _first_fork(root: h5py.File, plate: Plate) -> dict[str, float]:
         return plate.notch_direction[notch] * (y - plate.notch_tip[notch, 0])
 
     place = float(advance(forks["position"][first, 0]))
-    mine = root["crack_surface/cracks/notch"][...][root["crack_surface/crack"][...]] == notch
-    middle = root["crack_surface/corners"][...][mine][:, :, 1].mean(axis=1)
+    mine = notch_of == notch
+    middle = corners[mine][:, :, 1].mean(axis=1)
     rayleigh = root["summary/crack_speed_max"][()] / root["summary/crack_speed_ratio"][()]
-    speed = front_speed(advance(middle), root["crack_surface/time"][...][mine], place) / rayleigh
+    speed = front_speed(advance(middle), time[mine], place) / rayleigh
     return {"fork_time": float(forks["time"][first]), "fork_place": place, "fork_angle": float(forks["angle"][first]),
             "fork_speed": float(speed)}
 
