@@ -77,19 +77,21 @@ def keep_laws(campaign: Path, softening: Path, folder: Path) -> str:
     both = sorted(set(files[0].done.tolist()) & set(files[1].done.tolist()))
     if not both:
         return ""
-    titles = ("immediate", "softening")
+    titles, times = ("immediate", "softening"), FIGURES[0][0]
     grid = Grid.over(*fringes.WINDOW, fringes.PIXEL)
     bodies = [(title, one.files.frames(both[0])) for title, one in zip(titles, files)]
-    write_light_figure(fringes.side_by_side(bodies, FIGURES[0][0], grid), folder / "fringes-laws.png")
+    write_light_figure(fringes.side_by_side(bodies, times, grid), folder / "fringes-laws.png")
     lines = []
     for title, one in zip(titles, files):
         found = []
         for number in both:
-            orders = fringes.orders(one.files.frames(number), one.plate.notch_tip)
+            frames = one.files.frames(number)
+            orders = fringes.orders(frames, one.plate.notch_tip, fringes.nearest(frames, times))
             scale = float(np.nanmean(orders[0]))
-            found.append([fringes.roughness(order, scale) for order in (orders[0], orders[len(orders) // 2], orders[-1])])
+            found.append([fringes.roughness(order, scale) for order in orders])
         values = np.array(found)
         lines.append([title, str(len(both)), *(f"{column.mean():.4f} ± {column.std(ddof=1):.4f}" if len(both) > 1 else
                                                f"{column.mean():.4f}" for column in values.T),
                       f"{np.median(values[:, -1] / values[:, 0]):.1f}"])
-    return markdown(["release", "samples", "roughness at t₀", "after 50 µs", "after 100 µs", "after 100 µs over t₀"], lines)
+    return markdown(["release", "samples", "roughness at t₀", *(f"after {time / US:.0f} µs" for time in times[1:]),
+                     f"after {times[-1] / US:.0f} µs over t₀"], lines)

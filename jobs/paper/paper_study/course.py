@@ -9,7 +9,6 @@ import h5py
 import numpy as np
 
 from crackle_report.plate import Plate
-from crackle_runs import front_speed
 
 # As in the program's patterns (crack_path.h).
 STATIONS = 50
@@ -21,6 +20,7 @@ FAR = 0.8  # that the first crack has crossed when the other one is looked at
 FIELDS = ("start_0", "start_1", "reach_0", "reach_1", "other_when_far", "kinks_0", "kinks_1", "bend_0", "bend_1", "turned",
           "forces", "long_forks", "fork_time", "fork_place", "fork_angle", "fork_speed")
 LONG_ARM = 2e-3  # [m]
+FRONT_WINDOW = 3e-3  # [m] before a fork, in which the crack's speed is measured: six or seven stations
 
 
 def read(sample: Path, plate: Plate) -> dict[str, float]:
@@ -42,13 +42,13 @@ def read(sample: Path, plate: Plate) -> dict[str, float]:
         result = {"turned": float((int(root["mesh"].attrs.get("reflected_axes", 0)) & 4) != 0),
                   "forces": float(root["counts/force_evaluations"][()]),
                   "long_forks": _long_forks(root) if "forks" in root else math.nan}
-        result |= _first_fork(root, plate, notch_of[crack], corners, time)
-    shares = []
-    for notch in range(2):
-        mine = notch_of[crack] == notch
-        tip, across, toward = plate.notch_tip[notch, 0], plate.ligament(notch), plate.notch_direction[notch]
-        arrival = arrivals(corners[mine][:, :, 0] / plate.size[0], toward * (corners[mine][:, :, 1] - tip) / across, time[mine])
-        shares.append(arrival)
+        shares = []
+        for notch in range(2):
+            mine = notch_of[crack] == notch
+            y = _advance(plate, notch, corners[mine][:, :, 1]) / plate.ligament(notch)
+            shares.append(arrivals(corners[mine][:, :, 0] / plate.size[0], y, time[mine]))
+        result |= _first_fork(root, plate, shares)
+    for notch, arrival in enumerate(shares):
         result[f"start_{notch}"] = max(0.0, time_of(arrival, STARTED))
         result[f"reach_{notch}"] = reach_at(arrival, math.inf)
         root_lines = (lines["notch"] == notch) & (lines["parent"] < 0)
@@ -65,10 +65,15 @@ def _long_forks(root: h5py.File) -> float:
     return float(np.count_nonzero((forks["in_projection"][...] == 1) & (forks["length"][...] >= LONG_ARM)))
 
 
-def _first_fork(root: h5py.File, plate: Plate, notch_of: np.ndarray, corners: np.ndarray, time: np.ndarray) -> dict[str, float]:
+def _advance(plate: Plate, notch: int, y: np.ndarray) -> np.ndarray:
+    """From a notch's tip along its ligament [m]."""
+    return plate.notch_direction[notch] * (y - plate.notch_tip[notch, 0])
+
+
+def _first_fork(root: h5py.File, plate: Plate, shares: list[np.ndarray]) -> dict[str, float]:
     """The fields of the first fork.
 
-    @param notch_of, corners, time of each facet of the crack surface
+    @param shares of each notch, when its crack arrived at each station
     """
     seen = np.flatnonzero(root["forks/in_projection"][...] == 1) if "forks" in root else np.empty(0, int)
     if seen.size == 0:
@@ -76,17 +81,10 @@ def _first_fork(root: h5py.File, plate: Plate, notch_of: np.ndarray, corners: np
     forks = {name: root[f"forks/{name}"][...] for name in ("time", "position", "angle", "notch")}
     first = seen[np.argmin(forks["time"][seen])]
     notch = int(forks["notch"][first])
-
-    def advance(y: np.ndarray) -> np.ndarray:
-        return plate.notch_direction[notch] * (y - plate.notch_tip[notch, 0])
-
-    place = float(advance(forks["position"][first, 0]))
-    mine = notch_of == notch
-    middle = corners[mine][:, :, 1].mean(axis=1)
+    place = float(_advance(plate, notch, forks["position"][first, 0]))
     rayleigh = root["summary/crack_speed_max"][()] / root["summary/crack_speed_ratio"][()]
-    speed = front_speed(advance(middle), time[mine], place) / rayleigh
     return {"fork_time": float(forks["time"][first]), "fork_place": place, "fork_angle": float(forks["angle"][first]),
-            "fork_speed": float(speed)}
+            "fork_speed": float(speed_before(shares[notch], plate.ligament(notch), place) / rayleigh)}
 
 
 def arrivals(x: np.ndarray, y: np.ndarray, time: np.ndarray) -> np.ndarray:
@@ -128,3 +126,14 @@ def time_of(arrival: np.ndarray, share: float) -> float:
     """When a crack had crossed this share; NaN if it never had."""
     time = arrival[math.ceil(share * STATIONS - 1e-9) - 1:].min()
     return float(time) if math.isfinite(time) else math.nan
+
+
+def speed_before(arrival: np.ndarray, ligament: float, place: float) -> float:
+    """Speed of a crack's front in FRONT_WINDOW before a place on its ligament [m/s]: slope of a line through its arrivals, each
+    station's no later than the next one's; NaN where fewer than four stations are left.
+    """
+    station = (np.arange(STATIONS) + 0.5) * ligament / STATIONS
+    passed = np.minimum.accumulate(arrival[::-1])[::-1]
+    here = (station > place - FRONT_WINDOW) & (station <= place) & np.isfinite(passed)
+    slope = np.polyfit(station[here], passed[here], 1)[0] if here.sum() >= 4 else math.nan
+    return 1 / slope if slope > 0 else math.nan

@@ -5,14 +5,14 @@ from __future__ import annotations
 import csv
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Collection, Iterable
+from typing import Collection, Iterable, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from crackle_report.photoelasticity import Grid, make_series
 from crackle_report.results import Ensemble, Frames
-from crackle_report.stress import frame_stresses
+from crackle_report.stress import frame_stress
 
 WINDOW = ((0.0, 0.0245), (0.055, 0.085))  # y and z of the pictures [m]
 PIXEL = 0.1e-3  # [m]
@@ -67,14 +67,15 @@ def near(y: np.ndarray, z: np.ndarray, grid: Grid, margin: int) -> np.ndarray:
     return smoothed(marked, 2 * margin + 1) > 0.5 / (2 * margin + 1) ** 2
 
 
-def orders(frames: Frames, tips: np.ndarray) -> list[np.ndarray]:
-    """The fringe order at each frame; NaN as near to tips and to all the cracks there will be as smoothing reaches, so that
-    the same pixels are looked at in all frames.
+def orders(frames: Frames, tips: np.ndarray, chosen: Sequence[int] | None = None) -> list[np.ndarray]:
+    """The fringe order at each chosen frame, or at all; NaN as near to tips and to all the cracks there will be as smoothing
+    reaches, so that the same pixels are looked at in all frames.
 
     @param tips of the notches, n x (y, z) [m]
     """
     grid = Grid.over(*WINDOW, PIXEL)
-    pictures = make_series(frames.nodes, frames.tetrahedra, frame_stresses(frames), grid)
+    stresses = [frame_stress(frames, k) for k in (range(len(frames.time)) if chosen is None else chosen)]
+    pictures = make_series(frames.nodes, frames.tetrahedra, stresses, grid)
     broken = frames.nodes[frames.tetrahedra[frames.broken[-1]]].mean(axis=1)
     hidden = near(broken[:, 1], broken[:, 2], grid, SMOOTHING) | near(tips[:, 0], tips[:, 1], grid, TIP_MARGIN)
     return [np.where(hidden, np.nan, picture.order) for picture in pictures]
@@ -110,14 +111,18 @@ def look_through(ensemble: Ensemble, samples: Iterable[int], turned: Collection[
     return result
 
 
+def nearest(frames: Frames, times: Iterable[float]) -> list[int]:
+    """The frames nearest to some times since the onset [s]."""
+    return [int(np.abs(frames.time - time).argmin()) for time in times]
+
+
 def side_by_side(bodies: list[tuple[str, Frames]], times: tuple[float, ...], grid: Grid) -> Figure:
-    """Dark-field pictures of several samples, a row each, at the frames nearest to some times since the onset [s]."""
+    """Dark-field pictures of several samples, a row each, at some times since the onset [s]."""
     height = 0.75 + 2.5 * len(bodies) * len(grid.z) / len(grid.y) * 3 / len(times)
     figure = Figure(figsize=(7.5, height), layout="constrained")
     for row, (title, frames) in zip(figure.subplots(len(bodies), len(times), squeeze=False), bodies):
-        chosen = [int(np.abs(frames.time - time).argmin()) for time in times]
-        stresses = frame_stresses(frames)
-        images = make_series(frames.nodes, frames.tetrahedra, [stresses[k] for k in chosen], grid)
+        chosen = nearest(frames, times)
+        images = make_series(frames.nodes, frames.tetrahedra, [frame_stress(frames, k) for k in chosen], grid)
         for axes, k, image in zip(row, chosen, images):
             axes.imshow(image.intensity(), cmap="gray", origin="lower",
                         extent=[1e3 * at for at in (grid.y[0], grid.y[-1], grid.z[0], grid.z[-1])])
