@@ -9,9 +9,8 @@ from typing import Callable
 
 import numpy as np
 
+from crackle_report.style import MILLIMETRE
 from crackle_runs import ROOT, Sample, mean_interval, with_keys
-
-MILLIMETRE = 1e-3  # [m]
 
 
 @dataclass(frozen=True)
@@ -87,10 +86,10 @@ def _value(sample: Sample, table: str, name: str) -> float:
 STRENGTH = 23.0  # of the disk [MPa]
 
 
-def _disk(samples: list[Sample]) -> str:
+def disk_loads(samples: list[Sample]) -> list[float]:
     """Load at the onset over strength × π D t / 2, by which the standard takes the strength from the load."""
     radius, thickness = 25 * MILLIMETRE, 5 * MILLIMETRE
-    return _mean([float(sample.summary["onset_force"]) / (1e6 * STRENGTH * math.pi * radius * thickness) for sample in samples])
+    return [float(sample.summary["onset_force"]) / (1e6 * STRENGTH * math.pi * radius * thickness) for sample in samples]
 
 
 def notch_factor(share: float) -> float:
@@ -130,7 +129,8 @@ PROBLEMS = {
                            {"ensemble.samples": "4"}, {"ensemble.samples": "1", "mesh.spacing": '"0.5 mm"'}),
     "compact-tension": Problem("gallery/compact-tension.toml", "K at the onset over that of the toughness", "1", _compact_tension,
                                {}, {"ensemble.samples": "2", "mesh.notch_spacing": '"1 mm"'}),
-    "brazilian-disk": Problem("gallery/brazilian-disk.toml", "load at failure over strength × π D t / 2", "1", _disk,
+    "brazilian-disk": Problem("gallery/brazilian-disk.toml", "load at failure over strength × π D t / 2", "1",
+                              lambda samples: _mean(disk_loads(samples)),
                               {"fracture.toughness": None, "fracture.strength": f'"{STRENGTH:g} MPa"'},
                               {"ensemble.samples": "2", "mesh.spacing": '"2.5 mm"'}),
     "uncertain-strip": Problem("gallery/uncertain-strip.toml", "exponent of the notch's depth in the load", f"{depth_exponent():.2f}",

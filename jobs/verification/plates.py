@@ -13,6 +13,7 @@ from crackle_report.photoelasticity import Grid, Optics, make_fringes
 from crackle_report.stress import element_stress
 from crackle_runs import JOBS, Sample, run, with_keys
 from figures import MILLIMETRE, Figure, mean, output_of
+from problems import PROBLEMS, disk_loads
 
 GALLERY = JOBS.parent / "gallery"
 
@@ -210,16 +211,13 @@ def disk(folder: Path, program: Path) -> list[Figure]:
     """A disk under diametral load: its fringes before it breaks, its strength, and where it splits."""
     ratio = diameter_fringes((JOBS / "disk.toml").read_text(), folder / "disk-elastic", program)
     case = "Disk under diametral load"
-    text = (GALLERY / "brazilian-disk.toml").read_text()
-    strength = 23  # [MPa]
-    samples = run(with_keys(text, {"fracture.toughness": None, "fracture.strength": f'"{strength} MPa"'}), folder / "disk", program)
+    samples = run(PROBLEMS["brazilian-disk"].input_text(), folder / "disk", program)
     split = np.concatenate([_first_on_the_diameter(sample) for sample in samples])
-    loads = [float(sample.summary["onset_force"]) / (1e6 * strength * math.pi * RADIUS * THICKNESS) for sample in samples]
     return [Figure(case, "fringe order on the middle 60 % of the loaded diameter over Hondros', mean and each place of each sample",
                    f"{np.mean(ratio):.3f} ± {np.std(ratio):.3f}", "1"),
             Figure(case, f"distance from the diameter of the first {FIRST} facets that open there, rms, over the radius",
                    f"{np.sqrt(np.mean((split - RADIUS) ** 2)) / RADIUS:.3f}", "0"),
-            Figure(case, "load at failure over strength × π D t / 2", mean(loads, ".2f"), "1")]
+            Figure(case, "load at failure over strength × π D t / 2", mean(disk_loads(samples), ".2f"), "1")]
 
 
 FIRST = 200  # facets, of some 1000 of the split; what breaks later are the halves

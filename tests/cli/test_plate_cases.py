@@ -15,7 +15,7 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
-sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs" / "verification")]
+sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs" / "gallery"), str(ROOT / "jobs" / "verification")]
 
 import plates  # noqa: E402
 from crackle_launch import environment  # noqa: E402
