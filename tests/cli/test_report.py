@@ -75,15 +75,16 @@ class Ensembles(unittest.TestCase):
         self.addCleanup(self._folder.cleanup)
         self.folder = Path(self._folder.name) / "demo"
 
-    def run_report(self, *arguments: str) -> subprocess.CompletedProcess:
-        return subprocess.run([str(REPORT), *arguments], capture_output=True, text=True, check=False,
+    def run_report(self, *arguments: str, animated: bool = False) -> subprocess.CompletedProcess:
+        command = [str(REPORT), *arguments, *([] if animated else ["--no-animation"])]
+        return subprocess.run(command, capture_output=True, text=True, check=False,
                               env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
 
 
 class Report(Ensembles):
     def test_a_finished_ensemble_gives_a_page_in_one_file(self):
         rows = write_ensemble(self.folder, 6)
-        result = self.run_report(str(self.folder))
+        result = self.run_report(str(self.folder), animated=True)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual(result.stdout, f"report: {self.folder}/report.html\n")
 
@@ -118,7 +119,7 @@ class Report(Ensembles):
         write_ensemble(self.folder, 4)
         contents = []
         for _ in range(2):
-            self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
+            self.assertEqual(self.run_report(str(self.folder), animated=True).returncode, 0)
             files = sorted(self.folder.glob("report*/*")) + [self.folder / "report.html"]
             contents.append([file.read_bytes() for file in files])
         self.assertEqual(*contents)
@@ -272,13 +273,13 @@ class Report(Ensembles):
 
     def test_a_varying_strength_is_shown(self):
         write_ensemble(self.folder, 2)
-        self.assertEqual(self.run_report(str(self.folder), "--no-animation").returncode, 0)
+        self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
         self.assertNotIn("<h2>Material</h2>", (self.folder / "report.html").read_text(encoding="utf-8"))
         for file in (self.folder / "samples").iterdir():
             with h5py.File(file, "r+") as root:
                 n = len(root["mesh/tetrahedra"])
                 root["mesh/strength_factor"] = np.linspace(0.5, 1.5, n)
-        result = self.run_report(str(self.folder), "--no-animation")
+        result = self.run_report(str(self.folder))
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         page = (self.folder / "report.html").read_text(encoding="utf-8")
         self.assertIn("<h2>Material</h2>", page)
@@ -287,7 +288,7 @@ class Report(Ensembles):
 
     def test_samples_and_times_can_be_chosen(self):
         write_ensemble(self.folder, 4, failed=(2,))
-        result = self.run_report(str(self.folder), "--sample", "3", "--times", "0,40", "--no-animation", "--field",
+        result = self.run_report(str(self.folder), "--sample", "3", "--times", "0,40", "--field",
                                  "light", "--reverse", "--form", "integrated", "--wavelength", "600")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         self.assertEqual(sorted(file.name for file in (self.folder / "report").glob("growth*")),

@@ -42,7 +42,7 @@ def _enough(rows: Rows) -> str:
     half_width = np.stack([running_half_width(column) for column in path.T], axis=1)
     enough = needed(half_width, TOLERANCE)
     shares = [f"{100 * low:.0f} to {100 * high:.0f} %" for low, high in
-              (share_interval(rows.share(1), n), share_interval(int((rows.values["bifurcations_projected"] > 0).sum()), n))]
+              (share_interval(rows.share(1), n), share_interval(int(rows.forked.sum()), n))]
     return (f"the leading crack's mean is known to ± {1e3 * half_width[-1].max():.3f} mm at the worst section, "
             + (f"to ± {1e3 * TOLERANCE:g} mm at all from {enough} samples on" if enough else f"not to ± {1e3 * TOLERANCE:g} mm")
             + f", the share of one crack to {shares[0]}, of forks to {shares[1]}")
@@ -79,7 +79,7 @@ def against_paper(rows: Rows, fringes: list[FringeSeries], own: Rows | None = No
          f"first crack: bent by {spread(np.degrees(np.abs(leader['bend'])), '.0f')}°, a kink in {int((leader['kinks'] > 0).sum())}; "
          f"second crack: {spread(np.degrees(np.abs(other['bend'])), '.0f')}°, a kink in {int((other['kinks'] > 0).sum())} of {n}"],
         ["bifurcation", "in 4 of the 8 samples shown",
-         f"forks in the projection: {share(int((values['bifurcations_projected'] > 0).sum()), n)}; in space: "
+         f"forks in the projection: {share(int(rows.forked.sum()), n)}; in space: "
          f"{share(int((values['bifurcations'] > 0).sum()), n)}"],
         ["the first fork in the projection", "not given; Figure 6 shows one at t₀ + 30, 50 and 70 µs", _first_fork(rows)],
         ["largest crack speed over Rayleigh's", "not given", spread(values["crack_speed_ratio"], ".2f")],

@@ -50,7 +50,7 @@ def forks(all_rows: list[Rows]) -> Figure:
     figure = Figure(figsize=(style.PAGE_WIDTH, 0.8 + 0.24 * len(all_rows)), layout="constrained")
     shares, speeds = figure.subplots(1, 2, sharey=True)
     for number, rows in enumerate(all_rows):
-        forked = rows.values["bifurcations_projected"] > 0
+        forked = rows.forked
         low, high = share_interval(int(forked.sum()), len(rows))
         shares.plot([100 * low, 100 * high], [number, number], color="black", linewidth=0.9)
         shares.plot(100 * forked.mean(), number, "o", color=style.notch_colour(0), markersize=4)

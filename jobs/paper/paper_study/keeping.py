@@ -105,10 +105,12 @@ def _campaign(kept: Kept, folder: Path) -> None:
         write_light_figure(figures.fringes(series), folder / "fringes.png")
 
 
+SETTINGS = ("campaign", "second-base", "own", "strength", "softening")
+
+
 def _settings(kept: Kept, folder: Path) -> None:
     """The paper's setting, and what else differs in one thing from it."""
-    _put(folder, "settings", tables.branching([one for study in ("campaign", "own", "strength", "softening")
-                                               for one in kept.get(study, {}).values()]))
+    _put(folder, "settings", tables.branching([one for study in SETTINGS for one in kept.get(study, {}).values()]))
 
 
 def _convergence(kept: Kept, folder: Path) -> None:
@@ -158,7 +160,7 @@ def _rate(kept: Kept, folder: Path) -> None:
 
 
 SHOW = {"branching": _branching, "notches": _notches, "bases": _bases, "campaign": _campaign,
-        "own": _settings, "strength": _settings, "softening": _settings,
+        **dict.fromkeys(SETTINGS[1:], _settings),
         "clock-from-zero": lambda kept, folder: None, "convergence": _convergence,
         "spacing": _on_bases("spacing", "spacing", "0.3 mm at the tips", 0, _from_zero),
         "disturbance": _on_bases("disturbance", "perturbation", f"{PERTURBATION:g}",

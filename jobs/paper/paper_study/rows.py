@@ -38,6 +38,11 @@ class Rows:
         """When the first crack has started [s]; NaN where none has."""
         return np.fmin(self.values["start_0"], self.values["start_1"])
 
+    @property
+    def forked(self) -> np.ndarray:
+        """Which samples have a fork in the projection."""
+        return self.values["bifurcations_projected"] > 0
+
     def share(self, pattern: int) -> int:
         return int(np.count_nonzero(self.values["pattern"] == pattern))
 

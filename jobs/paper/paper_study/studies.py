@@ -77,8 +77,9 @@ MESH_SEEDS = range(1, 9)  # bases that other meshes are compared on
 PER_MESH_BASE = 4
 
 AUTO = {"time.step": '"auto"'}  # with the paper's integrator
-CAMPAIGN = Run("campaign", "5 ns, `bilateral4`", 200, source="paper")
+CAMPAIGN = Run("campaign", "seed 2026, 5 ns", 200, source="paper")
 OWN = Run("own", "`base = \"own\"`", 200, {**AUTO, "mesh.base": '"own"'}, reference="campaign", source="paper")
+SECOND_BASE = Run("campaign-2012", "seed 2012, `auto`", 200, {**AUTO, "ensemble.seed": "2012"}, reference="campaign", source="paper")
 FROM_ZERO = Run("clock-from-zero", "5 ns, `bilateral4`", 200, reference="clock-from-zero")
 FAST_FROM_ZERO = Run("fast", "`auto` (47 ns), `verlet`", 100, FAST, reference="clock-from-zero")
 
@@ -163,6 +164,7 @@ STUDIES: dict[str, list[Run]] = {
               *(Run(f"base-{seed}", f"{seed}", PER_BASE, {**UNTURNED, "ensemble.seed": str(seed)}) for seed in SEEDS)],
     "campaign": [CAMPAIGN],
     "own": [OWN],
+    "second-base": [SECOND_BASE],
     # As in the campaign t0 is the paper's; the process zone is long enough for the campaign's mesh.
     "softening": [Run("softening", "softening, 14 MPa, 81 J/m²", 24,
                       {**AUTO, "time.integrator": '"verlet"', "fracture.release": '"softening"',

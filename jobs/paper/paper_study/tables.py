@@ -55,7 +55,7 @@ def branching(all_rows: list[Rows]) -> str:
         v, n = rows.values, len(rows)
         lines.append([
             rows.label, str(n), f"{np.median(v['onset_force']):.0f} ({v['onset_force'].min():.0f} to {v['onset_force'].max():.0f})",
-            f"{np.median(v['onset_time']):.1f}", patterns(rows), share(int((v["bifurcations_projected"] > 0).sum()), n),
+            f"{np.median(v['onset_time']):.1f}", patterns(rows), share(int(rows.forked.sum()), n),
             share(int((v["long_forks"] > 0).sum()), n), share(int((v["bifurcations"] > 0).sum()), n),
             spread(v["crack_speed_ratio"], ".2f"), spread(v["overlap"], ".2f"), f"{np.median(rows.seconds):.0f} s"])
     return markdown(["setting", "samples", "onset [N], median (range)", "t₀ [s], median", "one / two cracks / other / none",
@@ -180,6 +180,12 @@ def has_one_crack(rows: Rows) -> np.ndarray:
     return rows.values["pattern"] == 1
 
 
+def _none_some_all(bases_of: list[Rows]) -> str:
+    """In how many bases no sample has a fork in the projection, some have, and all."""
+    shares = [rows.forked.mean() for rows in bases_of]
+    return f"{sum(s == 0 for s in shares)} / {sum(0 < s < 1 for s in shares)} / {sum(s == 1 for s in shares)}"
+
+
 def _path_difference(one: np.ndarray, other: np.ndarray) -> str:
     """Of paired paths: mean difference at the section where it is largest, and p of none at any section."""
     all_differences = [difference(*pair, paired=True) for pair in zip(1e3 * one.T, 1e3 * other.T)]
@@ -205,12 +211,13 @@ def rates(slow: Rows, all_rows: list[Rows]) -> str:
             "" if rows is slow else plus_minus(difference(*pair, paired=True), 3),
             share(int((other[far] > usual).sum()), int(far.sum())), f"{(lead == 0).sum()} / {(lead == 1).sum()}",
             "" if rows is slow else f"{(leading_notch(slow)[first] == lead[second]).sum()} of {len(first)}",
-            patterns(rows), spread(second_reach(rows), ".2f"), spread(rows.values["overlap"], ".2f"), *_run_figures(rows)[:4]])
+            patterns(rows), spread(second_reach(rows), ".2f"), spread(rows.values["overlap"], ".2f"),
+            share(int(rows.forked.sum()), len(rows)), *_run_figures(rows)[:4]])
     return markdown(["rate", "samples", "load at the notches when the first crack starts [N]",
                      "share that the other crack has crossed when the first one has crossed 0.8", "against 5 N/s",
                      f"more than the {usual:.2f} of 5 N/s", "lower / upper notch leads", "same notch as at 5 N/s",
                      "at the end: one / two cracks / other / none", "share that the second crack crosses",
-                     "overlap of one crack with the other turned", *RUN_TITLES[:4]], lines)
+                     "overlap of one crack with the other turned", "with forks in the projection", *RUN_TITLES[:4]], lines)
 
 
 def on_bases(title: str, usual: str, settings: list[tuple[str, list[Rows]]]) -> str:
@@ -231,10 +238,12 @@ def on_bases(title: str, usual: str, settings: list[tuple[str, list[Rows]]]) -> 
                       _over_bases(onset, bases_of, others, 1), f"{inside:.1f}, {between:.1f}",
                       _over_bases(lambda rows: 100.0 * has_one_crack(rows), bases_of, others, 0),
                       _over_bases(second_reach, bases_of, others, 3),
+                      _over_bases(lambda rows: 100.0 * rows.forked, bases_of, others, 0), _none_some_all(bases_of),
                       f"{1e3 * np.nanmedian(same):.2f}, {1e3 * np.nanmedian(different):.2f}", _same_lead(bases_of),
                       *_run_figures(merged(bases_of))])
     return markdown([title, "bases × samples", "onset [N]", "its scatter within, between bases [N]", "samples with one crack [%]",
-                     "share that the second crack crosses", "paths apart: same, different bases [mm]",
+                     "share that the second crack crosses", "samples with forks in the projection [%]",
+                     "bases of which none, some, all samples fork", "paths apart: same, different bases [mm]",
                      "pairs of one base in which the same notch of the base leads", *RUN_TITLES], lines)
 
 
