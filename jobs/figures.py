@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An example of the Python package: `python3 jobs/figures.py out/demo` draws four pictures of an ensemble into figures.png.
-
-Without `pip install tools/`, PYTHONPATH=tools lets Python find the package.
-"""
+"""An example of the Python package: `python3 jobs/figures.py out/demo` draws four pictures of an ensemble into figures.png."""
 import sys
+from pathlib import Path
 
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+
+# Where the package is not installed.
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tools"))
 
 import crackle
 

@@ -312,7 +312,7 @@ Table fracture_table() {
            "length", in(&Parameters::fracture, &Fracture::length), with_example(length_dimension, "0.6 mm"),
            positive_length, optional("each tetrahedron's own stress"),
            "radius of the ball over which the stress is averaged before it is compared with "
-           "the strength; with some spacings or more, results do not depend on the mesh"),
+           "the strength; with 1.5 spacings or more, results do not depend on the mesh"),
        number_key("exponent", in(&Parameters::fracture, &Fracture::exponent), {0, 20, true}, by_default("2"),
                   "beta"),
        impulse_key(),
@@ -409,7 +409,7 @@ Table time_table() {
        choice_key<Integrator>("integrator", in(&Parameters::time, &Time::integrator),
                               {{"bilateral4", Integrator::bilateral4}, {"verlet", Integrator::verlet}},
                               by_default("\"bilateral4\""),
-                              "order 4 with four forces per step, or order 2 with one"),
+                              "order 4 with 3.5 force evaluations per step, or order 2 with one"),
        engine_key(),
        choice_key<Precision>("precision", in(&Parameters::time, &Time::precision),
                              {{"mixed", Precision::mixed}, {"double", Precision::double_}},

@@ -289,17 +289,18 @@ class Running(unittest.TestCase):
             self.assertIn("2 of 3 samples to do", log)
             self.assertTrue(compute(run, output, OPTIONS.program, 2, None))
             self.assertEqual((output / "small" / "log.txt").read_text(), log, "a finished run is not started again")
-            for name in ("campaign", "own", "softening", "clock-from-zero", "fast", "branching-center", "branching-own"):
+            for name in ("campaign", "clock-from-zero", "fast", "branching-center", "branching-own"):
                 (output / name).symlink_to("small")
             for name in ("base-2012", "base-1", "base-2", "perturbation-0.1-base-1", "perturbation-0.1-base-2",
                          "perturbation-0.2-base-1", "perturbation-0.2-base-2", "spacing-0.4-base-1", "spacing-0.4-base-2", "both-vary-base-1", "both-vary-base-2"):
                 (output / name).symlink_to("small")
-            (output / "rate-1e6").symlink_to("small")
-            keep(["branching", "bases", "campaign", "own", "softening", "clock-from-zero", "convergence", "spacing", "disturbance", "heterogeneity", "rate"], output, output / "kept")
+            for name in ("rate-1e6", "steps-auto", "own", "softening"):
+                (output / name).symlink_to("small")
+            keep(["branching", "bases", "campaign", "own", "softening", "steps", "clock-from-zero", "convergence", "spacing", "disturbance", "heterogeneity", "rate"], output, output / "kept")
             kept = {file.name for file in (output / "kept").iterdir()}
             self.assertLessEqual({"ensemble.h5", "branching.csv", "branching.png", "campaign.csv", "convergence.csv", "fringes.csv", "fringes.png",
                                   "second-crack.png", "spacing.png", "disturbance.png", "heterogeneity.png", "rate.png", "crossings.png",
-                                  "growth-1.png", "own.csv", "softening.csv", "fringes-laws.png"}, kept)
+                                  "growth-1.png", "own.csv", "softening.csv", "steps.csv", "fringes-laws.png"}, kept)
             found = rows.read(run, output / "small" / "out")
             self.assertTrue(np.all(np.maximum(found.values["reach_0"], found.values["reach_1"]) > 0.2))
             self.assertEqual(rows.read_csv(output / "kept" / "campaign.csv")[0].sample.tolist(), [0, 1, 2])

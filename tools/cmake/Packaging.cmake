@@ -12,5 +12,5 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 # What starts the ranks; and, for the report, Python with its packages.
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "openmpi-bin")
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS
-    "python3, python3-h5py, python3-numpy, python3-matplotlib, python3-pil, python3-scipy, libjs-three")
+    "python3, python3-h5py, python3-numpy, python3-matplotlib, python3-pil, python3-scipy, python3-pandas, python3-xarray, libjs-three")
 include(CPack)

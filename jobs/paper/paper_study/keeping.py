@@ -18,10 +18,11 @@ from crackle_report.writing import write_light_figure
 from . import campaign, figures, fringes, rows, tables
 from .against_paper import against_paper
 from .rows import Rows
-from .studies import CAMPAIGN, DISTANCE, FAST_FROM_ZERO, FROM_ZERO, OWN, PERTURBATION, PERTURBATIONS, STUDIES
+from .studies import CAMPAIGN, DISTANCE, FAST_FROM_ZERO, FROM_ZERO, OWN, PERTURBATION, PERTURBATIONS, STUDIES, Run
 
 
 Kept = dict[str, dict[str, Rows]]  # by study and run
+Show = Callable[[Kept, Path], None]
 
 
 def keep(studies: list[str], output: Path, folder: Path) -> None:
@@ -113,10 +114,13 @@ def _settings(kept: Kept, folder: Path) -> None:
     _put(folder, "settings", tables.branching([one for study in SETTINGS for one in kept.get(study, {}).values()]))
 
 
-def _convergence(kept: Kept, folder: Path) -> None:
-    mine = kept.get("clock-from-zero", {}) | kept["convergence"]
-    runs = [(run, mine[run.name]) for run in (FROM_ZERO, *STUDIES["convergence"]) if run.name in mine]
-    _put(folder, "convergence", tables.comparison(mine, runs))
+def _compared(study: str, reference: Run) -> Show:
+    """A study of the reference's bodies, which is the only run of a study of its name."""
+    def show(kept: Kept, folder: Path) -> None:
+        mine = kept.get(reference.name, {}) | kept[study]
+        runs = [(run, mine[run.name]) for run in (reference, *STUDIES[study]) if run.name in mine]
+        _put(folder, study, tables.comparison(mine, runs))
+    return show
 
 
 def _by_label(several: Iterable[Rows]) -> dict[str, list[Rows]]:
@@ -136,7 +140,7 @@ def _usual_disturbance(kept: Kept) -> list[Rows]:
     return _by_label(kept.get("disturbance", {}).values()).get(f"{PERTURBATION:g}", [])
 
 
-def _on_bases(study: str, title: str, usual: str, place: int, reference: Callable[[Kept], list[Rows]]) -> Callable[[Kept, Path], None]:
+def _on_bases(study: str, title: str, usual: str, place: int, reference: Callable[[Kept], list[Rows]]) -> Show:
     """A study of the mesh on several bases; the setting that the others are compared with is put in at this place."""
     def show(kept: Kept, folder: Path) -> None:
         settings = [(label, several) for label, several in _by_label(kept[study].values()).items() if label != usual]
@@ -160,8 +164,8 @@ def _rate(kept: Kept, folder: Path) -> None:
 
 
 SHOW = {"branching": _branching, "notches": _notches, "bases": _bases, "campaign": _campaign,
-        **dict.fromkeys(SETTINGS[1:], _settings),
-        "clock-from-zero": lambda kept, folder: None, "convergence": _convergence,
+        **dict.fromkeys(SETTINGS[1:], _settings), "steps": _compared("steps", CAMPAIGN),
+        "clock-from-zero": lambda kept, folder: None, "convergence": _compared("convergence", FROM_ZERO),
         "spacing": _on_bases("spacing", "spacing", "0.3 mm at the tips", 0, _from_zero),
         "disturbance": _on_bases("disturbance", "perturbation", f"{PERTURBATION:g}",
                                  sum(p < PERTURBATION for p in PERTURBATIONS), _usual_disturbance),

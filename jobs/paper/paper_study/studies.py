@@ -170,6 +170,10 @@ STUDIES: dict[str, list[Run]] = {
                       {**AUTO, "time.integrator": '"verlet"', "fracture.release": '"softening"',
                        "fracture.strength": '"14 MPa"', "fracture.toughness": '"81 J/m^2"'}, reference="campaign", source="paper")],
     "strength": [Run("strength", "35 MPa", 48, {**AUTO, **STRENGTH}, reference="campaign", source="paper")],
+    # The campaign's bodies with larger steps.
+    "steps": [Run("steps-auto", "seed 2026, `auto`", 48, AUTO, reference="campaign", source="paper"),
+              Run("steps-verlet", "seed 2026, `auto`, `verlet`", 48, {**AUTO, "time.integrator": '"verlet"'}, reference="campaign",
+                  source="paper")],
     "clock-from-zero": [FROM_ZERO],
     "convergence": [
         FAST_FROM_ZERO,

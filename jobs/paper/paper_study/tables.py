@@ -131,11 +131,11 @@ def comparison(references: dict[str, Rows], runs: list[tuple[Run, Rows]]) -> str
     for run, rows in runs:
         reference = references.get(run.reference)
         line = [rows.label, str(len(rows)), f"{np.median(rows.values['onset_force']):.0f}", patterns(rows)]
-        line += [""] * 6 if reference is None or reference is rows else [reference.label, *_against(reference, rows)]
+        line += [""] * 7 if reference is None or reference is rows else [reference.label, *_against(reference, rows)]
         lines.append(line + _run_figures(rows))
     titles = ["setting", "samples", "onset [N], median", "one / two cracks / other / none", "against", "onset [N]",
               "share that the second crack crosses", "mean leading path, where it differs most [mm]", "samples with one crack",
-              "same bodies"]
+              "with forks in the projection", "same bodies"]
     return markdown(titles + RUN_TITLES, lines)
 
 
@@ -157,12 +157,12 @@ def _against(reference: Rows, rows: Rows) -> list[str]:
         return value(reference)[first], value(rows)[second]
 
     onsets, reaches, paths = pair(onset), pair(second_reach), pair(leading_path)
-    single, (lead, other_lead) = pair(has_one_crack), pair(leading_notch)
+    single, forked, (lead, other_lead) = pair(has_one_crack), pair(lambda rows: rows.forked), pair(leading_notch)
     equal = np.abs(onsets[0] - onsets[1]) < 0.01
     return [plus_minus(difference(*onsets, paired=True), 1), plus_minus(difference(*reaches, paired=True), 3),
             _path_difference(*paths),
-            f"{single[1].sum()} against {single[0].sum()} of {len(first)}, "
-            f"{plus_minus(difference(*(100.0 * one for one in single), paired=True), 0)} %",
+            *(f"{two[1].sum()} against {two[0].sum()} of {len(first)}, "
+              f"{plus_minus(difference(*(100.0 * one for one in two), paired=True), 0)} %" for two in (single, forked)),
             f"onset equal in {equal.sum()}, notch that leads in {(lead == other_lead).sum()}, pattern in {(single[0] == single[1]).sum()}; paths "
             f"{1e3 * np.nanmedian(path_distance(*paths)):.2f} mm apart, those of different bodies "
             f"{1e3 * np.nanmedian(distances(leading_path(reference))):.2f} mm"]
