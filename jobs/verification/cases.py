@@ -105,7 +105,7 @@ def _branching(y: np.ndarray, z: np.ndarray, time: np.ndarray) -> tuple[float, f
         gaps = np.diff(here)
         parted.append(here.size > 3 and gaps.size > 0 and gaps.max() > 2 * MILLIMETRE)
     # The first of five neighbouring bins that all are parted.
-    for i in range(len(edges) - 5):
+    for i in range(len(edges) - 4):
         if all(parted[i:i + 5]):
             inside = (y >= edges[i]) & (y < edges[i] + width)
             middle = (z[inside].min() + z[inside].max()) / 2

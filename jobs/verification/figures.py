@@ -2,6 +2,7 @@
 """Figures of the verification, beside their references, and the table of them."""
 from __future__ import annotations
 
+import math
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,7 +29,7 @@ def mean(values: list[float], form: str) -> str:
 
 def median_range(values: list[float | None], form: str, unit: str = "") -> str:
     """Median and range of those that are there, and how many when some are not."""
-    there = [value for value in values if value is not None]
+    there = [value for value in values if value is not None and not math.isnan(value)]
     if not there:
         return "none"
     text = f"{np.median(there):{form}}{unit} ({min(there):{form}} to {max(there):{form}})"

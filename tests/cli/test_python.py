@@ -39,6 +39,19 @@ at = ["2.5 mm", "12 mm", "40 mm"]
 """
 
 
+class Running(unittest.TestCase):
+    def test_a_failed_sample_lacks_what_the_others_have(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name) / "out"
+            write_ensemble(folder, 4, failed=(2,), with_ensemble_file=False)
+            for number in (0, 1, 3):  # as the program writes it for samples that are done only
+                with h5py.File(folder / "samples" / f"{number:04d}.h5", "r+") as root:
+                    root["summary/phase_start"] = 10.0 + number
+            table = crackle.open(folder).samples
+            self.assertEqual(list(table["status"]), ["done", "done", "failed", "done"])
+            np.testing.assert_array_equal(table["phase_start"], [10, 11, np.nan, 13])
+
+
 class Package(unittest.TestCase):
     @classmethod
     def setUpClass(cls):

@@ -86,12 +86,21 @@ values = [0.05, 0.1]
 """
 
 
+def datasets(file: Path) -> dict[str, tuple]:
+    """Type, shape and bytes (texts as such) of each dataset, but for what differs between two runs."""
+    found = {}
+    with h5py.File(file) as root:
+        def take(name: str, item: h5py.HLObject) -> None:
+            if isinstance(item, h5py.Dataset) and name.partition("/")[0] not in ("provenance", "timing"):
+                value = np.asarray(item[()])
+                found[name] = (item.dtype, item.shape, value.tolist() if value.dtype.hasobject else value.tobytes())
+        root.visititems(take)
+    return found
+
+
 def same_content(one: Path, other: Path) -> bool:
-    """Bit by bit, but for what differs between two runs."""
-    result = subprocess.run(["h5diff", "-c", "--exclude-path", "/provenance", "--exclude-path", "/timing", str(one), str(other)],
-                            capture_output=True, text=True, check=False)
-    # Empty datasets are "not comparable".
-    return result.returncode in (0, 1) and "differences found" not in result.stdout
+    """Bit by bit."""
+    return datasets(one) == datasets(other)
 
 
 class Uncertainty(unittest.TestCase):

@@ -151,13 +151,18 @@ class Ensemble:
         return tables.rename(renamed).assign(paths).assign_coords(sample=np.arange(n))
 
     def _rows_of_samples(self) -> xr.Dataset:
-        """Of a run that has not written its results yet; samples that have not ended are not among them."""
-        rows = []
+        """Of a run that has not written its results yet; samples that have not ended are not among them, and of failed ones most is
+        missing.
+        """
+        rows = {}
         for number, file in self._files.items():
             with open_results(file, SAMPLE_KIND) as root:
                 summary = labelled.group(root["summary"], labelled.in_order(root["summary"]))
                 if "inputs" in root["summary"]:
                     summary = summary.merge(labelled.group(root["summary/inputs"]))
-                rows.append(summary.assign(status=int(root.attrs["status"]), error=text_of(root.attrs["error"]),
-                                           wall_time=root["timing/wall_time"][()]).expand_dims(sample=[number]))
-        return xr.concat(rows, "sample", data_vars="all", combine_attrs="override", fill_value=np.nan)
+                rows[number] = summary.assign(status=int(root.attrs["status"]), error=text_of(root.attrs["error"]),
+                                              wall_time=root["timing/wall_time"][()])
+        columns = {name: column for row in reversed(rows.values()) for name, column in row.data_vars.items()}
+        whole = [row.assign({name: xr.full_like(column, np.nan, dtype=float) for name, column in columns.items() if name not in row})
+                 .expand_dims(sample=[number]) for number, row in rows.items()]
+        return xr.concat(whole, "sample", data_vars="all", combine_attrs="override", fill_value=np.nan)

@@ -65,8 +65,10 @@ def _shown(entry: dict[str, Any]) -> str:
 
 
 def _figure(comparison: dict[str, Any], sections: list[str]) -> Figure:
-    numbers = [entry for entry in comparison["results"] if not entry["share_of"] and entry["mean_first"]]
-    shares = [entry for entry in comparison["results"] if entry["share_of"]]
+    # Without a value where only one of the ensembles has the result.
+    known = [entry for entry in comparison["results"] if entry["difference_of_means"]["value"] is not None]
+    numbers = [entry for entry in known if not entry["share_of"] and entry["mean_first"]]
+    shares = [entry for entry in known if entry["share_of"]]
     panels = [("percent of this ensemble's mean", [(_label(entry), entry["difference_of_means"], 100 / abs(entry["mean_first"]), _is_sure(entry))
                                                    for entry in numbers]),
               ("percentage points of the samples", [(_label(entry), entry["difference_of_means"], 100, _is_sure(entry)) for entry in shares]),
