@@ -155,7 +155,8 @@ int update_sweep(const parallel::Communicator& world, const Options& options) {
 
 /// Whether the folder is that of a sweep. Collective.
 bool is_sweep(const parallel::Communicator& world, const fs::path& folder) {
-  return parallel::share(world, fs::exists(ensemble::sweep_input(folder)));
+  std::error_code ignored;
+  return parallel::share(world, fs::exists(ensemble::sweep_input(folder), ignored));
 }
 
 }  // namespace
@@ -205,10 +206,10 @@ void add_stats_command(CLI::App& app, Action& run) {
     run = [options](const parallel::Communicator& world) {
       if (is_sweep(world, options->folder)) {
         if (options->json || !options->limits.empty() || !options->sections.empty())
-          throw std::runtime_error(
-              "'" + options->folder +
-              "' holds a sweep; --json, --limit and --sections go with the folder of one "
-              "of its cases");
+          throw parallel::AgreedError(
+              0, "'" + options->folder +
+                     "' holds a sweep; --json, --limit and --sections go with the folder of one "
+                     "of its cases");
         return update_sweep(world, *options);
       }
       return options->sections.empty() ? update_statistics(world, *options)

@@ -67,6 +67,12 @@ ChaosBasis::ChaosBasis(const std::vector<input::RandomInput>& random,
   }
 }
 
+std::size_t DrawnValues::n_draws() const {
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < draw.size(); ++i) n += i == 0 || draw[i] != draw[i - 1];
+  return n;
+}
+
 ChosenDegree choose_degree(const ChaosBasis& basis, const DrawnValues& values) {
   const Eigen::Index n = values.value.size();
   const double variation = (values.value.array() - values.value.mean()).square().sum();
@@ -75,7 +81,10 @@ ChosenDegree choose_degree(const ChaosBasis& basis, const DrawnValues& values) {
   const Eigen::HouseholderQR<Eigen::MatrixXd> factors(rows);
   const Eigen::MatrixXd q = factors.householderQ() * Eigen::MatrixXd::Identity(n, rows.cols());
   ChosenDegree best{0, -infinity};
+  // Not every draw of the basis need have a value.
+  const std::size_t n_draws = values.n_draws();
   for (int degree = 0; degree <= basis.highest_degree(); ++degree) {
+    if (degree > 0 && static_cast<std::size_t>(basis.n_terms(degree)) * draws_per_term > n_draws) break;
     const auto span = q.leftCols(basis.n_terms(degree));
     const Eigen::VectorXd residual = values.value - span * (span.transpose() * values.value);
     double error = 0;

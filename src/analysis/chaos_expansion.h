@@ -35,6 +35,9 @@ private:
 struct DrawnValues {
   std::vector<std::size_t> draw;  ///< ascending
   Eigen::VectorXd value;
+
+  /// Different ones.
+  std::size_t n_draws() const;
 };
 
 /// Shares of the whole variance, of each input.

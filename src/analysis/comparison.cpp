@@ -20,9 +20,6 @@ namespace crackle::analysis {
 
 namespace {
 
-/// They tell how well a sample was computed, not how it broke.
-constexpr std::array<std::string_view, 2> of_the_computation{"energy_error", "equilibrium_residual"};
-
 /// The lines of the input that the bodies of the samples follow from.
 std::vector<std::string> body_settings(const input::Parameters& parameters) {
   std::vector<std::string> settings = input::sample_settings(parameters);
@@ -30,6 +27,8 @@ std::vector<std::string> body_settings(const input::Parameters& parameters) {
     return !line.starts_with("specimen.") && !line.starts_with("mesh.") && !line.starts_with("random[") &&
            !line.starts_with("ensemble.");
   });
+  if (!parameters.mesh.points_digest.empty())
+    settings.push_back("mesh.points of digest " + parameters.mesh.points_digest);
   return settings;
 }
 
@@ -99,8 +98,7 @@ std::vector<ComparedResult> compare_results(const Compared& first, const Compare
   std::vector<ComparedResult> results;
   for_each_result([&](const ResultInfo& info, auto member) {
     const bool is_pattern = std::string_view(info.name) == "pattern";
-    if (lacks(first.origin, info.name) || lacks(second.origin, info.name) ||
-        std::ranges::find(of_the_computation, info.name) != of_the_computation.end() ||
+    if (lacks(first.origin, info.name) || lacks(second.origin, info.name) || !is_of_the_body(info) ||
         (info.reduction == Reduction::none && !is_pattern))
       return;
     const auto add = [&](const std::string& share_of, const auto& value) {
@@ -346,7 +344,8 @@ std::string to_json(std::span<const Comparison> comparisons, std::span<const std
     }
     document["comparisons"].push_back(std::move(one));
   }
-  return document.dump(1) + "\n";
+  // Folders need not have names in UTF-8.
+  return document.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace crackle::analysis

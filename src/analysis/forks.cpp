@@ -77,6 +77,7 @@ struct Arm {
   Facets first;                                 ///< of them those on the first min_arm_length
   std::vector<std::pair<double, double>> line;  ///< advance, across: middle at every station
   double reach = 0;                             ///< advance of its end [m]
+  double end_across = 0;                        ///< where that is [m]
   double length = 0;                            ///< from the fork straight to its end [m]
 };
 
@@ -91,11 +92,26 @@ struct Sighting {
   Level together;        ///< the runs there where the arms have met again
 };
 
+/// The same arm as another window shows it.
 void add_arm(Arm& to, const Arm& from) {
   add(to.facets, from.facets);
   add(to.first, from.first);
   to.reach = std::max(to.reach, from.reach);
   to.length = std::max(to.length, from.length);
+}
+
+/// Arms that have met go on as those of a later sighting.
+void go_on(Sighting& fork, const Sighting& later) {
+  for (std::size_t side = 0; side < 2; ++side) {
+    Arm& arm = fork.arms[side];
+    const Arm& rest = later.arms[side];
+    add(arm.facets, rest.facets);
+    arm.reach = rest.reach;
+    arm.end_across = rest.end_across;
+    arm.length = std::max(arm.length, std::hypot(rest.reach - fork.advance, rest.end_across - fork.across));
+  }
+  fork.last = later.last;
+  fork.together = later.together;
 }
 
 /// A crack between two planes x = const, projected on the plane of the plate.
@@ -146,9 +162,7 @@ public:
           if (earlier == found.end()) {
             found.push_back(std::move(fork));
           } else {
-            for (std::size_t side = 0; side < 2; ++side) add_arm(earlier->arms[side], fork.arms[side]);
-            earlier->last = fork.last;
-            earlier->together = std::move(fork.together);
+            go_on(*earlier, fork);
           }
         }
       }
@@ -260,7 +274,8 @@ private:
       Arm& arm = fork.arms[side];
       sort_out(arm.facets);
       sort_out(arm.first);
-      arm.length = std::hypot(arm.line.back().first - fork.advance, arm.line.back().second - fork.across);
+      arm.end_across = arm.line.back().second;
+      arm.length = std::hypot(arm.reach - fork.advance, arm.end_across - fork.across);
       direction[side] = std::atan(slope(arm.line, fork.advance + min_arm_length * spacing_[k]));
     }
     fork.angle = std::abs(direction[1] - direction[0]);
@@ -434,10 +449,17 @@ private:
   }
 
   static Merged merged(const std::vector<Sighting>& seen, const Numbers& group) {
+    // Those behind each other in one window, as another window tells that they are one fork.
+    std::vector<Sighting> of_windows;
+    for (const std::size_t i : group) {
+      if (of_windows.empty() || of_windows.back().window != seen[i].window)
+        of_windows.push_back(seen[i]);
+      else
+        go_on(of_windows.back(), seen[i]);
+    }
     Merged fork;
     double n = 0;
-    for (const std::size_t i : group) {
-      const Sighting& one = seen[i];
+    for (const Sighting& one : of_windows) {
       for (std::size_t side = 0; side < 2; ++side) add_arm(fork.arms[side], one.arms[side]);
       fork.ends_apart = fork.ends_apart || one.together.empty();
       (one.window == projection ? fork.is_in_projection : fork.is_in_space) = true;

@@ -30,9 +30,6 @@ constexpr int n_bootstrap_draws = 400;
 /// Draws that a statement is made from at least, for each random input.
 constexpr std::size_t least_draws_per_input = 4;
 
-/// They tell how well a sample was computed, not how it broke.
-constexpr std::array<std::string_view, 2> of_the_computation{"energy_error", "equilibrium_residual"};
-
 /// One result and how it is read from a row; NaN where it has none.
 struct Subject {
   Sensitivity of;
@@ -67,8 +64,7 @@ void add_result(const ResultInfo& info, const std::function<double(const SampleS
 std::vector<Subject> all_subjects(const input::Parameters& parameters, std::size_t n_positions) {
   std::vector<Subject> subjects;
   for_each_result([&](const ResultInfo& info, auto member) {
-    if (std::ranges::find(of_the_computation, std::string_view(info.name)) != of_the_computation.end())
-      return;
+    if (!is_of_the_body(info)) return;
     add_result(
         info, [member](const SampleSummary& row) { return number_or_nan(row.*member); }, subjects);
   });
@@ -206,12 +202,6 @@ DrawnValues values_of(const Study& study, const Subject& subject) {
   return values;
 }
 
-std::size_t n_different(const std::vector<std::size_t>& ascending) {
-  std::size_t n = 0;
-  for (std::size_t i = 0; i < ascending.size(); ++i) n += i == 0 || ascending[i] != ascending[i - 1];
-  return n;
-}
-
 /// The counts of draws as counts of values.
 Eigen::VectorXd spread_out(const Eigen::VectorXd& of_draws, const std::vector<std::size_t>& draw) {
   Eigen::VectorXd counts(static_cast<Eigen::Index>(draw.size()));
@@ -276,7 +266,7 @@ Sensitivities sensitivities(const input::Parameters& parameters, std::span<const
   const Study study{parameters, std::move(draws), std::move(basis), std::move(samples), confidence};
   for (Subject& subject : all_subjects(parameters, n_positions)) {
     const DrawnValues values = values_of(study, subject);
-    if (n_different(values.draw) < least || values.value.minCoeff() == values.value.maxCoeff()) continue;
+    if (values.n_draws() < least || values.value.minCoeff() == values.value.maxCoeff()) continue;
     subject.of.n_values = static_cast<int>(values.value.size());
     estimate(study, values, subject.of);
     all.results.push_back(std::move(subject.of));
@@ -325,8 +315,8 @@ Exceedance exceedance(const std::string& condition, const input::Parameters& par
   found.share.value = hits.value.mean();
   // Kish's design effect of draws with several meshes.
   const double within = share_within(hits, Eigen::VectorXd::Ones(found.n_values));
-  const double alike = std::isnan(within) ? (n_different(hits.draw) < is_hit.size() ? 1 : 0) : 1 - within;
-  const double per_draw = static_cast<double>(is_hit.size()) / static_cast<double>(n_different(hits.draw));
+  const double alike = std::isnan(within) ? (hits.n_draws() < is_hit.size() ? 1 : 0) : 1 - within;
+  const double per_draw = static_cast<double>(is_hit.size()) / static_cast<double>(hits.n_draws());
   const double n_independent = std::max(1.0, found.n_values / (1 + (per_draw - 1) * alike));
   const auto interval = wilson_interval(found.share.value, static_cast<int>(n_independent), confidence);
   found.share.lower = std::max(0.0, interval.centre - interval.half_width);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/analysis/crack_surface.h"
+#include "crackle/common/real.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/sample_inputs.h"
 #include "crackle/ensemble/sample_task.h"
@@ -86,7 +87,11 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
     auto row = analysis::empty_summary(static_cast<int>(body.crack_starts().size()),
                                        static_cast<int>(parameters.sections.size()),
                                        analysis::SampleStatus::failed, reason);
-    row.inputs = uncertainty::drawn_values(parameters, sample);
+    try {
+      row.inputs = uncertainty::drawn_values(parameters, sample);
+    } catch (...) {  // which can be why the sample failed
+      row.inputs.assign(parameters.random.size(), not_a_number);
+    }
     return row;
   };
   return steps;

@@ -37,8 +37,9 @@ std::string mesh_settings(const input::Parameters& parameters, bool of_mesh) {
     const bool of_realization = line.starts_with("mesh.perturbation") || line.starts_with("mesh.turn");
     const bool is_wanted =
         line.starts_with("specimen.") || line.starts_with("mesh.") || line.starts_with("ensemble.seed");
-    // Geometry that is drawn may be anyone's own.
-    const bool is_random = of_mesh && line.starts_with("random[");
+    // Geometry that is drawn may be anyone's own, and the plan decides what is drawn.
+    const bool is_random = of_mesh && !parameters.random.empty() &&
+                           (line.starts_with("random[") || line.starts_with("ensemble."));
     if (is_random || (is_wanted && (of_mesh || !of_realization))) settings += line + "\n";
   }
   return settings;
@@ -334,8 +335,10 @@ RunOutcome run_sweep(const parallel::Communicator& outer, const input::Parameter
   for (RunningCase& one : cases) {
     geometry::MotherPoints& base = bases.of(one.parameters());
     // Nothing was to do in any case with these points.
-    if (world.is_root() && base.position.empty() && one.parameters().mesh.base == input::Base::shared)
-      base = base_points(one.options.folder, one.parameters());
+    parallel::agree_on_root(world, [&] {
+      if (base.position.empty() && one.parameters().mesh.base == input::Base::shared)
+        base = base_points(one.options.folder, one.parameters());
+    });
     const RunOutcome outcome = finish_run(world, one.parameters(), one.options, one.master, base, is_stopping,
                                           one.log.get(), seconds_now() - start);
     all.done += outcome.done;

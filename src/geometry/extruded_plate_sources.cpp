@@ -112,7 +112,8 @@ std::vector<Symmetry> ExtrudedPlate::symmetries() const {
       if (side.along[i] == 0) planes[i + 1].push_back(side.from[i]);
   std::map<std::string, std::int32_t> start_of;  // by part
   for (std::size_t i = 0; i + 1 < crack_starts().size(); ++i)
-    start_of[faces()[index(crack_starts()[i].faces.front())].names.back()] = static_cast<std::int32_t>(i);
+    start_of[plate_.parts[index(side_of(crack_starts()[i].faces.front()).part)].name] =
+        static_cast<std::int32_t>(i);
 
   std::vector<Symmetry> result;
   for (unsigned axes = 0; axes < 8; ++axes) {

@@ -218,6 +218,28 @@ class Uncertainty(unittest.TestCase):
         self.assertIn('fracture.release = "facet", mesh.perturbation = 0.1', self.call("stats", "out"))
         self.assertIn("3 pairs of samples", self.call("compare", "out/case-0", "out/case-2"))
 
+    def test_a_sweep_over_plans_has_the_draws_of_each(self):
+        text = PLATE.replace("samples = 6", "samples = 3") + """
+[[random]]
+key = "mesh.perturbation"
+distribution = "uniform"
+lower = 0.05
+upper = 0.2
+[[sweep]]
+key = "ensemble.plan"
+values = ["independent", "sobol"]
+"""
+        self.call("run", self.write(text), "-o", "out")
+        for number in range(2):
+            self.call("run", f"out/case-{number}/input.toml", "-o", f"alone-{number}")
+            for sample in range(3):
+                name = f"samples/000{sample}.h5"
+                self.assertTrue(same_content(self.folder / f"out/case-{number}" / name, self.folder / f"alone-{number}" / name), name)
+        refused = self.call("stats", "out", "--json", ranks=2, status=1)
+        self.assertEqual(refused.count("holds a sweep"), 1, refused)
+        refused = self.call("mesh", "out/case-0/input.toml", "--survey", "3", status=1)
+        self.assertIn("this input draws mesh.perturbation", refused)
+
     def test_a_sweep_that_was_stopped_goes_on(self):
         name = self.write(PLATE + SWEEP)
         self.call("run", name, "-o", "whole")

@@ -71,6 +71,7 @@ struct Made {
   double tilt = 0;          ///< of the crack through the thickness
   bool is_twisted = false;  ///< each half of the thickness has one of the arms
   bool has_spurs = false;   ///< arms of 2 spacings at several places
+  bool meets = false;       ///< arms side by side that meet once on their way
 };
 
 struct Counts {
@@ -130,7 +131,8 @@ protected:
       const double x = p[0] / spacing;
       const double y = p[1] / spacing;
       const double way = std::max(0.0, y - tip - fork);
-      const double half = made.distance > 0 ? std::min(way * 2, made.distance / 2) : way * slope;
+      double half = made.distance > 0 ? std::min(way * 2, made.distance / 2) : way * slope;
+      if (made.meets) half = std::min(half, 2 * std::max(0.0, std::abs(way - 6) - 0.5));
       std::array<double, 3> z{};
       for (int i = 0; i < made.arms; ++i) {
         const auto k = static_cast<std::size_t>(i);
@@ -276,6 +278,20 @@ TEST_F(MadeForks, AreNotFoundInOneCrack) {
     EXPECT_GE(found.projected, row.projected / 100 * found.samples) << row.made.name;
     EXPECT_GE(found.in_space, row.in_space / 100 * found.samples) << row.made.name;
   }
+}
+
+TEST_F(MadeForks, WhoseArmsMeetAndPartAgainHaveTheirWholeLength) {
+  constexpr int n = 40;
+  int n_whole = 0;
+  for (std::uint64_t i = 0; i < n; ++i) {
+    const Made made{.length = 9.5, .distance = 4, .meets = true};
+    const CrackArms arms = find_forks(*body, make(made, i));
+    // From the first parting on; either part alone is shorter.
+    n_whole += std::ranges::any_of(
+        arms.forks, [](const Fork& fork) { return fork.is_in_projection && fork.length > 7 * spacing; });
+  }
+  std::printf("%d of %d forks have their whole length\n", n_whole, n);
+  EXPECT_GE(n_whole, n * 3 / 4);
 }
 
 TEST_F(MadeForks, OfATwistedCrackAreInTheProjectionOnly) {

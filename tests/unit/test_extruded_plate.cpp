@@ -191,6 +191,22 @@ TEST(ExtrudedPlate, Symmetries) {
   EXPECT_EQ(body->symmetries()[2].crack_start, (std::vector<std::int32_t>{0, 2, 1, 3}));
 }
 
+TEST(ExtrudedPlate, ASlotThatIsTheNewEndHasItsPlaceInTheSymmetries) {
+  // A disk with a flat on top: the slot's wall is z-max as well.
+  PlateText disk{R"(thickness = "3 mm"
+outline = "circle"
+radius = "25 mm")"};
+  disk.notches = {R"(from = ["0 mm", "50 mm"]
+to = ["50 mm", "50 mm"]
+height = "4 mm")"};
+  const auto body = make_body(parsed(disk).specimen);
+  ASSERT_EQ(body->faces_named("z-max").size(), 1U);
+  const auto symmetries = body->symmetries();
+  ASSERT_EQ(symmetries.size(), 4U) << "along x and y";
+  for (const Symmetry& symmetry : symmetries)
+    EXPECT_EQ(symmetry.crack_start, (std::vector<std::int32_t>{0, 1}));
+}
+
 TEST(ExtrudedPlate, RealizationsConform) {
   for (const PlateText& plate : some_plates()) {
     const input::Parameters parameters = parsed(plate);

@@ -134,6 +134,7 @@ TEST(RandomInputs, ALatinHypercubeHasOnePointInEachLayer) {
       layers.insert(static_cast<int>(plan_point(input::SamplingPlan::latin_hypercube, 3, n, 3, i)[k] * n));
     EXPECT_EQ(layers.size(), n) << "dimension " << k;
   }
+  EXPECT_THROW(plan_point(input::SamplingPlan::latin_hypercube, 3, n, 3, n), std::runtime_error);
 }
 
 TEST(RandomInputs, SobolPointsFillTheBoxesOfANet) {

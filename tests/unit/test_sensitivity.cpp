@@ -138,6 +138,19 @@ TEST(Sensitivity, OfAResultThatOwesNothingToTheInputs) {
   for (const InputEffect& input : found.inputs) EXPECT_LT(input.total.value, 0.15);
 }
 
+TEST(Sensitivity, OfAResultThatFewSamplesHaveTakesFewTerms) {
+  const auto parameters = study(512, 1, "normal", normal_inputs);
+  // All 512 draws bear the 10 terms up to squares; the 18 that have a value do not, though they would fit.
+  const auto found_with = [&](std::uint64_t every) {
+    const auto rows = rows_of(parameters, [&](const auto& v, std::uint64_t i) {
+      return i % every == 0 ? v[0] * v[0] : not_a_number;
+    });
+    return of_peak_load(parameters, rows).degree;
+  };
+  EXPECT_GE(found_with(1), 2);
+  EXPECT_LE(found_with(30), 1);
+}
+
 TEST(Sensitivity, NeedsDrawsAndRandomInputs) {
   const auto parameters = study(8, 1, "normal", normal_inputs);
   const auto few = rows_of(parameters, [](const auto& v, std::uint64_t) { return v[0]; });

@@ -6,6 +6,7 @@
 #include <concepts>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 /// The one list of what a sample yields as numbers. Messages between ranks, result files, `crackle stats`,
 /// the report and the table in src/io/README.md follow from it: a new result is one member of SampleSummary,
@@ -36,6 +37,12 @@ struct ResultInfo {
 
   const char* name_in(std::int64_t version) const { return version == 2 && name_in_2 ? name_in_2 : name; }
 };
+
+/// Whether a result tells how a sample broke, and not how well it was computed.
+inline bool is_of_the_body(const ResultInfo& info) {
+  const std::string_view name = info.name;
+  return name != "energy_error" && name != "equilibrium_residual";
+}
 
 /// Words for SampleStatus, as the files carry them.
 inline constexpr const char* status_categories = "0 pending, 1 done, 2 failed";

@@ -17,7 +17,8 @@ double quantile(const input::RandomInput& random, double probability);
 /// Point `number` of a plan in the unit cube; each coordinate above 0 and below 1. It depends on the
 /// arguments only, on `n_points` for a Latin hypercube alone.
 /// @return n_dimensions values
-/// @throws std::runtime_error when a Sobol' sequence has no so many dimensions
+/// @throws std::runtime_error when a Sobol' sequence has no so many dimensions, or a Latin hypercube no such
+///   point
 std::vector<double> plan_point(input::SamplingPlan plan, std::uint64_t seed, std::uint64_t n_points,
                                std::size_t n_dimensions, std::uint64_t number);
 
