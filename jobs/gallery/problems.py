@@ -115,8 +115,9 @@ def exponents(samples: list[Sample]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _depth_exponent(samples: list[Sample]) -> str:
+    from scipy import stats  # not needed for a run
     found, error = exponents(samples)
-    return f"{found[2]:.2f} ± {1.96 * error[2]:.2f}"
+    return f"{found[2]:.2f} ± {stats.t.ppf(0.975, len(samples) - 4) * error[2]:.2f}"
 
 
 PROBLEMS = {

@@ -143,17 +143,21 @@ def _strip_crack(sample: Sample, tip: float, width: float) -> StripCrack:
     return StripCrack(ran, seen.size, place, angle, speed, float(sample.summary["crack_speed_ratio"]))
 
 
-def _threshold(load: np.ndarray, forked: np.ndarray) -> tuple[float, float, float]:
+def threshold(load: np.ndarray, forked: np.ndarray) -> str:
     """Load at which half of the samples fork, by logistic regression, and its 95 % interval by profile likelihood."""
+    if forked.all() or not forked.any():
+        return f"{'all' if forked.all() else 'none'} fork from {load.min():.3f} to {load.max():.3f} mm"
     extent = load.max() - load.min()
-    grid = np.linspace(load.min() - extent / 2, load.max() + extent / 2, 801)
-    widths = np.geomspace(1e-3, 1, 200) * extent
+    grid = np.linspace(load.min() - 3 * extent, load.max() + 3 * extent, 2801)
+    widths = np.geomspace(1e-3, 3, 250) * extent
     x = (load[:, None, None] - grid[None, :, None]) / widths[None, None, :]
     likelihood = -np.where(forked[:, None, None], np.logaddexp(0, -x), np.logaddexp(0, x)).sum(axis=0)
     profile = likelihood.max(axis=1)
     inside = grid[profile > profile.max() - 1.92]  # half of the 95 % quantile of chi squared with one degree of freedom
     best = grid[profile > profile.max() - 1e-6]  # a plateau where the shares jump from none to all
-    return float(best.mean()), float(inside.min()), float(inside.max())
+    low = f"{inside[0]:.4f}" if inside[0] > grid[0] else f"less than {grid[0]:.4f}"
+    high = f"{inside[-1]:.4f}" if inside[-1] < grid[-1] else f"more than {grid[-1]:.4f}"
+    return f"{best.mean():.4f} mm ({low} to {high})"
 
 
 def _strip_folder(folder: Path, spacing: float, travel: float) -> Path:
@@ -168,12 +172,12 @@ def pmma_strip(folder: Path, program: Path) -> list[Figure]:
         case = f"Prestrained strip of PMMA, Bleyer et al. 2017, spacing {spacing} mm"
         for travel in TRAVELS:
             keys = {"mesh.spacing": f'"{spacing} mm"', "specimen.notch.height": f'"{spacing} mm"'}
+            assert "0.040 mm" in text
             setting = with_keys(text, keys).replace("0.040 mm", f"{travel:.3f} mm")
             samples = run(setting, _strip_folder(folder, spacing, travel), program)
             cracks[travel] = [_strip_crack(sample, 4 * MILLIMETRE, 32 * MILLIMETRE) for sample in samples]
         ran = [(travel, crack) for travel, some in cracks.items() for crack in some if crack.ran]
         forked = np.array([crack.forks > 0 for _, crack in ran])
-        middle, low, high = _threshold(np.array([travel for travel, _ in ran]), forked)
         shares = ", ".join(f"{sum(c.ran and c.forks > 0 for c in some)}/{sum(c.ran for c in some)}"
                            for some in cracks.values())
         loads = ", ".join(f"{travel:.3f}" for travel in TRAVELS)
@@ -181,7 +185,7 @@ def pmma_strip(folder: Path, program: Path) -> list[Figure]:
         figures += [
             Figure(case, f"samples with forks of those that crack, each edge moved by {loads} mm", shares,
                    "none up to 0.038 mm, all from 0.040 mm on"),
-            Figure(case, "travel at which half of them fork (95 % interval)", f"{middle:.4f} mm ({low:.4f} to {high:.4f})",
+            Figure(case, "travel at which half of them fork (95 % interval)", threshold(np.array([travel for travel, _ in ran]), forked),
                    "0.038 to 0.040 mm"),
             *(Figure(case, f"first fork from the slit's tip, at {travel:.3f} mm",
                      median_range([c.place if c.forks else None for c in some if c.ran], ".1f", " mm"), "decreases with the travel")

@@ -53,6 +53,11 @@ class Runs(unittest.TestCase):
                     print(f"{problem}: {one.quantity}: {found}; published: {one.published}", flush=True)
                     number = float(re.match(r"-?[\d.]+", found)[0])
                     self.assertTrue(accepted[0] <= number <= accepted[1], found)
+                    if problem == "paper-plate":  # whatever the number of forks, two plates that are parted at the paper's load
+                        self.assertRegex(found, "^[0-2] of 2$")
+                        for sample in samples:
+                            self.assertEqual(sample.summary["outcome"], 2)
+                            self.assertTrue(400 < sample.summary["onset_force"] < 700)
                     draw = pictures.draw_exponent if problem == "uncertain-strip" else pictures.draw_cracks
                     draw(folder / f"{problem}.png", folder / problem / "out", samples)
                     self.assertGreater((folder / f"{problem}.png").stat().st_size, 5000)

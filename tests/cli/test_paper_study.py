@@ -28,12 +28,12 @@ from paper_study.running import compute  # noqa: E402
 from paper_study.studies import STUDIES, TARGET_LOAD, Run  # noqa: E402
 
 
-def make_rows(z, label="5 mm, 5 mm", onset=None, pattern=None):
+def make_rows(z, label="5 mm, 5 mm", onset=None, pattern=None, name="run"):
     n = len(z)
     values = {name: np.zeros(n) for name in rows.FIELDS}
     values["onset_force"] = np.zeros(n) if onset is None else np.asarray(onset, float)
     values["pattern"] = np.full(n, 1.0) if pattern is None else np.asarray(pattern, float)
-    return rows.Rows("run", label, np.arange(n), values, np.asarray(z, float), np.ones(n))
+    return rows.Rows(name, label, "input", np.arange(n), values, np.asarray(z, float), np.ones(n))
 
 
 class Inputs(unittest.TestCase):
@@ -74,6 +74,12 @@ class Inputs(unittest.TestCase):
                 self.assertEqual(after["boundary"], before["boundary"])
             added = [after["mesh"].get("region") != before["mesh"].get("region"), "variation" in after["fracture"]]
             self.assertEqual(run.tables != "", any(added), run.name)
+            del after["ensemble"]["samples"], before["ensemble"]["samples"]
+            for tables in (before, after):
+                tables["mesh"].pop("region", None)
+                tables["fracture"].pop("variation", None)
+            for table in ("ensemble", "mesh", "material", "fracture", "time", "sections", "output"):
+                self.assertEqual(after[table], before[table], f"{run.name}: [{table}]")
 
     def test_names_of_runs_differ(self):
         names = [run.name for study in STUDIES.values() for run in study]
@@ -136,8 +142,33 @@ class Statistics(unittest.TestCase):
     def test_scatter_of_means_leaves_chance_out(self):
         generator = np.random.default_rng(1)
         groups = [generator.normal(mean, 2, 50) for mean in generator.normal(0, 3, 400)]
-        self.assertAlmostEqual(comparing.scatter_of_means(groups), 3, delta=0.3)
-        self.assertLess(comparing.scatter_of_means([generator.normal(0, 2, 5) for _ in range(400)]), 0.4)
+        scatter, limit = comparing.scatter_of_means(groups)
+        self.assertAlmostEqual(scatter, 3, delta=0.3)
+        self.assertTrue(scatter < limit < 3.5, limit)
+        self.assertLess(comparing.scatter_of_means([generator.normal(0, 2, 5) for _ in range(400)])[0], 0.4)
+        # Of eight groups of four whose means are the same, the limit covers a scatter of zero and says how little is known.
+        limits = [comparing.scatter_of_means([generator.normal(0, 45, 4) for _ in range(8)])[1] for _ in range(200)]
+        self.assertTrue(10 < np.median(limits) < 40, np.median(limits))
+        truth, n_held = 20, 0
+        for _ in range(400):
+            held = comparing.scatter_of_means([generator.normal(generator.normal(0, truth), 45, 4) for _ in range(8)])[1]
+            n_held += held >= truth
+        print(f"the 95 % limit holds in {n_held} of 400")
+        self.assertGreater(n_held, 360)
+        for unknown in ([np.array([1.0, 2, np.nan])], [np.array([1.0]), np.array([2.0])]):
+            self.assertTrue(np.isnan(comparing.scatter_of_means(unknown)[0]))
+
+    def test_paired_shares_have_newcombes_interval(self):
+        # Newcombe 1998, table II: 43 of 50 against 40 of 50 by pairs, of 5 mm 36, 12, 2, 0.
+        one = np.repeat([True, True, False, False], [36, 12, 2, 0])
+        other = np.repeat([True, False, True, False], [36, 12, 2, 0])
+        value, low, high = comparing.share_difference(other, one)
+        self.assertAlmostEqual(value, 0.2)
+        self.assertAlmostEqual(low, 0.0569, delta=5e-4)
+        self.assertAlmostEqual(high, 0.3404, delta=5e-4)
+        value, low, high = comparing.share_difference(one[:20], one[:20])
+        self.assertEqual(value, 0)
+        self.assertTrue(low < -0.1 and high > 0.1, "no pair that differs is not certainty")
 
     def test_the_notch_whose_crack_came_farther_leads(self):
         found = make_rows(np.zeros((4, 2, 5)))
@@ -188,6 +219,14 @@ class Statistics(unittest.TestCase):
         np.testing.assert_array_equal(after.values["onset_force"], before.values["onset_force"])
 
 
+    def test_samples_of_another_input_do_not_stay(self):
+        known = make_rows(np.zeros((3, 2, 5)), onset=[1, 2, 3])
+        found = replace(make_rows(np.zeros((2, 2, 5)), onset=[4, 5]), input="another")
+        self.assertEqual(rows.joined(known, found).values["onset_force"].tolist(), [4, 5])
+        paper = STUDIES["campaign"][0].input_text()
+        self.assertEqual(rows.digest(paper), rows.digest("# A comment\n" + paper.replace("samples = 200", "samples = 9")))
+        self.assertNotEqual(rows.digest(paper), rows.digest(paper.replace("seed = 2026", "seed = 1")))
+
     def test_samples_that_were_computed_elsewhere_stay(self):
         known, found = make_rows(np.zeros((3, 2, 5)), onset=[1, 2, 3]), make_rows(np.ones((2, 2, 5)), onset=[20, 40])
         known.sample[:], found.sample[:] = [0, 1, 2], [1, 3]
@@ -195,6 +234,47 @@ class Statistics(unittest.TestCase):
         self.assertEqual(both.sample.tolist(), [0, 1, 2, 3])
         self.assertEqual(both.values["onset_force"].tolist(), [1, 20, 3, 40])
         self.assertEqual(both.z[:, 0, 0].tolist(), [0, 1, 0, 1])
+
+
+class Tables(unittest.TestCase):
+    @staticmethod
+    def bases(setting: str, onsets: list[list[float]], forks=None) -> list[rows.Rows]:
+        made = []
+        for seed, onset in enumerate(onsets):
+            one = make_rows(np.zeros((len(onset), 2, 5)), setting, onset, name=f"{setting}-base-{seed}")
+            one.values["bifurcations_projected"][:] = np.nan if forks is None else forks[seed]
+            made.append(one)
+        return made
+
+    @staticmethod
+    def cells(table: str, line: int) -> list[str]:
+        return [cell.strip() for cell in table.splitlines()[line + 2].strip("|").split("|")]
+
+    def test_the_same_bases_are_compared_by_pairs(self):
+        usual = self.bases("usual", [[500, 502], [520, 522], [540, 542]])
+        other = self.bases("other", [[503, 505], [524, 526], [543, 545]])
+        for same_bases, difference in ((True, r"524 \(\+3.3 ± 1.4\)"), (False, r"524 \(\+3.3 ± \d\d.\d\)")):
+            table = tables.on_bases("setting", "usual", [("usual", usual), ("other", other)], same_bases)
+            self.assertRegex(self.cells(table, 1)[2], difference)
+        self.assertEqual(self.cells(table, 0)[2], "521")
+        self.assertEqual(self.cells(table, 0)[6:8], ["–", "–"], "forks that were not counted are not none")
+        counted = [self.bases(setting, 3 * [[500, 502]], forks) for setting, forks in (("usual", ([0, 0], [0, 1], [1, 1])), ("other", 3 * ([0, 0],)))]
+        table = tables.on_bases("setting", "usual", list(zip(("usual", "other"), counted)), True)
+        self.assertEqual(self.cells(table, 0)[6:8], ["50", "1 / 1 / 1"])
+        self.assertEqual(self.cells(table, 1)[7], "3 / 0 / 0")
+        self.assertIn("+0.000 in every base", self.cells(table, 1)[5])
+
+    def test_what_was_not_counted_is_not_none(self):
+        one = make_rows(np.zeros((4, 2, 5)))
+        one.values["bifurcations_projected"][:] = [0, 1, 2, 0]
+        one.values["long_forks"][:] = np.nan
+        self.assertEqual(self.cells(tables.branching([one]), 0)[5:7], ["50 % (15 to 85)", "–"])
+
+    def test_few_samples_and_runs_give_tables_too(self):
+        one = make_rows(np.full((1, 2, 5), np.nan), "2012", [380.0], name="base-2012")
+        self.assertIn("| 2012 | 1 |", tables.bases([one]))
+        run = Run("other", "other", 1, reference="base-2012")
+        self.assertIn("| other | 1 |", tables.comparison({"base-2012": one, "other": one}, [(run, replace(one, name="other", label="other"))]))
 
 
 class Course(unittest.TestCase):

@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
-from matplotlib.ticker import MaxNLocator
 
 from . import style
 from .plate import Plate

@@ -11,7 +11,7 @@ from .comparing import (DEVELOPED, binomial_test, in_base_frame, leading_notch, 
                         running_half_width, share_interval)
 from .fringes import FringeSeries
 from .rows import Rows
-from .tables import share, spread
+from .tables import share, share_of, spread
 
 TOLERANCE = 0.1e-3  # of the mean path [m]
 SYMMETRIC = 0.6  # overlap of two cracks of about the same length
@@ -43,7 +43,7 @@ def _enough(rows: Rows) -> str:
     enough = needed(half_width, TOLERANCE)
     shares = [f"{100 * low:.0f} to {100 * high:.0f} %" for low, high in
               (share_interval(rows.share(1), n), share_interval(int(rows.forked.sum()), n))]
-    return (f"the leading crack's mean is known to ± {1e3 * half_width[-1].max():.3f} mm at the worst section, "
+    return (f"the leading crack's mean is known to ± {1e3 * half_width[-1].max():.3f} mm at the worst section (95 %, each by itself), "
             + (f"to ± {1e3 * TOLERANCE:g} mm at all from {enough} samples on" if enough else f"not to ± {1e3 * TOLERANCE:g} mm")
             + f", the share of one crack to {shares[0]}, of forks to {shares[1]}")
 
@@ -61,13 +61,14 @@ def against_paper(rows: Rows, fringes: list[FringeSeries], own: Rows | None = No
     leader = {name: of_notch(rows, name, lead) for name in ("kinks", "bend")}
     other = {name: of_notch(rows, name, np.where(lead < 0, -1, 1 - lead)) for name in ("kinks", "bend")}
     delay = 1e6 * np.abs(values["start_0"] - values["start_1"])
+    delay = delay[np.isfinite(delay)]
+    delays = f"{delay.min():.0f} to {delay.max():.0f} µs after the first, and" if len(delay) else "and"
     lines = [
         ["onset t₀", "76.179191 s at 5 N/s, the same for both samples shown",
          f"{quartiles(values['onset_time'], 1)} s, on a clock that starts at 135 N; depth and toughness were chosen for this"],
         ["groups", "one main crack from either notch; two, more or less anti-symmetric; shares not given",
          f"one {share(rows.share(1), n)}; two {share(rows.share(2), n)}; other {rows.share(3)} of {n}. But the groups are not "
-         f"apart: in {int(np.isfinite(delay).sum())} samples a second crack starts, {delay[np.isfinite(delay)].min():.0f} to "
-         f"{np.nanmax(delay):.0f} µs after the first, and crosses {spread(second_reach, '.2f')} of its ligament, in one hump. The "
+         f"apart: in {len(delay)} samples a second crack starts, {delays} crosses {spread(second_reach, '.2f')} of its ligament, in one hump. The "
          f"limit is at {DEVELOPED:g}; the notches' distance was chosen such that both groups occur. Two cracks of about the same "
          f"length (overlap above {SYMMETRIC:g}): {int((values['overlap'] > SYMMETRIC).sum())} of {n}"],
         ["when the paper's 100 µs are over", "not said", f"{int((values['outcome'] == 2).sum())} of {n} in two pieces"],
@@ -79,8 +80,7 @@ def against_paper(rows: Rows, fringes: list[FringeSeries], own: Rows | None = No
          f"first crack: bent by {spread(np.degrees(np.abs(leader['bend'])), '.0f')}°, a kink in {int((leader['kinks'] > 0).sum())}; "
          f"second crack: {spread(np.degrees(np.abs(other['bend'])), '.0f')}°, a kink in {int((other['kinks'] > 0).sum())} of {n}"],
         ["bifurcation", "in 4 of the 8 samples shown",
-         f"forks in the projection: {share(int(rows.forked.sum()), n)}; in space: "
-         f"{share(int((values['bifurcations'] > 0).sum()), n)}"],
+         f"forks in the projection: {share_of(rows, 'bifurcations_projected')}; in space: {share_of(rows, 'bifurcations')}"],
         ["the first fork in the projection", "not given; Figure 6 shows one at t₀ + 30, 50 and 70 µs", _first_fork(rows)],
         ["largest crack speed over Rayleigh's", "not given", spread(values["crack_speed_ratio"], ".2f")],
     ]

@@ -61,12 +61,12 @@ def keep_ensemble(results: Path, folder: Path) -> None:
 
 
 def keep_fringes(results: Path, rows: Rows, file: Path) -> None:
-    """Looks at the pictures of the first samples, unless that was done since the ensemble last changed."""
-    if file.is_file() and file.stat().st_mtime > (results / "ensemble.h5").stat().st_mtime:
+    """Looks at the pictures of the first samples, unless the file has those of the same samples of the same input."""
+    wanted = rows.sample[:N_FRINGES].tolist()
+    if file.is_file() and fringes.contents(file) == (rows.input, wanted):
         return
     turned = set(rows.sample[leading_notch(rows) == 1].tolist())
-    series = fringes.look_through(read_ensemble(results), rows.sample[:N_FRINGES].tolist(), turned)
-    fringes.write_csv(series, file)
+    fringes.write_csv(fringes.look_through(read_ensemble(results), wanted, turned), rows.input, file)
 
 
 def keep_laws(campaign: Path, softening: Path, folder: Path) -> str:

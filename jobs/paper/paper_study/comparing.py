@@ -122,6 +122,28 @@ def difference(one: np.ndarray, other: np.ndarray, paired: bool) -> tuple[float,
     return float(parts[1].mean() - parts[0].mean()), stats.t.ppf(0.975, max(1, int(freedom))) * math.sqrt(total)
 
 
+def share_difference(one: np.ndarray, other: np.ndarray) -> tuple[float, float, float]:
+    """Share of the other less that of the one in pairs of yes and no, and its 95 % interval: Newcombe 1998, Stat. Med. 17, 2635,
+    method 10, as `crackle compare` has it.
+    """
+    n = len(one)
+    if n == 0:
+        return math.nan, math.nan, math.nan
+    counts = [(int((one & other).sum()), int((one & ~other).sum())), (int((~one & other).sum()), int((~one & ~other).sum()))]
+    (both, only_one), (only_other, neither) = counts
+    margins = (both + only_one) * (only_other + neither) * (both + only_other) * (only_one + neither)
+    excess = both * neither - only_one * only_other
+    correlation = (max(0.0, excess - n / 2) if excess > 0 else excess) / math.sqrt(margins) if margins else 0.0
+    (low_one, high_one), (low_other, high_other) = (share_interval(int(values.sum()), n) for values in (one, other))
+
+    def reach_of(a: float, b: float) -> float:
+        return math.sqrt(max(0.0, a * a - 2 * correlation * a * b + b * b))
+
+    first, second = one.mean(), other.mean()
+    value = float(second - first)
+    return value, value - reach_of(second - low_other, high_one - first), value + reach_of(high_other - second, first - low_one)
+
+
 def same_path_test(differences: np.ndarray) -> float:
     """p of a mean difference of 0 at all sections of paired paths, by the greatest |t| and turning signs at random.
 
@@ -169,8 +191,15 @@ def binomial_test(hits: int, n: int) -> float:
     return stats.binomtest(hits, n).pvalue if n > 0 else 1.0
 
 
-def scatter_of_means(values: list[np.ndarray]) -> float:
-    """Standard deviation of the groups' true means: that of their means less what the groups' own scatter makes of it."""
-    means = np.array([one.mean() for one in values])
-    chance = np.mean([one.var(ddof=1) / len(one) for one in values])
-    return math.sqrt(max(0.0, means.var(ddof=1) - chance))
+def scatter_of_means(values: list[np.ndarray]) -> tuple[float, float]:
+    """Standard deviation of the groups' true means, and its 95 % upper limit: that of their means less what the groups' own
+    scatter makes of it. NaN with fewer than two groups of two values.
+    """
+    groups_of = [present for one in values if len(present := one[np.isfinite(one)]) > 1]
+    if len(groups_of) < 2:
+        return math.nan, math.nan
+    variance = np.array([one.mean() for one in groups_of]).var(ddof=1)
+    chance = np.mean([one.var(ddof=1) / len(one) for one in groups_of])
+    freedom = len(groups_of) - 1
+    largest = variance * freedom / stats.chi2.ppf(0.05, freedom)
+    return math.sqrt(max(0.0, variance - chance)), math.sqrt(max(0.0, largest - chance))

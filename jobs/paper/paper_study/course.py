@@ -49,7 +49,7 @@ def read(sample: Path, plate: Plate) -> dict[str, float]:
             shares.append(arrivals(corners[mine][:, :, 0] / plate.size[0], y, time[mine]))
         result |= _first_fork(root, plate, shares)
     for notch, arrival in enumerate(shares):
-        result[f"start_{notch}"] = max(0.0, time_of(arrival, STARTED))
+        result[f"start_{notch}"] = float(np.maximum(0.0, time_of(arrival, STARTED)))  # NaN stays
         result[f"reach_{notch}"] = reach_at(arrival, math.inf)
         root_lines = (lines["notch"] == notch) & (lines["parent"] < 0)
         result[f"kinks_{notch}"] = float(lines["kinks"][lines["notch"] == notch].sum())

@@ -66,31 +66,34 @@ def forks(all_rows: list[Rows]) -> Figure:
     return figure
 
 
-def reach_and_paths(settings: list[tuple[str, Rows]], measure: str) -> Figure:
-    """Setting by setting, how far the second crack runs in each sample, with mean and its interval, and the leading paths.
+def reach_and_paths(settings: list[tuple[str, list[Rows]]], measure: str) -> Figure:
+    """Setting by setting, how far the second crack runs in each sample, with mean and its interval, and the leading paths. Of
+    several runs of a setting, each of a base of its own, the interval is that of their means.
 
     @param measure "reach": at the end; "other_when_far": when the first crack has crossed most of its ligament
     """
     figure = Figure(figsize=(style.PAGE_WIDTH, 4.6), layout="constrained")
     grid = figure.add_gridspec(2, len(settings), height_ratios=[1, 1.3])
     axes = figure.add_subplot(grid[0, :])
-    for number, (label, rows) in enumerate(settings):
-        values = reach(rows)[1] if measure == "reach" else rows.values[measure]
-        values = values[np.isfinite(values)]
+    for number, (_, several) in enumerate(settings):
+        by_run = [reach(rows)[1] if measure == "reach" else rows.values[measure] for rows in several]
+        by_run = [values[np.isfinite(values)] for values in by_run]
+        values = np.concatenate(by_run)
         beside = np.linspace(-0.25, 0.25, len(values)) if len(values) > 1 else np.zeros(len(values))
         axes.plot(number + beside, values, ".", color=style.notch_colour(1), markersize=4, alpha=0.5)
         if len(values) > 1:
-            mean, half_width = mean_interval(values)
+            mean, half_width = mean_interval(values if len(several) == 1 else np.array([one.mean() for one in by_run if len(one)]))
             axes.errorbar(number + 0.35, mean, half_width, fmt="o", color="black", markersize=3, linewidth=0.9, capsize=2)
-    names = [textwrap.fill(f"{label} ({len(rows)})", 24) for label, rows in settings]
+    names = [textwrap.fill(f"{label} ({sum(map(len, several))})", 24) for label, several in settings]
     axes.set_xticks(range(len(settings)), names, fontsize="small")
     axes.set_ylabel("share of its ligament that\nthe second crack crosses" +
                     ("" if measure == "reach" else f"\nwhen the first has crossed {FAR:g}"))
     axes.set_ylim(0, 1)
     first = None
-    for number, (_, rows) in enumerate(settings):
+    for number, (_, several) in enumerate(settings):
         axes = figure.add_subplot(grid[1, number], sharey=first, sharex=first)
-        axes.plot([float(y) for y in SECTIONS], 1e3 * leading_path(rows).T, color=style.notch_colour(0), linewidth=0.5, alpha=0.5)
+        for rows in several:
+            axes.plot([float(y) for y in SECTIONS], 1e3 * leading_path(rows).T, color=style.notch_colour(0), linewidth=0.5, alpha=0.5)
         if first is None:
             axes.set_ylabel("z of the leading crack [mm]")
             first = axes

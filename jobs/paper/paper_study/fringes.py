@@ -132,13 +132,21 @@ def side_by_side(bodies: list[tuple[str, Frames]], times: tuple[float, ...], gri
     return figure
 
 
-def write_csv(series: list[FringeSeries], file: Path) -> None:
+def write_csv(series: list[FringeSeries], digest: str, file: Path) -> None:
+    """@param digest of the samples' input"""
     with open(file, "w", newline="") as stream:
         out = csv.writer(stream, lineterminator="\n")
-        out.writerow(["sample", *COLUMNS])
+        out.writerow(["input", "sample", *COLUMNS])
         for one in series:
             for row in zip(*(getattr(one, name) for name in COLUMNS)):
-                out.writerow([one.sample, *(f"{value:.6g}" for value in row)])
+                out.writerow([digest, one.sample, *(f"{value:.6g}" for value in row)])
+
+
+def contents(file: Path) -> tuple[str, list[int]]:
+    """Digest of the input, and the samples."""
+    with open(file, newline="") as stream:
+        lines = list(csv.DictReader(stream))
+    return lines[0].get("input", "") if lines else "", list(dict.fromkeys(int(line["sample"]) for line in lines))
 
 
 def read_csv(file: Path) -> list[FringeSeries]:

@@ -39,8 +39,7 @@ def keep(studies: list[str], output: Path, folder: Path) -> None:
         table = folder / f"{study}.csv"
         # What was computed elsewhere stays: other runs, and other samples of the same ones.
         known = {one.name: one for one in rows.read_csv(table)} if table.is_file() else {}
-        known |= {name: rows.joined(known[name], one) if name in known and known[name].label == one.label else one
-                  for name, one in found.items()}
+        known |= {name: rows.joined(known[name], one) if name in known else one for name, one in found.items()}
         rows.write_csv([known[run.name] for run in STUDIES[study] if run.name in known], table)
         if study == "softening" and (output / CAMPAIGN.name / "out" / "ensemble.h5").is_file():
             _put(folder, "fringes",
@@ -78,14 +77,16 @@ def _branching(kept: Kept, folder: Path) -> None:
 
 def _notches(kept: Kept, folder: Path) -> None:
     mine = list(kept["notches"].values())
+    write_light_figure(figures.onset_against_depth(mine), folder / "onset-against-depth.png")
     chosen = [one for one in mine if one.label.endswith(f", {DISTANCE:g} mm")]
+    if len(chosen) < 4:
+        return
     curve, depth = tables.median_curve(chosen)
     scatter = tables.base_scatter(list(kept["bases"].values())) if "bases" in kept else 0.0
     low, high = tables.depth_interval(chosen, scatter)
     _put(folder, "notches", tables.notches(mine) + (
         f"\nAt {DISTANCE:g} mm the curve through the medians meets {tables.TARGET_LOAD} N at a depth of {depth:.2f} mm (95 %: "
         f"{low:.2f} to {high:.2f} mm), where it falls by {-np.polyval(np.polyder(curve), depth):.0f} N/mm.\n"))
-    write_light_figure(figures.onset_against_depth(mine), folder / "onset-against-depth.png")
 
 
 def _bases(kept: Kept, folder: Path) -> None:
@@ -140,16 +141,16 @@ def _usual_disturbance(kept: Kept) -> list[Rows]:
     return _by_label(kept.get("disturbance", {}).values()).get(f"{PERTURBATION:g}", [])
 
 
-def _on_bases(study: str, title: str, usual: str, place: int, reference: Callable[[Kept], list[Rows]]) -> Show:
+def _on_bases(study: str, title: str, usual: str, place: int, reference: Callable[[Kept], list[Rows]],
+              same_bases: bool) -> Show:
     """A study of the mesh on several bases; the setting that the others are compared with is put in at this place."""
     def show(kept: Kept, folder: Path) -> None:
         settings = [(label, several) for label, several in _by_label(kept[study].values()).items() if label != usual]
         if not (others := reference(kept)):
             return
         settings.insert(place, (usual, others))
-        _put(folder, study, tables.on_bases(title, usual, settings))
-        merged = [(label, tables.merged(several)) for label, several in settings]
-        write_light_figure(figures.reach_and_paths(merged, "reach"), folder / f"{study}.png")
+        _put(folder, study, tables.on_bases(title, usual, settings, same_bases))
+        write_light_figure(figures.reach_and_paths(settings, "reach"), folder / f"{study}.png")
     return show
 
 
@@ -159,17 +160,18 @@ def _rate(kept: Kept, folder: Path) -> None:
         return
     slow, mine = replace(campaign_rows, label="5 N/s"), list(kept["rate"].values())
     _put(folder, "rate", tables.rates(slow, mine))
-    labelled = [(one.label, one) for one in (slow, *mine)]
+    labelled = [(one.label, [one]) for one in (slow, *mine)]
     write_light_figure(figures.reach_and_paths(labelled, "other_when_far"), folder / "rate.png")
 
 
 SHOW = {"branching": _branching, "notches": _notches, "bases": _bases, "campaign": _campaign,
         **dict.fromkeys(SETTINGS[1:], _settings), "steps": _compared("steps", CAMPAIGN),
         "clock-from-zero": lambda kept, folder: None, "convergence": _compared("convergence", FROM_ZERO),
-        "spacing": _on_bases("spacing", "spacing", "0.3 mm at the tips", 0, _from_zero),
+        "spacing": _on_bases("spacing", "spacing", "0.3 mm at the tips", 0, _from_zero, same_bases=False),
         "disturbance": _on_bases("disturbance", "perturbation", f"{PERTURBATION:g}",
-                                 sum(p < PERTURBATION for p in PERTURBATIONS), _usual_disturbance),
-        "heterogeneity": _on_bases("heterogeneity", "what differs from sample to sample", "mesh alone", 0, _usual_disturbance),
+                                 sum(p < PERTURBATION for p in PERTURBATIONS), _usual_disturbance, same_bases=True),
+        "heterogeneity": _on_bases("heterogeneity", "what differs from sample to sample", "mesh alone", 0, _usual_disturbance,
+                                   same_bases=True),
         "rate": _rate}
 
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import csv
+import hashlib
+import json
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,6 +28,7 @@ class Rows:
 
     name: str
     label: str
+    input: str  # digest of what the samples follow from
     sample: np.ndarray
     values: dict[str, np.ndarray]  # FIELDS; see course.read
     z: np.ndarray  # samples x notches x sections [m]; NaN where a crack did not arrive
@@ -40,11 +44,22 @@ class Rows:
 
     @property
     def forked(self) -> np.ndarray:
-        """Which samples have a fork in the projection."""
+        """Which samples have a fork in the projection; none where forks were not counted."""
         return self.values["bifurcations_projected"] > 0
+
+    def knows(self, name: str) -> bool:
+        """Whether a value is known of every sample; files from before it was measured do not have it."""
+        return not np.isnan(self.values[name]).any()
 
     def share(self, pattern: int) -> int:
         return int(np.count_nonzero(self.values["pattern"] == pattern))
+
+
+def digest(text: str) -> str:
+    """Of an input, whatever its comments and its number of samples."""
+    settings = tomllib.loads(text)
+    del settings["ensemble"]["samples"]
+    return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:12]
 
 
 def read(run: Run, results: Path) -> Rows:
@@ -58,7 +73,8 @@ def read(run: Run, results: Path) -> Rows:
     values = {name: samples.numbers.get(name, np.full(len(samples), np.nan))[done].astype(float) for name in SUMMARY}
     courses = [course.read(results / "samples" / f"{i:04d}.h5", plate) for i in done]
     values |= {name: np.array([one[name] for one in courses]) for name in course.FIELDS}
-    rows = Rows(run.name, run.label, done, values, samples.position[done], samples.wall_time[done])
+    rows = Rows(run.name, run.label, digest((results / "input.toml").read_text()), done, values, samples.position[done],
+                samples.wall_time[done])
     if run.rate is not None:
         values["onset_time"] = rows.start
         values["onset_force"] = ramp.section_load(run.rate, rows.start, plate.size[2] / 2, plate.size[2])
@@ -66,14 +82,18 @@ def read(run: Run, results: Path) -> Rows:
 
 
 def joined(known: Rows, found: Rows) -> Rows:
-    """The samples of both, in order; what was found goes before what was known of the same sample."""
+    """The samples of both, in order; what was found goes before what was known of the same sample, and what was known of another
+    input is left out.
+    """
+    if known.input != found.input:
+        return found
     kept = ~np.isin(known.sample, found.sample)
     order = np.argsort(np.concatenate([known.sample[kept], found.sample]), kind="stable")
 
     def join(one: np.ndarray, other: np.ndarray) -> np.ndarray:
         return np.concatenate([one[kept], other])[order]
 
-    return Rows(found.name, found.label, join(known.sample, found.sample),
+    return Rows(found.name, found.label, found.input, join(known.sample, found.sample),
                 {name: join(known.values[name], found.values[name]) for name in FIELDS}, join(known.z, found.z),
                 join(known.seconds, found.seconds))
 
@@ -81,11 +101,11 @@ def joined(known: Rows, found: Rows) -> Rows:
 def write_csv(rows: list[Rows], file: Path) -> None:
     with open(file, "w", newline="") as stream:
         out = csv.writer(stream, lineterminator="\n")
-        out.writerow(["run", "label", "sample", *FIELDS, *(f"z_{notch}_{y}mm" for notch in range(2) for y in SECTIONS),
+        out.writerow(["run", "label", "input", "sample", *FIELDS, *(f"z_{notch}_{y}mm" for notch in range(2) for y in SECTIONS),
                       "seconds"])
         for r in rows:
             for i in range(len(r)):
-                out.writerow([r.name, r.label, r.sample[i], *(f"{r.values[name][i]:.7g}" for name in FIELDS),
+                out.writerow([r.name, r.label, r.input, r.sample[i], *(f"{r.values[name][i]:.7g}" for name in FIELDS),
                               *(f"{z:.6g}" for z in r.z[i].ravel()), f"{r.seconds[i]:.1f}"])
 
 
@@ -97,7 +117,7 @@ def read_csv(file: Path) -> list[Rows]:
     for name in dict.fromkeys(line["run"] for line in lines):
         mine = [line for line in lines if line["run"] == name]
         z = [[float(line[f"z_{notch}_{y}mm"]) for notch in range(2) for y in SECTIONS] for line in mine]
-        result.append(Rows(name, mine[0]["label"], np.array([int(line["sample"]) for line in mine]),
+        result.append(Rows(name, mine[0]["label"], mine[0].get("input", ""), np.array([int(line["sample"]) for line in mine]),
                            {field: np.array([float(line.get(field, "nan")) for line in mine]) for field in FIELDS},
                            np.array(z).reshape(len(mine), 2, len(SECTIONS)),
                            np.array([float(line["seconds"]) for line in mine])))

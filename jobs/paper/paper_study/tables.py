@@ -12,7 +12,7 @@ from crackle_runs import markdown
 
 from .comparing import (binomial_test, difference, distances, groups, in_base_frame, leading_notch, leading_path,
                         mean_interval, path_distance, reach, same_path_test, same_share_test, scatter_of_means,
-                        share_interval)
+                        share_difference, share_interval)
 from .course import LONG_ARM
 from .rows import SECTIONS, Rows
 from .studies import TARGET_LOAD, Run
@@ -27,6 +27,11 @@ def spread(values: np.ndarray, form: str) -> str:
     values = values[np.isfinite(values)]
     deviation = values.std(ddof=1) if len(values) > 1 else math.nan
     return f"{values.mean():{form}} ± {deviation:{form}}" if len(values) else "–"
+
+
+def share_of(rows: Rows, name: str) -> str:
+    """Of the samples in which this is more than none."""
+    return share(int((rows.values[name] > 0).sum()), len(rows)) if rows.knows(name) else "–"
 
 
 def share(count: int, n: int) -> str:
@@ -52,11 +57,10 @@ def branching(all_rows: list[Rows]) -> str:
     """What makes cracks fork."""
     lines = []
     for rows in all_rows:
-        v, n = rows.values, len(rows)
+        v = rows.values
         lines.append([
-            rows.label, str(n), f"{np.median(v['onset_force']):.0f} ({v['onset_force'].min():.0f} to {v['onset_force'].max():.0f})",
-            f"{np.median(v['onset_time']):.1f}", patterns(rows), share(int(rows.forked.sum()), n),
-            share(int((v["long_forks"] > 0).sum()), n), share(int((v["bifurcations"] > 0).sum()), n),
+            rows.label, str(len(rows)), f"{np.median(v['onset_force']):.0f} ({v['onset_force'].min():.0f} to {v['onset_force'].max():.0f})",
+            f"{np.median(v['onset_time']):.1f}", patterns(rows), *(share_of(rows, name) for name in ("bifurcations_projected", "long_forks", "bifurcations")),
             spread(v["crack_speed_ratio"], ".2f"), spread(v["overlap"], ".2f"), f"{np.median(rows.seconds):.0f} s"])
     return markdown(["setting", "samples", "onset [N], median (range)", "t₀ [s], median", "one / two cracks / other / none",
                      "with forks in the projection", f"with arms of {1e3 * LONG_ARM:g} mm", "with forks in space",
@@ -105,6 +109,7 @@ def median_curve(all_rows: list[Rows]) -> tuple[np.ndarray, float]:
         weight = 1 / np.maximum(np.abs(load - np.polyval(curve, depth)), 1e-3)
     roots = np.roots(np.polysub(curve, [TARGET_LOAD]))
     inside = roots[np.isreal(roots) & (roots > depth.min()) & (roots < depth.max())].real
+    inside = inside[np.polyval(np.polyder(curve), inside) < 0]  # the deeper the notches, the lower the load
     return curve, float(inside[0]) if len(inside) else math.nan
 
 
@@ -122,6 +127,8 @@ def depth_interval(all_rows: list[Rows], base_scatter: float, rounds: int = 200)
             load = rows.values["onset_force"][chosen] + base_scatter * generator.standard_normal()
             drawn.append(replace(rows, sample=rows.sample[chosen], values={"onset_force": load}))
         depths.append(median_curve(drawn)[1])
+    if np.isnan(depths).mean() > 0.01:  # curves that do not come to the load
+        return math.nan, math.nan
     return float(np.nanquantile(depths, 0.025)), float(np.nanquantile(depths, 0.975))
 
 
@@ -161,8 +168,8 @@ def _against(reference: Rows, rows: Rows) -> list[str]:
     equal = np.abs(onsets[0] - onsets[1]) < 0.01
     return [plus_minus(difference(*onsets, paired=True), 1), plus_minus(difference(*reaches, paired=True), 3),
             _path_difference(*paths),
-            *(f"{two[1].sum()} against {two[0].sum()} of {len(first)}, "
-              f"{plus_minus(difference(*(100.0 * one for one in two), paired=True), 0)} %" for two in (single, forked)),
+            _share_difference(*single),
+            _share_difference(*forked) if reference.knows("bifurcations_projected") and rows.knows("bifurcations_projected") else "–",
             f"onset equal in {equal.sum()}, notch that leads in {(lead == other_lead).sum()}, pattern in {(single[0] == single[1]).sum()}; paths "
             f"{1e3 * np.nanmedian(path_distance(*paths)):.2f} mm apart, those of different bodies "
             f"{1e3 * np.nanmedian(distances(leading_path(reference))):.2f} mm"]
@@ -186,9 +193,16 @@ def _none_some_all(bases_of: list[Rows]) -> str:
     return f"{sum(s == 0 for s in shares)} / {sum(0 < s < 1 for s in shares)} / {sum(s == 1 for s in shares)}"
 
 
+def _share_difference(one: np.ndarray, other: np.ndarray) -> str:
+    value, low, high = (100 * part for part in share_difference(one, other))
+    return f"{other.sum()} against {one.sum()} of {len(one)}, {value:+.0f} % ({low:+.0f} to {high:+.0f})"
+
+
 def _path_difference(one: np.ndarray, other: np.ndarray) -> str:
     """Of paired paths: mean difference at the section where it is largest, and p of none at any section."""
     all_differences = [difference(*pair, paired=True) for pair in zip(1e3 * one.T, 1e3 * other.T)]
+    if all(math.isnan(mean) for mean, _ in all_differences):
+        return "–"
     largest = int(np.nanargmax([abs(mean) for mean, _ in all_differences]))
     return f"{plus_minus(all_differences[largest], 2)} at {SECTIONS[largest]} mm; p {_small(same_path_test(other - one))}"
 
@@ -212,7 +226,7 @@ def rates(slow: Rows, all_rows: list[Rows]) -> str:
             share(int((other[far] > usual).sum()), int(far.sum())), f"{(lead == 0).sum()} / {(lead == 1).sum()}",
             "" if rows is slow else f"{(leading_notch(slow)[first] == lead[second]).sum()} of {len(first)}",
             patterns(rows), spread(second_reach(rows), ".2f"), spread(rows.values["overlap"], ".2f"),
-            share(int(rows.forked.sum()), len(rows)), *_run_figures(rows)[:4]])
+            share_of(rows, "bifurcations_projected"), *_run_figures(rows)[:4]])
     return markdown(["rate", "samples", "load at the notches when the first crack starts [N]",
                      "share that the other crack has crossed when the first one has crossed 0.8", "against 5 N/s",
                      f"more than the {usual:.2f} of 5 N/s", "lower / upper notch leads", "same notch as at 5 N/s",
@@ -220,41 +234,49 @@ def rates(slow: Rows, all_rows: list[Rows]) -> str:
                      "overlap of one crack with the other turned", "with forks in the projection", *RUN_TITLES[:4]], lines)
 
 
-def on_bases(title: str, usual: str, settings: list[tuple[str, list[Rows]]]) -> str:
+def on_bases(title: str, usual: str, settings: list[tuple[str, list[Rows]]], same_bases: bool) -> str:
     """Settings of the mesh, each on several bases; the unit of comparison is the base.
 
     @param usual label of the setting that the others are compared with
+    @param same_bases: runs of one seed have the same base, whatever the setting
     """
     reference = dict(settings)[usual]
     lines = []
     for label, bases_of in settings:
         others = None if label == usual else reference
         inside = math.sqrt(np.mean([onset(rows).var(ddof=1) for rows in bases_of]))
-        between = scatter_of_means([onset(rows) for rows in bases_of])
+        between, limit = scatter_of_means([onset(rows) for rows in bases_of])
+
+        def over(value: Callable[[Rows], np.ndarray], digits: int) -> str:
+            return _over_bases(value, bases_of, others, digits, same_bases)
+
+        counted = all(rows.knows("bifurcations_projected") for rows in (*bases_of, *reference))
         paths = [leading_path(rows) for rows in bases_of]
         same = np.concatenate([distances(one) for one in paths])
         different = np.concatenate([distances(one, other) for i, one in enumerate(paths) for other in paths[:i]])
         lines.append([label, f"{len(bases_of)} × {round(np.mean([len(rows) for rows in bases_of]))}",
-                      _over_bases(onset, bases_of, others, 1), f"{inside:.1f}, {between:.1f}",
-                      _over_bases(lambda rows: 100.0 * has_one_crack(rows), bases_of, others, 0),
-                      _over_bases(second_reach, bases_of, others, 3),
-                      _over_bases(lambda rows: 100.0 * rows.forked, bases_of, others, 0), _none_some_all(bases_of),
+                      over(onset, 1), f"{inside:.1f}, {between:.1f} (up to {limit:.0f})",
+                      over(lambda rows: 100.0 * has_one_crack(rows), 0), over(second_reach, 3),
+                      *((over(lambda rows: 100.0 * rows.forked, 0), _none_some_all(bases_of)) if counted else ("–", "–")),
                       f"{1e3 * np.nanmedian(same):.2f}, {1e3 * np.nanmedian(different):.2f}", _same_lead(bases_of),
                       *_run_figures(merged(bases_of))])
-    return markdown([title, "bases × samples", "onset [N]", "its scatter within, between bases [N]", "samples with one crack [%]",
+    return markdown([title, "bases × samples", "onset [N]", "its scatter within, between bases (95 % limit) [N]", "samples with one crack [%]",
                      "share that the second crack crosses", "samples with forks in the projection [%]",
                      "bases of which none, some, all samples fork", "paths apart: same, different bases [mm]",
                      "pairs of one base in which the same notch of the base leads", *RUN_TITLES], lines)
 
 
-def _over_bases(value: Callable[[Rows], np.ndarray], bases_of: list[Rows], others: list[Rows] | None, digits: int) -> str:
-    """Mean of the bases' means, and its difference to that of other bases."""
-    means = np.array([value(rows).mean() for rows in bases_of])
-    text = f"{means.mean():.{max(0, digits - 1)}f}"
+def _over_bases(value: Callable[[Rows], np.ndarray], bases_of: list[Rows], others: list[Rows] | None, digits: int,
+                same_bases: bool) -> str:
+    """Mean of the bases' means, and its difference to that of other bases, or to the same bases' with another setting."""
+    means, other_means = ({rows.name.rpartition("-")[2]: value(rows).mean() for rows in some} for some in (bases_of, others or []))
+    text = f"{np.mean(list(means.values())):.{max(0, digits - 1)}f}"
     if others is None:
         return text
-    other_means = np.array([value(rows).mean() for rows in others])
-    return f"{text} ({plus_minus(difference(other_means, means, paired=False), digits)})"
+    both = [seed for seed in means if seed in other_means]
+    found = (difference(*(np.array([of[seed] for seed in both]) for of in (other_means, means)), paired=True) if same_bases else
+             difference(*(np.array(list(of.values())) for of in (other_means, means)), paired=False))
+    return f"{text} ({plus_minus(found, digits)})" if found[1] != 0 else f"{text} ({found[0]:+.{digits}f} in every base)"
 
 
 def _same_lead(bases_of: list[Rows]) -> str:
@@ -293,9 +315,11 @@ def bases(all_rows: list[Rows]) -> str:
                       str(int((lead == 0).sum())), str(int((lead == 1).sum()))])
     table = markdown(["`seed`", "samples", "onset [N], median", "one / two cracks / other / none", "lower notch leads",
                       "upper notch leads"], lines)
+    if len(all_rows) < 3:
+        return table
     hits, totals = [int(one.sum()) for one in lower_leads], [len(one) for one in lower_leads]
     mean, half = np.concatenate(lower_leads[1:]).mean(), mean_interval(np.array([one.mean() for one in lower_leads[1:]]))[1]
-    between = scatter_of_means(lower_leads[1:])
+    between, _ = scatter_of_means(lower_leads[1:])
     return table + (
         f"\nThe same share with all bases: p {_small(same_share_test(hits, totals))}, without the first "
         f"{_small(same_share_test(hits[1:], totals[1:]))}. Without the first the lower notch leads in {100 * mean:.0f} % of the "
@@ -305,7 +329,7 @@ def bases(all_rows: list[Rows]) -> str:
 
 def base_scatter(all_rows: list[Rows]) -> float:
     """Standard deviation of the mean onset [N] over the bases of the study `bases` but the first one."""
-    return scatter_of_means([rows.values["onset_force"] for rows in all_rows[1:]])
+    return scatter_of_means([rows.values["onset_force"] for rows in all_rows[1:]])[0]
 
 
 def _small(p: float) -> str:
