@@ -139,6 +139,12 @@ class Readme(unittest.TestCase):
                 for option in re.findall(r"(?<!\S)(--?[a-z]+)", line.split(f"crackle {command}")[1]):
                     self.assertRegex(usage.stdout, rf"(?<![\w-]){option}\b", f"{command} {option}")
 
+    def test_one_version_everywhere(self):
+        found = {file: re.search(pattern, (ROOT / file).read_text(), re.MULTILINE)[1] for file, pattern in (
+            ("CMakeLists.txt", r"project\(crackle VERSION ([\d.]+)"), ("CITATION.cff", r"^version: (.+)$"),
+            ("tools/pyproject.toml", r'^version = "(.+)"$'), ("tools/crackle/__init__.py", r'^__version__ = "(.+)"$'))}
+        self.assertEqual(len(set(found.values())), 1, found)
+
     def test_every_tool_shown_exists(self):
         for page, text in pages().items():
             for tool in re.findall(r"(?<![\w/])tools/[\w-]+(?:/[\w.-]+)*", text):
