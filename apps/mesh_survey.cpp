@@ -36,9 +36,10 @@ bool survey_meshes(const input::Parameters& parameters, std::uint64_t n_samples,
                    const std::filesystem::path& table) {
   for (const input::RandomInput& random : parameters.random)
     if (random.key.starts_with("specimen.") || random.key.starts_with("mesh."))
-      fail("--survey looks at the meshes of one body, but this input draws {}; make one sample's mesh with "
-           "--sample",
-           random.key);
+      fail(
+          "--survey looks at the meshes of one body, but this input draws {}; make one sample's mesh with "
+          "--sample",
+          random.key);
   if (!table.empty()) check_writable(table);
   const Stopwatch base_clock;
   const auto body = geometry::make_body(parameters.specimen);

@@ -111,7 +111,8 @@ void measure_crossings(const geometry::Body& body, const CrackSurface& surface,
 
 std::vector<SampleSummary> gather_on_root(const parallel::Communicator& group,
                                           std::span<const SampleSummary> rows) {
-  const std::vector<std::byte> mine = to_bytes(std::vector<SampleSummary>(rows.begin(), rows.end()));
+  const std::vector<std::byte> mine =
+      parallel::agree(group, [&] { return to_bytes(std::vector<SampleSummary>(rows.begin(), rows.end())); });
 
   const auto total = parallel::all_reduce<std::int64_t>(group, std::ssize(mine), MPI_SUM);
   // Every rank has the same total.
@@ -119,12 +120,15 @@ std::vector<SampleSummary> gather_on_root(const parallel::Communicator& group,
     throw parallel::AgreedError(0, "the rows of all samples are too large for one message");
   const auto all = parallel::gather_on_root<std::byte>(group, mine);
 
-  std::vector<SampleSummary> gathered;
-  Unpacker unpacker(all);
-  while (!unpacker.empty()) {
-    for (SampleSummary& row : unpacker.get<std::vector<SampleSummary>>()) gathered.push_back(std::move(row));
-  }
-  return gathered;
+  return parallel::agree(group, [&] {
+    std::vector<SampleSummary> gathered;
+    Unpacker unpacker(all);
+    while (!unpacker.empty()) {
+      for (SampleSummary& row : unpacker.get<std::vector<SampleSummary>>())
+        gathered.push_back(std::move(row));
+    }
+    return gathered;
+  });
 }
 
 std::optional<std::string> sample_warning(std::uint64_t sample, const SampleSummary& summary) {

@@ -101,8 +101,8 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
     const double amplitude =
         peak(pattern.amplitude, load_time, end, [&](double t) { return pattern.amplitude.at(t); });
     for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
-      e.load_stress = std::max(
-          e.load_stress, amplitude * std::abs(pattern.weight[n]) / std::pow(node_volume(pattern.nodes[n]), 2.0 / 3.0));
+      e.load_stress = std::max(e.load_stress, amplitude * std::abs(pattern.weight[n]) /
+                                                  std::pow(node_volume(pattern.nodes[n]), 2.0 / 3.0));
   }
   for (const auto& motion : context.loads->motions) {
     if (motion.nodes.empty()) continue;

@@ -230,6 +230,7 @@ RunOutcome finish_run(const parallel::Communicator& world, const input::Paramete
     log->end_progress();
     log_end(*log, results, *master.progress, outcome, options, seconds);
   }
+  outcome.rows = std::move(results.rows);
   return outcome;
 }
 

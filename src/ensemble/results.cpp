@@ -65,15 +65,17 @@ void complete_block(const parallel::Communicator& world,
     return packer.bytes();
   });
   const auto bytes = parallel::share(world, packed);
-  for (Unpacker unpacker(bytes); !unpacker.empty();) {
-    const auto sample = unpacker.get<std::uint64_t>();
-    const auto reason = unpacker.get<std::string>();
-    if (sample < block.first || sample >= block.first + block.rows.size()) continue;
-    auto& row = block.rows[sample - block.first];
-    if (row.status != analysis::SampleStatus::pending) continue;
-    row.status = analysis::SampleStatus::failed;
-    row.error = reason;
-  }
+  parallel::agree(world, [&] {
+    for (Unpacker unpacker(bytes); !unpacker.empty();) {
+      const auto sample = unpacker.get<std::uint64_t>();
+      const auto reason = unpacker.get<std::string>();
+      if (sample < block.first || sample >= block.first + block.rows.size()) continue;
+      auto& row = block.rows[sample - block.first];
+      if (row.status != analysis::SampleStatus::pending) continue;
+      row.status = analysis::SampleStatus::failed;
+      row.error = reason;
+    }
+  });
 }
 
 /// @pre nobody else writes ensemble.h5

@@ -332,6 +332,7 @@ RunOutcome run_sweep(const parallel::Communicator& outer, const input::Parameter
   const bool is_stopping = parallel::share(world, stop.is_set());
 
   RunOutcome all;
+  std::vector<CaseRows> rows;  // the root's
   for (RunningCase& one : cases) {
     geometry::MotherPoints& base = bases.of(one.parameters());
     // Nothing was to do in any case with these points.
@@ -339,21 +340,22 @@ RunOutcome run_sweep(const parallel::Communicator& outer, const input::Parameter
       if (base.position.empty() && one.parameters().mesh.base == input::Base::shared)
         base = base_points(one.options.folder, one.parameters());
     });
-    const RunOutcome outcome = finish_run(world, one.parameters(), one.options, one.master, base, is_stopping,
-                                          one.log.get(), seconds_now() - start);
+    RunOutcome outcome = finish_run(world, one.parameters(), one.options, one.master, base, is_stopping,
+                                    one.log.get(), seconds_now() - start);
     all.done += outcome.done;
     all.failed += outcome.failed;
     all.left += outcome.left;
     if (!outcome.file_error.empty()) all.file_error = outcome.file_error;
+    rows.push_back({one.of, one.options.folder.filename().string(), std::move(outcome.rows)});
   }
   all.stopped = is_stopping && all.left > 0;
   try {
     parallel::agree_on_root(world, [&] {
-      std::vector<CaseRows> rows;
-      for (const RunningCase& one : cases) {
+      for (std::size_t i = 0; i < cases.size(); ++i) {
+        if (!rows[i].rows.empty()) continue;
+        const RunningCase& one = cases[i];
         const auto n = static_cast<std::size_t>(one.parameters().ensemble.samples);
-        rows.push_back({one.of, one.options.folder.filename().string(),
-                        io::read_summaries(one.options.folder, one.parameters(), 0, n)});
+        rows[i].rows = io::read_summaries(one.options.folder, one.parameters(), 0, n);
       }
       io::write_text_file(sweep_table(options.folder), sweep_csv(rows));
       if (log) log->end_progress();

@@ -131,20 +131,25 @@ void check_disjoint(const parallel::Communicator& world, const EnsembleBlock& bl
 /// A text of each sample, on the root. Collective.
 std::vector<std::string> gather_texts(const parallel::Communicator& world, const EnsembleBlock& block,
                                       std::string SampleSummary::*text, std::size_t n_samples) {
-  Packer packer;
-  for (std::size_t i = 0; i < block.rows.size(); ++i) {
-    if ((block.rows[i].*text).empty()) continue;
-    packer.put<std::uint64_t>(block.first + i);
-    packer.put(block.rows[i].*text);
-  }
-  const auto gathered = parallel::gather_on_root<std::byte>(world, packer.bytes());
-  std::vector<std::string> texts(n_samples);
-  Unpacker unpacker(gathered);
-  while (!unpacker.empty()) {
-    const auto sample = unpacker.get<std::uint64_t>();
-    texts[sample] = unpacker.get<std::string>();
-  }
-  return texts;
+  const auto packed = parallel::agree(world, [&] {
+    Packer packer;
+    for (std::size_t i = 0; i < block.rows.size(); ++i) {
+      if ((block.rows[i].*text).empty()) continue;
+      packer.put<std::uint64_t>(block.first + i);
+      packer.put(block.rows[i].*text);
+    }
+    return packer.bytes();
+  });
+  const auto gathered = parallel::gather_on_root<std::byte>(world, packed);
+  return parallel::agree(world, [&] {
+    std::vector<std::string> texts(n_samples);
+    Unpacker unpacker(gathered);
+    while (!unpacker.empty()) {
+      const auto sample = unpacker.get<std::uint64_t>();
+      texts[sample] = unpacker.get<std::string>();
+    }
+    return texts;
+  });
 }
 
 /// @param n_rows of the positions

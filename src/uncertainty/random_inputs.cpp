@@ -54,15 +54,13 @@ std::vector<std::uint64_t> random_layers(RandomStream stream, std::uint64_t n_po
 
 std::vector<double> hypercube_point(std::uint64_t seed, std::uint64_t n_points, std::size_t n_dimensions,
                                     std::uint64_t number) {
-  if (number >= n_points)
-    fail("a Latin hypercube of {} points has no point {}", n_points, number);
+  if (number >= n_points) fail("a Latin hypercube of {} points has no point {}", n_points, number);
   std::vector<double> point = independent_point(seed, n_dimensions, number);
   const RandomStream layers(seed, 0, "layers of a Latin hypercube");
   for (std::size_t k = 0; k < n_dimensions; ++k) {
     const auto layer = random_layers(layers.substream(k), n_points)[number];
     // The last points can round to 1.
-    point[k] =
-        std::min((static_cast<double>(layer) + point[k]) / static_cast<double>(n_points), 1 - 0x1p-53);
+    point[k] = std::min((static_cast<double>(layer) + point[k]) / static_cast<double>(n_points), 1 - 0x1p-53);
   }
   return point;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/analysis/sample_summary.h"
 #include "crackle/common/real.h"
 #include "crackle/ensemble/sample_plan.h"
 #include "crackle/ensemble/sample_task.h"
@@ -14,6 +15,7 @@
 #include <ostream>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace crackle::ensemble {
 
@@ -43,6 +45,7 @@ struct RunOutcome {
   int left = 0;            ///< pending
   bool stopped = false;    ///< on a request, with samples left
   std::string file_error;  ///< why ensemble.h5 could not be written; empty when it was
+  std::vector<analysis::SampleSummary> rows = {};  ///< on the root, as ensemble.h5 has them; none of a range
 };
 
 /// Runs the ensemble: rank 0 makes realizations ahead of need and hands them out one at a time, groups of
