@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
 #include <utility>
 
 namespace crackle::ensemble {
@@ -26,13 +27,17 @@ void RunLog::clear() {
 }
 
 void RunLog::keep(const std::filesystem::path& file) {
-  file_.open(file, std::ios::app);
+  file_ = file;
+}
+
+void RunLog::append(const std::string& text) const {
+  if (!file_.empty()) std::ofstream(file_, std::ios::app) << text << '\n';
 }
 
 void RunLog::line(const std::string& text) {
   clear();
   out_ << text << '\n' << shown_ << std::flush;
-  if (file_.is_open()) file_ << text << std::endl;
+  append(text);
 }
 
 void RunLog::show(const Progress& progress, bool news) {
@@ -43,8 +48,8 @@ void RunLog::show(const std::function<std::string()>& line, bool news) {
   news_ = news_ || news;
   const bool terminal = terminal_width_ > 0;
   const double since = clock_() - shown_at_;
-  if (file_.is_open() && clock_() - kept_at_ >= log_interval) {
-    file_ << line() << std::endl;
+  if (!file_.empty() && clock_() - kept_at_ >= log_interval) {
+    append(line());
     kept_at_ = clock_();
   }
   const bool due = !anything_shown_ || since >= (terminal ? terminal_interval : log_interval);

@@ -4,19 +4,26 @@
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/run_log.h"
 #include "support/geometry_bodies.h"
+#include "support/temporary_folder.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace crackle::ensemble {
 namespace {
 
+namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -254,6 +261,24 @@ TEST(RunLog, AnyLineRenewsItselfAndIsMadeOnlyWhenItIsShown) {
   for (screen.time = 0; screen.time < 3; screen.time += 0.25) screen.log.show(line, false);
   EXPECT_EQ(n_made, 3);
   EXPECT_EQ(screen.take(), "10 %\r    \r20 %\r    \r30 %");
+}
+
+/// A sweep keeps as many as it has cases, up to 1000.
+TEST(RunLog, KeptLogsHoldNoFilesOpen) {
+  const test::TemporaryFolder folder;
+  const auto n_open = [] {
+    const fs::directory_iterator descriptors("/proc/self/fd");
+    return std::distance(begin(descriptors), end(descriptors));
+  };
+  const auto before = n_open();
+  std::deque<Screen> screens;
+  for (int i = 0; i < 20; ++i) {
+    screens.emplace_back(0).log.keep(folder.path() / std::to_string(i));
+    for (const char* text : {"first", "second"}) screens.back().log.line(text);
+  }
+  EXPECT_EQ(n_open(), before);
+  std::ifstream kept(folder.path() / "19");
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(kept), {}), "first\nsecond\n");
 }
 
 TEST(RunLog, ProgressFitsTheTerminal) {

@@ -6,7 +6,6 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <optional>
 #include <ostream>
@@ -43,6 +42,8 @@ public:
 
 private:
   void clear();
+  /// To the file, which is closed again: a sweep has as many logs as cases.
+  void append(const std::string& text) const;
 
   static constexpr double terminal_interval = 1;  ///< [s]
   static constexpr double log_interval = 30;      ///< [s]
@@ -53,7 +54,7 @@ private:
   double shown_at_ = 0;
   bool anything_shown_ = false;
   bool news_ = false;  ///< not shown yet
-  std::ofstream file_;
+  std::filesystem::path file_;
   double kept_at_ = 0;  ///< the last progress in the file
 };
 
