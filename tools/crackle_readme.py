@@ -24,7 +24,7 @@ BLOCKS = {
     "variants": "jobs/verification/README.md",  # jobs/verification/verify --variants
     "golden demo": "jobs/verification/README.md",  # tools/golden-runs --update
     "golden paper": "jobs/verification/README.md",
-    **{name: "jobs/laws/README.md" for name in ("laws", "laws-slots", "laws-fringes")},  # jobs/laws/study --keep
+    **{name: "jobs/laws/README.md" for name in ("laws", "laws-slots", "laws-fringes", "laws-cost")},  # jobs/laws/study --keep
     # jobs/gallery/gallery --keep
     **{name: "jobs/gallery/README.md" for name in ("paper-plate", "pmma-strip", "glass-plate", "compact-tension",
                                                    "brazilian-disk", "uncertain-strip")},

@@ -20,6 +20,7 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs" / "laws"), str(ROOT / "jobs" / "paper")]
 
 import convergence  # noqa: E402
+import cost  # noqa: E402
 import plane_slot  # noqa: E402
 import slot_heights  # noqa: E402
 import smoothness  # noqa: E402
@@ -51,9 +52,9 @@ class Study(unittest.TestCase):
                 else:
                     self.assertRegex(result.stdout, r"toughness +=.*the averaging length")
 
-    def test_inputs_of_slots_and_fringes_are_right(self):
+    def test_inputs_of_slots_fringes_and_cost_are_right(self):
         with tempfile.TemporaryDirectory() as folder:
-            for name, one in {**slot_heights.RUNS, **smoothness.RUNS}.items():
+            for name, one in {**slot_heights.RUNS, **smoothness.RUNS, **cost.RUNS}.items():
                 source = Path(folder) / f"{name}.toml"
                 source.write_text(one.input_text())
                 subprocess.run([OPTIONS.program, "check", "--no-measure", str(source)], stdout=subprocess.DEVNULL,
@@ -99,6 +100,8 @@ class Study(unittest.TestCase):
                     run(convergence.RUNS[one].input_text(), folder / one, Path(OPTIONS.program))
             kept = folder / "kept"
             kept.mkdir()
+            (folder / "cost-strength").symlink_to(folder / COARSEST[0])
+            self.assertEqual(cost.table(folder).count("| immediate, 35 MPa |"), 2)
             found = convergence.keep_rows(folder, kept)
             self.assertEqual([one["law"] for one in found], ["immediate"] * 2 + ["averaged"] * 2 + ["softening"] * 2)
             load = {law: np.mean([one["load_n"] for one in found if one["law"] == law]) for law in ("immediate", "averaged",
