@@ -44,6 +44,11 @@ struct Options {
   std::vector<std::string> limits;    ///< "peak_load > 500 N"
   bool json = false;
   bool read_only = false;
+  bool keep_rows = false;
+
+  ensemble::MissingFiles missing() const {
+    return keep_rows ? ensemble::MissingFiles::keep_rows : ensemble::MissingFiles::drop_rows;
+  }
 };
 
 void print(const Options& options, const std::vector<analysis::SampleSummary>& samples,
@@ -95,11 +100,12 @@ int update_statistics(const parallel::Communicator& world, const Options& option
   const input::Parameters parameters = input_of(world, folder);
   if (options.read_only || is_read_only(world, folder)) return show_stored(world, options, parameters);
   geometry::MotherPoints base;
+  const auto make_base = [&]() -> const geometry::MotherPoints& {
+    base = ensemble::base_points(folder, parameters);
+    return base;
+  };
   const ensemble::Results results =
-      ensemble::write_results(world, parameters, folder, {}, [&]() -> const geometry::MotherPoints& {
-        base = ensemble::base_points(folder, parameters);
-        return base;
-      });
+      ensemble::write_results(world, parameters, folder, {}, make_base, options.missing());
   parallel::agree_on_root(world, [&] { print(options, results.rows, results.statistics, parameters, {}); });
   if (!results.file_error.empty()) throw parallel::AgreedError(0, results.file_error);
   return success;
@@ -137,11 +143,12 @@ int update_sweep(const parallel::Communicator& world, const Options& options) {
       continue;
     }
     geometry::MotherPoints base;
+    const auto make_base = [&]() -> const geometry::MotherPoints& {
+      base = ensemble::base_points(own, of_case);
+      return base;
+    };
     ensemble::Results results =
-        ensemble::write_results(world, of_case, own, {}, [&]() -> const geometry::MotherPoints& {
-          base = ensemble::base_points(own, of_case);
-          return base;
-        });
+        ensemble::write_results(world, of_case, own, {}, make_base, options.missing());
     rows.back().rows = std::move(results.rows);
     if (!results.file_error.empty()) file_error = results.file_error;
   }
@@ -180,7 +187,12 @@ void add_stats_command(CLI::App& app, Action& run) {
                    "also print the share of samples in which a result passes a limit, such as \"peak_load > "
                    "500 N\" (may be given several times); --columns names the results")
       ->allow_extra_args(false);
-  command->add_flag("--read-only", options->read_only, "leave ensemble.h5 as it is");
+  CLI::Option* read_only = command->add_flag("--read-only", options->read_only, "leave ensemble.h5 as it is");
+  command
+      ->add_flag("--keep-rows", options->keep_rows,
+                 "keep the rows of ensemble.h5 whose sample files were moved away; without it these samples "
+                 "count as pending")
+      ->excludes(read_only);
   command
       ->add_option(
           "--sections", options->sections,
@@ -191,8 +203,8 @@ void add_stats_command(CLI::App& app, Action& run) {
   command->callback([options, columns, &run] {
     if (*columns != options->folder.empty())
       throw CLI::ValidationError("stats takes either a folder or --columns");
-    if (*columns &&
-        (!options->sections.empty() || !options->limits.empty() || options->json || options->read_only))
+    if (*columns && (!options->sections.empty() || !options->limits.empty() || options->json ||
+                     options->read_only || options->keep_rows))
       throw CLI::ValidationError("--columns takes no other option");
     if (options->json && !options->limits.empty())
       throw CLI::ValidationError("--limit goes with the text, not with --json");

@@ -78,6 +78,19 @@ void complete_block(const parallel::Communicator& world,
   });
 }
 
+/// Rows of ensemble.h5 in place of pending ones of the block.
+/// @throws std::runtime_error when ensemble.h5 cannot be read, or is of another input
+void keep_rows(const fs::path& file, const input::Parameters& parameters, io::EnsembleBlock& block) {
+  if (!fs::exists(file)) return;
+  io::EnsembleContent known = io::read_ensemble(file);
+  if (known.input_text != parameters.text)
+    fail("'{}' is of another input than the folder's input.toml; none of its rows can stay", file.string());
+  for (std::size_t i = 0; i < block.rows.size(); ++i) {
+    if (block.rows[i].status == analysis::SampleStatus::pending)
+      block.rows[i] = std::move(known.samples.at(block.first + i));
+  }
+}
+
 /// @pre nobody else writes ensemble.h5
 void remove_partial_results(const fs::path& folder) {
   std::error_code ignored;
@@ -102,7 +115,7 @@ bool is_of_results(const fs::path& file) {
 Results write_results(const parallel::Communicator& world, const input::Parameters& parameters,
                       const fs::path& folder,
                       const std::map<std::uint64_t, analysis::SampleSummary>& unstored,
-                      const std::function<const geometry::MotherPoints&()>& base) {
+                      const std::function<const geometry::MotherPoints&()>& base, MissingFiles missing) {
   const fs::path file = results_file(folder);
   Results results;
   std::optional<LockFile> lock;  // the root's
@@ -114,7 +127,11 @@ Results write_results(const parallel::Communicator& world, const input::Paramete
   } catch (const parallel::AgreedError& error) {
     results.file_error = fmt::format("cannot write '{}': {}", file.string(), error.what());
   }
-  auto block = parallel::agree(world, [&] { return read_block(world, parameters, folder); });
+  auto block = parallel::agree(world, [&] {
+    io::EnsembleBlock found = read_block(world, parameters, folder);
+    if (missing == MissingFiles::keep_rows) keep_rows(file, parameters, found);
+    return found;
+  });
   complete_block(world, unstored, block);
   results.rows = analysis::gather_on_root(world, block.rows);
   parallel::agree_on_root(world,

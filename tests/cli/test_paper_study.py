@@ -14,6 +14,7 @@ import unittest
 from dataclasses import replace
 from pathlib import Path
 
+import h5py
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -24,8 +25,8 @@ from crackle_report.photoelasticity import Grid  # noqa: E402
 from crackle_runs import RunError, with_keys  # noqa: E402
 from paper_study import comparing, course, fringes, ramp, rows, tables  # noqa: E402
 from paper_study.keeping import keep  # noqa: E402
-from paper_study.running import compute  # noqa: E402
-from paper_study.studies import STUDIES, TARGET_LOAD, Run  # noqa: E402
+from paper_study.running import Known, compute, gaps, known_of  # noqa: E402
+from paper_study.studies import OWN, STUDIES, TARGET_LOAD, Run  # noqa: E402
 
 
 def make_rows(z, label="5 mm, 5 mm", onset=None, pattern=None, name="run"):
@@ -357,6 +358,15 @@ class Fringes(unittest.TestCase):
 
 
 class Running(unittest.TestCase):
+    def test_gaps_between_known_samples(self):
+        self.assertEqual(list(gaps(6, frozenset([1, 2, 5]))), [(0, 0), (3, 4)])
+        self.assertEqual(list(gaps(3, frozenset([0, 1, 2]))), [])
+        self.assertEqual(list(gaps(2, frozenset())), [(0, 1)])
+
+    def test_tables_of_the_same_input_are_known(self):
+        known = known_of(OWN, ROOT / "jobs" / "paper")
+        self.assertEqual((sorted(known.samples), known.ensemble), (list(range(200)), None))
+
     def test_a_run_that_was_stopped_goes_on(self):
         run = Run("small", "small", 3, {"mesh.notch_spacing": '"1.2 mm"', "time.duration": '"90 us"'}, source="demo")
         with tempfile.TemporaryDirectory() as folder:
@@ -374,7 +384,7 @@ class Running(unittest.TestCase):
             for name in ("base-2012", "base-1", "base-2", "perturbation-0.1-base-1", "perturbation-0.1-base-2",
                          "perturbation-0.2-base-1", "perturbation-0.2-base-2", "spacing-0.4-base-1", "spacing-0.4-base-2", "both-vary-base-1", "both-vary-base-2"):
                 (output / name).symlink_to("small")
-            for name in ("rate-1e6", "steps-auto", "own", "softening"):
+            for name in ("rate-1e6", "steps-auto", "steps-verlet", "own", "softening"):
                 (output / name).symlink_to("small")
             keep(["branching", "bases", "campaign", "own", "softening", "steps", "clock-from-zero", "convergence", "spacing", "disturbance", "heterogeneity", "rate"], output, output / "kept")
             kept = {file.name for file in (output / "kept").iterdir()}
@@ -390,6 +400,19 @@ class Running(unittest.TestCase):
             keep(["branching"], output, output / "kept")
             self.assertEqual([one.name for one in rows.read_csv(output / "kept" / "branching.csv")],
                              ["branching-center", "branching-own"], "a run that is not here keeps its rows")
+            # Elsewhere only what the tables do not hold is computed, and ensemble.h5 has it all.
+            known = Known(frozenset([1]), output / "kept" / "ensemble.h5")
+            for again in range(2):
+                self.assertTrue(compute(run, output / "elsewhere", OPTIONS.program, 2, None, known))
+            log = (output / "elsewhere" / "small" / "log.txt").read_text()
+            self.assertEqual(log.count("samples to do"), 2)
+            results = output / "elsewhere" / "small" / "out"
+            self.assertEqual(sorted(file.name for file in (results / "samples").glob("*.h5")), ["0000.h5", "0002.h5"])
+            with h5py.File(results / "ensemble.h5") as merged, h5py.File(output / "kept" / "ensemble.h5") as whole:
+                self.assertEqual(merged["samples/status"][...].tolist(), [1, 1, 1])
+                np.testing.assert_array_equal(merged["crack_path/position"][...], whole["crack_path/position"][...])
+            self.assertEqual(rows.read(run, results).sample.tolist(), [0, 2])
+            self.assertEqual(known_of(STUDIES["campaign"][0], output / "kept"), Known(), "these tables are of another input")
             with self.assertRaises(RunError):
                 compute(replace(run, keys={**run.keys, "fracture.strength": '"36 MPa"'}), output, OPTIONS.program, 2, None)
 

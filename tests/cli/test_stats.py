@@ -426,6 +426,30 @@ class Stats(unittest.TestCase):
             z = whole["crack_path/z"][...][[0, 2]]
             np.testing.assert_allclose(root["statistics/z_mean"][0, 0], z[:, 0, 0].mean(), rtol=1e-15)
 
+    def test_rows_of_files_that_were_moved_away_stay(self):
+        whole = self.stats()
+        self.sample.unlink()
+        for ranks in (0, 3):
+            result = invoke("stats", "--keep-rows", self.folder, ranks=ranks)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertEqual(result.stdout, whole)
+            with h5py.File(self.folder / "ensemble.h5") as root, h5py.File(self.finished / "ensemble.h5") as before:
+                for group in ("samples", "crack_path", "statistics"):
+                    before[group].visititems(lambda name, one, group=root[group]: isinstance(one, h5py.Group) or
+                                             np.testing.assert_array_equal(one[...], group[name][...], name))
+
+    def test_rows_of_another_input_do_not_stay(self):
+        self.sample.unlink()
+        copy = self.folder / "input.toml"
+        copy.write_text(copy.read_text().replace("seed = 1", "seed = 2"))
+        for sample in (self.folder / "samples").glob("*.h5"):
+            sample.unlink()
+        before = (self.folder / "ensemble.h5").read_bytes()
+        result = invoke("stats", "--keep-rows", self.folder)
+        self.assertEqual(result.returncode, 1, result.stdout)
+        self.assertIn("is of another input than the folder's input.toml; none of its rows can stay", result.stderr)
+        self.assertEqual((self.folder / "ensemble.h5").read_bytes(), before)
+
     def test_input_comes_from_the_results_without_its_copy(self):
         (self.folder / "input.toml").unlink()
         self.assertIn("3 samples: 3 done", self.stats())

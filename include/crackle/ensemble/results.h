@@ -30,16 +30,24 @@ struct Results {
   std::string file_error;  ///< on every rank: why ensemble.h5 could not be written; empty when it was
 };
 
+/// What becomes of the rows of ensemble.h5 whose sample files are gone.
+enum class MissingFiles {
+  drop_rows,  ///< the samples are pending
+  keep_rows,  ///< they stay: the files were moved away
+};
+
 /// Reads the rows back from the sample files and writes them with their statistics to ensemble.h5. Meanwhile
 /// a lock, folder/lock-ensemble.h5, keeps others from doing the same, so that older rows never replace newer
 /// ones; another's lock is waited for. Removes what killed writers of ensemble.h5 have left. Collective.
 /// @param unstored on the root: failures that no sample file tells of
 /// @param base on the root: the base mother points
-/// @throws parallel::AgreedError on every rank when the sample files cannot be read
+/// @throws parallel::AgreedError on every rank when the sample files cannot be read, or ensemble.h5, where
+/// rows of it are to stay
 Results write_results(const parallel::Communicator& world, const input::Parameters& parameters,
                       const std::filesystem::path& folder,
                       const std::map<std::uint64_t, analysis::SampleSummary>& unstored,
-                      const std::function<const geometry::MotherPoints&()>& base);
+                      const std::function<const geometry::MotherPoints&()>& base,
+                      MissingFiles missing = MissingFiles::drop_rows);
 
 /// The rows of an ensemble with their crossings at other sections, from the crack surfaces in its sample
 /// files, and the statistics of these. The samples that count are those of the ensemble as it is, also where

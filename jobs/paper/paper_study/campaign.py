@@ -42,13 +42,21 @@ def keep_pictures(results: Path, folder: Path) -> None:
     ensemble = read_ensemble(results)
     for name, picture in (("crossings", crossings), ("convergence", convergence), ("shares", shares)):
         write_light_figure(picture.section(ensemble, Options()).pictures[0].figure, folder / f"{name}.png")
-    if eight := typical_eight(ensemble):
-        write_light_figure(crack_paths.of(ensemble, eight), folder / "typical-paths.png")
-    found = kinds(ensemble)
+    eight, found = typical_eight(ensemble), kinds(ensemble)
+    grown = []
     for number, (times, groups) in enumerate(FIGURES, 1):
         group = next((found[kind] for kind in (*groups, *found) if kind in found), [])
-        options = Options(samples=tuple(spread(ensemble, group, 1)), times=times, animation=False)
-        if group and (section := growth.section(ensemble, options)):
+        grown.append((number, times, tuple(spread(ensemble, group, 1))))
+    shown = {*eight, *(sample for _, _, chosen in grown for sample in chosen)}
+    if lacking := sorted(shown - ensemble.files.files.keys()):
+        print(f"typical-paths.png and growth-*.png stay as they are: they show samples {', '.join(map(str, lacking))}, whose files "
+              f"are not in {results}; crackle run --resume --samples computes them again")
+        return
+    if eight:
+        write_light_figure(crack_paths.of(ensemble, eight), folder / "typical-paths.png")
+    for number, times, chosen in grown:
+        options = Options(samples=chosen, times=times, animation=False)
+        if chosen and (section := growth.section(ensemble, options)):
             write_light_figure(section.pictures[0].figure, folder / f"growth-{number}.png")
 
 
@@ -61,7 +69,7 @@ def keep_ensemble(results: Path, folder: Path) -> None:
 
 
 def keep_fringes(results: Path, rows: Rows, file: Path) -> None:
-    """Looks at the pictures of the first samples, unless the file has those of the same samples of the same input."""
+    """Looks at the pictures of the first samples that have files, unless the file has those of the same samples of the same input."""
     wanted = rows.sample[:N_FRINGES].tolist()
     if file.is_file() and fringes.contents(file) == (rows.input, wanted):
         return
@@ -69,12 +77,12 @@ def keep_fringes(results: Path, rows: Rows, file: Path) -> None:
     fringes.write_csv(fringes.look_through(read_ensemble(results), wanted, turned), rows.input, file)
 
 
-def keep_laws(campaign: Path, softening: Path, folder: Path) -> str:
+def keep_laws(immediate: Path, softening: Path, folder: Path) -> str:
     """The same bodies with immediate release and with softening: their pictures at the paper's times, and a table of how rough
     the fringe order is, which is returned.
     """
-    files = [read_ensemble(results) for results in (campaign, softening)]
-    both = sorted(set(files[0].done.tolist()) & set(files[1].done.tolist()))
+    files = [read_ensemble(results) for results in (immediate, softening)]
+    both = sorted(set.intersection(*(set(one.done.tolist()) & one.files.files.keys() for one in files)))
     if not both:
         return ""
     titles, times = ("immediate", "softening"), FIGURES[0][0]

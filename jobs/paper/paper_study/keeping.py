@@ -18,7 +18,7 @@ from crackle_report.writing import write_light_figure
 from . import campaign, figures, fringes, rows, tables
 from .against_paper import against_paper
 from .rows import Rows
-from .studies import CAMPAIGN, DISTANCE, FAST_FROM_ZERO, FROM_ZERO, OWN, PERTURBATION, PERTURBATIONS, STUDIES, Run
+from .studies import CAMPAIGN, DISTANCE, FAST_FROM_ZERO, FROM_ZERO, IMMEDIATE, OWN, PERTURBATION, PERTURBATIONS, STUDIES, Run
 
 
 Kept = dict[str, dict[str, Rows]]  # by study and run
@@ -41,9 +41,9 @@ def keep(studies: list[str], output: Path, folder: Path) -> None:
         known = {one.name: one for one in rows.read_csv(table)} if table.is_file() else {}
         known |= {name: rows.joined(known[name], one) if name in known else one for name, one in found.items()}
         rows.write_csv([known[run.name] for run in STUDIES[study] if run.name in known], table)
-        if study == "softening" and (output / CAMPAIGN.name / "out" / "ensemble.h5").is_file():
+        if study == "softening" and (output / IMMEDIATE.name / "out" / "ensemble.h5").is_file():
             _put(folder, "fringes",
-                 campaign.keep_laws(output / CAMPAIGN.name / "out", output / "softening" / "out", folder))
+                 campaign.keep_laws(output / IMMEDIATE.name / "out", output / "softening" / "out", folder))
         if study == "campaign":
             _keep_campaign(found[CAMPAIGN.name], output / CAMPAIGN.name / "out", folder)
     kept = {study: {one.name: one for one in rows.read_csv(folder / f"{study}.csv")} for study in STUDIES

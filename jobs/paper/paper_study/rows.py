@@ -63,15 +63,16 @@ def digest(text: str) -> str:
 
 
 def read(run: Run, results: Path) -> Rows:
-    """From an ensemble's folder; samples that are pending or have failed are left out.
+    """From an ensemble's folder; samples that are pending, have failed, or whose files were moved away are left out.
 
     A load that grows from rest has no onset of a dynamic phase. Its onset is then the first start, and the load that of a
     bar without notches at the notches' middle.
     """
     ensemble = read_ensemble(results)
-    done, samples, plate = ensemble.done, ensemble.samples, ensemble.plate
+    done = np.array([i for i in ensemble.done if i in ensemble.files.files], int)
+    samples, plate = ensemble.samples, ensemble.plate
     values = {name: samples.numbers.get(name, np.full(len(samples), np.nan))[done].astype(float) for name in SUMMARY}
-    courses = [course.read(results / "samples" / f"{i:04d}.h5", plate) for i in done]
+    courses = [course.read(ensemble.files.files[i], plate) for i in done]
     values |= {name: np.array([one[name] for one in courses]) for name in course.FIELDS}
     rows = Rows(run.name, run.label, digest((results / "input.toml").read_text()), done, values, samples.position[done],
                 samples.wall_time[done])
