@@ -52,7 +52,8 @@ def keep(studies: list[str], output: Path, folder: Path) -> None:
         if study in kept:
             SHOW[study](kept, folder)
     if {"campaign", "own"} & set(studies) and "campaign" in kept:
-        _put(folder, "paper", against_paper(kept["campaign"][CAMPAIGN.name], _fringes(folder), kept.get("own", {}).get(OWN.name)))
+        mine = kept["campaign"][CAMPAIGN.name]
+        _put(folder, "paper", against_paper(mine, _fringes(folder, mine), kept.get("own", {}).get(OWN.name)))
 
 
 def _keep_campaign(found: Rows, results: Path, folder: Path) -> None:
@@ -61,9 +62,10 @@ def _keep_campaign(found: Rows, results: Path, folder: Path) -> None:
     campaign.keep_fringes(results, found, folder / "fringes.csv")
 
 
-def _fringes(folder: Path) -> list[fringes.FringeSeries]:
+def _fringes(folder: Path, mine: Rows) -> list[fringes.FringeSeries]:
+    """Those of the campaign; of other samples than these they would say nothing of them."""
     file = folder / "fringes.csv"
-    return fringes.read_csv(file) if file.is_file() else []
+    return fringes.read_csv(file) if file.is_file() and fringes.contents(file)[0] == mine.input else []
 
 
 def _branching(kept: Kept, folder: Path) -> None:
@@ -103,7 +105,7 @@ def _campaign(kept: Kept, folder: Path) -> None:
     _put(folder, "base-notches", tables.base_notches(mine))
     _put(folder, "limits", tables.group_limits(mine))
     write_light_figure(figures.second_crack(mine), folder / "second-crack.png")
-    if series := _fringes(folder):
+    if series := _fringes(folder, mine):
         write_light_figure(figures.fringes(series), folder / "fringes.png")
 
 
