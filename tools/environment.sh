@@ -21,9 +21,7 @@ export OMPI_MCA_rmaps_base_oversubscribe=1
 export OMPI_MCA_hwloc_base_binding_policy=none
 export OMPI_MCA_mpi_yield_when_idle=1
 
-# On one machine messages go through shared memory; looking for a fabric takes a good part of a short command's time. (A
-# single rank would start faster still without its daemon, ess_singleton_isolated, but then all such processes share one
-# session directory, and the first to end removes it.)
+# On one machine messages go through shared memory; looking for a fabric takes a good part of a short command's time.
 export OMPI_MCA_pml=ob1
 
 # Containers often forbid one process to read another's memory.
