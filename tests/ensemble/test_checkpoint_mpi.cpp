@@ -11,11 +11,9 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
-#include <cstring>
 #include <span>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 
 namespace crackle::dynamics {
 namespace {
@@ -109,44 +107,6 @@ protected:
     return result;
   }
 
-  void expect_same(const SampleResult& a, const SampleResult& b) const {
-    test::expect_same_end(a, b);
-    ASSERT_EQ(a.breaks.size(), b.breaks.size());
-    const auto fields = [](const fracture::Break& r) {
-      return std::tuple(r.tetrahedron, r.load_time, r.phase_time, r.principal_stress, r.released_energy,
-                        r.cut);
-    };
-    for (std::size_t i = 0; i < a.breaks.size(); ++i)
-      ASSERT_EQ(fields(a.breaks[i]), fields(b.breaks[i])) << i;
-    ASSERT_EQ(a.bridge_releases.size(), b.bridge_releases.size());
-    const auto bridge_release_fields = [](const fracture::BridgeRelease& t) {
-      return std::tuple(t.tetrahedron, t.load_time, t.phase_time, t.released_energy, t.edges);
-    };
-    for (std::size_t i = 0; i < a.bridge_releases.size(); ++i)
-      ASSERT_EQ(bridge_release_fields(a.bridge_releases[i]), bridge_release_fields(b.bridge_releases[i]))
-          << i;
-    ASSERT_EQ(a.tooth_falls.size(), b.tooth_falls.size());
-    const auto tooth_fields = [](const fracture::ToothFall& t) {
-      return std::tuple(t.tetrahedron, t.load_time, t.phase_time, t.released_energy, t.share, t.ductility);
-    };
-    for (std::size_t i = 0; i < a.tooth_falls.size(); ++i)
-      ASSERT_EQ(tooth_fields(a.tooth_falls[i]), tooth_fields(b.tooth_falls[i])) << i;
-    ASSERT_EQ(a.energy.size(), b.energy.size());
-    EXPECT_EQ(std::memcmp(a.energy.data(), b.energy.data(), a.energy.size() * sizeof(EnergyRow)), 0);
-    ASSERT_EQ(a.frames.size(), b.frames.size());
-    for (std::size_t i = 0; i < a.frames.size(); ++i) {
-      EXPECT_EQ(a.frames[i].time, b.frames[i].time);
-      EXPECT_EQ(a.frames[i].displacement, b.frames[i].displacement) << i;
-      EXPECT_EQ(a.frames[i].velocity, b.frames[i].velocity) << i;
-      EXPECT_EQ(a.frames[i].broken, b.frames[i].broken);
-    }
-    EXPECT_EQ(a.counts.steps, b.counts.steps);
-    EXPECT_EQ(a.counts.force_evaluations, b.counts.force_evaluations);
-    EXPECT_EQ(a.counts.dynamic_phases, b.counts.dynamic_phases);
-    EXPECT_EQ(a.counts.quasi_static_breaks, b.counts.quasi_static_breaks);
-    EXPECT_EQ(a.counts.range_restarts, b.counts.range_restarts);
-  }
-
   void compare(const char* name, const input::Parameters& parameters, bool on_fewer,
                int n_range_restarts = 0) {
     const auto whole = run_sample(world_, parameters, part(world_));
@@ -158,7 +118,7 @@ protected:
                 n_parked_, n_saved_);
     EXPECT_GT(whole.breaks.size(), 20U) << "the case must break";
     EXPECT_GE(n_saved_, 2);
-    expect_same(whole, pieces);
+    test::expect_same_course(whole, pieces);
     EXPECT_EQ(whole.counts.range_restarts, n_range_restarts);
     if (n_range_restarts == 0) return;
     std::printf(
@@ -279,7 +239,7 @@ TEST_F(Checkpoints, GoOnInTheirOwnPrecision) {
     SampleControl control;
     control.checkpoint = saved;
     const auto result = run_sample(world_, mixed, part(world_), control);
-    if (world_.is_root()) expect_same(expected, result);
+    if (world_.is_root()) test::expect_same_course(expected, result);
   }
   EXPECT_EQ(n_running, 2);
   EXPECT_EQ(n_between, 1);
@@ -293,7 +253,7 @@ TEST_F(Checkpoints, GoOnInTheirOwnPrecision) {
     EXPECT_NE(lines.find("the checkpoint is not used: it was made in mixed numbers"), std::string::npos)
         << lines;
     expected.counts.range_restarts = 0;
-    expect_same(expected, result);
+    test::expect_same_course(expected, result);
   }
 }
 
@@ -320,7 +280,7 @@ TEST_F(Checkpoints, OfAnotherSampleOrCutShortAreNotUsed) {
     const auto result = run_sample(world_, parameters, part(world_), again);
     if (!world_.is_root()) continue;
     EXPECT_NE(lines.find("the checkpoint is not used"), std::string::npos) << lines;
-    expect_same(whole, result);
+    test::expect_same_course(whole, result);
   }
 }
 

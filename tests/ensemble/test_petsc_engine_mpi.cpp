@@ -88,25 +88,6 @@ protected:
     return all;
   }
 
-  /// Every number of the two, to the last bit. On the root.
-  static void expect_same_bits(const SampleResult& a, const SampleResult& b) {
-    test::expect_same_end(a, b);
-    EXPECT_EQ(events(a.breaks), events(b.breaks));
-    EXPECT_EQ(a.counts.steps, b.counts.steps);
-    EXPECT_EQ(a.counts.force_evaluations, b.counts.force_evaluations);
-    ASSERT_EQ(a.frames.size(), b.frames.size());
-    for (std::size_t i = 0; i < a.frames.size(); ++i) {
-      EXPECT_EQ(a.frames[i].displacement, b.frames[i].displacement) << i;
-      EXPECT_EQ(a.frames[i].velocity, b.frames[i].velocity) << i;
-    }
-    ASSERT_EQ(a.energy.size(), b.energy.size());
-    for (std::size_t i = 0; i < a.energy.size(); ++i) {
-      EXPECT_EQ(a.energy[i].kinetic, b.energy[i].kinetic) << i;
-      EXPECT_EQ(a.energy[i].strain, b.energy[i].strain) << i;
-      EXPECT_EQ(a.energy[i].external, b.energy[i].external) << i;
-    }
-  }
-
   /// The sample in pieces, each parked when it has been looked at often enough. Complete on rank 0.
   /// @param on_fewer every second piece is computed on rank 0 alone
   SampleResult in_pieces(const input::Parameters& parameters, bool on_fewer) {
@@ -251,8 +232,8 @@ TEST_F(PetscEngine, HasTheSameBitsOnTheSameNumberOfRanks) {
     if (!world_.is_root()) continue;
     EXPECT_GT(whole.breaks.size(), 20U) << "the case must break";
     EXPECT_GE(n_parked_, 2);
-    expect_same_bits(whole, again);
-    expect_same_bits(whole, pieces);
+    test::expect_same_course(whole, again);
+    test::expect_same_course(whole, pieces);
   }
 }
 
@@ -292,7 +273,7 @@ TEST_F(PetscEngine, DoesNotGoOnFromTheOtherEngine) {
     if (!world_.is_root()) continue;
     EXPECT_NE(lines.find("the checkpoint is not used: it was made by another engine"), std::string::npos)
         << lines;
-    expect_same_bits(expected, result);
+    test::expect_same_course(expected, result);
   }
 }
 

@@ -8,7 +8,9 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
 #include <utility>
+#include <vector>
 
 namespace crackle::test {
 
@@ -31,6 +33,36 @@ inline void expect_same_end(const dynamics::SampleResult& a, const dynamics::Sam
                                      {"equilibrium_residual", &Result::equilibrium_residual}})
     EXPECT_EQ(std::bit_cast<std::uint64_t>(a.*number), std::bit_cast<std::uint64_t>(b.*number))
         << name << ": " << a.*number << " and " << b.*number;
+}
+
+template <typename Row, typename Fields>
+void expect_same_rows(const char* name, const std::vector<Row>& a, const std::vector<Row>& b, Fields fields) {
+  ASSERT_EQ(a.size(), b.size()) << name;
+  for (std::size_t i = 0; i < a.size(); ++i) ASSERT_EQ(fields(a[i]), fields(b[i])) << name << ' ' << i;
+}
+
+/// What the samples went through has the same bits, from the first break to the last frame.
+inline void expect_same_course(const dynamics::SampleResult& a, const dynamics::SampleResult& b) {
+  expect_same_end(a, b);
+  expect_same_rows("break", a.breaks, b.breaks, [](const fracture::Break& r) {
+    return std::tuple(r.tetrahedron, r.load_time, r.phase_time, r.principal_stress, r.released_energy, r.cut);
+  });
+  expect_same_rows("bridge", a.bridge_releases, b.bridge_releases, [](const fracture::BridgeRelease& r) {
+    return std::tuple(r.tetrahedron, r.load_time, r.phase_time, r.released_energy, r.edges);
+  });
+  expect_same_rows("tooth", a.tooth_falls, b.tooth_falls, [](const fracture::ToothFall& r) {
+    return std::tuple(r.tetrahedron, r.load_time, r.phase_time, r.released_energy, r.share, r.ductility);
+  });
+  expect_same_rows("energy", a.energy, b.energy, [](const dynamics::EnergyRow& r) {
+    return std::tuple(r.time, r.kinetic, r.strain, r.external, r.released, r.dissipated, r.broken);
+  });
+  expect_same_rows("frame", a.frames, b.frames,
+                   [](const auto& r) { return std::tie(r.time, r.displacement, r.velocity, r.broken); });
+  EXPECT_EQ(a.counts.steps, b.counts.steps);
+  EXPECT_EQ(a.counts.force_evaluations, b.counts.force_evaluations);
+  EXPECT_EQ(a.counts.dynamic_phases, b.counts.dynamic_phases);
+  EXPECT_EQ(a.counts.quasi_static_breaks, b.counts.quasi_static_breaks);
+  EXPECT_EQ(a.counts.range_restarts, b.counts.range_restarts);
 }
 
 }  // namespace crackle::test
