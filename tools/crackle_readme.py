@@ -30,7 +30,7 @@ BLOCKS = {
                                                    "brazilian-disk", "uncertain-strip")},
     # jobs/paper/study --keep
     **{name: f"{PAPER}/README.md" for name in ("paper", "limits", "symmetry", "base-notches", "disturbance",
-                                               "heterogeneity", "rate", "branching", "by-eye", "settings", "steps")},
+                                               "heterogeneity", "rate", "branching", "by-eye", "settings", "steps", "fringes")},
     **{name: f"{PAPER}/clock-from-zero.md" for name in ("notches", "bases", "turning", "convergence", "spacing")},
 }
 

@@ -92,7 +92,7 @@ def against_paper(rows: Rows, fringes: list[FringeSeries], own: Rows | None = No
         lines += [
             ["fringes before the cracks run", "like the experiment's",
              f"alike from sample to sample: correlation with the others' mean {alike[:, 0].min():.3f} or more ({len(fringes)} "
-             f"samples; there is no experiment to compare with)"],
+             f"of these bodies, with `verlet` and `auto`; there is no experiment to compare with)"],
             ["fringes afterwards", "blurred",
              f"after {1e6 * fringes[0].time[-1]:.0f} µs, away from cracks and notches, {np.median(end / start):.1f} times as rough "
              f"as at t₀, while the mean order has fallen to {np.median(fallen):.2f}; correlation {spread(alike[:, 1], '.2f')}"]]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is kept of the campaign besides its rows: ensemble.h5 itself, pictures of its report, its fringes."""
+"""What is kept of the campaign besides its rows: ensemble.h5 itself, pictures of its report, fringes of its bodies."""
 from __future__ import annotations
 
 import shutil

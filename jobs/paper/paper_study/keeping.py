@@ -45,27 +45,24 @@ def keep(studies: list[str], output: Path, folder: Path) -> None:
             _put(folder, "fringes",
                  campaign.keep_laws(output / IMMEDIATE.name / "out", output / "softening" / "out", folder))
         if study == "campaign":
-            _keep_campaign(found[CAMPAIGN.name], output / CAMPAIGN.name / "out", folder)
+            campaign.keep_ensemble(output / CAMPAIGN.name / "out", folder)
+            campaign.keep_pictures(output / CAMPAIGN.name / "out", folder)
+        if study == "steps" and IMMEDIATE.name in found:
+            campaign.keep_fringes(output / IMMEDIATE.name / "out", found[IMMEDIATE.name], folder / "fringes.csv")
     kept = {study: {one.name: one for one in rows.read_csv(folder / f"{study}.csv")} for study in STUDIES
             if (folder / f"{study}.csv").is_file()}
     for study in studies:
         if study in kept:
             SHOW[study](kept, folder)
-    if {"campaign", "own"} & set(studies) and "campaign" in kept:
+    if {"campaign", "own", "steps"} & set(studies) and "campaign" in kept:
         mine = kept["campaign"][CAMPAIGN.name]
-        _put(folder, "paper", against_paper(mine, _fringes(folder, mine), kept.get("own", {}).get(OWN.name)))
+        _put(folder, "paper", against_paper(mine, _fringes(kept, folder), kept.get("own", {}).get(OWN.name)))
 
 
-def _keep_campaign(found: Rows, results: Path, folder: Path) -> None:
-    campaign.keep_ensemble(results, folder)
-    campaign.keep_pictures(results, folder)
-    campaign.keep_fringes(results, found, folder / "fringes.csv")
-
-
-def _fringes(folder: Path, mine: Rows) -> list[fringes.FringeSeries]:
-    """Those of the campaign; of other samples than these they would say nothing of them."""
-    file = folder / "fringes.csv"
-    return fringes.read_csv(file) if file.is_file() and fringes.contents(file)[0] == mine.input else []
+def _fringes(kept: Kept, folder: Path) -> list[fringes.FringeSeries]:
+    """Those of the campaign's bodies with large steps; of another input than the kept one they would say nothing."""
+    file, mine = folder / "fringes.csv", kept.get("steps", {}).get(IMMEDIATE.name)
+    return fringes.read_csv(file) if mine and file.is_file() and fringes.contents(file)[0] == mine.input else []
 
 
 def _branching(kept: Kept, folder: Path) -> None:
@@ -105,8 +102,6 @@ def _campaign(kept: Kept, folder: Path) -> None:
     _put(folder, "base-notches", tables.base_notches(mine))
     _put(folder, "limits", tables.group_limits(mine))
     write_light_figure(figures.second_crack(mine), folder / "second-crack.png")
-    if series := _fringes(folder, mine):
-        write_light_figure(figures.fringes(series), folder / "fringes.png")
 
 
 SETTINGS = ("campaign", "second-base", "own", "strength", "softening")
@@ -124,6 +119,12 @@ def _compared(study: str, reference: Run) -> Show:
         runs = [(run, mine[run.name]) for run in (reference, *STUDIES[study]) if run.name in mine]
         _put(folder, study, tables.comparison(mine, runs))
     return show
+
+
+def _steps(kept: Kept, folder: Path) -> None:
+    _compared("steps", CAMPAIGN)(kept, folder)
+    if series := _fringes(kept, folder):
+        write_light_figure(figures.fringes(series), folder / "fringes.png")
 
 
 def _by_label(several: Iterable[Rows]) -> dict[str, list[Rows]]:
@@ -167,7 +168,7 @@ def _rate(kept: Kept, folder: Path) -> None:
 
 
 SHOW = {"branching": _branching, "notches": _notches, "bases": _bases, "campaign": _campaign,
-        **dict.fromkeys(SETTINGS[1:], _settings), "steps": _compared("steps", CAMPAIGN),
+        **dict.fromkeys(SETTINGS[1:], _settings), "steps": _steps,
         "clock-from-zero": lambda kept, folder: None, "convergence": _compared("convergence", FROM_ZERO),
         "spacing": _on_bases("spacing", "spacing", "0.3 mm at the tips", 0, _from_zero, same_bases=False),
         "disturbance": _on_bases("disturbance", "perturbation", f"{PERTURBATION:g}",
