@@ -95,17 +95,22 @@ int show_stored(const parallel::Communicator& world, const Options& options,
   return success;
 }
 
-int update_statistics(const parallel::Communicator& world, const Options& options) {
-  const fs::path folder = options.folder;
-  const input::Parameters parameters = input_of(world, folder);
-  if (options.read_only || is_read_only(world, folder)) return show_stored(world, options, parameters);
+/// Brings ensemble.h5 of a folder up to date with its sample files. Collective.
+ensemble::Results refresh(const parallel::Communicator& world, const Options& options, const fs::path& folder,
+                          const input::Parameters& parameters) {
   geometry::MotherPoints base;
   const auto make_base = [&]() -> const geometry::MotherPoints& {
     base = ensemble::base_points(folder, parameters);
     return base;
   };
-  const ensemble::Results results =
-      ensemble::write_results(world, parameters, folder, {}, make_base, options.missing());
+  return ensemble::write_results(world, parameters, folder, {}, make_base, options.missing());
+}
+
+int update_statistics(const parallel::Communicator& world, const Options& options) {
+  const fs::path folder = options.folder;
+  const input::Parameters parameters = input_of(world, folder);
+  if (options.read_only || is_read_only(world, folder)) return show_stored(world, options, parameters);
+  const ensemble::Results results = refresh(world, options, folder, parameters);
   parallel::agree_on_root(world, [&] { print(options, results.rows, results.statistics, parameters, {}); });
   if (!results.file_error.empty()) throw parallel::AgreedError(0, results.file_error);
   return success;
@@ -142,13 +147,7 @@ int update_sweep(const parallel::Communicator& world, const Options& options) {
       parallel::agree_on_root(world, [&] { rows.back().rows = stored_samples(own, of_case).rows; });
       continue;
     }
-    geometry::MotherPoints base;
-    const auto make_base = [&]() -> const geometry::MotherPoints& {
-      base = ensemble::base_points(own, of_case);
-      return base;
-    };
-    ensemble::Results results =
-        ensemble::write_results(world, of_case, own, {}, make_base, options.missing());
+    ensemble::Results results = refresh(world, options, own, of_case);
     rows.back().rows = std::move(results.rows);
     if (!results.file_error.empty()) file_error = results.file_error;
   }

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -54,7 +55,7 @@ inline void expect_same_course(const dynamics::SampleResult& a, const dynamics::
     return std::tuple(r.tetrahedron, r.load_time, r.phase_time, r.released_energy, r.share, r.ductility);
   });
   expect_same_rows("energy", a.energy, b.energy, [](const dynamics::EnergyRow& r) {
-    return std::tuple(r.time, r.kinetic, r.strain, r.external, r.released, r.dissipated, r.broken);
+    return std::bit_cast<std::array<std::uint64_t, sizeof(r) / sizeof(std::uint64_t)>>(r);
   });
   expect_same_rows("frame", a.frames, b.frames,
                    [](const auto& r) { return std::tie(r.time, r.displacement, r.velocity, r.broken); });

@@ -16,7 +16,7 @@ from crackle_launch import environment, mpirun
 from crackle_runs import SOME_FAILED, RunError
 
 from . import rows
-from .studies import CAMPAIGN, STUDIES, Run
+from .studies import CAMPAIGN, STUDY_OF, Run
 
 STOPPED_EARLY = 3
 
@@ -31,8 +31,7 @@ class Known:
 
 def known_of(run: Run, folder: Path) -> Known:
     """What the tables of a folder, such as jobs/paper, hold of a run's input."""
-    study = next(name for name, runs in STUDIES.items() if run in runs)
-    table = folder / f"{study}.csv"
+    table = folder / f"{STUDY_OF[run.name]}.csv"
     found = [one for one in rows.read_csv(table) if one.name == run.name] if table.is_file() else []
     if not found or found[0].input != rows.digest(run.input_text()):
         return Known()

@@ -196,3 +196,4 @@ STUDIES: dict[str, list[Run]] = {
                       *_on_bases("both-vary", "mesh and strength", {}, VARIATION, "paper")],
     "rate": [_rate(rate, overload, samples) for rate, (overload, samples) in RATES.items()],
 }
+STUDY_OF = {run.name: study for study, runs in STUDIES.items() for run in runs}
