@@ -20,6 +20,7 @@ from survival_fixture import ROOT, TRIALS, environment, mpirun, slow_plate
 OPTIONS = None
 N_SAMPLES = 6
 SAMPLE_SECONDS = 4.5  # in all three times what a job's first seconds, before SLURM's warning, suffice for
+QUICK_SECONDS = 1  # where no warning is waited for
 
 
 class Slurm(unittest.TestCase):
@@ -30,54 +31,56 @@ class Slurm(unittest.TestCase):
         cls.cluster = slurm_cluster.Cluster(cls.parent)
         cls.cluster.__enter__()
         cls.addClassCleanup(cls.cluster.__exit__)
-        cls.make_reference(SAMPLE_SECONDS)
 
     @classmethod
-    def make_reference(cls, sample_seconds):
-        """The input, whose samples take that long as busy as the machine is now, and its undisturbed results."""
-        (cls.parent / "plate.toml").write_text(slow_plate(TRIALS.PLATE, OPTIONS.program, sample_seconds))
-        cls.reference = cls.parent / f"undisturbed-{sample_seconds:g}"
-        start = time.monotonic()
-        result = subprocess.run([*mpirun(3), OPTIONS.program, "run",
-                                 cls.parent / "plate.toml", "-o", cls.reference], env=environment(),
-                                capture_output=True, text=True, check=False)
-        assert result.returncode == 0, result.stdout + result.stderr
-        print(f"undisturbed: {time.monotonic() - start:.0f} s on 3 ranks")
+    def plate(cls, sample_seconds):
+        """An input, whose samples take that long as busy as the machine is now, beside its undisturbed results."""
+        setting = cls.parent / f"plate-{sample_seconds:g}.toml"
+        if not setting.exists():
+            setting.write_text(slow_plate(TRIALS.PLATE, OPTIONS.program, sample_seconds))
+            start = time.monotonic()
+            result = subprocess.run([*mpirun(3), OPTIONS.program, "run", setting, "-o", setting.with_suffix("")],
+                                    env=environment(), capture_output=True, text=True, check=False)
+            assert result.returncode == 0, result.stdout + result.stderr
+            print(f"undisturbed: {time.monotonic() - start:.0f} s on 3 ranks")
+        return setting
 
     @classmethod
     def tearDownClass(cls):
         if OPTIONS.keep:
             print(f"kept: {cls.parent}")
 
-    def submit(self, script, folder, *options, start="mpirun", submitted_from=None):
+    def submit(self, script, setting, folder, *options, start="mpirun", submitted_from=None):
         return self.cluster.submit(
             submitted_from or self.parent, "--nodes=1", "--ntasks-per-node=2", "--mem-per-cpu=0", "--time=1", *options,
-            self.parent / "jobs" / script, self.parent / "plate.toml", folder, CRACKLE=OPTIONS.program, CRACKLE_MPI=start,
+            self.parent / "jobs" / script, setting, folder, CRACKLE=OPTIONS.program, CRACKLE_MPI=start,
             **{key: value for key, value in environment().items() if key.startswith("OMPI")})
 
     def logs(self):
         return "\n".join(file.read_text(errors="replace") for file in sorted(self.parent.glob("**/crackle-*.log")))
 
-    def assert_equal_results(self, folder):
-        faults = TRIALS.differences(self.reference, self.parent / folder)
+    def assert_equal_results(self, setting, folder):
+        faults = TRIALS.differences(setting.with_suffix(""), self.parent / folder)
         self.assertEqual([fault for fault in faults if "lock-" not in fault], [], self.logs())
 
     def test_parks_and_goes_back_into_the_queue(self):
-        for attempt in (1, 2, 3):
-            folder = f"parked-{attempt}"
-            states, restarts = self.cluster.wait(self.submit("ensemble.sbatch", folder, "--signal=B:USR1@52"), 300)
+        # Other programs may leave the machine, and an ensemble be through before SLURM's warning.
+        for sample_seconds in (SAMPLE_SECONDS, 2 * SAMPLE_SECONDS, 4 * SAMPLE_SECONDS):
+            setting = self.plate(sample_seconds)
+            folder = f"parked-{sample_seconds:g}"
+            job = self.submit("ensemble.sbatch", setting, folder, "--signal=B:USR1@52")
+            states, restarts = self.cluster.wait(job, 300)
             print(f"ensemble.sbatch: {states}, started again {restarts} times")
             self.assertEqual(states, ["COMPLETED"], self.logs())
-            self.assert_equal_results(folder)
+            self.assert_equal_results(setting, folder)
             if sum(restarts) > 0:
                 break
-            # Other programs have left the machine, and the ensemble was through before SLURM's warning.
-            self.make_reference(2 ** attempt * SAMPLE_SECONDS)
         self.assertGreater(sum(restarts), 0)
         self.assertIn("SIGUSR1: stopping", self.logs())
 
     def test_a_killed_rank_is_no_end(self):
-        job = self.submit("ensemble.sbatch", "killed", "--signal=B:USR1@1")
+        setting = self.plate(QUICK_SECONDS)
+        job = self.submit("ensemble.sbatch", setting, "killed", "--signal=B:USR1@1")
         end = time.monotonic() + 60
         while not list((self.parent / "killed" / "samples").glob("*.h5")) and time.monotonic() < end:
             time.sleep(0.1)
@@ -93,7 +96,7 @@ class Slurm(unittest.TestCase):
         print(f"ensemble.sbatch with a killed rank: {states}, started again {restarts} times")
         self.assertEqual(states, ["COMPLETED"], self.logs())
         self.assertIn("start 2", self.logs())
-        self.assert_equal_results("killed")
+        self.assert_equal_results(setting, "killed")
 
     def test_srun_from_another_folder(self):
         """Ranks by srun, with SLURM's own PMIx; script and input are elsewhere, results where the job was submitted."""
@@ -101,15 +104,17 @@ class Slurm(unittest.TestCase):
             self.skipTest("this SLURM has no PMIx")
         elsewhere = self.parent / "elsewhere"
         elsewhere.mkdir()
-        states, restarts = self.cluster.wait(self.submit("ensemble.sbatch", "out", "--signal=B:USR1@1", start="pmix",
-                                                         submitted_from=elsewhere), 300)
+        setting = self.plate(QUICK_SECONDS)
+        states, restarts = self.cluster.wait(self.submit("ensemble.sbatch", setting, "out", "--signal=B:USR1@1",
+                                                         start="pmix", submitted_from=elsewhere), 300)
         print(f"ensemble.sbatch with srun: {states}, started again {restarts} times")
         self.assertEqual(states, ["COMPLETED"], self.logs())
         self.assertIn("2 ranks: master on rank 0", self.logs())
-        self.assert_equal_results("elsewhere/out")
+        self.assert_equal_results(setting, "elsewhere/out")
 
     def test_array_of_ranges(self):
-        job = self.submit("array.sbatch", "array", "--array=0-2", "--signal=B:USR1@54")
+        setting = self.plate(SAMPLE_SECONDS)
+        job = self.submit("array.sbatch", setting, "array", "--array=0-2", "--signal=B:USR1@54")
         states, restarts = self.cluster.wait(job, 300)
         print(f"array.sbatch: {states}, started again {restarts} times")
         self.assertEqual(states, 3 * ["COMPLETED"], self.logs())
@@ -118,7 +123,7 @@ class Slurm(unittest.TestCase):
                                 capture_output=True, text=True, check=False)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn(f"{N_SAMPLES} samples: {N_SAMPLES} done", result.stdout)
-        self.assert_equal_results("array")
+        self.assert_equal_results(setting, "array")
 
 
 if __name__ == "__main__":

@@ -285,8 +285,11 @@ TEST_P(SampleInManyPhases, HasTheBitsOfOneRank) {
   const auto parameters = in_many_phases(GetParam());
   const parallel::Communicator world(MPI_COMM_WORLD);
   const auto hostile = test::hostile_partitions(parameters.specimen.size);
-  const test::NamedPartition cases[] = {{"by METIS", by_metis}, hostile[2], hostile[3]};
-  for (const auto& each : std::span(cases).first(world.size() == 1 ? 1 : 3)) {
+  // Bent bodies take a hundred static solves: one partition each, and not METIS's, is enough for them.
+  const bool is_bent = GetParam() >= 2;
+  std::vector<test::NamedPartition> cases = {hostile[is_bent ? index(GetParam()) : 2]};
+  if (!is_bent && world.size() > 1) cases.insert(cases.end(), {{"by METIS", by_metis}, hostile[3]});
+  for (const auto& each : cases) {
     SCOPED_TRACE(each.name);
     const auto alone = compare(parameters, 20, each.make);
     if (!world.is_root()) continue;
