@@ -30,6 +30,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace crackle::apps {
@@ -82,17 +83,18 @@ bool is_read_only(const parallel::Communicator& world, const fs::path& folder) {
   return parallel::share(world, answer);
 }
 
-/// The statistics of an ensemble whose files stay as they are. Collective.
-int show_stored(const parallel::Communicator& world, const Options& options,
-                const input::Parameters& parameters) {
-  const fs::path folder = options.folder;
-  parallel::agree_on_root(world, [&] {
-    auto [samples, origin] = stored_samples(folder, parameters);
-    const analysis::Statistics statistics = analysis::make_statistics(samples, parameters);
-    analysis::leave_out_surplus(statistics, 0, samples);
-    print(options, samples, statistics, parameters, origin);
-  });
-  return success;
+struct Stored {
+  std::vector<analysis::SampleSummary> rows;
+  analysis::Statistics statistics;
+  analysis::Origin origin;
+};
+
+/// Of an ensemble whose files stay as they are.
+Stored read_stored(const fs::path& folder, const input::Parameters& parameters) {
+  auto [rows, origin] = stored_samples(folder, parameters);
+  analysis::Statistics statistics = analysis::make_statistics(rows, parameters);
+  analysis::leave_out_surplus(statistics, 0, rows);
+  return {std::move(rows), std::move(statistics), std::move(origin)};
 }
 
 /// Brings ensemble.h5 of a folder up to date with its sample files. Collective.
@@ -109,7 +111,13 @@ ensemble::Results refresh(const parallel::Communicator& world, const Options& op
 int update_statistics(const parallel::Communicator& world, const Options& options) {
   const fs::path folder = options.folder;
   const input::Parameters parameters = input_of(world, folder);
-  if (options.read_only || is_read_only(world, folder)) return show_stored(world, options, parameters);
+  if (options.read_only || is_read_only(world, folder)) {
+    parallel::agree_on_root(world, [&] {
+      const Stored stored = read_stored(folder, parameters);
+      print(options, stored.rows, stored.statistics, parameters, stored.origin);
+    });
+    return success;
+  }
   const ensemble::Results results = refresh(world, options, folder, parameters);
   parallel::agree_on_root(world, [&] { print(options, results.rows, results.statistics, parameters, {}); });
   if (!results.file_error.empty()) throw parallel::AgreedError(0, results.file_error);
@@ -143,8 +151,8 @@ int update_sweep(const parallel::Communicator& world, const Options& options) {
     const fs::path own = ensemble::case_folder(folder, i, cases.size());
     const input::Parameters& of_case = cases[i].parameters;
     rows.push_back({&cases[i], own.filename().string(), {}});
-    if (options.read_only) {
-      parallel::agree_on_root(world, [&] { rows.back().rows = stored_samples(own, of_case).rows; });
+    if (options.read_only || is_read_only(world, own)) {
+      parallel::agree_on_root(world, [&] { rows.back().rows = read_stored(own, of_case).rows; });
       continue;
     }
     ensemble::Results results = refresh(world, options, own, of_case);
@@ -187,18 +195,20 @@ void add_stats_command(CLI::App& app, Action& run) {
                    "500 N\" (may be given several times); --columns names the results")
       ->allow_extra_args(false);
   CLI::Option* read_only = command->add_flag("--read-only", options->read_only, "leave ensemble.h5 as it is");
-  command
-      ->add_flag("--keep-rows", options->keep_rows,
-                 "keep the rows of ensemble.h5 whose sample files were moved away; without it these samples "
-                 "count as pending")
-      ->excludes(read_only);
+  CLI::Option* keep_rows =
+      command
+          ->add_flag("--keep-rows", options->keep_rows,
+                     "keep the rows of ensemble.h5 whose sample files were moved away; without it these "
+                     "samples count as pending")
+          ->excludes(read_only);
   command
       ->add_option(
           "--sections", options->sections,
           "look at other cross-sections, y=\"7 mm, 9 mm\", z=\"30 mm\", or a line by y and z of its ends, "
           "line=\"1 mm, 2 mm; 3 mm, 4 mm\" (may be given several times): their crossings follow from the "
           "crack surfaces in the sample files; ensemble.h5 stays as it is")
-      ->allow_extra_args(false);
+      ->allow_extra_args(false)
+      ->excludes(keep_rows);
   command->callback([options, columns, &run] {
     if (*columns != options->folder.empty())
       throw CLI::ValidationError("stats takes either a folder or --columns");

@@ -78,16 +78,15 @@ void complete_block(const parallel::Communicator& world,
   });
 }
 
-/// Rows of ensemble.h5 in place of pending ones of the block.
+/// Rows of ensemble.h5 in place of those of the block that have no file. Damaged files are told of as ever.
 /// @throws std::runtime_error when ensemble.h5 cannot be read, or is of another input
 void keep_rows(const fs::path& file, const input::Parameters& parameters, io::EnsembleBlock& block) {
   if (!fs::exists(file)) return;
-  io::EnsembleContent known = io::read_ensemble(file);
-  if (known.input_text != parameters.text)
-    fail("'{}' is of another input than the folder's input.toml; none of its rows can stay", file.string());
-  for (std::size_t i = 0; i < block.rows.size(); ++i) {
-    if (block.rows[i].status == analysis::SampleStatus::pending)
-      block.rows[i] = std::move(known.samples.at(block.first + i));
+  auto known = io::read_ensemble(file, parameters).samples;
+  for (std::size_t i = 0; i < block.rows.size() && block.first + i < known.size(); ++i) {
+    analysis::SampleSummary& row = block.rows[i];
+    if (row.status == analysis::SampleStatus::pending && row.error.empty())
+      row = std::move(known[block.first + i]);
   }
 }
 

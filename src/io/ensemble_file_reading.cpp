@@ -101,6 +101,19 @@ geometry::MotherPoints read_mother_points(hid_t file) {
   return base;
 }
 
+EnsembleContent read_content(hid_t file, std::int64_t version) {
+  const std::string positions = version < 3 ? "crack_path/z" : "crack_path/position";
+  const Shape shape = hdf5::read_shape(file, positions);
+  if (shape.size() != 3) throw hdf5::Error("dataset " + positions + ": not samples x notches x sections");
+  EnsembleContent content;
+  content.input_text = hdf5::read_text_attribute(file, "input");
+  content.sections = read_sections(file, shape[2], version);
+  content.samples = read_samples(file, shape, version);
+  read_inputs(file, content.samples);
+  if (H5Lexists(file, "mother_points", H5P_DEFAULT) > 0) content.base = read_mother_points(file);
+  return content;
+}
+
 template <class Read>
 auto read_file(const std::filesystem::path& file, Read&& read) {
   return read_results(file, ensemble_kind, oldest_schema_version, ensemble_schema_version, read);
@@ -109,17 +122,13 @@ auto read_file(const std::filesystem::path& file, Read&& read) {
 }  // namespace
 
 EnsembleContent read_ensemble(const std::filesystem::path& file) {
-  return read_file(file, [](hid_t id, std::int64_t version) {
-    const std::string positions = version < 3 ? "crack_path/z" : "crack_path/position";
-    const Shape shape = hdf5::read_shape(id, positions);
-    if (shape.size() != 3) throw hdf5::Error("dataset " + positions + ": not samples x notches x sections");
-    EnsembleContent content;
-    content.input_text = hdf5::read_text_attribute(id, "input");
-    content.sections = read_sections(id, shape[2], version);
-    content.samples = read_samples(id, shape, version);
-    read_inputs(id, content.samples);
-    if (H5Lexists(id, "mother_points", H5P_DEFAULT) > 0) content.base = read_mother_points(id);
-    return content;
+  return read_file(file, read_content);
+}
+
+EnsembleContent read_ensemble(const std::filesystem::path& file, const input::Parameters& parameters) {
+  return read_file(file, [&](hid_t id, std::int64_t version) {
+    check_input(id, parameters);
+    return read_content(id, version);
   });
 }
 

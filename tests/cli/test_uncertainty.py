@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import csv
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -215,7 +216,14 @@ class Uncertainty(unittest.TestCase):
             with h5py.File(self.folder / alone / "ensemble.h5") as file:
                 self.assertAlmostEqual(float(row["onset_force [N]"]), file["samples/onset_force"][:].mean(), places=6)
             self.assertEqual((row["samples"], row["done"], row["failed"]), ("3", "3", "0"))
-        self.assertIn('fracture.release = "facet", mesh.perturbation = 0.1', self.call("stats", "out"))
+        shown = self.call("stats", "out")
+        self.assertIn('fracture.release = "facet", mesh.perturbation = 0.1', shown)
+        # A case whose sample files were moved away is shown from its ensemble.h5, which stays.
+        results = self.folder / "out/case-0/ensemble.h5"
+        before = results.read_bytes()
+        shutil.rmtree(results.with_name("samples"))
+        self.assertEqual(self.call("stats", "out"), shown)
+        self.assertEqual(results.read_bytes(), before)
         self.assertIn("3 pairs of samples", self.call("compare", "out/case-0", "out/case-2"))
 
     def test_a_sweep_over_plans_has_the_draws_of_each(self):

@@ -73,6 +73,10 @@ struct EnsembleContent {
 /// @throws std::runtime_error when the file is not a whole ensemble file of oldest_schema_version or above
 EnsembleContent read_ensemble(const std::filesystem::path& file);
 
+/// The same, of this input only; the number of samples may differ. Not collective.
+/// @throws std::runtime_error also when the file is of an input with other samples
+EnsembleContent read_ensemble(const std::filesystem::path& file, const input::Parameters& parameters);
+
 /// The base mother points alone. Not collective.
 /// @throws std::runtime_error when the file is not a whole ensemble file of a readable version and this input
 geometry::MotherPoints read_mother_points(const std::filesystem::path& file,
