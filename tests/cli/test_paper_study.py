@@ -24,6 +24,7 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "jobs" / "paper")]
 from crackle_report.photoelasticity import Grid  # noqa: E402
 from crackle_runs import RunError, with_keys  # noqa: E402
 from paper_study import comparing, course, fringes, ramp, rows, tables  # noqa: E402
+from paper_study.campaign import keep_ensemble  # noqa: E402
 from paper_study.keeping import keep  # noqa: E402
 from paper_study.running import Known, compute, gaps, known_of  # noqa: E402
 from paper_study.studies import OWN, STUDIES, TARGET_LOAD, Run  # noqa: E402
@@ -107,6 +108,8 @@ class Statistics(unittest.TestCase):
         self.assertAlmostEqual(comparing.same_share_test([3, 1], [4, 4]), 34 / 70, delta=0.015)
         self.assertLess(comparing.same_share_test([10, 0, 5], [10, 10, 10]), 1e-3)
         self.assertGreater(comparing.same_share_test([5, 5, 5], [10, 10, 10]), 0.99)
+        self.assertGreater(comparing.same_share_test([3, 0, 4], [6, 0, 8]), 0.99, "an empty group says nothing")
+        self.assertEqual(comparing.same_share_test([3, 0], [6, 0]), 1)
 
     def test_differences_have_students_intervals(self):
         one, other = np.array([1.0, 2, 3, np.nan]), np.array([2.0, 2.5, 4.5, 7])
@@ -223,7 +226,8 @@ class Statistics(unittest.TestCase):
     def test_samples_of_another_input_do_not_stay(self):
         known = make_rows(np.zeros((3, 2, 5)), onset=[1, 2, 3])
         found = replace(make_rows(np.zeros((2, 2, 5)), onset=[4, 5]), input="another")
-        self.assertEqual(rows.joined(known, found).values["onset_force"].tolist(), [4, 5])
+        with self.assertRaisesRegex(RunError, "the 3 samples of run that are kept are of another input"):
+            rows.joined(known, found)
         paper = STUDIES["campaign"][0].input_text()
         self.assertEqual(rows.digest(paper), rows.digest("# A comment\n" + paper.replace("samples = 200", "samples = 9")))
         self.assertNotEqual(rows.digest(paper), rows.digest(paper.replace("seed = 2026", "seed = 1")))
@@ -312,7 +316,7 @@ class Course(unittest.TestCase):
         arrival[:] = np.inf
         self.assertTrue(np.isnan(course.speed_before(arrival, ligament, 12e-3)))
 
-    def test_the_campaigns_groups_are_the_programs_patterns(self):
+    def test_groups_by_reach_are_about_the_programs_patterns(self):
         (found,) = rows.read_csv(ROOT / "jobs" / "paper" / "clock-from-zero.csv")
         one, two, other = comparing.groups(found, comparing.DEVELOPED)
         print(f"one / two / other: {one} / {two} / {other}, patterns {[found.share(p) for p in (1, 2, 3)]}")
@@ -386,7 +390,7 @@ class Running(unittest.TestCase):
                 (output / name).symlink_to("small")
             for name in ("rate-1e6", "steps-auto", "steps-verlet", "own", "softening"):
                 (output / name).symlink_to("small")
-            keep(["branching", "bases", "campaign", "own", "softening", "steps", "clock-from-zero", "convergence", "spacing", "disturbance", "heterogeneity", "rate"], output, output / "kept")
+            keep(["branching", "bases", "campaign", "own", "softening", "steps", "clock-from-zero", "convergence", "spacing", "disturbance", "heterogeneity", "rate"], output, output / "kept", of_any_input=True)
             kept = {file.name for file in (output / "kept").iterdir()}
             self.assertLessEqual({"ensemble.h5", "branching.csv", "branching.png", "campaign.csv", "convergence.csv", "fringes.csv", "fringes.png",
                                   "second-crack.png", "spacing.png", "disturbance.png", "heterogeneity.png", "rate.png", "crossings.png",
@@ -397,16 +401,29 @@ class Running(unittest.TestCase):
             self.assertEqual(found.sample.tolist(), [0, 1, 2])
             self.assertTrue(np.all(found.values["onset_force"] > 0))
             (output / "branching-own").unlink()
-            keep(["branching"], output, output / "kept")
+            keep(["branching"], output, output / "kept", of_any_input=True)
             self.assertEqual([one.name for one in rows.read_csv(output / "kept" / "branching.csv")],
                              ["branching-center", "branching-own"], "a run that is not here keeps its rows")
+            keep(["campaign"], output, output / "none")
+            self.assertFalse((output / "none" / "campaign.csv").exists(), "these samples are not the study's")
+            # Nothing that is kept is lost to fewer samples.
+            (output / "fewer" / "out").mkdir(parents=True)
+            with h5py.File(output / "small" / "out" / "ensemble.h5") as file:
+                status = file["samples/status"][...]
+            with h5py.File(output / "fewer" / "out" / "ensemble.h5", "w") as file:
+                file["samples/status"] = np.where(np.arange(3) == 1, 0, status)
+            with self.assertRaisesRegex(RunError, "has 1 samples that .* lacks"):
+                keep_ensemble(output / "fewer" / "out", output / "kept")
             # Elsewhere only what the tables do not hold is computed, and ensemble.h5 has it all.
             known = Known(frozenset([1]), output / "kept" / "ensemble.h5")
-            for again in range(2):
+            for _ in range(2):
                 self.assertTrue(compute(run, output / "elsewhere", OPTIONS.program, 2, None, known))
-            log = (output / "elsewhere" / "small" / "log.txt").read_text()
-            self.assertEqual(log.count("samples to do"), 2)
             results = output / "elsewhere" / "small" / "out"
+            log = output / "elsewhere" / "small" / "log.txt"
+            self.assertEqual(log.read_text().count("1 of 3 samples to do"), 2)
+            (results / "ensemble.h5").unlink()
+            self.assertTrue(compute(run, output / "elsewhere", OPTIONS.program, 2, None, known))
+            self.assertEqual(log.read_text().count("1 of 3 samples to do"), 2)
             self.assertEqual(sorted(file.name for file in (results / "samples").glob("*.h5")), ["0000.h5", "0002.h5"])
             with h5py.File(results / "ensemble.h5") as merged, h5py.File(output / "kept" / "ensemble.h5") as whole:
                 self.assertEqual(merged["samples/status"][...].tolist(), [1, 1, 1])

@@ -34,7 +34,7 @@ class Slurm(unittest.TestCase):
 
     @classmethod
     def plate(cls, sample_seconds):
-        """An input, whose samples take that long as busy as the machine is now, beside its undisturbed results."""
+        """An input, whose samples take that much processor time, beside its undisturbed results."""
         setting = cls.parent / f"plate-{sample_seconds:g}.toml"
         if not setting.exists():
             setting.write_text(slow_plate(TRIALS.PLATE, OPTIONS.program, sample_seconds))
@@ -56,12 +56,13 @@ class Slurm(unittest.TestCase):
             self.parent / "jobs" / script, setting, folder, CRACKLE=OPTIONS.program, CRACKLE_MPI=start,
             **{key: value for key, value in environment().items() if key.startswith("OMPI")})
 
-    def logs(self):
-        return "\n".join(file.read_text(errors="replace") for file in sorted(self.parent.glob("**/crackle-*.log")))
+    def logs(self, job):
+        """What a job has said, over all its starts and tasks."""
+        return "\n".join(file.read_text(errors="replace") for file in sorted(self.parent.glob(f"**/crackle-{job}[._]*log")))
 
-    def assert_equal_results(self, setting, folder):
+    def assert_equal_results(self, setting, folder, job):
         faults = TRIALS.differences(setting.with_suffix(""), self.parent / folder)
-        self.assertEqual([fault for fault in faults if "lock-" not in fault], [], self.logs())
+        self.assertEqual([fault for fault in faults if "lock-" not in fault], [], self.logs(job))
 
     def test_parks_and_goes_back_into_the_queue(self):
         # Other programs may leave the machine, and an ensemble be through before SLURM's warning.
@@ -71,12 +72,12 @@ class Slurm(unittest.TestCase):
             job = self.submit("ensemble.sbatch", setting, folder, "--signal=B:USR1@52")
             states, restarts = self.cluster.wait(job, 300)
             print(f"ensemble.sbatch: {states}, started again {restarts} times")
-            self.assertEqual(states, ["COMPLETED"], self.logs())
-            self.assert_equal_results(setting, folder)
+            self.assertEqual(states, ["COMPLETED"], self.logs(job))
+            self.assert_equal_results(setting, folder, job)
             if sum(restarts) > 0:
                 break
         self.assertGreater(sum(restarts), 0)
-        self.assertIn("SIGUSR1: stopping", self.logs())
+        self.assertIn("SIGUSR1: stopping", self.logs(job))
 
     def test_a_killed_rank_is_no_end(self):
         setting = self.plate(QUICK_SECONDS)
@@ -94,9 +95,9 @@ class Slurm(unittest.TestCase):
                 break
         states, restarts = self.cluster.wait(job, 300)
         print(f"ensemble.sbatch with a killed rank: {states}, started again {restarts} times")
-        self.assertEqual(states, ["COMPLETED"], self.logs())
-        self.assertIn("start 2", self.logs())
-        self.assert_equal_results(setting, "killed")
+        self.assertEqual(states, ["COMPLETED"], self.logs(job))
+        self.assertIn("start 2", self.logs(job))
+        self.assert_equal_results(setting, "killed", job)
 
     def test_srun_from_another_folder(self):
         """Ranks by srun, with SLURM's own PMIx; script and input are elsewhere, results where the job was submitted."""
@@ -105,25 +106,25 @@ class Slurm(unittest.TestCase):
         elsewhere = self.parent / "elsewhere"
         elsewhere.mkdir()
         setting = self.plate(QUICK_SECONDS)
-        states, restarts = self.cluster.wait(self.submit("ensemble.sbatch", setting, "out", "--signal=B:USR1@1",
-                                                         start="pmix", submitted_from=elsewhere), 300)
+        job = self.submit("ensemble.sbatch", setting, "out", "--signal=B:USR1@1", start="pmix", submitted_from=elsewhere)
+        states, restarts = self.cluster.wait(job, 300)
         print(f"ensemble.sbatch with srun: {states}, started again {restarts} times")
-        self.assertEqual(states, ["COMPLETED"], self.logs())
-        self.assertIn("2 ranks: master on rank 0", self.logs())
-        self.assert_equal_results(setting, "elsewhere/out")
+        self.assertEqual(states, ["COMPLETED"], self.logs(job))
+        self.assertIn("2 ranks: master on rank 0", self.logs(job))
+        self.assert_equal_results(setting, "elsewhere/out", job)
 
     def test_array_of_ranges(self):
         setting = self.plate(SAMPLE_SECONDS)
         job = self.submit("array.sbatch", setting, "array", "--array=0-2", "--signal=B:USR1@54")
         states, restarts = self.cluster.wait(job, 300)
         print(f"array.sbatch: {states}, started again {restarts} times")
-        self.assertEqual(states, 3 * ["COMPLETED"], self.logs())
+        self.assertEqual(states, 3 * ["COMPLETED"], self.logs(job))
         self.assertFalse((self.parent / "array" / "ensemble.h5").exists())
         result = subprocess.run([OPTIONS.program, "stats", self.parent / "array"], env=environment(),
                                 capture_output=True, text=True, check=False)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn(f"{N_SAMPLES} samples: {N_SAMPLES} done", result.stdout)
-        self.assert_equal_results(setting, "array")
+        self.assert_equal_results(setting, "array", job)
 
 
 if __name__ == "__main__":

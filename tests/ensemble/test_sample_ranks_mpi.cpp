@@ -206,7 +206,6 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithFacetsAndToughness) {
   compare(parameters, 20);
 }
 
-/// Parts that a partitioner would not make. The bar breaks across its axis, and part by part along it.
 /// Opened facets that close again when the bar is pushed together behind them; contact needs a start from
 /// rest.
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithContact) {
@@ -219,6 +218,7 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithContact) {
   compare(parameters, 50);
 }
 
+/// Parts that a partitioner would not make. The bar breaks across its axis, and part by part along it.
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankForAnyPartition) {
   auto parameters = torn_bar();
   parameters.time.precision = GetParam();

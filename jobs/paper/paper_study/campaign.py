@@ -2,8 +2,6 @@
 """What is kept of the campaign besides its rows: ensemble.h5 itself, pictures of its report, fringes of its bodies."""
 from __future__ import annotations
 
-import shutil
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -14,12 +12,13 @@ from crackle_report.options import Options
 from crackle_report.photoelasticity import Grid
 from crackle_report.reading import read_ensemble
 from crackle_report.results import Ensemble
-from crackle_report.writing import write_light_figure
-from crackle_runs import markdown
+from crackle_report.writing import write_light_figure, write_whole
+from crackle_runs import RunError, markdown
 
 from . import fringes
 from .comparing import leading_notch
 from .rows import Rows
+from .running import done_samples
 
 N_FRINGES = 40  # samples whose pictures are looked at
 US = 1e-6
@@ -61,17 +60,21 @@ def keep_pictures(results: Path, folder: Path) -> None:
 
 
 def keep_ensemble(results: Path, folder: Path) -> None:
-    """ensemble.h5, bit by bit, because it is sealed by a digest."""
-    with tempfile.NamedTemporaryFile(dir=folder, delete=False) as part:
-        part.write((results / "ensemble.h5").read_bytes())
-    shutil.copymode(results / "ensemble.h5", part.name)
-    Path(part.name).replace(folder / "ensemble.h5")
+    """ensemble.h5, bit by bit, because it is sealed by a digest.
+
+    @raise RunError: the one that is kept has samples that the new one lacks
+    """
+    found, kept = results / "ensemble.h5", folder / "ensemble.h5"
+    if lacking := done_samples(kept) - done_samples(found):
+        raise RunError(f"{kept} has {len(lacking)} samples that {found} lacks; jobs/paper/study campaign --known {folder} puts them in")
+    write_whole(kept, found.read_bytes())
 
 
 def keep_fringes(results: Path, rows: Rows, file: Path) -> None:
-    """Looks at the pictures of the first samples that have files, unless the file has those of the same samples of the same input."""
+    """Looks at the pictures of the first samples that have files, unless the file has these, or more, of the same input."""
     wanted = rows.sample[:N_FRINGES].tolist()
-    if file.is_file() and fringes.contents(file) == (rows.input, wanted):
+    digest, known = fringes.contents(file) if file.is_file() else ("", [])
+    if digest == rows.input and (len(known) > len(wanted) or known == wanted):
         return
     turned = set(rows.sample[leading_notch(rows) == 1].tolist())
     fringes.write_csv(fringes.look_through(read_ensemble(results), wanted, turned), rows.input, file)
@@ -79,7 +82,7 @@ def keep_fringes(results: Path, rows: Rows, file: Path) -> None:
 
 def keep_laws(immediate: Path, softening: Path, folder: Path) -> str:
     """The same bodies with immediate release and with softening: their pictures at the paper's times, and a table of how rough
-    the fringe order is, which is returned.
+    the fringe order is, which is returned; empty where no body has both.
     """
     files = [read_ensemble(results) for results in (immediate, softening)]
     both = sorted(set.intersection(*(set(one.done.tolist()) & one.files.files.keys() for one in files)))

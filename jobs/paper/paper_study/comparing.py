@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Callable
+from typing import Callable, Sequence
 
 import numpy as np
 from scipy import stats
@@ -161,8 +161,13 @@ def same_path_test(differences: np.ndarray) -> float:
     return _p_by_drawing(greatest(found), lambda: greatest(found * generator.choice([-1.0, 1.0], (len(found), 1))))
 
 
-def same_share_test(hits: list[int], totals: list[int]) -> float:
-    """p of one share in all groups, by Pearson's chi-square and dealing out the hits anew; at least 1 / (ROUNDS + 1)."""
+def same_share_test(hits: Sequence[int], totals: Sequence[int]) -> float:
+    """p of one share in all groups, by Pearson's chi-square and dealing out the hits anew; at least 1 / (ROUNDS + 1). Empty groups
+    say nothing.
+    """
+    hits, totals = ([k for k, total in zip(some, totals) if total > 0] for some in (hits, totals))
+    if len(totals) < 2:
+        return 1.0
     n = np.asarray(totals)
     group = np.repeat(np.arange(len(n)), n)
     hit = np.concatenate([np.arange(total) < k for k, total in zip(hits, totals)]).astype(float)

@@ -14,6 +14,8 @@ from crackle_report.photoelasticity import Grid, make_series
 from crackle_report.results import Ensemble, Frames
 from crackle_report.stress import frame_stress
 
+from .rows import write_table
+
 WINDOW = ((0.0, 0.0245), (0.055, 0.085))  # y and z of the pictures [m]
 PIXEL = 0.1e-3  # [m]
 SMOOTHING = 11  # pixels: some three spacings at the notch tips
@@ -134,12 +136,8 @@ def side_by_side(bodies: list[tuple[str, Frames]], times: tuple[float, ...], gri
 
 def write_csv(series: list[FringeSeries], digest: str, file: Path) -> None:
     """@param digest of the samples' input"""
-    with open(file, "w", newline="") as stream:
-        out = csv.writer(stream, lineterminator="\n")
-        out.writerow(["input", "sample", *COLUMNS])
-        for one in series:
-            for row in zip(*(getattr(one, name) for name in COLUMNS)):
-                out.writerow([digest, one.sample, *(f"{value:.6g}" for value in row)])
+    write_table(["input", "sample", *COLUMNS], ([digest, one.sample, *(f"{value:.6g}" for value in row)] for one in series
+                                                for row in zip(*(getattr(one, name) for name in COLUMNS))), file)
 
 
 def contents(file: Path) -> tuple[str, list[int]]:

@@ -18,20 +18,29 @@ from crackle_report.writing import write_light_figure
 from . import campaign, figures, fringes, rows, tables
 from .against_paper import against_paper
 from .rows import Rows
-from .studies import CAMPAIGN, DISTANCE, FAST_FROM_ZERO, FROM_ZERO, IMMEDIATE, OWN, PERTURBATION, PERTURBATIONS, STUDIES, Run
+from .studies import CAMPAIGN, DISTANCE, FAST_FROM_ZERO, FIRST_BASE, FROM_ZERO, IMMEDIATE, OWN, PERTURBATION, PERTURBATIONS, STUDIES, Run
 
 
 Kept = dict[str, dict[str, Rows]]  # by study and run
 Show = Callable[[Kept, Path], None]
 
 
-def keep(studies: list[str], output: Path, folder: Path) -> None:
-    """Reads the runs in `output`, finished or not, and brings `folder` up to date."""
+def keep(studies: list[str], output: Path, folder: Path, of_any_input: bool = False) -> None:
+    """Reads the runs in `output`, finished or not, and brings `folder` up to date.
+
+    @param of_any_input: also what was computed from another input than the study now gives
+    @raise RunError: `folder` has samples that would be lost
+    """
     style.apply()
     folder.mkdir(parents=True, exist_ok=True)
     for study in studies:
         found = {run.name: rows.read(run, output / run.name / "out") for run in STUDIES[study]
                  if (output / run.name / "out" / "ensemble.h5").is_file()}
+        if not of_any_input:
+            for run in STUDIES[study]:
+                if run.name in found and found[run.name].input != rows.digest(run.input_text()):
+                    print(f"{run.name}: {output / run.name} is of another input than the study now gives, and left out")
+                    del found[run.name]
         found = {name: one for name, one in found.items() if len(one) > 0}
         if not found:
             print(f"{study}: nothing computed yet")
@@ -42,8 +51,8 @@ def keep(studies: list[str], output: Path, folder: Path) -> None:
         known |= {name: rows.joined(known[name], one) if name in known else one for name, one in found.items()}
         rows.write_csv([known[run.name] for run in STUDIES[study] if run.name in known], table)
         if study == "softening" and (output / IMMEDIATE.name / "out" / "ensemble.h5").is_file():
-            _put(folder, "fringes",
-                 campaign.keep_laws(output / IMMEDIATE.name / "out", output / "softening" / "out", folder))
+            if table_of_laws := campaign.keep_laws(output / IMMEDIATE.name / "out", output / "softening" / "out", folder):
+                _put(folder, "fringes", table_of_laws)
         if study == "campaign":
             campaign.keep_ensemble(output / CAMPAIGN.name / "out", folder)
             campaign.keep_pictures(output / CAMPAIGN.name / "out", folder)
@@ -81,7 +90,7 @@ def _notches(kept: Kept, folder: Path) -> None:
     if len(chosen) < 4:
         return
     curve, depth = tables.median_curve(chosen)
-    scatter = tables.base_scatter(list(kept["bases"].values())) if "bases" in kept else 0.0
+    scatter = np.nan_to_num(tables.base_scatter(list(kept.get("bases", {}).values())))
     low, high = tables.depth_interval(chosen, scatter)
     _put(folder, "notches", tables.notches(mine) + (
         f"\nAt {DISTANCE:g} mm the curve through the medians meets {tables.TARGET_LOAD} N at a depth of {depth:.2f} mm (95 %: "
@@ -91,8 +100,9 @@ def _notches(kept: Kept, folder: Path) -> None:
 def _bases(kept: Kept, folder: Path) -> None:
     mine = list(kept["bases"].values())
     _put(folder, "bases", tables.bases(mine))
-    if fast := kept.get("convergence", {}).get(FAST_FROM_ZERO.name):
-        _put(folder, "turning", tables.turning(mine[0], fast))
+    first, fast = kept["bases"].get(FIRST_BASE.name), kept.get("convergence", {}).get(FAST_FROM_ZERO.name)
+    if first and fast:
+        _put(folder, "turning", tables.turning(first, fast))
 
 
 def _campaign(kept: Kept, folder: Path) -> None:
@@ -136,7 +146,7 @@ def _by_label(several: Iterable[Rows]) -> dict[str, list[Rows]]:
 
 def _from_zero(kept: Kept) -> list[Rows]:
     """The paper's spacing and disturbance on several bases, the clock starting without load."""
-    return list(kept.get("bases", {}).values())[1:]
+    return [one for name, one in kept.get("bases", {}).items() if name != FIRST_BASE.name]
 
 
 def _usual_disturbance(kept: Kept) -> list[Rows]:

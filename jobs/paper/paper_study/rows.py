@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import csv
 import hashlib
+import io
 import json
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Iterable
 
 import numpy as np
 
 from crackle_report.reading import read_ensemble
+from crackle_report.writing import write_whole
+from crackle_runs import RunError
 
 from . import course, ramp
 from .studies import Run
@@ -83,11 +87,13 @@ def read(run: Run, results: Path) -> Rows:
 
 
 def joined(known: Rows, found: Rows) -> Rows:
-    """The samples of both, in order; what was found goes before what was known of the same sample, and what was known of another
-    input is left out.
+    """The samples of both, in order; what was found goes before what was known of the same sample.
+
+    @raise RunError: they are of different inputs, or what was known does not say of which
     """
     if known.input != found.input:
-        return found
+        raise RunError(f"the {len(known)} samples of {known.name} that are kept are of another input, or do not say of which; remove "
+                       f"their lines to keep the {len(found)} that were found instead")
     kept = ~np.isin(known.sample, found.sample)
     order = np.argsort(np.concatenate([known.sample[kept], found.sample]), kind="stable")
 
@@ -99,15 +105,17 @@ def joined(known: Rows, found: Rows) -> Rows:
                 join(known.seconds, found.seconds))
 
 
+def write_table(titles: list[str], lines: Iterable[list], file: Path) -> None:
+    """A CSV file, replaced in one step: what it holds may have been computed elsewhere."""
+    stream = io.StringIO(newline="")
+    csv.writer(stream, lineterminator="\n").writerows([titles, *lines])
+    write_whole(file, stream.getvalue().encode())
+
+
 def write_csv(rows: list[Rows], file: Path) -> None:
-    with open(file, "w", newline="") as stream:
-        out = csv.writer(stream, lineterminator="\n")
-        out.writerow(["run", "label", "input", "sample", *FIELDS, *(f"z_{notch}_{y}mm" for notch in range(2) for y in SECTIONS),
-                      "seconds"])
-        for r in rows:
-            for i in range(len(r)):
-                out.writerow([r.name, r.label, r.input, r.sample[i], *(f"{r.values[name][i]:.7g}" for name in FIELDS),
-                              *(f"{z:.6g}" for z in r.z[i].ravel()), f"{r.seconds[i]:.1f}"])
+    titles = ["run", "label", "input", "sample", *FIELDS, *(f"z_{notch}_{y}mm" for notch in range(2) for y in SECTIONS), "seconds"]
+    write_table(titles, ([r.name, r.label, r.input, r.sample[i], *(f"{r.values[name][i]:.7g}" for name in FIELDS),
+                          *(f"{z:.6g}" for z in r.z[i].ravel()), f"{r.seconds[i]:.1f}"] for r in rows for i in range(len(r))), file)
 
 
 def read_csv(file: Path) -> list[Rows]:

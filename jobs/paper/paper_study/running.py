@@ -2,7 +2,6 @@
 """Runs of the studies, in pieces that go on where the last one stopped."""
 from __future__ import annotations
 
-import shutil
 import subprocess
 import time
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ import h5py
 import numpy as np
 
 from crackle_launch import environment, mpirun
+from crackle_report.writing import write_whole
 from crackle_runs import SOME_FAILED, RunError
 
 from . import rows
@@ -33,10 +33,21 @@ def known_of(run: Run, folder: Path) -> Known:
     """What the tables of a folder, such as jobs/paper, hold of a run's input."""
     table = folder / f"{STUDY_OF[run.name]}.csv"
     found = [one for one in rows.read_csv(table) if one.name == run.name] if table.is_file() else []
-    if not found or found[0].input != rows.digest(run.input_text()):
+    if not found:
+        return Known()
+    if found[0].input != rows.digest(run.input_text()):
+        print(f"{run.name}: the {len(found[0])} samples in {table} are of another input, or do not say of which; all are computed", flush=True)
         return Known()
     ensemble = folder / "ensemble.h5"
     return Known(frozenset(found[0].sample.tolist()), ensemble if run is CAMPAIGN and ensemble.is_file() else None)
+
+
+def done_samples(ensemble: Path) -> frozenset[int]:
+    """Those of an ensemble.h5; none where there is no such file."""
+    if not ensemble.is_file():
+        return frozenset()
+    with h5py.File(ensemble) as file:
+        return frozenset(np.nonzero(file["samples/status"][...] == 1)[0].tolist())
 
 
 def is_finished(folder: Path, known: Known = Known()) -> bool:
@@ -73,13 +84,15 @@ def compute(run: Run, output: Path, program: Path, ranks: int, deadline: float |
     if source.is_file() and source.read_text() != text:
         raise RunError(f"{source} is of another input than {run.source_file} now gives; remove {folder} to compute it again")
     source.write_text(text)
-    if is_finished(results, known):
+    is_merged = known.ensemble is None or known.samples <= done_samples(results / "ensemble.h5")
+    if is_merged and is_finished(results, known):
         return True
     if not known.samples:
         return _run(run, folder, program, ranks, deadline)
-    if known.ensemble and not results.is_dir():
-        results.mkdir()
-        shutil.copyfile(known.ensemble, results / "ensemble.h5")
+    if not is_merged:
+        # Rows of samples that have files here come from these when the two are merged.
+        results.mkdir(exist_ok=True)
+        write_whole(results / "ensemble.h5", known.ensemble.read_bytes())
     is_whole = all([_run(run, folder, program, ranks, deadline, f"{first}-{last}")
                     for first, last in gaps(run.samples, known.samples)])
     if (results / "input.toml").is_file():

@@ -64,7 +64,7 @@ class Run:
 
 
 TARGET_LOAD = 380.9  # [N]: the paper's t0 = 76.179191 s at 5 N/s
-DISTANCE = 5.0  # of the notches [mm], as in jobs/paper.toml
+DISTANCE = 5.0  # of the notches [mm], as in clock-from-zero.toml
 DEPTHS_AT_DISTANCE = {3.0: (5.6,), 4.0: (5.6,), 5.0: (4.0, 5.0, 5.2, 5.4, 5.6, 5.8), 7.0: (5.2,),
                       10.0: (2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0), 15.0: (5.2,), 20.0: (5.2,)}  # [mm]
 PERTURBATION = 0.2  # in jobs/paper.toml
@@ -82,6 +82,7 @@ CAMPAIGN = Run("campaign", "seed 2026, 5 ns", 200, source="paper")
 IMMEDIATE = Run("steps-verlet", "seed 2026, `auto`, `verlet`", 48, AUTO_VERLET, reference="campaign", source="paper")
 OWN = Run("own", "`base = \"own\"`", 200, {**AUTO, "mesh.base": '"own"'}, reference="campaign", source="paper")
 SECOND_BASE = Run("campaign-2012", "seed 2012, `auto`", 200, {**AUTO, "ensemble.seed": "2012"}, reference="campaign", source="paper")
+FIRST_BASE = Run("base-2012", "2012", 200, UNTURNED)
 FROM_ZERO = Run("clock-from-zero", "5 ns, `bilateral4`", 200, reference="clock-from-zero")
 FAST_FROM_ZERO = Run("fast", "`auto` (47 ns), `verlet`", 100, FAST, reference="clock-from-zero")
 
@@ -162,7 +163,7 @@ STUDIES: dict[str, list[Run]] = {
     "notches": [Run(f"depth-{depth:g}-distance-{distance:g}", f"{depth:g} mm, {distance:g} mm",
                     42 if (depth, distance) == (5.6, 5) else 12, UNTURNED, depth, distance)
                 for distance, depths in DEPTHS_AT_DISTANCE.items() for depth in depths],
-    "bases": [Run("base-2012", "2012", 200, UNTURNED),
+    "bases": [FIRST_BASE,
               *(Run(f"base-{seed}", f"{seed}", PER_BASE, {**UNTURNED, "ensemble.seed": str(seed)}) for seed in SEEDS)],
     "campaign": [CAMPAIGN],
     "own": [OWN],

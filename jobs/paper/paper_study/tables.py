@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Callable
+from typing import Callable, Iterable
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from .comparing import (binomial_test, difference, distances, groups, in_base_fr
                         share_difference, share_interval)
 from .course import LONG_ARM
 from .rows import SECTIONS, Rows
-from .studies import TARGET_LOAD, Run
+from .studies import FIRST_BASE, TARGET_LOAD, Run
 
 
 def patterns(rows: Rows) -> str:
@@ -170,7 +170,7 @@ def _against(reference: Rows, rows: Rows) -> list[str]:
             _path_difference(*paths),
             _share_difference(*single),
             _share_difference(*forked) if reference.knows("bifurcations_projected") and rows.knows("bifurcations_projected") else "–",
-            f"onset equal in {equal.sum()}, notch that leads in {(lead == other_lead).sum()}, pattern in {(single[0] == single[1]).sum()}; paths "
+            f"onset equal in {equal.sum()}, notch that leads in {((lead == other_lead) & (lead >= 0)).sum()}, pattern in {(single[0] == single[1]).sum()}; paths "
             f"{1e3 * np.nanmedian(path_distance(*paths)):.2f} mm apart, those of different bodies "
             f"{1e3 * np.nanmedian(distances(leading_path(reference))):.2f} mm"]
 
@@ -220,11 +220,13 @@ def rates(slow: Rows, all_rows: list[Rows]) -> str:
         other, lead = rows.values["other_when_far"], leading_notch(rows)
         pair = slow.values["other_when_far"][first], other[second]
         far = np.isfinite(other)
+        leads = np.stack([leading_notch(slow)[first], lead[second]])
+        leads = leads[:, (leads >= 0).all(axis=0)]
         lines.append([
             rows.label, str(len(rows)), spread(rows.values["onset_force"], ".0f"), spread(other, ".2f"),
             "" if rows is slow else plus_minus(difference(*pair, paired=True), 3),
             share(int((other[far] > usual).sum()), int(far.sum())), f"{(lead == 0).sum()} / {(lead == 1).sum()}",
-            "" if rows is slow else f"{(leading_notch(slow)[first] == lead[second]).sum()} of {len(first)}",
+            "" if rows is slow else f"{(leads[0] == leads[1]).sum()} of {leads.shape[1]}",
             patterns(rows), spread(second_reach(rows), ".2f"), spread(rows.values["overlap"], ".2f"),
             share_of(rows, "bifurcations_projected"), *_run_figures(rows)[:4]])
     return markdown(["rate", "samples", "load at the notches when the first crack starts [N]",
@@ -284,7 +286,8 @@ def _same_lead(bases_of: list[Rows]) -> str:
     same = pairs = 0
     for rows in bases_of:
         lead = in_base_frame(rows, leading_notch(rows))
-        first, second = np.triu_indices(len(rows), 1)
+        lead = lead[lead >= 0]
+        first, second = np.triu_indices(len(lead), 1)
         same, pairs = same + int((lead[first] == lead[second]).sum()), pairs + len(first)
     return f"{100 * same / pairs:.0f} %" if pairs else "–"
 
@@ -307,29 +310,32 @@ def group_limits(rows: Rows) -> str:
 
 def bases(all_rows: list[Rows]) -> str:
     """What depends on the base distribution of mother points."""
-    lines, lower_leads = [], []
+    lines, lower_leads = [], {}
     for rows in all_rows:
         lead = leading_notch(rows)
-        lower_leads.append((lead == 0)[lead >= 0].astype(float))
+        lower_leads[rows.name] = (lead == 0)[lead >= 0].astype(float)
         lines.append([rows.label, str(len(rows)), f"{np.median(rows.values['onset_force']):.0f}", patterns(rows),
                       str(int((lead == 0).sum())), str(int((lead == 1).sum()))])
     table = markdown(["`seed`", "samples", "onset [N], median", "one / two cracks / other / none", "lower notch leads",
                       "upper notch leads"], lines)
-    if len(all_rows) < 3:
+    others = [one for name, one in lower_leads.items() if name != FIRST_BASE.name and len(one)]
+    if len(others) < 2:
         return table
-    hits, totals = [int(one.sum()) for one in lower_leads], [len(one) for one in lower_leads]
-    mean, half = np.concatenate(lower_leads[1:]).mean(), mean_interval(np.array([one.mean() for one in lower_leads[1:]]))[1]
-    between, _ = scatter_of_means(lower_leads[1:])
+
+    def same_share(leads: Iterable[np.ndarray]) -> str:
+        return _small(same_share_test(*zip(*((int(one.sum()), len(one)) for one in leads))))
+
+    mean, half = np.concatenate(others).mean(), mean_interval(np.array([one.mean() for one in others]))[1]
+    between, _ = scatter_of_means(others)
     return table + (
-        f"\nThe same share with all bases: p {_small(same_share_test(hits, totals))}, without the first "
-        f"{_small(same_share_test(hits[1:], totals[1:]))}. Without the first the lower notch leads in {100 * mean:.0f} % of the "
+        f"\nThe same share with all bases: p {same_share(lower_leads.values())}, without the first {same_share(others)}. Without the first the lower notch leads in {100 * mean:.0f} % of the "
         f"samples, ± {100 * half:.0f} % at 95 % confidence of the mean over bases; beyond the chance of ten samples this share "
         f"scatters by {100 * between:.0f} % from base to base, and the mean onset by {base_scatter(all_rows):.1f} N.\n")
 
 
 def base_scatter(all_rows: list[Rows]) -> float:
     """Standard deviation of the mean onset [N] over the bases of the study `bases` but the first one."""
-    return scatter_of_means([rows.values["onset_force"] for rows in all_rows[1:]])[0]
+    return scatter_of_means([rows.values["onset_force"] for rows in all_rows if rows.name != FIRST_BASE.name])[0]
 
 
 def _small(p: float) -> str:
