@@ -21,9 +21,9 @@ from problems import MILLIMETRE, depth_exponent, exponents  # noqa: E402
 
 
 def breaking_load(sample: Sample) -> float:
-    """At the onset, or where dynamics started from rest at the first break [N]."""
-    onset = float(sample.summary["onset_force"])
-    return onset if np.isfinite(onset) else float(sample.summary["first_break_load"])
+    """The largest, or where dynamics started from rest that at the first break [N]."""
+    summary = sample.summary
+    return float(summary["peak_load"] if np.isfinite(summary["onset_force"]) else summary["first_break_load"])
 
 
 style.apply()
@@ -47,6 +47,9 @@ def draw_cracks(picture: Path, results: Path, samples: list[Sample]) -> None:
     for panel in panels.ravel():
         draw_plate(panel, plate, z_range)
         panel.tick_params(labelsize=6)
+        panel.set_xlabel("y [mm]", fontsize=6)
+    for panel in panels[:, 0]:
+        panel.set_ylabel("z [mm]", fontsize=6)
     first, *others = panels.ravel()
     first.triplot(nodes[:, 0], nodes[:, 1], triangles, color=style.OUTLINE, linewidth=0.15)
     first.set_title(f"mesh, {n_tetrahedra:,} tetrahedra", fontsize=7)

@@ -58,7 +58,7 @@ class Slurm(unittest.TestCase):
 
     def logs(self, job):
         """What a job has said, over all its starts and tasks."""
-        return "\n".join(file.read_text(errors="replace") for file in sorted(self.parent.glob(f"**/crackle-{job}[._]*log")))
+        return "\n".join(file.read_text(errors="replace") for file in sorted(self.parent.glob(f"**/crackle-{job}[-.]*log")))
 
     def assert_equal_results(self, setting, folder, job):
         faults = TRIALS.differences(setting.with_suffix(""), self.parent / folder)

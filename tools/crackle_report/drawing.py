@@ -2,9 +2,10 @@
 """What several pictures draw: the plate, a window on its cracked part, cracks."""
 from __future__ import annotations
 
-from typing import Iterable
+from typing import Any, Iterable
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PathCollection
@@ -118,5 +119,15 @@ def draw_facets(axes: Axes, crack: CrackSurface, colours: Normalize, until: floa
 def draw_forks(axes: Axes, forks: Forks) -> None:
     """A ring round each fork: whole where the projection shows it, dotted where only a window through the thickness does."""
     for (y, z), in_projection in zip(forks.position / style.MILLIMETRE, forks.in_projection):
-        axes.scatter([y], [z], s=80, facecolors="none", edgecolors=style.FORK, linewidths=1.0,
-                     linestyles="-" if in_projection else ":", zorder=5)
+        axes.scatter([y], [z], s=80, zorder=5, **_ring(in_projection))
+
+
+def fork_handles(axes: Axes, several: Iterable[Forks]) -> list[Artist]:
+    """For a legend, of the kinds of rings that draw_forks draws."""
+    found = {bool(in_projection) for forks in several for in_projection in forks.in_projection}
+    return [axes.scatter([], [], s=40, label="fork" if kind else "fork that the projection hides", **_ring(kind))
+            for kind in (True, False) if kind in found]
+
+
+def _ring(in_projection: bool) -> dict[str, Any]:
+    return {"facecolors": "none", "edgecolors": style.FORK, "linewidths": 1.0, "linestyles": "-" if in_projection else ":"}

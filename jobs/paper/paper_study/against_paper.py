@@ -44,7 +44,7 @@ def _enough(rows: Rows) -> str:
     shares = [f"{100 * low:.0f} to {100 * high:.0f} %" for low, high in
               (share_interval(rows.share(1), n), share_interval(int(rows.forked.sum()), n))]
     return (f"the leading crack's mean is known to ± {1e3 * half_width[-1].max():.3f} mm at the worst section (95 %, each by itself), "
-            + (f"to ± {1e3 * TOLERANCE:g} mm at all from {enough} samples on" if enough else f"not to ± {1e3 * TOLERANCE:g} mm")
+            + (f"to ± {1e3 * TOLERANCE:g} mm at every section from {enough} samples on" if enough else f"not to ± {1e3 * TOLERANCE:g} mm")
             + f", the share of one crack to {shares[0]}, of forks to {shares[1]}")
 
 
@@ -66,12 +66,14 @@ def against_paper(rows: Rows, fringes: list[FringeSeries], own: Rows | None = No
     lines = [
         ["onset t₀", "76.179191 s at 5 N/s, the same for both samples shown",
          f"{quartiles(values['onset_time'], 1)} s, on a clock that starts at 135 N; depth and toughness were chosen for this"],
-        ["groups", "one main crack from either notch; two, more or less anti-symmetric; shares not given",
+        ["groups", "simulations: symmetric crack paths; one crack from either notch. Experiments: one main crack from either notch; two, more "
+         "or less anti-symmetric. Shares not given",
          f"one {share(rows.share(1), n)}; two {share(rows.share(2), n)}; other {rows.share(3)} of {n}. But the groups are not "
          f"apart: in {len(delay)} samples a second crack starts, {delays} crosses {spread(second_reach, '.2f')} of its ligament, in one hump. The "
          f"limit is at {DEVELOPED:g}; the notches' distance was chosen such that both groups occur. Two cracks of about the same "
          f"length (overlap above {SYMMETRIC:g}): {int((values['overlap'] > SYMMETRIC).sum())} of {n}"],
-        ["when the paper's 100 µs are over", "not said", f"{int((values['outcome'] == 2).sum())} of {n} in two pieces"],
+        ["when the paper's 100 µs are over", "not said",
+         f"{int((values['outcome'] == 2).sum())} of {n} in two pieces; the second crack still runs"],
         ["notch that the single crack starts from", "either",
          f"lower {first}, upper {second}; p = {binomial_test(first, first + second):.2f} for equal chances. Half of the meshes, "
          f"drawn at random, are turned by 180 degrees; turned back, the lower one leads in {int((back == 0).sum())} of {n} (all "
@@ -79,7 +81,7 @@ def against_paper(rows: Rows, fringes: list[FringeSeries], own: Rows | None = No
         ["bends and kinks", "seen",
          f"first crack: bent by {spread(np.degrees(np.abs(leader['bend'])), '.0f')}°, a kink in {int((leader['kinks'] > 0).sum())}; "
          f"second crack: {spread(np.degrees(np.abs(other['bend'])), '.0f')}°, a kink in {int((other['kinks'] > 0).sum())} of {n}"],
-        ["bifurcation", "in 4 of the 8 samples shown",
+        ["bifurcation", "in 4 of the 8 samples shown, which are typical ones and no random choice",
          f"forks in the projection: {share_of(rows, 'bifurcations_projected')}; in space: {share_of(rows, 'bifurcations')}"],
         ["the first fork in the projection", "not given; Figure 6 shows one at t₀ + 30, 50 and 70 µs", _first_fork(rows)],
         ["largest crack speed over Rayleigh's", "not given", spread(values["crack_speed_ratio"], ".2f")],
@@ -101,7 +103,7 @@ def against_paper(rows: Rows, fringes: list[FringeSeries], own: Rows | None = No
          f"{n}; for this base distribution of mother points {_enough(rows)}"
          + (f". Of {len(own)} with one of each sample's own {_enough(own)}" if own else "")],
         ["time", "not given", f"{np.median(values['forces']):.0f} force evaluations and {np.median(rows.seconds):.0f} s per sample "
-                              f"(medians), or {n * np.median(rows.seconds) / 3600:.1f} hours on one core in all"],
+                              f"(medians), {rows.seconds.sum() / 3600:.1f} hours on one core in all"],
         ["depth and distance of the notches", "not given", "2.5 mm; 6 mm between their mid-planes; chosen for onset and groups"],
         ["strength", "35 MPa", "31.8 MPa at 0.3 mm, and by the toughness of 36 J/m² elsewhere"],
         ["β, K_f, τ_f", "2, 1e-8 without unit, the time step",

@@ -7,6 +7,7 @@ import textwrap
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from crackle_report import style
 
@@ -29,8 +30,8 @@ def onset_against_depth(all_rows: list[Rows]) -> Figure:
         colour = colormaps["viridis"](0.92 * number / max(1, len(by_distance) - 1))
         for rows in group:
             depth = float(rows.label.split(" ")[0])
-            axes.plot(np.full(len(rows), depth + 0.02 * (number - 2)), rows.values["onset_force"], ".", color=colour,
-                      markersize=4, alpha=0.6, label=f"distance {distance}" if rows is group[0] else None)
+            axes.plot(np.full(len(rows), depth + 0.02 * (number - 2)), rows.values["onset_force"], "osD^vP*"[number % 7], color=colour,
+                      markersize=3, markeredgewidth=0, alpha=0.6, label=f"distance {distance}" if rows is group[0] else None)
         if len(group) > 3:
             depths = [float(rows.label.split(" ")[0]) for rows in group]
             curve, depth = median_curve(group)
@@ -39,7 +40,7 @@ def onset_against_depth(all_rows: list[Rows]) -> Figure:
             axes.plot([depth], [TARGET_LOAD], "o", color=colour, markersize=6, fillstyle="none",
                       label=f"{TARGET_LOAD:.1f} N at {depth:.2f} mm")
     axes.axhline(TARGET_LOAD, color=style.MUTED, linewidth=0.8, linestyle="--")
-    axes.set_xlabel("depth of both notches [mm]")
+    axes.set_xlabel("depth of both notches [mm]; of each distance moved aside a little")
     axes.set_ylabel("load at onset [N]")
     axes.legend()
     return figure
@@ -66,11 +67,12 @@ def forks(all_rows: list[Rows]) -> Figure:
     return figure
 
 
-def reach_and_paths(settings: list[tuple[str, list[Rows]]], measure: str) -> Figure:
+def reach_and_paths(settings: list[tuple[str, list[Rows]]], measure: str, title: str) -> Figure:
     """Setting by setting, how far the second crack runs in each sample, with mean and its interval, and the leading paths. Of
     several runs of a setting, each of a base of its own, the interval is that of their means.
 
     @param measure "reach": at the end; "other_when_far": when the first crack has crossed most of its ligament
+    @param title what differs between the settings
     """
     figure = Figure(figsize=(style.PAGE_WIDTH, 4.6), layout="constrained")
     grid = figure.add_gridspec(2, len(settings), height_ratios=[1, 1.3])
@@ -89,6 +91,10 @@ def reach_and_paths(settings: list[tuple[str, list[Rows]]], measure: str) -> Fig
     axes.set_ylabel("share of its ligament that\nthe second crack crosses" +
                     ("" if measure == "reach" else f"\nwhen the first has crossed {FAR:g}"))
     axes.set_ylim(0, 1)
+    axes.set_xlabel(f"{title} (samples)", fontsize="small")
+    axes.legend(handles=[Line2D([], [], marker=".", linestyle="", color=style.notch_colour(1), alpha=0.5, label="a sample"),
+                         Line2D([], [], marker="o", color="black", markersize=3, linewidth=0.9, label="mean, 95 % interval")],
+                ncols=2, loc="upper right")
     first = None
     for number, (_, several) in enumerate(settings):
         axes = figure.add_subplot(grid[1, number], sharey=first, sharex=first)

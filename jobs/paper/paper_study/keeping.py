@@ -155,7 +155,7 @@ def _usual_disturbance(kept: Kept) -> list[Rows]:
 
 
 def _on_bases(study: str, title: str, usual: str, place: int, reference: Callable[[Kept], list[Rows]],
-              same_bases: bool) -> Show:
+              same_bases: bool, unit: str = "") -> Show:
     """A study of the mesh on several bases; the setting that the others are compared with is put in at this place."""
     def show(kept: Kept, folder: Path) -> None:
         settings = [(label, several) for label, several in _by_label(kept[study].values()).items() if label != usual]
@@ -163,7 +163,7 @@ def _on_bases(study: str, title: str, usual: str, place: int, reference: Callabl
             return
         settings.insert(place, (usual, others))
         _put(folder, study, tables.on_bases(title, usual, settings, same_bases))
-        write_light_figure(figures.reach_and_paths(settings, "reach"), folder / f"{study}.png")
+        write_light_figure(figures.reach_and_paths(settings, "reach", title + unit), folder / f"{study}.png")
     return show
 
 
@@ -174,7 +174,7 @@ def _rate(kept: Kept, folder: Path) -> None:
     slow, mine = replace(campaign_rows, label="5 N/s"), list(kept["rate"].values())
     _put(folder, "rate", tables.rates(slow, mine))
     labelled = [(one.label, [one]) for one in (slow, *mine)]
-    write_light_figure(figures.reach_and_paths(labelled, "other_when_far"), folder / "rate.png")
+    write_light_figure(figures.reach_and_paths(labelled, "other_when_far", "rate"), folder / "rate.png")
 
 
 SHOW = {"branching": _branching, "notches": _notches, "bases": _bases, "campaign": _campaign,
@@ -182,7 +182,8 @@ SHOW = {"branching": _branching, "notches": _notches, "bases": _bases, "campaign
         "clock-from-zero": lambda kept, folder: None, "convergence": _compared("convergence", FROM_ZERO),
         "spacing": _on_bases("spacing", "spacing", "0.3 mm at the tips", 0, _from_zero, same_bases=False),
         "disturbance": _on_bases("disturbance", "perturbation", f"{PERTURBATION:g}",
-                                 sum(p < PERTURBATION for p in PERTURBATIONS), _usual_disturbance, same_bases=True),
+                                 sum(p < PERTURBATION for p in PERTURBATIONS), _usual_disturbance, same_bases=True,
+                                 unit=" [spacings]"),
         "heterogeneity": _on_bases("heterogeneity", "what differs from sample to sample", "mesh alone", 0, _usual_disturbance,
                                    same_bases=True),
         "rate": _rate}

@@ -111,7 +111,7 @@ def _rate(rate: float, overload: float, samples: int) -> Run:
     keys = {**FAST, "time.start": '"rest"', "time.duration": f'"{duration:.0f} us"'}
     exponent = math.floor(math.log10(rate) + 1e-9)
     factor = round(rate / 10 ** exponent)
-    return Run(f"rate-{factor}e{exponent}", f"{factor}·10^{exponent} N/s", samples, keys, rate=rate, load=0.0, source="paper")
+    return Run(f"rate-{factor}e{exponent}", f"{factor}·10{'⁰¹²³⁴⁵⁶⁷⁸⁹'[int(exponent)]} N/s", samples, keys, rate=rate, load=0.0, source="paper")
 
 
 STUDY_DISTANCE, STUDY_DEPTH = 7.0, 3.0  # of the notches in jobs/paper/study.toml [mm]

@@ -376,7 +376,7 @@ def base_notches(rows: Rows) -> str:
     lines = [[name, str(int(mine.sum())), share(int(has_one_crack(rows)[mine].sum()), int(mine.sum())),
               spread(second_reach(rows)[mine], ".2f"), *(spread(1e3 * column[mine], ".2f") for column in path.T)]
              for name, mine in (("lower", lead == 0), ("upper", lead == 1))]
-    difference_of = difference(*(path[lead == k][:, -1] * 1e3 for k in (1, 0)), paired=False)
+    differences = [difference(*(column[lead == k] * 1e3 for k in (1, 0)), paired=False) for column in path.T]
     return markdown(["notch of the base that leads", "samples", "one crack", "share that the second crack crosses",
                      *(f"z at {y} mm [mm]" for y in SECTIONS)], lines) + (
-        f"\nLower less upper at {SECTIONS[-1]} mm: {plus_minus(difference_of, 2)} mm.\n")
+        f"\nLower less upper, z [mm]: {', '.join(plus_minus(one, 2) for one in differences)} (95 %, each by itself).\n")

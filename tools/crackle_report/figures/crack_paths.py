@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -12,7 +13,7 @@ from matplotlib.patches import Patch
 
 from .. import style
 from ..choosing import typical_samples
-from ..drawing import draw_facets, draw_forks, draw_plate, time_bar, time_colours, window
+from ..drawing import draw_facets, draw_forks, draw_plate, fork_handles, time_bar, time_colours, window
 from ..options import Options
 from ..results import DONE, FAILED, PENDING, CrackSurface, Ensemble
 from .picture import Picture, Section
@@ -117,9 +118,13 @@ def _sheet(ensemble: Ensemble, numbers: list[int], cracks: dict[int, CrackSurfac
             axes.set_xlabel("y [mm]")
 
     time_bar(figure, colours, left, 3.2)
+    handles: list[Artist] = []
     if any((crack.time < 0).any() for crack in cracks.values()):
-        figure.legend(handles=[Patch(color=style.BEFORE_ONSET, label="opened before the onset")],
-                      loc="upper left", bbox_to_anchor=((left + 3.4) / style.PAGE_WIDTH, 1 - 0.1 / height))
+        handles.append(Patch(color=style.BEFORE_ONSET, label="opened before the onset"))
+    handles += fork_handles(axes, [forks for i in numbers if i in cracks and (forks := ensemble.files.forks(i)) is not None])
+    if handles:
+        figure.legend(handles=handles, loc="upper left", bbox_to_anchor=((left + 3.4) / style.PAGE_WIDTH, 1 - 0.04 / height),
+                      labelspacing=0.3)
     return figure
 
 
