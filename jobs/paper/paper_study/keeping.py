@@ -31,16 +31,20 @@ def keep(studies: list[str], output: Path, folder: Path, of_any_input: bool = Fa
     @param of_any_input: also what was computed from another input than the study now gives
     @raise RunError: `folder` has samples that would be lost
     """
+    def results_of(run: Run) -> Path | None:
+        """The run's folder, when it has results that count."""
+        results = output / run.name / "out"
+        if not (results / "ensemble.h5").is_file():
+            return None
+        if of_any_input or rows.input_of(results) == rows.digest(run.input_text()):
+            return results
+        print(f"{run.name}: {results} is of another input than the study now gives, and left out")
+        return None
+
     style.apply()
     folder.mkdir(parents=True, exist_ok=True)
     for study in studies:
-        found = {run.name: rows.read(run, output / run.name / "out") for run in STUDIES[study]
-                 if (output / run.name / "out" / "ensemble.h5").is_file()}
-        if not of_any_input:
-            for run in STUDIES[study]:
-                if run.name in found and found[run.name].input != rows.digest(run.input_text()):
-                    print(f"{run.name}: {output / run.name} is of another input than the study now gives, and left out")
-                    del found[run.name]
+        found = {run.name: rows.read(run, results) for run in STUDIES[study] if (results := results_of(run))}
         found = {name: one for name, one in found.items() if len(one) > 0}
         if not found:
             print(f"{study}: nothing computed yet")
@@ -50,8 +54,8 @@ def keep(studies: list[str], output: Path, folder: Path, of_any_input: bool = Fa
         known = {one.name: one for one in rows.read_csv(table)} if table.is_file() else {}
         known |= {name: rows.joined(known[name], one) if name in known else one for name, one in found.items()}
         rows.write_csv([known[run.name] for run in STUDIES[study] if run.name in known], table)
-        if study == "softening" and (output / IMMEDIATE.name / "out" / "ensemble.h5").is_file():
-            if table_of_laws := campaign.keep_laws(output / IMMEDIATE.name / "out", output / "softening" / "out", folder):
+        if study == "softening" and (immediate := results_of(IMMEDIATE)):
+            if table_of_laws := campaign.keep_laws(immediate, output / "softening" / "out", folder):
                 _put(folder, "fringes", table_of_laws)
         if study == "campaign":
             campaign.keep_ensemble(output / CAMPAIGN.name / "out", folder)
@@ -146,7 +150,7 @@ def _by_label(several: Iterable[Rows]) -> dict[str, list[Rows]]:
 
 def _from_zero(kept: Kept) -> list[Rows]:
     """The paper's spacing and disturbance on several bases, the clock starting without load."""
-    return [one for name, one in kept.get("bases", {}).items() if name != FIRST_BASE.name]
+    return tables.other_bases(list(kept.get("bases", {}).values()))
 
 
 def _usual_disturbance(kept: Kept) -> list[Rows]:

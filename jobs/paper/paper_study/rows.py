@@ -66,6 +66,11 @@ def digest(text: str) -> str:
     return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:12]
 
 
+def input_of(results: Path) -> str:
+    """Digest of the input that an ensemble's folder is of."""
+    return digest((results / "input.toml").read_text())
+
+
 def read(run: Run, results: Path) -> Rows:
     """From an ensemble's folder; samples that are pending, have failed, or whose files were moved away are left out.
 
@@ -78,7 +83,7 @@ def read(run: Run, results: Path) -> Rows:
     values = {name: samples.numbers.get(name, np.full(len(samples), np.nan))[done].astype(float) for name in SUMMARY}
     courses = [course.read(ensemble.files.files[i], plate) for i in done]
     values |= {name: np.array([one[name] for one in courses]) for name in course.FIELDS}
-    rows = Rows(run.name, run.label, digest((results / "input.toml").read_text()), done, values, samples.position[done],
+    rows = Rows(run.name, run.label, input_of(results), done, values, samples.position[done],
                 samples.wall_time[done])
     if run.rate is not None:
         values["onset_time"] = rows.start

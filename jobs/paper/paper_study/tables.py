@@ -318,7 +318,7 @@ def bases(all_rows: list[Rows]) -> str:
                       str(int((lead == 0).sum())), str(int((lead == 1).sum()))])
     table = markdown(["`seed`", "samples", "onset [N], median", "one / two cracks / other / none", "lower notch leads",
                       "upper notch leads"], lines)
-    others = [one for name, one in lower_leads.items() if name != FIRST_BASE.name and len(one)]
+    others = [lower_leads[rows.name] for rows in other_bases(all_rows) if len(lower_leads[rows.name])]
     if len(others) < 2:
         return table
 
@@ -333,9 +333,14 @@ def bases(all_rows: list[Rows]) -> str:
         f"scatters by {100 * between:.0f} % from base to base, and the mean onset by {base_scatter(all_rows):.1f} N.\n")
 
 
+def other_bases(all_rows: list[Rows]) -> list[Rows]:
+    """The runs of the study `bases` but the first, on which notches were chosen."""
+    return [rows for rows in all_rows if rows.name != FIRST_BASE.name]
+
+
 def base_scatter(all_rows: list[Rows]) -> float:
     """Standard deviation of the mean onset [N] over the bases of the study `bases` but the first one."""
-    return scatter_of_means([rows.values["onset_force"] for rows in all_rows if rows.name != FIRST_BASE.name])[0]
+    return scatter_of_means([rows.values["onset_force"] for rows in other_bases(all_rows)])[0]
 
 
 def _small(p: float) -> str:
