@@ -173,7 +173,7 @@ private:
       result_.timings.quasi_static += watch.seconds();
       if (end == QuasiStaticEnd::parked) {
         group_.enter("saving");
-        if (!ended_.empty()) save(checkpoint({}, result_.energy, result_.frames));
+        if (is_past_checkpoint()) save(checkpoint({}, result_.energy, result_.frames));
         return false;
       }
       if (end != QuasiStaticEnd::unstable) {
@@ -212,6 +212,10 @@ private:
       }
     }
   }
+
+  /// Whether more phases have ended than the sample's checkpoint holds. Until then it tells of a later moment
+  /// than this run has reached.
+  bool is_past_checkpoint() const { return ended_.size() > (from_ == nullptr ? 0 : from_->ended.size()); }
 
   /// Whether anything has broken. Collective.
   bool has_broken() const {

@@ -4,6 +4,7 @@
 #include "crackle/common/index.h"
 #include "crackle/dynamics/checkpoint.h"
 #include "crackle/dynamics/sample_run.h"
+#include "crackle/parallel/collectives.h"
 
 #include "support/box_mesh.h"
 #include "support/same_result.h"
@@ -255,6 +256,48 @@ TEST_F(Checkpoints, GoOnInTheirOwnPrecision) {
     expected.counts.range_restarts = 0;
     test::expect_same_course(expected, result);
   }
+}
+
+/// A run that is asked to park in the quasi-static loading, between a phase that it took from its checkpoint
+/// and the phase that the checkpoint continues.
+TEST_F(Checkpoints, StayWhereARunDoesNotReachThem) {
+  const auto parameters = pulled_bar();
+  const auto whole = run_sample(world_, parameters, part(world_));
+  std::vector<std::byte> saved;
+  bool is_found = false;
+  for (int n = 1; !is_found; ++n) {
+    ASSERT_LT(n, 40) << "no phase runs after one that has arrested";
+    saved = parked_at_poll(n, parameters);
+    if (!parallel::share(world_, !saved.empty())) continue;
+    const auto checkpoint = share_checkpoint(world_, saved);
+    is_found = checkpoint.running && !checkpoint.ended.empty();
+  }
+  SampleControl control;
+  control.checkpoint = saved;
+  bool is_replayed = false;
+  int n_saved = 0;
+  control.log = [&](const std::string& line) {
+    is_replayed = is_replayed || line.find("is taken from the checkpoint") != line.npos;
+  };
+  control.stop = [&] { return is_replayed; };
+  control.save = [&](std::span<const std::byte> bytes) {
+    saved.assign(bytes.begin(), bytes.end());
+    ++n_saved;
+  };
+  EXPECT_TRUE(run_sample(world_, parameters, part(world_), control).parked);
+  EXPECT_EQ(n_saved, 0) << "an earlier moment replaced a later one";
+
+  SampleControl again;
+  bool is_continued = false;
+  again.log = [&](const std::string& line) {
+    is_continued = is_continued || line.find("continues at step") != line.npos;
+  };
+  again.checkpoint = saved;
+  const auto result = run_sample(world_, parameters, part(world_), again);
+  if (!world_.is_root()) return;
+  EXPECT_TRUE(is_replayed);
+  EXPECT_TRUE(is_continued);
+  test::expect_same_course(whole, result);
 }
 
 TEST_F(Checkpoints, OfAnotherSampleOrCutShortAreNotUsed) {
