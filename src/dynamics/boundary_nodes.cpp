@@ -21,20 +21,13 @@ BoundaryNodes<Real>::BoundaryNodes(const MotionContext& context, const mechanics
     const auto& pattern = context_.loads->forces[k];
     for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
       blocks_[index(pattern.nodes[n] / nodes_per_block)].loaded.push_back(
-          {k, n, pattern.nodes[n], pattern.component, false, 0, 0});
+          {k, n, pattern.nodes[n], pattern.component, !pattern.does_work_at(n), 0, 0});
   }
   for (std::size_t m = 0; m < context_.loads->motions.size(); ++m) {
     const auto& motion = context_.loads->motions[m];
     for (std::size_t n = 0; n < motion.nodes.size(); ++n)
       blocks_[index(motion.nodes[n] / nodes_per_block)].driven.push_back(
           {m, n, motion.nodes[n], motion.component, true, 0, 0});
-  }
-  for (Block& block : blocks_) {
-    for (Entry& loaded : block.loaded) {
-      loaded.is_driven = std::ranges::any_of(block.driven, [&](const Entry& driven) {
-        return driven.node == loaded.node && driven.component == loaded.component;
-      });
-    }
   }
 }
 

@@ -102,7 +102,8 @@ std::vector<double> ExternalWork::load_potential(double time, const MotionState&
   for (const auto& pattern : context_.loads->forces) {
     const double amplitude = pattern.amplitude.at(time);
     for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
-      terms.push_back(amplitude * pattern.weight[n] * u[index(pattern.nodes[n], pattern.component)]);
+      if (pattern.does_work_at(n))
+        terms.push_back(amplitude * pattern.weight[n] * u[index(pattern.nodes[n], pattern.component)]);
   }
   return terms;
 }

@@ -23,7 +23,8 @@ public:
   /// A kick with pattern k displaces nothing, but its amplitude changes: node n of the pattern has
   /// displacement u.
   void add_rate(std::size_t k, std::size_t n, double duration_times_slope, double u) {
-    rate_work_[k][n] += duration_times_slope * (*context_.loads).forces[k].weight[n] * u;
+    const auto& pattern = context_.loads->forces[k];
+    if (pattern.does_work_at(n)) rate_work_[k][n] += duration_times_slope * pattern.weight[n] * u;
   }
   /// Node n of motion m moves on with `velocity` against the internal force f.
   void add_reaction(std::size_t m, std::size_t n, double duration_times_velocity, double f) {

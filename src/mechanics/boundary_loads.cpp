@@ -14,6 +14,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
 
 namespace crackle::mechanics {
 
@@ -157,6 +158,21 @@ Absorber make_absorber(const parallel::Communicator& group, const input::Boundar
     absorber.impedance.push_back(value);
   }
   return absorber;
+}
+
+/// Leaves each component of a node to one motion, and marks where forces meet one.
+void settle_shared_components(std::size_t n_owned, BoundaryLoads& loads) {
+  std::vector<std::uint8_t> taken(3 * n_owned);
+  for (const bool is_fixed : {true, false}) {
+    for (PrescribedMotion& motion : loads.motions) {
+      if (motion.is_fixed != is_fixed) continue;
+      std::erase_if(motion.nodes, [&](std::int32_t node) {
+        return std::exchange(taken[index(node, motion.component)], std::uint8_t{1}) != 0;
+      });
+    }
+  }
+  for (ForcePattern& pattern : loads.forces)
+    for (const auto node : pattern.nodes) pattern.is_driven.push_back(taken[index(node, pattern.component)]);
 }
 
 /// Dashpots move nothing that a condition moves.
@@ -344,6 +360,7 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
       loads.conditions.push_back(equal_shares(group, nodes));
     }
   }
+  settle_shared_components(index(subdomain.layout.n_owned), loads);
   leave_out_prescribed(loads.motions, loads.absorbers);
   loads.held_tetrahedra = tetrahedra_at(loads.motions, subdomain);
   return loads;

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The boundary list at work in dynamics: motions of a part of a face, loads with a history, free flight.
+#include "crackle/common/real.h"
+#include "crackle/dynamics/sample_run.h"
+#include "crackle/mechanics/boundary_loads.h"
 #include "crackle/parallel/exact_sum.h"
 
 #include "support/elastic_motion.h"
@@ -8,6 +11,8 @@
 
 #include <cmath>
 #include <cstdio>
+#include <map>
+#include <utility>
 
 namespace crackle::dynamics {
 namespace {
@@ -128,6 +133,53 @@ TEST(Velocity, OnAPartOfAFaceMovesThatPartOnly) {
               n_free);
   EXPECT_GT(n_pushed, 4U);
   EXPECT_GT(n_free, 4U);
+}
+
+TEST(Motions, ThatMeetOnAnEdgeShareNoComponent) {
+  auto pushed = test::boundary(Face::y_max, BoundaryKind::displacement, {false, false, true}, {0, 0, 1e-6});
+  const auto parameters = epoxy_with(
+      {pushed, test::boundary(Face::z_max, BoundaryKind::displacement, {false, false, true}, {0, 0, 2e-6}),
+       test::boundary(Face::z_min, BoundaryKind::fix, {false, true, true})});
+  const auto mesh = test::make_box({.size = size, .cells = {3, 4, 8}});
+  const auto subdomain = test::whole(mesh);
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);
+  ASSERT_EQ(loads.motions.size(), 4U);
+  std::map<std::pair<std::int32_t, int>, double> prescribed;
+  for (const auto& motion : loads.motions)
+    for (const auto node : motion.nodes)
+      EXPECT_TRUE(prescribed.emplace(std::pair{node, motion.component}, motion.displacement(0)).second)
+          << "node " << node << " has two motions";
+  for (std::size_t n = 0; n < subdomain.nodes.size(); ++n) {
+    const auto& p = subdomain.nodes[n];
+    const auto found = prescribed.find({static_cast<std::int32_t>(n), 2});
+    const double expected = p[2] == 0 ? 0 : p[1] == size[1] ? 1e-6 : p[2] == size[2] ? 2e-6 : not_a_number;
+    ASSERT_EQ(found == prescribed.end(), std::isnan(expected));
+    if (!std::isnan(expected)) {
+      EXPECT_EQ(found->second, expected);
+    }
+  }
+}
+
+TEST(Traction, OnTheEdgeOfADrivenFaceClosesTheEnergyAccount) {
+  auto parameters =
+      epoxy_with({test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}),
+                  test::boundary(Face::z_max, BoundaryKind::velocity, {false, false, true}, {0, 0, 0.5}),
+                  test::boundary(Face::y_max, BoundaryKind::traction, {}, {0, 0, 5e6}, {0, 0, 1e11})});
+  parameters.fracture = {.strength = 1e12, .exponent = 2, .impulse = 1};
+  parameters.time.start = input::Start::rest;
+  parameters.time.duration = 2e-5;
+  parameters.time.step = 5e-8;
+  const auto mesh = test::make_box({.size = size, .cells = {3, 4, 8}, .disturbance = 0.2});
+  const parallel::Communicator self(MPI_COMM_SELF);
+  for (const auto engine : {input::Engine::fixed_point, input::Engine::petsc}) {
+    parameters.time.engine = engine;
+    parameters.time.precision = input::Precision::double_;
+    const auto result = run_sample(self, parameters, test::whole(mesh));
+    std::printf("engine %s: energy error %.1e\n", engine == input::Engine::petsc ? "petsc" : "fixed-point",
+                result.energy_error);
+    EXPECT_LT(result.energy_error, 1e-5);
+  }
 }
 
 }  // namespace

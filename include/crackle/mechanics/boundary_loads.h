@@ -42,9 +42,15 @@ struct ForcePattern {
   double total_weight = 0;          ///< of magnitudes, over all ranks
   double resultant = 0;             ///< of the weights with their signs: force on the body over the amplitude
   int condition = 0;                ///< index into the input's boundaries
+  /// Of each node: whether a motion prescribes its component. What acts there acts on the support or drive,
+  /// and does no work on the body. Empty: at no node.
+  std::vector<std::uint8_t> is_driven = {};
+
+  bool does_work_at(std::size_t i) const { return is_driven.empty() || is_driven[i] == 0; }
 };
 
-/// Displacement components that follow a curve.
+/// Displacement components that follow a curve. A component of a node belongs to one motion only: where
+/// conditions meet, to one that fixes it, or else to the first in the input.
 struct PrescribedMotion {
   int component = 0;
   bool is_velocity = false;  ///< the curve is a velocity, the displacement its integral from time 0
