@@ -150,6 +150,7 @@ CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surfa
   const std::vector<TipCourse> courses = tip_courses(body, surface, lines);
   const auto releases = releases_of(surface, n_starts, result);
   std::vector<double> area(n_starts, 0.0);
+  const double start = start_of_times(result.breaks, result.phase_start);
   std::size_t facet = 0, n_open = 0;
   for (const dynamics::HistoryRow& row : result.history) {
     // Facets are in order of breaking, several of each tetrahedron.
@@ -163,7 +164,7 @@ CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surfa
     }
     const bool is_dynamic = row.phase > 0 && row.phase == result.counts.dynamic_phases;
     // As facets' times are counted.
-    const double time = is_dynamic ? row.energy.time : row.load_time - result.phase_start;
+    const double time = is_dynamic ? row.energy.time : row.load_time - start;
     for (std::size_t k = 0; k < n_starts; ++k) {
       const TipCourse& course = courses[k];
       const double place = area[k] > 0 ? course.place_at(time) : 0;

@@ -138,6 +138,11 @@ double CrackSurface::area_before_phase() const {
   return sum;
 }
 
+double start_of_times(std::span<const fracture::Break> breaks, double phase_start) {
+  if (!std::isnan(phase_start) || breaks.empty()) return phase_start;
+  return breaks.back().load_time + breaks.back().phase_time;
+}
+
 CrackSurface make_crack_surface(const geometry::Body& body, const Realization& realization,
                                 std::span<const fracture::Break> breaks, double phase_start) {
   for (const fracture::Break& broken : breaks) {
@@ -151,9 +156,7 @@ CrackSurface make_crack_surface(const geometry::Body& body, const Realization& r
     }
   }
   CrackForest forest = connect(body, realization, breaks);
-  if (std::isnan(phase_start) && !breaks.empty()) {
-    phase_start = breaks.back().load_time + breaks.back().phase_time;
-  }
+  const double start_time = start_of_times(breaks, phase_start);
 
   const auto& starts = body.crack_starts();
   const auto free_surface = std::ranges::find_if(starts, &geometry::CrackStart::is_free_surface);
@@ -165,7 +168,7 @@ CrackSurface make_crack_surface(const geometry::Body& body, const Realization& r
   for (std::size_t i = 0; i < breaks.size(); ++i) {
     const fracture::Break& broken = breaks[i];
     // Load times are large against phase times: their difference first keeps the phase time's digits.
-    const double time = (broken.load_time - phase_start) + broken.phase_time;
+    const double time = (broken.load_time - start_time) + broken.phase_time;
     const std::size_t first = forest.crack_of(i);
     if (first == i) {
       id[i] = static_cast<std::int32_t>(surface.cracks.size());

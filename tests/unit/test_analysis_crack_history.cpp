@@ -90,5 +90,20 @@ TEST_F(Histories, OfAnEarlierPhaseHaveLengthButNoSpeed) {
   for (const double speed : found.speed) EXPECT_TRUE(std::isnan(speed));
 }
 
+TEST_F(Histories, OfABodyThatNeverRanGrowWithTheLoad) {
+  history([&](const Point& p) { return p[1] > 4 && p[1] < 34 ? (p[1] - 4) / 500 : -1; }, 0.06);
+  for (auto& broken : result.breaks) {
+    broken.load_time += broken.phase_time;
+    broken.phase_time = 0;
+  }
+  for (auto& row : result.history) row.phase = 0;
+  result.phase_start = dynamics::SampleResult::none;
+  result.counts.dynamic_phases = 0;
+  surface = make_crack_surface(mesh.body(), mesh.realization(), result.breaks, result.phase_start);
+  const auto found = crack_history(mesh.body(), surface, crack_lines(mesh.body(), surface), result);
+  for (std::size_t i = 2; i < 19; ++i)
+    EXPECT_NEAR(found.length[2 * i], 500 * result.history[i].load_time, 1.2) << i;
+}
+
 }  // namespace
 }  // namespace crackle::analysis

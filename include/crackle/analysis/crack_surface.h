@@ -48,11 +48,14 @@ struct CrackSurface {
   double area_before_phase() const;  ///< of those that opened before the last dynamic phase [m^2]
 };
 
+/// The load time that facets' times are counted from [s]: the last dynamic phase's start, or where that is
+/// NaN (there was none) the last break.
+double start_of_times(std::span<const fracture::Break> breaks, double phase_start);
+
 /// The crack surface: for every break the dual facets of its most loaded cut (three for a cut 1|3, four for a
 /// cut 2|2).
 /// @param breaks in order of breaking
-/// @param phase_start load time that facet times are counted from [s]; with NaN (no dynamic phase) they are
-/// counted from the last break
+/// @param phase_start see start_of_times
 /// @throws std::invalid_argument for a break that the realization does not have
 CrackSurface make_crack_surface(const geometry::Body& body, const geometry::Realization& realization,
                                 std::span<const fracture::Break> breaks, double phase_start);
