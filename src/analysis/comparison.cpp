@@ -221,10 +221,19 @@ Comparison compare(const Compared& first, const Compared& second, double confide
   const auto one = body_settings(*first.parameters), other = body_settings(*second.parameters);
   const auto in_one = first_of_one_only(one, other), in_other = first_of_one_only(other, one);
   comparison.are_paired = !in_one && !in_other;
+  const auto note = [&comparison](const std::string& text) {
+    comparison.note += comparison.note.empty() ? text : "; " + text;
+  };
   if (!comparison.are_paired)
-    comparison.note =
-        fmt::format("not paired, as the bodies differ: {} in one, {} in the other",
-                    in_one.value_or("nothing of the kind"), in_other.value_or("nothing of the kind"));
+    note(fmt::format("not paired, as the bodies differ: {} in one, {} in the other",
+                     in_one.value_or("nothing of the kind"), in_other.value_or("nothing of the kind")));
+  const int replicates =
+      std::max(first.parameters->ensemble.replicates, second.parameters->ensemble.replicates);
+  if (replicates > 1)
+    note(fmt::format(
+        "samples with the same draw are not independent: intervals take them for it and are up to {:.2f} "
+        "times too narrow, and p is too small",
+        std::sqrt(replicates)));
   for (std::size_t i = 0; i < std::min(first.rows.size(), second.rows.size()); ++i)
     comparison.n_pairs += comparison.are_paired && is_done(first.rows[i]) && is_done(second.rows[i]) ? 1 : 0;
   comparison.results = compare_results(first, second, comparison.are_paired, confidence);
@@ -232,10 +241,9 @@ Comparison compare(const Compared& first, const Compared& second, double confide
     return line && line->starts_with("specimen.");
   };
   if (first.parameters->sections.all() != second.parameters->sections.all()) {
-    comparison.note += comparison.note.empty() ? "" : "; ";
-    comparison.note += "paths are not compared, as the sections differ";
+    note("paths are not compared, as the sections differ");
   } else if (is_of_the_specimen(in_one) || is_of_the_specimen(in_other)) {
-    comparison.note += "; paths are not compared, as they are in other bodies";
+    note("paths are not compared, as they are in other bodies");
   } else {
     comparison.paths = compare_paths(first, second, comparison.are_paired, confidence);
   }

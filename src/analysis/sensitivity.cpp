@@ -241,8 +241,13 @@ void estimate(const Study& study, const DrawnValues& values, Sensitivity& result
   result.mesh = with_interval(share_within(values, once), mesh, study.confidence, 0);
   for (std::size_t k = 0; k < n_inputs; ++k) {
     InputEffect effect;
-    effect.first = with_interval(indices.first[k], first[k], study.confidence, 0);
-    effect.total = with_interval(indices.total[k], total[k], study.confidence, 0);
+    // A constant predicts best: that the indices are 0 says nothing of how far from it they may be.
+    if (chosen.degree == 0) {
+      effect.first.value = effect.total.value = 0;
+    } else {
+      effect.first = with_interval(indices.first[k], first[k], study.confidence, 0);
+      effect.total = with_interval(indices.total[k], total[k], study.confidence, 0);
+    }
     effect.rank_correlation =
         with_interval(correlation(input_ranks[k], ranks, once), rank[k], study.confidence, -1);
     result.inputs.push_back(effect);

@@ -215,6 +215,12 @@ TEST(Comparison, PairsTheSamplesOfTheSameBodies) {
   EXPECT_GT(force_of(independent).probability, 0.3);
   EXPECT_EQ(force_of(independent).n_first, 8);
 
+  EXPECT_THAT(independent.note, ::testing::Not(::testing::HasSubstr("same draw")));
+  input::Parameters replicated = law;
+  replicated.ensemble.replicates = 2;
+  EXPECT_THAT(compare({&one, first}, {&replicated, second}).note,
+              ::testing::HasSubstr("1.41 times too narrow"));
+
   input::Parameters wider = one;
   wider.specimen.size[1] = 0.021;
   EXPECT_TRUE(compare({&one, first}, {&wider, second}).paths.empty());

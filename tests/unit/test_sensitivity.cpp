@@ -136,6 +136,13 @@ TEST(Sensitivity, OfAResultThatOwesNothingToTheInputs) {
   const Sensitivity found = of_peak_load(parameters, rows);
   EXPECT_GT(found.mesh.value, 0.6);
   for (const InputEffect& input : found.inputs) EXPECT_LT(input.total.value, 0.15);
+  // A constant predicts best, and an interval without width would say that the index is 0 for sure.
+  EXPECT_EQ(found.degree, 0);
+  for (const InputEffect& input : found.inputs) {
+    EXPECT_EQ(input.total.value, 0);
+    EXPECT_TRUE(std::isnan(input.total.lower) && std::isnan(input.first.upper));
+    EXPECT_FALSE(std::isnan(input.rank_correlation.lower));
+  }
 }
 
 TEST(Sensitivity, OfAResultThatFewSamplesHaveTakesFewTerms) {
