@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle run: the ensemble.
+#include "crackle/common/failure.h"
 #include "crackle/common/whole_number.h"
 #include "crackle/ensemble/ensemble_run.h"
 #include "crackle/ensemble/sample_inputs.h"
@@ -67,15 +68,23 @@ Part part(const std::string& text) {
 }
 
 /// The samples that the options choose; empty: all. Collective.
-/// @throws parallel::AgreedError when there are more parts than samples
+/// @throws parallel::AgreedError when there are more parts than samples, or cases with more samples than
+/// others
 std::optional<ensemble::SampleRange> chosen_range(const parallel::Communicator& world,
                                                   const input::Parameters& parameters,
+                                                  const std::vector<input::Case>& cases,
                                                   const Arguments& arguments) {
   if (arguments.part.empty()) return sample_range(arguments.samples);
   return parallel::agree(world, [&] {
     const auto [number, n_parts] = part(arguments.part);
-    return ensemble::part_of_samples(number, n_parts,
-                                     static_cast<std::uint64_t>(parameters.ensemble.samples));
+    const int n_samples =
+        cases.empty() ? parameters.ensemble.samples : cases.front().parameters.ensemble.samples;
+    for (const input::Case& one : cases)
+      if (one.parameters.ensemble.samples != n_samples)
+        fail(
+            "--part: the cases of this sweep differ in ensemble.samples; give --samples, or run each of them "
+            "alone");
+    return ensemble::part_of_samples(number, n_parts, static_cast<std::uint64_t>(n_samples));
   });
 }
 
@@ -85,7 +94,7 @@ int run_command(const parallel::Communicator& world, const input::Parameters& pa
       .folder = arguments.folder,
       .plan = {.resume = arguments.resume || arguments.retry_failed,
                .retry_failed = arguments.retry_failed,
-               .range = chosen_range(world, parameters, arguments)},
+               .range = chosen_range(world, parameters, cases, arguments)},
       .log = &std::cout,
       .terminal_width = terminal_width(STDOUT_FILENO),
       .stop = ensemble::make_stop_request(arguments.parking.time_limit),

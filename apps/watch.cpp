@@ -82,13 +82,14 @@ public:
 
   std::uint64_t n_samples() const { return static_cast<std::uint64_t>(parameters_->ensemble.samples); }
   const std::map<std::uint64_t, Sample>& samples() const { return samples_; }
-  std::size_t count(SampleStatus status) const {
+  /// Of the samples 0 to n - 1.
+  std::size_t count(SampleStatus status, std::uint64_t n) const {
     return static_cast<std::size_t>(std::ranges::count_if(
-        samples_, [&](const auto& entry) { return entry.second.row.status == status; }));
+        samples_, [&](const auto& entry) { return entry.first < n && entry.second.row.status == status; }));
   }
   const fs::path& path() const { return folder_; }
 
-  /// Who is at work, as the locks say; none where there is none.
+  /// Who is at work, as the locks say that a killed run has not left behind; none where there is none.
   std::vector<std::string> at_work() const {
     std::vector<std::string> owners;
     std::error_code ignored;
@@ -97,6 +98,9 @@ public:
       std::ifstream file(entry.path());
       const std::string text{std::istreambuf_iterator<char>(file), {}};
       const auto owner = ensemble::LockOwner::parse(text);
+      const auto touched = fs::last_write_time(entry.path(), ignored);
+      const std::chrono::duration<double> untouched = fs::file_time_type::clock::now() - touched;
+      if (ignored || ensemble::why_stale(owner, ensemble::LockOwner::self(), untouched.count())) continue;
       owners.push_back(owner ? owner->describe() : entry.path().filename().string());
     }
     std::ranges::sort(owners);
@@ -198,18 +202,28 @@ std::string table(const std::vector<const Folder::Sample*>& samples,
 }
 
 /// What is known of the ensemble now.
+struct Standing {
+  std::string text;
+  bool is_over = false;  ///< no sample is left, and no run at work
+};
+
 /// @param n_rows of the terminal
-std::string picture(const Folder& folder, const input::Parameters& parameters, const Options& options,
-                    std::size_t n_rows) {
-  const auto n_done = folder.count(SampleStatus::done), n_failed = folder.count(SampleStatus::failed);
-  std::string text = fmt::format("{}: {} done, {} failed, {} left of {}\n", folder.path().string(), n_done,
-                                 n_failed, folder.n_samples() - n_done - n_failed, folder.n_samples());
-  const auto owners = folder.at_work();
-  if (owners.empty()) text += "no run is at work here\n";
-  for (const auto& owner : owners) text += fmt::format("at work: {}\n", owner);
+Standing standing(const Folder& folder, const input::Parameters& parameters, const Options& options,
+                  std::size_t n_rows) {
   ensemble::Progress progress(0, 1, parameters);
   for (const auto& [number, sample] : folder.samples())
     if (sample.row.status != SampleStatus::pending) progress.kept(number, sample.row);
+  const std::uint64_t n_needed = progress.statistics().stopped_at().value_or(folder.n_samples());
+  const auto n_done = folder.count(SampleStatus::done, n_needed);
+  const auto n_failed = folder.count(SampleStatus::failed, n_needed);
+  const auto n_left = n_needed - n_done - n_failed;
+  std::string text = fmt::format("{}: {} done, {} failed, {} left of {}\n", folder.path().string(), n_done,
+                                 n_failed, n_left, n_needed);
+  if (n_needed < folder.n_samples())
+    text += fmt::format("stopped early: these are enough, of {}\n", folder.n_samples());
+  const auto owners = folder.at_work();
+  if (owners.empty()) text += "no run is at work here\n";
+  for (const auto& owner : owners) text += fmt::format("at work: {}\n", owner);
   if (const auto means = progress.means(); !means.empty()) text += means + "\n";
   for (const auto& [number, age] : folder.checkpoints())
     text += fmt::format("sample {} has a checkpoint, {} old\n", number, ensemble::format_duration(age));
@@ -235,7 +249,7 @@ std::string picture(const Folder& folder, const input::Parameters& parameters, c
     text += "\n";
     for (const auto& line : log) text += line + "\n";
   }
-  return text;
+  return {std::move(text), n_left == 0 && owners.empty()};
 }
 
 std::size_t terminal_height() {
@@ -263,13 +277,11 @@ void watch(const Options& options, const input::Parameters& parameters) {
   const int width = terminal_width(STDOUT_FILENO);
   for (;;) {
     folder.look();
-    const std::string text = cut(picture(folder, parameters, options, terminal_height()), width);
+    const auto [text, is_over] = standing(folder, parameters, options, terminal_height());
     // On a terminal each picture takes the place of the one before.
-    fmt::print("{}{}", width > 0 && !options.once ? "\033[H\033[2J" : "", text);
+    fmt::print("{}{}", width > 0 && !options.once ? "\033[H\033[2J" : "", cut(text, width));
     std::fflush(stdout);
-    const bool is_over =
-        folder.count(SampleStatus::done) + folder.count(SampleStatus::failed) == folder.n_samples();
-    if (options.once || (is_over && folder.at_work().empty())) return;
+    if (options.once || is_over) return;
     std::this_thread::sleep_for(std::chrono::duration<double>(options.interval));
     if (width <= 0) fmt::print("\n");
   }

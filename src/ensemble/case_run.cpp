@@ -29,13 +29,15 @@ namespace {
 using analysis::SampleStatus;
 using analysis::SampleSummary;
 
-/// Samples that were under way when the ensemble stopped early: which ones depends on the schedule, so they
-/// are no part of it. What cannot be removed is left out by whoever reads the folder.
-void remove_surplus_files(const analysis::Statistics& statistics, const std::filesystem::path& folder) {
+/// Those of this run's samples that were under way when the ensemble stopped early: which ones depends on the
+/// schedule, so they are no part of it. What an earlier run has finished stays, and is left out, as is what
+/// cannot be removed, by whoever reads the folder.
+void remove_surplus_files(const analysis::Statistics& statistics, const SamplePlan& plan,
+                          const std::filesystem::path& folder) {
   std::error_code ignored;
-  for (int sample = statistics.n_needed; sample < statistics.n_samples; ++sample) {
-    std::filesystem::remove(io::sample_path(folder, static_cast<std::uint64_t>(sample)), ignored);
-  }
+  const auto n_needed = static_cast<std::uint64_t>(statistics.n_needed);
+  for (const std::uint64_t sample : plan.to_do)
+    if (sample >= n_needed) std::filesystem::remove(io::sample_path(folder, sample), ignored);
 }
 
 /// How many samples are done, failed and pending.
@@ -113,7 +115,9 @@ void log_end(RunLog& log, const Results& results, const Progress& progress, cons
 void log_end_of_range(RunLog& log, const MasterState& master, const RunOutcome& outcome,
                       const RunOptions& options, double seconds) {
   log.end_progress();
-  const std::vector<std::uint64_t> pending(master.pending.begin(), master.pending.end());
+  const auto enough = master.progress->statistics().stopped_at();
+  const std::vector<std::uint64_t> pending(
+      master.pending.begin(), enough ? master.pending.lower_bound(*enough) : master.pending.end());
   if (!pending.empty()) log.line("pending: " + format_samples(pending));
   log_warnings(log, static_cast<std::size_t>(master.n_warnings));
   log.line(
@@ -220,7 +224,7 @@ RunOutcome finish_run(const parallel::Communicator& world, const input::Paramete
     outcome = share_counts(world, world.is_root() ? counts_of(results) : Counts{});
     outcome.file_error = results.file_error;
     if (world.is_root() && outcome.file_error.empty())
-      remove_surplus_files(results.statistics, options.folder);
+      remove_surplus_files(results.statistics, master.plan, options.folder);
   } catch (const parallel::AgreedError& error) {
     outcome = share_counts(world, counts_of(master.progress));
     outcome.file_error = error.what();

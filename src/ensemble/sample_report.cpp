@@ -34,7 +34,11 @@ std::string loads_text(const analysis::SampleSummary& summary) {
 
 std::string describe(const SampleReport& report) {
   const auto& summary = report.summary;
-  if (report.parked) return fmt::format("sample {} parked after {:.1f} s", report.sample, report.seconds);
+  if (report.parked)
+    return fmt::format("sample {} parked after {:.1f} s{}", report.sample, report.seconds,
+                       report.checkpoint_error.empty()
+                           ? ""
+                           : ", but its checkpoint could not be kept: " + report.checkpoint_error);
   if (summary.status != analysis::SampleStatus::done) {
     return fmt::format("sample {} failed after {:.1f} s: {}", report.sample, report.seconds, summary.error);
   }

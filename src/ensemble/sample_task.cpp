@@ -17,9 +17,11 @@ namespace {
 
 /// The mechanics on this rank of the group; either all ranks return or all throw AgreedError.
 /// @param partial takes what there is of a sample that fails
+/// @param checkpoint_error on the root: why the last checkpoint could not be kept; empty where it could
 dynamics::SampleResult compute_agreed(SampleGroup& group, const SampleSteps& steps, std::uint64_t sample,
                                       const geometry::Subdomain& subdomain,
-                                      std::optional<dynamics::SampleResult>& partial) {
+                                      std::optional<dynamics::SampleResult>& partial,
+                                      std::string& checkpoint_error) {
   dynamics::SampleResult result;
   const auto control = parallel::agree(group.control(), [&] {
     dynamics::SampleControl given{
@@ -32,7 +34,15 @@ dynamics::SampleResult compute_agreed(SampleGroup& group, const SampleSteps& ste
         .checkpoint_interval = steps.checkpoint_interval,
         .failed = [&](dynamics::SampleResult unfinished) { partial = std::move(unfinished); }};
     if (steps.write_checkpoint) {
-      given.save = [&](std::span<const std::byte> bytes) { steps.write_checkpoint(sample, bytes); };
+      given.save = [&](std::span<const std::byte> bytes) {
+        checkpoint_error.clear();
+        try {
+          steps.write_checkpoint(sample, bytes);
+        } catch (...) {
+          checkpoint_error = parallel::current_error();
+          throw;
+        }
+      };
       if (group.is_root()) given.checkpoint = steps.read_checkpoint(sample);
     }
     return given;
@@ -108,6 +118,7 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
   const geometry::Realization& realization = prepared.realization;
   dynamics::SampleResult result;
   std::optional<dynamics::SampleResult> partial;
+  std::string checkpoint_error;
   SampleAnalysis analysis;
   begin(group, steps, sample);
   try {
@@ -126,11 +137,14 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
     } catch (const parallel::AgreedError& failure) {
       fail<StepError>("sharing: {}", failure.what());
     }
-    result = staged("computation", [&] { return compute_agreed(group, steps, sample, parts[0], partial); });
+    result = staged("computation", [&] {
+      return compute_agreed(group, steps, sample, parts[0], partial, checkpoint_error);
+    });
     if (result.parked) {
       SampleReport report;
       report.sample = sample;
       report.parked = true;
+      report.checkpoint_error = checkpoint_error;
       report.seconds = clock.seconds();
       return report;
     }
@@ -172,7 +186,8 @@ void follow_samples(SampleGroup& group, const SampleSteps& steps) {
     try {
       const auto part = receive_share(group, *header);
       std::optional<dynamics::SampleResult> partial;
-      compute_agreed(group, steps, header->sample, part, partial);
+      std::string checkpoint_error;
+      compute_agreed(group, steps, header->sample, part, partial, checkpoint_error);
     } catch (const parallel::AgreedError&) {
       // The root has the same error and reports it.
     }

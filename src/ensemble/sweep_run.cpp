@@ -333,7 +333,8 @@ RunOutcome run_sweep(const parallel::Communicator& outer, const input::Parameter
 
   RunOutcome all;
   std::vector<CaseRows> rows;  // the root's
-  for (RunningCase& one : cases) {
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    RunningCase& one = cases[i];
     geometry::MotherPoints& base = bases.of(one.parameters());
     // Nothing was to do in any case with these points.
     parallel::agree_on_root(world, [&] {
@@ -345,7 +346,11 @@ RunOutcome run_sweep(const parallel::Communicator& outer, const input::Parameter
     all.done += outcome.done;
     all.failed += outcome.failed;
     all.left += outcome.left;
-    if (!outcome.file_error.empty()) all.file_error = outcome.file_error;
+    if (!outcome.file_error.empty()) {
+      all.file_error = outcome.file_error;
+      say(fmt::format("case {}: {} could not be written: {}", i, results_file(one.options.folder).string(),
+                      outcome.file_error));
+    }
     rows.push_back({one.of, one.options.folder.filename().string(), std::move(outcome.rows)});
   }
   all.stopped = is_stopping && all.left > 0;
@@ -357,19 +362,21 @@ RunOutcome run_sweep(const parallel::Communicator& outer, const input::Parameter
         const auto n = static_cast<std::size_t>(one.parameters().ensemble.samples);
         rows[i].rows = io::read_summaries(one.options.folder, one.parameters(), 0, n);
       }
-      io::write_text_file(sweep_table(options.folder), sweep_csv(rows));
       if (log) log->end_progress();
       say(fmt::format("{} cases: {} done, {} failed, {} pending after {}", cases.size(), all.done, all.failed,
                       all.left, format_duration(seconds_now() - start)));
       if (log && options.log != nullptr) *options.log << sweep_text(rows);
+      io::write_text_file(sweep_table(options.folder), sweep_csv(rows));
       say(sweep_table(options.folder).string());
-      if (all.left > 0 && !options.next.resume.empty()) say("to continue: " + options.next.resume);
-      if (all.left == 0 && all.failed > 0 && !options.next.retry_failed.empty())
-        say("to compute failed samples again: " + options.next.retry_failed);
     });
   } catch (const parallel::AgreedError& error) {
     all.file_error = error.what();
+    say(fmt::format("{} could not be written: {}", sweep_table(options.folder).string(), all.file_error));
   }
+  const bool is_whole = all.left == 0 && all.file_error.empty();
+  if (!is_whole && !options.next.resume.empty()) say("to continue: " + options.next.resume);
+  if (is_whole && all.failed > 0 && !options.next.retry_failed.empty())
+    say("to compute failed samples again: " + options.next.retry_failed);
   return all;
 }
 

@@ -399,9 +399,7 @@ void write_ensemble(const parallel::Communicator& world, const std::filesystem::
     parallel::agree(world, [&] {
       if (!world.is_root()) return;
       // A run and whoever recomputes the statistics may write the same file.
-      std::array<char, 256> host{};
-      ::gethostname(host.data(), host.size() - 1);
-      partial.emplace(file, fmt::format(".{}-{}", host.data(), ::getpid()));
+      partial.emplace(file, tag_of_this_process());
       partial->write(lay_out(parameters, texts, statistics, base, world.size()));
     });
     const std::string partial_name =

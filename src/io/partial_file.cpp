@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
@@ -80,6 +81,16 @@ void PartialFile::commit() {
   }
 }
 
+std::string tag_of_this_process() {
+  std::array<char, 256> host{}, space{};
+  ::gethostname(host.data(), host.size() - 1);
+  // "pid:[4026531836]": containers on one host may have equal process numbers.
+  const auto length = ::readlink("/proc/self/ns/pid", space.data(), space.size() - 1);
+  std::string digits(space.data(), length > 0 ? static_cast<std::size_t>(length) : 0);
+  std::erase_if(digits, [](char c) { return c < '0' || c > '9'; });
+  return fmt::format(".{}-{}-{}", host.data(), digits, ::getpid());
+}
+
 void write_whole_file(const std::filesystem::path& file, std::span<const std::byte> bytes) {
   PartialFile partial(file);
   partial.write(bytes);
@@ -88,7 +99,7 @@ void write_whole_file(const std::filesystem::path& file, std::span<const std::by
 
 void write_text_file(const std::filesystem::path& file, const std::string& text) {
   // Runs of other ranges of samples may write the same file.
-  PartialFile partial(file, fmt::format(".{}", ::getpid()));
+  PartialFile partial(file, tag_of_this_process());
   partial.write(std::as_bytes(std::span(text)));
   partial.commit();
 }

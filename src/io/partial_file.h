@@ -34,6 +34,9 @@ private:
   bool committed_ = false;
 };
 
+/// A tag that no other process has, on whatever host and in whatever container.
+std::string tag_of_this_process();
+
 /// Writes a file in one piece: as a whole, or not at all. @throws as PartialFile
 void write_whole_file(const std::filesystem::path& file, std::span<const std::byte> bytes);
 

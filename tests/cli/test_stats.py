@@ -333,6 +333,11 @@ class Stats(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("2 samples: 2 done, 0 failed, 0 left\nstopped early: these are enough, of 9\n", result.stdout)
         self.assertEqual(before, content(stopped / "ensemble.h5"))
+        # It is another run's, which does not take away what it has not computed.
+        result = invoke("run", setting, "-o", stopped, "--resume")
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertIn("6 of 9 samples to do", result.stdout)
+        self.assertTrue((stopped / "samples" / "0002.h5").is_file())
         # At a section that no crack reaches the rule would ask for more samples; they are the ensemble all the same.
         result = invoke("stats", stopped, "--sections", "y=7.95 mm")
         self.assertEqual((result.returncode, result.stderr), (0, ""))

@@ -269,6 +269,20 @@ values = ["independent", "sobol"]
         for number in range(4):
             self.assertTrue(same_content(self.folder / f"out/case-{number}/ensemble.h5", self.folder / f"whole/case-{number}/ensemble.h5"))
 
+    def test_what_a_sweep_cannot_write_it_names(self):
+        name = self.write(PLATE.replace("samples = 6", "samples = 1") + SWEEP)
+        self.call("run", name, "-o", "out")
+        for file, said in (("out/case-2/ensemble.h5", "case 2: out/case-2/ensemble.h5 could not be written: "),
+                           ("out/summary.csv", "out/summary.csv could not be written: ")):
+            (self.folder / file).unlink()
+            (self.folder / file / "in the way").mkdir(parents=True)
+            output = self.call("run", name, "-o", "out", "--resume", status=2)
+            self.assertEqual(output.count("could not be written"), 1, output)
+            self.assertIn(said, output)
+            self.assertIn("4 cases: 4 done, 0 failed, 0 pending", output)
+            self.assertIn("to continue: ", output)
+            shutil.rmtree(self.folder / file)
+
     def test_meshes_of_the_same_body_are_made_once(self):
         """The same samples take less time to mesh when cases differ in the material only."""
         name = self.write(PLATE.replace("samples = 6", "samples = 4\nmeshes = \"master\"") + SWEEP.split("[[sweep]]\nkey = \"mesh")[0])
@@ -296,6 +310,9 @@ values = ["independent", "sobol"]
         self.assertIn("the sweep has 2 cases", self.call("run", fewer, "-o", "out", "--resume", status=1))
         other = self.write(PLATE + SWEEP.replace("[0.05, 0.1]", "[0.05, 0.2]"), "other.toml")
         self.assertIn("mesh.perturbation is 0.2, not 0.1", self.call("run", other, "-o", "out", "--resume", status=1))
+        numbers = self.write(PLATE + '[[sweep]]\nkey = "ensemble.samples"\nvalues = [2, 4]\n', "numbers.toml")
+        self.assertIn("--part: the cases of this sweep differ in ensemble.samples",
+                      self.call("run", numbers, "-o", "parts", "--part", "0/2", status=1))
         for command in (["sample", name, "--sample", "0", "-o", "x"], ["mesh", name, "-o", "x.vtkhdf"]):
             self.assertIn("this is a sweep", self.call(*command, status=1))
         for command in ("watch", "compare"):

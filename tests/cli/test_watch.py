@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import subprocess
 import sys
@@ -66,6 +67,21 @@ class Watch(unittest.TestCase):
         before = state(self.folder)
         self.assertEqual(self.watch().returncode, 0, "it ends by itself")
         self.assertEqual(state(self.folder), before)
+
+    def test_it_ends_with_an_ensemble_that_needs_no_more_samples(self):
+        stopped = self.input.read_text() + '\n[ensemble.stop]\nhalf_width = "1 m"\nmin_samples = 2\n'
+        self.input.write_text(stopped)
+        run = subprocess.run([str(PROGRAM), "run", str(self.input), "-o", str(self.folder)], capture_output=True, text=True,
+                             check=False, env=environment(), timeout=300)
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        # As a killed run leaves it, on a host that is not asked whether the process lives.
+        lock = self.folder / "lock-0-2"
+        lock.write_text("process 1 on elsewhere\n")
+        os.utime(lock, (time.time() - 3600,) * 2)
+        watched = self.watch()
+        self.assertEqual(watched.returncode, 0, watched.stderr)
+        self.assertTrue(watched.stdout.startswith(f"{self.folder}: 2 done, 0 failed, 0 left of 2\n"
+                                                  "stopped early: these are enough, of 3\nno run is at work here\n"), watched.stdout)
 
     def test_of_no_ensemble_it_says_so(self):
         done = self.watch("--once")

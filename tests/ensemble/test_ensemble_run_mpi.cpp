@@ -264,6 +264,24 @@ TEST_F(EnsembleRun, FailedSampleLeavesNoCheckpointAndIsTriedAgainFromItsBeginnin
   EXPECT_FALSE(fs::exists(io::checkpoint_path(root_ / "retried", 1)));
 }
 
+TEST_F(EnsembleRun, AParkedSampleSaysThatItsCheckpointCouldNotBeKept) {
+  if (world_.is_root())
+    fs::create_directories(io::checkpoint_path(root_ / "full", 0).string() + ".partial/in the way");
+  MPI_Barrier(world_.get());
+  const auto parked = [](const auto& group, auto, const auto&, const dynamics::SampleControl& control) {
+    if (group.is_root()) {
+      EXPECT_THROW(control.save(std::vector<std::byte>(100)), std::runtime_error);
+    }
+    dynamics::SampleResult result;
+    result.parked = true;
+    return result;
+  };
+  EXPECT_EQ(run("full", plate(1, 1), true, parked).left, 1);
+  if (!world_.is_root()) return;
+  EXPECT_THAT(log_.str(), HasSubstr("sample 0 parked after"));
+  EXPECT_THAT(log_.str(), HasSubstr(", but its checkpoint could not be kept: cannot write '"));
+}
+
 TEST_F(EnsembleRun, ResumeComputesWhatIsMissing) {
   const auto parameters = plate(5, 1);
   run("whole", parameters, false);
