@@ -202,11 +202,11 @@ void NotchedBox::add_crack_starts() {
     start.tip[index(section.at_axis)] = notches_[i].at;
     start.tip[depth_axis] = section.tip;
     start.end = start.tip;
-    start.end[depth_axis] = ascends ? size[depth_axis] : 0;
+    start.end[depth_axis] = input::ligament_end(notches_, i, size);
     start.along = unit(section.depth_axis);
     start.across = unit(section.at_axis);
     start.direction = ascends ? 1 : -1;
-    start.ligament = size[depth_axis] - notches_[i].depth;
+    start.ligament = std::abs(start.end[depth_axis] - section.tip);
     for (FaceId part = 0; part < 3; ++part) start.faces.push_back(6 + 3 * static_cast<FaceId>(i) + part);
     start.reach = notches_[i].height;
     shape_.crack_starts.push_back(std::move(start));

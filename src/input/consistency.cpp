@@ -51,21 +51,23 @@ void check_notch_in_body(const Notch& notch, const std::string& key, const Vecto
   }
 }
 
-/// From the tip to the opposite face, along the axis of the notch's depth.
-std::pair<double, double> ligament_of(const Notch& notch, const Vector& size) {
-  const double extent = size[index(axis_of(notch.face))];
-  return is_upper(notch.face) ? std::pair{0.0, extent - notch.depth} : std::pair{notch.depth, extent};
+/// Between the tip and the end of the ligament, along the axis of the notch's depth.
+std::pair<double, double> ligament_of(const Specimen& specimen, std::size_t i) {
+  const Notch& notch = specimen.notches[i];
+  const double end = ligament_end(specimen.notches, i, specimen.size);
+  const double extent = specimen.size[index(axis_of(notch.face))];
+  return is_upper(notch.face) ? std::pair{end, extent - notch.depth} : std::pair{notch.depth, end};
 }
 
-/// The ligaments of the notches whose cracks advance along an axis, from the tip to the opposite face, for
-/// advice: "between 6 mm and 24.5 mm (specimen.notch[0])", each extent once; empty where there is none.
+/// The ligaments of the notches whose cracks advance along an axis, for advice: "between 6 mm and 24.5 mm
+/// (specimen.notch[0])", each extent once; empty where there is none.
 std::string describe_ligaments(const Specimen& specimen, int axis) {
   constexpr std::size_t max_shown = 4;
   std::vector<std::string> extents;
   std::string text;
   for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
     if (axis_of(specimen.notches[i].face) != axis) continue;
-    const auto [from, to] = ligament_of(specimen.notches[i], specimen.size);
+    const auto [from, to] = ligament_of(specimen, i);
     const std::string extent = fmt::format("between {} and {}", from == 0 ? "0" : show(from), show(to));
     if (std::ranges::find(extents, extent) != extents.end()) continue;
     if (extents.size() < max_shown)
@@ -78,11 +80,12 @@ std::string describe_ligaments(const Specimen& specimen, int axis) {
 
 bool can_arrive(const Specimen& specimen, int axis, double position) {
   const double gap = touching * specimen.size[index(axis)];
-  return std::ranges::any_of(specimen.notches, [&](const Notch& notch) {
-    if (axis_of(notch.face) != axis) return false;
-    const auto [from, to] = ligament_of(notch, specimen.size);
-    return position > from + gap && position < to - gap;
-  });
+  for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
+    if (axis_of(specimen.notches[i].face) != axis) continue;
+    const auto [from, to] = ligament_of(specimen, i);
+    if (position > from + gap && position < to - gap) return true;
+  }
+  return false;
 }
 
 void check_sections_along(int axis, const std::vector<double>& positions, const std::string& name,
@@ -157,17 +160,6 @@ void check_line(const SectionLine& line, const std::string& key, const Specimen&
 }
 
 }  // namespace
-
-Region slot_of(const Notch& notch, const Vector& size) {
-  Region slot;
-  slot[0] = {0, size[0]};
-  const auto depth_axis = static_cast<std::size_t>(axis_of(notch.face));
-  const double extent = size[depth_axis];
-  slot[depth_axis] =
-      is_upper(notch.face) ? std::pair{extent - notch.depth, extent} : std::pair{0.0, notch.depth};
-  slot[index(position_axis(notch.face))] = {notch.at - notch.height / 2, notch.at + notch.height / 2};
-  return slot;
-}
 
 void check_specimen(const Parameters& parameters, Findings& findings) {
   if (!size_is_known(findings) || !is_box(parameters.specimen)) return;

@@ -29,7 +29,4 @@ void check_sweeps(const Parameters& parameters, Findings& findings);
 /// The kinds that a [[boundary]] in the file names; it should name one.
 std::vector<std::string> kinds_given(const Findings& findings, const std::string& table);
 
-/// The closed intervals of x, y and z that a slot in a face of the box removes.
-Region slot_of(const Notch& notch, const Vector& size);
-
 }  // namespace crackle::input

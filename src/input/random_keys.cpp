@@ -303,20 +303,4 @@ void check_random(const Parameters& parameters, Findings& findings) {
       findings.report(key, "has no effect without [[random]]; give some, or leave it out");
 }
 
-Parameters drawn(const Parameters& parameters, const std::vector<double>& values, const std::string& name) {
-  std::vector<Setting> settings;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const RandomInput& random = parameters.random[i];
-    const std::string number = fmt::format("{}", values[i]);
-    const bool is_plain = random.unit.empty();
-    settings.push_back({random.key, is_plain ? number : fmt::format("\"{} {}\"", number, random.unit)});
-  }
-  const PointsFile points{.path = parameters.mesh.points.value_or(std::filesystem::path()),
-                          .digest = parameters.mesh.points_digest};
-  Parameters result = parse(with_settings(parameters.text, settings), name, points);
-  result.text = parameters.text;
-  result.draw = {values, sample_settings(parameters)};
-  return result;
-}
-
 }  // namespace crackle::input

@@ -124,7 +124,12 @@ std::string read_text_file(const std::filesystem::path& file) {
 InputError::InputError(std::vector<std::string> messages)
     : std::runtime_error(fmt::format("{}", fmt::join(messages, "\n"))), messages_(std::move(messages)) {}
 
-Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points) {
+namespace {
+
+/// @param is_draw random inputs have drawn values, which need not be those that their distributions allow for
+/// a mean
+Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points,
+                 bool is_draw) {
   Findings findings;
   Parameters parameters;
   std::string stored = text;
@@ -152,12 +157,36 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
   if (parameters.mesh.notch_spacing == 0) parameters.mesh.notch_spacing = parameters.mesh.spacing;
   complete_specimen(parameters, findings);
   for (const auto check : {check_specimen, check_mesh, check_sections, check_fracture, check_boundaries,
-                           check_time, check_output, check_random, check_sweeps})
+                           check_time, check_output, check_sweeps})
     check(parameters, findings);
+  if (!is_draw) check_random(parameters, findings);
   if (!findings.empty()) throw InputError(findings.messages(name));
   if (parameters.time.engine == Engine::petsc) parameters.time.precision = Precision::double_;
   parameters.text = std::move(stored);
   return parameters;
+}
+
+}  // namespace
+
+Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points) {
+  return parse(text, name, points, false);
+}
+
+Parameters drawn(const Parameters& parameters, const std::vector<double>& values, const std::string& name) {
+  std::vector<Setting> settings;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const RandomInput& random = parameters.random[i];
+    const std::string number = fmt::format("{}", values[i]);
+    const bool is_plain = random.unit.empty();
+    settings.push_back({random.key, is_plain ? number : fmt::format("\"{} {}\"", number, random.unit)});
+  }
+  const PointsFile points{.path = parameters.mesh.points.value_or(std::filesystem::path()),
+                          .digest = parameters.mesh.points_digest};
+  Parameters result = parse(with_settings(parameters.text, settings), name, points, true);
+  result.text = parameters.text;
+  result.random = parameters.random;
+  result.draw = {values, sample_settings(parameters)};
+  return result;
 }
 
 Parameters read(const std::filesystem::path& file, const PointsFile& points) {

@@ -131,7 +131,7 @@ Key size_key() {
 Key thickness_key() {
   return {"thickness",
           "length",
-          optional("with size"),
+          optional("required with outline"),
           accepted(length_dimension, positive_length),
           "of a body with an outline, along x",
           [](const Source& source, Parameters& parameters, std::size_t) {
@@ -148,7 +148,7 @@ Key outline_key() {
   return {
       "outline",
       "length",
-      optional("with size"),
+      optional("required, or size"),
       polygon_form +
           "; the name of a text file with two numbers \"y z\" in millimetres on each line; or \"circle\"",
       "edge of the body in the plane of the plate, instead of a box; edge-0 runs from the first point to the "
@@ -171,7 +171,7 @@ Key outline_key() {
 Key outline_radius_key() {
   return {"radius",
           "length",
-          optional("with size or a polygon"),
+          optional("required with \"circle\""),
           accepted(length_dimension, positive_length),
           "of outline = \"circle\"",
           [](const Source& source, Parameters& parameters, std::size_t) {
@@ -192,7 +192,7 @@ Hole& hole(Parameters& parameters, std::size_t i) {
 Key hole_center_key() {
   return {"center",
           "length",
-          optional("of polygon its own"),
+          optional("required, but for a polygon"),
           point_form,
           "of a circle or an ellipse",
           [](const Source& source, Parameters& parameters, std::size_t i) {
@@ -296,7 +296,7 @@ Key of_face(Key key) {
 Key slot_point_key(const char* name, plane::Point Slot::*member, const char* help) {
   return {name,
           "length",
-          optional("with face"),
+          optional("required, or face"),
           point_form,
           help,
           [=](const Source& source, Parameters& parameters, std::size_t i) {
@@ -345,7 +345,7 @@ Table notch_table() {
       "a slot through the whole thickness: cut into a face, or between two points in any direction",
       {of_face(choice_key<Face>("face", notch(&Notch::face), faces_from(Face::y_min), unless_from,
                                 "face that the slot is cut into")),
-       of_face(quantity_key("at", notch(&Notch::at), with_example(length_dimension, "65 mm"), {0, 1e3, true},
+       of_face(quantity_key("at", notch(&Notch::at), with_example(length_dimension, "65 mm"), coordinate,
                             unless_from,
                             "mid-plane of the slot, along the face's other in-plane axis (y or z)")),
        of_face(quantity_key("depth", notch(&Notch::depth), with_example(length_dimension, "6 mm"),

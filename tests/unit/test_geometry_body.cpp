@@ -155,6 +155,18 @@ TEST(Body, CrackStartsAtEachTip) {
   EXPECT_FALSE(upper.claims(8, {mm, 7.7 * mm, notched.sections()[1].lower}));
 }
 
+TEST(Body, ALigamentEndsAtTheNextNotch) {
+  const NotchedBox ahead = body({2, 20, 30}, {notch(Face::y_min, 15, 7, 1), notch(Face::y_max, 15.4, 6, 1),
+                                              notch(Face::z_max, 10, 4, 2), notch(Face::z_min, 15, 4, 2)});
+  const auto starts = ahead.crack_starts();
+  EXPECT_DOUBLE_EQ(starts[0].ligament, 7 * mm);
+  EXPECT_DOUBLE_EQ(starts[0].end[1], 14 * mm);
+  EXPECT_DOUBLE_EQ(starts[1].ligament, 7 * mm);
+  EXPECT_DOUBLE_EQ(starts[1].end[1], 7 * mm);
+  EXPECT_DOUBLE_EQ(starts[2].ligament, 26 * mm) << "no slot lies ahead";
+  EXPECT_DOUBLE_EQ(starts[3].end[2], 14.9 * mm) << "the side of a slot in another face";
+}
+
 // A ligament that lies between the axes.
 TEST(Body, ObliqueCrackStart) {
   CrackStart start{};

@@ -46,6 +46,16 @@ end = "round")"};
   EXPECT_THAT(text, Not(HasSubstr("specimen.size")));
 }
 
+TEST(InputPlates, ASlotInAFaceLiesAtAnyCoordinateOfTheBody) {
+  const auto errors = [](const char* at) {
+    test::PlateText plate = square();
+    plate.notches = {fmt::format("face = \"z-min\"\nat = \"{}\"\ndepth = \"3 mm\"\nheight = \"0.5 mm\"", at)};
+    return test::errors_of(plate.text());
+  };
+  for (const char* at : {"-4 mm", "0 mm", "3 mm"}) EXPECT_THAT(errors(at), testing::IsEmpty()) << at;
+  EXPECT_EQ(errors("-7 mm").size(), 1u);
+}
+
 TEST(InputPlates, EveryKeyIsPartOfTheIdentity) {
   const std::string base = sample_identity(parse(square().text(), "plate.toml"));
   test::PlateText other = square();

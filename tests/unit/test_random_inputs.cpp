@@ -183,6 +183,20 @@ TEST(RandomInputs, ADrawIsAnInputWithOtherValues) {
   EXPECT_EQ(std::stod(fmt::format("{:.6g}", values[0])), values[0]) << "six digits";
 }
 
+/// The value drawn stands in place of the input's own, which is the mean where none is given.
+TEST(RandomInputs, ADrawNeedNotBeAMeanOfItsDistribution) {
+  auto tables = test::minimal_tables();
+  test::set_key(tables, "[material]", "youngs_modulus", "\"3300 MPa\"");
+  for (const char* const distribution :
+       {"\"beta\"\nlower = \"3000 MPa\"\nupper = \"3600 MPa\"\nstandard_deviation = \"200 MPa\"",
+        "\"lognormal\"\nlower = \"3299.999 MPa\"\nstandard_deviation = \"200 MPa\""}) {
+    const auto parameters = parse(test::to_text(tables) + "[[random]]\nkey = \"material.youngs_modulus\"\n" +
+                                  "distribution = " + distribution + "\n");
+    for (std::uint64_t sample = 0; sample < 200; ++sample)
+      EXPECT_NO_THROW(sample_parameters(parameters, sample));
+  }
+}
+
 TEST(RandomInputs, OnlyALatinHypercubeCannotBeExtended) {
   for (const char* const plan : {"independent", "sobol"}) {
     const auto few = parse(uncertain(plan, 8)), more = parse(uncertain(plan, 32));

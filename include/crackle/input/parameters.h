@@ -139,6 +139,13 @@ struct Specimen {
 /// The least box round the body, from x = 0 on.
 Region bounds_of(const Specimen& specimen);
 
+/// The closed intervals of x, y and z that a slot in a face of a box removes.
+Region slot_of(const Notch& notch, const Vector& size);
+
+/// Where the straight way on from the tip of a slot in a face of a box ends: at the opposite face, or at
+/// another slot before it; the coordinate along the axis of its depth [m].
+double ligament_end(const std::vector<Notch>& notches, std::size_t i, const Vector& size);
+
 /// How realizations are set into a body that fits onto itself in several ways.
 enum class Turn {
   random,  ///< each in one of these ways
