@@ -154,6 +154,41 @@ class Package(unittest.TestCase):
             with self.assertRaisesRegex(KeyError, "sample 0 has not ended; those that have: 1"):
                 ensemble[0]
 
+    def test_samples_that_ended_after_the_results_were_written_are_among_them(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name) / "out"
+            shutil.copytree(self.folder, folder)
+            extended = re.sub(r"(?m)^samples = .*", "samples = 5", (folder / "input.toml").read_text())
+            source = Path(name) / "five.toml"
+            source.write_text(extended)
+            subprocess.run([str(PROGRAM), "run", str(source), "-o", str(folder), "--resume", "--samples", "2-3"], check=True,
+                           capture_output=True, env=environment())
+            found = crackle.open(folder)
+            self.assertEqual(found.done, [0, 1, 2, 3])
+            self.assertEqual(found.histories.sizes["sample"], 4)
+            subprocess.run([str(PROGRAM), "stats", str(folder)], check=True, capture_output=True, env=environment())
+            merged = crackle.open(folder)
+            self.assertEqual([len(found), len(merged)], [4, 5])
+            for column in ("onset_force", "crack_area", "wall_time"):
+                np.testing.assert_array_equal(found.samples[column], merged.samples[column][:4])
+            np.testing.assert_array_equal(found.paths.position, merged.paths.position[:4])
+
+    def test_paths_at_lines(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name) / "out"
+            source = Path(name) / "line.toml"
+            source.write_text((self.folder / "input.toml").read_text()
+                              + '\n[[sections.line]]\nfrom = ["4 mm", "60 mm"]\nto = ["20 mm", "80 mm"]\n')
+            subprocess.run([str(PROGRAM), "run", str(source), "-o", str(folder), "--samples", "0-0"], check=True,
+                           capture_output=True, env=environment())
+            subprocess.run([str(PROGRAM), "stats", str(folder)], check=True, capture_output=True, env=environment())
+            with h5py.File(folder / "ensemble.h5") as root:
+                n_sections, n_across_y = root["crack_path/position"].shape[2], root["crack_path/z"].shape[2]
+            self.assertLess(n_across_y, n_sections)
+            found = crackle.open(folder)
+            self.assertEqual(found.paths.sizes["section"], n_sections)
+            self.assertEqual(found.done, [0])
+
     def test_the_report_draws_the_histories(self):
         section = histories.section(read_ensemble(self.folder, PROGRAM), Options())
         self.assertEqual([picture.name for picture in section.pictures], ["load", "crack-speed", "arrival"])

@@ -134,35 +134,61 @@ class Ensemble:
 
     @cached_property
     def _rows(self) -> xr.Dataset:
-        if self._results.is_file():
-            with open_results(self._results, ENSEMBLE_KIND) as root:
-                return self._rows_of_ensemble(root)
-        return self._rows_of_samples()
+        if not self._results.is_file():
+            return self._rows_of_samples(list(self._files))
+        with open_results(self._results, ENSEMBLE_KIND) as root:
+            rows = self._rows_of_ensemble(root)
+            n_needed = root["statistics"].attrs.get("n_needed") if "statistics" in root else None
+        # When the ensemble has stopped early, what else there is does not belong to it.
+        later = self._ended_since(rows) if n_needed in (None, rows.sizes["sample"]) else []
+        if not later:
+            return rows
+        return _together([rows.drop_sel(sample=[i for i in later if i in rows["sample"]]), self._rows_of_samples(later)]).sortby("sample")
+
+    def _ended_since(self, rows: xr.Dataset) -> list[int]:
+        """Samples that have ended after ensemble.h5 was written."""
+        status = dict(zip(rows["sample"].values.tolist(), rows["status"].values.tolist()))
+        later = []
+        for number, file in self._files.items():
+            known = STATUS.categories[status.get(number, 0)]
+            if known == "failed":
+                with open_results(file, SAMPLE_KIND) as root:
+                    known = "pending" if int(root.attrs["status"]) != status[number] else known
+            if known == "pending":
+                later.append(number)
+        return later
 
     def _rows_of_ensemble(self, root: h5py.File) -> xr.Dataset:
         tables = labelled.group(root["samples"], labelled.in_order(root["samples"])).merge(labelled.group(root["timing"]))
         if "inputs" in root["samples"]:
             tables = tables.merge(labelled.group(root["samples/inputs"]))
         n = root["samples/status"].shape[0]
+        shape = root["crack_path/position"].shape
+        # `z` repeats the sections across y, and may have fewer.
         paths = {name: xr.DataArray(dataset[...], dims=("sample", "notch", "section"), attrs=labelled.array(dataset).attrs)
-                 for name, dataset in root["crack_path"].items() if dataset.ndim == 3 and name != "section_line" and dataset.shape[0] == n}
+                 for name, dataset in root["crack_path"].items() if dataset.shape == shape and name != "section_line"}
         # Files of older versions do not name their dimensions.
         renamed = {name: "sample" for name in tables.dims if str(name).startswith("dimension_")}
         return tables.rename(renamed).assign(paths).assign_coords(sample=np.arange(n))
 
-    def _rows_of_samples(self) -> xr.Dataset:
-        """Of a run that has not written its results yet; samples that have not ended are not among them, and of failed ones most is
-        missing.
-        """
-        rows = {}
-        for number, file in self._files.items():
-            with open_results(file, SAMPLE_KIND) as root:
+    def _rows_of_samples(self, numbers: list[int]) -> xr.Dataset:
+        """Of samples that have ended, whether or not the run has written its results; of failed ones most is missing."""
+        rows = []
+        for number in numbers:
+            with open_results(self._files[number], SAMPLE_KIND) as root:
                 summary = labelled.group(root["summary"], labelled.in_order(root["summary"]))
                 if "inputs" in root["summary"]:
                     summary = summary.merge(labelled.group(root["summary/inputs"]))
-                rows[number] = summary.assign(status=int(root.attrs["status"]), error=text_of(root.attrs["error"]),
-                                              wall_time=root["timing/wall_time"][()])
-        columns = {name: column for row in reversed(rows.values()) for name, column in row.data_vars.items()}
-        whole = [row.assign({name: xr.full_like(column, np.nan, dtype=float) for name, column in columns.items() if name not in row})
-                 .expand_dims(sample=[number]) for number, row in rows.items()]
-        return xr.concat(whole, "sample", data_vars="all", combine_attrs="override", fill_value=np.nan)
+                summary = summary.assign(status=int(root.attrs["status"]), error=text_of(root.attrs["error"]),
+                                         wall_time=root["timing/wall_time"][()])
+            rows.append(summary.expand_dims(sample=[number]))
+        return _together(rows)
+
+
+def _together(rows: list[xr.Dataset]) -> xr.Dataset:
+    """One table of all samples; NaN where one lacks what another has."""
+    columns = {name: column for table in reversed(rows) for name, column in table.data_vars.items()}
+    whole = [table.assign({name: xr.full_like(column.isel(sample=[0] * table.sizes["sample"]), np.nan, dtype=float)
+                           .assign_coords(sample=table["sample"]) for name, column in columns.items() if name not in table})
+             for table in rows]
+    return xr.concat(whole, "sample", data_vars="all", combine_attrs="override", fill_value=np.nan)
