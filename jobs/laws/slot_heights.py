@@ -62,5 +62,5 @@ def keep(folder: Path, kept: Path) -> None:
         lines.append([f"{one.law}, {SPACINGS[one.law]:g} mm", f"{one.height:g} mm", str(len(loads)), f"{load:.1f} ± {width:.1f}",
                       f"{cohesive:.1f}", f"{load / cohesive:.2f}", f"{coupled:.1f}", f"{load / coupled:.2f}"])
     if lines:
-        put_block("laws-slots", markdown(["law, spacing", "slot's height", "samples", "load at run-away [N]",
+        put_block("laws-slots", markdown(["law, spacing", "slot's height", "samples", "load at the last break [N]",
                                           "cohesive zone [N]", "ratio", "coupled criterion [N]", "ratio"], lines))

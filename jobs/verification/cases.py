@@ -53,7 +53,7 @@ def glass_plate(folder: Path, program: Path) -> list[Figure]:
         Figure(case, "branching for good", median_range([p.branching for p in plates], ".0f", " µs"), "about 33 µs"),
         Figure(case, "branchings, short arms included", median_range(short, ".0f"), "1"),
         Figure(case, "arrival at the far edge", median_range([p.arrival for p in plates], ".0f", " µs"), "about 75 µs"),
-        Figure(case, "largest speed over Rayleigh's (2125 m/s)", median_range([p.speed for p in plates], ".2f"), "below 0.6"),
+        Figure(case, "largest speed / c_R (2125 m/s)", median_range([p.speed for p in plates], ".2f"), "below 0.6"),
         Figure(case, "energy of broken tetrahedra per traced area", median_range([p.energy for p in plates], ".2f", " J/m²"),
                "2.2 J/m², 0.86/1.18 of 3"),
     ]
@@ -89,7 +89,7 @@ def glass_plate_variants(folder: Path, program: Path) -> str:
         lines.append([title, str(len(plates)), *(median_range(values, ".0f") for values in columns),
                       median_range([p.speed for p in plates], ".2f"), median_range([p.energy for p in plates], ".2f")])
     return markdown(["glass plate with", "samples", "grown by 1 mm [µs]", "branching for good [µs]", "at y [mm]",
-                     "arrival [µs]", "speed over Rayleigh's", "energy [J/m²]"], lines)
+                     "arrival [µs]", "speed / c_R", "energy [J/m²]"], lines)
 
 
 def _branching(y: np.ndarray, z: np.ndarray, time: np.ndarray) -> tuple[float, float] | None:
@@ -185,15 +185,15 @@ def pmma_strip(folder: Path, program: Path) -> list[Figure]:
         figures += [
             Figure(case, f"samples with forks of those that crack, each edge moved by {loads} mm", shares,
                    "none up to 0.038 mm, all from 0.040 mm on"),
-            Figure(case, "travel at which half of them fork (95 % interval)", threshold(np.array([travel for travel, _ in ran]), forked),
+            Figure(case, "edge displacement at which half of them fork (95 % interval)", threshold(np.array([travel for travel, _ in ran]), forked),
                    "0.038 to 0.040 mm"),
             *(Figure(case, f"first fork from the slit's tip, at {travel:.3f} mm",
-                     median_range([c.place if c.forks else None for c in some if c.ran], ".1f", " mm"), "decreases with the travel")
+                     median_range([c.place if c.forks else None for c in some if c.ran], ".1f", " mm"), "decreases with it")
               for travel, some in cracks.items() if any(c.forks for c in some)),
-            Figure(case, "speed over Rayleigh's on the 2 mm before it", median_range([c.speed_there for c in first], ".2f"),
+            Figure(case, "speed / c_R on the 2 mm before it", median_range([c.speed_there for c in first], ".2f"),
                    "0.55, Katzav et al. 2007"),
             Figure(case, "angle between its arms", median_range([c.angle for c in first], ".0f", "°"), "some 30°"),
-            Figure(case, "largest speed over Rayleigh's, with forks", median_range([c.largest_speed for c in first], ".2f"), "0.6 to 0.7"),
+            Figure(case, "largest speed / c_R, with forks", median_range([c.largest_speed for c in first], ".2f"), "0.6 to 0.7"),
         ]
     return figures
 
@@ -265,7 +265,7 @@ def griffith_laws(folder: Path, program: Path) -> list[Figure]:
         keys = {"mesh.spacing": f'"{spacing} mm"', "ensemble.samples": "4", "material.poisson_ratio": f"{nu}", **LAWS[law]}
         run(with_keys(text, keys), folder / name, program)
         loads = [_run_away(file, nu) for file in sorted((folder / name / "out" / "samples").glob("*.h5"))]
-        figures.append(Figure(f"Strip with a crack, {law}", f"load at run-away over Griffith's, ν = {nu:g}, spacing {spacing} mm",
+        figures.append(Figure(f"Strip with a crack, {law}", f"load at instability over Griffith's, ν = {nu:g}, spacing {spacing} mm",
                               mean(loads, ".2f"), "1; one constant is set by the mean" if nu == 0.2 else "1"))
     return figures
 

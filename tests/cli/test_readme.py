@@ -147,7 +147,7 @@ class Readme(unittest.TestCase):
 
     def test_every_tool_shown_exists(self):
         for page, text in pages().items():
-            for tool in re.findall(r"(?<![\w/])tools/[\w-]+(?:/[\w.-]+)*", text):
+            for tool in re.findall(r"(?<![\w/])tools/[\w-]+(?:\.\w+)?(?:/[\w.-]+)*", text):
                 self.assertTrue((ROOT / tool).exists(), f"{page}: {tool}")
 
     def test_the_python_example_runs(self):

@@ -13,8 +13,8 @@
 namespace crackle::dynamics {
 
 /// The energy account at one time of the last dynamic phase [J]. external = kinetic + strain + released +
-/// dissipated, each counted from the unloaded body; what an arrested phase left in motion and what
-/// damping and absorbing faces took is in `dissipated`.
+/// dissipated, each counted from the unloaded body; what arrested phases and quasi-static breaks left in
+/// motion and what damping and absorbing faces took is in `dissipated`.
 struct EnergyRow {
   double time;  ///< since the start of the phase [s]
   double kinetic;

@@ -84,7 +84,7 @@ def against_paper(rows: Rows, fringes: list[FringeSeries], own: Rows | None = No
         ["bifurcation", "in 4 of the 8 samples shown, which are typical ones and no random choice",
          f"forks in the projection: {share_of(rows, 'bifurcations_projected')}; in space: {share_of(rows, 'bifurcations')}"],
         ["the first fork in the projection", "not given; Figure 6 shows one at t₀ + 30, 50 and 70 µs", _first_fork(rows)],
-        ["largest crack speed over Rayleigh's", "not given", spread(values["crack_speed_ratio"], ".2f")],
+        ["largest crack speed / c_R", "not given", spread(values["crack_speed_ratio"], ".2f")],
     ]
     if fringes:
         start = np.array([one.roughness[0] for one in fringes])
@@ -101,7 +101,7 @@ def against_paper(rows: Rows, fringes: list[FringeSeries], own: Rows | None = No
     lines += [
         ["samples", "200, by the convergence of the mean crack path",
          f"{n}; for this base distribution of mother points {_enough(rows)}"
-         + (f". Of {len(own)} with one of each sample's own {_enough(own)}" if own else "")],
+         + (f". For the {len(own)} with a base each (`own`) {_enough(own)}" if own else "")],
         ["time", "not given", f"{np.median(values['forces']):.0f} force evaluations and {np.median(rows.seconds):.0f} s per sample "
                               f"(medians), {rows.seconds.sum() / 3600:.1f} hours on one core in all"],
         ["depth and distance of the notches", "not given", "2.5 mm; 6 mm between their mid-planes; chosen for onset and groups"],

@@ -8,10 +8,11 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from crackle_report import style
 
-from .comparing import leading_path, mean_interval, reach, share_interval
+from .comparing import DEVELOPED, leading_path, mean_interval, reach, share_interval
 from .course import FAR
 from .fringes import FringeSeries
 from .rows import SECTIONS, Rows
@@ -53,8 +54,9 @@ def forks(all_rows: list[Rows]) -> Figure:
     for number, rows in enumerate(all_rows):
         forked = rows.forked
         low, high = share_interval(int(forked.sum()), len(rows))
-        shares.plot([100 * low, 100 * high], [number, number], color="black", linewidth=0.9)
-        shares.plot(100 * forked.mean(), number, "o", color=style.notch_colour(0), markersize=4)
+        shares.plot([100 * low, 100 * high], [number, number], color="black", linewidth=0.9,
+                    label="95 % interval" if number == 0 else None)
+        shares.plot(100 * forked.mean(), number, "o", color=style.notch_colour(0), markersize=4, label="share" if number == 0 else None)
         for chosen, colour, label in ((~forked, style.MUTED, "without forks"), (forked, style.notch_colour(1), "with forks")):
             speeds.plot(rows.values["crack_speed_ratio"][chosen], np.full(int(chosen.sum()), number), ".", color=colour,
                         markersize=4, label=label if number == 0 else None)
@@ -62,7 +64,9 @@ def forks(all_rows: list[Rows]) -> Figure:
     shares.invert_yaxis()
     shares.set_xlim(0, 100)
     shares.set_xlabel("samples with forks in the projection [%]")
-    speeds.set_xlabel("largest crack speed over Rayleigh's")
+    shares.set_ylabel("setting (samples)")
+    shares.legend(fontsize="small")
+    speeds.set_xlabel("largest crack speed / c_R")
     speeds.legend(fontsize="small")
     return figure
 
@@ -96,8 +100,9 @@ def reach_and_paths(settings: list[tuple[str, list[Rows]]], measure: str, title:
                          Line2D([], [], marker="o", color="black", markersize=3, linewidth=0.9, label="mean, 95 % interval")],
                 ncols=2, loc="upper right")
     first = None
-    for number, (_, several) in enumerate(settings):
+    for number, (label, several) in enumerate(settings):
         axes = figure.add_subplot(grid[1, number], sharey=first, sharex=first)
+        axes.set_title(textwrap.fill(label, 24), fontsize="small")
         for rows in several:
             axes.plot([float(y) for y in SECTIONS], 1e3 * leading_path(rows).T, color=style.notch_colour(0), linewidth=0.5, alpha=0.5)
         if first is None:
@@ -118,8 +123,10 @@ def second_crack(rows: Rows) -> Figure:
     kinds = [pattern for pattern in range(4) if rows.share(pattern)]
     axes.hist([second[rows.values["pattern"] == pattern] for pattern in kinds], edges, stacked=True,
               color=[style.PATTERN_COLOURS[pattern] for pattern in kinds], label=[style.pattern_name(p) for p in kinds])
+    axes.axvline(DEVELOPED, color=style.MUTED, linewidth=0.9, linestyle="--", label="limit of the program")
     axes.set_xlabel("share of its ligament that the second crack crosses")
     axes.set_ylabel("samples")
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.legend()
     return figure
 

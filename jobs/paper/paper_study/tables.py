@@ -50,7 +50,7 @@ def notches(all_rows: list[Rows]) -> str:
         lines.append([distance, depth, str(len(rows)), f"{np.median(load):.0f} ({load.min():.0f} to {load.max():.0f})",
                       patterns(rows), spread(rows.values["overlap"], ".2f"), spread(rows.values["crack_speed_ratio"], ".2f")])
     return markdown(["distance", "depth", "samples", "onset [N], median (range)", "one / two cracks / other / none",
-                     "overlap", "speed over Rayleigh's"], lines)
+                     "overlap", "speed / c_R"], lines)
 
 
 def branching(all_rows: list[Rows]) -> str:
@@ -64,7 +64,7 @@ def branching(all_rows: list[Rows]) -> str:
             spread(v["crack_speed_ratio"], ".2f"), spread(v["overlap"], ".2f"), f"{np.median(rows.seconds):.0f} s"])
     return markdown(["setting", "samples", "onset [N], median (range)", "t₀ [s], median", "one / two cracks / other / none",
                      "with forks in the projection", f"with arms of {1e3 * LONG_ARM:g} mm", "with forks in space",
-                     "speed over Rayleigh's", "overlap", "median time"], lines)
+                     "speed / c_R", "overlap", "median time"], lines)
 
 
 def by_eye(counts: list[dict[str, str]], all_rows: list[Rows]) -> str:
@@ -146,7 +146,7 @@ def comparison(references: dict[str, Rows], runs: list[tuple[Run, Rows]]) -> str
     return markdown(titles + RUN_TITLES, lines)
 
 
-RUN_TITLES = ["crack area [mm²]", "speed over Rayleigh's", "with branching", "largest energy error",
+RUN_TITLES = ["crack area [mm²]", "speed / c_R", "with branching", "largest energy error",
               "force evaluations, median time"]
 
 

@@ -6,6 +6,8 @@ import textwrap
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from .. import style
@@ -73,7 +75,7 @@ def _draw(ensemble: Ensemble) -> Figure:
     band = leaders.running_half_width / style.MILLIMETRE
     span = _span(mean, band, leaders.z_std / style.MILLIMETRE)
 
-    figure = Figure(figsize=(style.PAGE_WIDTH, 0.5 + 1.75 * len(rows)), layout="constrained")
+    figure = Figure(figsize=(style.PAGE_WIDTH, 0.75 + 1.75 * len(rows)), layout="constrained")
     grid = figure.subplots(len(rows), n_columns, squeeze=False, sharex=True)
     for place, row in enumerate(rows):
         for column in range(n_columns):
@@ -100,6 +102,10 @@ def _draw(ensemble: Ensemble) -> Figure:
                 axes.set_ylabel(f"mean {along(ensemble.sections)} [mm]")
             if row == rows[-1]:
                 axes.set_xlabel("samples")
+    figure.legend(handles=[Line2D([], [], color=style.MUTED, linewidth=1.2, label="mean over the first samples"),
+                           Patch(color=style.MUTED, alpha=0.25, linewidth=0, label=f"{100 * ensemble.confidence:g} % interval")],
+                  loc="upper right", ncols=2, fontsize="small", frameon=False)
+    figure.get_layout_engine().set(rect=(0, 0, 1, 1 - 0.25 / figure.get_figheight()))  # below the legend
     return figure
 
 

@@ -15,7 +15,7 @@ from .picture import Picture, Section
 # Name, colour and line of each share; "work" is the sum of all others.
 LINES = (("external", "work of the load", "black", "-"), ("strain", "strain", "#0072b2", "-"),
          ("kinetic", "kinetic", "#d55e00", "--"), ("released", "released by breaking", "#009e73", "-."),
-         ("dissipated", "lost in arrested phases", "#cc79a7", ":"))
+         ("dissipated", "dissipated", "#cc79a7", ":"))
 
 
 def section(ensemble: Ensemble, options: Options) -> Section | None:
@@ -26,7 +26,8 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
     result = Section(
         "Energy",
         "The energy account of the samples shown in detail over the last dynamic phase. Work of the load = "
-        "strain + kinetic + released + lost, each counted from the unloaded body.")
+        "strain + kinetic + released + dissipated, each counted from the unloaded body. Dissipated is what arrested phases and static "
+        "breaks left in motion, and what damping and absorbing faces took.")
     result.pictures.append(Picture("energy", f"Energy over time of samples {', '.join(map(str, histories))}",
                                    _draw(histories)))
     return result
