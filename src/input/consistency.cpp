@@ -51,15 +51,14 @@ void check_notch_in_body(const Notch& notch, const std::string& key, const Vecto
   }
 }
 
-/// Between the tip and the end of the ligament, along the axis of the notch's depth.
-std::pair<double, double> ligament_of(const Specimen& specimen, std::size_t i) {
-  const Notch& notch = specimen.notches[i];
-  const double end = ligament_end(specimen.notches, i, specimen.size);
-  const double extent = specimen.size[index(axis_of(notch.face))];
-  return is_upper(notch.face) ? std::pair{end, extent - notch.depth} : std::pair{notch.depth, end};
+/// Where a notch's crack can come, along the axis of its depth: from the tip to the opposite face, as it can
+/// pass beside another notch.
+std::pair<double, double> reach_of(const Notch& notch, const Vector& size) {
+  const double extent = size[index(axis_of(notch.face))];
+  return is_upper(notch.face) ? std::pair{0.0, extent - notch.depth} : std::pair{notch.depth, extent};
 }
 
-/// The ligaments of the notches whose cracks advance along an axis, for advice: "between 6 mm and 24.5 mm
+/// Where the cracks of the notches can come that advance along an axis, for advice: "between 6 mm and 24.5 mm
 /// (specimen.notch[0])", each extent once; empty where there is none.
 std::string describe_ligaments(const Specimen& specimen, int axis) {
   constexpr std::size_t max_shown = 4;
@@ -67,7 +66,7 @@ std::string describe_ligaments(const Specimen& specimen, int axis) {
   std::string text;
   for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
     if (axis_of(specimen.notches[i].face) != axis) continue;
-    const auto [from, to] = ligament_of(specimen, i);
+    const auto [from, to] = reach_of(specimen.notches[i], specimen.size);
     const std::string extent = fmt::format("between {} and {}", from == 0 ? "0" : show(from), show(to));
     if (std::ranges::find(extents, extent) != extents.end()) continue;
     if (extents.size() < max_shown)
@@ -80,12 +79,11 @@ std::string describe_ligaments(const Specimen& specimen, int axis) {
 
 bool can_arrive(const Specimen& specimen, int axis, double position) {
   const double gap = touching * specimen.size[index(axis)];
-  for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
-    if (axis_of(specimen.notches[i].face) != axis) continue;
-    const auto [from, to] = ligament_of(specimen, i);
-    if (position > from + gap && position < to - gap) return true;
-  }
-  return false;
+  return std::ranges::any_of(specimen.notches, [&](const Notch& notch) {
+    if (axis_of(notch.face) != axis) return false;
+    const auto [from, to] = reach_of(notch, specimen.size);
+    return position > from + gap && position < to - gap;
+  });
 }
 
 void check_sections_along(int axis, const std::vector<double>& positions, const std::string& name,

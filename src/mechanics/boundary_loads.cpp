@@ -160,8 +160,10 @@ Absorber make_absorber(const parallel::Communicator& group, const input::Boundar
   return absorber;
 }
 
-/// Leaves each component of a node to one motion, and marks where forces meet one.
-void settle_shared_components(std::size_t n_owned, BoundaryLoads& loads) {
+/// Leaves each component of a node to one motion, drops motions that others leave nothing, and marks where
+/// forces meet one. Collective.
+void settle_shared_components(const parallel::Communicator& group, std::size_t n_owned,
+                              BoundaryLoads& loads) {
   std::vector<std::uint8_t> taken(3 * n_owned);
   for (const bool is_fixed : {true, false}) {
     for (PrescribedMotion& motion : loads.motions) {
@@ -171,6 +173,10 @@ void settle_shared_components(std::size_t n_owned, BoundaryLoads& loads) {
       });
     }
   }
+  parallel::agree(group);
+  std::erase_if(loads.motions, [&](const PrescribedMotion& motion) {
+    return !parallel::any_of_all(group, !motion.nodes.empty());
+  });
   for (ForcePattern& pattern : loads.forces)
     for (const auto node : pattern.nodes) pattern.is_driven.push_back(taken[index(node, pattern.component)]);
 }
@@ -360,7 +366,7 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
       loads.conditions.push_back(equal_shares(group, nodes));
     }
   }
-  settle_shared_components(index(subdomain.layout.n_owned), loads);
+  settle_shared_components(group, index(subdomain.layout.n_owned), loads);
   leave_out_prescribed(loads.motions, loads.absorbers);
   loads.held_tetrahedra = tetrahedra_at(loads.motions, subdomain);
   return loads;
