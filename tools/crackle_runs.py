@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import math
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Callable, Iterable
+from typing import IO, Callable, Iterable
 
 import h5py
 import numpy as np
@@ -137,14 +139,41 @@ def run(text: str, folder: Path, program: Path, may_fail: bool = False, ranks: i
         resume = ["--resume"] if results.is_dir() else []
         with open(folder / "log.txt", "a" if resume else "w") as log:
             launcher = mpirun(ranks) if ranks > 1 else []
-            status = subprocess.run([*launcher, str(program), "run", str(source), "-o", str(results), *resume], stdout=log,
-                                    stderr=subprocess.STDOUT, env=environment()).returncode
+            status = status_of([*launcher, str(program), "run", str(source), "-o", str(results), *resume], log)
         if status != 0 and not (may_fail and status == SOME_FAILED):
             raise RunError(f"'{program} run {source}' ended with status {status}; see {folder / 'log.txt'}")
         (folder / "done").touch()
     else:
         _tell_other_commit(results / "ensemble.h5", program)
     return [read(file) for file in sorted((results / "samples").glob("*.h5")) if not may_fail or _has_results(file)]
+
+
+def status_of(command: list[str], log: IO) -> int:
+    """Runs the program, its lines in the log. SIGINT and SIGTERM are passed on and it is waited for, so that it parks what is
+    under way.
+
+    @raise RunError: one of them came
+    """
+    passed_on: list[int] = []
+
+    def pass_on(number: int, _: object) -> None:
+        passed_on.append(number)
+        with contextlib.suppress(NameError):  # it has not started yet
+            process.send_signal(number)
+
+    before = {number: signal.signal(number, pass_on) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        # In a session of its own: the terminal's Ctrl-C would come on top of the one that is passed on.
+        process = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT, env=environment(), start_new_session=True)
+        for number in passed_on:
+            process.send_signal(number)
+        status = process.wait()
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    if passed_on:
+        raise RunError(f"stopped by {signal.Signals(passed_on[0]).name}; the same command continues")
+    return status
 
 
 def _tell_other_commit(ensemble: Path, program: Path) -> None:

@@ -15,7 +15,8 @@ def start(module: str) -> int:
     try:
         main = importlib.import_module(module).main
     except ModuleNotFoundError as error:
-        if os.path.realpath(sys.executable) != os.path.realpath(DISTRIBUTION) and os.access(DISTRIBUTION, os.X_OK):
+        is_other = sys.prefix != sys.base_prefix or os.path.realpath(sys.executable) != os.path.realpath(DISTRIBUTION)
+        if is_other and os.access(DISTRIBUTION, os.X_OK):
             os.execv(DISTRIBUTION, [DISTRIBUTION, *sys.argv])
         print(f"{Path(sys.argv[0]).name}: Python's package {error.name} is missing; tools/setup demo installs what is needed on "
               f"Debian, and 'pip install {Path(__file__).resolve().parent}' elsewhere", file=sys.stderr)

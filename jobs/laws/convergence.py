@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import h5py
 import numpy as np
 
 from crackle_readme import put_block
-from crackle_runs import ROOT, markdown, mean_interval, with_keys
+from crackle_runs import ROOT, RunError, markdown, mean_interval, with_keys
 
 LAWS = {"immediate": {},
         # Its cracks arrest and restart repeatedly, and take longer to cross the sections.
@@ -141,11 +142,17 @@ def keep_rows(folder: Path, kept: Path) -> list[dict]:
     """Writes rows and picture.
 
     @return all rows
+    @raise RunError: a run has fewer samples than are kept of it
     """
     found = rows(folder)
     file = kept / "convergence.csv"
-    computed = {(one["law"], one["spacing_mm"]) for one in found}
-    found += [one for one in _read_csv(file) if (one["law"], one["spacing_mm"]) not in computed]
+    before = _read_csv(file)
+    n_found, n_kept = (Counter((one["law"], one["spacing_mm"]) for one in some) for some in (found, before))
+    for (law, spacing), n in n_found.items():
+        if n < n_kept[law, spacing]:
+            raise RunError(f"{folder / f'{law}-{spacing:g}'} has {n} of the {n_kept[law, spacing]} samples that {file} has; "
+                           f"jobs/laws/study {law}-{spacing:g} computes the others")
+    found += [one for one in before if (one["law"], one["spacing_mm"]) not in n_found]
     order = [(one.law, one.spacing) for one in RUNS.values()]
     found.sort(key=lambda one: (order.index((one["law"], one["spacing_mm"])), one["sample"]))
     with open(file, "w", newline="") as stream:

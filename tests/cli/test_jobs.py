@@ -22,13 +22,13 @@ OPTIONS = None
 
 class Jobs(unittest.TestCase):
     def setUp(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="crackle-jobs-"))
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="crackle jobs-"))
         self.addCleanup(shutil.rmtree, self.folder)
         shutil.copytree(ROOT / "jobs", self.folder / "jobs", ignore=shutil.ignore_patterns("images"))
 
     def stand_in(self, name, text):
         file = self.folder / name
-        file.write_text(f'#!/bin/bash\necho "$@" >>{self.folder}/{name}.calls\n{text}\n')
+        file.write_text(f'#!/bin/bash\necho "$@" >>"{self.folder}/{name}.calls"\n{text}\n')
         file.chmod(0o755)
 
     def calls(self, name):
@@ -43,7 +43,7 @@ class Jobs(unittest.TestCase):
         # Only what changes something is noted: where the script lies is asked for as well.
         (self.folder / "scontrol").write_text(
             f'#!/bin/bash\nif [[ $1 == show ]]; then echo "   Command={self.folder}/jobs/{script} plate.toml out"; exit; fi\n'
-            f'echo "$@" >>{self.folder}/scontrol.calls\n')
+            f'echo "$@" >>"{self.folder}/scontrol.calls"\n')
         (self.folder / "scontrol").chmod(0o755)
         inherited = {name: value for name, value in os.environ.items() if not name.startswith(("SLURM_", "CRACKLE_"))}
         return subprocess.run(["bash", str(copy or f"jobs/{script}"), "plate.toml", "out"], cwd=self.folder, text=True, timeout=60,
@@ -51,8 +51,8 @@ class Jobs(unittest.TestCase):
                                    **{name: str(value) for name, value in settings.items()}},
                               capture_output=True, check=False)
 
-    def array(self, number, numbers, **settings):
-        return self.job("array.sbatch", "exit 0", SLURM_ARRAY_TASK_ID=number, SLURM_ARRAY_TASK_COUNT=len(numbers),
+    def array(self, number, numbers, ranks="exit 0", **settings):
+        return self.job("array.sbatch", ranks, SLURM_ARRAY_TASK_ID=number, SLURM_ARRAY_TASK_COUNT=len(numbers),
                         SLURM_ARRAY_TASK_MIN=min(numbers), SLURM_ARRAY_TASK_MAX=max(numbers), **settings)
 
     def test_jobs_of_a_whole_array_compute_their_parts(self):
@@ -75,10 +75,17 @@ class Jobs(unittest.TestCase):
             self.assertEqual((result.returncode, result.stderr), (0, ""))
             self.assertIn(f"{self.folder}/build/bin/crackle run plate.toml -o out --resume", self.calls("srun")[0])
 
+    def test_a_task_of_an_array_goes_back_alone(self):
+        """Also the last one, whose job number is that of the whole array."""
+        for job in (7, 9):
+            result = self.array(1, range(2), "exit 3", SLURM_JOB_ID=job, SLURM_ARRAY_JOB_ID=7)
+            self.assertEqual(result.returncode, 3, result.stderr)
+            self.assertEqual(self.calls("scontrol"), ["requeue 7_1"])
+
     def test_modules_are_loaded_before_the_ranks_start(self):
         start = self.folder / "modules" / "init"
         start.mkdir(parents=True)
-        (start / "bash").write_text(f'module() {{ echo "$@" >>{self.folder}/module.calls; }}\n')
+        (start / "bash").write_text(f'module() {{ echo "$@" >>"{self.folder}/module.calls"; }}\n')
         result = self.job("ensemble.sbatch", "exit 0", CRACKLE_MODULES="gcc/12 openmpi", MODULESHOME=self.folder / "modules")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         self.assertEqual(self.calls("module"), ["load gcc/12 openmpi"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -36,6 +37,26 @@ def make_rows(z, label="5 mm, 5 mm", onset=None, pattern=None, name="run"):
     values["onset_force"] = np.zeros(n) if onset is None else np.asarray(onset, float)
     values["pattern"] = np.full(n, 1.0) if pattern is None else np.asarray(pattern, float)
     return rows.Rows(name, label, "input", np.arange(n), values, np.asarray(z, float), np.ones(n))
+
+
+class Signals(unittest.TestCase):
+    def test_the_program_is_told_and_waited_for(self):
+        program = "trap 'sleep 1; echo parked; exit 3' INT TERM; echo running; while :; do sleep 0.05; done"
+        study = ("import sys; from crackle_runs import RunError, status_of\n"
+                 "try: status_of(['bash', '-c', sys.argv[1]], open(sys.argv[2], 'w'))\n"
+                 "except RunError as error: print(error)")
+        for number in (signal.SIGINT, signal.SIGTERM):
+            with tempfile.TemporaryDirectory() as name:
+                log = Path(name) / "log.txt"
+                with subprocess.Popen([sys.executable, "-B", "-c", study, program, str(log)], stdout=subprocess.PIPE, text=True,
+                                      env={**os.environ, "PYTHONPATH": str(ROOT / "tools")}) as process:
+                    until = time.monotonic() + 60
+                    while not (log.is_file() and log.read_text()) and time.monotonic() < until:
+                        time.sleep(0.05)
+                    process.send_signal(number)
+                    said = process.communicate(timeout=60)[0]
+                self.assertEqual(log.read_text(), "running\nparked\n")
+                self.assertEqual(said, f"stopped by {number.name}; the same command continues\n")
 
 
 class Inputs(unittest.TestCase):

@@ -215,6 +215,17 @@ class Report(Ensembles):
         self.assertIn("0 of 2", page)
         self.assertEqual(re.findall(r">[^<]*\bnan\b[^<]*<", page), [])
 
+    def test_before_the_first_sample_has_ended_there_is_a_page(self):
+        write_ensemble(self.folder, 2, with_ensemble_file=False)
+        with h5py.File(self.folder / "samples" / "0000.h5") as root:
+            text = root.attrs["input"]
+        (self.folder / "input.toml").write_text(text if isinstance(text, str) else text.decode())
+        for file in (self.folder / "samples").iterdir():
+            file.unlink()
+        result = self.run_report(str(self.folder))
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertIn("0 of 2", (self.folder / "report.html").read_text(encoding="utf-8"))
+
     def test_other_ensembles_are_compared_with_it(self):
         write_ensemble(self.folder, 30)
         other = self.folder.with_name("stronger")
@@ -452,6 +463,16 @@ y = ["13 mm", "17 mm"]
 [output]
 frames = 3
 """
+
+    def test_a_box_without_notches_has_a_page(self):
+        text = re.sub(r"(?s)thickness = .*?(?=\n\[mesh)", 'size = ["2 mm", "20 mm", "40 mm"]', self.INPUT)
+        text = text.replace("samples = 2", "samples = 1").replace("edge-0", "z-min").replace("edge-2", "z-max")
+        source = self.folder.with_name("plain.toml")
+        source.write_text(text)
+        subprocess.run([os.environ["CRACKLE"], "run", str(source), "-o", str(self.folder)], check=True, capture_output=True)
+        self.assertEqual(reading.read_ensemble(self.folder).plate.notch_slot.shape, (0, 2, 2))
+        result = self.run_report(str(self.folder))
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
 
     def test_a_plate_is_drawn_where_it_lies(self):
         source = self.folder.with_name("input.toml")

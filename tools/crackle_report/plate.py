@@ -24,7 +24,9 @@ class Plate:
     @classmethod
     def of(cls, members: Mapping[str, Any]) -> "Plate":
         """From the group /specimen of a file, or the member "specimen" of the JSON document."""
-        return cls(**{name: np.asarray(members[name]) for name in cls.__dataclass_fields__ if name in members})
+        shapes = {"notch_tip": (-1, 2), "notch_slot": (-1, 2, 2)}  # also of none
+        return cls(**{name: np.asarray(members[name]).reshape(shapes.get(name, np.shape(members[name])))
+                      for name in cls.__dataclass_fields__ if name in members})
 
     def name_of(self, notch: int) -> str:
         """For people: "notch 0", "hole 1" or "free surface"."""
@@ -45,7 +47,7 @@ class Plate:
     @property
     def slot_ends(self) -> list[float]:
         """Lowest and highest z of all slots, lowest of a slot first."""
-        return self.notch_slot[:, 1].ravel().tolist() if len(self.notch_slot) else []
+        return self.notch_slot[:, 1].ravel().tolist()
 
     def ligament(self, notch: int) -> float:
         """Length from a notch's tip to the opposite face, or to a slot before it; of one whose crack has a direction."""

@@ -33,9 +33,10 @@ def read_ensemble(folder: Path, program: Optional[Path] = None) -> Ensemble:
     paths, statistics = document["crack_path"], document["statistics"]
     files, ensemble_file = SampleFiles(folder), folder / "ensemble.h5"
     own = [(ensemble_file, ENSEMBLE_KIND)] if ensemble_file.is_file() else []
-    first, kind = [*own, *((file, SAMPLE_KIND) for file in files.files.values())][0]
-    with open_results(first, kind) as root:
-        provenance = {title: str(text_of(root.attrs[name])) for name, title in PROVENANCE.items() if name in root.attrs}
+    provenance = {}
+    for first, kind in [*own, *((file, SAMPLE_KIND) for file in files.files.values())][:1]:  # none before the first sample has ended
+        with open_results(first, kind) as root:
+            provenance = {title: str(text_of(root.attrs[name])) for name, title in PROVENANCE.items() if name in root.attrs}
     n = document["n_needed"]
     return Ensemble(
         folder=folder, plate=Plate.of(document["specimen"]),

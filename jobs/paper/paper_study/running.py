@@ -13,7 +13,7 @@ import numpy as np
 
 from crackle_launch import environment, mpirun
 from crackle_report.writing import write_whole
-from crackle_runs import SOME_FAILED, RunError
+from crackle_runs import SOME_FAILED, RunError, status_of
 
 from . import rows
 from .studies import CAMPAIGN, STUDY_OF, Run
@@ -122,7 +122,7 @@ def _run(run: Run, folder: Path, program: Path, ranks: int, deadline: float | No
             return False
         command += ["--time-limit", f"{left:.0f}s"]
     with open(folder / "log.txt", "a") as log:
-        status = subprocess.run(command, stdout=log, stderr=subprocess.STDOUT, env=environment()).returncode
+        status = status_of(command, log)
     if status == SOME_FAILED:
         print(f"{run.name}: some samples failed, see {folder / 'log.txt'}", flush=True)
     elif status not in (0, STOPPED_EARLY):
