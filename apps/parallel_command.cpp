@@ -10,6 +10,7 @@
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <map>
 #include <string_view>
@@ -40,18 +41,23 @@ int terminal_width(int stream) {
 
 void add_parking_options(CLI::App& command, ParkingOptions& options) {
   static const std::map<std::string, double> time_units{{"s", 1}, {"min", 60}, {"h", 3600}, {"d", 86400}};
+  const CLI::Validator is_positive(
+      [](const std::string& text) -> std::string {
+        return std::strtod(text.c_str(), nullptr) > 0 ? "" : "give a time above 0, such as 8h";
+      },
+      "");
   command
       .add_option("--time-limit", options.time_limit,
                   "park samples under way and stop within this time, such as 8h; in a SLURM job "
                   "the end of the job is a limit too")
       ->transform(CLI::AsNumberWithUnit(time_units))
-      ->check(CLI::PositiveNumber);
+      ->check(is_positive);
   command
       .add_option("--checkpoint-interval", options.checkpoint_interval,
                   "write a checkpoint of each sample this often, such as 30min; default: only when it is "
                   "parked")
       ->transform(CLI::AsNumberWithUnit(time_units))
-      ->check(CLI::PositiveNumber);
+      ->check(is_positive);
 }
 
 std::string shell_line(std::span<const std::string> words) {

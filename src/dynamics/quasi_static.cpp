@@ -69,11 +69,17 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
       solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.edges(),
               body.residual_stiffness(), held_components(group, body.subdomain(), loads)),
       displacement_(group, body.subdomain().layout) {
+  Vector lower{infinity, infinity, infinity}, upper{-infinity, -infinity, -infinity};
   for (const auto& node : body.subdomain().nodes) {
-    for (const double x : node) extent_ = std::max(extent_, x);
+    for (std::size_t i = 0; i < 3; ++i) {
+      lower[i] = std::min(lower[i], node[i]);
+      upper[i] = std::max(upper[i], node[i]);
+    }
   }
   parallel::agree(group);
-  extent_ = parallel::largest_of_all(group, extent_);
+  for (std::size_t i = 0; i < 3; ++i)
+    extent_ = std::max(
+        extent_, parallel::largest_of_all(group, upper[i]) + parallel::largest_of_all(group, -lower[i]));
   for (std::size_t i = 0; i < loads.forces.size(); ++i) unit_.emplace_back(group, body.subdomain().layout);
   for (const auto& motion : loads.motions) {
     if (motion.never_moves()) continue;

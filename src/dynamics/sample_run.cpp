@@ -210,6 +210,7 @@ private:
         result_.outcome = Outcome::separated;
         return true;
       }
+      counted_time_ = infinity;  // the loading goes on from all that has broken
     }
   }
 

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -114,6 +115,11 @@ void NotchedBox::add_faces() {
     const int axis = axis_of(face);
     const double position = is_upper(face) ? shape_.bounds.upper[index(axis)] : 0.0;
     add_face(name, shape_.bounds, axis, position, is_upper(face) ? 1.0 : -1.0);
+    // As the edges of an outline, counter-clockwise from the lower one.
+    constexpr std::array edges{input::Face::z_min, input::Face::y_max, input::Face::z_max,
+                               input::Face::y_min};
+    if (const auto edge = std::ranges::find(edges, face); edge != edges.end())
+      shape_.faces.back().names.push_back(fmt::format("edge-{}", edge - edges.begin()));
     for (const Box& slot : slots_) shape_.faces.back().area -= opening(slot, axis, position);
   }
   for (std::size_t i = 0; i < slots_.size(); ++i) {

@@ -4,6 +4,7 @@
 
 #include "crackle/common/index.h"
 
+#include <algorithm>
 #include <array>
 #include <set>
 #include <string>
@@ -18,8 +19,8 @@ constexpr std::size_t max_name = 60;
 constexpr double max_history_rows = 100'000;
 
 Key name_key() {
-  const std::string accepted =
-      fmt::format("a text of 1 to {} characters without \"/\", such as \"gauge\"", max_name);
+  const std::string accepted = fmt::format(
+      "a text of 1 to {} characters without \"/\" and control characters, such as \"gauge\"", max_name);
   return {"name",
           "text",
           required(),
@@ -30,7 +31,9 @@ Key name_key() {
             if (!name) return;
             if (name->size() > max_name) source.report("has {} characters; give {}", name->size(), accepted);
             // It becomes the name of a group in the sample files.
-            if (name->find('/') != std::string::npos || *name == "." || *name == "..")
+            const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+            if (std::ranges::any_of(*name, is_control) || name->find('/') != std::string::npos ||
+                *name == "." || *name == "..")
               source.report("{} cannot be used; give {}", source.value.source, accepted);
             parameters.output.probes.at(i).name = *name;
           },

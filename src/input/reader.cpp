@@ -126,10 +126,10 @@ InputError::InputError(std::vector<std::string> messages)
 
 namespace {
 
-/// @param is_draw random inputs have drawn values, which need not be those that their distributions allow for
-/// a mean
+/// @param draw of a sample: random inputs have the values drawn. These need not be means that their
+/// distributions allow, and sections may lie where no crack can come.
 Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points,
-                 bool is_draw) {
+                 std::optional<Draw> draw) {
   Findings findings;
   Parameters parameters;
   std::string stored = text;
@@ -154,12 +154,13 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
     findings.report("", error.line(), error.what());
     throw InputError(findings.messages(name));
   }
+  parameters.draw = std::move(draw);
   if (parameters.mesh.notch_spacing == 0) parameters.mesh.notch_spacing = parameters.mesh.spacing;
   complete_specimen(parameters, findings);
   for (const auto check : {check_specimen, check_mesh, check_sections, check_fracture, check_boundaries,
                            check_time, check_output, check_sweeps})
     check(parameters, findings);
-  if (!is_draw) check_random(parameters, findings);
+  if (!parameters.draw) check_random(parameters, findings);
   if (!findings.empty()) throw InputError(findings.messages(name));
   if (parameters.time.engine == Engine::petsc) parameters.time.precision = Precision::double_;
   parameters.text = std::move(stored);
@@ -169,7 +170,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
 }  // namespace
 
 Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points) {
-  return parse(text, name, points, false);
+  return parse(text, name, points, std::nullopt);
 }
 
 Parameters drawn(const Parameters& parameters, const std::vector<double>& values, const std::string& name) {
@@ -182,10 +183,10 @@ Parameters drawn(const Parameters& parameters, const std::vector<double>& values
   }
   const PointsFile points{.path = parameters.mesh.points.value_or(std::filesystem::path()),
                           .digest = parameters.mesh.points_digest};
-  Parameters result = parse(with_settings(parameters.text, settings), name, points, true);
+  Parameters result = parse(with_settings(parameters.text, settings), name, points,
+                            Draw{values, sample_settings(parameters)});
   result.text = parameters.text;
   result.random = parameters.random;
-  result.draw = {values, sample_settings(parameters)};
   return result;
 }
 

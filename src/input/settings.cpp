@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Other values in the text of an input.
+#include "crackle/common/whole_number.h"
 #include "crackle/input/reader.h"
 
 #include "document.h"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <string_view>
 #include <tuple>
 #include <vector>
 
@@ -51,7 +53,10 @@ std::optional<std::size_t> behind_header(const std::string& text, const std::str
   if (bracket != std::string::npos) {
     if (path.back() != ']') return {};
     header = fmt::format("[[{}]]", path.substr(0, bracket));
-    count = std::stoul(path.substr(bracket + 1));
+    const auto number =
+        whole_number<std::size_t>(std::string_view(path).substr(bracket + 1, path.size() - bracket - 2));
+    if (!number) return {};
+    count = *number;
   }
   for (std::size_t start = 0; start < text.size(); start = end_of_line(text, start)) {
     const std::size_t first = text.find_first_not_of(" \t", start);

@@ -30,7 +30,7 @@ TEST(Body, BoxWithoutNotches) {
   const std::array<double, 6> area{15, 15, 10, 10, 6, 6};
   for (std::size_t i = 0; i < 6; ++i) {
     const auto& face = box.faces()[i];
-    EXPECT_EQ(face.names, std::vector<std::string>{input::face_names[i]});
+    EXPECT_EQ(face.names.front(), input::face_names[i]);
     EXPECT_NEAR(face.area, area[i] * mm * mm, 1e-20);
     EXPECT_EQ(face.outward[i / 2], i % 2 == 0 ? -1 : 1);
     EXPECT_EQ(norm(face.outward), 1);
@@ -59,6 +59,15 @@ TEST(Body, NotchOnEachFace) {
   EXPECT_DOUBLE_EQ(faces[11].patch.bounds().lower[1], 7 * mm);
   EXPECT_NEAR(faces[11].area, 2 * 0.8 * mm * mm, 1e-20);
   EXPECT_EQ(faces[11].names[0], "notch[1] tip");
+}
+
+/// As those of an outline that begins at the origin, counter-clockwise.
+TEST(Body, FacesOfABoxAreItsEdgesToo) {
+  const NotchedBox box = testing::four_notches();
+  const std::array<const char*, 4> faces{"z-min", "y-max", "z-max", "y-min"};
+  for (std::size_t i = 0; i < faces.size(); ++i)
+    EXPECT_EQ(box.faces_named("edge-" + std::to_string(i)), box.faces_named(faces[i]));
+  EXPECT_TRUE(box.faces_named("edge-4").empty());
 }
 
 TEST(Body, FacesByNameAndByTriangle) {

@@ -116,7 +116,7 @@ private:
   std::vector<parallel::NodeField> unit_;  // for each force pattern, then for each motion that moves
   parallel::NodeField displacement_;       // equilibrium at time_
   std::size_t n_changes_solved_ = 0;       // of the body's local changes, those that the solver knows
-  double extent_ = 0;                      // of the body, whose box starts at the origin [m]
+  double extent_ = 0;                      // of the body, the largest along an axis [m]
   double time_ = 0;
   double load_ = 0;  // [N]
   double load_at_first_break_ = not_a_number;
