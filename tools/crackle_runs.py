@@ -149,17 +149,19 @@ def run(text: str, folder: Path, program: Path, may_fail: bool = False, ranks: i
 
 
 def status_of(command: list[str], log: IO) -> int:
-    """Runs the program, its lines in the log. SIGINT and SIGTERM are passed on and it is waited for, so that it parks what is
-    under way.
+    """Runs the program, its lines in the log. At SIGINT and SIGTERM it is asked to park what is under way, and waited for.
 
     @raise RunError: one of them came
     """
     passed_on: list[int] = []
+    stopped_by: list[str] = []
 
     def pass_on(number: int, _: object) -> None:
-        passed_on.append(number)
+        # mpirun hands SIGUSR1 on, and soon kills what others do not end at once; a second signal is to end it.
+        passed_on.append(signal.SIGUSR1 if not passed_on else number)
+        stopped_by.append(signal.Signals(number).name)
         with contextlib.suppress(NameError):  # it has not started yet
-            process.send_signal(number)
+            process.send_signal(passed_on[-1])
 
     before = {number: signal.signal(number, pass_on) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
@@ -172,7 +174,7 @@ def status_of(command: list[str], log: IO) -> int:
         for number, handler in before.items():
             signal.signal(number, handler)
     if passed_on:
-        raise RunError(f"stopped by {signal.Signals(passed_on[0]).name}; the same command continues")
+        raise RunError(f"stopped by {stopped_by[0]}; the same command continues")
     return status
 
 

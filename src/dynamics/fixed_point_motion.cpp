@@ -37,6 +37,9 @@ class FixedPointMotion final : public MovingBody {
   static constexpr std::size_t max_substeps = 32;
   /// State and force may use the integers' range up to here; the step to the end is the overflow's alarm.
   static constexpr double limit = sizeof(Real) == 4 ? 0x1p30 : 0x1p50;
+  /// Below, the quantum of displacements resolves the stretch of an edge too coarsely: the energy is off by
+  /// some percent.
+  static constexpr double least_strain = sizeof(Real) == 4 ? 1e-5 : 1e-8;
 
 public:
   FixedPointMotion(const MotionContext& context, double load_time, double duration, MotionState& state,
@@ -45,7 +48,8 @@ public:
         subdomain_(context.body->subdomain()),
         driven_before_(driven_kinetic(context, state)),
         reference_mass_(reference_mass(context)),
-        scale_(mechanics::fixed_point_scale<Real>(range_at_start(context, load_time, duration, state))),
+        range_(range_at_start(context, load_time, duration, state)),
+        scale_(mechanics::fixed_point_scale<Real>(range_)),
         kernels_(kernels::kernels<Real>(instruction_set)),
         force_(subdomain_, context.body->operators(), context.body->elasticity(), context.body->edges(),
                context.body->residual_stiffness(), relative_inverse_mass(), scale_, instruction_set),
@@ -149,6 +153,10 @@ public:
           sizeof(Real) == 4 ? "set time.precision = \"double\""
                             : "the motion is unstable, or its strains are not small");
     };
+    if (range_.strain < least_strain)
+      return fmt::format("strains of {:.2g} are too small for the {} number format; set {}", range_.strain,
+                         sizeof(Real) == 4 ? "mixed" : "double",
+                         sizeof(Real) == 4 ? "time.precision = \"double\"" : "time.engine = \"petsc\"");
     if (force_has_overflown_ || !contacts_are_in_range_ || largest_force_ >= limit)
       return message("force on a node", scale_.force, "N");
     // Edges are looked at only when the ends of one may have come that far apart.
@@ -409,6 +417,7 @@ private:
   const geometry::Subdomain& subdomain_;
   std::vector<double> driven_before_;
   double reference_mass_;
+  mechanics::StateRange range_;
   mechanics::FixedPointScale scale_;
   const kernels::Kernels<Real>& kernels_;
   Force force_;

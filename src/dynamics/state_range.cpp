@@ -139,7 +139,7 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
   const double youngs_modulus = mu * (3 * lambda + 2 * mu) / (lambda + mu);
   return {std::max(largest_strain * e.longest_edge, largest_turn * -e.shortest_edge),
           velocity_room * (velocity + e.prescribed_velocity + free_flight_velocity(context, load_time, end)),
-          force_room * e.stretch_force * stress / youngs_modulus};
+          force_room * e.stretch_force * stress / youngs_modulus, stress / youngs_modulus};
 }
 
 }  // namespace crackle::dynamics

@@ -415,7 +415,7 @@ Table time_table() {
                              {{"mixed", Precision::mixed}, {"double", Precision::double_}},
                              by_default("\"mixed\""),
                              "of the dynamic phase: fixed-point numbers of 32 or of 64 bits; what outgrows "
-                             "32 bits is computed again in "
+                             "32 bits, or has strains too small for them, is computed again in "
                              "64; \"double\" with engine = \"petsc\""),
        automatic_time_key("arrest", in(&Parameters::time, &Time::arrest), "20 us",
                           "time without a break after which a dynamic phase has arrested; \"auto\" is "

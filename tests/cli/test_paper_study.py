@@ -41,7 +41,7 @@ def make_rows(z, label="5 mm, 5 mm", onset=None, pattern=None, name="run"):
 
 class Signals(unittest.TestCase):
     def test_the_program_is_told_and_waited_for(self):
-        program = "trap 'sleep 1; echo parked; exit 3' INT TERM; echo running; while :; do sleep 0.05; done"
+        program = "trap 'sleep 1; echo parked; exit 3' USR1; echo running; while :; do sleep 0.05; done"
         study = ("import sys; from crackle_runs import RunError, status_of\n"
                  "try: status_of(['bash', '-c', sys.argv[1]], open(sys.argv[2], 'w'))\n"
                  "except RunError as error: print(error)")

@@ -117,6 +117,17 @@ TEST_F(Bar, AtRestThatDoesNotBreakIsUnbroken) {
   EXPECT_TRUE(std::isnan(result.first_break_load));
 }
 
+TEST_F(Bar, UnderAForceTooSmallForMixedNumbersIsComputedInDouble) {
+  parameters.time.start = input::Start::rest;
+  hold_below();
+  add(Face::z_max, BoundaryKind::traction, {}, 1e2);
+  const auto result = run();
+  EXPECT_EQ(result.outcome, Outcome::unbroken);
+  EXPECT_EQ(result.counts.range_restarts, 1);
+  EXPECT_LT(result.energy_error, 1e-4);
+  EXPECT_THAT(log, testing::Contains(HasSubstr("are too small for the mixed number format")));
+}
+
 TEST_F(Bar, InOnePieceWhenTheDurationIsOver) {
   parameters.time.start = input::Start::rest;
   parameters.time.duration = 1e-5;

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/real.h"
+
 namespace crackle::mechanics {
 
 /// What a moving body's state is expected to reach; the fixed-point numbers span a little more.
 struct StateRange {
-  double stretch;   ///< difference of displacement, in any component, along an edge that carries [m]
-  double velocity;  ///< of a node [m/s]
-  double force;     ///< that an edge hands on, and at a node [N]
+  double stretch;            ///< difference of displacement, in any component, along an edge that carries [m]
+  double velocity;           ///< of a node [m/s]
+  double force;              ///< that an edge hands on, and at a node [N]
+  double strain = infinity;  ///< of the body while it is whole; infinity: not told
 };
 
 /// The quanta of a fixed-point state: powers of two, so that conversions are exact where numbers fit.
