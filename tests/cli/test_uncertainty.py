@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import csv
 import json
+import re
 import shutil
 import signal
 import subprocess
@@ -154,15 +155,21 @@ class Uncertainty(unittest.TestCase):
         self.assertGreater(results["first_break_load"]["predicted"], 0.98)
 
     def test_a_draw_that_is_no_body_fails_as_a_sample(self):
-        # No crack could reach the section with a deeper notch.
-        name = self.write(PLATE.replace("[mesh]", '[mesh]\nbase = "own"').replace('["3 mm", "4 mm"]', '["6 mm"]') + DEPTHS)
+        # With a deeper notch no crack could reach the section, and with one as deep as the plate is wide there is no body.
+        text = PLATE.replace("[mesh]", '[mesh]\nbase = "own"').replace('["3 mm", "4 mm"]', '["6 mm"]').replace('"5 N"', '"1 N"')
+        name = self.write(text + DEPTHS.replace('"10 mm"', '"12 mm"'))
         checked = self.call("check", "--no-measure", name)
         output = self.call("run", name, "-o", "out", ranks=2, status=2)
         rows = self.statistics("out")
         depth = np.array(rows["inputs"][0]["values"])
         failed = np.array(rows["samples"]["status"]) == 2
+        width = float(re.search(r'size = \["[\d.]+ mm", "([\d.]+) mm"', PLATE)[1]) * 1e-3
+        print(f"depths {np.round(1e3 * depth, 2).tolist()} mm in a width of {1e3 * width:g} mm")
         self.assertTrue(failed.any() and not failed.all())
-        np.testing.assert_array_equal(failed, depth >= 6e-3)
+        self.assertTrue(((depth > 6e-3) & ~failed).any())
+        np.testing.assert_array_equal(failed, depth >= width)
+        for position in np.array(rows["crack_path"]["position"], float)[(depth > 6e-3) & ~failed]:
+            self.assertTrue(np.isnan(position[0]).all(), "where the notch is, its crack has no crossing")
         self.assertIn(f"Warning: {failed.sum()} of 6 draws will fail; the first: the values drawn make no sound input", checked)
         self.assertIn("failed: sample", output)
         self.assertIn("specimen.notch[0].depth = ", np.array(rows["samples"]["error"])[failed][0])
