@@ -153,28 +153,26 @@ def status_of(command: list[str], log: IO) -> int:
 
     @raise RunError: one of them came
     """
-    passed_on: list[int] = []
-    stopped_by: list[str] = []
+    came: list[int] = []
 
     def pass_on(number: int, _: object) -> None:
+        came.append(number)
         # mpirun hands SIGUSR1 on, and soon kills what others do not end at once; a second signal is to end it.
-        passed_on.append(signal.SIGUSR1 if not passed_on else number)
-        stopped_by.append(signal.Signals(number).name)
         with contextlib.suppress(NameError):  # it has not started yet
-            process.send_signal(passed_on[-1])
+            process.send_signal(signal.SIGUSR1 if len(came) == 1 else number)
 
     before = {number: signal.signal(number, pass_on) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         # In a session of its own: the terminal's Ctrl-C would come on top of the one that is passed on.
         process = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT, env=environment(), start_new_session=True)
-        for number in passed_on:
-            process.send_signal(number)
+        if came:
+            process.send_signal(signal.SIGUSR1)
         status = process.wait()
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-    if passed_on:
-        raise RunError(f"stopped by {stopped_by[0]}; the same command continues")
+    if came:
+        raise RunError(f"stopped by {signal.Signals(came[0]).name}; the same command continues")
     return status
 
 
