@@ -81,7 +81,8 @@ typename BoundaryNodes<Real>::Integer& BoundaryNodes<Real>::velocity(const Entry
 template <class Real>
 void BoundaryNodes<Real>::keep_velocity(Entry& entry, const Substep& substep) {
   entry.velocity = velocity(entry);
-  const double prescribed = context_.loads->motions[entry.condition].velocity(substep.kick_time);
+  const double prescribed =
+      context_.loads->motions[entry.condition].velocity(substep.kick_time, substep.step);
   if (prescribed == 0) return;
   const auto force = state_->nodes()[index(entry.node)].force[entry.component];
   work_->add_reaction(entry.condition, entry.place, substep.kick * prescribed,
@@ -92,7 +93,8 @@ template <class Real>
 void BoundaryNodes<Real>::kick_by_load(Entry& entry, const Substep& substep) {
   const auto& pattern = context_.loads->forces[entry.condition];
   const std::int64_t displacement = state_->whole_displacement(index(entry.node, entry.component));
-  work_->add_rate(entry.condition, entry.place, substep.kick * pattern.amplitude.slope(substep.kick_time),
+  work_->add_rate(entry.condition, entry.place,
+                  substep.kick * pattern.amplitude.slope(substep.kick_time, substep.step),
                   scale_.displacement * static_cast<double>(displacement));
   if (entry.is_driven) return;
   const double mass = context_.body->operators().node_mass[index(entry.node)];

@@ -79,7 +79,7 @@ public:
     double elapsed = 0;  // in steps, by the drifts done
     for (const Stage& stage : stages) {
       if (stage.kind == Stage::Kind::kick) {
-        kick(stage.fraction * time_step, time + elapsed * time_step);
+        kick(stage.fraction * time_step, time + elapsed * time_step, {time, time + time_step});
       } else {
         elapsed += stage.fraction;
         drift(stage.fraction * time_step, time + elapsed * time_step);
@@ -215,7 +215,7 @@ private:
     force_is_current_ = false;
   }
 
-  void kick(double duration, double time) {
+  void kick(double duration, double time, const mechanics::StepSpan& step) {
     if (!force_is_current_) {
       product_.apply(state_->displacement, force_);
       force_is_current_ = true;
@@ -229,7 +229,7 @@ private:
     for (std::size_t k = 0; k < loads.forces.size(); ++k) {
       const auto& pattern = loads.forces[k];
       const double amplitude = pattern.amplitude.at(time);
-      const double slope = pattern.amplitude.slope(time);
+      const double slope = pattern.amplitude.slope(time, step);
       for (std::size_t n = 0; n < pattern.nodes.size(); ++n) {
         const auto i = index(pattern.nodes[n], pattern.component);
         v[i] += duration * inverse_mass_[i] * (amplitude * pattern.weight[n]);
@@ -238,7 +238,7 @@ private:
     }
     for (std::size_t m = 0; m < loads.motions.size(); ++m) {
       const auto& motion = loads.motions[m];
-      const double velocity = motion.velocity(time);
+      const double velocity = motion.velocity(time, step);
       if (velocity == 0) continue;
       for (std::size_t n = 0; n < motion.nodes.size(); ++n)
         work_.add_reaction(m, n, duration * velocity, f[index(motion.nodes[n], motion.component)]);

@@ -13,10 +13,12 @@
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/fracture/stress_average.h"
 #include "crackle/fracture/toughness.h"
+#include "crackle/mechanics/rigid_motion.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -119,6 +121,16 @@ private:
                       context_.damping_rate, 1e9 * options_.grid.step, 1 / options_.grid.step));
   }
 
+  void refuse_free_body() const {
+    const std::vector<std::string> free = mechanics::free_rigid_motions(group_, subdomain_, loads_);
+    if (free.empty()) return;
+    throw parallel::AgreedError(
+        0,
+        fmt::format("the conditions leave the body free to {}, and in equilibrium it must be held; fix more "
+                    "of it, or start from rest",
+                    fmt::join(free, " and to ")));
+  }
+
   void say(const std::string& line) const {
     if (control_.log && group_.is_root()) control_.log(line);
   }
@@ -126,6 +138,11 @@ private:
   /// @return false when the sample was parked
   bool move_from_rest() {
     MotionState state = at_rest();
+    // What moves at once, before the body can follow, strains the body: its drive supplies that energy.
+    loads_.set_displacements(0, state.displacement.owned());
+    parallel::agree(group_);
+    state.displacement.update_ghosts();
+    account_.add_phase(strain_energy(group_, body_, state.displacement.local()), 0);
     say("dynamic phase 1 starts from rest");
     const PhaseResult phase = move(0, state);
     if (phase.parked) return false;
@@ -145,6 +162,7 @@ private:
     options_.arrest_window = arrest_window(parameters_);
     Stopwatch watch;
     group_.enter("quasi-static loading");
+    refuse_free_body();
     QuasiStaticLoading loading(group_, body_, loads_, *criterion_, *options_.arrest_window, average_.get());
     release_freed_memory();
     loading.load_at_start(account_);

@@ -23,6 +23,7 @@ void substeps_of(std::span<const Stage> stages, double time_step, double time, b
       substep.drift_time = time + elapsed * time_step;
     }
   }
+  for (Substep& substep : substeps) substep.step = {time, time + time_step};
   if (force_is_current && substeps.front().has_kick) substeps.front().has_force = false;
   substeps.back().keeps_force = !substeps.back().has_drift;
 }

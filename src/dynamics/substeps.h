@@ -2,6 +2,7 @@
 #pragma once
 
 #include "crackle/dynamics/integrator.h"
+#include "crackle/mechanics/boundary_loads.h"
 
 #include <span>
 #include <vector>
@@ -19,6 +20,7 @@ struct Substep {
   double kick_time = 0;
   double drift = 0;       ///< duration [s]
   double drift_time = 0;  ///< at its end
+  mechanics::StepSpan step;
 };
 
 /// The stages of one step as substeps, in place of what `substeps` holds.

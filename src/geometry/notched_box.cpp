@@ -115,11 +115,8 @@ void NotchedBox::add_faces() {
     const int axis = axis_of(face);
     const double position = is_upper(face) ? shape_.bounds.upper[index(axis)] : 0.0;
     add_face(name, shape_.bounds, axis, position, is_upper(face) ? 1.0 : -1.0);
-    // As the edges of an outline, counter-clockwise from the lower one.
-    constexpr std::array edges{input::Face::z_min, input::Face::y_max, input::Face::z_max,
-                               input::Face::y_min};
-    if (const auto edge = std::ranges::find(edges, face); edge != edges.end())
-      shape_.faces.back().names.push_back(fmt::format("edge-{}", edge - edges.begin()));
+    if (const auto edge = std::ranges::find(input::box_edges, face); edge != input::box_edges.end())
+      shape_.faces.back().names.push_back(fmt::format("edge-{}", edge - input::box_edges.begin()));
     for (const Box& slot : slots_) shape_.faces.back().area -= opening(slot, axis, position);
   }
   for (std::size_t i = 0; i < slots_.size(); ++i) {
@@ -220,10 +217,9 @@ void NotchedBox::add_crack_starts() {
 }
 
 void NotchedBox::add_outline() {
-  using input::Face;
   Polygon polygon;
-  for (const auto& [face, is_backwards] :
-       {std::pair{Face::z_min, false}, {Face::y_max, false}, {Face::z_max, true}, {Face::y_min, true}}) {
+  for (const input::Face face : input::box_edges) {
+    const bool is_backwards = face == input::Face::z_max || face == input::Face::y_min;
     const double at_face = is_upper(face) ? shape_.bounds.upper[index(axis_of(face))] : 0.0;
     std::vector<SlotSection> slots;
     for (std::size_t i = 0; i < notches_.size(); ++i)

@@ -220,6 +220,10 @@ double LoadCurve::slope(double time) const {
   return 0;
 }
 
+double LoadCurve::slope(double time, const StepSpan& step) const {
+  return has_kink(step) ? (at(step.end) - at(step.begin)) / (step.end - step.begin) : slope(time);
+}
+
 double LoadCurve::integral(double time) const {
   if (history_.empty()) return value_ * time + 0.5 * rate_ * time * time;
   double sum = 0;
@@ -237,6 +241,16 @@ double LoadCurve::next_kink(double time) const {
     if (t > time) return t;
   }
   return infinity;
+}
+
+bool LoadCurve::has_kink(const StepSpan& step) const {
+  // The times of the kicks at its end may be rounded up.
+  return next_kink(step.begin) <= step.end + 1e-6 * (step.end - step.begin);
+}
+
+double PrescribedMotion::velocity(double time, const StepSpan& step) const {
+  return curve.has_kink(step) ? (displacement(step.end) - displacement(step.begin)) / (step.end - step.begin)
+                              : velocity(time);
 }
 
 double BoundaryLoads::next_kink(double time) const {

@@ -133,6 +133,11 @@ TEST(InputPlates, ConflictsAreFoundByWall) {
                    "on = \"z-max\"\nregion = { y = [\"5 mm\", \"15 mm\"] }")
                 .size(),
             1u);
+  // Regions that share a border share no piece of the wall.
+  EXPECT_EQ(errors("on = \"edge-2\"\nregion = { y = [\"-5 mm\", \"5 mm\"] }",
+                   "on = \"z-max\"\nregion = { y = [\"5 mm\", \"15 mm\"] }")
+                .size(),
+            0u);
 }
 
 }  // namespace

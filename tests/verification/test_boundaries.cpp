@@ -3,6 +3,7 @@
 #include "crackle/common/real.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/mechanics/boundary_loads.h"
+#include "crackle/mechanics/rigid_motion.h"
 #include "crackle/parallel/exact_sum.h"
 
 #include "support/elastic_motion.h"
@@ -135,6 +136,52 @@ TEST(Velocity, OnAPartOfAFaceMovesThatPartOnly) {
   EXPECT_GT(n_free, 4U);
 }
 
+TEST(RigidMotions, ThatTheConditionsLeaveFreeAreNamed) {
+  const auto mesh = test::make_box({.size = size, .cells = {3, 4, 8}});
+  const auto subdomain = test::whole(mesh);
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const auto free_with = [&](std::vector<input::Boundary> boundaries) {
+    return mechanics::free_rigid_motions(
+        self, subdomain, mechanics::make_boundary_loads(self, epoxy_with(std::move(boundaries)), subdomain));
+  };
+  using Names = std::vector<std::string>;
+  auto line = test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true});
+  EXPECT_EQ(free_with({line}), Names());
+  line.region[1] = {0, 1e-5};
+  EXPECT_EQ(free_with({line}), Names{"turn about x"});
+  auto point = line;
+  point.region[0] = {0, 1e-5};
+  EXPECT_EQ(free_with({point}), (Names{"turn about x", "turn about y", "turn about z"}));
+  const auto slide = [](Face face, std::size_t axis) {
+    std::array<bool, 3> components{};
+    components[axis] = true;
+    return test::boundary(face, BoundaryKind::fix, components);
+  };
+  EXPECT_EQ(free_with({slide(Face::z_min, 2)}), Names{"turn about z"});
+  EXPECT_EQ(free_with({slide(Face::x_min, 0), slide(Face::y_min, 1), slide(Face::z_min, 2)}), Names());
+  point.components = {false, true, false};
+  line.components = {true, false, false};
+  EXPECT_EQ(free_with({slide(Face::z_min, 2), point, line}), Names{"turn about z"});
+}
+
+TEST(Equilibrium, OfABodyThatCanTurnIsRefused) {
+  auto hinge = test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true});
+  hinge.region[1] = {0, 1e-5};
+  auto parameters =
+      epoxy_with({hinge, test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, 10}, {0, 0, 1})});
+  parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
+  parameters.time.duration = 2e-5;
+  const auto mesh = test::make_box({.size = size, .cells = {3, 4, 8}});
+  const parallel::Communicator self(MPI_COMM_SELF);
+  try {
+    run_sample(self, parameters, test::whole(mesh));
+    FAIL();
+  } catch (const std::exception& error) {
+    EXPECT_NE(std::string(error.what()).find("leave the body free to turn about x"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(Motions, ThatMeetOnAnEdgeShareNoComponent) {
   auto pushed = test::boundary(Face::y_max, BoundaryKind::displacement, {false, false, true}, {0, 0, 1e-6});
   const auto parameters = epoxy_with(
@@ -180,6 +227,50 @@ TEST(Traction, OnTheEdgeOfADrivenFaceClosesTheEnergyAccount) {
                 result.energy_error);
     EXPECT_LT(result.energy_error, 1e-5);
   }
+}
+
+/// A bar that starts from rest and does not break: the error of its energy account.
+double energy_error_of(const input::Boundary& loaded, input::Engine engine, input::Integrator integrator) {
+  auto parameters = epoxy_with({test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}), loaded});
+  parameters.fracture = {.strength = 1e12, .exponent = 2, .impulse = 1};
+  parameters.time.start = input::Start::rest;
+  parameters.time.duration = 2e-5;
+  parameters.time.step = 5e-8;
+  parameters.time.integrator = integrator;
+  parameters.time.engine = engine;
+  parameters.time.precision = input::Precision::double_;
+  const auto mesh = test::make_box({.size = size, .cells = {3, 4, 8}, .disturbance = 0.2});
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const double error = run_sample(self, parameters, test::whole(mesh)).energy_error;
+  std::printf("%s, %s, %s: energy error %.1e\n",
+              loaded.kind == BoundaryKind::force      ? "force"
+              : loaded.kind == BoundaryKind::velocity ? "velocity"
+                                                      : "displacement",
+              engine == input::Engine::petsc ? "petsc" : "fixed-point",
+              integrator == input::Integrator::verlet ? "verlet" : "bilateral4", error);
+  return error;
+}
+
+TEST(Kinks, InsideATimeStepCloseTheEnergyAccount) {
+  for (const auto engine : {input::Engine::fixed_point, input::Engine::petsc}) {
+    for (const auto integrator : {input::Integrator::verlet, input::Integrator::bilateral4}) {
+      auto loaded = test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, 10});
+      // Up over half the time, and down to a half within a fifth of a step.
+      loaded.history = {{0, 0}, {1.003e-5, 1}, {1.004e-5, 0.5}};
+      EXPECT_LT(energy_error_of(loaded, engine, integrator), 1e-2);
+      loaded = test::boundary(Face::z_max, BoundaryKind::displacement, {false, false, true}, {0, 0, 1e-5});
+      loaded.history = {{0, 0}, {1.003e-5, 1}, {1.004e-5, 0.99}};
+      EXPECT_LT(energy_error_of(loaded, engine, integrator), 1e-2);
+      loaded = test::boundary(Face::z_max, BoundaryKind::velocity, {false, false, true}, {0, 0, 0.5});
+      loaded.history = {{0, 0}, {1.003e-5, 1}, {1.004e-5, 0.5}};
+      EXPECT_LT(energy_error_of(loaded, engine, integrator), 1e-2);
+    }
+  }
+}
+
+TEST(Displacement, ThatIsThereFromTheStartIsWork) {
+  auto loaded = test::boundary(Face::z_max, BoundaryKind::displacement, {false, false, true}, {0, 0, 1e-6});
+  EXPECT_LT(energy_error_of(loaded, input::Engine::fixed_point, input::Integrator::bilateral4), 1e-3);
 }
 
 }  // namespace

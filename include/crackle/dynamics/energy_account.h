@@ -55,7 +55,7 @@ public:
   /// Work between two equilibria, exact when loads, stiffness and so displacements change linearly between
   /// them, or when only the stiffness changes under constant loads.
   void add_static_work(const LoadState& from, const LoadState& to);
-  /// A dynamic phase that is over.
+  /// A dynamic phase that is over, or displacements that were prescribed at once.
   void add_phase(double external_work, double dissipated) {
     external_ += external_work;
     dissipated_ += dissipated;

@@ -26,6 +26,9 @@ constexpr const char* name_of(Face face) {
   return face_names[index(face)];
 }
 
+/// The sides of a box as edges of an outline: edge-0 to edge-3, counter-clockwise.
+inline constexpr std::array box_edges{Face::z_min, Face::y_max, Face::z_max, Face::y_min};
+
 /// Axis of the normal: 0, 1 or 2.
 constexpr int axis_of(Face face) {
   return static_cast<int>(face) / 2;

@@ -12,6 +12,12 @@
 
 namespace crackle::mechanics {
 
+/// Where a time step begins and ends [s].
+struct StepSpan {
+  double begin = 0;
+  double end = 0;
+};
+
 /// A quantity that is prescribed over time: value + rate t, or value times a piecewise linear factor.
 class LoadCurve {
 public:
@@ -20,10 +26,14 @@ public:
       : value_(value), rate_(rate), history_(std::move(history)) {}
 
   double at(double time) const;
-  double slope(double time) const;     ///< right-sided derivative
+  double slope(double time) const;  ///< right-sided derivative
+  /// The slope at `time` in a step, or the step's mean where there is a kink in it: shares of the step times
+  /// their slopes add up to the change over the step.
+  double slope(double time, const StepSpan& step) const;
   double integral(double time) const;  ///< from 0 to time, exact
   /// First time after `time` at which the slope changes; infinity when there is none.
   double next_kink(double time) const;
+  bool has_kink(const StepSpan& step) const;
   bool is_zero() const { return value_ == 0 && rate_ == 0; }
 
 private:
@@ -62,6 +72,8 @@ struct PrescribedMotion {
   bool never_moves() const { return is_fixed || curve.is_zero(); }
   double displacement(double time) const { return is_velocity ? curve.integral(time) : curve.at(time); }
   double velocity(double time) const { return is_velocity ? curve.at(time) : curve.slope(time); }
+  /// As the slope of a curve over a step.
+  double velocity(double time, const StepSpan& step) const;
 };
 
 /// A face that absorbs waves (Lysmer and Kuhlemeyer 1969): dashpots per area of density times wave speed,
