@@ -9,6 +9,7 @@
 #include "crackle/parallel/ghost_exchange.h"
 
 #include "fracture/first_crossing.h"
+#include "mechanics/node_cells.h"
 
 #include <fmt/format.h>
 
@@ -69,17 +70,8 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
       solver_(group, body.subdomain(), body.operators(), body.elasticity(), body.edges(),
               body.residual_stiffness(), held_components(group, body.subdomain(), loads)),
       displacement_(group, body.subdomain().layout) {
-  Vector lower{infinity, infinity, infinity}, upper{-infinity, -infinity, -infinity};
-  for (const auto& node : body.subdomain().nodes) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      lower[i] = std::min(lower[i], node[i]);
-      upper[i] = std::max(upper[i], node[i]);
-    }
-  }
-  parallel::agree(group);
-  for (std::size_t i = 0; i < 3; ++i)
-    extent_ = std::max(
-        extent_, parallel::largest_of_all(group, upper[i]) + parallel::largest_of_all(group, -lower[i]));
+  const geometry::Box box = mechanics::box_of_all(group, body.subdomain());
+  extent_ = std::ranges::max(box.upper - box.lower);
   for (std::size_t i = 0; i < loads.forces.size(); ++i) unit_.emplace_back(group, body.subdomain().layout);
   for (const auto& motion : loads.motions) {
     if (motion.never_moves()) continue;

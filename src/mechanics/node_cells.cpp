@@ -28,17 +28,6 @@ constexpr std::int64_t smallest_share = 20;
 
 using Shares = NodeCells::Shares;
 
-geometry::Box box_of_all(const parallel::Communicator& group, const geometry::Subdomain& subdomain) {
-  geometry::Box box = geometry::nowhere;
-  for (const auto& node : subdomain.nodes) box.include(node);
-  parallel::agree(group);
-  for (std::size_t i = 0; i < 3; ++i) {
-    box.lower[i] = -parallel::largest_of_all(group, -box.lower[i]);
-    box.upper[i] = parallel::largest_of_all(group, box.upper[i]);
-  }
-  return box;
-}
-
 /// The cell of each local node, numbered along a curve through the body.
 struct Division {
   std::vector<std::int32_t> cell;
@@ -153,6 +142,17 @@ Neighbours neighbours_of(const geometry::Subdomain& subdomain, const Edges& edge
 }
 
 }  // namespace
+
+geometry::Box box_of_all(const parallel::Communicator& group, const geometry::Subdomain& subdomain) {
+  geometry::Box box = geometry::nowhere;
+  for (const auto& node : subdomain.nodes) box.include(node);
+  parallel::agree(group);
+  for (std::size_t i = 0; i < 3; ++i) {
+    box.lower[i] = -parallel::largest_of_all(group, -box.lower[i]);
+    box.upper[i] = parallel::largest_of_all(group, box.upper[i]);
+  }
+  return box;
+}
 
 NodeCells make_node_cells(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                           const Edges& edges) {

@@ -34,6 +34,8 @@ struct NodeCells {
 
   std::int32_t size() const { return static_cast<std::int32_t>(centre.size()); }
 };
+/// The box round all nodes of the body. Collective; agrees before its messages.
+geometry::Box box_of_all(const parallel::Communicator& group, const geometry::Subdomain& subdomain);
 /// Collective; agrees before its messages.
 NodeCells make_node_cells(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                           const Edges& edges);
