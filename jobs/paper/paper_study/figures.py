@@ -92,8 +92,8 @@ def reach_and_paths(settings: list[tuple[str, list[Rows]]], measure: str, title:
             axes.errorbar(number + 0.35, mean, half_width, fmt="o", color="black", markersize=3, linewidth=0.9, capsize=2)
     names = [textwrap.fill(f"{label} ({sum(map(len, several))})", 24) for label, several in settings]
     axes.set_xticks(range(len(settings)), names, fontsize="small")
-    axes.set_ylabel("share of its ligament that\nthe second crack crosses" +
-                    ("" if measure == "reach" else f"\nwhen the first has crossed {FAR:g}"))
+    axes.set_ylabel("share of its ligament that\nthe second crack crosses" if measure == "reach" else
+                    f"second crack's share when\nthe first has crossed {FAR:g}")
     axes.set_ylim(0, 1)
     axes.set_xlabel(f"{title} (samples)", fontsize="small")
     axes.legend(handles=[Line2D([], [], marker=".", linestyle="", color=style.notch_colour(1), alpha=0.5, label="a sample"),

@@ -10,7 +10,7 @@ import numpy as np
 
 from crackle_runs import markdown
 
-from .comparing import (binomial_test, difference, distances, groups, in_base_frame, leading_notch, leading_path,
+from .comparing import (DEVELOPED, binomial_test, difference, distances, groups, in_base_frame, leading_notch, leading_path,
                         mean_interval, path_distance, reach, same_path_test, same_share_test, scatter_of_means,
                         share_difference, share_interval)
 from .course import LONG_ARM
@@ -305,7 +305,17 @@ def group_limits(rows: Rows) -> str:
     for limit in (0.3, 0.35, 0.4, 0.45, 0.5):
         one, two, other = groups(rows, limit)
         lines.append([f"{limit:g}", *(share(count, len(rows)) for count in (one, two)), str(other)])
-    return markdown(["share of the ligament from which a second crack counts", "one crack", "two cracks", "other"], lines)
+    table = markdown(["share of the ligament from which a second crack counts", "one crack", "two cracks", "other"], lines)
+    load, one = onset(rows), has_one_crack(rows)
+    ends = [-np.inf, 510, 530, 545, np.inf]
+    of = []
+    for low, high in zip(ends, ends[1:]):
+        inside = (load > low) & (load <= high)
+        of.append(f"{int(one[inside].sum())} of {int(inside.sum())}")
+    correlation = np.corrcoef(load, second_reach(rows))[0, 1]
+    return table + (
+        f"\nThe higher the load at the onset, the farther the second crack runs (correlation {correlation:.2f}). One crack, at a limit of {DEVELOPED:g}: {of[0]} samples "
+        f"at up to {ends[1]} N, {of[1]} at up to {ends[2]} N, {of[2]} at up to {ends[3]} N, {of[3]} above.\n")
 
 
 def bases(all_rows: list[Rows]) -> str:
