@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The six problems of the gallery that have a published number: their inputs, and what is found."""
+"""The six problems of the gallery that have numbers to be held against: their inputs, and what is found."""
 from __future__ import annotations
 
 import math
@@ -14,11 +14,20 @@ from crackle_runs import ROOT, Sample, mean_interval, with_keys
 
 
 @dataclass(frozen=True)
+class Figure:
+    quantity: str
+    find: Callable[[list[Sample]], str]
+    reference: Callable[[list[Sample]], str]
+
+
+def _always(text: str) -> Callable[[list[Sample]], str]:
+    return lambda samples: text
+
+
+@dataclass(frozen=True)
 class Problem:
     source: str  # its input, in jobs
-    quantity: str
-    published: str
-    find: Callable[[list[Sample]], str]  # the number beside the published one
+    figures: tuple[Figure, ...]
     keys: dict[str, str | None] = field(default_factory=dict)  # changes of the input
     coarse: dict[str, str | None] = field(default_factory=dict)  # further ones that make it a matter of seconds
 
@@ -41,15 +50,26 @@ def _forked(samples: list[Sample]) -> str:
     return f"{count} of {len(samples)}"
 
 
+LONG_ARM = 2 * MILLIMETRE
+
+
 def _fork_angle(samples: list[Sample]) -> str:
-    """Between the arms of each sample's first fork, along the strip."""
+    """Between the arms of each sample's first fork along the strip, of those with long arms."""
     angles = []
     for sample in samples:
         seen = sample.projected_forks
+        seen = seen[sample.forks["length"][seen] >= LONG_ARM]
         if seen.size:
             first = seen[np.argmin(sample.forks["position"][seen, 0])]
             angles.append(math.degrees(sample.forks["angle"][first]))
-    return f"{np.median(angles):.0f}° ({min(angles):.0f} to {max(angles):.0f}), {len(angles)} of {len(samples)}" if angles else "no fork"
+    return _median(angles, len(samples), "°")
+
+
+def _median(values: list[float], n: int, unit: str) -> str:
+    """Median and range of those of n samples that have a value."""
+    if not values:
+        return "none"
+    return f"{np.median(values):.0f}{unit} ({min(values):.0f} to {max(values):.0f})" + (f", {len(values)} of {n}" if len(values) < n else "")
 
 
 def _branching_time(samples: list[Sample]) -> str:
@@ -59,7 +79,15 @@ def _branching_time(samples: list[Sample]) -> str:
         seen = sample.projected_forks
         if seen.size:
             times.append(1e6 * sample.forks["time"][seen[np.argmax(sample.forks["length"][seen])]])
-    return f"{np.median(times):.0f} µs ({min(times):.0f} to {max(times):.0f}), {len(times)} of {len(samples)}" if times else "no fork"
+    return _median(times, len(samples), " µs")
+
+
+def _passing_time(place: float) -> Callable[[list[Sample]], str]:
+    """When the crack has come to this y [m]."""
+    def find(samples: list[Sample]) -> str:
+        first = [sample.facet_time[sample.facet_corners[:, :, 1].max(axis=1) > place] for sample in samples]
+        return _median([1e6 * float(time.min()) for time in first if len(time)], len(samples), " µs")
+    return find
 
 
 def srawley(share: float) -> float:
@@ -83,57 +111,95 @@ def _value(sample: Sample, table: str, name: str) -> float:
     return float(str(sample.parameters[table][name]).split()[0])
 
 
-STRENGTH = 23.0  # of the disk [MPa]
+DISK_RADIUS, DISK_THICKNESS = 25 * MILLIMETRE, 5 * MILLIMETRE
+DISK_ARC = math.acos(1 - 0.4 * MILLIMETRE / DISK_RADIUS)  # half of that which a platen holds
 
 
 def disk_loads(samples: list[Sample]) -> list[float]:
     """Load at the onset over strength × π D t / 2, by which the standard takes the strength from the load."""
-    radius, thickness = 25 * MILLIMETRE, 5 * MILLIMETRE
-    return [float(sample.summary["onset_force"]) / (1e6 * STRENGTH * math.pi * radius * thickness) for sample in samples]
+    return [float(sample.summary["onset_force"]) / (1e6 * _value(sample, "fracture", "strength") * math.pi * DISK_RADIUS * DISK_THICKNESS)
+            for sample in samples]
+
+
+def disk_reference() -> float:
+    """The same for a load on arcs instead of points, with the tension in the middle by Hondros, 1959."""
+    return math.sin(DISK_ARC) / (math.sin(2 * DISK_ARC) - DISK_ARC)
+
+
+STRIP_WIDTH, STRIP_THICKNESS = 20 * MILLIMETRE, 1 * MILLIMETRE
+TOUGHNESS, MODULUS, DEPTH = "fracture.toughness", "material.youngs_modulus", "specimen.notch[0].depth"
+
+
+def drawn(samples: list[Sample], key: str) -> np.ndarray:
+    """The values of a random input."""
+    return np.array([sample.inputs[key] for sample in samples])
 
 
 def notch_factor(share: float) -> float:
-    """K / (σ √(π a)) of an edge crack that is this share of the width: Gross and Srawley, 1964."""
+    """K / (σ √(π a)) of an edge crack that is this share of the width: Brown and Srawley, 1966."""
     return float(np.polyval([30.39, -21.72, 10.55, -0.231, 1.12], share))
 
 
-def depth_exponent() -> float:
-    """d ln load / d ln depth of the strip at its mean depth, by the handbook."""
-    step, share = 1e-4, 8 / 20
-    return -0.5 - (math.log(notch_factor(share * (1 + step))) - math.log(notch_factor(share * (1 - step)))) / (2 * step)
+def handbook_load(toughness: float, modulus: float, depth: float) -> float:
+    """At which a crack in place of the strip's notch has K = √(E G) [N]; plane stress."""
+    stress = math.sqrt(modulus * toughness / (math.pi * depth)) / notch_factor(depth / STRIP_WIDTH)
+    return stress * STRIP_WIDTH * STRIP_THICKNESS
 
 
-def exponents(samples: list[Sample]) -> tuple[np.ndarray, np.ndarray]:
-    """Exponents of the load at the onset in toughness, modulus and depth, by least squares, and their standard errors."""
-    load = np.log([float(sample.summary["onset_force"]) for sample in samples])
-    drawn = np.log([[sample.inputs[key] for key in ("fracture.toughness", "material.youngs_modulus", "specimen.notch[0].depth")]
-                    for sample in samples])
-    design = np.column_stack([np.ones(len(load)), drawn])
-    solution, *_ = np.linalg.lstsq(design, load, rcond=None)
-    variance = float(((load - design @ solution) ** 2).sum()) / (len(load) - 4)
-    return solution[1:], np.sqrt(variance * np.diag(np.linalg.inv(design.T @ design)))[1:]
+def _handbook_loads(samples: list[Sample]) -> np.ndarray:
+    return np.array([handbook_load(*values) for values in zip(*(drawn(samples, key) for key in (TOUGHNESS, MODULUS, DEPTH)))])
 
 
-def _depth_exponent(samples: list[Sample]) -> str:
+def onset_loads(samples: list[Sample]) -> np.ndarray:
+    return np.array([float(sample.summary["onset_force"]) for sample in samples])
+
+
+def exponents(samples: list[Sample], load: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Exponents of a load in toughness, modulus and depth, by least squares, and half of their 95 % intervals."""
     from scipy import stats  # not needed for a run
-    found, error = exponents(samples)
-    return f"{found[2]:.2f} ± {stats.t.ppf(0.975, len(samples) - 4) * error[2]:.2f}"
+    design = np.column_stack([np.ones(len(load)), *(np.log(drawn(samples, key)) for key in (TOUGHNESS, MODULUS, DEPTH))])
+    solution, *_ = np.linalg.lstsq(design, np.log(load), rcond=None)
+    variance = float(((np.log(load) - design @ solution) ** 2).sum()) / (len(load) - 4)
+    error = np.sqrt(variance * np.diag(np.linalg.inv(design.T @ design)))
+    return solution[1:], stats.t.ppf(0.975, len(load) - 4) * error[1:]
+
+
+def _exponent(place: int) -> Callable[[list[Sample]], str]:
+    def find(samples: list[Sample]) -> str:
+        found, half_width = exponents(samples, onset_loads(samples))
+        return f"{found[place]:.2f} ± {half_width[place]:.2f}"
+    return find
+
+
+def _depth_reference(samples: list[Sample]) -> str:
+    """The handbook has no single exponent: the same least squares on its loads."""
+    return f"{exponents(samples, _handbook_loads(samples))[0][2]:.2f}"
 
 
 PROBLEMS = {
-    "paper-plate": Problem("paper.toml", "samples with a fork in the projection", "4 of the 8 shown", _forked,
+    "paper-plate": Problem("paper.toml", (Figure("samples with a fork in the projection", _forked, _always("4 of the paper's 8 typical samples, no share")),),
                            {"ensemble.samples": "8", "time.integrator": '"verlet"', "time.step": '"auto"'},
                            {"ensemble.samples": "2", "mesh.notch_spacing": '"0.6 mm"', "mesh.growth": "0.1", "mesh.spacing": '"2 mm"'}),
-    "pmma-strip": Problem("verification/pmma-strip.toml", "angle between the arms of the first fork", "some 30°", _fork_angle,
-                          {}, {"ensemble.samples": "2"}),
-    "glass-plate": Problem("verification/glass-plate.toml", "the crack branches after", "about 33 µs", _branching_time,
-                           {"ensemble.samples": "4"}, {"ensemble.samples": "1", "mesh.spacing": '"0.5 mm"'}),
-    "compact-tension": Problem("gallery/compact-tension.toml", "K at the onset over that of the toughness", "1", _compact_tension,
-                               {}, {"ensemble.samples": "2", "mesh.notch_spacing": '"1 mm"'}),
-    "brazilian-disk": Problem("gallery/brazilian-disk.toml", "load at failure over strength × π D t / 2", "1",
-                              lambda samples: _mean(disk_loads(samples)),
-                              {"fracture.toughness": None, "fracture.strength": f'"{STRENGTH:g} MPa"'},
-                              {"ensemble.samples": "2", "mesh.spacing": '"2.5 mm"'}),
-    "uncertain-strip": Problem("gallery/uncertain-strip.toml", "exponent of the notch's depth in the load", f"{depth_exponent():.2f}",
-                               _depth_exponent, {}, {"ensemble.samples": "16", "time.duration": '"1 us"'}),
+    "pmma-strip": Problem("verification/pmma-strip.toml", (
+        Figure("samples with a fork in the projection", _forked, _always("all")),
+        Figure("angle between the arms of the first fork with arms of 2 mm", _fork_angle, _always("some 30°"))),
+        {}, {"ensemble.samples": "2"}),
+    "glass-plate": Problem("verification/glass-plate.toml", (
+        Figure("the crack has grown by 1 mm after", _passing_time(51 * MILLIMETRE), _always("about 10 µs")),
+        Figure("it branches after", _branching_time, _always("about 33 µs")),
+        Figure("it is 1 mm before the far edge after", _passing_time(99 * MILLIMETRE), _always("about 75 µs"))),
+        {"ensemble.samples": "4"}, {"ensemble.samples": "1", "mesh.spacing": '"0.5 mm"'}),
+    "compact-tension": Problem("gallery/compact-tension.toml", (
+        Figure("K at the onset over that of the toughness", _compact_tension, _always("1")),),
+        {}, {"ensemble.samples": "2", "mesh.notch_spacing": '"1 mm"', "specimen.notch.height": '"1 mm"'}),
+    "brazilian-disk": Problem("gallery/brazilian-disk.toml", (
+        Figure("load at failure over strength × π D t / 2", lambda samples: _mean(disk_loads(samples)),
+               _always(f"{disk_reference():.2f} on these arcs; 1 at points")),),
+        {}, {"ensemble.samples": "2", "mesh.spacing": '"2.5 mm"'}),
+    "uncertain-strip": Problem("gallery/uncertain-strip.toml", (
+        Figure("exponent of the notch's depth in the load", _exponent(2), _depth_reference),
+        Figure("exponent of the toughness", _exponent(0), _always("0.5")),
+        Figure("exponent of the modulus", _exponent(1), _always("0.5")),
+        Figure("load over the handbook's", lambda samples: _mean(list(onset_loads(samples) / _handbook_loads(samples))), _always("1"))),
+        {}, {"ensemble.samples": "16", "time.duration": '"1 us"'}),
 }

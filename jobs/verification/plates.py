@@ -13,7 +13,7 @@ from crackle_report.photoelasticity import Grid, Optics, make_fringes
 from crackle_report.stress import element_stress
 from crackle_runs import JOBS, Sample, run, with_keys
 from figures import MILLIMETRE, Figure, mean, output_of
-from problems import PROBLEMS, disk_loads
+from problems import DISK_ARC, DISK_RADIUS, DISK_THICKNESS, PROBLEMS, disk_loads, disk_reference
 
 GALLERY = JOBS.parent / "gallery"
 
@@ -184,26 +184,24 @@ def semicircular_notches(depth: float) -> float:
     return (3.065 - 3.472 * depth + 1.009 * depth ** 2 + 0.405 * depth ** 3) / (1 - depth)
 
 
-RADIUS, THICKNESS = 25e-3, 5e-3  # of brazilian-disk.toml [m]
-PRESSED, PRESSURE = 0.4e-3, 20e6  # height of the arcs of disk.toml that are pressed [m], and how much [Pa]
-HALF_ARC = math.acos(1 - PRESSED / RADIUS)
+PRESSED, PRESSURE = 0.4e-3, 20e6  # height of the arcs of disk.toml that are pressed, as of the gallery's platens [m], and how much [Pa]
 
 
 def diameter_fringes(text: str, folder: Path, program: Path) -> np.ndarray:
     """Fringe order over Hondros' at places on the middle 60 % of the loaded diameter of each sample, before it breaks."""
     run(text, folder, program)
-    z = RADIUS * np.linspace(0.4, 1.6, 61)
+    z = DISK_RADIUS * np.linspace(0.4, 1.6, 61)
     ratio = []
     for file in sorted((folder / "out" / "samples").glob("*.h5")):
         with h5py.File(file) as root:
             nodes, tetrahedra, boundary = (root[f"mesh/{name}"][...] for name in ("nodes", "tetrahedra", "boundary"))
             stress = element_stress(nodes, tetrahedra, root["frames/displacement"][0], 15e9, 0.2)
-        order = make_fringes(nodes, tetrahedra, stress, Grid(np.array([RADIUS]), z)).order[:, 0]
+        order = make_fringes(nodes, tetrahedra, stress, Grid(np.array([DISK_RADIUS]), z)).order[:, 0]
         # The program presses on the triangles whose centroids are in the region.
         corner = nodes[boundary]
         area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])[:, 2] / 2
-        load = PRESSURE * area[corner[:, :, 2].mean(axis=1) > 2 * RADIUS - PRESSED].sum()
-        ratio.append(order / (Optics().order_per_stress_length * THICKNESS * hondros(load, z / RADIUS - 1)))
+        load = PRESSURE * area[corner[:, :, 2].mean(axis=1) > 2 * DISK_RADIUS - PRESSED].sum()
+        ratio.append(order / (Optics().order_per_stress_length * DISK_THICKNESS * hondros(load, z / DISK_RADIUS - 1)))
     return np.array(ratio)
 
 
@@ -216,8 +214,8 @@ def disk(folder: Path, program: Path) -> list[Figure]:
     return [Figure(case, "fringe order on the middle 60 % of the loaded diameter over Hondros', mean and each place of each sample",
                    f"{np.mean(ratio):.3f} ± {np.std(ratio):.3f}", "1"),
             Figure(case, f"distance from the diameter of the first {FIRST} facets that open there, rms, over the radius",
-                   f"{np.sqrt(np.mean((split - RADIUS) ** 2)) / RADIUS:.3f}", "0"),
-            Figure(case, "load at failure over strength × π D t / 2", mean(disk_loads(samples), ".2f"), "1")]
+                   f"{np.sqrt(np.mean((split - DISK_RADIUS) ** 2)) / DISK_RADIUS:.3f}", "0"),
+            Figure(case, "load at failure over strength × π D t / 2", mean(disk_loads(samples), ".2f"), f"{disk_reference():.2f}, Hondros 1959")]
 
 
 FIRST = 200  # facets, of some 1000 of the split; what breaks later are the halves
@@ -226,7 +224,7 @@ FIRST = 200  # facets, of some 1000 of the split; what breaks later are the halv
 def _first_on_the_diameter(sample: Sample) -> np.ndarray:
     """y of the first facets that open on the middle 60 % of the disk's height [m]."""
     place = sample.facet_corners.mean(axis=1)
-    middle = np.flatnonzero(np.abs(place[:, 2] / RADIUS - 1) < 0.6)
+    middle = np.flatnonzero(np.abs(place[:, 2] / DISK_RADIUS - 1) < 0.6)
     return place[middle[np.argsort(sample.facet_time[middle], kind="stable")[:FIRST]], 1]
 
 
@@ -235,10 +233,10 @@ def hondros(load: float, place: np.ndarray) -> np.ndarray:
 
     Hondros 1959, for the same radial pressure on two opposite arcs.
     """
-    pressure = load / (2 * RADIUS * THICKNESS * math.sin(HALF_ARC))
+    pressure = load / (2 * DISK_RADIUS * DISK_THICKNESS * math.sin(DISK_ARC))
     square = place ** 2
-    return (4 * pressure / math.pi * (1 - square) * math.sin(2 * HALF_ARC)
-            / (1 - 2 * square * math.cos(2 * HALF_ARC) + square ** 2))
+    return (4 * pressure / math.pi * (1 - square) * math.sin(2 * DISK_ARC)
+            / (1 - 2 * square * math.cos(2 * DISK_ARC) + square ** 2))
 
 
 CORNER, REAL_THICKNESS = 0.25, 0.1  # of the L-shaped panel, and of the one that was tested [m]

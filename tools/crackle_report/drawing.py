@@ -118,7 +118,13 @@ def draw_facets(axes: Axes, crack: CrackSurface, colours: Normalize, until: floa
 
 def draw_forks(axes: Axes, forks: Forks) -> None:
     """A ring round each fork: whole where the projection shows it, dotted where only a window through the thickness does."""
-    for (y, z), in_projection in zip(forks.position / style.MILLIMETRE, forks.in_projection):
+    for kind in (True, False):
+        draw_fork_rings(axes, forks.position[forks.in_projection == kind], kind)
+
+
+def draw_fork_rings(axes: Axes, position: np.ndarray, in_projection: bool = True) -> None:
+    """A ring round each of these places (n x 2: y, z [m])."""
+    for y, z in position / style.MILLIMETRE:
         axes.scatter([y], [z], s=80, zorder=5, **_ring(in_projection))
 
 
