@@ -19,7 +19,7 @@ namespace crackle::apps {
 
 namespace {
 
-struct Options {
+struct CompareOptions {
   std::vector<std::string> folders;
   double confidence = analysis::default_confidence;
   bool json = false;
@@ -33,7 +33,7 @@ struct Ensemble {
   analysis::Compared compared() const { return {&parameters, samples.rows, samples.origin}; }
 };
 
-int compare(const parallel::Communicator& world, const Options& options) {
+int compare(const parallel::Communicator& world, const CompareOptions& options) {
   std::vector<input::Parameters> inputs;
   for (const std::string& folder : options.folders) inputs.push_back(input_of(world, folder));
   parallel::agree_on_root(world, [&] {
@@ -66,7 +66,7 @@ int compare(const parallel::Communicator& world, const Options& options) {
 }  // namespace
 
 void add_compare_command(CLI::App& app, Action& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompareOptions>();
   CLI::App* command = app.add_subcommand("compare",
                                          "Tell what differs between ensembles, and how surely: the others "
                                          "are each compared with the first, sample by "

@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* basis_of_template = "demo";
 
-struct Options {
+struct InitOptions {
   std::filesystem::path file;
   std::string from;
 };
@@ -28,7 +28,7 @@ const Problem& problem(const std::string& name) {
   return *std::ranges::find(problems(), name, &Problem::name);
 }
 
-int init(const parallel::Communicator& world, const Options& options) {
+int init(const parallel::Communicator& world, const InitOptions& options) {
   parallel::agree_on_root(world, [&] {
     if (std::filesystem::exists(options.file))
       throw std::runtime_error(fmt::format("{} already exists; give another name", options.file.string()));
@@ -45,7 +45,7 @@ int init(const parallel::Communicator& world, const Options& options) {
 }  // namespace
 
 void add_init_command(CLI::App& app, Action& run) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<InitOptions>();
   CLI::App* const command = app.add_subcommand(
       "init", "Write an input to start from: a template in which every key is explained, or a given problem");
   command->add_option("input", options->file, "file to write (TOML); an existing one is not replaced")

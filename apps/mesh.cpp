@@ -27,7 +27,7 @@ namespace crackle::apps {
 
 namespace {
 
-struct Options {
+struct MeshOptions {
   std::filesystem::path input;
   std::uint64_t sample = 0;
   int ranks = 1;
@@ -38,7 +38,7 @@ struct Options {
 };
 
 /// Makes the realization, prints its table and writes the files.
-void make_mesh(const input::Parameters& ensemble, const Options& options) {
+void make_mesh(const input::Parameters& ensemble, const MeshOptions& options) {
   const input::Parameters parameters = uncertainty::sample_parameters(ensemble, options.sample);
   MeshTimes times{};
   const Stopwatch base_clock;
@@ -62,7 +62,7 @@ void make_mesh(const input::Parameters& ensemble, const Options& options) {
   fmt::print("{:<20} {}\n", "written", options.dual_output.string());
 }
 
-int run_mesh(const parallel::Communicator& world, const Options& options) {
+int run_mesh(const parallel::Communicator& world, const MeshOptions& options) {
   const input::Parameters parameters = read_input(world, options.input);
   refuse_sweep(parameters, options.input);
   int status = success;
@@ -79,7 +79,7 @@ int run_mesh(const parallel::Communicator& world, const Options& options) {
 }  // namespace
 
 void add_mesh_command(CLI::App& app, Action& run) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<MeshOptions>();
   CLI::App* const command = app.add_subcommand(
       "mesh", "Make one realization; write it as a VTKHDF file and print its quality table. Or survey many");
   command->add_option("input", options->input, "input file (TOML)")->required();

@@ -24,7 +24,7 @@ namespace crackle::apps {
 
 namespace {
 
-struct Arguments {
+struct RunArguments {
   std::filesystem::path input;
   std::filesystem::path folder;
   bool resume = false;
@@ -73,7 +73,7 @@ Part part(const std::string& text) {
 std::optional<ensemble::SampleRange> chosen_range(const parallel::Communicator& world,
                                                   const input::Parameters& parameters,
                                                   const std::vector<input::Case>& cases,
-                                                  const Arguments& arguments) {
+                                                  const RunArguments& arguments) {
   if (arguments.part.empty()) return sample_range(arguments.samples);
   return parallel::agree(world, [&] {
     const auto [number, n_parts] = part(arguments.part);
@@ -89,7 +89,8 @@ std::optional<ensemble::SampleRange> chosen_range(const parallel::Communicator& 
 }
 
 int run_command(const parallel::Communicator& world, const input::Parameters& parameters,
-                const std::vector<input::Case>& cases, const Arguments& arguments, const CommandLine& typed) {
+                const std::vector<input::Case>& cases, const RunArguments& arguments,
+                const CommandLine& typed) {
   const ensemble::RunOptions options{
       .folder = arguments.folder,
       .plan = {.resume = arguments.resume || arguments.retry_failed,
@@ -115,7 +116,7 @@ int run_command(const parallel::Communicator& world, const input::Parameters& pa
 }  // namespace
 
 void add_run_command(CLI::App& app, const CommandLine& typed, Action& run) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<RunArguments>();
   auto* command = app.add_subcommand(
       "run", "Run the ensemble: rank 0 is the master, the other ranks form groups of ranks_per_sample");
   command->add_option("input", arguments->input, "input file (TOML)")->required();

@@ -21,7 +21,7 @@ namespace crackle::apps {
 
 namespace {
 
-struct Arguments {
+struct SampleArguments {
   std::filesystem::path input;
   std::filesystem::path folder;
   std::uint64_t sample = 0;
@@ -32,7 +32,7 @@ struct Arguments {
 };
 
 int sample_command(const parallel::Communicator& world, const input::Parameters& parameters,
-                   const Arguments& arguments, const CommandLine& typed) {
+                   const SampleArguments& arguments, const CommandLine& typed) {
   const int width = terminal_width(STDOUT_FILENO);
   ensemble::RunLog log(std::cout, width, [clock = Stopwatch()] { return clock.seconds(); });
   const auto say = [&log](const std::string& line) { log.line(line); };
@@ -63,7 +63,7 @@ int sample_command(const parallel::Communicator& world, const input::Parameters&
 }  // namespace
 
 void add_sample_command(CLI::App& app, const CommandLine& typed, Action& run) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SampleArguments>();
   auto* command = app.add_subcommand("sample", "Run one sample on all ranks as one group");
   command->add_option("input", arguments->input, "input file (TOML)")->required();
   add_sample_option(*command, arguments->sample)->required();

@@ -39,7 +39,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct StatsOptions {
   std::string folder;
   std::vector<std::string> sections;  ///< empty: those of the ensemble
   std::vector<std::string> limits;    ///< "peak_load > 500 N"
@@ -52,7 +52,7 @@ struct Options {
   }
 };
 
-void print(const Options& options, const std::vector<analysis::SampleSummary>& samples,
+void print(const StatsOptions& options, const std::vector<analysis::SampleSummary>& samples,
            const analysis::Statistics& statistics, const input::Parameters& parameters,
            const analysis::Origin& origin) {
   if (options.json) {
@@ -98,8 +98,8 @@ Stored read_stored(const fs::path& folder, const input::Parameters& parameters) 
 }
 
 /// Brings ensemble.h5 of a folder up to date with its sample files. Collective.
-ensemble::Results refresh(const parallel::Communicator& world, const Options& options, const fs::path& folder,
-                          const input::Parameters& parameters) {
+ensemble::Results refresh(const parallel::Communicator& world, const StatsOptions& options,
+                          const fs::path& folder, const input::Parameters& parameters) {
   geometry::MotherPoints base;
   const auto make_base = [&]() -> const geometry::MotherPoints& {
     base = ensemble::base_points(folder, parameters);
@@ -108,7 +108,7 @@ ensemble::Results refresh(const parallel::Communicator& world, const Options& op
   return ensemble::write_results(world, parameters, folder, {}, make_base, options.missing());
 }
 
-int update_statistics(const parallel::Communicator& world, const Options& options) {
+int update_statistics(const parallel::Communicator& world, const StatsOptions& options) {
   const fs::path folder = options.folder;
   const input::Parameters parameters = input_of(world, folder);
   if (options.read_only || is_read_only(world, folder)) {
@@ -125,7 +125,7 @@ int update_statistics(const parallel::Communicator& world, const Options& option
 }
 
 /// The statistics at sections that the ensemble was not computed with. Collective.
-int show_at_sections(const parallel::Communicator& world, const Options& options) {
+int show_at_sections(const parallel::Communicator& world, const StatsOptions& options) {
   const input::Parameters parameters = input_of(world, options.folder);
   const input::Parameters sections = read_sections(world, parameters, options.sections);
   const ensemble::Results results = ensemble::results_at(world, parameters, sections, options.folder);
@@ -140,7 +140,7 @@ int show_at_sections(const parallel::Communicator& world, const Options& options
 }
 
 /// Brings the results of all cases of a sweep and its table up to date, and prints the table. Collective.
-int update_sweep(const parallel::Communicator& world, const Options& options) {
+int update_sweep(const parallel::Communicator& world, const StatsOptions& options) {
   const fs::path folder = options.folder;
   const fs::path file = ensemble::sweep_input(folder);
   const input::Parameters parameters = read_input(world, file);
@@ -176,7 +176,7 @@ bool is_sweep(const parallel::Communicator& world, const fs::path& folder) {
 }  // namespace
 
 void add_stats_command(CLI::App& app, Action& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<StatsOptions>();
   CLI::App* command = app.add_subcommand(
       "stats",
       "Recompute the statistics of a finished or unfinished ensemble from its sample "

@@ -41,7 +41,7 @@ using analysis::ResultInfo;
 using analysis::SampleStatus;
 using analysis::SampleSummary;
 
-struct Options {
+struct WatchOptions {
   fs::path folder;
   double interval = 2;  // [s]
   int log_lines = 8;
@@ -208,7 +208,7 @@ struct Standing {
 };
 
 /// @param n_rows of the terminal
-Standing standing(const Folder& folder, const input::Parameters& parameters, const Options& options,
+Standing standing(const Folder& folder, const input::Parameters& parameters, const WatchOptions& options,
                   std::size_t n_rows) {
   ensemble::Progress progress(0, 1, parameters);
   for (const auto& [number, sample] : folder.samples())
@@ -272,7 +272,7 @@ std::string cut(const std::string& text, int width) {
   return result;
 }
 
-void watch(const Options& options, const input::Parameters& parameters) {
+void watch(const WatchOptions& options, const input::Parameters& parameters) {
   Folder folder(options.folder, parameters);
   const int width = terminal_width(STDOUT_FILENO);
   for (;;) {
@@ -290,7 +290,7 @@ void watch(const Options& options, const input::Parameters& parameters) {
 }  // namespace
 
 void add_watch_command(CLI::App& app, Action& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<WatchOptions>();
   auto* command = app.add_subcommand(
       "watch", "Show how a running ensemble stands, again and again: its samples, means and last log lines");
   command->add_option("folder", options->folder, "output folder of crackle run")->required();
