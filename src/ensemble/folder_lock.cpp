@@ -37,7 +37,8 @@ constexpr double short_wait = 3;  // [s] with short pauses
 constexpr std::chrono::milliseconds short_pause{100};
 constexpr std::chrono::milliseconds long_pause{1000};
 
-std::string read_text(const fs::path& file) {
+/// Empty where there is no file.
+std::string text_if_any(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};
 }
@@ -56,7 +57,7 @@ constexpr const char* ended = "ended";
 std::string start_of(long process) {
   // /proc may be that of another process namespace, such as the one that a container was started from.
   if (link_target("/proc/self") != std::to_string(::getpid())) return unknown_start;
-  const std::string text = read_text(fmt::format("/proc/{}/stat", process));
+  const std::string text = text_if_any(fmt::format("/proc/{}/stat", process));
   const auto name_end = text.rfind(')');
   if (name_end == std::string::npos) return unknown_start;
   std::istringstream fields(text.substr(name_end + 1));
@@ -121,7 +122,7 @@ fs::path beside(const fs::path& file, const char* purpose, const LockOwner& self
 void remove_stale(const fs::path& file, const std::string& text, const LockOwner& self) {
   const fs::path aside = beside(file, "stale", self);
   if (::rename(file.c_str(), aside.c_str()) != 0) return;
-  if (read_text(aside) != text) {
+  if (text_if_any(aside) != text) {
     if (::link(aside.c_str(), file.c_str()) != 0 && errno != EEXIST)
       throw std::runtime_error(file.string() + ": " + std::strerror(errno));
   }
@@ -135,7 +136,7 @@ LockOwner LockOwner::self() {
   if (::gethostname(name.data(), name.size() - 1) != 0) name[0] = '?';
   LockOwner self;
   self.host = name.data();
-  std::istringstream(read_text("/proc/sys/kernel/random/boot_id")) >> self.boot;
+  std::istringstream(text_if_any("/proc/sys/kernel/random/boot_id")) >> self.boot;
   // "pid:[4026531836]"
   const std::string space = link_target("/proc/self/ns/pid");
   if (const auto from = space.find('['); from != std::string::npos)
@@ -212,7 +213,7 @@ LockFile::LockFile(fs::path file, const std::string& taken, double patience) : f
 }
 
 LockFile::~LockFile() {
-  if (read_text(file_) == self_.text()) ::unlink(file_.c_str());
+  if (text_if_any(file_) == self_.text()) ::unlink(file_.c_str());
 }
 
 void LockFile::create(const std::string& taken, double patience) {
@@ -231,7 +232,7 @@ void LockFile::create(const std::string& taken, double patience) {
     if (reason != EEXIST) fail("cannot write '{}': {}", file_.string(), std::strerror(reason));
     const fs::path probe = beside(file_, "probe", self_);
     std::ofstream(probe) << "\n";
-    const std::string text = read_text(file_);
+    const std::string text = text_if_any(file_);
     const auto reason_stale = why_stale(LockOwner::parse(text), self_, age(file_, probe));
     ::unlink(probe.c_str());
     if (!reason_stale && clock.seconds() < patience) {
@@ -245,7 +246,7 @@ void LockFile::create(const std::string& taken, double patience) {
 }
 
 void LockFile::clear(const fs::path& other, const std::string& taken) {
-  const std::string text = read_text(other);
+  const std::string text = text_if_any(other);
   const auto reason = why_stale(LockOwner::parse(text), self_, age(other, file_));
   if (!reason) {
     if (fs::exists(other)) refuse(taken, text, other);

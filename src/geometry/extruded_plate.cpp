@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "extruded_plate.h"
+#include "reflection.h"
 
 #include <fmt/format.h>
 
@@ -12,8 +13,6 @@
 namespace crackle::geometry {
 
 namespace {
-
-constexpr double tolerance = 1e-12;  ///< of coordinates on walls, in the body's largest size
 
 const plane::Shape& shape_of(const input::Specimen& specimen) {
   if (!specimen.shape) throw std::invalid_argument("specimen: the shape of the plate is not known");
@@ -32,7 +31,7 @@ Point at(double x, const plane::Point& p) {
 
 ExtrudedPlate::ExtrudedPlate(const input::Specimen& specimen)
     : plate_(shape_of(specimen)),
-      index_(plate_, tolerance * largest_size(specimen)),
+      index_(plate_, wall_tolerance * largest_size(specimen)),
       notches_(specimen.notches) {
   const plane::Bounds bounds = plane::bounds_of(plate_.loops.front().corners);
   shape_.bounds = {at(0, bounds.lower), at(specimen.size[0], bounds.upper)};

@@ -11,12 +11,6 @@
 
 namespace crackle::geometry {
 
-namespace {
-
-constexpr double tolerance = 1e-12;  ///< of coordinates, in the body's largest size
-
-}  // namespace
-
 std::vector<SpacingSource> NotchedBox::spacing_sources(const input::Mesh& mesh) const {
   std::vector<SpacingSource> sources;
   const double growth = shape_growth(mesh);
@@ -50,7 +44,7 @@ std::vector<Symmetry> NotchedBox::symmetries() const {
     planes[index(axis_[face])].push_back(faces()[face].patch.domain.lower[index(axis_[face])]);
   std::vector<Symmetry> result;
   for (unsigned axes = 0; axes < 8; ++axes) {
-    const Reflection reflection{axes, bounds(), planes, tolerance * *std::ranges::max_element(size)};
+    const Reflection reflection{axes, bounds(), planes, wall_tolerance * *std::ranges::max_element(size)};
     std::vector<std::int32_t> images;
     for (const Box& slot : slots_) {
       const Point a = reflection(slot.lower);

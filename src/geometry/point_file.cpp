@@ -24,7 +24,7 @@ namespace crackle::geometry {
 namespace {
 
 constexpr double metres_per_unit = 1e-3;
-constexpr double relative_tolerance = 1e-9;
+constexpr double snap_tolerance = 1e-9;  // of the body's largest size
 constexpr std::size_t max_messages = 20;
 
 /// The next blank-separated word of `line`, which is shortened by it.
@@ -69,7 +69,7 @@ std::vector<Point> read_points(const std::filesystem::path& file, const Body& bo
   std::ifstream stream(file);
   if (!stream) fail("{}: cannot be opened for reading", file.string());
   const Point size = body.size();
-  const double tolerance = relative_tolerance * *std::ranges::max_element(size);
+  const double tolerance = snap_tolerance * *std::ranges::max_element(size);
   Messages messages(file);
   std::vector<Point> points;
   std::vector<std::size_t> lines;
