@@ -55,7 +55,7 @@ std::vector<analysis::SampleSummary> stored_rows(const fs::path& folder,
 constexpr std::int64_t first_with_leading_notch = 3;  // version of the format
 
 /// Of files of an older format, what came later, but for the leading notch, which is found anew.
-analysis::Origin origin_of(std::int64_t version) {
+analysis::Origin origin_of_format(std::int64_t version) {
   analysis::Origin origin;
   const auto add = [&](const analysis::ResultInfo& info, auto) {
     if (info.since > version && std::string_view(info.name) != "leading_notch")
@@ -87,7 +87,7 @@ std::string derive_leading_notches(const input::Parameters& parameters,
 }  // namespace
 
 analysis::Origin origin_of(const fs::path& folder) {
-  return origin_of(io::format_version(folder));
+  return origin_of_format(io::format_version(folder));
 }
 
 StoredSamples stored_samples(const fs::path& folder, const input::Parameters& parameters) {
