@@ -35,7 +35,7 @@ class References(unittest.TestCase):
         self.assertLess(plates.kink_at_one_spacing(60), plates.kink(60))
 
     def test_the_disk_has_the_stress_of_point_loads_in_its_middle(self):
-        point_loads = 8 * 1000 / (math.pi * 2 * plates.RADIUS * plates.THICKNESS)
+        point_loads = 8 * 1000 / (math.pi * 2 * plates.DISK_RADIUS * plates.DISK_THICKNESS)
         self.assertAlmostEqual(plates.hondros(1000, np.array([0.0]))[0] / point_loads, 1, delta=0.02)
 
     def test_shallow_notches_have_the_stress_of_a_half_plane(self):
