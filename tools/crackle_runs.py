@@ -64,6 +64,15 @@ def mean_interval(values: np.ndarray) -> tuple[float, float]:
     return float(present.mean()), float(stats.t.ppf(0.975, n - 1) * stats.sem(present))
 
 
+def median_range(values: list[float | None], form: str, unit: str = "") -> str:
+    """Median and range of those that are there, and how many when some are not."""
+    there = [value for value in values if value is not None and not math.isnan(value)]
+    if not there:
+        return "none"
+    text = f"{np.median(there):{form}}{unit} ({min(there):{form}} to {max(there):{form}})"
+    return text if len(there) == len(values) else f"{text}, {len(there)} of {len(values)}"
+
+
 FRONT_WINDOW = 2e-3  # [m] along a crack, over which its speed where it forks is measured
 
 
@@ -116,6 +125,11 @@ class Sample:
     def projected_forks(self) -> np.ndarray:
         """Places in `forks` of those that show in the projection on the plate's plane."""
         return np.flatnonzero(self.forks["in_projection"] == 1)
+
+    def passing_time(self, place: float) -> float | None:
+        """When the first facet beyond this y [m] opened [s]."""
+        times = self.facet_time[self.facet_corners[:, :, 1].mean(axis=1) > place]
+        return float(times.min()) if times.size else None
 
 
 SOME_FAILED = 2

@@ -10,7 +10,7 @@ from typing import Callable
 import numpy as np
 
 from crackle_report.style import MILLIMETRE
-from crackle_runs import ROOT, Sample, mean_interval, with_keys
+from crackle_runs import ROOT, Sample, mean_interval, median_range, with_keys
 
 
 @dataclass(frozen=True)
@@ -55,38 +55,30 @@ LONG_ARM = 2 * MILLIMETRE
 
 def _fork_angle(samples: list[Sample]) -> str:
     """Between the arms of each sample's first fork along the strip, of those with long arms."""
-    angles = []
-    for sample in samples:
+    def angle(sample: Sample) -> float | None:
         seen = sample.projected_forks
         seen = seen[sample.forks["length"][seen] >= LONG_ARM]
-        if seen.size:
-            first = seen[np.argmin(sample.forks["position"][seen, 0])]
-            angles.append(math.degrees(sample.forks["angle"][first]))
-    return _median(angles, len(samples), "°")
+        if not seen.size:
+            return None
+        return math.degrees(sample.forks["angle"][seen[np.argmin(sample.forks["position"][seen, 0])]])
 
-
-def _median(values: list[float], n: int, unit: str) -> str:
-    """Median and range of those of n samples that have a value."""
-    if not values:
-        return "none"
-    return f"{np.median(values):.0f}{unit} ({min(values):.0f} to {max(values):.0f})" + (f", {len(values)} of {n}" if len(values) < n else "")
+    return median_range([angle(sample) for sample in samples], ".0f", "°")
 
 
 def _branching_time(samples: list[Sample]) -> str:
     """When the fork with the longest arm comes."""
-    times = []
-    for sample in samples:
+    def time(sample: Sample) -> float | None:
         seen = sample.projected_forks
-        if seen.size:
-            times.append(1e6 * sample.forks["time"][seen[np.argmax(sample.forks["length"][seen])]])
-    return _median(times, len(samples), " µs")
+        return 1e6 * sample.forks["time"][seen[np.argmax(sample.forks["length"][seen])]] if seen.size else None
+
+    return median_range([time(sample) for sample in samples], ".0f", " µs")
 
 
 def _passing_time(place: float) -> Callable[[list[Sample]], str]:
     """When the crack has come to this y [m]."""
     def find(samples: list[Sample]) -> str:
-        first = [sample.facet_time[sample.facet_corners[:, :, 1].max(axis=1) > place] for sample in samples]
-        return _median([1e6 * float(time.min()) for time in first if len(time)], len(samples), " µs")
+        times = [sample.passing_time(place) for sample in samples]
+        return median_range([None if time is None else 1e6 * time for time in times], ".0f", " µs")
     return find
 
 
@@ -112,7 +104,8 @@ def _value(sample: Sample, table: str, name: str) -> float:
 
 
 DISK_RADIUS, DISK_THICKNESS = 25 * MILLIMETRE, 5 * MILLIMETRE
-DISK_ARC = math.acos(1 - 0.4 * MILLIMETRE / DISK_RADIUS)  # half of that which a platen holds
+PLATEN = 0.4 * MILLIMETRE  # height of the arc that it holds
+DISK_ARC = math.acos(1 - PLATEN / DISK_RADIUS)  # half of that
 
 
 def disk_loads(samples: list[Sample]) -> list[float]:

@@ -10,8 +10,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from crackle_runs import JOBS, ROOT, Sample, front_speed, markdown, read, run, with_keys
-from figures import MICROSECOND, MILLIMETRE, Figure, mean, median_range, output_of
+from crackle_runs import JOBS, ROOT, Sample, front_speed, markdown, median_range, read, run, with_keys
+from figures import MICROSECOND, MILLIMETRE, Figure, mean, output_of
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,8 @@ def _glass_plates(text: str, folder: Path, program: Path) -> list[GlassPlate]:
         y, z = sample.facet_corners[:, :, 1].mean(axis=1), sample.facet_corners[:, :, 2].mean(axis=1)
 
         def passing(place: float) -> float | None:
-            times = sample.facet_time[y > place * MILLIMETRE]
-            return float(times.min() / MICROSECOND) if times.size else None
+            time = sample.passing_time(place * MILLIMETRE)
+            return None if time is None else time / MICROSECOND
 
         branching = _branching(y, z, sample.facet_time)
         plates.append(GlassPlate(passing(51), branching[0] / MICROSECOND if branching else None,

@@ -2,7 +2,6 @@
 """Figures of the verification, beside their references, and the table of them."""
 from __future__ import annotations
 
-import math
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,15 +24,6 @@ class Figure:
 def mean(values: list[float], form: str) -> str:
     """Mean and standard deviation."""
     return f"{np.mean(values):{form}} ± {np.std(values, ddof=1):{form}}" if len(values) > 1 else f"{values[0]:{form}}"
-
-
-def median_range(values: list[float | None], form: str, unit: str = "") -> str:
-    """Median and range of those that are there, and how many when some are not."""
-    there = [value for value in values if value is not None and not math.isnan(value)]
-    if not there:
-        return "none"
-    text = f"{np.median(there):{form}}{unit} ({min(there):{form}} to {max(there):{form}})"
-    return text if len(there) == len(values) else f"{text}, {len(there)} of {len(values)}"
 
 
 def output_of(program: Path) -> str:

@@ -13,7 +13,7 @@ from crackle_report.photoelasticity import Grid, Optics, make_fringes
 from crackle_report.stress import element_stress
 from crackle_runs import JOBS, Sample, run, with_keys
 from figures import MILLIMETRE, Figure, mean, output_of
-from problems import DISK_ARC, DISK_RADIUS, DISK_THICKNESS, PROBLEMS, disk_loads, disk_reference
+from problems import DISK_ARC, DISK_RADIUS, DISK_THICKNESS, PLATEN, PROBLEMS, disk_loads, disk_reference
 
 GALLERY = JOBS.parent / "gallery"
 
@@ -184,7 +184,7 @@ def semicircular_notches(depth: float) -> float:
     return (3.065 - 3.472 * depth + 1.009 * depth ** 2 + 0.405 * depth ** 3) / (1 - depth)
 
 
-PRESSED, PRESSURE = 0.4e-3, 20e6  # height of the arcs of disk.toml that are pressed, as of the gallery's platens [m], and how much [Pa]
+PRESSURE = 20e6  # on the arcs of disk.toml, which are those of the gallery's platens [Pa]
 
 
 def diameter_fringes(text: str, folder: Path, program: Path) -> np.ndarray:
@@ -200,7 +200,7 @@ def diameter_fringes(text: str, folder: Path, program: Path) -> np.ndarray:
         # The program presses on the triangles whose centroids are in the region.
         corner = nodes[boundary]
         area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])[:, 2] / 2
-        load = PRESSURE * area[corner[:, :, 2].mean(axis=1) > 2 * DISK_RADIUS - PRESSED].sum()
+        load = PRESSURE * area[corner[:, :, 2].mean(axis=1) > 2 * DISK_RADIUS - PLATEN].sum()
         ratio.append(order / (Optics().order_per_stress_length * DISK_THICKNESS * hondros(load, z / DISK_RADIUS - 1)))
     return np.array(ratio)
 

@@ -37,7 +37,7 @@ constexpr double short_wait = 3;  // [s] with short pauses
 constexpr std::chrono::milliseconds short_pause{100};
 constexpr std::chrono::milliseconds long_pause{1000};
 
-/// Empty where there is no file.
+/// Empty if the file does not exist.
 std::string text_if_any(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};

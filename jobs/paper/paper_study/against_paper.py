@@ -92,16 +92,15 @@ def against_paper(rows: Rows, fringes: list[FringeSeries], own: Rows | None = No
         start = np.array([one.roughness[0] for one in fringes])
         end = np.array([one.roughness[-1] for one in fringes])
         fallen = np.array([one.order[-1] / one.order[0] for one in fringes])
-        lowest = np.array([one.likeness for one in fringes])
-        alike = lowest[:, [0, -1]]
+        alike = np.array([one.likeness for one in fringes])
         lines += [
             ["fringes before the cracks run", "like the experiment's",
              f"alike from sample to sample: correlation with the others' mean {alike[:, 0].min():.3f} or more ({len(fringes)} "
              f"of these bodies, with `verlet` and `auto`; there is no experiment to compare with)"],
             ["fringes afterwards", "blurred",
              f"after {1e6 * fringes[0].time[-1]:.0f} µs, away from cracks and notches, {np.median(end / start):.1f} times as rough "
-             f"as at t₀, while the mean order has fallen to {np.median(fallen):.2f} of that at t₀; correlation {spread(alike[:, 1], '.2f')}, after "
-             f"falling to {lowest.mean(axis=0).min():.2f} on the way"]]
+             f"as at t₀, while the mean order has fallen to {np.median(fallen):.2f} of that at t₀; correlation {spread(alike[:, -1], '.2f')}, after "
+             f"falling to {alike.mean(axis=0).min():.2f} on the way"]]
     lines += [
         ["samples", "200, by the convergence of the mean crack path",
          f"{n}; for this base distribution of mother points {_enough(rows)}"
