@@ -12,6 +12,7 @@
 #include "crackle/fracture/criterion.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/geometry/body.h"
+#include "crackle/geometry/condition_region.h"
 #include "crackle/geometry/mesh_regions.h"
 #include "crackle/geometry/mesh_statistics.h"
 #include "crackle/geometry/mother_points.h"
@@ -217,6 +218,14 @@ fracture::Range crack_spacing(const Subject& subject) {
 constexpr double resolving_spacings = 1.5;
 
 /// A warning where the mesh does not resolve that ball; empty otherwise.
+std::string refining_regions_text(const input::Parameters& parameters) {
+  std::string text;
+  for (const geometry::RegionRefinement& one : geometry::region_refinements(parameters))
+    text += fmt::format("\nThe region of boundary[{}] makes the mesh as fine as {:.3g} mm there.\n",
+                        one.condition, 1e3 * one.spacing);
+  return text;
+}
+
 std::string unresolved_length_text(const Subject& subject) {
   const auto& parameters = subject.parameters;
   const double length = parameters.fracture.length;
@@ -406,7 +415,7 @@ std::string cost_text(const Subject& subject, const CheckOptions& options) {
 
 /// Prints each part as soon as it is known.
 void print_estimate(const input::Parameters& parameters, const CheckOptions& options) {
-  const auto body = geometry::make_body(parameters.specimen);
+  const auto body = geometry::make_body(parameters);
   // Only the mesh is made here; where the samples are computed there may be more memory, or more nodes.
   const auto available = ensemble::available_memory();
   if (const auto message =
@@ -418,8 +427,9 @@ void print_estimate(const input::Parameters& parameters, const CheckOptions& opt
                                               ensemble::one_group(n_ranks));
   const double memory = demand.master + (n_ranks - 1) * demand.member;  // of all ranks that share a sample
   fmt::print("{}{}", input::aligned(subject_rows(subject, memory, available.bytes)),
-             uneven_toughness_text(subject) + unresolved_length_text(subject) +
-                 unresolved_softening_text(subject) + unresolved_variation_text(subject));
+             refining_regions_text(parameters) + uneven_toughness_text(subject) +
+                 unresolved_length_text(subject) + unresolved_softening_text(subject) +
+                 unresolved_variation_text(subject));
   const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
   if (const auto message = ensemble::shortage(memory, whose, available))
     fmt::print(
@@ -495,7 +505,7 @@ int check(const parallel::Communicator& world, const CheckOptions& options) {
   parallel::agree(world, [&] {
     if (!world.is_root()) return;
     if (parameters.mesh.points)
-      geometry::read_points(*parameters.mesh.points, *geometry::make_body(parameters.specimen));
+      geometry::read_points(*parameters.mesh.points, *geometry::make_body(parameters));
     const std::string notice = input::bits_notice(parameters.time.engine);
     fmt::print("{} is valid\n\n{}{}{}\n", file, input::echo(parameters), notice, notice.empty() ? "" : "\n");
     print_random_inputs(parameters);

@@ -42,7 +42,7 @@ void make_mesh(const input::Parameters& ensemble, const MeshOptions& options) {
   const input::Parameters parameters = uncertainty::sample_parameters(ensemble, options.sample);
   MeshTimes times{};
   const Stopwatch base_clock;
-  const auto body = geometry::make_body(parameters.specimen);
+  const auto body = geometry::make_body(parameters);
   const geometry::MotherPoints base = ensemble::make_base_points(*body, parameters, notify, options.sample);
   times.base = base_clock.seconds();
   const Stopwatch clock;

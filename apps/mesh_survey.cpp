@@ -42,7 +42,7 @@ bool survey_meshes(const input::Parameters& parameters, std::uint64_t n_samples,
           random.key);
   if (!table.empty()) check_writable(table);
   const Stopwatch base_clock;
-  const auto body = geometry::make_body(parameters.specimen);
+  const auto body = geometry::make_body(parameters);
   const geometry::MotherPoints base = ensemble::make_base_points(*body, parameters, notify);
   const double base_seconds = base_clock.seconds();
   const geometry::Survey survey(*body, base, parameters.mesh, parameters.ensemble.seed);

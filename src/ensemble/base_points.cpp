@@ -76,7 +76,7 @@ geometry::MotherPoints base_points(const std::filesystem::path& folder, const in
   try {
     return io::read_mother_points(results_file(folder), parameters);
   } catch (const std::runtime_error&) {
-    return make_base_points(*geometry::make_body(parameters.specimen), parameters);
+    return make_base_points(*geometry::make_body(parameters), parameters);
   }
 }
 

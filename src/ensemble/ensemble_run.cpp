@@ -26,7 +26,7 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   RunLog* const log_or_null = log ? &*log : nullptr;
   const auto layout = parallel::agree(
       world, [&] { return make_group_layout(world.size(), parameters.ensemble.ranks_per_sample); });
-  const auto body = parallel::agree(world, [&] { return geometry::make_body(parameters.specimen); });
+  const auto body = parallel::agree(world, [&] { return geometry::make_body(parameters); });
   MasterState master;
   parallel::agree_on_root(world, [&] {
     master.plan = make_plan(options.folder, parameters, options.plan, summary_reader(parameters));

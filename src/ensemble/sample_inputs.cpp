@@ -20,7 +20,7 @@ std::shared_ptr<const SampleInput> SampleInputs::of(std::uint64_t sample) const 
   const std::lock_guard lock(mutex_);
   if (!last_ || last_->first != number) {
     SampleInput input{uncertainty::sample_parameters(parameters_, sample), {}};
-    input.body = geometry::make_body(input.parameters.specimen);
+    input.body = geometry::make_body(input.parameters);
     last_.emplace(number, std::make_shared<const SampleInput>(std::move(input)));
   }
   return last_->second;

@@ -71,7 +71,7 @@ SamplePlan plan_sample(const input::Parameters& parameters, const SingleSampleOp
 SampleReport run_single_sample(const parallel::Communicator& ranks, const input::Parameters& parameters,
                                const SingleSampleOptions& options, const SampleFunction& sample_function,
                                const dynamics::SampleLog& log) {
-  const auto body = parallel::agree(ranks, [&] { return geometry::make_body(parameters.specimen); });
+  const auto body = parallel::agree(ranks, [&] { return geometry::make_body(parameters); });
   geometry::MotherPoints base;
   const auto say = [&](const std::string& line) {
     if (log && ranks.is_root()) log(line);

@@ -272,7 +272,7 @@ RunOutcome run_sweep(const parallel::Communicator& outer, const input::Parameter
       one.options = options;
       one.options.folder = case_folder(options.folder, i, given.size());
       one.options.next = {};
-      one.body = geometry::make_body(one.parameters().specimen);
+      one.body = geometry::make_body(one.parameters());
       one.mesh = mesh_settings(one.parameters(), true);
       bases.of(one.parameters());
     }

@@ -13,6 +13,11 @@ Point Patch::at(const Point& own) const {
   return origin + own[0] * axes[0] + own[1] * axes[1] + own[2] * axes[2];
 }
 
+Point Patch::own(const Point& p) const {
+  const Vector offset = p - origin;
+  return {dot(offset, axes[0]), dot(offset, axes[1]), dot(offset, axes[2])};
+}
+
 Box Patch::bounds(const Box& own) const {
   Box box{origin, origin};
   for (std::size_t i = 0; i < 3; ++i)

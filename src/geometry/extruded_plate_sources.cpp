@@ -12,13 +12,6 @@
 
 namespace crackle::geometry {
 
-namespace {
-
-/// A shape is not followed where the mesh is nearly as fine as it.
-constexpr double fine_enough = 1.25;
-
-}  // namespace
-
 std::vector<SpacingSource> ExtrudedPlate::spacing_sources(const input::Mesh& mesh) const {
   std::vector<SpacingSource> sources;
   const double far = mesh.spacing;

@@ -12,6 +12,9 @@ namespace crackle::geometry {
 /// Of coordinates on walls, in the body's largest size.
 inline constexpr double wall_tolerance = 1e-12;
 
+/// A shape is not followed where the mesh is nearly as fine as it.
+inline constexpr double fine_enough = 1.25;
+
 /// Reflects coordinate i in the middle of a box wherever bit i of `axes` is set: two bits together are a
 /// half-turn, three a reflection in the centre. It is its own inverse.
 struct Reflection {

@@ -143,7 +143,10 @@ void check_region_of_box(const Boundary& condition, Face face, const std::string
   }
   const Region part = part_of_face(condition, face, specimen.size);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (axis != normal && part[axis].first >= part[axis].second) {
+    const bool is_line = condition.region[axis].first == condition.region[axis].second;
+    const bool is_missed =
+        is_line ? part[axis].first > part[axis].second : part[axis].first >= part[axis].second;
+    if (axis != normal && is_missed) {
       findings.report(key + ".region." + axis_names[axis],
                       "the region from {} to {} misses the face; give a part of 0 to {}",
                       show(condition.region[axis].first), show(condition.region[axis].second),
@@ -229,7 +232,17 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
 bool have_common_part(const Boundary& a, const Boundary& b, const Specimen& specimen,
                       const std::vector<Wall>& walls) {
   const auto overlap = [](const std::pair<double, double>& one, const std::pair<double, double>& other) {
-    return std::max(one.first, other.first) < std::min(one.second, other.second);
+    const double first = std::max(one.first, other.first);
+    const double last = std::min(one.second, other.second);
+    if (first < last) return true;
+    // A line within a part of the face, or twice the same line; not one on the border of a part.
+    const auto is_within = [](double line, const std::pair<double, double>& part) {
+      return part.first < line && line < part.second;
+    };
+    const bool is_line = one.first == one.second;
+    return is_line && other.first == other.second ? one.first == other.first
+           : is_line                              ? is_within(one.first, other)
+                     : other.first == other.second && is_within(other.first, one);
   };
   const auto face = box_face(a, specimen);
   const auto other_face = box_face(b, specimen);
@@ -253,9 +266,19 @@ bool have_common_part(const Boundary& a, const Boundary& b, const Specimen& spec
     if (!has(a.on) || !has(b.on)) return false;
     const auto share = share_in(wall, a.region);
     const auto other = share_in(wall, b.region);
-    // Regions may share a border, which the slack of the shares widens.
-    return share && other &&
-           std::min(share->second, other->second) - std::max(share->first, other->first) > 1e-6;
+    if (!share || !other) return false;
+    // Regions may share a border, which the slack of the shares widens; a line has no more than that.
+    constexpr double slack = 1e-6;
+    const double first = std::max(share->first, other->first);
+    const double last = std::min(share->second, other->second);
+    if (last - first > slack) return true;
+    const auto is_line = [&](const auto& part) { return part->second - part->first <= slack; };
+    const auto is_within = [&](const auto& line, const auto& part) {
+      return line->first > part->first + slack && line->second < part->second - slack;
+    };
+    return is_line(share) && is_line(other)
+               ? first <= last
+               : (is_line(share) && is_within(share, other)) || (is_line(other) && is_within(other, share));
   });
 }
 

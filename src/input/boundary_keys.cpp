@@ -103,7 +103,10 @@ Key region_key(std::size_t axis) {
       fmt::format("region.{}", axis_names[axis]),
       [=](Parameters & parameters, std::size_t i) -> auto& { return boundary(parameters, i).region[axis]; },
       {"50 mm", "100 mm"}, "whole face",
-      "restricts the condition to the part of the face between these coordinates");
+      "restricts the condition to the part of the face between these coordinates; the same coordinate twice: "
+      "to "
+      "a line of nodes, such as a roller or a knife edge",
+      true);
 }
 
 Key fix_key() {

@@ -518,9 +518,11 @@ Key optional_number_key(std::string name, Access<double> access, Range range, st
 }
 
 Key range_key(std::string name, Access<std::pair<double, double>> access,
-              const std::pair<std::string, std::string>& example, std::string whole, std::string help) {
-  const std::string form = fmt::format("two lengths, the smaller one first, such as [\"{}\", \"{}\"]",
-                                       example.first, example.second);
+              const std::pair<std::string, std::string>& example, std::string whole, std::string help,
+              bool may_be_empty) {
+  const std::string form =
+      fmt::format("two lengths, the smaller one first{}, such as [\"{}\", \"{}\"]",
+                  may_be_empty ? " (or the same twice)" : "", example.first, example.second);
   return {std::move(name),
           "length",
           optional(std::move(whole)),
@@ -532,7 +534,7 @@ Key range_key(std::string name, Access<std::pair<double, double>> access,
             const auto lower = read_quantity((*ends)[0], length_dimension, coordinate);
             const auto upper = read_quantity((*ends)[1], length_dimension, coordinate);
             if (!lower || !upper) return;
-            if (*lower >= *upper) {
+            if (*lower > *upper || (*lower == *upper && !may_be_empty)) {
               source.report("{} is not below {}; give {}", (*ends)[0].value.source, (*ends)[1].value.source,
                             form);
               return;

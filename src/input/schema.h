@@ -114,8 +114,10 @@ Key optional_number_key(std::string name, Access<double> access, Range range, st
 /// An interval of a coordinate that may be left out; then it stays unbounded and is not shown.
 /// @param example its two lengths
 /// @param whole what is meant without it
+/// @param may_be_empty whether its two lengths may be equal
 Key range_key(std::string name, Access<std::pair<double, double>> access,
-              const std::pair<std::string, std::string>& example, std::string whole, std::string help);
+              const std::pair<std::string, std::string>& example, std::string whole, std::string help,
+              bool may_be_empty = false);
 
 /// A key whose value `read` gives, if it is sound, and `show` writes.
 template <class T, class Read, class Show>

@@ -108,6 +108,54 @@ double best_quality(double angle) {
   return 2 * std::pow(std::sin(angle) / 2, 2.0 / 3) * std::pow(square, -2.0 / 3);
 }
 
+struct Ellipse {
+  Point centre, first, second;  ///< centre + cos(angle) first + sin(angle) second
+};
+
+/// Where a region's limits of y and z cross an ellipse, within its limits of the other one. Takes no more
+/// than square roots, as plane::arc does.
+Polygon limits_on(const Ellipse& curve, const Region& region) {
+  Polygon places;
+  for (std::size_t i = 0; i < 2; ++i)
+    for (const double limit : {region[i + 1].first, region[i + 1].second}) {
+      const double reach = plane::norm({curve.first[i], curve.second[i]});
+      const double share = (limit - curve.centre[i]) / reach;
+      if (!(std::abs(share) < 1)) continue;
+      const double rest = std::sqrt(1 - share * share);
+      for (const double side : {-rest, rest}) {
+        const double cosine = (share * curve.first[i] - side * curve.second[i]) / reach;
+        const double sine = (share * curve.second[i] + side * curve.first[i]) / reach;
+        Point p = curve.centre + cosine * curve.first + sine * curve.second;
+        p[i] = limit;
+        const auto [lower, upper] = region[2 - i];
+        if (lower <= p[1 - i] && p[1 - i] <= upper) places.push_back(p);
+      }
+    }
+  return places;
+}
+
+/// Makes a point of a curve a corner of its polygon: in place of one that is nearer than this share of the
+/// chord, unless that has to stay, else besides the others.
+constexpr double replacing_share = 0.25;
+
+void set_corner(Polygon& corners, const Point& p, const Polygon& stays) {
+  const auto nearest =
+      std::ranges::min_element(corners, {}, [&](const Point& corner) { return plane::norm(corner - p); });
+  const auto i = static_cast<std::size_t>(nearest - corners.begin());
+  const std::size_t after = (i + 1) % corners.size();
+  const bool is_after = plane::dot(p - corners[i], corners[after] - corners[i]) > 0;
+  const Point& other = is_after ? corners[after] : corners[(i + corners.size() - 1) % corners.size()];
+  const double gap = plane::norm(p - corners[i]);
+  const double chord = plane::norm(other - corners[i]);
+  if (gap <= 1e-9 * chord) return;
+  const bool has_to_stay = std::ranges::any_of(
+      stays, [&](const Point& one) { return plane::norm(one - corners[i]) <= 1e-9 * chord; });
+  if (gap < replacing_share * chord && !has_to_stay)
+    corners[i] = p;
+  else
+    corners.insert(corners.begin() + static_cast<std::ptrdiff_t>(is_after ? i + 1 : i), p);
+}
+
 class ShapeMaker {
 public:
   ShapeMaker(const Parameters& parameters, Findings& findings)
@@ -139,6 +187,22 @@ private:
     return static_cast<int>(shape_.parts.size()) - 1;
   }
 
+  /// A closed curve whose chords end where regions of conditions on it do.
+  Polygon ellipse(const Ellipse& curve, const std::string& name) const {
+    Polygon corners = plane::arc(curve.centre, curve.first, curve.second, 4, spacing_);
+    const Polygon quarters{curve.centre + curve.first, curve.centre + curve.second,
+                           curve.centre - curve.first, curve.centre - curve.second};
+    Polygon stays = quarters;
+    for (const Boundary& condition : parameters_.boundaries) {
+      if (condition.on != name) continue;
+      for (const Point& limit : limits_on(curve, condition.region)) {
+        set_corner(corners, limit, stays);
+        stays.push_back(limit);
+      }
+    }
+    return corners;
+  }
+
   bool add_outline() {
     plane::Loop loop;
     if (!specimen_.outline) {
@@ -146,7 +210,7 @@ private:
       loop.corners = {{0, 0}, {size[1], 0}, {size[1], size[2]}, {0, size[2]}};
     } else if (specimen_.outline->polygon.empty()) {
       const double radius = specimen_.outline->radius;
-      loop.corners = plane::arc({radius, radius}, {radius, 0}, {0, radius}, 4, spacing_);
+      loop.corners = ellipse({{radius, radius}, {radius, 0}, {0, radius}}, "edge-0");
       loop.part.assign(loop.size(), add_part("edge-0", true));
     } else {
       loop.corners = specimen_.outline->polygon;
@@ -196,8 +260,8 @@ private:
       return of_part(given.polygon, part);
     }
     const Point along{std::cos(given.angle), std::sin(given.angle)};
-    return of_part(plane::arc(given.center, given.semi_axes[0] * along, given.semi_axes[1] * left_of(along),
-                              4, spacing_),
+    return of_part(ellipse({given.center, given.semi_axes[0] * along, given.semi_axes[1] * left_of(along)},
+                           fmt::format("hole-{}", i)),
                    part);
   }
 

@@ -4,6 +4,7 @@
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
 #include "crackle/geometry/body.h"
+#include "crackle/geometry/condition_region.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
@@ -19,16 +20,6 @@
 namespace crackle::mechanics {
 
 namespace {
-
-bool inside(const input::Boundary& condition, const geometry::Point& p) {
-  for (std::size_t i = 0; i < 3; ++i) {
-    // A region's limits are decimal input: a node on one must not be lost to the last bit.
-    const auto [lower, upper] = condition.region[i];
-    const double slack = 1e-12;
-    if (p[i] < lower - slack || p[i] > upper + slack) return false;
-  }
-  return true;
-}
 
 struct TriangleGeometry {
   geometry::Point centroid;
@@ -49,15 +40,25 @@ bool counts(const geometry::Subdomain& subdomain, const geometry::Triangle& node
   return lowest < subdomain.layout.n_owned;
 }
 
-using Faces = std::vector<geometry::FaceId>;  // ascending
-
 /// What a condition holds on.
 struct Surfaces {
-  Faces faces;
+  geometry::ConditionRegion region;
   std::vector<Vector> outward;  // unit normal of every face of the body
 };
 
-/// The part of a condition's faces on this rank: tributary areas of its owned nodes.
+std::vector<std::int32_t> held_nodes(const geometry::ConditionRegion& region,
+                                     const geometry::Subdomain& subdomain) {
+  std::set<std::int32_t> nodes;
+  for (const auto& triangle : subdomain.boundary) {
+    const geometry::FacePart* part = region.on(triangle.surface);
+    if (part == nullptr) continue;
+    for (const auto node : triangle.nodes)
+      if (node < subdomain.layout.n_owned && part->contains(subdomain.nodes[index(node)])) nodes.insert(node);
+  }
+  return {nodes.begin(), nodes.end()};
+}
+
+/// The part of a condition's region on this rank: tributary areas of its owned nodes.
 struct LoadedFace {
   std::vector<std::int32_t> nodes;
   std::vector<double> area;
@@ -65,16 +66,64 @@ struct LoadedFace {
   double resultant = 0;   // with signs
 };
 
+/// The edges of the mesh that make up a region that is a line, as numbers of their nodes in the realization:
+/// each once, though triangles share them, in the same order on every rank.
+using LineEdges = std::map<std::pair<std::int64_t, std::int64_t>, std::array<std::int32_t, 2>>;
+
+LineEdges line_edges(const geometry::ConditionRegion& region, const geometry::Subdomain& subdomain) {
+  LineEdges edges;
+  for (const auto& triangle : subdomain.boundary) {
+    const geometry::FacePart* part = region.on(triangle.surface);
+    if (part == nullptr) continue;
+    for (std::size_t i = 0; i < 3; ++i) {
+      std::array<std::int32_t, 2> ends{triangle.nodes[i], triangle.nodes[(i + 1) % 3]};
+      const auto number = [&](std::int32_t node) { return subdomain.layout.number[index(node)]; };
+      if (number(ends[0]) > number(ends[1])) std::swap(ends[0], ends[1]);
+      if (std::ranges::all_of(ends, [&](auto node) { return part->contains(subdomain.nodes[index(node)]); }))
+        edges.emplace(std::pair{number(ends[0]), number(ends[1])}, ends);
+    }
+  }
+  return edges;
+}
+
+/// A region that is a line, with lengths for areas, or one of points, with their number. Collective.
+LoadedFace loaded_line(const parallel::Communicator& group, const geometry::ConditionRegion& region,
+                       const geometry::Subdomain& subdomain) {
+  std::map<std::int32_t, double> tributary;
+  std::vector<double> counted;
+  if (region.n_dimensions == 1) {
+    for (const auto& [numbers, ends] : line_edges(region, subdomain)) {
+      const double length = norm(subdomain.nodes[index(ends[1])] - subdomain.nodes[index(ends[0])]);
+      if (ends[0] < subdomain.layout.n_owned) counted.push_back(length);
+      for (const auto node : ends)
+        if (node < subdomain.layout.n_owned) tributary[node] += length / 2;
+    }
+  } else {
+    for (const auto node : held_nodes(region, subdomain)) {
+      counted.push_back(1);
+      tributary[node] = 1;
+    }
+  }
+  LoadedFace line;
+  line.resultant = line.total_area = parallel::exact_sum(group, counted);
+  for (const auto& [node, length] : tributary) {
+    line.nodes.push_back(node);
+    line.area.push_back(length);
+  }
+  return line;
+}
+
 /// @param share of a face's area that counts
 template <class Share>
-LoadedFace loaded_face(const parallel::Communicator& group, const input::Boundary& condition,
-                       const Faces& faces, const geometry::Subdomain& subdomain, Share&& share) {
+LoadedFace loaded_face(const parallel::Communicator& group, const geometry::ConditionRegion& region,
+                       const geometry::Subdomain& subdomain, Share&& share) {
   std::map<std::int32_t, double> tributary;
   std::vector<double> counted_areas;
   for (const auto& triangle : subdomain.boundary) {
-    if (!std::ranges::binary_search(faces, triangle.surface)) continue;
+    const geometry::FacePart* here = region.on(triangle.surface);
+    if (here == nullptr) continue;
     const auto [centroid, area] = measure(subdomain, triangle.nodes);
-    if (!inside(condition, centroid)) continue;
+    if (!here->contains(centroid)) continue;
     const double part = share(triangle.surface);
     if (part == 0) continue;
     if (counts(subdomain, triangle.nodes)) counted_areas.push_back(part * area);
@@ -100,10 +149,17 @@ ConditionNodes equal_shares(const parallel::Communicator& group, const std::vect
   return {nodes, std::vector<double>(nodes.size(), 1 / static_cast<double>(n))};
 }
 
-/// Shares of the loaded area, whatever its direction. Collective.
-ConditionNodes area_shares(const parallel::Communicator& group, const input::Boundary& condition,
-                           const Faces& faces, const geometry::Subdomain& subdomain) {
-  LoadedFace face = loaded_face(group, condition, faces, subdomain, [](geometry::FaceId) { return 1.0; });
+/// The whole region, whatever its direction. Collective.
+LoadedFace loaded_region(const parallel::Communicator& group, const geometry::ConditionRegion& region,
+                         const geometry::Subdomain& subdomain) {
+  if (region.n_dimensions < 2) return loaded_line(group, region, subdomain);
+  return loaded_face(group, region, subdomain, [](geometry::FaceId) { return 1.0; });
+}
+
+/// Shares of the loaded area or length, whatever its direction. Collective.
+ConditionNodes area_shares(const parallel::Communicator& group, const geometry::ConditionRegion& region,
+                           const geometry::Subdomain& subdomain) {
+  LoadedFace face = loaded_region(group, region, subdomain);
   for (double& area : face.area) area /= face.total_area;
   return {std::move(face.nodes), std::move(face.area)};
 }
@@ -121,32 +177,17 @@ std::vector<std::int32_t> tetrahedra_at(const std::vector<PrescribedMotion>& mot
   return tetrahedra;
 }
 
-std::vector<std::int32_t> held_nodes(const input::Boundary& condition, const Faces& faces,
-                                     const geometry::Subdomain& subdomain) {
-  std::set<std::int32_t> nodes;
-  for (const auto& triangle : subdomain.boundary) {
-    if (!std::ranges::binary_search(faces, triangle.surface)) continue;
-    for (const auto node : triangle.nodes) {
-      if (node < subdomain.layout.n_owned && inside(condition, subdomain.nodes[index(node)])) {
-        nodes.insert(node);
-      }
-    }
-  }
-  return {nodes.begin(), nodes.end()};
-}
-
 /// Collective.
-Absorber make_absorber(const parallel::Communicator& group, const input::Boundary& condition,
-                       const Surfaces& surfaces, const geometry::Subdomain& subdomain,
-                       const input::Material& material) {
-  const auto& [faces, outward] = surfaces;
+Absorber make_absorber(const parallel::Communicator& group, const Surfaces& surfaces,
+                       const geometry::Subdomain& subdomain, const input::Material& material) {
+  const auto& [region, outward] = surfaces;
   const double along = material.density * dilatational_speed(material);
   const double across = material.density * shear_speed(material);
   std::map<std::int32_t, Symmetric> impedance;
   // A component of it at a time, by the tributary areas times that component of each face.
   for (std::size_t k = 0; k < 6; ++k) {
     const LoadedFace part =
-        loaded_face(group, condition, faces, subdomain, [&, &normals = outward](geometry::FaceId id) {
+        loaded_face(group, region, subdomain, [&, &normals = outward](geometry::FaceId id) {
           const Vector& normal = normals[index(id)];
           return (along - across) * symmetric_product(normal, normal)[k] + (k < 3 ? across : 0);
         });
@@ -304,14 +345,14 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
     std::vector<Vector> outward;
     for (const geometry::Face& face : body->faces()) outward.push_back(face.outward);
     std::vector<Surfaces> found;
-    for (const auto& condition : parameters.boundaries)
-      found.push_back({body->faces_named(condition.on), outward});
+    for (auto& region : geometry::condition_regions(*body, parameters.boundaries))
+      found.push_back({std::move(region), outward});
     return found;
   });
   BoundaryLoads loads;
   int number = 0;
   for (const auto& condition : parameters.boundaries) {
-    const auto& [faces, outward] = all_surfaces[index(number++)];
+    const auto& [region, outward] = all_surfaces[index(number++)];
     const auto refuse_empty = [&](bool empty, const char* what) {
       if (!empty) return;
       throw parallel::AgreedError(0, "boundary " + std::to_string(number) + " on " + condition.on +
@@ -323,10 +364,10 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
     if (condition.kind == input::BoundaryKind::pressure) {
       double total_area = 0;
       for (int component = 0; component < 3; ++component) {
-        const LoadedFace face = loaded_face(group, condition, faces, subdomain,
-                                            [&outward = outward, component](geometry::FaceId id) {
-                                              return -outward[index(id)][static_cast<std::size_t>(component)];
-                                            });
+        const LoadedFace face =
+            loaded_face(group, region, subdomain, [&outward = outward, component](geometry::FaceId id) {
+              return -outward[index(id)][static_cast<std::size_t>(component)];
+            });
         total_area += face.total_area;
         LoadCurve amplitude(condition.value[0], condition.rate[0], condition.history);
         if (amplitude.is_zero() || face.total_area == 0) continue;
@@ -334,18 +375,17 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
                                 face.resultant, number - 1});
       }
       refuse_empty(total_area == 0, "boundary triangle");
-      loads.conditions.push_back(area_shares(group, condition, faces, subdomain));
+      loads.conditions.push_back(area_shares(group, region, subdomain));
     } else if (condition.kind == input::BoundaryKind::absorbing) {
       Absorber absorber =
-          make_absorber(group, condition, all_surfaces[index(number - 1)], subdomain, parameters.material);
+          make_absorber(group, all_surfaces[index(number - 1)], subdomain, parameters.material);
       parallel::agree(group);
       refuse_empty(!parallel::any_of_all(group, !absorber.nodes.empty()), "boundary triangle");
       absorber.condition = number - 1;
       loads.absorbers.push_back(std::move(absorber));
-      loads.conditions.push_back(area_shares(group, condition, faces, subdomain));
+      loads.conditions.push_back(area_shares(group, region, subdomain));
     } else if (is_load) {
-      const LoadedFace face =
-          loaded_face(group, condition, faces, subdomain, [](geometry::FaceId) { return 1.0; });
+      const LoadedFace face = loaded_region(group, region, subdomain);
       refuse_empty(face.total_area == 0, "boundary triangle");
       for (int component = 0; component < 3; ++component) {
         const auto c = static_cast<std::size_t>(component);
@@ -359,9 +399,9 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
         }
         loads.forces.push_back(std::move(pattern));
       }
-      loads.conditions.push_back(area_shares(group, condition, faces, subdomain));
+      loads.conditions.push_back(area_shares(group, region, subdomain));
     } else {
-      const std::vector<std::int32_t> nodes = held_nodes(condition, faces, subdomain);
+      const std::vector<std::int32_t> nodes = held_nodes(region, subdomain);
       parallel::agree(group);
       refuse_empty(!parallel::any_of_all(group, !nodes.empty()), "node");
       for (int component = 0; component < 3; ++component) {

@@ -71,7 +71,7 @@ int main(int argc, char** argv) {
     const parallel::Communicator world(MPI_COMM_WORLD);
     const auto parameters = input::read(argc > 1 ? argv[1] : "jobs/paper/clock-from-zero.toml");
     const auto n = static_cast<std::uint64_t>(argc > 2 ? std::stoi(argv[2]) : 40);
-    const auto body = geometry::make_body(parameters.specimen);
+    const auto body = geometry::make_body(parameters);
     const auto base = ensemble::make_shared_points(*body, parameters, {});
     const auto make = [&](std::uint64_t sample) {
       return ensemble::make_sample_mesh(*body, base, parameters, sample, 0);

@@ -136,7 +136,7 @@ TEST_F(EnsembleRun, SameEnsembleOnAnyNumberOfRanks) {
 
   const auto content = io::read_ensemble(root_ / "all" / "ensemble.h5");
   EXPECT_EQ(content.input_text, parameters.text);
-  const auto base = geometry::make_mother_points(*geometry::make_body(parameters.specimen), parameters.mesh,
+  const auto base = geometry::make_mother_points(*geometry::make_body(parameters), parameters.mesh,
                                                  parameters.ensemble.seed);
   EXPECT_EQ(content.base.position, base.position);
   EXPECT_EQ(content.base.spacing, base.spacing);

@@ -20,7 +20,7 @@ inline input::Parameters job(const std::string& file) {
 
 /// The mesh that the program makes for a sample.
 inline geometry::Realization realization(const input::Parameters& parameters, std::uint64_t sample = 0) {
-  const auto body = geometry::make_body(parameters.specimen);
+  const auto body = geometry::make_body(parameters);
   const auto base = geometry::make_mother_points(*body, parameters.mesh, parameters.ensemble.seed);
   return geometry::make_realization(*body, base, parameters.mesh, parameters.ensemble.seed, sample);
 }

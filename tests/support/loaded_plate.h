@@ -33,7 +33,7 @@ struct LoadedPlate {
 
   explicit LoadedPlate(const PlateText& text) : parameters(input::parse(text.text(), "plate.toml")) {
     parameters.ensemble.seed = 1;
-    body = geometry::make_body(parameters.specimen);
+    body = geometry::make_body(parameters);
     subdomain = whole(realization(parameters));
   }
 

@@ -25,7 +25,7 @@ TEST(BasePoints, WaitIsToldBeforeIt) {
     heard = line;
     throw std::runtime_error("heard");
   };
-  EXPECT_THROW(make_base_points(*geometry::make_body(parameters.specimen), parameters, stop_there),
+  EXPECT_THROW(make_base_points(*geometry::make_body(parameters), parameters, stop_there),
                std::runtime_error);
   EXPECT_EQ(heard.substr(0, 15), "placing some 1.") << heard;
 }
@@ -55,14 +55,14 @@ TEST(BasePoints, AreSharedOrEachSamplesOwn) {
   EXPECT_NE(first, nodes(input::Base::own, 0, 1)) << "another attempt places other points";
   EXPECT_NE(first, nodes(input::Base::shared, 0));
   const auto parameters = small_plate(input::Base::own);
-  EXPECT_EQ(make_base_points(*geometry::make_body(parameters.specimen), parameters, {}, 1).position,
+  EXPECT_EQ(make_base_points(*geometry::make_body(parameters), parameters, {}, 1).position,
             nodes(input::Base::own, 1));
 }
 
 TEST(BasePoints, OfEachSampleAreRefusedBeforeAnySampleIsMade) {
   auto parameters = small_plate(input::Base::own);
   parameters.mesh.spacing = parameters.mesh.notch_spacing = 1e-6;
-  EXPECT_THROW(make_shared_points(*geometry::make_body(parameters.specimen), parameters), std::runtime_error);
+  EXPECT_THROW(make_shared_points(*geometry::make_body(parameters), parameters), std::runtime_error);
 }
 
 TEST(BasePoints, NoWaitIsToldOfWhatIsRefused) {
@@ -70,7 +70,7 @@ TEST(BasePoints, NoWaitIsToldOfWhatIsRefused) {
   parameters.specimen.size = {0.1, 0.1, 0.1};
   parameters.mesh.spacing = parameters.mesh.notch_spacing = 1e-4;
   std::string heard;
-  EXPECT_THROW(make_base_points(*geometry::make_body(parameters.specimen), parameters,
+  EXPECT_THROW(make_base_points(*geometry::make_body(parameters), parameters,
                                 [&](const std::string& line) { heard = line; }),
                std::runtime_error);
   EXPECT_EQ(heard, "");

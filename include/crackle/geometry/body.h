@@ -24,6 +24,7 @@ struct Patch {
   std::array<Vector, 3> axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  ///< orthonormal
 
   Point at(const Point& own) const;  ///< the point with these own coordinates
+  Point own(const Point& p) const;   ///< own coordinates of a point
   Box bounds(const Box& own) const;  ///< that holds a part of the domain
   Box bounds() const { return bounds(domain); }
 };
@@ -187,6 +188,10 @@ protected:
 /// The body that an input describes.
 /// @throws std::runtime_error naming what is wrong with it
 std::unique_ptr<const Body> make_body(const input::Specimen& specimen);
+
+/// The same with the regions of the boundary conditions imprinted on its faces: what is meshed.
+/// @throws std::runtime_error also where a region holds no part of its face
+std::unique_ptr<const Body> make_body(const input::Parameters& parameters);
 
 /// Its number of crack starts, `notches` in the shapes of the result files.
 std::size_t n_crack_starts(const input::Specimen& specimen);

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "crackle/geometry/body.h"
+#include "crackle/input/parameters.h"
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace crackle::geometry {
+
+/// The part of one face that a boundary condition holds on: a rectangle along the face's own axes, a line
+/// where it has no extent along one of them, a point where it has none at all.
+struct FacePart {
+  FaceId face;
+  Patch patch;                      ///< of the face
+  std::array<std::size_t, 2> axis;  ///< own axes of the patch that span the face
+  std::array<double, 2> lower;      ///< own coordinates along them [m]
+  std::array<double, 2> upper;
+  double tolerance;  ///< within which a point of the face is in it [m]
+
+  int n_dimensions() const { return (lower[0] < upper[0]) + (lower[1] < upper[1]); }
+  /// @param p a point of the face
+  bool contains(const Point& p) const;
+};
+
+/// Where a boundary condition holds: the same in every realization, because the borders of its parts are
+/// edges of the mesh (ImprintedBody).
+struct ConditionRegion {
+  std::vector<FacePart> parts;  ///< by ascending face, all of the same dimension
+  int n_dimensions = 2;         ///< 2: areas, 1: lines, 0: points
+
+  /// The part on a face, or nullptr.
+  const FacePart* on(FaceId face) const;
+};
+
+/// What the region of a condition leaves of the faces that it names, its borders moved onto edges of the body
+/// that are nearer than 1e-9 of the body's size.
+/// @throws std::runtime_error when nothing is left
+ConditionRegion condition_region(const Body& body, const input::Boundary& condition, std::size_t number);
+
+/// Of all conditions of an input, in their order.
+std::vector<ConditionRegion> condition_regions(const Body& body, std::span<const input::Boundary> conditions);
+
+/// A condition whose region asks for a finer mesh than the rest of the input does.
+struct RegionRefinement {
+  std::size_t condition;
+  double spacing;  ///< the finest that it asks for [m]
+};
+
+std::vector<RegionRefinement> region_refinements(const input::Parameters& parameters);
+
+}  // namespace crackle::geometry

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/geometry/condition_region.h"
+
+#include "crackle/common/failure.h"
+#include "crackle/common/index.h"
+
+#include "imprinted_body.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+namespace crackle::geometry {
+
+namespace {
+
+using Interval = std::pair<double, double>;
+
+double merging_distance(const Body& body) {
+  return merging_share * std::ranges::max(body.size());
+}
+
+/// The own axes along which a patch has an extent.
+std::array<std::size_t, 2> spanning_axes(const Patch& patch) {
+  std::array<std::size_t, 2> axes{};
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < 3 && n < 2; ++i)
+    if (patch.domain.upper[i] > patch.domain.lower[i]) axes[n++] = i;
+  return axes;
+}
+
+/// Where a region's limits hold along an own axis of a patch.
+struct OwnInterval {
+  Interval ends;
+  bool is_line;  ///< the region has no width there
+};
+
+/// Nothing where the limits exclude each other.
+std::optional<OwnInterval> own_interval(const Patch& patch, std::size_t axis, const input::Region& region,
+                                        double near) {
+  Interval interval = input::unbounded;
+  bool is_line = false;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double slope = patch.axes[axis][i];
+    if (slope == 0) continue;
+    is_line = is_line || region[i].second - region[i].first <= near;
+    double first = (region[i].first - patch.origin[i]) / slope;
+    double last = (region[i].second - patch.origin[i]) / slope;
+    if (first > last) std::swap(first, last);
+    interval = {std::max(interval.first, first), std::min(interval.second, last)};
+  }
+  if (interval.first > interval.second + near) return {};
+  return OwnInterval{interval, is_line};
+}
+
+/// Whether a face that is flat across a coordinate lies within the region's limits of it.
+bool is_at_region(const Patch& patch, const std::array<std::size_t, 2>& axes, const input::Region& region,
+                  double near) {
+  const Point place = patch.at(patch.domain.lower);
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (patch.axes[axes[0]][i] != 0 || patch.axes[axes[1]][i] != 0) continue;
+    if (place[i] < region[i].first - near || place[i] > region[i].second + near) return false;
+  }
+  return true;
+}
+
+/// The part of an own interval that lies in a face, its ends moved onto those of the face where they are
+/// near.
+std::optional<Interval> clipped(const OwnInterval& wanted, const Interval& own, double near) {
+  const auto [first, last] = wanted.ends;
+  if (last < own.first - near || first > own.second + near) return {};
+  const auto moved = [&](double end) {
+    if (std::abs(end - own.first) <= near || end < own.first) return own.first;
+    if (std::abs(end - own.second) <= near || end > own.second) return own.second;
+    return end;
+  };
+  const Interval part{moved(first), moved(last)};
+  if (wanted.is_line) return Interval{part.first, part.first};
+  if (!(part.first < part.second)) return {};  // meets the face in its border only
+  return part;
+}
+
+std::optional<FacePart> part_of(const Body& body, FaceId id, const input::Region& region) {
+  const Face& face = body.faces()[index(id)];
+  const double near = merging_distance(body);
+  FacePart part{id, face.patch, spanning_axes(face.patch), {}, {}, near};
+  if (!is_at_region(face.patch, part.axis, region, near)) return {};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const std::size_t axis = part.axis[k];
+    const Interval own{face.patch.domain.lower[axis], face.patch.domain.upper[axis]};
+    const auto wanted = own_interval(face.patch, axis, region, near);
+    if (!wanted) return {};
+    const auto interval = clipped(*wanted, own, near);
+    if (!interval) return {};
+    part.lower[k] = interval->first;
+    part.upper[k] = interval->second;
+  }
+  return part;
+}
+
+}  // namespace
+
+bool FacePart::contains(const Point& p) const {
+  const Point own = patch.own(p);
+  for (std::size_t k = 0; k < 2; ++k)
+    if (own[axis[k]] < lower[k] - tolerance || own[axis[k]] > upper[k] + tolerance) return false;
+  return true;
+}
+
+const FacePart* ConditionRegion::on(FaceId face) const {
+  const auto part = std::ranges::lower_bound(parts, face, {}, &FacePart::face);
+  return part != parts.end() && part->face == face ? &*part : nullptr;
+}
+
+ConditionRegion condition_region(const Body& body, const input::Boundary& condition, std::size_t number) {
+  ConditionRegion region;
+  for (const FaceId id : body.faces_named(condition.on))
+    if (auto part = part_of(body, id, condition.region)) region.parts.push_back(std::move(*part));
+  if (region.parts.empty()) fail("boundary[{}]: its region holds no part of \"{}\"", number, condition.on);
+  region.n_dimensions = std::ranges::max(region.parts, {}, &FacePart::n_dimensions).n_dimensions();
+  std::erase_if(region.parts,
+                [&](const FacePart& part) { return part.n_dimensions() < region.n_dimensions; });
+  const bool needs_area = condition.kind == input::BoundaryKind::traction ||
+                          condition.kind == input::BoundaryKind::pressure ||
+                          condition.kind == input::BoundaryKind::absorbing;
+  if (needs_area && region.n_dimensions < 2)
+    fail("boundary[{}]: its region is a {}, which has no area for \"{}\"; give a force, or a wider region",
+         number, region.n_dimensions == 1 ? "line" : "point", input::name_of(condition.kind));
+  return region;
+}
+
+std::vector<ConditionRegion> condition_regions(const Body& body,
+                                               std::span<const input::Boundary> conditions) {
+  std::vector<ConditionRegion> regions;
+  for (std::size_t i = 0; i < conditions.size(); ++i)
+    regions.push_back(condition_region(body, conditions[i], i));
+  return regions;
+}
+
+std::unique_ptr<const Body> make_body(const input::Parameters& parameters) {
+  auto plain = make_body(parameters.specimen);
+  auto regions = condition_regions(*plain, parameters.boundaries);
+  if (!ImprintedBody::is_needed(*plain, regions)) return plain;
+  return std::make_unique<ImprintedBody>(std::move(plain), regions);
+}
+
+std::vector<RegionRefinement> region_refinements(const input::Parameters& parameters) {
+  auto plain = make_body(parameters.specimen);
+  auto regions = condition_regions(*plain, parameters.boundaries);
+  if (!ImprintedBody::is_needed(*plain, regions)) return {};
+  return ImprintedBody(std::move(plain), regions).refinements(parameters.mesh);
+}
+
+}  // namespace crackle::geometry
