@@ -204,12 +204,24 @@ def _has_results(file: Path) -> bool:
         return "crack_surface" in root
 
 
+def _datasets(group: h5py.Group) -> dict[str, np.ndarray]:
+    """By their paths in the group, such as "load" and "probes/gauge/displacement"."""
+    found: dict[str, np.ndarray] = {}
+
+    def add(name: str, item: h5py.Dataset | h5py.Group) -> None:
+        if isinstance(item, h5py.Dataset):
+            found[name] = item[...]
+
+    group.visititems(add)
+    return found
+
+
 def read(file: Path) -> Sample:
     with h5py.File(file) as root:
         summary = {name: values[()] for name, values in root["summary"].items() if isinstance(values, h5py.Dataset)}
         inputs = {name: float(values[()]) for name, values in root["summary"].get("inputs", {}).items()}
         energy = {name: values[...] for name, values in root["energy"].items()}
-        history = {name: values[...] for name, values in root["history"].items() if isinstance(values, h5py.Dataset)}
+        history = _datasets(root["history"])
         surface = root["crack_surface"]
         return Sample(summary, inputs, energy, history, surface["corners"][...], surface["time"][...], surface["area"][...],
                       {name: values[...] for name, values in root["forks"].items()}, tomllib.loads(root.attrs["input"]),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The six problems of the gallery that have numbers to be held against: their inputs, and what is found."""
+"""The problems of the gallery that have numbers to be held against: their inputs, and what is found."""
 from __future__ import annotations
 
 import math
@@ -119,6 +119,42 @@ def disk_reference() -> float:
     return math.sin(DISK_ARC) / (math.sin(2 * DISK_ARC) - DISK_ARC)
 
 
+BAR_HEIGHT, BAR_WIDTH, BAR_SPAN, BAR_ARM = 3 * MILLIMETRE, 4 * MILLIMETRE, 40 * MILLIMETRE, 10 * MILLIMETRE
+BAR_ROLLERS = (2, 3)  # conditions that push
+
+
+def bar_stiffness(modulus: float, poisson_ratio: float) -> float:
+    """Load over the way of the upper rollers in four-point bending, by Timoshenko's beam [N/m]."""
+    bending = BAR_ARM**2 * (3 * BAR_SPAN - 4 * BAR_ARM) / (12 * modulus * BAR_WIDTH * BAR_HEIGHT**3 / 12)
+    shear = BAR_ARM / (2 * 5 / 6 * modulus / (2 * (1 + poisson_ratio)) * BAR_WIDTH * BAR_HEIGHT)
+    return 1 / (bending + shear)
+
+
+def _bar_stiffness(samples: list[Sample]) -> str:
+    """Before anything breaks, over the beam's."""
+    def ratio(sample: Sample) -> float:
+        load = -sum(sample.history["reaction"][1, roller, 1] for roller in BAR_ROLLERS)
+        way = -np.mean([sample.history["displacement"][1, roller, 1] for roller in BAR_ROLLERS])
+        return load / way / bar_stiffness(_value(sample, "material", "youngs_modulus") * 1e9,
+                                          float(sample.parameters["material"]["poisson_ratio"]))
+    return _mean([ratio(sample) for sample in samples])
+
+
+def disk_widening(load: float, modulus: float, poisson_ratio: float) -> float:
+    """By how much the width of a disk between two point loads grows in plane stress, exactly [m]."""
+    return load / (modulus * DISK_THICKNESS) * (4 / math.pi - 1 + poisson_ratio)
+
+
+def _disk_widening(samples: list[Sample]) -> str:
+    """Before anything breaks, over the exact one."""
+    def ratio(sample: Sample) -> float:
+        ends = [sample.history[f"probes/{end}/displacement"][1, 1] for end in ("left", "right")]
+        exact = disk_widening(-sample.history["reaction"][1, 1, 2], _value(sample, "material", "youngs_modulus") * 1e9,
+                              float(sample.parameters["material"]["poisson_ratio"]))
+        return (ends[1] - ends[0]) / exact
+    return _mean([ratio(sample) for sample in samples])
+
+
 STRIP_WIDTH, STRIP_THICKNESS = 20 * MILLIMETRE, 1 * MILLIMETRE
 TOUGHNESS, MODULUS, DEPTH = "fracture.toughness", "material.youngs_modulus", "specimen.notch[0].depth"
 
@@ -189,6 +225,12 @@ PROBLEMS = {
         Figure("load at failure over strength × π D t / 2", lambda samples: _mean(disk_loads(samples)),
                _always(f"{disk_reference():.2f} on these arcs; 1 at points")),),
         {}, {"ensemble.samples": "2", "mesh.spacing": '"2.5 mm"'}),
+    "bend-bar": Problem("gallery/bend-bar.toml", (
+        Figure("stiffness over that of Timoshenko's beam", _bar_stiffness, _always("1")),),
+        {}, {"ensemble.samples": "2", "mesh.spacing": '"0.6 mm"', "mesh.region.spacing": '"0.45 mm"', "time.duration": '"10 us"'}),
+    "knife-edge-disk": Problem("gallery/knife-edge-disk.toml", (
+        Figure("growth of the width over the exact one", _disk_widening, _always("1")),),
+        {}, {"ensemble.samples": "2", "mesh.spacing": '"2.5 mm"', "time.duration": '"10 us"'}),
     "uncertain-strip": Problem("gallery/uncertain-strip.toml", (
         Figure("exponent of the notch's depth in the load", _exponent(2), _depth_reference),
         Figure("exponent of the toughness", _exponent(0), _always("0.5")),

@@ -12,7 +12,7 @@
 namespace crackle::geometry {
 
 /// Corners nearer to each other than this share of the body's size are one.
-inline constexpr double merging_share = 1e-9;
+inline constexpr double merging_share = 1e-6;
 
 /// A body with the borders of loaded and held regions imprinted on its faces. Each border is an edge between
 /// corners, like those of the body: it has its own points, which move along it only, and no boundary triangle

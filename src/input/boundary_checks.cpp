@@ -190,8 +190,12 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
   const double thickness = specimen.size[0];
   const bool is_side = condition.on == name_of(Face::x_min) || condition.on == name_of(Face::x_max);
   const double at = condition.on == name_of(Face::x_max) ? thickness : 0;
-  if (is_side ? region[0].first > at + 1e-9 * thickness || region[0].second < at - 1e-9 * thickness
-              : region[0].first >= thickness || region[0].second <= 0) {
+  const bool is_line = region[0].first == region[0].second;
+  const bool is_beside =
+      is_side   ? region[0].first > at + 1e-9 * thickness || region[0].second < at - 1e-9 * thickness
+      : is_line ? region[0].first > thickness || region[0].second < 0
+                : region[0].first >= thickness || region[0].second <= 0;
+  if (is_beside) {
     findings.report(key + ".region.x", "the region from {} to {} misses \"{}\"; give a part of 0 to {}",
                     show(region[0].first), show(region[0].second), condition.on, show(thickness));
     return;

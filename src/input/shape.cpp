@@ -137,6 +137,8 @@ Polygon limits_on(const Ellipse& curve, const Region& region) {
 /// Makes a point of a curve a corner of its polygon: in place of one that is nearer than this share of the
 /// chord, unless that has to stay, else besides the others.
 constexpr double replacing_share = 0.25;
+/// Points of a curve that are nearer to each other than this share of a chord are the same.
+constexpr double same_share = 1e-6;
 
 void set_corner(Polygon& corners, const Point& p, const Polygon& stays) {
   const auto nearest =
@@ -147,9 +149,10 @@ void set_corner(Polygon& corners, const Point& p, const Polygon& stays) {
   const Point& other = is_after ? corners[after] : corners[(i + corners.size() - 1) % corners.size()];
   const double gap = plane::norm(p - corners[i]);
   const double chord = plane::norm(other - corners[i]);
-  if (gap <= 1e-9 * chord) return;
-  const bool has_to_stay = std::ranges::any_of(
-      stays, [&](const Point& one) { return plane::norm(one - corners[i]) <= 1e-9 * chord; });
+  const bool has_to_stay = std::ranges::any_of(stays, [&](const Point& one) {
+    return plane::norm(one - corners[i]) <= same_share * chord;
+  });
+  if (gap <= same_share * chord && has_to_stay) return;
   if (gap < replacing_share * chord && !has_to_stay)
     corners[i] = p;
   else
@@ -190,9 +193,11 @@ private:
   /// A closed curve whose chords end where regions of conditions on it do.
   Polygon ellipse(const Ellipse& curve, const std::string& name) const {
     Polygon corners = plane::arc(curve.centre, curve.first, curve.second, 4, spacing_);
-    const Polygon quarters{curve.centre + curve.first, curve.centre + curve.second,
-                           curve.centre - curve.first, curve.centre - curve.second};
-    Polygon stays = quarters;
+    Polygon stays;
+    // A circle's extent along y and z is that of the body.
+    if (name.starts_with("edge"))
+      stays = {curve.centre + curve.first, curve.centre + curve.second, curve.centre - curve.first,
+               curve.centre - curve.second};
     for (const Boundary& condition : parameters_.boundaries) {
       if (condition.on != name) continue;
       for (const Point& limit : limits_on(curve, condition.region)) {

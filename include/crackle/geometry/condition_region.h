@@ -37,7 +37,7 @@ struct ConditionRegion {
 };
 
 /// What the region of a condition leaves of the faces that it names, its borders moved onto edges of the body
-/// that are nearer than 1e-9 of the body's size.
+/// that are nearer than 1e-6 of the body's size.
 /// @throws std::runtime_error when nothing is left
 ConditionRegion condition_region(const Body& body, const input::Boundary& condition, std::size_t number);
 

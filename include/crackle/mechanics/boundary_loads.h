@@ -91,8 +91,9 @@ struct ConditionNodes {
   std::vector<double> share;        ///< of the loaded area, or of the held nodes; adds up to 1 over all ranks
 };
 
-/// The input's boundary list on one subdomain. A node belongs to a condition when a boundary triangle of a
-/// face of the chosen name has it as a corner and it lies in the region; a triangle, when its centroid does.
+/// The input's boundary list on one subdomain. A condition holds on whole boundary triangles, whose linear
+/// shape functions share out its loads; where its region is a line, on whole edges of the mesh; on a point, on
+/// its node. In every realization their area and centroid are those of geometry::ConditionRegion.
 struct BoundaryLoads {
   std::vector<ForcePattern> forces;
   std::vector<PrescribedMotion> motions;
