@@ -15,8 +15,9 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// Of the stiffness of a bar made of the whole body: far below that of the most slender one, far above what
-/// the solver's error leaves of a rigid motion.
+/// Loads that take less than this share of the energy of a bar made of the whole body do not strain it, as
+/// far as can be told: far below what the most slender body takes, far above what the solver leaves of a
+/// rigid motion.
 constexpr double rigid = 1e-12;
 
 bool are_zero(const std::vector<double>& factors) {
@@ -79,8 +80,7 @@ CarriedShare::CarriedShare(const parallel::Communicator& group, const fracture::
   std::vector<double> volumes;
   for (std::size_t t = 0; t < body.operators().tetrahedra.size(); ++t)
     if (body.subdomain().counted[t] != 0) volumes.push_back(body.operators().tetrahedra[t].volume);
-  negligible_stiffness_ =
-      rigid * body.elasticity().mu * parallel::exact_sum(group, volumes) / (extent * extent);
+  bar_stiffness_ = body.elasticity().mu * parallel::exact_sum(group, volumes) / (extent * extent);
 }
 
 double CarriedShare::work(std::size_t pattern, const std::vector<double>& displacement) const {
@@ -100,8 +100,13 @@ double CarriedShare::intact(const Matrix& of_pairs, const std::vector<double>& f
 
 double CarriedShare::share_of_forces(const std::vector<double>& factors,
                                      std::span<const parallel::NodeField> unit) const {
+  double squares = 0;
+  for (std::size_t k = 0; k < factors.size(); ++k) {
+    const double force = factors[k] * loads_->forces[k].total_weight;
+    squares += force * force;
+  }
   const double before = intact(compliance_, factors);
-  if (!(before > 0)) return 1;
+  if (!(before > rigid * squares / bar_stiffness_)) return 1;
   const std::vector<double> u = superposition(factors, unit);
   double done = 0;
   for (std::size_t k = 0; k < factors.size(); ++k) done += factors[k] * work(k, u);
@@ -111,10 +116,10 @@ double CarriedShare::share_of_forces(const std::vector<double>& factors,
 
 double CarriedShare::share_of_motions(const std::vector<double>& factors,
                                       std::span<const parallel::NodeField> unit) const {
-  double scale = 0;
-  for (const double factor : factors) scale += factor * factor * negligible_stiffness_;
+  double squares = 0;
+  for (const double factor : factors) squares += factor * factor;
   const double before = intact(stiffness_, factors);
-  if (!(before > scale)) return 1;
+  if (!(before > rigid * squares * bar_stiffness_)) return 1;
   return std::min(1.0, 2 * strain_energy(*group_, *body_, superposition(factors, unit)) / before);
 }
 

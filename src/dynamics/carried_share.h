@@ -50,9 +50,9 @@ private:
   const parallel::Communicator* group_;
   const fracture::BreakableBody* body_;
   const mechanics::BoundaryLoads* loads_;
-  Matrix compliance_;                // work of each force on the displacement of each [m/N, or per area]
-  Matrix stiffness_;                 // work of each motion's reactions on the displacement of each [N/m]
-  double negligible_stiffness_ = 0;  // of a motion that does not strain the intact body [N/m]
+  Matrix compliance_;         // work of each force on the displacement of each [m/N, or per area]
+  Matrix stiffness_;          // work of each motion's reactions on the displacement of each [N/m]
+  double bar_stiffness_ = 0;  // of a bar made of the whole body [N/m]
 };
 
 }  // namespace crackle::dynamics

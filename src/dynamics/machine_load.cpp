@@ -18,10 +18,11 @@ constexpr double peak_share = 0.999;
 Load load_of_pressure(const mechanics::GoverningCondition& governing, const mechanics::BoundaryLoads& loads,
                       const LoadState& state) {
   Load load;
+  const double sign = governing.direction[0] < 0 ? -1 : 1;
   for (std::size_t k = 0; k < loads.forces.size(); ++k) {
     if (loads.forces[k].condition != governing.condition) continue;
-    load.force = state.amplitude[k] * governing.area;  // the same for all components
-    load.displacement += state.position[k] / governing.area;
+    load.force = sign * state.amplitude[k] * governing.area;  // the same for all components
+    load.displacement += sign * state.position[k] / governing.area;
   }
   return load;
 }

@@ -156,6 +156,9 @@ bool QuasiStaticLoading::carries_nothing(bool is_equilibrium) const {
   // A part that hangs by a corner or an edge is a mechanism: forces move it without end, and prescribed
   // motions meet no resistance.
   if (is_far(displacement_)) return true;
+  const bool is_known = std::ranges::none_of(displacement_.owned(), [](double u) { return std::isnan(u); });
+  parallel::agree(*group_);
+  if (parallel::any_of_all(*group_, !is_known)) return false;
   if (carried_share_->at(time_, unit_) < least_share) return true;
   // Where there is no equilibrium, hinges keep the body from falling apart, but not from moving.
   return !is_equilibrium && !loads_are_held(*group_, *body_, *loads_, Joint::face);
@@ -163,13 +166,9 @@ bool QuasiStaticLoading::carries_nothing(bool is_equilibrium) const {
 
 bool QuasiStaticLoading::is_far(const parallel::NodeField& displacement) const {
   double largest = 0;
-  bool is_finite = true;
-  for (const double u : displacement.owned()) {
-    largest = std::max(largest, std::abs(u));
-    is_finite = is_finite && std::isfinite(u);
-  }
+  for (const double u : displacement.owned()) largest = std::max(largest, std::abs(u));
   parallel::agree(*group_);
-  return parallel::any_of_all(*group_, !is_finite || largest > mechanism_displacement * extent_);
+  return parallel::largest_of_all(*group_, largest) > mechanism_displacement * extent_;
 }
 
 QuasiStaticLoading::Critical QuasiStaticLoading::agree(Critical local, bool smallest) const {

@@ -35,7 +35,7 @@ std::optional<std::size_t> driver(const std::vector<Boundary>& conditions) {
 }
 
 Vector drive_direction(const Boundary& condition) {
-  if (condition.kind == BoundaryKind::pressure || !drives(condition)) return {};
+  if (!drives(condition)) return {};
   const bool is_by_value =
       condition.rate == Vector{} || (condition.kind == BoundaryKind::velocity && condition.value != Vector{});
   Vector direction = is_by_value ? condition.value : condition.rate;
@@ -63,7 +63,8 @@ std::vector<GoverningCondition> governing_conditions(const input::Parameters& pa
     first =
         static_cast<std::size_t>(std::ranges::find(conditions, *name, &Boundary::name) - conditions.begin());
   if (!first) return {};
-  const Vector along = drive ? drive_direction(conditions[*drive]) : Vector{};
+  const bool has_direction = drive && conditions[*drive].kind != BoundaryKind::pressure;
+  const Vector along = has_direction ? drive_direction(conditions[*drive]) : Vector{};
   const std::string& name = conditions.at(*first).name;
   std::vector<GoverningCondition> group;
   for (std::size_t i = 0; i < conditions.size(); ++i) {

@@ -14,18 +14,15 @@
 ///   along its own drive, added up. It is positive where the machine loads the body, and negative where the
 ///   body pushes back against a grip that pulls. Of a pressure it is the pressure times the area.
 /// - Displacement: along the drive, the mean of these conditions; of prescribed motions what they prescribe,
-/// of
-///   the others the mean over the loaded area.
+///   of the others the mean over the loaded area.
 /// - Peak load: the largest load up to separation. In a dynamic phase that follows quasi-static loading a
 ///   reaction counts up to that of the stiffness at the start of the phase, at the displacement then: a body
 ///   that breaks gets no stiffer, so what is more is inertia, which no load cell follows.
 /// - Displacement at peak: when the load first comes within 0.1 % of its peak.
 /// - Work of fracture: the external work of all loads up to separation, or to the end of the history of a
-/// body
-///   that stays in one piece.
+///   body that stays in one piece.
 /// - Separation: from then on two boundary conditions act on no common piece; what hangs by nodes or edges
-/// only
-///   is in two. What flies apart and rebounds afterwards stays in the history.
+///   only is in two. What flies apart and rebounds afterwards stays in the history.
 namespace crackle::dynamics {
 
 struct Load {

@@ -12,7 +12,8 @@ namespace crackle::mechanics {
 struct GoverningCondition {
   int condition = 0;  ///< index into the input's boundaries
   /// Of length 1: along what it prescribes, or against the drive for a condition that prescribes no motion or
-  /// force of its own. Zero for a pressure, which acts along the inward normal, and where there is none.
+  /// force of its own; zero where nothing tells it. Of a pressure, which acts along the normal, x is 1 where
+  /// it presses and -1 where it pulls.
   Vector direction{};
   bool is_support = false;  ///< fixes, absorbs, or prescribes zero
   double area = 0;          ///< of a pressure: the loaded one [m^2]
