@@ -4,6 +4,7 @@
 #include "crackle/analysis/sample_results.h"
 #include "crackle/common/packing.h"
 #include "crackle/common/real.h"
+#include "crackle/dynamics/machine_load.h"
 #include "crackle/mechanics/elasticity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
@@ -19,10 +20,6 @@
 namespace crackle::analysis {
 
 namespace {
-
-/// The peak is where the load first comes this near to its largest value: a force that is prescribed goes on
-/// while the body breaks.
-constexpr double peak_share = 0.999;
 
 double traced_length(const std::vector<CrackLine>& lines) {
   double length = 0;
@@ -71,14 +68,10 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.first_break_load = result.first_break_load;
   row.onset_time = result.onset_time;
   row.onset_force = result.onset_force;
-  if (!result.history.empty()) {
-    using dynamics::HistoryRow;
-    row.peak_load = std::ranges::max_element(result.history, {}, &HistoryRow::load)->load;
-    const auto peak = std::ranges::find_if(
-        result.history, [&](const HistoryRow& moment) { return moment.load >= peak_share * row.peak_load; });
-    row.displacement_at_peak = peak->load_displacement;
-    row.work_of_fracture = result.history.back().energy.external;
-  }
+  const dynamics::LoadResults loads = dynamics::load_results(result);
+  row.peak_load = loads.peak_load;
+  row.displacement_at_peak = loads.displacement_at_peak;
+  row.work_of_fracture = loads.work_of_fracture;
   row.dynamic_phases = static_cast<std::int32_t>(result.counts.dynamic_phases);
   if (!std::isnan(result.phase_start)) row.crack_area_before_onset = surface.area_before_phase();
   row.outcome = static_cast<std::int32_t>(result.outcome);

@@ -13,9 +13,29 @@
 
 namespace crackle::dynamics {
 
+namespace {
+
+/// That an absorbing face exerts on the body. Collective.
+Vector dashpot_force(const parallel::Communicator& group, const mechanics::Absorber& absorber,
+                     const parallel::NodeField& field) {
+  const auto velocity = field.owned();
+  std::array<std::vector<double>, 3> terms;
+  for (std::size_t n = 0; n < absorber.nodes.size(); ++n) {
+    const auto first = index(absorber.nodes[n], 0);
+    const Vector force =
+        mechanics::apply(absorber.impedance[n], {velocity[first], velocity[first + 1], velocity[first + 2]});
+    for (std::size_t c = 0; c < 3; ++c) terms[c].push_back(-force[c]);
+  }
+  Vector sum{};
+  for (std::size_t c = 0; c < 3; ++c) sum[c] = parallel::exact_sum(group, terms[c]);
+  return sum;
+}
+
+}  // namespace
+
 LoadState measure_loads(const parallel::Communicator& group, const fracture::BreakableBody& body,
                         const mechanics::BoundaryLoads& loads, const parallel::NodeField& displacement,
-                        double time) {
+                        double time, const parallel::NodeField* velocity) {
   LoadState state;
   std::vector<double> terms;
   const auto u = displacement.local();
@@ -41,22 +61,10 @@ LoadState measure_loads(const parallel::Communicator& group, const fracture::Bre
     state.reaction.push_back(parallel::exact_sum(group, terms));
     state.travel.push_back(motion.displacement(time));
   }
+  if (velocity != nullptr)
+    for (const auto& absorber : loads.absorbers)
+      state.absorbed.push_back(dashpot_force(group, absorber, *velocity));
   return state;
-}
-
-Load largest_load(const mechanics::BoundaryLoads& loads, const LoadState& state) {
-  Load largest;
-  const auto see = [&](double force, double displacement) {
-    if (std::abs(force) > largest.force)
-      largest = {std::abs(force), std::copysign(1.0, force) * displacement};
-  };
-  for (std::size_t k = 0; k < loads.forces.size(); ++k) {
-    const double weight = loads.forces[k].total_weight;
-    see(state.amplitude[k] * weight, state.position[k] / weight);
-  }
-  for (std::size_t m = 0; m < loads.motions.size(); ++m)
-    if (!loads.motions[m].is_fixed) see(state.reaction[m], state.travel[m]);
-  return largest;
 }
 
 double strain_energy(const LoadState& state) {

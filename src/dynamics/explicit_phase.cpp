@@ -24,7 +24,7 @@ namespace {
 
 /// Of the energy at the strength: far above what rounding gives to a body that is hardly loaded.
 constexpr double negligible_share = 1e-12;
-/// A phase that is to end after separation looks for it this often at most.
+/// A phase looks for separation this often at most.
 constexpr std::int64_t looks_for_separation = 100;
 
 /// Keeps what fails on this rank until the next look, so that no rank waits for another that has left the
@@ -263,10 +263,14 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
           options.arrest_window && static_cast<double>(step - last_break) * dt >= *options.arrest_window;
       const bool is_over = step >= n_steps;
       const std::int64_t pause = is_over ? 0 : n_steps / looks_for_separation;
-      if (!result.arrested && (is_over || options.after_separation) && last_break > separation.looked_at &&
+      const bool is_known = separation.found && separation.unloaded;
+      if (!result.arrested && !is_known && last_break > separation.looked_at &&
           step >= separation.looked_at + pause) {
         separation.looked_at = step;
         if (!separation.found && is_separated(group, body, *context.loads)) separation.found = step;
+        // Whoever is apart by its conditions is found apart, too.
+        if (!separation.unloaded && is_unloaded(group, body, *context.loads))
+          separation.unloaded = last_break;
         begin_steps();
       }
       result.separated = separation.found.has_value();
@@ -287,6 +291,8 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
     begin_steps();
   }
   result.time = static_cast<double>(step) * dt;
+  result.last_break = static_cast<double>(last_break) * dt;
+  if (separation.unloaded) result.separated_at = static_cast<double>(*separation.unloaded) * dt;
   if (result.note.empty()) result.counted_time = static_cast<double>(std::min(step, n_steps)) * dt;
   result.n_steps = step;
   result.n_forces = motion.n_forces();

@@ -2,6 +2,7 @@
 #include "crackle/dynamics/history.h"
 
 #include "crackle/common/index.h"
+#include "crackle/dynamics/machine_load.h"
 #include "crackle/parallel/exact_sum.h"
 
 #include <algorithm>
@@ -25,21 +26,6 @@ Vector mean_displacement(const parallel::Communicator& group, const mechanics::C
   return mean;
 }
 
-/// Of an absorbing face on the body. Collective.
-Vector dashpot_force(const parallel::Communicator& group, const mechanics::Absorber& absorber,
-                     std::span<const double> velocity) {
-  std::array<std::vector<double>, 3> terms;
-  for (std::size_t n = 0; n < absorber.nodes.size(); ++n) {
-    const auto first = index(absorber.nodes[n], 0);
-    const Vector force =
-        mechanics::apply(absorber.impedance[n], {velocity[first], velocity[first + 1], velocity[first + 2]});
-    for (std::size_t c = 0; c < 3; ++c) terms[c].push_back(-force[c]);
-  }
-  Vector sum{};
-  for (std::size_t c = 0; c < 3; ++c) sum[c] = parallel::exact_sum(group, terms[c]);
-  return sum;
-}
-
 }  // namespace
 
 void HistoryRecorder::record_equilibrium(double load_time, const LoadState& loads,
@@ -57,7 +43,7 @@ void HistoryRecorder::record_motion(std::int32_t phase, double load_time, const 
   row.load_time = load_time + energy.time;
   row.phase = phase;
   row.energy = energy;
-  const LoadState state = measure_loads(*group_, *body_, *loads_, displacement, row.load_time);
+  const LoadState state = measure_loads(*group_, *body_, *loads_, displacement, row.load_time, &velocity);
   add(std::move(row), state, displacement, &velocity);
 }
 
@@ -70,7 +56,7 @@ std::vector<HistoryRow> HistoryRecorder::rows_of_phase(std::int32_t phase) const
 
 void HistoryRecorder::add(HistoryRow row, const LoadState& state, const parallel::NodeField& displacement,
                           const parallel::NodeField* velocity) {
-  const Load load = largest_load(*loads_, state);
+  const Load load = machine_load(*loads_, state);
   row.load = load.force;
   row.load_displacement = load.displacement;
   row.force.resize(loads_->conditions.size());
@@ -82,9 +68,8 @@ void HistoryRecorder::add(HistoryRow row, const LoadState& state, const parallel
     const auto& motion = loads_->motions[m];
     row.force[index(motion.condition)][index(motion.component)] = state.reaction[m];
   }
-  for (const auto& absorber : loads_->absorbers)
-    if (velocity != nullptr)
-      row.force[index(absorber.condition)] = dashpot_force(*group_, absorber, velocity->owned());
+  for (std::size_t a = 0; a < state.absorbed.size(); ++a)
+    row.force[index(loads_->absorbers[a].condition)] = state.absorbed[a];
   for (const auto& condition : loads_->conditions)
     row.displacement.push_back(mean_displacement(*group_, condition, displacement.local()));
   row.probes = probes_.read(displacement, velocity);

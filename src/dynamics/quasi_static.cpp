@@ -3,11 +3,13 @@
 
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
+#include "crackle/dynamics/machine_load.h"
 #include "crackle/dynamics/separation.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/ghost_exchange.h"
 
+#include "carried_share.h"
 #include "fracture/first_crossing.h"
 #include "mechanics/node_cells.h"
 
@@ -83,8 +85,11 @@ QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, frac
   group.enter("static solve");
   solve_unit_problems({});
   group.enter("quasi-static loading");
+  carried_share_ = std::make_unique<const CarriedShare>(group, body, loads, unit_);
   combine(time_, displacement_);
 }
+
+QuasiStaticLoading::~QuasiStaticLoading() = default;
 
 void QuasiStaticLoading::solve_unit_problems(const mechanics::Accuracy& accuracy) {
   std::vector<double> force(displacement_.owned().size());
@@ -139,17 +144,31 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
   }
   group_->enter("quasi-static loading");
   combine(time_, displacement_);
-  // A part that hangs by a corner or an edge is a mechanism: the load moves it without end.
-  double largest = 0;
-  for (const double u : displacement_.owned()) largest = std::max(largest, std::abs(u));
-  parallel::agree(*group_);
-  largest = parallel::largest_of_all(*group_, largest);
-  if (largest <= mechanism_displacement * extent_) {
-    if (no_equilibrium) std::rethrow_exception(no_equilibrium);
-    return true;
+  if (carries_nothing(!no_equilibrium)) {
+    displacement_.assign(last);
+    return false;
   }
-  displacement_.assign(last);
-  return false;
+  if (no_equilibrium) std::rethrow_exception(no_equilibrium);
+  return true;
+}
+
+bool QuasiStaticLoading::carries_nothing(bool is_equilibrium) const {
+  // A part that hangs by a corner or an edge is a mechanism: forces move it without end, and prescribed
+  // motions meet no resistance.
+  if (is_far(displacement_)) return true;
+  const bool is_known = std::ranges::none_of(displacement_.owned(), [](double u) { return std::isnan(u); });
+  parallel::agree(*group_);
+  if (parallel::any_of_all(*group_, !is_known)) return false;
+  if (carried_share_->at(time_, unit_) < least_share) return true;
+  // Where there is no equilibrium, hinges keep the body from falling apart, but not from moving.
+  return !is_equilibrium && !loads_are_held(*group_, *body_, *loads_, Joint::face);
+}
+
+bool QuasiStaticLoading::is_far(const parallel::NodeField& displacement) const {
+  double largest = 0;
+  for (const double u : displacement.owned()) largest = std::max(largest, std::abs(u));
+  parallel::agree(*group_);
+  return parallel::largest_of_all(*group_, largest) > mechanism_displacement * extent_;
 }
 
 QuasiStaticLoading::Critical QuasiStaticLoading::agree(Critical local, bool smallest) const {
@@ -278,19 +297,21 @@ void QuasiStaticLoading::load_at_start(EnergyAccount& account) {
   account.add_static_work(
       {nothing(state.amplitude), nothing(state.position), nothing(state.reaction), nothing(state.travel)},
       state);
-  load_ = largest_load(*loads_, state).force;
+  load_ = machine_load(*loads_, state).force;
 }
 
 void QuasiStaticLoading::refuse_overload() const {
   const Critical most = most_loaded();
   if (most.number < 0 || most.value <= 1) return;
+  // Of whatever overloads the body, which need not be the machine.
+  const double load = largest_load(*loads_, measure_loads(*group_, *body_, *loads_, displacement_, time_));
   throw parallel::AgreedError(
       0,
       fmt::format(
           "the load at time 0, {:.6g} N, is above the first break, which comes at {:.6g} N: quasi-static "
           "loading has to begin below it; lower the loads at time 0, or take start = \"equilibrium\", which "
           "begins the dynamic phase at time 0",
-          load_, load_ / most.value));
+          load, load / most.value));
 }
 
 QuasiStaticEnd QuasiStaticLoading::advance(
@@ -305,7 +326,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(
     }
     Critical next = most_loaded();
     if (next.number < 0) return QuasiStaticEnd::separated;
-    load_ = largest_load(*loads_, state).force;
+    load_ = machine_load(*loads_, state).force;
     if (next.value <= 1) n_overloads_ = 0;
     const bool may_settle = body_->softens() && next.value <= slight_overload && n_overloads_ < patient_looks;
     if (next.value > 1 && !may_settle && breaks_soon(breaking(next), next.value)) {
@@ -321,8 +342,14 @@ QuasiStaticEnd QuasiStaticLoading::advance(
         next = first_to_break(kink);
         if (next.number < 0 && (std::isinf(kink) || !loads_->grows_after(time_)))
           return QuasiStaticEnd::no_load;
+        const double last_time = time_;
         time_ = next.number < 0 ? kink : time_ + next.value;
         combine(time_, displacement_);
+        if (n_events_ > 0 && is_far(displacement_)) {
+          time_ = last_time;
+          combine(time_, displacement_);
+          return QuasiStaticEnd::separated;
+        }
         LoadState reached = measure_loads(*group_, *body_, *loads_, displacement_, time_);
         account.add_static_work(state, reached);
         state = std::move(reached);
@@ -330,7 +357,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(
         if (next.number >= 0) break;
       }
     }
-    load_ = largest_load(*loads_, state).force;
+    load_ = machine_load(*loads_, state).force;
     const auto n_counted = std::ssize(body_->breaks());
     const auto n_bridges = std::ssize(body_->bridge_releases());
     const std::size_t n_changes = body_->changes().size();

@@ -8,6 +8,7 @@
 #include "crackle/dynamics/checkpoint.h"
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/history.h"
+#include "crackle/dynamics/machine_load.h"
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/separation.h"
 #include "crackle/dynamics/stable_step.h"
@@ -80,6 +81,7 @@ public:
     fracture::soften_by_input(group, parameters, control.sample, body_);
     result_.stable_step = stable_step_;
     if (from_ != nullptr) first_break_reaction_ = from_->first_break_reaction;
+    result_.load_is_reaction = machine_reacts();
     result_.time_step = options_.grid.step;
     result_.timings.setup = setup_watch_.seconds();
     say(fmt::format("{} nodes, {} tetrahedra; stable step {:.3g} ns, used {:.4g} ns, {} steps",
@@ -146,6 +148,7 @@ private:
     say("dynamic phase 1 starts from rest");
     const PhaseResult phase = move(0, state);
     if (phase.parked) return false;
+    result_.separated_at = phase.separated_at;
     result_.outcome = !has_broken()     ? Outcome::unbroken
                       : phase.separated ? Outcome::separated
                                         : Outcome::running;
@@ -218,6 +221,7 @@ private:
       const PhaseResult phase = move(loading.time(), state);
       watch = Stopwatch();
       if (phase.parked) return false;
+      result_.separated_at = phase.separated_at;
       if (!phase.arrested) {
         result_.outcome = phase.separated ? Outcome::separated : Outcome::undecided;
         return true;
@@ -226,8 +230,10 @@ private:
       account_.add_phase(phase.external_work, phase.dissipated);
       if (!loading.resume(loading.time() + phase.time, phase.kinetic, state.displacement, account_)) {
         result_.outcome = Outcome::separated;
+        if (std::isnan(result_.separated_at)) result_.separated_at = phase.last_break;
         return true;
       }
+      result_.separated_at = SampleResult::none;
       counted_time_ = infinity;  // the loading goes on from all that has broken
     }
   }
@@ -277,13 +283,12 @@ private:
         save(checkpoint(std::move(phase), energy, frames));
       };
     }
-    // Of forces it is known at any time what they are.
-    const bool has_reactions = !std::ranges::all_of(loads_.motions, &mechanics::PrescribedMotion::is_fixed);
-    if (has_reactions && !has_broken()) {
+    // Applied forces are known at any time; only reactions have to be recorded.
+    if (machine_reacts() && !has_broken()) {
       options.on_first_break = [&](double time, const MotionState& now) {
-        LoadState loads = measure_loads(group_, body_, loads_, now.displacement, time);
+        LoadState loads = measure_loads(group_, body_, loads_, now.displacement, time, &now.velocity);
         std::ranges::fill(loads.amplitude, 0.0);
-        first_break_reaction_ = largest_load(loads_, loads).force;
+        first_break_reaction_ = machine_load(loads_, loads).force;
       };
     }
     options.on_history = [&](const EnergyRow& row, const MotionState& now) {
@@ -323,8 +328,8 @@ private:
     if (phase.parked) return phase;
     if (phase.arrested && control_.save) {
       ended_.push_back({load_time, phase.time, phase.kinetic, phase.external_work, phase.dissipated,
-                        phase.n_steps, phase.n_forces, releases.gather(group_), gather_displacement(state),
-                        history_.rows_of_phase(number)});
+                        phase.separated_at, phase.last_break, phase.n_steps, phase.n_forces,
+                        releases.gather(group_), gather_displacement(state), history_.rows_of_phase(number)});
     }
     result_.counts.steps += phase.n_steps;
     result_.counts.force_evaluations += phase.n_forces;
@@ -370,7 +375,28 @@ private:
     phase.kinetic = ended.kinetic;
     phase.external_work = ended.external_work;
     phase.dissipated = ended.dissipated;
+    phase.separated_at = ended.separated_at;
+    phase.last_break = ended.last_break;
     return phase;
+  }
+
+  /// Whether the machine's load is, at least in part, a reaction.
+  bool machine_reacts() const {
+    return std::ranges::any_of(loads_.governing, [&](const mechanics::GoverningCondition& governing) {
+      const auto is_governing = [&](const auto& one) { return one.condition == governing.condition; };
+      return std::ranges::any_of(loads_.motions, is_governing) ||
+             std::ranges::any_of(loads_.absorbers, is_governing);
+    });
+  }
+
+  /// The machine's load without reactions [N].
+  double applied_load(double time) const {
+    LoadState state;
+    for (const auto& pattern : loads_.forces) state.amplitude.push_back(pattern.amplitude.at(time));
+    state.position.resize(loads_.forces.size());
+    state.reaction.resize(loads_.motions.size());
+    state.travel.resize(loads_.motions.size());
+    return machine_load(loads_, state).force;
   }
 
   parallel::NumberedRows gather_displacement(const MotionState& state) const {
@@ -433,10 +459,9 @@ private:
     if (!result_.breaks.empty()) {
       const fracture::Break& first = result_.breaks.front();
       result_.first_break_time = first.load_time + first.phase_time;
-      result_.first_break_load =
-          first.phase_time > 0
-              ? std::max(first_break_reaction_, loads_.largest_force(result_.first_break_time))
-              : load_at_first_break_;
+      result_.first_break_load = first.phase_time > 0
+                                     ? first_break_reaction_ + applied_load(result_.first_break_time)
+                                     : load_at_first_break_;
     }
     if (result_.timings.dynamic > 0) {
       result_.timings.element_updates_per_second = static_cast<double>(subdomain_.n_tetrahedra_global) *
@@ -477,7 +502,7 @@ private:
   SampleResult result_;
   std::vector<EndedPhase> ended_;              // breaks and displacements on the root, or from the checkpoint
   double load_at_first_break_ = not_a_number;  // in quasi-static loading [N]
-  double first_break_reaction_ = 0;            // in a dynamic phase [N]
+  double first_break_reaction_ = 0;            // of the machine, in a dynamic phase [N]
   double counted_time_ = 0;                    // of the last dynamic phase [s]
   Stopwatch since_save_;
 };

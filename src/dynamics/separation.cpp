@@ -22,15 +22,18 @@ namespace {
 using Pieces = std::set<std::int64_t>;
 
 /// The pieces that each condition acts on: force patterns first, then prescribed motions. Collective.
+/// @param pieces_at calls its second argument with the label of every piece at an owned node
+template <class PiecesAt>
 std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
-                                         const mechanics::BoundaryLoads& loads,
-                                         const std::vector<std::int64_t>& labels) {
+                                         const mechanics::BoundaryLoads& loads, const PiecesAt& pieces_at) {
   const std::size_t n_conditions = loads.forces.size() + loads.motions.size();
   // Pieces are few, but their labels are known only where their nodes are: the ranks gather them.
   const auto mine = parallel::agree(group, [&] {
     std::set<std::pair<std::int64_t, std::int64_t>> found;
     const auto add = [&](std::size_t condition, const std::vector<std::int32_t>& nodes) {
-      for (const auto node : nodes) found.emplace(static_cast<std::int64_t>(condition), labels[index(node)]);
+      for (const auto node : nodes)
+        pieces_at(node,
+                  [&](std::int64_t label) { found.emplace(static_cast<std::int64_t>(condition), label); });
     };
     for (std::size_t k = 0; k < loads.forces.size(); ++k) add(k, loads.forces[k].nodes);
     for (std::size_t k = 0; k < loads.motions.size(); ++k)
@@ -47,8 +50,37 @@ std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
   });
 }
 
+/// By edges that carry.
+std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
+                                         const mechanics::BoundaryLoads& loads,
+                                         const std::vector<std::int64_t>& labels) {
+  return pieces_of_conditions(group, loads,
+                              [&](std::int32_t node, const auto& see) { see(labels[index(node)]); });
+}
+
+/// By faces that carry: a node may belong to several pieces.
+std::vector<Pieces> face_pieces_of_conditions(const parallel::Communicator& group,
+                                              const fracture::BreakableBody& body,
+                                              const mechanics::BoundaryLoads& loads) {
+  const auto labels = fracture::face_piece_labels(group, body);
+  const auto round_node =
+      parallel::agree(group, [&] { return mechanics::node_tetrahedra(body.subdomain()); });
+  return pieces_of_conditions(group, loads, [&](std::int32_t node, const auto& see) {
+    for (const auto t : round_node[node])
+      if (labels[index(t)] >= 0) see(labels[index(t)]);
+  });
+}
+
 bool have_common_piece(const Pieces& a, const Pieces& b) {
   return std::ranges::any_of(a, [&](std::int64_t piece) { return b.contains(piece); });
+}
+
+/// Whether two conditions have no common piece.
+bool act_apart(const std::vector<Pieces>& conditions) {
+  for (std::size_t a = 0; a < conditions.size(); ++a)
+    for (std::size_t b = 0; b < a; ++b)
+      if (!have_common_piece(conditions[a], conditions[b])) return true;
+  return false;
 }
 
 /// Volume of the largest piece but one, as a share of the body's. Collective.
@@ -80,22 +112,26 @@ double second_largest_share(const parallel::Communicator& group, const fracture:
 
 }  // namespace
 
+bool is_unloaded(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                 const mechanics::BoundaryLoads& loads) {
+  if (loads.conditions.size() < 2) return is_separated(group, body, loads);
+  return act_apart(face_pieces_of_conditions(group, body, loads));
+}
+
 bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
                   const mechanics::BoundaryLoads& loads) {
   const auto labels = fracture::piece_labels(group, body);
-  const std::vector<Pieces> conditions = pieces_of_conditions(group, loads, labels);
-  for (std::size_t a = 0; a < conditions.size(); ++a)
-    for (std::size_t b = 0; b < a; ++b)
-      if (!have_common_piece(conditions[a], conditions[b])) return true;
-  return second_largest_share(group, body, labels) >= separated_share;
+  return act_apart(pieces_of_conditions(group, loads, labels)) ||
+         second_largest_share(group, body, labels) >= separated_share;
 }
 
 bool loads_are_held(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                    const mechanics::BoundaryLoads& loads) {
+                    const mechanics::BoundaryLoads& loads, Joint joint) {
   const bool any_fixed = std::ranges::any_of(loads.motions, &mechanics::PrescribedMotion::is_fixed);
   if (loads.motions.empty()) return !is_separated(group, body, loads);
   const std::vector<Pieces> conditions =
-      pieces_of_conditions(group, loads, fracture::piece_labels(group, body));
+      joint == Joint::face ? face_pieces_of_conditions(group, body, loads)
+                           : pieces_of_conditions(group, loads, fracture::piece_labels(group, body));
   Pieces held;
   for (std::size_t m = 0; m < loads.motions.size(); ++m) {
     if (loads.motions[m].is_fixed || !any_fixed) held.merge(Pieces(conditions[loads.forces.size() + m]));

@@ -3,6 +3,7 @@
 
 #include "crackle/fracture/principal_stress.h"
 #include "crackle/geometry/dual_facets.h"
+#include "crackle/geometry/face_neighbours.h"
 #include "crackle/parallel/collectives.h"
 
 #include <algorithm>
@@ -199,6 +200,11 @@ void BreakableBody::release_bridges(const parallel::Communicator& group, double 
       bridge_releases_.push_back(
           {number, load_time, phase_time, before - residual_stiffness_.energy(t, eps), edges});
   }
+}
+
+const std::vector<std::array<std::int32_t, 4>>& BreakableBody::face_neighbours() const {
+  if (face_neighbours_.empty()) face_neighbours_ = geometry::face_neighbours(subdomain_->tetrahedra);
+  return face_neighbours_;
 }
 
 std::vector<double> BreakableBody::strain_energies(std::span<const double> displacement) const {

@@ -9,8 +9,53 @@
 #include "crackle/parallel/ghost_exchange.h"
 
 #include <algorithm>
+#include <array>
+#include <unordered_map>
 
 namespace crackle::fracture {
+
+namespace {
+
+/// Whether a tetrahedron carries by all edges of the face opposite to a corner.
+bool carries_face(mechanics::EdgeSet released, std::size_t corner) {
+  for (std::size_t k = 0; k < 6; ++k) {
+    const auto [a, b] = geometry::dual_facet_nodes[k];
+    if (a != corner && b != corner && ((released >> k) & 1) != 0) return false;
+  }
+  return true;
+}
+
+/// Joins the pieces' parts on several ranks: label by label the smallest one of its piece. Collective.
+std::unordered_map<std::int64_t, std::int64_t> joined_labels(const parallel::Communicator& group,
+                                                             const geometry::Subdomain& subdomain,
+                                                             const std::vector<std::int64_t>& label) {
+  // Tetrahedra that other ranks hold too, with the label that each of them gives.
+  const auto mine = parallel::agree(group, [&] {
+    std::vector<std::int64_t> pairs;
+    for (std::size_t t = 0; t < label.size(); ++t) {
+      const bool is_shared = std::ranges::any_of(
+          subdomain.tetrahedra[t], [&](std::int32_t node) { return node >= subdomain.layout.n_owned; });
+      if (is_shared && label[t] >= 0) pairs.insert(pairs.end(), {subdomain.tetrahedron_number[t], label[t]});
+    }
+    return pairs;
+  });
+  const auto all = parallel::gather_all<std::int64_t>(group, mine);
+  return parallel::agree(group, [&] {
+    std::vector<std::int64_t> numbers(all.begin(), all.end());
+    std::ranges::sort(numbers);
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+    const auto place = [&](std::int64_t number) {
+      return static_cast<std::size_t>(std::ranges::lower_bound(numbers, number) - numbers.begin());
+    };
+    DisjointSets pieces(numbers.size());
+    for (std::size_t i = 0; i < all.size(); i += 2) pieces.join(place(all[i]), place(all[i + 1]));
+    std::unordered_map<std::int64_t, std::int64_t> joined;
+    for (std::size_t i = 0; i < numbers.size(); ++i) joined[numbers[i]] = numbers[pieces.smallest(i)];
+    return joined;
+  });
+}
+
+}  // namespace
 
 std::vector<std::int64_t> piece_labels(const parallel::Communicator& group, const BreakableBody& body) {
   const auto& subdomain = body.subdomain();
@@ -47,6 +92,38 @@ std::vector<std::int64_t> piece_labels(const parallel::Communicator& group, cons
     }
     changed = parallel::any_of_all(group, changed);
   }
+  return label;
+}
+
+std::vector<std::int64_t> face_piece_labels(const parallel::Communicator& group, const BreakableBody& body) {
+  const auto& subdomain = body.subdomain();
+  const auto& stiffness = body.residual_stiffness();
+  std::vector<std::int64_t> label = parallel::agree(group, [&] {
+    const auto& neighbours = body.face_neighbours();
+    DisjointSets pieces(neighbours.size());
+    for (std::size_t t = 0; t < neighbours.size(); ++t) {
+      for (std::size_t corner = 0; corner < 4; ++corner) {
+        const std::int32_t other = neighbours[t][corner];
+        if (other < 0 || index(other) < t) continue;
+        const auto back = static_cast<std::size_t>(
+            std::ranges::find(neighbours[index(other)], static_cast<std::int32_t>(t)) -
+            neighbours[index(other)].begin());
+        if (carries_face(stiffness.released(static_cast<std::int32_t>(t)), corner) &&
+            carries_face(stiffness.released(other), back))
+          pieces.join(t, index(other));
+      }
+    }
+    std::vector<std::int64_t> labels;
+    for (std::size_t t = 0; t < neighbours.size(); ++t)
+      labels.push_back(stiffness.carries(static_cast<std::int32_t>(t))
+                           ? subdomain.tetrahedron_number[pieces.smallest(t)]
+                           : -1);
+    return labels;
+  });
+  if (group.size() == 1) return label;
+  const auto joined = joined_labels(group, subdomain, label);
+  for (auto& value : label)
+    if (const auto found = joined.find(value); found != joined.end()) value = found->second;
   return label;
 }
 

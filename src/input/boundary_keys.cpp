@@ -287,6 +287,21 @@ Key history_key() {
           }};
 }
 
+Key name_key() {
+  return {"name",
+          "text",
+          optional("the condition is on its own"),
+          accepted_name("rollers"),
+          "conditions of one name add up to one load of the testing machine, as two rollers do",
+          [](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto name = read_name(source, "rollers")) boundary(parameters, i).name = *name;
+          },
+          [](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
+            const std::string& name = boundary(parameters, i).name;
+            return name.empty() ? std::nullopt : std::optional(name);
+          }};
+}
+
 }  // namespace
 
 Table boundary_table() {
@@ -300,7 +315,7 @@ Table boundary_table() {
        prescription_key(BoundaryKind::velocity, "velocity; \"free\" for a component that is not prescribed"),
        prescription_key(BoundaryKind::displacement,
                         "displacement; \"free\" for a component that is not prescribed"),
-       pressure_key(), absorbing_key(), rate_key(), history_key()},
+       pressure_key(), absorbing_key(), rate_key(), history_key(), name_key()},
       [](const Parameters& parameters) { return parameters.boundaries.size(); },
       [](Parameters& parameters) { parameters.boundaries.emplace_back(); }};
 }

@@ -8,36 +8,53 @@
 #include <array>
 #include <set>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace crackle::input {
 
 namespace {
 
-constexpr std::size_t max_name = 60;
+/// The number of a boundary condition is an int; whether there is such a one is checked later.
+constexpr int max_conditions = 1'000'000;
 /// Rows of a history in one dynamic phase.
 constexpr double max_history_rows = 100'000;
 
 Key name_key() {
-  const std::string accepted = fmt::format(
-      "a text of 1 to {} characters without \"/\" and control characters, such as \"gauge\"", max_name);
   return {"name",
           "text",
           required(),
-          accepted,
+          accepted_name("gauge"),
           "of the probe, another one for each",
-          [=](const Source& source, Parameters& parameters, std::size_t i) {
-            const auto name = read_text(source, accepted);
-            if (!name) return;
-            if (name->size() > max_name) source.report("has {} characters; give {}", name->size(), accepted);
-            // It becomes the name of a group in the sample files.
-            const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
-            if (std::ranges::any_of(*name, is_control) || name->find('/') != std::string::npos ||
-                *name == "." || *name == "..")
-              source.report("{} cannot be used; give {}", source.value.source, accepted);
-            parameters.output.probes.at(i).name = *name;
+          [](const Source& source, Parameters& parameters, std::size_t i) {
+            if (const auto name = read_name(source, "gauge")) parameters.output.probes.at(i).name = *name;
           },
           [](Parameters& parameters, std::size_t i) { return parameters.output.probes.at(i).name; }};
+}
+
+Key governing_key() {
+  const std::string form = "the name of a [[boundary]], such as \"rollers\", or its number from 0 on";
+  return {"governing",
+          "text or integer",
+          optional("what drives the body"),
+          form,
+          "boundary condition, with all of its name, whose load and displacement the load curve and the peak "
+          "load are of; what drives is the first that changes with time, or else the first that prescribes "
+          "anything but zero",
+          [=](const Source& source, Parameters& parameters, std::size_t) {
+            if (source.value.kind == ValueKind::integer) {
+              if (const auto number = read_integer(source, 0, max_conditions))
+                parameters.output.governing = static_cast<int>(*number);
+            } else if (const auto name = read_text(source, form)) {
+              parameters.output.governing = *name;
+            }
+          },
+          [](Parameters& parameters, std::size_t) -> std::optional<std::string> {
+            const auto& governing = parameters.output.governing;
+            if (const auto* const number = std::get_if<int>(&governing)) return fmt::format("{}", *number);
+            if (const auto* const name = std::get_if<std::string>(&governing)) return *name;
+            return {};
+          }};
 }
 
 Key place_key() {
@@ -117,7 +134,7 @@ Table output_table() {
       {integer_key<int>(
            "frames", [](Parameters & parameters, std::size_t) -> auto& { return parameters.output.frames; },
            0, 100'000, by_default("11"), "pictures of the fields during the dynamic phase"),
-       std::move(history)}};
+       std::move(history), governing_key()}};
 }
 
 Table probe_table() {
@@ -129,8 +146,39 @@ Table probe_table() {
           [](Parameters& parameters) { parameters.output.probes.emplace_back(); }};
 }
 
+namespace {
+
+/// Conditions that can govern: "0 to 3, \"rollers\" or \"grip\"".
+std::string known_conditions(const std::vector<Boundary>& conditions) {
+  std::vector<std::string> known{conditions.size() == 1 ? "0"
+                                                        : fmt::format("0 to {}", conditions.size() - 1)};
+  for (const Boundary& condition : conditions) {
+    const std::string name = fmt::format("\"{}\"", condition.name);
+    if (!condition.name.empty() && std::ranges::find(known, name) == known.end()) known.push_back(name);
+  }
+  return fmt::format("{}", fmt::join(known, ", "));
+}
+
+void check_governing(const Parameters& parameters, Findings& findings) {
+  const auto& governing = parameters.output.governing;
+  const std::vector<Boundary>& conditions = parameters.boundaries;
+  if (findings.faulty("output.governing") || findings.faulty("boundary") || conditions.empty()) return;
+  if (const auto* const number = std::get_if<int>(&governing);
+      number != nullptr && *number >= std::ssize(conditions))
+    findings.report("output.governing", "there is no boundary[{}]; give one of {}", *number,
+                    known_conditions(conditions));
+  if (const auto* const name = std::get_if<std::string>(&governing);
+      name != nullptr && std::ranges::find(conditions, *name, &Boundary::name) == conditions.end())
+    findings.report("output.governing", "no [[boundary]] is called \"{}\"; give one of {}", shortened(*name),
+                    known_conditions(conditions));
+}
+
+}  // namespace
+
 void check_output(const Parameters& parameters, Findings& findings) {
-  const auto& [frames, history, probes] = parameters.output;
+  const auto& history = parameters.output.history;
+  const auto& probes = parameters.output.probes;
+  check_governing(parameters, findings);
   if (history && !findings.faulty("output.history") && !findings.faulty("time.duration") &&
       parameters.time.duration / *history > max_history_rows)
     findings.report("output.history", "{} makes more than {:.0f} rows in {}; give a longer time",

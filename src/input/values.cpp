@@ -16,6 +16,8 @@ namespace crackle::input {
 
 namespace {
 
+constexpr std::size_t max_name = 60;
+
 template <class Format>
 std::string describe_range(const Range& range, Format format) {
   if (range.upper == infinity) {
@@ -126,6 +128,24 @@ std::optional<std::string> read_text(const Source& source, const std::string& ac
         source.value.kind == ValueKind::string ? "the string is empty" : what_is_given(source.value),
         accepted);
   return source.value.string;
+}
+
+std::string accepted_name(const std::string& example) {
+  return fmt::format("a text of 1 to {} characters without \"/\" and control characters, such as \"{}\"",
+                     max_name, example);
+}
+
+std::optional<std::string> read_name(const Source& source, const std::string& example) {
+  const std::string accepted = accepted_name(example);
+  const auto name = read_text(source, accepted);
+  if (!name) return {};
+  if (name->size() > max_name) return source.report("has {} characters; give {}", name->size(), accepted);
+  // It becomes the name of a group in the sample files.
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+  if (std::ranges::any_of(*name, is_control) || name->find('/') != std::string::npos || *name == "." ||
+      *name == "..")
+    return source.report("{} cannot be used; give {}", source.value.source, accepted);
+  return name;
 }
 
 std::optional<std::size_t> read_choice(const Source& source, const std::vector<std::string>& names) {

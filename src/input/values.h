@@ -65,6 +65,11 @@ std::optional<double> read_number(const Source& source, const Range& range);
 std::optional<std::int64_t> read_integer(const Source& source, std::int64_t lower, std::int64_t upper);
 std::optional<std::string> read_text(const Source& source, const std::string& accepted);
 
+/// A text of up to 60 characters that may name a group in a file.
+/// @param example as in "gauge"
+std::string accepted_name(const std::string& example);
+std::optional<std::string> read_name(const Source& source, const std::string& example);
+
 /// Index of the string in `names`.
 std::optional<std::size_t> read_choice(const Source& source, const std::vector<std::string>& names);
 

@@ -2,6 +2,7 @@
 #include "history_group.h"
 
 #include "crackle/mechanics/elasticity.h"
+#include "crackle/mechanics/governing_condition.h"
 
 #include "columns.h"
 
@@ -46,13 +47,17 @@ bool is_load(const input::Boundary& condition) {
 
 void write_conditions(hid_t group, const std::vector<input::Boundary>& conditions,
                       const std::vector<HistoryRow>& rows) {
-  std::vector<std::string> names, kinds;
+  std::vector<std::string> faces, names, kinds;
   for (const input::Boundary& condition : conditions) {
-    names.push_back(condition.on);
+    faces.push_back(condition.on);
+    names.push_back(condition.name);
     kinds.emplace_back(input::name_of(condition.kind));
   }
-  hdf5::write_texts(group, "condition_on", names);
+  hdf5::write_texts(group, "condition_on", faces);
   describe_dataset(group, "condition_on", "face of each boundary condition, in the order of the input");
+  hdf5::write_texts(group, "condition_name", names);
+  describe_dataset(group, "condition_name",
+                   "conditions of one name add up to one load; empty where it has none");
   hdf5::write_texts(group, "condition_kind", kinds);
   describe_dataset(group, "condition_kind", "what it prescribes");
   const auto force_of = [&](bool of_loads) {
@@ -111,7 +116,7 @@ void write_cracks(hid_t group, const analysis::CrackHistory& cracks, std::size_t
 }  // namespace
 
 void write_history(hid_t file, const input::Parameters& parameters, const std::vector<HistoryRow>& rows,
-                   const analysis::CrackHistory& cracks) {
+                   double separated_at, const analysis::CrackHistory& cracks) {
   const hdf5::Handle group = hdf5::create_group(file, "history");
   write_column<double>(group, "time", rows, &HistoryRow::load_time, "s",
                        "of the load curves: in a dynamic phase its start plus the time since");
@@ -124,9 +129,9 @@ void write_history(hid_t file, const input::Parameters& parameters, const std::v
   using dynamics::EnergyRow;
   energy("phase_time", &EnergyRow::time, "s", "since the start of the dynamic phase");
   write_column<double>(group, "governing_load", rows, &HistoryRow::load, "N",
-                       "the largest force or reaction of any condition that loads the body");
+                       "load of the testing machine: of the governing conditions, along their drive");
   write_column<double>(group, "governing_displacement", rows, &HistoryRow::load_displacement, "m",
-                       "where that load acts, in its direction");
+                       "of these conditions, along their drive");
   energy("kinetic", &EnergyRow::kinetic, "J", "energy in motion");
   energy("strain", &EnergyRow::strain, "J", "energy in strain");
   energy("external", &EnergyRow::external, "J", "work of the loads");
@@ -140,7 +145,12 @@ void write_history(hid_t file, const input::Parameters& parameters, const std::v
   write_conditions(group, parameters.boundaries, rows);
   hdf5::label_datasets(group, {"moment", "notch"}, "time");
   label_as(group, {"load", "reaction", "displacement"}, {"moment", "condition", "component"});
-  label_as(group, {"condition_on", "condition_kind"}, {"condition"});
+  label_as(group, {"condition_on", "condition_kind", "condition_name"}, {"condition"});
+  std::vector<std::int32_t> governing;
+  for (const auto& one : mechanics::governing_conditions(parameters)) governing.push_back(one.condition);
+  if (!governing.empty())
+    hdf5::write_attribute<std::int32_t>(group, "governing", governing, {governing.size()});
+  hdf5::write_attribute(group, "separated_at", separated_at);
   hdf5::write_attribute(group, "rayleigh_speed", mechanics::rayleigh_speed(parameters.material));
   if (!parameters.output.probes.empty()) write_probes(group, parameters.output.probes, rows);
 }

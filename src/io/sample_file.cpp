@@ -295,7 +295,7 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     if (content.parameters.fracture.release == input::Release::softening)
       write_tooth_falls(id, result.tooth_falls);
     write_energy(id, result.energy);
-    write_history(id, content.parameters, result.history, content.crack_history);
+    write_history(id, content.parameters, result.history, result.separated_at, content.crack_history);
     write_frames(id, result.frames, content.realization.nodes.size(), content.parameters.material);
     write_counts(id, result.counts);
     const hdf5::Handle timing = write_timing(id, content.summary);

@@ -311,14 +311,6 @@ bool BoundaryLoads::grows_after(double time) const {
          });
 }
 
-double BoundaryLoads::largest_force(double time) const {
-  double largest = 0;
-  for (const auto& force : forces) {
-    largest = std::max(largest, std::abs(force.amplitude.at(time)) * force.total_weight);
-  }
-  return largest;
-}
-
 void BoundaryLoads::add_forces(double time, std::span<double> force) const {
   for (const auto& pattern : forces) {
     const double amplitude = pattern.amplitude.at(time);
@@ -423,6 +415,14 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
   settle_shared_components(group, index(subdomain.layout.n_owned), loads);
   leave_out_prescribed(loads.motions, loads.absorbers);
   loads.held_tetrahedra = tetrahedra_at(loads.motions, subdomain);
+  loads.governing = governing_conditions(parameters);
+  for (GoverningCondition& governing : loads.governing) {
+    const auto& condition = parameters.boundaries[index(governing.condition)];
+    if (condition.kind != input::BoundaryKind::pressure) continue;
+    const Faces& faces = all_surfaces[index(governing.condition)].faces;
+    governing.area =
+        loaded_face(group, condition, faces, subdomain, [](geometry::FaceId) { return 1.0; }).total_area;
+  }
   return loads;
 }
 

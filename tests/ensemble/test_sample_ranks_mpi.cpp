@@ -2,6 +2,7 @@
 // One sample shared by the ranks of a group: the same bits as on one rank.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/sample_run.h"
+#include "crackle/fracture/connectivity.h"
 
 #include "support/box_mesh.h"
 #include "support/job.h"
@@ -15,6 +16,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdio>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -83,6 +85,48 @@ dynamics::SampleResult compare(const input::Parameters& parameters, std::size_t 
   return compare(parameters,
                  test::make_box({.size = parameters.specimen.size, .cells = {3, 5, 14}, .disturbance = 0.2}),
                  least_breaks, make_partition);
+}
+
+/// Two blocks of 4 x 4 x 12 mm that share a line of nodes, and a column beside it or not.
+geometry::Realization hinged_blocks(bool has_column) {
+  return test::make_box(
+      {.size = {0.004, 0.004, 0.012}, .cells = {4, 4, 12}, .removed = [=](const geometry::Point& p) {
+         const bool is_column = has_column && p[0] > 0.001 && p[0] < 0.002 && p[1] > 0.003;
+         if (is_column || p[2] < 0.004 || p[2] > 0.008) return false;
+         return p[2] < 0.006 ? p[1] > 0.001 : p[1] < 0.001;
+       }});
+}
+
+/// The upper block is moved along one edge: nothing resists once the column is broken.
+TEST(HingeOnManyRanks, EndsTheSampleAsOnOneRank) {
+  auto parameters = torn_bar();
+  parameters.specimen.size = {0.004, 0.004, 0.012};
+  parameters.time.start = input::Start::quasi_static;
+  parameters.time.arrest = 1e-30;
+  parameters.boundaries.back() =
+      test::boundary(Face::z_max, BoundaryKind::displacement, {false, false, true}, {}, {0, 0, 1e-6});
+  parameters.boundaries.back().region[1] = {0.0035, 0.0045};
+  const auto alone = compare(parameters, hinged_blocks(true), 0);
+  if (!parallel::Communicator(MPI_COMM_WORLD).is_root()) return;
+  EXPECT_EQ(alone.outcome, Outcome::separated);
+  EXPECT_EQ(alone.history.back().load_time, alone.breaks.back().load_time);
+}
+
+TEST(FacePieces, AreTheSameOnManyRanksAndEndAtAHinge) {
+  const parallel::Communicator world(MPI_COMM_WORLD), self(MPI_COMM_SELF);
+  const auto mesh = hinged_blocks(false);
+  const auto whole = test::whole(mesh);
+  const fracture::BreakableBody intact(whole, test::epoxy());
+  const auto expected = fracture::face_piece_labels(self, intact);
+  EXPECT_EQ(std::set(expected.begin(), expected.end()).size(), 2U);
+  const auto by_edges = fracture::piece_labels(self, intact);
+  EXPECT_EQ(std::set(by_edges.begin(), by_edges.end()).size(), 1U);
+  const auto parts = geometry::split(mesh, by_metis(mesh, world.size()));
+  const auto& part = parts[index(world.rank())];
+  const fracture::BreakableBody body(part, test::epoxy());
+  const auto labels = fracture::face_piece_labels(world, body);
+  for (std::size_t t = 0; t < labels.size(); ++t)
+    EXPECT_EQ(labels[t], expected[index(part.tetrahedron_number[t])]);
 }
 
 class SampleOnManyRanks : public ::testing::TestWithParam<input::Precision> {};

@@ -29,6 +29,7 @@ inline void expect_same_end(const dynamics::SampleResult& a, const dynamics::Sam
                                      {"onset_time", &Result::onset_time},
                                      {"onset_force", &Result::onset_force},
                                      {"phase_start", &Result::phase_start},
+                                     {"separated_at", &Result::separated_at},
                                      {"stable_step", &Result::stable_step},
                                      {"energy_error", &Result::energy_error},
                                      {"equilibrium_residual", &Result::equilibrium_residual}})

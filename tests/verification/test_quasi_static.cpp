@@ -117,6 +117,74 @@ TEST(Hinge, ThatIsLeftOverEndsTheSampleAsSeparated) {
   EXPECT_LT(result.energy_error, 1e-6);
 }
 
+/// Conditions under which the hinge of the blocks offers nothing.
+struct Drive {
+  const char* name;
+  BoundaryKind kind;
+  bool has_dead_load;
+};
+
+class LastHinge : public ::testing::TestWithParam<Drive> {};
+
+TEST_P(LastHinge, EndsTheHistoryAtTheLastBreak) {
+  // As above, but driven along one edge of the upper end, which leaves the upper block free to turn.
+  auto parameters = epoxy_parameters();
+  parameters.specimen.size = {0.004, 0.004, 0.012};
+  parameters.time.arrest = 1e-30;
+  const Vector value = GetParam().kind == BoundaryKind::velocity ? Vector{0, 0, 1e-6} : Vector{};
+  const Vector rate = GetParam().kind == BoundaryKind::velocity ? Vector{} : Vector{0, 0, 1e-6};
+  auto drive = test::boundary(Face::z_max, GetParam().kind, {false, false, true}, value, rate);
+  drive.region[1] = {0.0035, 0.0045};
+  parameters.boundaries = {test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}), drive};
+  if (GetParam().has_dead_load)
+    parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {1e-3, 0, 0}));
+  const auto mesh = test::make_box(
+      {.size = parameters.specimen.size, .cells = {4, 4, 12}, .removed = [](const geometry::Point& p) {
+         const bool is_column = p[0] > 0.001 && p[0] < 0.002 && p[1] > 0.003;
+         if (is_column || p[2] < 0.004 || p[2] > 0.008) return false;
+         return p[2] < 0.006 ? p[1] > 0.001 : p[1] < 0.001;
+       }});
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const auto result = run_sample(self, parameters, test::whole(mesh));
+  ASSERT_FALSE(result.breaks.empty());
+  const HistoryRow& last = result.history.back();
+  std::printf("%s after %zu breaks, history to %.4g s, break at %.4g s, work %.4g J\n",
+              to_string(result.outcome).c_str(), result.breaks.size(), last.load_time,
+              result.breaks.back().load_time, last.energy.external);
+  EXPECT_EQ(result.outcome, Outcome::separated);
+  EXPECT_EQ(last.load_time, result.breaks.back().load_time);
+  EXPECT_LT(last.load_displacement, 1e-4);
+  EXPECT_LE(last.energy.external, result.history[1].load * last.load_displacement);
+  EXPECT_GT(last.energy.external, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Drives, LastHinge,
+                         ::testing::Values(Drive{"Displacement", BoundaryKind::displacement, false},
+                                           Drive{"Velocity", BoundaryKind::velocity, false},
+                                           Drive{"Mixed", BoundaryKind::displacement, true}),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+TEST(RigidMotion, ThatConditionsPrescribeIsNoMechanism) {
+  // Both ends move to the side alike, which strains nothing, while a force pulls the bar apart.
+  auto parameters = epoxy_parameters();
+  parameters.specimen.size = {0.002, 0.004, 0.012};
+  parameters.time.arrest = 1e-30;
+  const auto run = [&](double speed) {
+    parameters.boundaries = {
+        test::boundary(Face::z_min, BoundaryKind::displacement, {true, true, true}, {}, {speed, 0, 0}),
+        test::boundary(Face::z_max, BoundaryKind::displacement, {true, false, false}, {}, {speed, 0, 0}),
+        test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10})};
+    const auto mesh =
+        test::make_box({.size = parameters.specimen.size, .cells = {2, 4, 12}, .disturbance = 0.2});
+    return run_sample(parallel::Communicator(MPI_COMM_SELF), parameters, test::whole(mesh));
+  };
+  const auto at_rest = run(0), moving = run(1e-6);
+  EXPECT_GT(at_rest.breaks.size(), 10U);
+  EXPECT_EQ(moving.outcome, Outcome::separated);
+  EXPECT_EQ(moving.breaks.size(), at_rest.breaks.size());
+  EXPECT_NEAR(moving.breaks.back().load_time, at_rest.breaks.back().load_time, 1e-6);
+}
+
 /// A pulled bar of which some tetrahedra are broken beforehand.
 class DamagedBar : public ::testing::Test {
 protected:

@@ -69,8 +69,8 @@ class History:
     time: np.ndarray  # of the loads' programs [s]
     phase: np.ndarray  # number of the dynamic phase; 0 in quasi-static loading
     phase_time: np.ndarray  # since the start of the dynamic phase [s]
-    governing_load: np.ndarray  # the largest force or reaction of any condition that loads the body [N]
-    governing_displacement: np.ndarray  # where it acts, in its direction [m]
+    governing_load: np.ndarray  # of the testing machine, along its drive [N]
+    governing_displacement: np.ndarray  # likewise [m]
     crack_area: np.ndarray  # moments x crack starts [m^2]
     crack_length: np.ndarray  # likewise [m]
     tip_speed: np.ndarray  # likewise [m/s]; NaN where no tip runs

@@ -10,7 +10,8 @@
 
 /// The one list of what a sample yields as numbers. Messages between ranks, result files, `crackle stats`,
 /// the report and the table in src/io/README.md follow from it: a new result is one member of SampleSummary,
-/// one entry here, and the line that computes it.
+/// one entry here, and the line that computes it. What load, displacement and separation mean is defined in
+/// crackle/dynamics/machine_load.h.
 namespace crackle::analysis {
 
 /// What a table over all samples shows of a result.
@@ -55,8 +56,7 @@ void for_each_result(Visit&& visit) {
   visit(ResultInfo{"first_break_time", "s", "load time of the first break", quantiles, "first break", "s", 1,
                    ".6f", "", 3},
         &Row::first_break_time);
-  visit(ResultInfo{"first_break_load", "N",
-                   "load at the first break: the largest force or reaction of any condition", quantiles,
+  visit(ResultInfo{"first_break_load", "N", "load of the testing machine at the first break", quantiles,
                    "first break", "N", 1, ".3f", "", 3},
         &Row::first_break_load);
   visit(
@@ -65,23 +65,22 @@ void for_each_result(Visit&& visit) {
           "load time at the start of the last dynamic phase; NaN where no quasi-static loading led to one",
           quantiles, "onset time", "s", 1, ".6f"},
       &Row::onset_time);
-  visit(ResultInfo{"onset_force", "N", "load then: the largest force or reaction of any condition", quantiles,
-                   "onset force", "N", 1, ".3f"},
+  visit(ResultInfo{"onset_force", "N", "load of the testing machine then", quantiles, "onset force", "N", 1,
+                   ".3f"},
         &Row::onset_force);
-  visit(ResultInfo{"peak_load", "N",
-                   "largest load in the sample's history: the largest force or reaction of any condition",
-                   quantiles, "peak load", "N", 1, ".3f", "", 4},
+  visit(ResultInfo{"peak_load", "N", "largest load of the testing machine up to separation", quantiles,
+                   "peak load", "N", 1, ".3f", "", 4},
         &Row::peak_load);
   visit(
       ResultInfo{
           "displacement_at_peak", "m",
-          "displacement where that load acts, in its direction, when it first comes within 0.1 % of its "
-          "peak: of the prescribed motion, or the mean over the loaded area",
+          "displacement of the machine along its drive when that load first comes within 0.1 % of its peak: "
+          "the prescribed one, or the mean over the loaded area",
           quantiles, "displacement at peak", "mm", 1e3, ".5f", "", 4},
       &Row::displacement_at_peak);
   visit(ResultInfo{"work_of_fracture", "J",
-                   "external work up to the end of the history: the area below the load-displacement curve",
-                   quantiles, "work of fracture", "mJ", 1e3, ".3f", "", 4},
+                   "external work up to separation: the area below the load-displacement curve", quantiles,
+                   "work of fracture", "mJ", 1e3, ".3f", "", 4},
         &Row::work_of_fracture);
   visit(
       ResultInfo{"dynamic_phases", "", "number of dynamic phases", none, "dynamic phases", "", 1, "d", "", 3},

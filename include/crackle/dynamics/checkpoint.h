@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/real.h"
 #include "crackle/dynamics/sample_result.h"
 #include "crackle/fracture/break_record.h"
 #include "crackle/fracture/breakable_body.h"
@@ -39,6 +40,8 @@ struct EndedPhase {
   double kinetic = 0;
   double external_work = 0;
   double dissipated = 0;
+  double separated_at = not_a_number;  ///< as in PhaseResult [s]
+  double last_break = 0;               ///< likewise [s]
   std::int64_t n_steps = 0;
   std::int64_t n_forces = 0;
   fracture::Releases releases;
@@ -50,6 +53,8 @@ struct EndedPhase {
 struct Separation {
   std::int64_t looked_at = 0;         ///< step
   std::optional<std::int64_t> found;  ///< step at which the body was found apart
+  /// Step of the last break before the conditions were found to share no piece any more.
+  std::optional<std::int64_t> unloaded;
 };
 
 /// A dynamic phase on its way, between two steps.
@@ -69,8 +74,8 @@ struct Checkpoint {
   /// That the phases were computed in: double for a mixed input whose numbers have not sufficed.
   input::Precision precision = input::Precision::mixed;
   input::Engine engine = input::Engine::fixed_point;  ///< likewise
-  double first_break_reaction =
-      0;  ///< largest reaction at the first break, where that was in a dynamic phase [N]
+  /// The machine's reaction at the first break, where that was in a dynamic phase [N].
+  double first_break_reaction = 0;
   std::vector<EndedPhase> ended;
   std::optional<RunningPhase> running;
   parallel::NumberedRows memory;  ///< of the criterion, where it is not 0, by bits

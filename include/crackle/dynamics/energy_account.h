@@ -21,20 +21,14 @@ struct LoadState {
   std::vector<double> position;   ///< its conjugate displacement: sum of weight times displacement [m or m^3]
   std::vector<double> reaction;   ///< resultant that each prescribed motion exerts [N]
   std::vector<double> travel;     ///< displacement of each prescribed motion [m]
+  std::vector<Vector> absorbed = {};  ///< force that each absorbing face exerts; empty at rest [N]
 };
-
-/// What "the load" of a body under several conditions is: the largest of the forces that its load conditions
-/// exert and of the reactions of its prescribed motions other than `fix` [N].
-struct Load {
-  double force = 0;         ///< its magnitude [N]
-  double displacement = 0;  ///< in its direction: of the motion, or the mean over the loaded area [m]
-};
-Load largest_load(const mechanics::BoundaryLoads& loads, const LoadState& state);
 
 /// Collective; equal bits for any number of ranks.
+/// @param velocity of the motion, or nullptr in equilibrium
 LoadState measure_loads(const parallel::Communicator& group, const fracture::BreakableBody& body,
                         const mechanics::BoundaryLoads& loads, const parallel::NodeField& displacement,
-                        double time);
+                        double time, const parallel::NodeField* velocity = nullptr);
 
 /// Strain energy of an equilibrium, which is linear in its loads [J].
 double strain_energy(const LoadState& state);

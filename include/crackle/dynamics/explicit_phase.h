@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/common/real.h"
 #include "crackle/dynamics/energy_account.h"
 #include "crackle/dynamics/integrator.h"
 #include "crackle/dynamics/moving_body.h"
@@ -38,6 +39,10 @@ struct PhaseResult {
   bool separated = false;  ///< the body was apart when the phase ended
   bool parked = false;     ///< the rest is undefined
   double time = 0;         ///< at which the phase ended, since its start [s]
+  /// Since the phase's start, of the last break before the conditions were found to share no piece; where
+  /// they were not, NaN [s].
+  double separated_at = not_a_number;
+  double last_break = 0;  ///< likewise, of the last break [s]
   /// Up to which its breaks count, should it be the last phase: the duration at most [s].
   double counted_time = 0;
   std::string note;          ///< why it ended early, where that was no plan

@@ -13,16 +13,19 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
 namespace crackle::dynamics {
 
+class CarriedShare;
+
 /// How a quasi-static phase ended.
 enum class QuasiStaticEnd {
   unstable,   ///< a tetrahedron is over the limit at an unchanged load: dynamics takes over
   no_load,    ///< no further load breaks the body
-  separated,  ///< the loaded part came loose, or hangs on as a mechanism
+  separated,  ///< the loads are not held any more, or by what offers no stiffness: the body carries nothing
   parked,     ///< asked to stop between two breaks
 };
 
@@ -40,6 +43,7 @@ public:
   QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
                      const mechanics::BoundaryLoads& loads, fracture::Criterion& criterion, double patience,
                      fracture::StressAverage* average = nullptr);
+  ~QuasiStaticLoading();
 
   /// Puts the loads at time 0 into the account. Collective; once, before everything else.
   void load_at_start(EnergyAccount& account);
@@ -58,11 +62,11 @@ public:
 
   /// Continues at `time` from a body that came to rest after the dynamic state `displacement`, with what
   /// broke meanwhile: solves for its equilibrium and settles the account. Collective.
-  /// @return false when the loaded part has come loose
+  /// @return false when the body carries nothing any more
   bool resume(double time, double kinetic, const parallel::NodeField& displacement, EnergyAccount& account);
 
   double time() const { return time_; }
-  /// Largest force or reaction of any condition at the last event [N].
+  /// The machine's load at the last event [N].
   double load() const { return load_; }
   /// The same at the first break; NaN where nothing has broken quasi-statically.
   double load_at_first_break() const { return load_at_first_break_; }
@@ -87,9 +91,13 @@ private:
   template <class ForceFactor, class MotionFactor>
   void superpose(std::span<double> sum, ForceFactor&& of_force, MotionFactor&& of_motion) const;
   void combine(double time, parallel::NodeField& displacement) const;
-  /// Equilibrium anew. @return false when the loaded part has come loose
+  /// Equilibrium anew. @return false when the body carries nothing any more
   /// @param may_separate whether tetrahedra or bridges broke, and did not only soften
   bool update_after_breaks(bool may_separate);
+  /// By the unit solutions, in equilibrium or where the solver gave up. Collective.
+  bool carries_nothing(bool is_equilibrium) const;
+  /// Whether a displacement is beyond what linear elasticity can describe. Collective.
+  bool is_far(const parallel::NodeField& displacement) const;
   /// The largest stress over its tetrahedron's strength; of one round which it is averaged, the smaller of
   /// its own and the average.
   Critical most_loaded() const;
@@ -114,9 +122,10 @@ private:
   double patience_;
   mechanics::StaticSolver solver_;
   std::vector<parallel::NodeField> unit_;  // for each force pattern, then for each motion that moves
-  parallel::NodeField displacement_;       // equilibrium at time_
-  std::size_t n_changes_solved_ = 0;       // of the body's local changes, those that the solver knows
-  double extent_ = 0;                      // of the body, the largest along an axis [m]
+  std::unique_ptr<const CarriedShare> carried_share_;
+  parallel::NodeField displacement_;  // equilibrium at time_
+  std::size_t n_changes_solved_ = 0;  // of the body's local changes, those that the solver knows
+  double extent_ = 0;                 // of the body, the largest along an axis [m]
   double time_ = 0;
   double load_ = 0;  // [N]
   double load_at_first_break_ = not_a_number;

@@ -36,12 +36,12 @@ struct ProbeValue {
 
 /// One moment of a sample's history: an equilibrium of quasi-static loading, or a moment of a dynamic phase.
 struct HistoryRow {
-  double load_time = 0;          ///< of the load curves [s]
-  std::int32_t phase = 0;        ///< number of the dynamic phase, from 1 on; 0 in quasi-static loading
-  EnergyRow energy{};            ///< its time is that since the start of the dynamic phase
-  double load = 0;               ///< the largest force or reaction of any condition that loads the body [N]
-  double load_displacement = 0;  ///< in its direction [m]
-  std::vector<Vector> force;     ///< that each boundary condition exerts on the body [N]
+  double load_time = 0;              ///< of the load curves [s]
+  std::int32_t phase = 0;            ///< number of the dynamic phase, from 1 on; 0 in quasi-static loading
+  EnergyRow energy{};                ///< its time is that since the start of the dynamic phase
+  double load = 0;                   ///< of the testing machine (machine_load.h) [N]
+  double load_displacement = 0;      ///< likewise [m]
+  std::vector<Vector> force;         ///< that each boundary condition exerts on the body [N]
   std::vector<Vector> displacement;  ///< mean of each condition's nodes [m]
   std::vector<ProbeValue> probes;    ///< in the order of the input
   bool operator==(const HistoryRow&) const = default;
@@ -104,18 +104,21 @@ struct SampleResult {
   bool parked = false;  ///< stopped on the way as asked; the rest is undefined
   Outcome outcome = Outcome::unbroken;
   std::string note;  ///< what else is to be known of the end; mostly empty
-  /// Load time at the first break [s] and the largest force or reaction of any condition then [N]; NaN where
-  /// nothing broke.
+  /// Load time at the first break [s] and the machine's load then [N]; NaN where nothing broke.
   double first_break_time = none;
   double first_break_load = none;
-  /// Load time at the start of the last dynamic phase [s] and the load then [N]; NaN where no dynamic phase
-  /// followed quasi-static loading.
+  /// Load time at the start of the last dynamic phase [s] and the machine's load then [N]; NaN where no
+  /// dynamic phase followed quasi-static loading.
   double onset_time = none;
   double onset_force = none;
   double phase_start = none;  ///< load time at the start of the last dynamic phase [s], 0 with start = "rest"
-  double time_step = 0;       ///< used [s]
-  double stable_step = 0;     ///< of the intact body and the integrator [s]
-  double energy_error = 0;    ///< largest imbalance over the outputs, relative to the work done
+  /// Time since that start at which no load could pass from one condition to another any more [s]; NaN where
+  /// that did not come about in the last dynamic phase.
+  double separated_at = none;
+  bool load_is_reaction = false;  ///< of the machine's load, at least in part
+  double time_step = 0;           ///< used [s]
+  double stable_step = 0;         ///< of the intact body and the integrator [s]
+  double energy_error = 0;        ///< largest imbalance over the outputs, relative to the work done
   double equilibrium_residual =
       none;  ///< largest of the static solves, relative to the load; NaN without any
   std::vector<fracture::Break> breaks;  ///< in order of time, then of tetrahedron number

@@ -11,15 +11,26 @@ namespace crackle::dynamics {
 /// splinters.
 inline constexpr double separated_share = 0.01;
 
+/// Whether two boundary conditions, of whatever kind, act on no common piece, joined by faces: at most hinges
+/// pass a load between them. With fewer than two conditions as is_separated. Equal on every rank. Collective.
+bool is_unloaded(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                 const mechanics::BoundaryLoads& loads);
+
 /// Whether the body has come apart: two boundary conditions, of whatever kind, act on no common piece, or
 /// besides the largest piece there is another one of at least separated_share of the volume. Equal on every
 /// rank. Collective.
 bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
                   const mechanics::BoundaryLoads& loads);
 
+/// What joins two unbroken tetrahedra to one piece.
+enum class Joint {
+  edge,  ///< a common edge that carries: a hinge is enough
+  face,  ///< a common face all of whose edges carry
+};
+
 /// Whether every load still acts on a piece that a prescribed motion holds, so that there is an equilibrium;
 /// where nothing is held, whether the body is in one piece. Equal on every rank. Collective.
 bool loads_are_held(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                    const mechanics::BoundaryLoads& loads);
+                    const mechanics::BoundaryLoads& loads, Joint joint = Joint::edge);
 
 }  // namespace crackle::dynamics

@@ -63,6 +63,9 @@ public:
   bool has_contact() const { return contact_ != input::Contact::none; }
 
   bool is_broken(std::int32_t tetrahedron) const { return broken_[index(tetrahedron)] != 0; }
+  /// For each local tetrahedron and corner the one across the opposite face, broken or not; -1 where none is.
+  /// Found when first asked for.
+  const std::vector<std::array<std::int32_t, 4>>& face_neighbours() const;
   /// Local tetrahedra in order of breaking.
   std::span<const std::int32_t> broken_tetrahedra() const { return order_; }
   /// Whether tetrahedra soften before they break.
@@ -139,6 +142,7 @@ private:
   mechanics::IsotropicElasticity elasticity_;
   mechanics::ResidualStiffness residual_stiffness_;
   mechanics::InternalForce force_;
+  mutable std::vector<std::array<std::int32_t, 4>> face_neighbours_;
   std::vector<std::uint8_t> broken_;
   std::vector<std::int32_t> order_;
   std::vector<std::int32_t> changes_;

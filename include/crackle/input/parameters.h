@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 /// The typed, immutable parameters of an ensemble. All values are in SI units.
@@ -254,6 +255,7 @@ struct Boundary {
   Vector value{};
   Vector rate{};
   std::vector<std::pair<double, double>> history;  ///< (time [s], factor), times ascending
+  std::string name = {};  ///< conditions of one name add up to one load of the machine; empty: none
 };
 
 enum class Start { quasi_static, equilibrium, rest };
@@ -327,6 +329,9 @@ struct Output {
   /// Time between two rows of the history in dynamic phases [s]; empty: a 200th of the duration ("auto").
   std::optional<double> history = {};
   std::vector<Probe> probes = {};
+  /// Number or name of the boundary condition whose load and displacement the load curve is of; neither: what
+  /// drives the body.
+  std::variant<std::monostate, int, std::string> governing = {};
 };
 
 enum class RandomDistribution { normal, lognormal, uniform, triangular, weibull, beta, truncated };

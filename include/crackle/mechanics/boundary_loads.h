@@ -3,6 +3,7 @@
 
 #include "crackle/geometry/subdomain.h"
 #include "crackle/input/parameters.h"
+#include "crackle/mechanics/governing_condition.h"
 #include "crackle/mechanics/tensor.h"
 #include "crackle/parallel/communicator.h"
 
@@ -101,13 +102,12 @@ struct BoundaryLoads {
   std::vector<ConditionNodes> conditions = {};  ///< in the order of the input
   /// Local tetrahedra, ascending, that touch a node with a prescribed motion: what reactions follow from.
   std::vector<std::int32_t> held_tetrahedra = {};
+  std::vector<GoverningCondition> governing = {};
 
   /// First time after `time` at which any program's slope changes; infinity when there is none.
   double next_kink(double time) const;
   /// Whether any load or motion changes after `time`.
   bool grows_after(double time) const;
-  /// Largest resultant over the force conditions at `time` [N].
-  double largest_force(double time) const;
   /// Adds the nodal forces at `time` to `force` (3 n_owned).
   void add_forces(double time, std::span<double> force) const;
   /// Writes the prescribed displacements at `time` into the owned part of `displacement`.

@@ -26,6 +26,11 @@ public:
 /// Which displacement components are prescribed; ghost nodes included.
 using HeldComponents = std::vector<std::uint8_t>;  ///< 3 n_local, 1 where prescribed
 
+/// When the conjugate gradients get no further, what is left is the rounding of their product: more of it
+/// where long thin parts move far under little load. Up to this, relative to the loads, that is an
+/// equilibrium.
+inline constexpr double rounding_allowance = 1e-6;
+
 /// What counts as an equilibrium: a residual, in the norm that the preconditioner defines, below both bounds.
 struct Accuracy {
   double of_loads = 1e-10;  ///< over the residual of the body whose free components have not moved

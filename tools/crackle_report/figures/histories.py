@@ -39,8 +39,8 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
 
 
 def _explain(histories: dict[int, History]) -> str:
-    words = ["The load is the largest force or reaction of any boundary condition, its displacement that of the place where it "
-             "acts. Grey lines are all samples, coloured ones those shown in detail;"
+    words = ["Load and displacement are those of the testing machine along its drive, of the same boundary conditions throughout. "
+             "Grey lines are all samples, coloured ones those shown in detail;"
              f" where there are {MIN_BAND} samples or more, the black line is their median and the band holds {BAND[1] - BAND[0]} % of them."]
     if _is_quasi_static(histories):
         words.append("While the load grows slowly the picture has its equilibria; the last dynamic phase then runs at an almost "

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/dynamics/machine_load.h"
+
+#include "crackle/common/index.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace crackle::dynamics {
+
+namespace {
+
+/// The peak is where the load first comes this near to its largest value: a force that is prescribed goes on
+/// while the body breaks.
+constexpr double peak_share = 0.999;
+
+Load load_of_pressure(const mechanics::GoverningCondition& governing, const mechanics::BoundaryLoads& loads,
+                      const LoadState& state) {
+  Load load;
+  const double sign = governing.direction[0] < 0 ? -1 : 1;
+  for (std::size_t k = 0; k < loads.forces.size(); ++k) {
+    if (loads.forces[k].condition != governing.condition) continue;
+    load.force = sign * state.amplitude[k] * governing.area;  // the same for all components
+    load.displacement += sign * state.position[k] / governing.area;
+  }
+  return load;
+}
+
+Load load_of_condition(const mechanics::GoverningCondition& governing, const mechanics::BoundaryLoads& loads,
+                       const LoadState& state) {
+  if (governing.area > 0) return load_of_pressure(governing, loads, state);
+  Vector force{}, displacement{};
+  for (std::size_t k = 0; k < loads.forces.size(); ++k) {
+    const auto& pattern = loads.forces[k];
+    if (pattern.condition != governing.condition) continue;
+    force[index(pattern.component)] = state.amplitude[k] * pattern.resultant;
+    displacement[index(pattern.component)] = state.position[k] / pattern.total_weight;
+  }
+  for (std::size_t m = 0; m < loads.motions.size(); ++m) {
+    const auto& motion = loads.motions[m];
+    if (motion.condition != governing.condition) continue;
+    force[index(motion.component)] = state.reaction[m];
+    displacement[index(motion.component)] = state.travel[m];
+  }
+  for (std::size_t a = 0; a < loads.absorbers.size() && a < state.absorbed.size(); ++a)
+    if (loads.absorbers[a].condition == governing.condition) force = state.absorbed[a];
+  // Nothing tells a direction where the only drive is a pressure from all sides.
+  if (governing.direction == Vector{}) return {norm(force), norm(displacement)};
+  return {dot(force, governing.direction), dot(displacement, governing.direction)};
+}
+
+bool is_after_separation(const HistoryRow& row, const SampleResult& result) {
+  return row.phase > 0 && row.phase == result.counts.dynamic_phases && row.energy.time > result.separated_at;
+}
+
+/// The load of an equilibrium at the displacement of `row`, had nothing broken since `start`.
+double static_limit(const HistoryRow& start, const HistoryRow& row) {
+  if (!(start.load_displacement > 0)) return start.load;
+  return start.load * std::max(1.0, row.load_displacement / start.load_displacement);
+}
+
+}  // namespace
+
+Load machine_load(const mechanics::BoundaryLoads& loads, const LoadState& state) {
+  Load sum;
+  for (const auto& governing : loads.governing) {
+    const Load load = load_of_condition(governing, loads, state);
+    sum.force += load.force;
+    sum.displacement += load.displacement;
+  }
+  if (!loads.governing.empty()) sum.displacement /= static_cast<double>(loads.governing.size());
+  return sum;
+}
+
+double largest_load(const mechanics::BoundaryLoads& loads, const LoadState& state) {
+  double largest = 0;
+  for (std::size_t k = 0; k < loads.forces.size(); ++k)
+    largest = std::max(largest, std::abs(state.amplitude[k]) * loads.forces[k].total_weight);
+  for (std::size_t m = 0; m < loads.motions.size(); ++m)
+    if (!loads.motions[m].is_fixed) largest = std::max(largest, std::abs(state.reaction[m]));
+  return largest;
+}
+
+LoadResults load_results(const SampleResult& result) {
+  const bool has_inertia = result.load_is_reaction && !std::isnan(result.onset_force);
+  LoadResults results;
+  std::vector<const HistoryRow*> rows;  // those that count for the peak
+  const HistoryRow* start = nullptr;    // of their dynamic phase
+  for (const HistoryRow& row : result.history) {
+    if (is_after_separation(row, result)) break;
+    results.work_of_fracture = row.energy.external;
+    if (start == nullptr || row.phase != start->phase) start = &row;
+    if (row.phase == 0 || !has_inertia || row.load <= static_limit(*start, row)) rows.push_back(&row);
+  }
+  if (rows.empty()) return results;
+  const auto load = [](const HistoryRow* row) { return row->load; };
+  const auto peak = std::ranges::max_element(rows, {}, load);
+  results.peak_load = load(*peak);
+  const auto first = std::ranges::find_if(
+      rows, [&](const HistoryRow* row) { return row->load >= peak_share * results.peak_load; });
+  results.displacement_at_peak = (**(first != rows.end() ? first : peak)).load_displacement;
+  return results;
+}
+
+}  // namespace crackle::dynamics

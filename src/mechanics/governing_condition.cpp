@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/mechanics/governing_condition.h"
+
+#include "crackle/common/index.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <variant>
+
+namespace crackle::mechanics {
+
+namespace {
+
+using input::Boundary;
+using input::BoundaryKind;
+
+bool drives(const Boundary& condition) {
+  if (condition.kind == BoundaryKind::fix || condition.kind == BoundaryKind::absorbing) return false;
+  return condition.value != Vector{} || condition.rate != Vector{};
+}
+
+bool changes(const Boundary& condition) {
+  return drives(condition) && (condition.rate != Vector{} || !condition.history.empty() ||
+                               condition.kind == BoundaryKind::velocity);
+}
+
+/// The index of the condition that drives the body.
+std::optional<std::size_t> driver(const std::vector<Boundary>& conditions) {
+  for (const auto& is_meant : {changes, drives}) {
+    const auto found = std::ranges::find_if(conditions, is_meant);
+    if (found != conditions.end()) return static_cast<std::size_t>(found - conditions.begin());
+  }
+  return std::nullopt;
+}
+
+Vector drive_direction(const Boundary& condition) {
+  if (!drives(condition)) return {};
+  const bool is_by_value =
+      condition.rate == Vector{} || (condition.kind == BoundaryKind::velocity && condition.value != Vector{});
+  Vector direction = is_by_value ? condition.value : condition.rate;
+  // Scaled first, since squares of what is very small are nothing.
+  double largest = 0;
+  for (const double component : direction) largest = std::max(largest, std::abs(component));
+  for (double& component : direction) component /= largest;
+  const double length = norm(direction);
+  const auto factor =
+      std::ranges::find_if(condition.history, [](const auto& point) { return point.second != 0; });
+  const double sign = factor != condition.history.end() && factor->second < 0 ? -1 : 1;
+  for (double& component : direction) component *= sign / length;
+  return direction;
+}
+
+}  // namespace
+
+std::vector<GoverningCondition> governing_conditions(const input::Parameters& parameters) {
+  const std::vector<Boundary>& conditions = parameters.boundaries;
+  const auto drive = driver(conditions);
+  std::optional<std::size_t> first = drive;
+  const auto& governing = parameters.output.governing;
+  if (const auto* const number = std::get_if<int>(&governing)) first = index(*number);
+  if (const auto* const name = std::get_if<std::string>(&governing))
+    first =
+        static_cast<std::size_t>(std::ranges::find(conditions, *name, &Boundary::name) - conditions.begin());
+  if (!first) return {};
+  const bool has_direction = drive && conditions[*drive].kind != BoundaryKind::pressure;
+  const Vector along = has_direction ? drive_direction(conditions[*drive]) : Vector{};
+  const std::string& name = conditions.at(*first).name;
+  std::vector<GoverningCondition> group;
+  for (std::size_t i = 0; i < conditions.size(); ++i) {
+    if (i != *first && (name.empty() || conditions[i].name != name)) continue;
+    GoverningCondition one{.condition = static_cast<int>(i), .is_support = !drives(conditions[i])};
+    one.direction = drive_direction(conditions[i]);
+    if (one.is_support)
+      for (std::size_t c = 0; c < 3; ++c) one.direction[c] = -along[c];
+    group.push_back(one);
+  }
+  return group;
+}
+
+}  // namespace crackle::mechanics
