@@ -17,11 +17,24 @@ namespace crackle::fracture {
 namespace {
 
 double energy_factor(const input::Material& material) {
-  const double nu = material.poisson_ratio;
-  return toughness_factor * (1 + nu) * (1 - 2 * nu) / material.youngs_modulus;
+  return toughness_factor(material.poisson_ratio) / material.youngs_modulus;
+}
+
+/// Falls from `at_zero` with Poisson's ratio: the nearer it is to 0.5, the more the pressure of linear
+/// tetrahedra oscillates, and the earlier the most loaded ones break.
+double fitted(double at_zero, double exponent, double poisson_ratio) {
+  return at_zero * (1 + poisson_ratio) * std::pow(1 - 2 * poisson_ratio, exponent);
 }
 
 }  // namespace
+
+double toughness_factor(double poisson_ratio) {
+  return fitted(0.90, 0.48, poisson_ratio);
+}
+
+double spacings_per_length(double poisson_ratio) {
+  return fitted(3.05, 0.34, poisson_ratio) / toughness_factor(poisson_ratio);
+}
 
 double toughness_of(const input::Material& material, double strength, double spacing) {
   return energy_factor(material) * strength * strength * spacing;
@@ -84,11 +97,14 @@ std::vector<double> local_spacings(const parallel::Communicator& group, const ge
   return spacings;
 }
 
-std::vector<double> fracture_spacings(const parallel::Communicator& group, const input::Fracture& fracture,
+std::vector<double> fracture_spacings(const parallel::Communicator& group,
+                                      const input::Parameters& parameters,
                                       const geometry::Subdomain& subdomain,
                                       const mechanics::PdsOperators& operators) {
-  if (fracture.length == 0) return local_spacings(group, subdomain, operators);
-  return std::vector<double>(operators.tetrahedra.size(), spacings_per_length * fracture.length);
+  const double length = parameters.fracture.length;
+  if (length == 0) return local_spacings(group, subdomain, operators);
+  return std::vector<double>(operators.tetrahedra.size(),
+                             spacings_per_length(parameters.material.poisson_ratio) * length);
 }
 
 std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
@@ -98,7 +114,7 @@ std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
   const input::Fracture& fracture = parameters.fracture;
   std::vector<double> strengths(operators.tetrahedra.size(), fracture.strength);
   if (fracture.strength == 0) {
-    strengths = fracture_spacings(group, fracture, subdomain, operators);
+    strengths = fracture_spacings(group, parameters, subdomain, operators);
     for (double& value : strengths) value = strength_of(parameters.material, fracture.toughness, value);
   }
   if (!fracture.variation) return strengths;

@@ -4,6 +4,7 @@
 #include "crackle/fracture/toughness.h"
 #include "crackle/mechanics/elasticity.h"
 #include "support/box_mesh.h"
+#include "support/job.h"
 
 #include <gtest/gtest.h>
 
@@ -17,8 +18,7 @@ namespace {
 using input::BoundaryKind;
 using input::Face;
 
-/// A strip between rigid grips, cracked along half of its middle, as in
-/// jobs/verification/griffith-strip.toml.
+/// A strip between rigid grips, cracked along half of its middle.
 input::Parameters strip() {
   input::Parameters parameters;
   parameters.material = {32e9, 0.2, 2450};
@@ -78,6 +78,32 @@ TEST(Toughness, MakesTheLoadAtRunAwayIndependentOfTheSpacing) {
   EXPECT_GT(spread(strong), 1.25);
   for (const double load : tough) EXPECT_NEAR(load, 1, 0.1);
 }
+
+/// The strip of jobs/verification/griffith-strip.toml on a coarser mesh, whose exact load is known for every
+/// Poisson's ratio.
+class CrackedStrip : public ::testing::TestWithParam<double> {};
+
+TEST_P(CrackedStrip, BecomesUnstableAtTheLoadThatItsToughnessPredicts) {
+  auto parameters = test::job("verification/griffith-strip.toml");
+  const double nu = parameters.material.poisson_ratio = GetParam();
+  parameters.mesh.regions.front().spacing = 1e-3;
+  const double stiffness = parameters.material.youngs_modulus / (1 - nu * nu);
+  const double griffith =
+      std::sqrt(2 * parameters.fracture.toughness * parameters.specimen.size[2] / stiffness);
+  const parallel::Communicator self(MPI_COMM_SELF);
+  constexpr int n_bodies = 4;
+  double mean = 0;
+  for (int body = 1; body <= n_bodies; ++body) {
+    parameters.ensemble.seed = static_cast<std::uint64_t>(body);
+    const auto mesh = test::realization(parameters);
+    const auto result = run_sample(self, parameters, test::whole(mesh));
+    mean += 1e-6 * result.onset_time / griffith / n_bodies;
+  }
+  std::printf("Poisson's ratio %.2f: load at instability over Griffith's %.3f (reference 1)\n", nu, mean);
+  EXPECT_NEAR(mean, 1, 0.07);
+}
+
+INSTANTIATE_TEST_SUITE_P(PoissonsRatio, CrackedStrip, ::testing::Values(0.0, 0.2, 0.45));
 
 TEST(Toughness, SpacingIsThatOfTheMesh) {
   // A cube of six tetrahedra, each V = h^3 / 6.
