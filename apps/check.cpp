@@ -324,7 +324,7 @@ void add_criterion(Rows& rows, const Subject& subject) {
                       fmt::format("{:.4g} MPa, which breaks in one step", criterion->strength(0) / 1e6));
   auto toughness = fracture::fracture_spacings(self, parameters, subdomain, operators);
   for (std::size_t t = 0; t < toughness.size(); ++t)
-    toughness[t] = fracture::toughness_of(parameters.material, strengths[t], toughness[t]);
+    toughness[t] = fracture::toughness_of(parameters, strengths[t], toughness[t]);
   rows.emplace_back("toughness", spread(std::move(toughness), 1, "J/m^2") +
                                      fmt::format(", from the strength and {}{}", from, varied));
 }

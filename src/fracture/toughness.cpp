@@ -16,32 +16,33 @@ namespace crackle::fracture {
 
 namespace {
 
-double energy_factor(const input::Material& material) {
-  return toughness_factor(material.poisson_ratio) / material.youngs_modulus;
-}
-
 /// Falls from `at_zero` with Poisson's ratio: the nearer it is to 0.5, the more the pressure of linear
 /// tetrahedra oscillates, and the earlier the most loaded ones break.
 double fitted(double at_zero, double exponent, double poisson_ratio) {
   return at_zero * (1 + poisson_ratio) * std::pow(1 - 2 * poisson_ratio, exponent);
 }
 
+double energy_factor(const input::Parameters& parameters) {
+  const input::Material& material = parameters.material;
+  return toughness_factor(parameters.fracture.release, material.poisson_ratio) / material.youngs_modulus;
+}
+
 }  // namespace
 
-double toughness_factor(double poisson_ratio) {
-  return fitted(0.90, 0.48, poisson_ratio);
+double toughness_factor(input::Release release, double poisson_ratio) {
+  return fitted(release == input::Release::facet ? 0.97 : 0.91, 0.46, poisson_ratio);
 }
 
 double spacings_per_length(double poisson_ratio) {
-  return fitted(3.05, 0.34, poisson_ratio) / toughness_factor(poisson_ratio);
+  return fitted(3.05, 0.34, poisson_ratio) / toughness_factor(input::Release::element, poisson_ratio);
 }
 
-double toughness_of(const input::Material& material, double strength, double spacing) {
-  return energy_factor(material) * strength * strength * spacing;
+double toughness_of(const input::Parameters& parameters, double strength, double spacing) {
+  return energy_factor(parameters) * strength * strength * spacing;
 }
 
-double strength_of(const input::Material& material, double toughness, double spacing) {
-  return std::sqrt(toughness / (energy_factor(material) * spacing));
+double strength_of(const input::Parameters& parameters, double toughness, double spacing) {
+  return std::sqrt(toughness / (energy_factor(parameters) * spacing));
 }
 
 std::optional<Range> spacing_along_ligaments(const input::Parameters& parameters,
@@ -70,8 +71,8 @@ std::optional<Range> toughness_along_ligaments(const input::Parameters& paramete
                                                const geometry::Body& body, double strength) {
   const auto spacing = spacing_along_ligaments(parameters, body);
   if (!spacing) return std::nullopt;
-  return Range{toughness_of(parameters.material, strength, spacing->least),
-               toughness_of(parameters.material, strength, spacing->greatest)};
+  return Range{toughness_of(parameters, strength, spacing->least),
+               toughness_of(parameters, strength, spacing->greatest)};
 }
 
 std::vector<double> local_spacings(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
@@ -115,7 +116,7 @@ std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
   std::vector<double> strengths(operators.tetrahedra.size(), fracture.strength);
   if (fracture.strength == 0) {
     strengths = fracture_spacings(group, parameters, subdomain, operators);
-    for (double& value : strengths) value = strength_of(parameters.material, fracture.toughness, value);
+    for (double& value : strengths) value = strength_of(parameters, fracture.toughness, value);
   }
   if (!fracture.variation) return strengths;
   parallel::agree(group, [&] {

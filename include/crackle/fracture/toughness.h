@@ -17,17 +17,17 @@ namespace crackle::fracture {
 /// A strength criterion has no toughness of its own: a slow crack through tetrahedra of spacing h takes the
 /// energy c(nu) strength^2 h / E out of the body for each unit of its area. This is c, fitted to the loads at
 /// which cracked strips and bars in three-point bending become unstable (src/fracture/README.md).
-double toughness_factor(double poisson_ratio);
+double toughness_factor(input::Release release, double poisson_ratio);
 
 /// The same with the stress averaged over a ball (fracture::StressAverage): in place of the spacing stands
 /// this many times the ball's radius. Measured likewise; it holds on every mesh that resolves the ball.
 double spacings_per_length(double poisson_ratio);
 
-/// Energy per crack area for a strength at a spacing [J/m^2].
-double toughness_of(const input::Material& material, double strength, double spacing);
+/// Energy per crack area for a strength at a spacing, one of fracture_spacings() [J/m^2].
+double toughness_of(const input::Parameters& parameters, double strength, double spacing);
 
 /// Strength that gives an energy per crack area at a spacing [Pa].
-double strength_of(const input::Material& material, double toughness, double spacing);
+double strength_of(const input::Parameters& parameters, double toughness, double spacing);
 
 /// Of a quantity over several places.
 struct Range {
