@@ -18,6 +18,7 @@
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/partition.h"
 #include "crackle/geometry/realization.h"
+#include "crackle/input/poisson_limits.h"
 #include "crackle/input/reader.h"
 #include "crackle/input/softening_limits.h"
 #include "crackle/mechanics/elasticity.h"
@@ -280,6 +281,15 @@ std::string unresolved_variation_text(const Subject& subject) {
       length * 1e3, resolved_spacings, finest * 1e3);
 }
 
+/// A warning where Poisson's ratio is so near to 0.5 that the tetrahedra are too stiff; empty otherwise.
+std::string locking_text(const input::Material& material) {
+  if (material.poisson_ratio <= input::greatest_measured_poisson_ratio) return {};
+  return fmt::format(
+      "\nWarning: linear tetrahedra lock with a Poisson's ratio of {:.4g}: bodies are too stiff and break at "
+      "loads that are too high; give {} or less\n",
+      material.poisson_ratio, input::greatest_measured_poisson_ratio);
+}
+
 /// What the criterion means on this mesh: strength and toughness follow from each other and the local
 /// spacing.
 void add_criterion(Rows& rows, const Subject& subject) {
@@ -321,9 +331,9 @@ void add_criterion(Rows& rows, const Subject& subject) {
   if (parameters.fracture.memory == input::Memory::step)
     rows.emplace_back("strength",
                       fmt::format("{:.4g} MPa, which breaks in one step", criterion->strength(0) / 1e6));
-  auto toughness = fracture::fracture_spacings(self, parameters.fracture, subdomain, operators);
+  auto toughness = fracture::fracture_spacings(self, parameters, subdomain, operators);
   for (std::size_t t = 0; t < toughness.size(); ++t)
-    toughness[t] = fracture::toughness_of(parameters.material, strengths[t], toughness[t]);
+    toughness[t] = fracture::toughness_of(parameters, strengths[t], toughness[t]);
   rows.emplace_back("toughness", spread(std::move(toughness), 1, "J/m^2") +
                                      fmt::format(", from the strength and {}{}", from, varied));
 }
@@ -429,7 +439,7 @@ void print_estimate(const input::Parameters& parameters, const CheckOptions& opt
   fmt::print("{}{}", input::aligned(subject_rows(subject, memory, available.bytes)),
              refining_regions_text(parameters) + uneven_toughness_text(subject) +
                  unresolved_length_text(subject) + unresolved_softening_text(subject) +
-                 unresolved_variation_text(subject));
+                 unresolved_variation_text(subject) + locking_text(parameters.material));
   const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
   if (const auto message = ensemble::shortage(memory, whose, available))
     fmt::print(

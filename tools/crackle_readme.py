@@ -20,7 +20,7 @@ BLOCKS = {
     "ranks": "tests/benchmark/README.md",  # tools/rank-comparison speed
     "release": "src/fracture/README.md",  # jobs/verification/release-comparison
     **{name: "jobs/verification/README.md" for name in ("verification", "plates")},  # jobs/verification/verify --readme
-    "griffith-laws": "jobs/laws/README.md",
+    "toughness": "src/fracture/README.md",  # jobs/verification/verify toughness --readme
     "variants": "jobs/verification/README.md",  # jobs/verification/verify --variants
     "golden demo": "jobs/verification/README.md",  # tools/golden-runs --update
     "golden paper": "jobs/verification/README.md",

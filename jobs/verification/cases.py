@@ -55,7 +55,7 @@ def glass_plate(folder: Path, program: Path) -> list[Figure]:
         Figure(case, "arrival at the far edge", median_range([p.arrival for p in plates], ".0f", " µs"), "about 75 µs"),
         Figure(case, "largest speed / c_R (2125 m/s)", median_range([p.speed for p in plates], ".2f"), "below 0.6"),
         Figure(case, "energy of broken tetrahedra per traced area", median_range([p.energy for p in plates], ".2f", " J/m²"),
-               "2.2 J/m², 0.86/1.18 of 3"),
+               "some 2 J/m², 0.7 of 3"),
     ]
 
 
@@ -71,7 +71,7 @@ GLASS_PLATE_VARIANTS = (
     ("0.5 mm, K_f = 1e-5 MPa² s", COARSE | {"fracture.impulse": '"1e-5 MPa^2 s"'}),
     ("0.5 mm, β = 1, K_f = 1e-9 MPa s", COARSE | {"fracture.exponent": "1", "fracture.impulse": '"1e-9 MPa s"'}),
     ("0.5 mm, plane strain", COARSE | PLANE_STRAIN),
-    ("0.5 mm, toughness 4.1 J/m², as if c were 0.86", COARSE | {"fracture.toughness": '"4.1 J/m^2"',
+    ("0.5 mm, toughness 4.1 J/m²", COARSE | {"fracture.toughness": '"4.1 J/m^2"',
                                                                 "ensemble.samples": "3"}),
     ("0.5 mm, disturbance 0.35", COARSE | {"mesh.perturbation": "0.35", "mesh.min_quality": "0.1"}),
 )
@@ -219,64 +219,14 @@ def notched_strip(folder: Path, program: Path) -> list[Figure]:
     return figures
 
 
-TOUGHNESS, STRIP_HEIGHT = 30, 12e-3  # of griffith-strip.toml [J/m^2, m]
+TOUGHNESS, STRIP_HEIGHT = 30, 12e-3  # of slow growth [J/m^2, m]
 
 
-def _griffith_travel(nu: float = 0.2) -> float:
-    """At which the strip holds the toughness for each area ahead of the crack [m]."""
-    modulus = 32e9
+def _griffith_travel() -> float:
+    """At which a strip between rigid grips holds the toughness for each area ahead of the crack [m]."""
+    modulus, nu = 32e9, 0.2
     uniaxial = modulus * (1 - nu) / ((1 + nu) * (1 - 2 * nu))
     return math.sqrt(2 * TOUGHNESS * STRIP_HEIGHT / uniaxial)
-
-
-def griffith_strip(folder: Path, program: Path) -> list[Figure]:
-    text = (JOBS / "griffith-strip.toml").read_text()
-    rate = 1e-6
-    case = "Strip with toughness, loaded slowly"
-    figures = []
-    for spacing in (1.0, 0.75, 0.5):
-        keys = {"mesh.spacing": f'"{spacing} mm"', "ensemble.samples": "4"}
-        samples = run(with_keys(text, keys), folder / f"griffith-strip-{spacing}", program)
-        loads = [float(sample.summary["onset_time"]) * rate / _griffith_travel() for sample in samples]
-        energy = [float(sample.summary["effective_toughness"]) / TOUGHNESS for sample in samples]
-        figures.append(Figure(case, f"load at instability over Griffith's, spacing {spacing} mm", mean(loads, ".2f"),
-                              "1; c is set by the mean"))
-        figures.append(Figure(case, f"energy of broken tetrahedra per traced area over the toughness, {spacing} mm",
-                              mean(energy, ".2f"), "0.73 = 0.86/1.18"))
-    return figures
-
-
-LAWS = {"immediate": {},
-        "averaged over 1.5 mm": {"fracture.length": '"1.5 mm"'},
-        "softening, process zone 2 mm": {"fracture.strength": '"22 MPa"', "fracture.release": '"softening"'}}
-STRIPS = (*(("averaged over 1.5 mm", 0.2, spacing) for spacing in (0.75, 0.6, 0.5)),
-          *(("softening, process zone 2 mm", 0.2, spacing) for spacing in (0.66, 0.5, 0.4)),
-          ("immediate", 0.38, 0.75), ("averaged over 1.5 mm", 0.38, 0.75), ("softening, process zone 2 mm", 0.38, 0.5),
-          ("immediate", 0.0, 0.75), ("averaged over 1.5 mm", 0.0, 0.75))
-"""Law, Poisson's ratio, spacing [mm]."""
-
-
-def griffith_laws(folder: Path, program: Path) -> list[Figure]:
-    """The strip with the laws whose toughness does not follow from the spacing, and with other Poisson's ratios."""
-    text = (JOBS / "griffith-strip.toml").read_text()
-    figures = []
-    for law, nu, spacing in STRIPS:
-        name = f"griffith-{law.split(',')[0].split()[0]}-{spacing}" + (f"-nu-{nu}" if nu != 0.2 else "")
-        keys = {"mesh.spacing": f'"{spacing} mm"', "ensemble.samples": "4", "material.poisson_ratio": f"{nu}", **LAWS[law]}
-        run(with_keys(text, keys), folder / name, program)
-        loads = [_run_away(file, nu) for file in sorted((folder / name / "out" / "samples").glob("*.h5"))]
-        figures.append(Figure(f"Strip with a crack, {law}", f"load at instability over Griffith's, ν = {nu:g}, spacing {spacing} mm",
-                              mean(loads, ".2f"), "1; one constant is set by the mean" if nu == 0.2 else "1"))
-    return figures
-
-
-def _run_away(file: Path, nu: float) -> float:
-    """Load at which the crack crosses the middle of the ligament, over Griffith's; the largest where it does not."""
-    with h5py.File(file) as root:
-        nodes = root["mesh/tetrahedra"][:][root["breaks/tetrahedron"][:]]
-        is_beyond = root["mesh/nodes"][:][nodes].mean(axis=1)[:, 1] > 32 * MILLIMETRE
-        times = root["breaks/load_time"][:]
-        return 1e-6 * float(times[is_beyond].min() if is_beyond.any() else times.max()) / _griffith_travel(nu)
 
 
 def _wedge(y: float) -> float:
@@ -285,8 +235,8 @@ def _wedge(y: float) -> float:
 
 
 def slow_growth(folder: Path, program: Path) -> list[Figure]:
-    """The strip opened like a wedge, less and less ahead of the crack: it grows with the load, in equilibria."""
-    text = (JOBS / "griffith-strip.toml").read_text()
+    """A strip opened like a wedge, less and less ahead of the crack: it grows with the load, in equilibria."""
+    text = re.sub(r"(?s)\[\[mesh\.region\]\].*?\n\n", "", (JOBS / "griffith-strip.toml").read_text())
     head, _ = text.split('[[boundary]]\non = "z-min"')
     tail = "[time]" + text.split("[time]")[1]
     parts = [(0.0, 16.0)] + [(16 + 1.25 * i, 16 + 1.25 * (i + 1)) for i in range(16)]  # [mm]
@@ -297,14 +247,14 @@ def slow_growth(folder: Path, program: Path) -> list[Figure]:
         for face, sign in (("z-min", "-"), ("z-max", "")):
             loads += (f'[[boundary]]\non = "{face}"\nregion = {region}\n'
                       f'displacement = ["free", "free", "{sign}{travel:.7g} mm"]\nhistory = [["0 s", 0], ["11 s", 11]]\n')
-    keys = {"specimen.size": '["2 mm", "36 mm", "12 mm"]', "mesh.spacing": '"1 mm"', "ensemble.samples": "3",
-            "time.arrest": '"1 fs"', "sections.y": '["22 mm", "26 mm", "30 mm"]', "output.frames": "0"}
+    keys = {"specimen.size": '["2 mm", "36 mm", "12 mm"]', "specimen.notch.at": '"6 mm"', "specimen.notch.depth": '"20 mm"',
+            "mesh.spacing": '"1 mm"', "ensemble.samples": "3", "time.arrest": '"1 fs"', "sections.y": '["22 mm", "26 mm", "30 mm"]', "output.frames": "0"}
     samples = run(with_keys(head + loads + tail, keys), folder / "slow-growth", program)
     broken, lost = ([float(sample.energy[part][-1]) / float(sample.summary["traced_area"]) / TOUGHNESS
                      for sample in samples] for part in ("released", "dissipated"))
     jumps = [jump for file in sorted((folder / "slow-growth" / "out" / "samples").glob("*.h5")) for jump in _jumps(file)]
     case = "Strip with toughness, opened like a wedge, all breaks quasi-static"
-    return [Figure(case, "energy of broken tetrahedra over toughness times traced area", mean(broken, ".2f"), "0.73 = 0.86/1.18"),
+    return [Figure(case, "energy of broken tetrahedra over toughness times traced area", mean(broken, ".2f"), "0.7 to 0.8"),
             Figure(case, "energy lost on the way to the next equilibrium, likewise", mean(lost, ".2f"), "the rest"),
             Figure(case, "both", mean([a + b for a, b in zip(broken, lost)], ".2f"), "1"),
             Figure(case, "energy release rate over toughness when the front jumps", mean([j[0] for j in jumps], ".2f"),

@@ -16,19 +16,33 @@ namespace crackle::fracture {
 
 namespace {
 
-double energy_factor(const input::Material& material) {
-  const double nu = material.poisson_ratio;
-  return toughness_factor * (1 + nu) * (1 - 2 * nu) / material.youngs_modulus;
+/// Falls from `at_zero` with Poisson's ratio: the nearer it is to 0.5, the more the pressure of linear
+/// tetrahedra oscillates, and the earlier the most loaded ones break.
+double fitted(double at_zero, double exponent, double poisson_ratio) {
+  return at_zero * (1 + poisson_ratio) * std::pow(1 - 2 * poisson_ratio, exponent);
+}
+
+double energy_factor(const input::Parameters& parameters) {
+  const input::Material& material = parameters.material;
+  return toughness_factor(parameters.fracture.release, material.poisson_ratio) / material.youngs_modulus;
 }
 
 }  // namespace
 
-double toughness_of(const input::Material& material, double strength, double spacing) {
-  return energy_factor(material) * strength * strength * spacing;
+double toughness_factor(input::Release release, double poisson_ratio) {
+  return fitted(release == input::Release::facet ? 0.97 : 0.91, 0.46, poisson_ratio);
 }
 
-double strength_of(const input::Material& material, double toughness, double spacing) {
-  return std::sqrt(toughness / (energy_factor(material) * spacing));
+double spacings_per_length(double poisson_ratio) {
+  return fitted(3.05, 0.34, poisson_ratio) / toughness_factor(input::Release::element, poisson_ratio);
+}
+
+double toughness_of(const input::Parameters& parameters, double strength, double spacing) {
+  return energy_factor(parameters) * strength * strength * spacing;
+}
+
+double strength_of(const input::Parameters& parameters, double toughness, double spacing) {
+  return std::sqrt(toughness / (energy_factor(parameters) * spacing));
 }
 
 std::optional<Range> spacing_along_ligaments(const input::Parameters& parameters,
@@ -57,8 +71,8 @@ std::optional<Range> toughness_along_ligaments(const input::Parameters& paramete
                                                const geometry::Body& body, double strength) {
   const auto spacing = spacing_along_ligaments(parameters, body);
   if (!spacing) return std::nullopt;
-  return Range{toughness_of(parameters.material, strength, spacing->least),
-               toughness_of(parameters.material, strength, spacing->greatest)};
+  return Range{toughness_of(parameters, strength, spacing->least),
+               toughness_of(parameters, strength, spacing->greatest)};
 }
 
 std::vector<double> local_spacings(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
@@ -84,11 +98,14 @@ std::vector<double> local_spacings(const parallel::Communicator& group, const ge
   return spacings;
 }
 
-std::vector<double> fracture_spacings(const parallel::Communicator& group, const input::Fracture& fracture,
+std::vector<double> fracture_spacings(const parallel::Communicator& group,
+                                      const input::Parameters& parameters,
                                       const geometry::Subdomain& subdomain,
                                       const mechanics::PdsOperators& operators) {
-  if (fracture.length == 0) return local_spacings(group, subdomain, operators);
-  return std::vector<double>(operators.tetrahedra.size(), spacings_per_length * fracture.length);
+  const double length = parameters.fracture.length;
+  if (length == 0) return local_spacings(group, subdomain, operators);
+  return std::vector<double>(operators.tetrahedra.size(),
+                             spacings_per_length(parameters.material.poisson_ratio) * length);
 }
 
 std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
@@ -98,8 +115,8 @@ std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
   const input::Fracture& fracture = parameters.fracture;
   std::vector<double> strengths(operators.tetrahedra.size(), fracture.strength);
   if (fracture.strength == 0) {
-    strengths = fracture_spacings(group, fracture, subdomain, operators);
-    for (double& value : strengths) value = strength_of(parameters.material, fracture.toughness, value);
+    strengths = fracture_spacings(group, parameters, subdomain, operators);
+    for (double& value : strengths) value = strength_of(parameters, fracture.toughness, value);
   }
   if (!fracture.variation) return strengths;
   parallel::agree(group, [&] {

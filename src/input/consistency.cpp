@@ -2,6 +2,7 @@
 #include "consistency.h"
 
 #include "crackle/common/index.h"
+#include "crackle/input/poisson_limits.h"
 
 #include "dimension.h"
 
@@ -228,6 +229,19 @@ void check_variation(Findings& findings, const Variation& variation) {
   }
 }
 
+/// Refuses a toughness where the strength that belongs to it is not known.
+void check_toughness(const Parameters& parameters, Findings& findings) {
+  constexpr double least = least_measured_poisson_ratio;
+  constexpr double greatest = greatest_measured_poisson_ratio;
+  const double nu = parameters.material.poisson_ratio;
+  if (findings.faulty("material.poisson_ratio") || (nu >= least && nu <= greatest)) return;
+  findings.report(
+      "material.poisson_ratio",
+      "{} is out of range with fracture.toughness, from which strengths follow for ratios from {} to "
+      "{} only; give one of these, or fracture.strength instead of the toughness",
+      nu, least, greatest);
+}
+
 }  // namespace
 
 void check_fracture(const Parameters& parameters, Findings& findings) {
@@ -272,6 +286,8 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
                     "the key is missing; give a strength such as \"35 MPa\", or toughness");
   } else if (fracture.strength != 0 && fracture.toughness != 0) {
     findings.report("fracture.toughness", "is given besides strength; give one of the two");
+  } else if (fracture.toughness != 0) {
+    check_toughness(parameters, findings);
   }
 }
 

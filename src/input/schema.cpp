@@ -307,7 +307,7 @@ Table fracture_table() {
        optional_quantity_key("toughness", in(&Parameters::fracture, &Fracture::toughness),
                              energy_per_area_dimension, {0, 1e9, true}, optional("from strength"),
                              "energy per crack area that a slow crack takes; instead of strength, which then "
-                             "follows from it and the local spacing"),
+                             "follows from it, the local spacing and a Poisson's ratio from 0 to 0.45"),
        optional_quantity_key(
            "length", in(&Parameters::fracture, &Fracture::length), with_example(length_dimension, "0.6 mm"),
            positive_length, optional("each tetrahedron's own stress"),

@@ -123,8 +123,8 @@ class Mesh(unittest.TestCase):
         plate = self.folder / "plate.toml"
         graded = DEMO.read_text()
         even = graded + '[[mesh.region]]\ny = ["0 mm", "24.5 mm"]\nz = ["64 mm", "76 mm"]\nspacing = "0.6 mm"\n'
-        tough = re.sub("(?m)^strength = .*$", 'toughness = "87 J/m^2"', graded)
-        warning = (r"(?m)^Warning: with one strength the toughness follows the spacing, 87 to 219 J/m\^2 along the ligaments; "
+        tough = re.sub("(?m)^strength = .*$", 'toughness = "145 J/m^2"', graded)
+        warning = (r"(?m)^Warning: with one strength the toughness follows the spacing, 145 to 366 J/m\^2 along the ligaments; "
                    r"make .* \[\[mesh\.region\]\], or give fracture\.toughness instead of fracture\.strength$")
         for text, warned in ((graded, True), (even, False), (tough, False)):
             plate.write_text(text)

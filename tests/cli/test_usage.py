@@ -187,6 +187,12 @@ class Usage(unittest.TestCase):
         self.assertRegex(rows["sample"], "no load of the program breaks the body")
         self.assertRegex(rows["core-hours"], "with 0 dynamic phases each")
 
+    def test_check_warns_of_locking(self):
+        _, text = self.check("--no-measure", poisson_ratio="0.46")
+        self.assertRegex(text, r"(?m)^Warning: linear tetrahedra lock with a Poisson's ratio of 0\.46: .*; give 0\.45 or less$")
+        _, text = self.check("--no-measure", poisson_ratio="0.45")
+        self.assertNotIn("lock", text)
+
     def test_check_without_measuring(self):
         rows, text = self.check("--no-measure", strength='toughness = "100 J/m^2"')
         self.assertNotIn("core-hours", text)

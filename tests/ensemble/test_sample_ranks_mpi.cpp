@@ -243,7 +243,7 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithFacetsAndToughness) {
   parameters.time.precision = GetParam();
   parameters.fracture.release = input::Release::facet;
   parameters.fracture.strength = 0;
-  parameters.fracture.toughness = 70;
+  parameters.fracture.toughness = 124;
   compare(parameters, 50);
   parameters.time.start = input::Start::quasi_static;
   parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0, 10});
@@ -297,7 +297,7 @@ input::Parameters in_many_phases(int number) {
     case 0:  // one load, and a strength that differs from one tetrahedron to the next
       boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0.3, 10}));
       parameters.fracture.strength = 0;
-      parameters.fracture.toughness = 70;
+      parameters.fracture.toughness = 117;
       break;
     case 1:  // facets, two loads, one of them with kinks
       boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, 40}));
@@ -320,7 +320,7 @@ input::Parameters in_many_phases(int number) {
       boundaries.push_back(test::boundary(Face::x_max, BoundaryKind::force, {}, {}, {0.02, 0, 0.01}));
       parameters.fracture.release = input::Release::facet;
       parameters.fracture.strength = 0;
-      parameters.fracture.toughness = 70;
+      parameters.fracture.toughness = 124;
   }
   return parameters;
 }

@@ -112,6 +112,28 @@ TEST(InputErrors, ExactlyOneOfStrengthAndToughnessIsGiven) {
   EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(HasSubstr("give an energy per area")));
 }
 
+TEST(InputErrors, AToughnessIsForTheMeasuredPoissonsRatios) {
+  auto tables = minimal_tables();
+  for (auto& table : tables)
+    std::erase_if(table.keys, [](const auto& entry) { return entry.first == "strength"; });
+  set_key(tables, "[fracture]", "toughness", R"("3 N/m")");
+  for (const char* const nu : {"0", "0.45"}) {
+    set_key(tables, "[material]", "poisson_ratio", nu);
+    EXPECT_THAT(errors_of(to_text(tables)), IsEmpty()) << nu;
+  }
+  for (const char* const nu : {"-0.1", "0.451", "0.49"}) {
+    set_key(tables, "[material]", "poisson_ratio", nu);
+    EXPECT_THAT(errors_of(to_text(tables)),
+                ElementsAre(AllOf(HasSubstr("material.poisson_ratio: " + std::string(nu)),
+                                  HasSubstr("from 0 to 0.45"), HasSubstr("fracture.strength"))));
+  }
+  // Both are given with softening, and no strength follows from the toughness.
+  set_key(tables, "[fracture]", "strength", R"("1 MPa")");
+  set_key(tables, "[fracture]", "toughness", R"("3 kN/m")");
+  set_key(tables, "[fracture]", "release", R"("softening")");
+  EXPECT_THAT(errors_of(to_text(tables)), IsEmpty());
+}
+
 TEST(InputErrors, ContactIsForDynamicsOnly) {
   EXPECT_THAT(errors_with("[fracture]", "contact", R"("frictionless")"),
               ElementsAre(HasSubstr("fracture.contact: \"frictionless\" is for dynamics only")));

@@ -18,8 +18,8 @@ Range along_ligaments(const input::Parameters& parameters) {
 TEST(LigamentToughness, GrowsWithTheSpacingOfAGradedMesh) {
   const auto parameters = test::job("paper/clock-from-zero.toml");
   const Range range = along_ligaments(parameters);
-  EXPECT_DOUBLE_EQ(range.least, toughness_of(parameters.material, parameters.fracture.strength,
-                                             parameters.mesh.notch_spacing));
+  EXPECT_DOUBLE_EQ(range.least,
+                   toughness_of(parameters, parameters.fracture.strength, parameters.mesh.notch_spacing));
   // The point that is farthest from both tips: in the middle between them, 5 mm apart along the length.
   EXPECT_NEAR(range.greatest / range.least, 1 + 0.03 * 7.6 / 0.3, 0.05);
 }

@@ -15,21 +15,19 @@
 namespace crackle::fracture {
 
 /// A strength criterion has no toughness of its own: a slow crack through tetrahedra of spacing h takes the
-/// energy c (1 + nu) (1 - 2 nu) sigma_0^2 h / E out of the body for each unit of its area; but for c, that of
-/// the equibiaxial plane-strain state at its front. This is c, measured: a cracked strip with this toughness
-/// runs away at Griffith's load. The tetrahedra that break hold 0.86 of it; the rest is lost in waves, since
-/// the front is held at strong places and goes on in jumps. See src/fracture/README.md.
-inline constexpr double toughness_factor = 1.18;
+/// energy c(nu) strength^2 h / E out of the body for each unit of its area. This is c, fitted to the loads at
+/// which cracked strips and bars in three-point bending become unstable (src/fracture/README.md).
+double toughness_factor(input::Release release, double poisson_ratio);
 
 /// The same with the stress averaged over a ball (fracture::StressAverage): in place of the spacing stands
 /// this many times the ball's radius. Measured likewise; it holds on every mesh that resolves the ball.
-inline constexpr double spacings_per_length = 2.7;
+double spacings_per_length(double poisson_ratio);
 
-/// Energy per crack area for a strength at a spacing [J/m^2].
-double toughness_of(const input::Material& material, double strength, double spacing);
+/// Energy per crack area for a strength at a spacing, one of fracture_spacings() [J/m^2].
+double toughness_of(const input::Parameters& parameters, double strength, double spacing);
 
 /// Strength that gives an energy per crack area at a spacing [Pa].
-double strength_of(const input::Material& material, double toughness, double spacing);
+double strength_of(const input::Parameters& parameters, double toughness, double spacing);
 
 /// Of a quantity over several places.
 struct Range {
@@ -53,7 +51,8 @@ std::vector<double> local_spacings(const parallel::Communicator& group, const ge
 
 /// The spacing that strength and toughness of each local tetrahedron go with: the local one, or what the ball
 /// over which the stress is averaged stands for [m]. Collective as local_spacings().
-std::vector<double> fracture_spacings(const parallel::Communicator& group, const input::Fracture& fracture,
+std::vector<double> fracture_spacings(const parallel::Communicator& group,
+                                      const input::Parameters& parameters,
                                       const geometry::Subdomain& subdomain,
                                       const mechanics::PdsOperators& operators);
 

@@ -15,7 +15,7 @@ inline constexpr double resolving_share = 1.0 / 3;
 double process_zone_length(const Parameters& parameters);
 
 /// The spacing from which on softening tetrahedra would snap back: they hold more energy at the strength, in
-/// the equibiaxial plane strain of a crack's front or in uniaxial stress, than softening takes [m].
+/// equibiaxial plane strain or in uniaxial stress, than softening takes [m].
 double snap_back_spacing(const Parameters& parameters);
 
 }  // namespace crackle::input

@@ -111,7 +111,7 @@ def against_paper(rows: Rows, fringes: list[FringeSeries], own: Rows | None = No
         ["mesh", "1.0 mm on average at the top and bottom surfaces, two elements across a notch",
          "1 mm at most, 0.3 mm at the tips: two across a notch"],
         ["disturbance", "random; its size is not given", "0.2 spacings"],
-        ["strength", "35 MPa", "31.8 MPa at 0.3 mm, and by the toughness of 36 J/m² elsewhere"],
+        ["strength", "35 MPa", "31.8 MPa at 0.3 mm, and by the toughness of 60 J/m² elsewhere"],
         ["β, K_f, τ_f", "2, 1e-8 without unit, the time step",
          "2, 1e-8 MPa² s, all the time over the strength (`memory = \"cumulative\"`)"],
         ["stress-optic coefficient, wavelength", "not given",

@@ -142,10 +142,10 @@ EQUILIBRIUM = {"time.start": '"equilibrium"'}
 
 STUDIES: dict[str, list[Run]] = {
     "branching": [
-        _varied("center", "7 mm apart, 3 mm deep, 43.5 J/m²", samples=16),
-        _varied("weaker", "2.75 mm deep, 39.6 J/m²", {"fracture.toughness": '"39.6 J/m^2"'}, samples=16, depth=2.75,
+        _varied("center", "7 mm apart, 3 mm deep, 72.5 J/m²", samples=16),
+        _varied("weaker", "2.75 mm deep, 66 J/m²", {"fracture.toughness": '"66 J/m^2"'}, samples=16, depth=2.75,
                 distance=STUDY_DISTANCE),
-        _varied("chosen", "6 mm apart, 2.5 mm deep, 35.5 J/m²", {"fracture.toughness": '"35.5 J/m^2"'},
+        _varied("chosen", "6 mm apart, 2.5 mm deep, 59.2 J/m²", {"fracture.toughness": '"59.2 J/m^2"'},
                 samples=16, depth=2.5, distance=6.0),
         *(_varied(f"distance-{d:g}", f"{d:g} mm apart", depth=STUDY_DEPTH, distance=d) for d in (3.0, 5.0, 10.0, 15.0)),
         *(_varied(f"depth-{d:g}", f"{d:g} mm deep", depth=d, distance=STUDY_DISTANCE) for d in (2.5, 3.5)),

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The relation between strength and toughness, by Poisson's ratio.
+#include "crackle/fracture/toughness.h"
+#include "crackle/input/poisson_limits.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace crackle::fracture {
+namespace {
+
+constexpr double least = input::least_measured_poisson_ratio;
+constexpr double greatest = input::greatest_measured_poisson_ratio;
+
+using input::Release;
+
+TEST(ToughnessFactor, IsTheOneThatWasMeasured) {
+  // Of single tetrahedra, by jobs/verification/verify toughness: load over the predicted one, squared.
+  for (const auto& [nu, measured] :
+       {std::pair{0.0, 0.92}, std::pair{0.2, 0.87}, std::pair{0.38, 0.67}, std::pair{0.45, 0.45}})
+    EXPECT_NEAR(toughness_factor(Release::element, nu), measured, 0.04 * measured) << nu;
+}
+
+TEST(ToughnessFactor, FallsSmoothlyWithPoissonsRatio) {
+  constexpr double step = 0.01;
+  for (const auto release : {Release::element, Release::facet}) {
+    for (double nu = least; nu + 2 * step <= greatest; nu += step) {
+      const std::array values{toughness_factor(release, nu), toughness_factor(release, nu + step),
+                              toughness_factor(release, nu + 2 * step)};
+      EXPECT_LT(values[1], 1.001 * values[0]) << nu;
+      EXPECT_LT(values[2] - 2 * values[1] + values[0], 0) << nu;  // without kinks
+      EXPECT_GT(values[2] - 2 * values[1] + values[0], -0.02) << nu;
+    }
+  }
+}
+
+TEST(ToughnessFactor, LinksStrengthAndToughness) {
+  input::Parameters epoxy;
+  epoxy.material = {3.3e9, 0.38, 1180};
+  const double strength = strength_of(epoxy, 60, 0.3e-3);
+  EXPECT_NEAR(strength, 31.8e6, 0.05e6);  // as jobs/paper/README.md says
+  EXPECT_NEAR(toughness_of(epoxy, strength, 0.3e-3), 60, 1e-10);
+  EXPECT_NEAR(toughness_of(epoxy, 2 * strength, 0.6e-3), 8 * 60, 1e-9);
+  // Facets take somewhat more, so the same toughness asks for less strength.
+  epoxy.fracture.release = Release::facet;
+  EXPECT_LT(strength_of(epoxy, 60, 0.3e-3), strength);
+  EXPECT_GT(strength_of(epoxy, 60, 0.3e-3), 0.96 * strength);
+}
+
+TEST(ToughnessFactor, OfAnAverageIsThatOfALengthOfItsOwn) {
+  for (const double nu : {least, 0.2, greatest}) {
+    EXPECT_GT(spacings_per_length(nu), 2);
+    EXPECT_LE(spacings_per_length(least), spacings_per_length(nu));
+  }
+}
+
+}  // namespace
+}  // namespace crackle::fracture
