@@ -2,6 +2,7 @@
 // crackle check: validates an input file and says what running it will take.
 #include "crackle/common/failure.h"
 #include "crackle/common/stopwatch.h"
+#include "crackle/dynamics/model_limits.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/ensemble/base_points.h"
@@ -400,6 +401,8 @@ std::string cost_text(const Subject& subject, const CheckOptions& options) {
   std::string text = input::aligned(rows);
   if (!measured.overload.empty())
     text += fmt::format("\nWarning: sample 0 will fail: {}\n", measured.overload);
+  if (const auto fast = dynamics::fast_loading_warning(parameters, measured.first_break_time); !fast.empty())
+    text += fmt::format("\nWarning: {}\n", fast);
   if (options.ranks > 0) text += plan_text(subject, measured, work, cost, rate, options.ranks);
   return text;
 }
@@ -420,6 +423,8 @@ void print_estimate(const input::Parameters& parameters, const CheckOptions& opt
   fmt::print("{}{}", input::aligned(subject_rows(subject, memory, available.bytes)),
              uneven_toughness_text(subject) + unresolved_length_text(subject) +
                  unresolved_softening_text(subject) + unresolved_variation_text(subject));
+  for (const auto& warning : dynamics::model_warnings(parameters, *body))
+    fmt::print("\nWarning: {}\n", warning);
   const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
   if (const auto message = ensemble::shortage(memory, whose, available))
     fmt::print(
