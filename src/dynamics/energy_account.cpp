@@ -51,7 +51,8 @@ Load largest_load(const mechanics::BoundaryLoads& loads, const LoadState& state)
       largest = {std::abs(force), std::copysign(1.0, force) * displacement};
   };
   for (std::size_t k = 0; k < loads.forces.size(); ++k) {
-    const double weight = loads.forces[k].total_weight;
+    const double weight = loads.forces[k].acting_weight();
+    if (weight == 0) continue;
     see(state.amplitude[k] * weight, state.position[k] / weight);
   }
   for (std::size_t m = 0; m < loads.motions.size(); ++m)

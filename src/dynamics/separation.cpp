@@ -32,7 +32,10 @@ std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
     const auto add = [&](std::size_t condition, const std::vector<std::int32_t>& nodes) {
       for (const auto node : nodes) found.emplace(static_cast<std::int64_t>(condition), labels[index(node)]);
     };
-    for (std::size_t k = 0; k < loads.forces.size(); ++k) add(k, loads.forces[k].nodes);
+    for (std::size_t k = 0; k < loads.forces.size(); ++k)
+      for (std::size_t i = 0; i < loads.forces[k].nodes.size(); ++i)
+        if (loads.forces[k].weight[i] != 0)
+          found.emplace(static_cast<std::int64_t>(k), labels[index(loads.forces[k].nodes[i])]);
     for (std::size_t k = 0; k < loads.motions.size(); ++k)
       add(loads.forces.size() + k, loads.motions[k].nodes);
     std::vector<std::int64_t> flat;
@@ -82,20 +85,29 @@ double second_largest_share(const parallel::Communicator& group, const fracture:
 
 bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
                   const mechanics::BoundaryLoads& loads) {
-  const auto labels = fracture::piece_labels(group, body);
+  return is_separated(group, body, loads, fracture::piece_labels(group, body));
+}
+
+bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                  const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels) {
   const std::vector<Pieces> conditions = pieces_of_conditions(group, loads, labels);
+  const auto input_condition = [&](std::size_t k) {
+    return k < loads.forces.size() ? loads.forces[k].condition
+                                   : loads.motions[k - loads.forces.size()].condition;
+  };
   for (std::size_t a = 0; a < conditions.size(); ++a)
     for (std::size_t b = 0; b < a; ++b)
-      if (!have_common_piece(conditions[a], conditions[b])) return true;
+      // The components of a load that has ended everywhere have no piece at all.
+      if (!have_common_piece(conditions[a], conditions[b]) && input_condition(a) != input_condition(b))
+        return true;
   return second_largest_share(group, body, labels) >= separated_share;
 }
 
 bool loads_are_held(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                    const mechanics::BoundaryLoads& loads) {
+                    const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels) {
   const bool any_fixed = std::ranges::any_of(loads.motions, &mechanics::PrescribedMotion::is_fixed);
-  if (loads.motions.empty()) return !is_separated(group, body, loads);
-  const std::vector<Pieces> conditions =
-      pieces_of_conditions(group, loads, fracture::piece_labels(group, body));
+  if (loads.motions.empty()) return !is_separated(group, body, loads, labels);
+  const std::vector<Pieces> conditions = pieces_of_conditions(group, loads, labels);
   Pieces held;
   for (std::size_t m = 0; m < loads.motions.size(); ++m) {
     if (loads.motions[m].is_fixed || !any_fixed) held.merge(Pieces(conditions[loads.forces.size() + m]));

@@ -5,6 +5,9 @@
 #include "crackle/mechanics/boundary_loads.h"
 #include "crackle/parallel/communicator.h"
 
+#include <cstdint>
+#include <vector>
+
 namespace crackle::dynamics {
 
 /// A loose piece of at least this share of the volume means that the body has come apart; smaller ones are
@@ -14,12 +17,15 @@ inline constexpr double separated_share = 0.01;
 /// Whether the body has come apart: two boundary conditions, of whatever kind, act on no common piece, or
 /// besides the largest piece there is another one of at least separated_share of the volume. Equal on every
 /// rank. Collective.
+/// @param labels of the pieces, see fracture::piece_labels()
+bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                  const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels);
 bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
                   const mechanics::BoundaryLoads& loads);
 
 /// Whether every load still acts on a piece that a prescribed motion holds, so that there is an equilibrium;
 /// where nothing is held, whether the body is in one piece. Equal on every rank. Collective.
 bool loads_are_held(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                    const mechanics::BoundaryLoads& loads);
+                    const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels);
 
 }  // namespace crackle::dynamics
