@@ -2,6 +2,7 @@
 // crackle check: validates an input file and says what running it will take.
 #include "crackle/common/failure.h"
 #include "crackle/common/stopwatch.h"
+#include "crackle/dynamics/model_limits.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/ensemble/base_points.h"
@@ -281,15 +282,6 @@ std::string unresolved_variation_text(const Subject& subject) {
       length * 1e3, resolved_spacings, finest * 1e3);
 }
 
-/// A warning where Poisson's ratio is so near to 0.5 that the tetrahedra are too stiff; empty otherwise.
-std::string locking_text(const input::Material& material) {
-  if (material.poisson_ratio <= input::greatest_measured_poisson_ratio) return {};
-  return fmt::format(
-      "\nWarning: linear tetrahedra lock with a Poisson's ratio of {:.4g}: bodies are too stiff and break at "
-      "loads that are too high; give {} or less\n",
-      material.poisson_ratio, input::greatest_measured_poisson_ratio);
-}
-
 /// What the criterion means on this mesh: strength and toughness follow from each other and the local
 /// spacing.
 void add_criterion(Rows& rows, const Subject& subject) {
@@ -419,6 +411,8 @@ std::string cost_text(const Subject& subject, const CheckOptions& options) {
   std::string text = input::aligned(rows);
   if (!measured.overload.empty())
     text += fmt::format("\nWarning: sample 0 will fail: {}\n", measured.overload);
+  if (const auto fast = dynamics::fast_loading_warning(parameters, measured.first_break_time); !fast.empty())
+    text += fmt::format("\nWarning: {}\n", fast);
   if (options.ranks > 0) text += plan_text(subject, measured, work, cost, rate, options.ranks);
   return text;
 }
@@ -439,7 +433,9 @@ void print_estimate(const input::Parameters& parameters, const CheckOptions& opt
   fmt::print("{}{}", input::aligned(subject_rows(subject, memory, available.bytes)),
              refining_regions_text(parameters) + uneven_toughness_text(subject) +
                  unresolved_length_text(subject) + unresolved_softening_text(subject) +
-                 unresolved_variation_text(subject) + locking_text(parameters.material));
+                 unresolved_variation_text(subject));
+  for (const auto& warning : dynamics::model_warnings(parameters, *body))
+    fmt::print("\nWarning: {}\n", warning);
   const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
   if (const auto message = ensemble::shortage(memory, whose, available))
     fmt::print(

@@ -33,12 +33,14 @@ void for_each_field(std::derived_from<HistoryRow> auto& row, const auto& visit) 
 
 void for_each_field(std::derived_from<EndedPhase> auto& phase, const auto& visit) {
   visit(phase.load_time, phase.time, phase.kinetic, phase.external_work, phase.dissipated, phase.separated_at,
-        phase.last_break, phase.n_steps, phase.n_forces, phase.releases, phase.displacement, phase.history);
+        phase.last_break, phase.n_steps, phase.n_forces, phase.releases, phase.displacement, phase.history,
+        phase.ended_loads);
 }
 
 void for_each_field(std::derived_from<RunningPhase> auto& phase, const auto& visit) {
   visit(phase.load_time, phase.step, phase.last_break, phase.separation.looked_at, phase.separation.found,
-        phase.separation.unloaded, phase.releases, phase.motion, phase.history);
+        phase.separation.unloaded, phase.releases, phase.motion, phase.history, phase.load_look.looked_at,
+        phase.load_look.broke_at, phase.ended_loads);
 }
 
 void for_each_field(std::derived_from<Frame> auto& frame, const auto& visit) {

@@ -3,9 +3,12 @@
 
 #include "crackle/dynamics/breaking_check.h"
 #include "crackle/dynamics/separation.h"
+#include "crackle/fracture/connectivity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/exact_sum.h"
+
+#include "loose_loads.h"
 
 #include <fmt/format.h>
 
@@ -87,6 +90,18 @@ void restore(const Checkpoint& checkpoint, fracture::BreakableBody& body, fractu
   restore_memory(checkpoint.memory, body.subdomain(), criterion);
   motion.release(body.changes().subspan(n_changes));
   motion.restore(checkpoint.running->motion);
+}
+
+/// Ends the loads on fragments that have come loose. Collective.
+/// @param state is read again when there are any
+void end_loose_loads(const MotionContext& context, MovingBody& motion, double time,
+                     const std::vector<std::int64_t>& labels, mechanics::BoundaryLoads& loads,
+                     MotionState& state) {
+  const auto nodes = nodes_of_loose_pieces(*context.group, *context.body, loads, labels);
+  if (!nodes) return;
+  motion.read(state);
+  motion.end_loads(time, *nodes, state);
+  loads.end_loads(*context.group, *nodes);
 }
 
 /// Why the motion's state cannot be trusted any more, on every rank: the reason of the lowest rank that has
@@ -176,6 +191,8 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
   const ReleasesSince releases(body);
   std::int64_t last_break = 0;
   Separation separation;
+  std::optional<LoadWatch> load_watch;
+  if (options.ending_loads != nullptr) load_watch.emplace(body, *options.ending_loads, n_steps);
   std::int64_t step = 0;
   if (options.from != nullptr) {
     group.enter("restoring");
@@ -183,6 +200,11 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
     last_break = options.from->running->last_break;
     separation = options.from->running->separation;
     step = options.from->running->step;
+    if (load_watch) {
+      load_watch->restore(options.from->running->load_look);
+      restore_ended_loads(group, body.subdomain().layout, options.from->running->ended_loads,
+                          *options.ending_loads);
+    }
     result.energy = options.from->energy;
     result.frames = options.from->frames;
     motion.read(state);
@@ -226,8 +248,20 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
       step_failure.guard([&] {
         fracture::update_strengths(criterion, body, changes);
         motion.release(changes);
+        if (load_watch) load_watch->note(changes, step);
       });
       last_break = step;
+    }
+    std::optional<std::vector<std::int64_t>> labels;  // of the pieces now, where they are needed
+    if (load_watch && load_watch->is_due(step)) {
+      parallel::agree_on_error(group, step_failure.error());
+      if (load_watch->must_look(group, step, last_break)) {
+        group.enter("loads on fragments");
+        labels = fracture::piece_labels(group, body);
+        end_loose_loads(context, motion, load_time + static_cast<double>(step) * dt, *labels,
+                        *options.ending_loads, state);
+        begin_steps();
+      }
     }
     auto request = Request::go_on;
     std::int64_t requested = 0;
@@ -267,7 +301,8 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
       if (!result.arrested && !is_known && last_break > separation.looked_at &&
           step >= separation.looked_at + pause) {
         separation.looked_at = step;
-        if (!separation.found && is_separated(group, body, *context.loads)) separation.found = step;
+        if (!labels) labels = fracture::piece_labels(group, body);
+        if (!separation.found && is_separated(group, body, *context.loads, *labels)) separation.found = step;
         // Whoever is apart by its conditions is found apart, too.
         if (!separation.unloaded && is_unloaded(group, body, *context.loads))
           separation.unloaded = last_break;
@@ -282,8 +317,13 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
     if (has_output(step) || (ends && (step <= n_steps || result.arrested))) write_outputs(step, ends);
     if (request == Request::go_on || ends) continue;
     group.enter("saving");
-    options.save({load_time, step, last_break, separation, releases.gather(group), motion.save()},
-                 result.energy, result.frames);
+    RunningPhase running{load_time, step, last_break, separation, releases.gather(group), motion.save()};
+    if (load_watch) {
+      parallel::agree(group);
+      running.load_look = load_watch->state(group);
+      running.ended_loads = gather_ended_loads(group, body.subdomain().layout, *options.ending_loads);
+    }
+    options.save(std::move(running), result.energy, result.frames);
     if (request == Request::park) {
       result.parked = true;
       return;

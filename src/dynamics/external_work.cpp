@@ -4,6 +4,7 @@
 #include "crackle/common/index.h"
 #include "crackle/parallel/exact_sum.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace crackle::dynamics {
@@ -34,6 +35,19 @@ ExternalWork::ExternalWork(const MotionContext& context, double time, const Moti
   for (const auto& motion : context.loads->motions) reaction_work_.emplace_back(motion.nodes.size(), 0.0);
   const auto potential = load_potential(time, state);
   start_.insert(start_.end(), potential.begin(), potential.end());
+}
+
+void ExternalWork::end_loads(double time, const mechanics::NodesOfConditions& nodes,
+                             const MotionState& state) {
+  const auto u = state.displacement.owned();
+  for (std::size_t k = 0; k < rate_work_.size(); ++k) {
+    const auto& pattern = context_.loads->forces[k];
+    const double amplitude = pattern.amplitude.at(time);
+    for (std::size_t n = 0; n < pattern.nodes.size(); ++n)
+      if (pattern.does_work_at(n) &&
+          std::ranges::binary_search(nodes[index(pattern.condition)], pattern.nodes[n]))
+        rate_work_[k][n] -= amplitude * pattern.weight[n] * u[index(pattern.nodes[n], pattern.component)];
+  }
 }
 
 namespace {

@@ -31,6 +31,9 @@ public:
     reaction_work_[m][n] += duration_times_velocity * f;
   }
 
+  /// The loads are about to end at these nodes: they keep the work that they have done.
+  void end_loads(double time, const mechanics::NodesOfConditions& nodes, const MotionState& state);
+
   /// Puts the sums so far into the checkpoint, gathered on the root. Collective.
   void save(MotionCheckpoint& checkpoint) const;
   /// Takes them out again. Local.

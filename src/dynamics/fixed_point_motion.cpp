@@ -143,6 +143,10 @@ public:
     return work_.value(time, state);
   }
 
+  void end_loads(double time, const mechanics::NodesOfConditions& nodes, const MotionState& state) override {
+    work_.end_loads(time, nodes, state);
+  }
+
   double dissipated_energy() const override { return dampers_.dissipated_energy(); }
 
   std::optional<std::string> failure() const override {

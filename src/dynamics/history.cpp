@@ -12,16 +12,20 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// Mean displacement of a condition's nodes. Collective.
+/// Mean displacement of a condition's nodes: where it acts, or, where it has ended everywhere, of all.
+/// Collective.
 Vector mean_displacement(const parallel::Communicator& group, const mechanics::ConditionNodes& condition,
                          std::span<const double> displacement) {
+  const bool acts = condition.acting_share > 0;
   Vector mean{};
   std::vector<double> terms;
   for (int c = 0; c < 3; ++c) {
     terms.clear();
     for (std::size_t n = 0; n < condition.nodes.size(); ++n)
-      terms.push_back(condition.share[n] * displacement[index(condition.nodes[n], c)]);
+      if (!acts || condition.acts_at(n))
+        terms.push_back(condition.share[n] * displacement[index(condition.nodes[n], c)]);
     mean[index(c)] = parallel::exact_sum(group, terms);
+    if (acts) mean[index(c)] /= condition.acting_share;
   }
   return mean;
 }
@@ -62,7 +66,8 @@ void HistoryRecorder::add(HistoryRow row, const LoadState& state, const parallel
   row.force.resize(loads_->conditions.size());
   for (std::size_t k = 0; k < loads_->forces.size(); ++k) {
     const auto& pattern = loads_->forces[k];
-    row.force[index(pattern.condition)][index(pattern.component)] = state.amplitude[k] * pattern.resultant;
+    row.force[index(pattern.condition)][index(pattern.component)] =
+        state.amplitude[k] * pattern.acting_resultant();
   }
   for (std::size_t m = 0; m < loads_->motions.size(); ++m) {
     const auto& motion = loads_->motions[m];

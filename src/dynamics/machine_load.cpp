@@ -19,10 +19,12 @@ Load load_of_pressure(const mechanics::GoverningCondition& governing, const mech
                       const LoadState& state) {
   Load load;
   const double sign = governing.direction[0] < 0 ? -1 : 1;
+  const double area = governing.area * loads.conditions[index(governing.condition)].acting_share;
+  if (area == 0) return load;
   for (std::size_t k = 0; k < loads.forces.size(); ++k) {
     if (loads.forces[k].condition != governing.condition) continue;
-    load.force = sign * state.amplitude[k] * governing.area;  // the same for all components
-    load.displacement += sign * state.position[k] / governing.area;
+    load.force = sign * state.amplitude[k] * area;  // the same for all components
+    load.displacement += sign * state.position[k] / area;
   }
   return load;
 }
@@ -34,8 +36,9 @@ Load load_of_condition(const mechanics::GoverningCondition& governing, const mec
   for (std::size_t k = 0; k < loads.forces.size(); ++k) {
     const auto& pattern = loads.forces[k];
     if (pattern.condition != governing.condition) continue;
-    force[index(pattern.component)] = state.amplitude[k] * pattern.resultant;
-    displacement[index(pattern.component)] = state.position[k] / pattern.total_weight;
+    if (pattern.acting_weight() == 0) continue;
+    force[index(pattern.component)] = state.amplitude[k] * pattern.acting_resultant();
+    displacement[index(pattern.component)] = state.position[k] / pattern.acting_weight();
   }
   for (std::size_t m = 0; m < loads.motions.size(); ++m) {
     const auto& motion = loads.motions[m];
@@ -76,7 +79,7 @@ Load machine_load(const mechanics::BoundaryLoads& loads, const LoadState& state)
 double largest_load(const mechanics::BoundaryLoads& loads, const LoadState& state) {
   double largest = 0;
   for (std::size_t k = 0; k < loads.forces.size(); ++k)
-    largest = std::max(largest, std::abs(state.amplitude[k]) * loads.forces[k].total_weight);
+    largest = std::max(largest, std::abs(state.amplitude[k]) * loads.forces[k].acting_weight());
   for (std::size_t m = 0; m < loads.motions.size(); ++m)
     if (!loads.motions[m].is_fixed) largest = std::max(largest, std::abs(state.reaction[m]));
   return largest;

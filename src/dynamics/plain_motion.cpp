@@ -126,6 +126,10 @@ public:
   double external_work(double time, const MotionState& state) const override {
     return work_.value(time, state);
   }
+  void end_loads(double time, const mechanics::NodesOfConditions& nodes, const MotionState& state) override {
+    work_.end_loads(time, nodes, state);
+  }
+
   double dissipated_energy() const override { return dampers_.dissipated_energy(); }
   std::int64_t n_forces() const override { return n_forces_; }
 

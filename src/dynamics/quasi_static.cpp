@@ -5,11 +5,14 @@
 #include "crackle/common/real.h"
 #include "crackle/dynamics/machine_load.h"
 #include "crackle/dynamics/separation.h"
+#include "crackle/fracture/connectivity.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/ghost_exchange.h"
 
 #include "carried_share.h"
+#include "loose_loads.h"
+
 #include "fracture/first_crossing.h"
 #include "mechanics/node_cells.h"
 
@@ -62,10 +65,12 @@ mechanics::HeldComponents held_components(const parallel::Communicator& group,
 
 QuasiStaticLoading::QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
                                        const mechanics::BoundaryLoads& loads, fracture::Criterion& criterion,
-                                       double patience, fracture::StressAverage* average)
+                                       double patience, fracture::StressAverage* average,
+                                       mechanics::BoundaryLoads* ending_loads)
     : group_(&group),
       body_(&body),
       loads_(&loads),
+      ending_loads_(ending_loads),
       criterion_(&criterion),
       average_(average),
       patience_(patience),
@@ -132,7 +137,13 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
   const auto changes = body_->changes();
   solver_.release(changes.subspan(n_changes_solved_));
   n_changes_solved_ = changes.size();
-  if (may_separate && !loads_are_held(*group_, *body_, *loads_)) return false;
+  if (may_separate) {
+    const auto labels = fracture::piece_labels(*group_, *body_);
+    if (ending_loads_ != nullptr)
+      if (const auto nodes = nodes_of_loose_pieces(*group_, *body_, *loads_, labels))
+        ending_loads_->end_loads(*group_, *nodes);
+    if (!loads_are_held(*group_, *body_, *loads_, labels)) return false;
+  }
   parallel::NodeField last(*group_, body_->subdomain().layout);
   last.assign(displacement_);
   group_->enter("static solve");
@@ -161,7 +172,7 @@ bool QuasiStaticLoading::carries_nothing(bool is_equilibrium) const {
   if (parallel::any_of_all(*group_, !is_known)) return false;
   if (carried_share_->at(time_, unit_) < least_share) return true;
   // Where there is no equilibrium, hinges keep the body from falling apart, but not from moving.
-  return !is_equilibrium && !loads_are_held(*group_, *body_, *loads_, Joint::face);
+  return !is_equilibrium && !loads_are_held_by_faces(*group_, *body_, *loads_);
 }
 
 bool QuasiStaticLoading::is_far(const parallel::NodeField& displacement) const {
@@ -380,6 +391,8 @@ QuasiStaticEnd QuasiStaticLoading::advance(
     if (!update_after_breaks(n_breaks_ > n_before || has_lost_bridges)) return QuasiStaticEnd::separated;
     account.add_relaxation(0, before, displacement_);
     LoadState relaxed = measure_loads(*group_, *body_, *loads_, displacement_, time_);
+    // At an unchanged load work is done only by what still acts, on fragments that have not come loose.
+    state = measure_loads(*group_, *body_, *loads_, before, time_);
     account.add_static_work(state, relaxed);
     state = std::move(relaxed);
   }
@@ -388,9 +401,10 @@ QuasiStaticEnd QuasiStaticLoading::advance(
 bool QuasiStaticLoading::resume(double time, double kinetic, const parallel::NodeField& displacement,
                                 EnergyAccount& account) {
   time_ = time;
-  const LoadState before = measure_loads(*group_, *body_, *loads_, displacement, time);
   if (!update_after_breaks(true)) return false;
   account.add_relaxation(kinetic, displacement, displacement_);
+  // Of what still acts.
+  const LoadState before = measure_loads(*group_, *body_, *loads_, displacement, time);
   account.add_static_work(before, measure_loads(*group_, *body_, *loads_, displacement_, time));
   return true;
 }

@@ -18,6 +18,8 @@
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
+#include "loose_loads.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -166,7 +168,8 @@ private:
     Stopwatch watch;
     group_.enter("quasi-static loading");
     refuse_free_body();
-    QuasiStaticLoading loading(group_, body_, loads_, *criterion_, *options_.arrest_window, average_.get());
+    QuasiStaticLoading loading(group_, body_, loads_, *criterion_, *options_.arrest_window, average_.get(),
+                               &loads_);
     release_freed_memory();
     loading.load_at_start(account_);
     bool is_first = parameters_.time.start == input::Start::equilibrium;
@@ -316,6 +319,7 @@ private:
     };
     const auto motion = make_motion(context_, parameters_.time, load_time, duration, state);
     if (parameters_.time.after_separation > 0) options.after_separation = parameters_.time.after_separation;
+    options.ending_loads = &loads_;
     options.ends_out_of_range = parameters_.time.precision == input::Precision::double_;
     const ReleasesSince releases(body_);
     PhaseResult phase =
@@ -329,7 +333,8 @@ private:
     if (phase.arrested && control_.save) {
       ended_.push_back({load_time, phase.time, phase.kinetic, phase.external_work, phase.dissipated,
                         phase.separated_at, phase.last_break, phase.n_steps, phase.n_forces,
-                        releases.gather(group_), gather_displacement(state), history_.rows_of_phase(number)});
+                        releases.gather(group_), gather_displacement(state), history_.rows_of_phase(number),
+                        gather_ended_loads(group_, subdomain_.layout, loads_)});
     }
     result_.counts.steps += phase.n_steps;
     result_.counts.force_evaluations += phase.n_forces;
@@ -361,6 +366,7 @@ private:
       const auto row = ended.displacement.find(subdomain_.layout.number[i / 3]);
       u[i] = std::bit_cast<double>(row[i % 3]);
     }
+    restore_ended_loads(group_, subdomain_.layout, ended.ended_loads, loads_);
     ended_.push_back(ended);
     history_.append(ended.history);
     restore_memory(from_->memory, subdomain_, *criterion_);

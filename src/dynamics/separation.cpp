@@ -30,14 +30,15 @@ std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
   // Pieces are few, but their labels are known only where their nodes are: the ranks gather them.
   const auto mine = parallel::agree(group, [&] {
     std::set<std::pair<std::int64_t, std::int64_t>> found;
-    const auto add = [&](std::size_t condition, const std::vector<std::int32_t>& nodes) {
-      for (const auto node : nodes)
-        pieces_at(node,
-                  [&](std::int64_t label) { found.emplace(static_cast<std::int64_t>(condition), label); });
+    const auto add = [&](std::size_t condition, std::int32_t node) {
+      pieces_at(node,
+                [&](std::int64_t label) { found.emplace(static_cast<std::int64_t>(condition), label); });
     };
-    for (std::size_t k = 0; k < loads.forces.size(); ++k) add(k, loads.forces[k].nodes);
+    for (std::size_t k = 0; k < loads.forces.size(); ++k)
+      for (std::size_t i = 0; i < loads.forces[k].nodes.size(); ++i)
+        if (loads.forces[k].weight[i] != 0) add(k, loads.forces[k].nodes[i]);
     for (std::size_t k = 0; k < loads.motions.size(); ++k)
-      add(loads.forces.size() + k, loads.motions[k].nodes);
+      for (const auto node : loads.motions[k].nodes) add(loads.forces.size() + k, node);
     std::vector<std::int64_t> flat;
     for (const auto& [condition, piece] : found) flat.insert(flat.end(), {condition, piece});
     return flat;
@@ -76,11 +77,27 @@ bool have_common_piece(const Pieces& a, const Pieces& b) {
 }
 
 /// Whether two conditions have no common piece.
-bool act_apart(const std::vector<Pieces>& conditions) {
+bool act_apart(const mechanics::BoundaryLoads& loads, const std::vector<Pieces>& conditions) {
+  const auto input_condition = [&](std::size_t k) {
+    return k < loads.forces.size() ? loads.forces[k].condition
+                                   : loads.motions[k - loads.forces.size()].condition;
+  };
   for (std::size_t a = 0; a < conditions.size(); ++a)
     for (std::size_t b = 0; b < a; ++b)
-      if (!have_common_piece(conditions[a], conditions[b])) return true;
+      // The components of a load that has ended everywhere have no piece at all.
+      if (!have_common_piece(conditions[a], conditions[b]) && input_condition(a) != input_condition(b))
+        return true;
   return false;
+}
+
+/// Whether each condition acts on a piece that a motion holds: by fixing it, where any does.
+bool are_held(const mechanics::BoundaryLoads& loads, const std::vector<Pieces>& conditions) {
+  const bool any_fixed = std::ranges::any_of(loads.motions, &mechanics::PrescribedMotion::is_fixed);
+  Pieces held;
+  for (std::size_t m = 0; m < loads.motions.size(); ++m)
+    if (loads.motions[m].is_fixed || !any_fixed) held.merge(Pieces(conditions[loads.forces.size() + m]));
+  return std::ranges::all_of(conditions,
+                             [&](const Pieces& pieces) { return have_common_piece(pieces, held); });
 }
 
 /// Volume of the largest piece but one, as a share of the body's. Collective.
@@ -115,29 +132,30 @@ double second_largest_share(const parallel::Communicator& group, const fracture:
 bool is_unloaded(const parallel::Communicator& group, const fracture::BreakableBody& body,
                  const mechanics::BoundaryLoads& loads) {
   if (loads.conditions.size() < 2) return is_separated(group, body, loads);
-  return act_apart(face_pieces_of_conditions(group, body, loads));
+  return act_apart(loads, face_pieces_of_conditions(group, body, loads));
 }
 
 bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
                   const mechanics::BoundaryLoads& loads) {
-  const auto labels = fracture::piece_labels(group, body);
-  return act_apart(pieces_of_conditions(group, loads, labels)) ||
+  return is_separated(group, body, loads, fracture::piece_labels(group, body));
+}
+
+bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                  const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels) {
+  return act_apart(loads, pieces_of_conditions(group, loads, labels)) ||
          second_largest_share(group, body, labels) >= separated_share;
 }
 
 bool loads_are_held(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                    const mechanics::BoundaryLoads& loads, Joint joint) {
-  const bool any_fixed = std::ranges::any_of(loads.motions, &mechanics::PrescribedMotion::is_fixed);
+                    const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels) {
+  if (loads.motions.empty()) return !is_separated(group, body, loads, labels);
+  return are_held(loads, pieces_of_conditions(group, loads, labels));
+}
+
+bool loads_are_held_by_faces(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                             const mechanics::BoundaryLoads& loads) {
   if (loads.motions.empty()) return !is_separated(group, body, loads);
-  const std::vector<Pieces> conditions =
-      joint == Joint::face ? face_pieces_of_conditions(group, body, loads)
-                           : pieces_of_conditions(group, loads, fracture::piece_labels(group, body));
-  Pieces held;
-  for (std::size_t m = 0; m < loads.motions.size(); ++m) {
-    if (loads.motions[m].is_fixed || !any_fixed) held.merge(Pieces(conditions[loads.forces.size() + m]));
-  }
-  return std::ranges::all_of(conditions,
-                             [&](const Pieces& pieces) { return have_common_piece(pieces, held); });
+  return are_held(loads, face_pieces_of_conditions(group, body, loads));
 }
 
 }  // namespace crackle::dynamics

@@ -4,6 +4,7 @@
 #include "crackle/analysis/sample_summary.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/common/index.h"
+#include "crackle/dynamics/model_limits.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/ensemble/run_log.h"
@@ -20,6 +21,7 @@
 #include <optional>
 #include <set>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace crackle::ensemble {
@@ -148,6 +150,9 @@ void prepare_run(const input::Parameters& parameters, const RunOptions& options,
   const auto prepared = prepare_folder(options.folder, parameters, plan);
   if (log != nullptr) log->keep(run_log_file(options.folder, options.plan.range));
   for (const auto& line : prepared) say(line);
+  master.parameters = &parameters;
+  for (const auto& warning : dynamics::model_warnings(parameters, *geometry::make_body(parameters.specimen)))
+    say("warning: " + warning);
   master.progress.emplace(plan.to_do.size(), layout.n_groups, parameters);
   for (const auto& kept : plan.kept) {
     master.progress->kept(kept.sample, kept.summary);
@@ -177,6 +182,9 @@ ScheduleEvents make_events(MasterState& master, RunLog* log) {
     if (log == nullptr) return;
     log->line(describe(report));
     if (warning) log->line(*warning);
+    if (const auto fast = dynamics::fast_loading_warning(*master.parameters, report.summary.first_break_time);
+        !fast.empty() && !std::exchange(master.has_warned_of_fast_loading, true))
+      log->line("warning: " + fast);
     log->show(*master.progress, true);
   };
   events.parked = [&master, log](const SampleReport& report) {

@@ -29,8 +29,10 @@ struct MasterState {
   SamplePlan plan;
   std::optional<FolderLock> lock;
   std::optional<Progress> progress;
-  std::set<std::uint64_t> pending;  // of those to do
-  int n_warnings = 0;               // of samples that this run or an earlier one has done
+  std::set<std::uint64_t> pending;                // of those to do
+  int n_warnings = 0;                             // of samples that this run or an earlier one has done
+  const input::Parameters* parameters = nullptr;  // from prepare_run() on
+  bool has_warned_of_fast_loading = false;
   /// Failures that no sample file tells of; their rows are completed from here.
   std::map<std::uint64_t, analysis::SampleSummary> unstored;
 };

@@ -69,6 +69,7 @@ public:
       cost.next_solve = 0;
     }
     load_time_ = loading.time();
+    if (loading.n_events() > 0) cost.first_break_time = load_time_;
     state_.displacement.assign(loading.displacement());
   }
 

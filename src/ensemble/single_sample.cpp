@@ -2,6 +2,7 @@
 #include "crackle/ensemble/single_sample.h"
 
 #include "crackle/common/failure.h"
+#include "crackle/dynamics/model_limits.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/folder_lock.h"
 #include "crackle/ensemble/memory.h"
@@ -96,6 +97,7 @@ SampleReport run_single_sample(const parallel::Communicator& ranks, const input:
     // Another run may have come and gone since the plan was made.
     if (!plan.to_do.empty()) plan = plan_sample(parameters, options);
     for (const auto& line : prepare_folder(options.folder, parameters, plan)) say(line);
+    for (const auto& warning : dynamics::model_warnings(parameters, *body)) say("warning: " + warning);
     if (!plan.to_do.empty()) prepared = prepare(steps.make, options.sample);
   });
 
@@ -111,6 +113,9 @@ SampleReport run_single_sample(const parallel::Communicator& ranks, const input:
       report = prepared.failed() ? report_failure(steps, options.sample, prepared.error, prepared.seconds)
                                  : lead_sample(group, steps, std::move(prepared));
     }
+    if (const auto fast = dynamics::fast_loading_warning(parameters, report.summary.first_break_time);
+        !fast.empty())
+      say("warning: " + fast);
     // Another rank may have seen the time limit first; this one says why the sample was parked.
     if (report.parked) stop();
     send_end(group);

@@ -4,6 +4,7 @@
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
 #include "crackle/common/whole_number.h"
+#include "crackle/dynamics/model_limits.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/memory.h"
 #include "crackle/ensemble/results.h"
@@ -23,6 +24,7 @@
 #include <mutex>
 #include <numeric>
 #include <ostream>
+#include <set>
 
 namespace crackle::ensemble {
 
@@ -294,8 +296,11 @@ RunOutcome run_sweep(const parallel::Communicator& outer, const input::Parameter
   parallel::agree_on_root(world, [&] {
     say(describe(layout));
     if (const auto notice = input::bits_notice(parameters.time.engine); !notice.empty()) say(notice);
+    std::set<std::string> warnings;  // that cases may share
     for (std::size_t i = 0; i < cases.size(); ++i) {
       RunningCase& one = cases[i];
+      for (const auto& warning : dynamics::model_warnings(one.parameters(), *one.body))
+        if (warnings.insert(warning).second) say(fmt::format("warning: case {}: {}", i, warning));
       geometry::MotherPoints& base = bases.of(one.parameters());
       if (base.position.empty() && !one.master.plan.to_do.empty())
         base = make_shared_points(*one.body, one.parameters(), say);

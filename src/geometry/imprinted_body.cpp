@@ -25,19 +25,6 @@ namespace {
 /// Pieces in which the surroundings of a line are looked at.
 constexpr double most_pieces = 1000;
 
-/// A border as a region asks for it, before it is cut at others: own coordinate `across` is `position`.
-struct Border {
-  const FacePart* part;
-  std::size_t condition;
-  std::size_t across;
-  double position;
-  double from, to;  ///< along the other own coordinate
-};
-
-plane::Point place_on(const Border& border, double along) {
-  return border.across == 0 ? plane::Point{border.position, along} : plane::Point{along, border.position};
-}
-
 bool meet(const Box& a, const Box& b) {
   for (std::size_t i = 0; i < 3; ++i)
     if (a.lower[i] > b.upper[i] || b.lower[i] > a.upper[i]) return false;
@@ -46,20 +33,6 @@ bool meet(const Box& a, const Box& b) {
 
 double distance_between(const std::array<plane::Point, 2>& a, const std::array<plane::Point, 2>& b) {
   return plane::distance(a[0], a[1], b[0], b[1]);
-}
-
-/// The borders of a part that lie within its face, and the ends of those that lie on its outline.
-std::vector<Border> borders_of(const FacePart& part, std::size_t condition) {
-  std::vector<Border> borders;
-  for (std::size_t k = 0; k < 2; ++k) {
-    const std::size_t axis = part.axis[k];
-    std::set<double> positions{part.lower[k], part.upper[k]};
-    positions.erase(part.patch.domain.lower[axis]);
-    positions.erase(part.patch.domain.upper[axis]);
-    for (const double position : positions)
-      borders.push_back({&part, condition, k, position, part.lower[1 - k], part.upper[1 - k]});
-  }
-  return borders;
 }
 
 }  // namespace
@@ -103,6 +76,33 @@ public:
   }
 
 private:
+  /// A border as a region asks for it, before it is cut at others: own coordinate `across` is `position`.
+  struct Border {
+    const FacePart* part;
+    std::size_t condition;
+    std::size_t across;
+    double position;
+    double from, to;  ///< along the other own coordinate
+  };
+
+  static plane::Point place_on(const Border& border, double along) {
+    return border.across == 0 ? plane::Point{border.position, along} : plane::Point{along, border.position};
+  }
+
+  /// The borders of a part that lie within its face, and the ends of those that lie on its outline.
+  static std::vector<Border> borders_of(const FacePart& part, std::size_t condition) {
+    std::vector<Border> borders;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const std::size_t axis = part.axis[k];
+      std::set<double> positions{part.lower[k], part.upper[k]};
+      positions.erase(part.patch.domain.lower[axis]);
+      positions.erase(part.patch.domain.upper[axis]);
+      for (const double position : positions)
+        borders.push_back({&part, condition, k, position, part.lower[1 - k], part.upper[1 - k]});
+    }
+    return borders;
+  }
+
   /// Coordinates of planes that corners may lie in, so that those on different faces agree to the last bit.
   void collect_known_coordinates() {
     for (const Point& corner : plain_.corners())

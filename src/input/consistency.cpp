@@ -17,9 +17,6 @@ namespace crackle::input {
 
 namespace {
 
-/// Planes nearer to each other than this part of the body's size count as touching.
-constexpr double touching = 1e-6;
-
 std::string notch_key(std::size_t i) {
   return fmt::format("specimen.notch[{}]", i);
 }

@@ -7,6 +7,9 @@
 /// Contradictions between keys. Each check leaves out what depends on a key that is faulty itself.
 namespace crackle::input {
 
+/// Sides and planes nearer to each other than this part of the body's size count as touching.
+inline constexpr double touching = 1e-6;
+
 /// Whether the extent of the body can be judged.
 bool size_is_known(const Findings& findings);
 

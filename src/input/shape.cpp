@@ -18,8 +18,6 @@ namespace crackle::input {
 
 namespace {
 
-/// Sides nearer to each other than this part of the body's size count as touching.
-constexpr double touching = 1e-6;
 /// Points this near to the surface, in the body's size, are on it.
 constexpr double on_surface = 1e-9;
 /// A realization's worst tetrahedron is this much worse than the best one that fits a corner.

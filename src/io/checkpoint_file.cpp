@@ -17,7 +17,7 @@ namespace crackle::io {
 
 namespace {
 
-constexpr std::uint32_t schema = 8;
+constexpr std::uint32_t schema = 9;
 
 /// What must agree, each with what is said when it does not.
 std::vector<std::pair<std::string, std::string>> identity(const input::Parameters& parameters,

@@ -311,6 +311,33 @@ bool BoundaryLoads::grows_after(double time) const {
          });
 }
 
+void BoundaryLoads::end_loads(const parallel::Communicator& group, const NodesOfConditions& nodes) {
+  const auto ends = [&](int condition, std::int32_t node) {
+    return std::ranges::binary_search(nodes[index(condition)], node);
+  };
+  // Sums over what is left, so that it makes no difference at how many moments the rest has ended.
+  for (ForcePattern& pattern : forces) {
+    for (std::size_t i = 0; i < pattern.nodes.size(); ++i)
+      if (ends(pattern.condition, pattern.nodes[i])) pattern.weight[i] = 0;
+    std::vector<double> magnitudes = pattern.weight;
+    for (double& weight : magnitudes) weight = std::abs(weight);
+    parallel::agree(group);
+    pattern.left_weight = parallel::exact_sum(group, magnitudes);
+    pattern.left_resultant = parallel::exact_sum(group, pattern.weight);
+  }
+  for (std::size_t c = 0; c < conditions.size(); ++c) {
+    ConditionNodes& condition = conditions[c];
+    if (!parallel::any_of_all(group, !nodes[c].empty())) continue;
+    condition.has_ended.resize(condition.nodes.size());
+    std::vector<double> acting = condition.share;
+    for (std::size_t i = 0; i < condition.nodes.size(); ++i) {
+      if (ends(static_cast<int>(c), condition.nodes[i])) condition.has_ended[i] = 1;
+      if (!condition.acts_at(i)) acting[i] = 0;
+    }
+    condition.acting_share = parallel::exact_sum(group, acting);
+  }
+}
+
 void BoundaryLoads::add_forces(double time, std::span<double> force) const {
   for (const auto& pattern : forces) {
     const double amplitude = pattern.amplitude.at(time);
@@ -419,9 +446,8 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
   for (GoverningCondition& governing : loads.governing) {
     const auto& condition = parameters.boundaries[index(governing.condition)];
     if (condition.kind != input::BoundaryKind::pressure) continue;
-    const Faces& faces = all_surfaces[index(governing.condition)].faces;
     governing.area =
-        loaded_face(group, condition, faces, subdomain, [](geometry::FaceId) { return 1.0; }).total_area;
+        loaded_region(group, all_surfaces[index(governing.condition)].region, subdomain).total_area;
   }
   return loads;
 }

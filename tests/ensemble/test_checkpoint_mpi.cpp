@@ -53,21 +53,22 @@ input::Parameters pulled_bar() {
   return parameters;
 }
 
-/// Leaves the range of mixed numbers in its last microsecond.
+/// Leaves the range of mixed numbers, as its halves are pulled apart.
 input::Parameters torn_bar_for_longer() {
   auto parameters = torn_bar();
-  parameters.time.duration = 1.5e-5;
+  parameters.time.step = 4e-8;
+  parameters.time.duration = 4e-4;
   return parameters;
 }
 
-/// As pulled_bar, but once a phase has arrested the load grows within microseconds to ten times what the body
+/// As pulled_bar, but once a phase has arrested the load grows within a step to 500 times what the body
 /// bears: the next phase leaves the range of mixed numbers.
 input::Parameters jerked_bar() {
   auto parameters = pulled_bar();
   auto& load = parameters.boundaries.back();
   load.rate = {};
   load.value = {0, 0, 1};
-  load.history = {{0, 0}, {19, 190}, {19 + 5e-6, 2000}};
+  load.history = {{0, 0}, {19, 190}, {19 + 1e-8, 1e5}};
   return parameters;
 }
 

@@ -55,6 +55,9 @@ public:
   double external_work(double time, const MotionState& state) const override {
     return motion_->external_work(time, state);
   }
+  void end_loads(double time, const mechanics::NodesOfConditions& nodes, const MotionState& state) override {
+    motion_->end_loads(time, nodes, state);
+  }
   std::optional<std::string> failure() const override { return motion_->failure(); }
   MotionCheckpoint save() const override { return motion_->save(); }
   void restore(const MotionCheckpoint& checkpoint) override { motion_->restore(checkpoint); }

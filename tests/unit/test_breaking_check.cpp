@@ -44,6 +44,7 @@ public:
   void release(std::span<const std::int32_t>) override {}
   void read(MotionState&) const override {}
   double external_work(double, const MotionState&) const override { return 0; }
+  void end_loads(double, const mechanics::NodesOfConditions&, const MotionState&) override {}
   MotionCheckpoint save() const override { return {}; }
   void restore(const MotionCheckpoint&) override {}
   std::int64_t n_forces() const override { return 0; }

@@ -47,6 +47,8 @@ struct EndedPhase {
   fracture::Releases releases;
   parallel::NumberedRows displacement;  ///< of each node at its end, by bits
   std::vector<HistoryRow> history;
+  /// Nodes at which the loads have ended, for each condition; empty when none has.
+  std::vector<parallel::NumberedRows> ended_loads = {};
 };
 
 /// What a dynamic phase knows of the body's separation.
@@ -55,6 +57,12 @@ struct Separation {
   std::optional<std::int64_t> found;  ///< step at which the body was found apart
   /// Step of the last break before the conditions were found to share no piece any more.
   std::optional<std::int64_t> unloaded;
+};
+
+/// What a dynamic phase knows of loads on loose fragments: steps.
+struct LoadLook {
+  std::int64_t looked_at = 0;
+  std::int64_t broke_at = 0;  ///< last break of a tetrahedron at a loaded node
 };
 
 /// A dynamic phase on its way, between two steps.
@@ -66,6 +74,8 @@ struct RunningPhase {
   fracture::Releases releases;
   MotionCheckpoint motion;
   std::vector<HistoryRow> history = {};  ///< so far
+  LoadLook load_look = {};
+  std::vector<parallel::NumberedRows> ended_loads = {};  ///< as of an ended phase
 };
 
 /// A sample on its way: its dynamic phases. The quasi-static loading between them is computed again, which

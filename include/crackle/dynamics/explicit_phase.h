@@ -83,6 +83,8 @@ struct PhaseOptions {
   std::function<void(double time, const MotionState& state)> on_first_break = {};
   /// Takes what there is of a phase that fails; on every rank, may be empty.
   std::function<void(PhaseResult partial)> on_failure = {};
+  /// The context's loads, to end on fragments that come loose; nullptr: they go on.
+  mechanics::BoundaryLoads* ending_loads = nullptr;
   const Checkpoint* from = nullptr;  ///< continues from its running phase
 };
 

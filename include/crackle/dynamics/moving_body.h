@@ -62,6 +62,11 @@ public:
   /// @param state as read() gives it now
   virtual double external_work(double time, const MotionState& state) const = 0;
 
+  /// Takes over that loads are about to end at these nodes; their work up to now stays. Local.
+  /// @param state as read() gives it now
+  virtual void end_loads(double time, const mechanics::NodesOfConditions& nodes,
+                         const MotionState& state) = 0;
+
   /// Taken out by damping and by absorbing faces since the start [J]. Collective.
   virtual double dissipated_energy() const { return 0; }
 

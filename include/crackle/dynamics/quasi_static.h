@@ -40,9 +40,11 @@ public:
   /// is
   ///        released quasi-statically: a dynamic phase would have ended as arrested before its first break
   /// @param average what the criterion sees instead of a tetrahedron's own stress, or nullptr
+  /// @param ending_loads the loads, to end on fragments that come loose; nullptr: they go on
   QuasiStaticLoading(const parallel::Communicator& group, fracture::BreakableBody& body,
                      const mechanics::BoundaryLoads& loads, fracture::Criterion& criterion, double patience,
-                     fracture::StressAverage* average = nullptr);
+                     fracture::StressAverage* average = nullptr,
+                     mechanics::BoundaryLoads* ending_loads = nullptr);
   ~QuasiStaticLoading();
 
   /// Puts the loads at time 0 into the account. Collective; once, before everything else.
@@ -117,6 +119,7 @@ private:
   const parallel::Communicator* group_;
   fracture::BreakableBody* body_;
   const mechanics::BoundaryLoads* loads_;
+  mechanics::BoundaryLoads* ending_loads_;
   fracture::Criterion* criterion_;
   fracture::StressAverage* average_;
   double patience_;

@@ -5,6 +5,9 @@
 #include "crackle/mechanics/boundary_loads.h"
 #include "crackle/parallel/communicator.h"
 
+#include <cstdint>
+#include <vector>
+
 namespace crackle::dynamics {
 
 /// A loose piece of at least this share of the volume means that the body has come apart; smaller ones are
@@ -19,18 +22,21 @@ bool is_unloaded(const parallel::Communicator& group, const fracture::BreakableB
 /// Whether the body has come apart: two boundary conditions, of whatever kind, act on no common piece, or
 /// besides the largest piece there is another one of at least separated_share of the volume. Equal on every
 /// rank. Collective.
+/// @param labels of the pieces, see fracture::piece_labels()
+bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                  const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels);
 bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
                   const mechanics::BoundaryLoads& loads);
 
-/// What joins two unbroken tetrahedra to one piece.
-enum class Joint {
-  edge,  ///< a common edge that carries: a hinge is enough
-  face,  ///< a common face all of whose edges carry
-};
-
 /// Whether every load still acts on a piece that a prescribed motion holds, so that there is an equilibrium;
-/// where nothing is held, whether the body is in one piece. Equal on every rank. Collective.
+/// where nothing is held, whether the body is in one piece. Pieces are joined by edges that carry, so a hinge
+/// is enough. Equal on every rank. Collective.
+/// @param labels of the pieces, see fracture::piece_labels()
 bool loads_are_held(const parallel::Communicator& group, const fracture::BreakableBody& body,
-                    const mechanics::BoundaryLoads& loads, Joint joint = Joint::edge);
+                    const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels);
+
+/// The same of pieces that are joined by faces all of whose edges carry.
+bool loads_are_held_by_faces(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                             const mechanics::BoundaryLoads& loads);
 
 }  // namespace crackle::dynamics

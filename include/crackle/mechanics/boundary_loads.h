@@ -8,6 +8,7 @@
 #include "crackle/parallel/communicator.h"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -49,15 +50,21 @@ struct ForcePattern {
   int component = 0;
   LoadCurve amplitude;              ///< total force [N], or traction [Pa]
   std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
-  std::vector<double> weight;       ///< share of the total (adds up to 1 over all ranks), or area [m^2]
-  double total_weight = 0;          ///< of magnitudes, over all ranks
-  double resultant = 0;             ///< of the weights with their signs: force on the body over the amplitude
-  int condition = 0;                ///< index into the input's boundaries
+  /// Share of the total (adds up to 1 over all ranks), or area [m^2]; 0 where the load has ended.
+  std::vector<double> weight;
+  double total_weight = 0;  ///< of magnitudes, over all ranks and before any of it has ended
+  double resultant = 0;     ///< likewise with signs: force on the body over the amplitude
+  int condition = 0;        ///< index into the input's boundaries
   /// Of each node: whether a motion prescribes its component. What acts there acts on the support or drive,
   /// and does no work on the body. Empty: at no node.
   std::vector<std::uint8_t> is_driven = {};
 
+  /// What is left of total_weight and resultant where some of the load has ended.
+  std::optional<double> left_weight = {}, left_resultant = {};
+
   bool does_work_at(std::size_t i) const { return is_driven.empty() || is_driven[i] == 0; }
+  double acting_weight() const { return left_weight.value_or(total_weight); }
+  double acting_resultant() const { return left_resultant.value_or(resultant); }
 };
 
 /// Displacement components that follow a curve. A component of a node belongs to one motion only: where
@@ -90,11 +97,18 @@ struct Absorber {
 struct ConditionNodes {
   std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
   std::vector<double> share;        ///< of the loaded area, or of the held nodes; adds up to 1 over all ranks
+  std::vector<std::uint8_t> has_ended = {};  ///< of each node: its load has; empty: at none
+  double acting_share = 1;                   ///< of the nodes whose load has not ended, over all ranks
+
+  bool acts_at(std::size_t i) const { return has_ended.empty() || has_ended[i] == 0; }
 };
 
+/// Owned local nodes, ascending, for each condition of the input.
+using NodesOfConditions = std::vector<std::vector<std::int32_t>>;
+
 /// The input's boundary list on one subdomain. A condition holds on whole boundary triangles, whose linear
-/// shape functions share out its loads; where its region is a line, on whole edges of the mesh; on a point, on
-/// its node. In every realization their area and centroid are those of geometry::ConditionRegion.
+/// shape functions share out its loads; where its region is a line, on whole edges of the mesh; on a point,
+/// on its node. In every realization their area and centroid are those of geometry::ConditionRegion.
 struct BoundaryLoads {
   std::vector<ForcePattern> forces;
   std::vector<PrescribedMotion> motions;
@@ -108,6 +122,8 @@ struct BoundaryLoads {
   double next_kink(double time) const;
   /// Whether any load or motion changes after `time`.
   bool grows_after(double time) const;
+  /// Ends the loads of conditions at some of their nodes, for good. Collective.
+  void end_loads(const parallel::Communicator& group, const NodesOfConditions& nodes);
   /// Adds the nodal forces at `time` to `force` (3 n_owned).
   void add_forces(double time, std::span<double> force) const;
   /// Writes the prescribed displacements at `time` into the owned part of `displacement`.

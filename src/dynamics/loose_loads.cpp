@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "loose_loads.h"
+
+#include "crackle/common/index.h"
+#include "crackle/dynamics/separation.h"
+#include "crackle/parallel/agreement.h"
+#include "crackle/parallel/collectives.h"
+#include "crackle/parallel/exact_sum.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+#include <utility>
+
+namespace crackle::dynamics {
+
+namespace {
+
+/// A phase looks this often at most.
+constexpr std::int64_t looks_per_phase = 200;
+/// One in so many of these looks is due after breaks anywhere.
+constexpr std::int64_t near_looks_per_far_look = 10;
+
+/// What a condition, or something that holds the body, has to do with a piece.
+struct OnPiece {
+  std::int64_t condition;
+  std::int64_t piece;
+  std::int64_t share;  // of the loaded area that still acts, in 2^-48
+  std::int64_t held;   // bits of the components in which the piece is held
+};
+
+/// Of the pieces that are held by something.
+constexpr std::int64_t any_condition = -1;
+
+/// Components in which each condition loads the body, as bits.
+std::map<std::int64_t, std::int64_t> loaded_components(const mechanics::BoundaryLoads& loads) {
+  std::map<std::int64_t, std::int64_t> components;
+  for (const auto& pattern : loads.forces) components[pattern.condition] |= 1 << pattern.component;
+  return components;
+}
+
+std::vector<OnPiece> pieces_of_rank(const mechanics::BoundaryLoads& loads,
+                                    const std::vector<std::int64_t>& labels) {
+  std::map<std::pair<std::int64_t, std::int64_t>, OnPiece> found;
+  const auto on_piece = [&](std::int64_t condition, std::int32_t node) -> OnPiece& {
+    const std::int64_t piece = labels[index(node)];
+    return found.try_emplace({condition, piece}, OnPiece{condition, piece, 0, 0}).first->second;
+  };
+  for (const auto& [c, components] : loaded_components(loads)) {
+    const auto& condition = loads.conditions[index(c)];
+    // In integers, so that the sums do not depend on the ranks.
+    for (std::size_t i = 0; i < condition.nodes.size(); ++i)
+      if (condition.acts_at(i))
+        on_piece(c, condition.nodes[i]).share += std::llrint(std::ldexp(condition.share[i], 48));
+  }
+  for (const auto& motion : loads.motions)
+    for (const auto node : motion.nodes) on_piece(any_condition, node).held |= 1 << motion.component;
+  for (const auto& absorber : loads.absorbers)
+    for (const auto node : absorber.nodes) on_piece(any_condition, node).held = 7;
+  std::vector<OnPiece> list;
+  for (const auto& [place, one] : found) list.push_back(one);
+  return list;
+}
+
+using Pieces = std::set<std::int64_t>;
+
+/// Those of the loaded pieces that are no splinters. Collective.
+Pieces sound_pieces(const parallel::Communicator& group, const fracture::BreakableBody& body,
+                    const std::vector<std::int64_t>& labels, const std::vector<OnPiece>& all) {
+  const auto& mass = body.operators().node_mass;
+  // In integers, so that the sums do not depend on the ranks.
+  const double scale = std::ldexp(1.0, 48) / parallel::exact_sum(group, mass);
+  Pieces sound;
+  std::vector<std::int64_t> masses;
+  parallel::agree(group, [&] {
+    for (const OnPiece& one : all)
+      if (one.condition != any_condition) sound.insert(one.piece);
+    const std::vector<std::int64_t> loaded(sound.begin(), sound.end());
+    masses.resize(loaded.size());
+    for (std::size_t n = 0; n < mass.size(); ++n) {
+      const auto place = std::ranges::lower_bound(loaded, labels[n]);
+      if (place != loaded.end() && *place == labels[n])
+        masses[index(place - loaded.begin())] += std::llrint(mass[n] * scale);
+    }
+  });
+  parallel::all_reduce(group, masses, MPI_SUM);
+  auto piece_mass = masses.begin();
+  std::erase_if(sound, [&](std::int64_t) {
+    return std::ldexp(static_cast<double>(*piece_mass++), -48) < separated_share;
+  });
+  return sound;
+}
+
+/// The pieces on which each condition goes on acting: those that are held, and the one with the largest
+/// share.
+std::map<std::int64_t, Pieces> bearing_pieces(const mechanics::BoundaryLoads& loads,
+                                              const std::vector<OnPiece>& all, const Pieces& sound) {
+  std::map<std::int64_t, std::int64_t> held;
+  std::map<std::int64_t, std::map<std::int64_t, std::int64_t>> shares;  // of conditions, of pieces
+  for (const OnPiece& one : all) {
+    if (one.condition == any_condition)
+      held[one.piece] |= one.held;
+    else
+      shares[one.condition][one.piece] += one.share;
+  }
+  std::map<std::int64_t, Pieces> bearing;
+  for (const auto& [condition, components] : loaded_components(loads)) {
+    std::int64_t largest = 0;
+    std::optional<std::int64_t> main;
+    for (const auto& [piece, share] : shares[condition]) {
+      const auto holds = held.find(piece);
+      if (holds != held.end() && (holds->second & components) == components) bearing[condition].insert(piece);
+      if (share <= largest || !sound.contains(piece)) continue;
+      largest = share;
+      main = piece;
+    }
+    if (main) bearing[condition].insert(*main);
+  }
+  return bearing;
+}
+
+}  // namespace
+
+std::optional<mechanics::NodesOfConditions> nodes_of_loose_pieces(const parallel::Communicator& group,
+                                                                  const fracture::BreakableBody& body,
+                                                                  const mechanics::BoundaryLoads& loads,
+                                                                  const std::vector<std::int64_t>& labels) {
+  const auto mine = parallel::agree(group, [&] { return pieces_of_rank(loads, labels); });
+  const auto all = parallel::gather_all<OnPiece>(group, mine);
+  const auto sound = sound_pieces(group, body, labels, all);
+  bool is_any = false;
+  const auto nodes = parallel::agree(group, [&] {
+    mechanics::NodesOfConditions loose(loads.conditions.size());
+    auto bearing = bearing_pieces(loads, all, sound);
+    for (const auto& [c, components] : loaded_components(loads)) {
+      const auto& condition = loads.conditions[index(c)];
+      for (std::size_t i = 0; i < condition.nodes.size(); ++i)
+        if (condition.acts_at(i) && !bearing[c].contains(labels[index(condition.nodes[i])]))
+          loose[index(c)].push_back(condition.nodes[i]);
+      is_any = is_any || !loose[index(c)].empty();
+    }
+    return loose;
+  });
+  if (!parallel::any_of_all(group, is_any)) return std::nullopt;
+  return nodes;
+}
+
+std::vector<parallel::NumberedRows> gather_ended_loads(const parallel::Communicator& group,
+                                                       const parallel::NodeLayout& layout,
+                                                       const mechanics::BoundaryLoads& loads) {
+  const auto has_ended = [](const mechanics::ConditionNodes& condition) {
+    return !condition.has_ended.empty();
+  };
+  parallel::agree(group);
+  if (!parallel::any_of_all(group, std::ranges::any_of(loads.conditions, has_ended))) return {};
+  std::vector<parallel::NumberedRows> tables;
+  for (const auto& condition : loads.conditions) {
+    parallel::NumberedRows local;
+    for (std::size_t i = 0; i < condition.has_ended.size(); ++i)
+      if (condition.has_ended[i] != 0) local.add(layout.number[index(condition.nodes[i])], std::int64_t{1});
+    tables.push_back(parallel::gather_rows(group, local));
+  }
+  return tables;
+}
+
+void restore_ended_loads(const parallel::Communicator& group, const parallel::NodeLayout& layout,
+                         const std::vector<parallel::NumberedRows>& ended, mechanics::BoundaryLoads& loads) {
+  if (ended.empty()) return;
+  const auto nodes = parallel::agree(group, [&] {
+    mechanics::NodesOfConditions found(loads.conditions.size());
+    for (std::size_t c = 0; c < found.size(); ++c)
+      for (const auto node : loads.conditions[c].nodes)
+        if (!ended.at(c).find(layout.number[index(node)]).empty()) found[c].push_back(node);
+    return found;
+  });
+  loads.end_loads(group, nodes);
+}
+
+LoadWatch::LoadWatch(const fracture::BreakableBody& body, const mechanics::BoundaryLoads& loads,
+                     std::int64_t n_steps)
+    : body_(&body),
+      is_loaded_(body.subdomain().nodes.size()),
+      interval_(std::max<std::int64_t>(1, n_steps / looks_per_phase)),
+      has_loads_(!loads.forces.empty()) {
+  for (const auto& pattern : loads.forces)
+    for (const auto node : pattern.nodes) is_loaded_[index(node)] = 1;
+}
+
+void LoadWatch::note(std::span<const std::int32_t> changed, std::int64_t step) {
+  const auto is_loaded = [&](std::int32_t node) { return is_loaded_[index(node)] != 0; };
+  for (const auto t : changed)
+    if (body_->residual_stiffness().released(t) != 0 &&
+        std::ranges::any_of(body_->subdomain().tetrahedra[index(t)], is_loaded))
+      state_.broke_at = step;
+}
+
+bool LoadWatch::must_look(const parallel::Communicator& group, std::int64_t step, std::int64_t last_break) {
+  std::array<std::int64_t, 2> last{state_.broke_at, last_break};
+  parallel::all_reduce(group, last, MPI_MAX);
+  const bool is_far_look = step % (near_looks_per_far_look * interval_) == 0;
+  if (last[0] <= state_.looked_at && !(is_far_look && last[1] > state_.looked_at)) return false;
+  state_.looked_at = step;
+  return true;
+}
+
+LoadLook LoadWatch::state(const parallel::Communicator& group) const {
+  LoadLook agreed = state_;
+  agreed.broke_at = parallel::all_reduce(group, agreed.broke_at, MPI_MAX);
+  return agreed;
+}
+
+}  // namespace crackle::dynamics

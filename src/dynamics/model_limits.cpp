@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/dynamics/model_limits.h"
+
+#include "crackle/common/index.h"
+#include "crackle/geometry/mother_points.h"
+#include "crackle/mechanics/elasticity.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <utility>
+
+namespace crackle::dynamics {
+
+namespace {
+
+using input::Boundary;
+using input::BoundaryKind;
+
+/// Thicknesses that a plate extends over before bending out of its plane counts.
+constexpr double slender = 5;
+/// Spacings through the thickness from which on bending is right to some 15 %.
+constexpr double resolving_cells = 4;
+/// Poisson's ratio up to which locking costs less than a few percent.
+constexpr double compressible = 0.4;
+/// Shares of an end that a plane of symmetry ahead of a crack holds: a support is smaller, a roller along the
+/// whole end larger.
+constexpr double least_ligament = 0.25, greatest_ligament = 0.98;
+/// Transits of a wave in which the loading is fast.
+constexpr double few_transits = 5;
+
+using Table = std::span<const std::pair<double, double>>;
+
+/// Linear between the entries, constant beyond them.
+double interpolated(Table table, double at) {
+  if (at <= table.front().first) return table.front().second;
+  for (std::size_t i = 1; i < table.size(); ++i) {
+    const auto [x0, y0] = table[i - 1];
+    const auto [x1, y1] = table[i];
+    if (at <= x1) return y0 + (y1 - y0) * (at - x0) / (x1 - x0);
+  }
+  return table.back().second;
+}
+
+bool is_side(const Boundary& condition) {
+  return condition.on == input::face_names[0] || condition.on == input::face_names[1];
+}
+
+bool covers(const Boundary& condition, const geometry::Box& box, std::size_t axis) {
+  const double slack = 1e-9 * (box.upper[axis] - box.lower[axis]);
+  const auto [lower, upper] = condition.region[axis];
+  return lower <= box.lower[axis] + slack && upper >= box.upper[axis] - slack;
+}
+
+bool prescribes_motion(const Boundary& condition, std::size_t axis) {
+  const bool is_motion = condition.kind == BoundaryKind::fix || condition.kind == BoundaryKind::velocity ||
+                         condition.kind == BoundaryKind::displacement;
+  return is_motion && condition.components[axis];
+}
+
+/// Whether a condition pushes the plate across its thickness.
+bool acts_across(const Boundary& condition) {
+  switch (condition.kind) {
+    case BoundaryKind::pressure:
+      return is_side(condition) && (condition.value[0] != 0 || condition.rate[0] != 0);
+    case BoundaryKind::fix:
+    case BoundaryKind::absorbing:
+      return false;
+    default:
+      return condition.value[0] != 0 || condition.rate[0] != 0;
+  }
+}
+
+/// Whether the same pressure acts on both sides of the plate, so that it does not bend.
+bool is_balanced(const Boundary& one, const std::vector<Boundary>& all) {
+  if (one.kind != BoundaryKind::pressure) return false;
+  return std::ranges::any_of(all, [&](const Boundary& other) {
+    return other.kind == BoundaryKind::pressure && is_side(other) && other.on != one.on &&
+           other.value == one.value && other.rate == one.rate && other.history == one.history &&
+           other.region[1] == one.region[1] && other.region[2] == one.region[2];
+  });
+}
+
+/// Where the plate is meshed most coarsely [m].
+double greatest_spacing(const geometry::Body& body, const input::Mesh& mesh) {
+  const geometry::SpacingField spacing(body, mesh);
+  const geometry::Box& box = body.bounds();
+  constexpr int n = 40;  // points of a grid in the plane, along each axis
+  double greatest = 0;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      const geometry::Point p{(box.lower[0] + box.upper[0]) / 2,
+                              box.lower[1] + (i + 0.5) / n * (box.upper[1] - box.lower[1]),
+                              box.lower[2] + (j + 0.5) / n * (box.upper[2] - box.lower[2])};
+      if (body.contains(p)) greatest = std::max(greatest, spacing(p));
+    }
+  return greatest;
+}
+
+std::string bending_warning(const input::Parameters& parameters, const geometry::Body& body) {
+  const auto& all = parameters.boundaries;
+  const Vector size = body.size();
+  if (parameters.mesh.points || std::max(size[1], size[2]) < slender * size[0]) return {};
+  const bool is_held_flat = std::ranges::any_of(all, [&](const Boundary& condition) {
+    return is_side(condition) && prescribes_motion(condition, 0) && covers(condition, body.bounds(), 1) &&
+           covers(condition, body.bounds(), 2);
+  });
+  if (is_held_flat) return {};
+  const auto bends = std::ranges::find_if(
+      all, [&](const Boundary& one) { return acts_across(one) && !is_balanced(one, all); });
+  if (bends == all.end()) return {};
+  const double cells = size[0] / greatest_spacing(body, parameters.mesh);
+  if (!(cells < resolving_cells * (1 - 1e-6))) return {};
+  return fmt::format(
+      "boundary[{}] loads the plate across its thickness of {:.4g} mm, which has {:.2g} cell{}: bending "
+      "out of the plane is about {:.2g} times too stiff; use spacings of at most {:.3g} mm ({:.0f} cells: "
+      "{:.3g} "
+      "times)",
+      bends - all.begin(), 1e3 * size[0], cells, std::abs(cells - 1) < 0.005 ? "" : "s",
+      bending_stiffness_ratio(cells), 1e3 * size[0] / resolving_cells, resolving_cells,
+      bending_stiffness_ratio(resolving_cells));
+}
+
+std::string locking_warning(const input::Parameters& parameters) {
+  const double nu = parameters.material.poisson_ratio;
+  if (nu <= compressible) return {};
+  std::string text = fmt::format(
+      "at Poisson's ratio {:.4g} linear tetrahedra lock: in bending the body is about {:.3g} times too stiff "
+      "with 10 cells over its height",
+      nu, locking_stiffness_ratio(nu));
+  if (parameters.fracture.strength > 0)
+    text += fmt::format(", and with a strength given a smooth beam breaks at about {:.2g} times its load",
+                        locking_load_ratio(nu));
+  return text + fmt::format("; use a material.poisson_ratio of at most {:.2g}", compressible);
+}
+
+/// The end of the body, at the lower (0) or upper (1) end of an axis, on whose plane faces a condition holds.
+std::optional<std::pair<std::size_t, int>> end_of(const Boundary& condition, const geometry::Body& body) {
+  std::optional<std::pair<std::size_t, int>> end;
+  for (const auto id : body.faces_named(condition.on)) {
+    const geometry::Face& face = body.faces()[index(id)];
+    for (std::size_t axis = 1; axis < 3; ++axis) {
+      if (std::abs(face.outward[axis]) < 1 - 1e-9) continue;
+      const int side = face.outward[axis] > 0 ? 1 : 0;
+      const double at = side == 1 ? body.bounds().upper[axis] : body.bounds().lower[axis];
+      if (std::abs(face.patch.bounds().lower[axis] - at) > 1e-9 * body.size()[axis]) continue;
+      if (end && *end != std::pair(axis, side)) return {};
+      end = {axis, side};
+    }
+  }
+  return end;
+}
+
+/// Length of the part of an end that a condition holds on, along the end [m].
+double held_length(const Boundary& condition, const geometry::Body& body, std::size_t normal) {
+  const std::size_t along = 3 - normal;
+  double length = 0;
+  for (const auto id : body.faces_named(condition.on)) {
+    const geometry::Box box = body.faces()[index(id)].patch.bounds();
+    const auto [lower, upper] = condition.region[along];
+    length += std::max(0.0, std::min(upper, box.upper[along]) - std::max(lower, box.lower[along]));
+  }
+  return length;
+}
+
+/// A part of an end that is held along its normal alone, beside a free part: the ligament and the crack of a
+/// half model.
+std::string symmetry_warning(const input::Parameters& parameters, const geometry::Body& body) {
+  const auto& all = parameters.boundaries;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].kind != BoundaryKind::fix) continue;
+    const auto end = end_of(all[i], body);
+    if (!end) continue;
+    const auto normal = end->first;
+    const std::size_t along = 3 - normal;
+    if (!all[i].components[normal] || all[i].components[along] || !covers(all[i], body.bounds(), 0)) continue;
+    const double share = held_length(all[i], body, normal) / body.size()[along];
+    if (share < least_ligament || share > greatest_ligament) continue;
+    // Held otherwise too, the end is a clamp, a drive, or supports.
+    const bool is_alone = std::ranges::none_of(all, [&](const Boundary& other) {
+      return &other != &all[i] && end_of(other, body) == end &&
+             (prescribes_motion(other, normal) || prescribes_motion(other, along));
+    });
+    if (!is_alone) continue;
+    return fmt::format(
+        "boundary[{}] holds {:.0f} % of an end along {} alone, as a plane of symmetry does ahead of a crack: "
+        "along such a plane a crack takes about 1.4 times the load that it takes inside; model both halves",
+        i, 100 * share, "xyz"[normal]);
+  }
+  return {};
+}
+
+}  // namespace
+
+double bending_stiffness_ratio(double cells) {
+  // The excess, measured on cantilevers, falls with the square of the cells.
+  constexpr std::array<std::pair<double, double>, 4> excess{{{1, 2.9}, {2, 2.8}, {3, 2.7}, {4, 2.56}}};
+  return 1 + interpolated(excess, cells) / (cells * cells);
+}
+
+double locking_stiffness_ratio(double poisson_ratio) {
+  constexpr std::array<std::pair<double, double>, 5> measured{
+      {{0.2, 1.02}, {0.4, 1.05}, {0.45, 1.06}, {0.49, 1.14}, {0.499, 1.58}}};
+  return interpolated(measured, poisson_ratio);
+}
+
+double locking_load_ratio(double poisson_ratio) {
+  constexpr std::array<std::pair<double, double>, 5> measured{
+      {{0.2, 1}, {0.4, 0.82}, {0.45, 0.7}, {0.49, 0.3}, {0.499, 0.08}}};
+  return interpolated(measured, poisson_ratio);
+}
+
+std::vector<std::string> model_warnings(const input::Parameters& parameters, const geometry::Body& body) {
+  std::vector<std::string> warnings;
+  for (std::string text :
+       {bending_warning(parameters, body), locking_warning(parameters), symmetry_warning(parameters, body)})
+    if (!text.empty()) warnings.push_back(std::move(text));
+  return warnings;
+}
+
+std::string fast_loading_warning(const input::Parameters& parameters, double first_break_time) {
+  if (parameters.time.start != input::Start::quasi_static) return {};
+  const double transit =
+      std::ranges::max(parameters.specimen.size) / mechanics::dilatational_speed(parameters.material);
+  if (!(first_break_time < few_transits * transit)) return {};
+  return fmt::format(
+      "quasi-static loading reaches the first break after {:.3g} us, but a wave takes {:.3g} us along the "
+      "body: equilibria leave out inertia that matters; set time.start = \"rest\"",
+      1e6 * first_break_time, 1e6 * transit);
+}
+
+}  // namespace crackle::dynamics
