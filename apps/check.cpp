@@ -219,7 +219,7 @@ fracture::Range crack_spacing(const Subject& subject) {
 /// Spacings per radius of the ball over which stress is averaged, below which results depend on the mesh.
 constexpr double resolving_spacings = 1.5;
 
-/// A warning where the mesh does not resolve that ball; empty otherwise.
+/// Where the region of a condition asks for a finer mesh than the rest of the input.
 std::string refining_regions_text(const input::Parameters& parameters) {
   std::string text;
   for (const geometry::RegionRefinement& one : geometry::region_refinements(parameters))
@@ -228,6 +228,7 @@ std::string refining_regions_text(const input::Parameters& parameters) {
   return text;
 }
 
+/// A warning where the mesh does not resolve that ball; empty otherwise.
 std::string unresolved_length_text(const Subject& subject) {
   const auto& parameters = subject.parameters;
   const double length = parameters.fracture.length;

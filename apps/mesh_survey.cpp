@@ -35,7 +35,8 @@ void check_writable(const std::filesystem::path& table) {
 bool survey_meshes(const input::Parameters& parameters, std::uint64_t n_samples,
                    const std::filesystem::path& table) {
   for (const input::RandomInput& random : parameters.random)
-    if (random.key.starts_with("specimen.") || random.key.starts_with("mesh."))
+    if (random.key.starts_with("specimen.") || random.key.starts_with("mesh.") ||
+        random.key.find(".region.") != std::string::npos)
       fail(
           "--survey looks at the meshes of one body, but this input draws {}; make one sample's mesh with "
           "--sample",

@@ -26,7 +26,7 @@ BLOCKS = {
     "golden paper": "jobs/verification/README.md",
     **{name: "jobs/laws/README.md" for name in ("laws", "laws-slots", "laws-fringes", "laws-cost")},  # jobs/laws/study --keep
     # jobs/gallery/gallery --keep
-    **{name: "jobs/gallery/README.md" for name in ("paper-plate", "pmma-strip", "glass-plate", "compact-tension",
+    **{name: "jobs/gallery/README.md" for name in ("paper-plate", "pmma-strip", "glass-plate", "compact-tension", "bend-bar", "knife-edge-disk",
                                                    "brazilian-disk", "uncertain-strip")},
     # jobs/paper/study --keep
     **{name: f"{PAPER}/README.md" for name in ("paper", "limits", "symmetry", "base-notches", "disturbance",

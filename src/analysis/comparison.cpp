@@ -21,12 +21,10 @@ namespace crackle::analysis {
 namespace {
 
 /// The lines of the input that the bodies of the samples follow from.
-std::vector<std::string> body_settings(const input::Parameters& parameters) {
-  std::vector<std::string> settings = input::sample_settings(parameters);
-  std::erase_if(settings, [](const std::string& line) {
-    return !line.starts_with("specimen.") && !line.starts_with("mesh.") && !line.starts_with("random[") &&
-           !line.starts_with("ensemble.");
-  });
+std::vector<std::string> settings_of_bodies(const input::Parameters& parameters) {
+  std::vector<std::string> settings = input::body_settings(parameters);
+  for (std::string& line : input::sample_settings(parameters))
+    if (line.starts_with("random[") || line.starts_with("ensemble.")) settings.push_back(std::move(line));
   if (!parameters.mesh.points_digest.empty())
     settings.push_back("mesh.points of digest " + parameters.mesh.points_digest);
   return settings;
@@ -218,7 +216,7 @@ nlohmann::ordered_json json_of(const Difference& difference) {
 Comparison compare(const Compared& first, const Compared& second, double confidence) {
   Comparison comparison;
   comparison.confidence = confidence;
-  const auto one = body_settings(*first.parameters), other = body_settings(*second.parameters);
+  const auto one = settings_of_bodies(*first.parameters), other = settings_of_bodies(*second.parameters);
   const auto in_one = first_of_one_only(one, other), in_other = first_of_one_only(other, one);
   comparison.are_paired = !in_one && !in_other;
   const auto note = [&comparison](const std::string& text) {

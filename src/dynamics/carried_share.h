@@ -20,10 +20,10 @@ inline constexpr double least_share = mechanics::rounding_allowance;
 
 /// The stiffness against the present loads, over that of the intact body.
 ///
-/// Forces and prescribed motions are looked at apart, since they do no work on each other's displacements:
+/// Forces and prescribed motions are treated separately, since they do no work on each other's displacements:
 /// forces f by the compliance f . u, motions by the stiffness u . K u of the displacement that they cause.
 /// Both are bounds for any admissible u, equilibrium or not: the compliance is at least
-/// (f . u)^2 / (u . K u), and the stiffness at most u . K u. So a share that is found negligible is.
+/// (f . u)^2 / (u . K u), and the stiffness at most u . K u. So a share found negligible is truly negligible.
 class CarriedShare {
 public:
   /// References must outlive the object. Collective.

@@ -15,7 +15,7 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// That an absorbing face exerts on the body. Collective.
+/// Force of an absorbing face on the body [N]. Collective.
 Vector dashpot_force(const parallel::Communicator& group, const mechanics::Absorber& absorber,
                      const parallel::NodeField& field) {
   const auto velocity = field.owned();

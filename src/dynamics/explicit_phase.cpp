@@ -283,6 +283,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
             !is_separated(group, body, *context.loads))
           throw NumberRangeExceeded(when);
         result.separated = true;
+        if (is_unloaded(group, body, *context.loads)) result.separated_at = result.energy.back().time;
         result.note = fmt::format("the phase ended early, with the body apart: {}", when);
         result.counted_time = result.energy.back().time;
         break;
@@ -303,7 +304,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
         separation.looked_at = step;
         if (!labels) labels = fracture::piece_labels(group, body);
         if (!separation.found && is_separated(group, body, *context.loads, *labels)) separation.found = step;
-        // Whoever is apart by its conditions is found apart, too.
+        // Conditions apart by edges are also apart by faces.
         if (!separation.unloaded && is_unloaded(group, body, *context.loads))
           separation.unloaded = last_break;
         begin_steps();

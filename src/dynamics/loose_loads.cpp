@@ -23,7 +23,7 @@ constexpr std::int64_t looks_per_phase = 200;
 /// One in so many of these looks is due after breaks anywhere.
 constexpr std::int64_t near_looks_per_far_look = 10;
 
-/// What a condition, or something that holds the body, has to do with a piece.
+/// A condition's or a support's share in a piece.
 struct OnPiece {
   std::int64_t condition;
   std::int64_t piece;
@@ -31,7 +31,7 @@ struct OnPiece {
   std::int64_t held;   // bits of the components in which the piece is held
 };
 
-/// Of the pieces that are held by something.
+/// Stands for supports, drives and absorbing faces.
 constexpr std::int64_t any_condition = -1;
 
 /// Components in which each condition loads the body, as bits.
@@ -66,7 +66,7 @@ std::vector<OnPiece> pieces_of_rank(const mechanics::BoundaryLoads& loads,
 
 using Pieces = std::set<std::int64_t>;
 
-/// Those of the loaded pieces that are no splinters. Collective.
+/// Loaded pieces large enough not to count as splinters. Collective.
 Pieces sound_pieces(const parallel::Communicator& group, const fracture::BreakableBody& body,
                     const std::vector<std::int64_t>& labels, const std::vector<OnPiece>& all) {
   const auto& mass = body.operators().node_mass;

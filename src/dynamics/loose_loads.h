@@ -26,7 +26,8 @@ std::optional<mechanics::NodesOfConditions> nodes_of_loose_pieces(const parallel
                                                                   const mechanics::BoundaryLoads& loads,
                                                                   const std::vector<std::int64_t>& labels);
 
-/// At which nodes the loads have ended, for each condition, on the root; empty when none has. Collective.
+/// Gathers the nodes where loads have ended, for each condition, on the root; empty when none has.
+/// Collective.
 std::vector<parallel::NumberedRows> gather_ended_loads(const parallel::Communicator& group,
                                                        const parallel::NodeLayout& layout,
                                                        const mechanics::BoundaryLoads& loads);

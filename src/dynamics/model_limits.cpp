@@ -188,7 +188,7 @@ std::string symmetry_warning(const input::Parameters& parameters, const geometry
     if (!is_alone) continue;
     return fmt::format(
         "boundary[{}] holds {:.0f} % of an end along {} alone, as a plane of symmetry does ahead of a crack: "
-        "along such a plane a crack takes about 1.4 times the load that it takes inside; model both halves",
+        "along such a plane a crack needs about 1.4 times its load inside the body; model both halves",
         i, 100 * share, "xyz"[normal]);
   }
   return {};

@@ -30,6 +30,8 @@ namespace {
 
 /// Displacements above this share of the body's extent mean a mechanism: linear elasticity ends long before.
 constexpr double mechanism_displacement = 0.2;
+/// A body that moves as far and offers less than this share of its intact stiffness is a mechanism.
+constexpr double weak_share = 1e-3;
 
 /// Softening tetrahedra that come up to this share of the load of the most loaded one give way with it.
 constexpr double together = 0.9995;
@@ -166,11 +168,11 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
 bool QuasiStaticLoading::carries_nothing(bool is_equilibrium) const {
   // A part that hangs by a corner or an edge is a mechanism: forces move it without end, and prescribed
   // motions meet no resistance.
-  if (is_far(displacement_)) return true;
   const bool is_known = std::ranges::none_of(displacement_.owned(), [](double u) { return std::isnan(u); });
   parallel::agree(*group_);
   if (parallel::any_of_all(*group_, !is_known)) return false;
-  if (carried_share_->at(time_, unit_) < least_share) return true;
+  const double share = carried_share_->at(time_, unit_);
+  if (share < least_share || (share < weak_share && is_far(displacement_))) return true;
   // Where there is no equilibrium, hinges keep the body from falling apart, but not from moving.
   return !is_equilibrium && !loads_are_held_by_faces(*group_, *body_, *loads_);
 }
@@ -314,7 +316,7 @@ void QuasiStaticLoading::load_at_start(EnergyAccount& account) {
 void QuasiStaticLoading::refuse_overload() const {
   const Critical most = most_loaded();
   if (most.number < 0 || most.value <= 1) return;
-  // Of whatever overloads the body, which need not be the machine.
+  // The largest load of any condition: the machine's may be smaller.
   const double load = largest_load(*loads_, measure_loads(*group_, *body_, *loads_, displacement_, time_));
   throw parallel::AgreedError(
       0,
@@ -356,7 +358,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(
         const double last_time = time_;
         time_ = next.number < 0 ? kink : time_ + next.value;
         combine(time_, displacement_);
-        if (n_events_ > 0 && is_far(displacement_)) {
+        if (n_events_ > 0 && is_far(displacement_) && carried_share_->at(time_, unit_) < weak_share) {
           time_ = last_time;
           combine(time_, displacement_);
           return QuasiStaticEnd::separated;
@@ -403,7 +405,7 @@ bool QuasiStaticLoading::resume(double time, double kinetic, const parallel::Nod
   time_ = time;
   if (!update_after_breaks(true)) return false;
   account.add_relaxation(kinetic, displacement, displacement_);
-  // Of what still acts.
+  // Counts only loads that still act.
   const LoadState before = measure_loads(*group_, *body_, *loads_, displacement, time);
   account.add_static_work(before, measure_loads(*group_, *body_, *loads_, displacement_, time));
   return true;

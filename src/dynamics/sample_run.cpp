@@ -402,7 +402,7 @@ private:
     state.position.resize(loads_.forces.size());
     state.reaction.resize(loads_.motions.size());
     state.travel.resize(loads_.motions.size());
-    return machine_load(loads_, state).force;
+    return machine_load(whole_loads_, state).force;
   }
 
   parallel::NumberedRows gather_displacement(const MotionState& state) const {
@@ -497,6 +497,7 @@ private:
   const Checkpoint* from_;  // nullptr: from the start
   fracture::BreakableBody body_;
   mechanics::BoundaryLoads loads_;
+  const mechanics::BoundaryLoads whole_loads_ = loads_;  // before any of them has ended
   const Splitting& splitting_;
   double stable_step_;
   PhaseOptions options_;

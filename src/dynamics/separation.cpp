@@ -131,7 +131,10 @@ double second_largest_share(const parallel::Communicator& group, const fracture:
 
 bool is_unloaded(const parallel::Communicator& group, const fracture::BreakableBody& body,
                  const mechanics::BoundaryLoads& loads) {
-  if (loads.conditions.size() < 2) return is_separated(group, body, loads);
+  std::set<int> acting;
+  for (const auto& pattern : loads.forces) acting.insert(pattern.condition);
+  for (const auto& motion : loads.motions) acting.insert(motion.condition);
+  if (acting.size() < 2) return is_separated(group, body, loads);
   return act_apart(loads, face_pieces_of_conditions(group, body, loads));
 }
 

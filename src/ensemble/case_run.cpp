@@ -151,7 +151,7 @@ void prepare_run(const input::Parameters& parameters, const RunOptions& options,
   if (log != nullptr) log->keep(run_log_file(options.folder, options.plan.range));
   for (const auto& line : prepared) say(line);
   master.parameters = &parameters;
-  for (const auto& warning : dynamics::model_warnings(parameters, *geometry::make_body(parameters.specimen)))
+  for (const auto& warning : dynamics::model_warnings(parameters, *geometry::make_body(parameters)))
     say("warning: " + warning);
   master.progress.emplace(plan.to_do.size(), layout.n_groups, parameters);
   for (const auto& kept : plan.kept) {

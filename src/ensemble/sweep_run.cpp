@@ -35,14 +35,15 @@ namespace {
 /// The lines of the input that base mother points, or with `of_mesh` realizations, follow from.
 std::string mesh_settings(const input::Parameters& parameters, bool of_mesh) {
   std::string settings = parameters.mesh.points_digest;
-  for (const std::string& line : input::sample_settings(parameters)) {
+  for (const std::string& line : input::body_settings(parameters)) {
     const bool of_realization = line.starts_with("mesh.perturbation") || line.starts_with("mesh.turn");
-    const bool is_wanted =
-        line.starts_with("specimen.") || line.starts_with("mesh.") || line.starts_with("ensemble.seed");
+    if (of_mesh || !of_realization) settings += line + "\n";
+  }
+  for (const std::string& line : input::sample_settings(parameters)) {
     // Geometry that is drawn may be anyone's own, and the plan decides what is drawn.
     const bool is_random = of_mesh && !parameters.random.empty() &&
                            (line.starts_with("random[") || line.starts_with("ensemble."));
-    if (is_random || (is_wanted && (of_mesh || !of_realization))) settings += line + "\n";
+    if (is_random || line.starts_with("ensemble.seed")) settings += line + "\n";
   }
   return settings;
 }

@@ -16,7 +16,7 @@ namespace crackle::fracture {
 
 namespace {
 
-/// Whether a tetrahedron carries by all edges of the face opposite to a corner.
+/// True if all edges of the face opposite to a corner carry.
 bool carries_face(mechanics::EdgeSet released, std::size_t corner) {
   for (std::size_t k = 0; k < 6; ++k) {
     const auto [a, b] = geometry::dual_facet_nodes[k];

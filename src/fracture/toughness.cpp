@@ -33,8 +33,8 @@ double toughness_factor(input::Release release, double poisson_ratio) {
   return fitted(release == input::Release::facet ? 0.97 : 0.91, 0.46, poisson_ratio);
 }
 
-double spacings_per_length(double poisson_ratio) {
-  return fitted(3.05, 0.34, poisson_ratio) / toughness_factor(input::Release::element, poisson_ratio);
+double spacings_per_length(input::Release release, double poisson_ratio) {
+  return fitted(3.05, 0.34, poisson_ratio) / toughness_factor(release, poisson_ratio);
 }
 
 double toughness_of(const input::Parameters& parameters, double strength, double spacing) {
@@ -104,8 +104,9 @@ std::vector<double> fracture_spacings(const parallel::Communicator& group,
                                       const mechanics::PdsOperators& operators) {
   const double length = parameters.fracture.length;
   if (length == 0) return local_spacings(group, subdomain, operators);
-  return std::vector<double>(operators.tetrahedra.size(),
-                             spacings_per_length(parameters.material.poisson_ratio) * length);
+  return std::vector<double>(
+      operators.tetrahedra.size(),
+      spacings_per_length(parameters.fracture.release, parameters.material.poisson_ratio) * length);
 }
 
 std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,

@@ -22,7 +22,7 @@ namespace crackle::geometry {
 
 namespace {
 
-/// Pieces in which the surroundings of a line are looked at.
+/// Pieces into which a line is divided to measure how near others come.
 constexpr double most_pieces = 1000;
 
 bool meet(const Box& a, const Box& b) {
@@ -133,7 +133,14 @@ private:
   /// @return whether the part has anything of its face, which a hole may take away
   bool add(const FacePart& part, std::size_t condition) {
     const std::size_t n_before = borders_.size();
-    for (const Border& border : borders_of(part, condition)) add_clipped(border);
+    for (Border border : borders_of(part, condition)) {
+      // Borders of other regions that come this near are the same line.
+      for (const Border& other : borders_)
+        if (other.part->face == part.face && other.across == border.across &&
+            std::abs(other.position - border.position) <= merging_)
+          border.position = other.position;
+      add_clipped(border);
+    }
     const bool has_ends = add_ends(part, condition);
     return has_ends || borders_.size() > n_before ||
            std::ranges::any_of(plain_.corners(), [&](const Point& corner) {
@@ -146,7 +153,7 @@ private:
          plain_.faces()[index(part.face)].names.front());
   }
 
-  /// What of a border lies in the face's material and not on its outline.
+  /// Adds the pieces of a border inside the face's material and off its outline.
   void add_clipped(const Border& border) {
     const FacePart& part = *border.part;
     std::vector<double> cuts{border.from, border.to};
@@ -510,7 +517,7 @@ std::vector<RegionRefinement> ImprintedBody::refinements(const input::Mesh& mesh
   return result;
 }
 
-/// Those of the body that map borders on borders.
+/// Keeps the body's symmetries that map borders onto borders.
 std::vector<Symmetry> ImprintedBody::symmetries() const {
   std::vector<Symmetry> all = plain_->symmetries();
   const double near = 4 * tolerance_;

@@ -21,7 +21,7 @@ inline constexpr double merging_share = 1e-6;
 /// Faces are those of the body, undivided; lines lie along their own axes.
 class ImprintedBody final : public Body {
 public:
-  /// Whether any region has a border within a face.
+  /// Whether any region is less than a whole face.
   static bool is_needed(const Body& plain, std::span<const ConditionRegion> regions);
 
   /// @param regions of the conditions of the input, in their order

@@ -224,7 +224,10 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
     // A part within the face; whether it lies in a hole shows when the mesh is there.
     is_met = true;
     for (std::size_t i = 0; i < 2; ++i)
-      is_met = is_met && region[i + 1].first < bounds.upper[i] && region[i + 1].second > bounds.lower[i];
+      is_met =
+          is_met && (region[i + 1].first == region[i + 1].second
+                         ? region[i + 1].first <= bounds.upper[i] && region[i + 1].second >= bounds.lower[i]
+                         : region[i + 1].first < bounds.upper[i] && region[i + 1].second > bounds.lower[i]);
   }
   if (!is_met)
     findings.report(key + ".region", "misses \"{}\"; give a part of y from {} to {} and z from {} to {}",

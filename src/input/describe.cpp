@@ -62,6 +62,22 @@ std::vector<std::string> sample_settings(const Parameters& parameters) {
   return settings;
 }
 
+std::vector<std::string> body_settings(const Parameters& parameters) {
+  std::vector<std::string> settings = sample_settings(parameters);
+  const auto is_of_region = [&](const std::string& line) {
+    for (std::size_t i = 0; i < parameters.boundaries.size(); ++i)
+      if (parameters.boundaries[i].region != everywhere &&
+          (line.starts_with(fmt::format("boundary[{}].on ", i)) ||
+           line.starts_with(fmt::format("boundary[{}].region.", i))))
+        return true;
+    return false;
+  };
+  std::erase_if(settings, [&](const std::string& line) {
+    return !line.starts_with("specimen.") && !line.starts_with("mesh.") && !is_of_region(line);
+  });
+  return settings;
+}
+
 std::string same_bits(Engine engine) {
   return engine == Engine::petsc ? "on the same number of ranks only" : "on any number of ranks";
 }

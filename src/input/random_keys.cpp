@@ -66,7 +66,8 @@ constexpr std::array without_random{"ensemble", "sections", "output", "random", 
 
 /// Whether a number at this path makes another set of base mother points.
 bool moves_geometry(const std::string& path) {
-  const bool of_body = path.starts_with("specimen.") || path.starts_with("mesh.");
+  const bool of_region = path.starts_with("boundary[") && path.find(".region.") != std::string::npos;
+  const bool of_body = path.starts_with("specimen.") || path.starts_with("mesh.") || of_region;
   return of_body && path != "mesh.perturbation";
 }
 

@@ -389,8 +389,14 @@ class Running(unittest.TestCase):
         self.assertEqual(list(gaps(2, frozenset())), [(0, 1)])
 
     def test_tables_of_the_same_input_are_known(self):
-        known = known_of(OWN, ROOT / "jobs" / "paper")
-        self.assertEqual((sorted(known.samples), known.ensemble), (list(range(200)), None))
+        table = ROOT / "jobs" / "paper" / "own.csv"
+        kept = {one.input for one in rows.read_csv(table)}
+        self.assertEqual(len(kept), 1)
+        with tempfile.TemporaryDirectory() as folder:
+            for digest, samples in ((rows.digest(OWN.input_text()), list(range(200))), ("0" * 16, [])):
+                (Path(folder) / "own.csv").write_text(table.read_text().replace(kept.copy().pop(), digest))
+                known = known_of(OWN, Path(folder))
+                self.assertEqual((sorted(known.samples), known.ensemble), (samples, None))
 
     def test_a_run_that_was_stopped_goes_on(self):
         run = Run("small", "small", 3, {"mesh.notch_spacing": '"1.2 mm"', "time.duration": '"90 us"'}, source="demo")

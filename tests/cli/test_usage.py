@@ -189,8 +189,8 @@ class Usage(unittest.TestCase):
 
     def test_check_warns_of_locking(self):
         _, text = self.check("--no-measure", poisson_ratio="0.46")
-        self.assertRegex(text, r"(?m)^Warning: linear tetrahedra lock with a Poisson's ratio of 0\.46: .*; give 0\.45 or less$")
-        _, text = self.check("--no-measure", poisson_ratio="0.45")
+        self.assertRegex(text, r"(?m)^Warning: at Poisson's ratio 0\.46 linear tetrahedra lock: .*; use a material\.poisson_ratio of at most 0\.4$")
+        _, text = self.check("--no-measure", poisson_ratio="0.4")
         self.assertNotIn("lock", text)
 
     def test_check_without_measuring(self):

@@ -52,8 +52,9 @@ TEST(ToughnessFactor, LinksStrengthAndToughness) {
 
 TEST(ToughnessFactor, OfAnAverageIsThatOfALengthOfItsOwn) {
   for (const double nu : {least, 0.2, greatest}) {
-    EXPECT_GT(spacings_per_length(nu), 2);
-    EXPECT_LE(spacings_per_length(least), spacings_per_length(nu));
+    EXPECT_GT(spacings_per_length(input::Release::element, nu), 2);
+    EXPECT_LE(spacings_per_length(input::Release::element, least),
+              spacings_per_length(input::Release::element, nu));
   }
 }
 

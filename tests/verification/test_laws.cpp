@@ -64,7 +64,9 @@ TEST(Laws, ABarWithoutANotchFailsAtTheStrength) {
   const auto subdomain = test::whole(mesh);
   const parallel::Communicator self(MPI_COMM_SELF);
   for (const auto& [name, fracture] : laws()) {
-    const auto result = run_sample(self, pulled(size, fracture), subdomain, {});
+    auto parameters = pulled(size, fracture);
+    parameters.time.step = 5e-9;  // the energy error of sudden releases falls with its square
+    const auto result = run_sample(self, parameters, subdomain, {});
     const double stress = result.onset_force / (size[0] * size[1]);
     std::printf("%-22s runs away at %.4f of the strength, %zu tetrahedra broken, energy error %.1e\n",
                 name.c_str(), stress / strength, result.breaks.size(), result.energy_error);

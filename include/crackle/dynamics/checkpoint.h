@@ -51,7 +51,7 @@ struct EndedPhase {
   std::vector<parallel::NumberedRows> ended_loads = {};
 };
 
-/// What a dynamic phase knows of the body's separation.
+/// Steps at which a dynamic phase looked for, and found, the body's separation.
 struct Separation {
   std::int64_t looked_at = 0;         ///< step
   std::optional<std::int64_t> found;  ///< step at which the body was found apart
@@ -59,7 +59,7 @@ struct Separation {
   std::optional<std::int64_t> unloaded;
 };
 
-/// What a dynamic phase knows of loads on loose fragments: steps.
+/// Steps at which a dynamic phase last looked for loads on loose fragments.
 struct LoadLook {
   std::int64_t looked_at = 0;
   std::int64_t broke_at = 0;  ///< last break of a tetrahedron at a loaded node

@@ -18,7 +18,8 @@ struct MeasuredCost {
   double first_solve = 0;  ///< equilibrium of the intact body [s]; 0 with start = "rest"
   double next_solve = 0;   ///< after a break [s]; 0 where no load breaks the body
   bool breaks = true;      ///< whether the loads can break the body; taken for granted with start = "rest"
-  /// Of the loading from time 0 on; infinite where nothing breaks, or with start = "rest" [s].
+  /// Time of the first break from the start of loading on; infinite where nothing breaks, or with start =
+  /// "rest" [s].
   double first_break_time = infinity;
   double phase_start = 0;    ///< what a dynamic phase takes before its first step [s]
   double step = 0;           ///< of a dynamic phase: forces, breaking, energies and outputs [s]

@@ -21,7 +21,7 @@ double toughness_factor(input::Release release, double poisson_ratio);
 
 /// The same with the stress averaged over a ball (fracture::StressAverage): in place of the spacing stands
 /// this many times the ball's radius. Measured likewise; it holds on every mesh that resolves the ball.
-double spacings_per_length(double poisson_ratio);
+double spacings_per_length(input::Release release, double poisson_ratio);
 
 /// Energy per crack area for a strength at a spacing, one of fracture_spacings() [J/m^2].
 double toughness_of(const input::Parameters& parameters, double strength, double spacing);

@@ -36,7 +36,7 @@ struct ConditionRegion {
   const FacePart* on(FaceId face) const;
 };
 
-/// What the region of a condition leaves of the faces that it names, its borders moved onto edges of the body
+/// The part of the named faces inside the region of a condition, its borders moved onto edges of the body
 /// that are nearer than 1e-6 of the body's size.
 /// @throws std::runtime_error when nothing is left
 ConditionRegion condition_region(const Body& body, const input::Boundary& condition, std::size_t number);

@@ -329,7 +329,7 @@ struct Output {
   /// Time between two rows of the history in dynamic phases [s]; empty: a 200th of the duration ("auto").
   std::optional<double> history = {};
   std::vector<Probe> probes = {};
-  /// Number or name of the boundary condition whose load and displacement the load curve is of; neither: what
+  /// Number or name of the boundary condition that the load curve follows; unset: what
   /// drives the body.
   std::variant<std::monostate, int, std::string> governing = {};
 };

@@ -100,6 +100,9 @@ std::string echo(const Parameters& parameters);
 /// early, the ranks that share a sample, and the name of the points' file.
 std::vector<std::string> sample_settings(const Parameters& parameters);
 
+/// Those that the meshed bodies follow from: specimen, mesh, and the regions that conditions hold on.
+std::vector<std::string> body_settings(const Parameters& parameters);
+
 /// Check sum of sample_settings(), as text: two inputs with the same one have the same samples.
 std::string sample_identity(const Parameters& parameters);
 

@@ -8,10 +8,10 @@
 
 namespace crackle::mechanics {
 
-/// A boundary condition that the load curve of a sample is of.
+/// A boundary condition whose load enters the load curve of a sample.
 struct GoverningCondition {
   int condition = 0;  ///< index into the input's boundaries
-  /// Of length 1: along what it prescribes, or against the drive for a condition that prescribes no motion or
+  /// Unit vector: along what it prescribes, or against the drive for a condition that prescribes no motion or
   /// force of its own; zero where nothing tells it. Of a pressure, which acts along the normal, x is 1 where
   /// it presses and -1 where it pulls.
   Vector direction{};
@@ -24,7 +24,7 @@ struct GoverningCondition {
 /// time, or else the first that prescribes anything but zero. Empty where nothing does.
 ///
 /// A condition's direction is that of its rate, of a velocity or without a rate that of its value, turned
-/// round where the first factor of its history is negative.
+/// round where the first non-zero factor of its history is negative.
 std::vector<GoverningCondition> governing_conditions(const input::Parameters& parameters);
 
 }  // namespace crackle::mechanics
