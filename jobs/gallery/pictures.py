@@ -112,14 +112,16 @@ def _time_bar(figure: Figure, panel: Axes, colours: Normalize) -> Colorbar:
 
 
 def _shown_length(plate: Plate, samples: list[Sample]) -> tuple[float, float]:
-    """z of the whole body, or of a body four times as long as wide of what lies a width round its cracks [mm]."""
+    """z of the whole body, or of a body four times as long as wide of what lies round its cracks [mm]."""
     low, high = plate.outline.min(axis=0) / style.MILLIMETRE, plate.outline.max(axis=0) / style.MILLIMETRE
     margin = 0.03 * (high[1] - low[1])
     if high[1] - low[1] < 4 * (high[0] - low[0]):
         return low[1] - margin, high[1] + margin
     z = np.concatenate([sample.facet_corners[:, :, 2].ravel() for sample in samples]) / style.MILLIMETRE
     middle = np.median(z) if len(z) else (low[1] + high[1]) / 2
-    half = 0.7 * (high[0] - low[0])
+    width = high[0] - low[0]
+    reach = np.percentile(np.abs(z - middle), 95) if len(z) else 0.0
+    half = max(0.7 * width, reach + 0.3 * width)
     return middle - half, middle + half
 
 

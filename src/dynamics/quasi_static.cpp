@@ -148,6 +148,7 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
   }
   parallel::NodeField last(*group_, body_->subdomain().layout);
   last.assign(displacement_);
+  const double residual = residual_;
   group_->enter("static solve");
   std::exception_ptr no_equilibrium;
   try {
@@ -159,6 +160,7 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
   combine(time_, displacement_);
   if (carries_nothing(!no_equilibrium)) {
     displacement_.assign(last);
+    residual_ = residual;  // of a solution that is not used
     return false;
   }
   if (no_equilibrium) std::rethrow_exception(no_equilibrium);

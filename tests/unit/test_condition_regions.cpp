@@ -232,6 +232,17 @@ TEST(ConditionRegion, TakesPartInTheSymmetriesOfTheBody) {
   EXPECT_EQ(n_symmetries(R"({ y = ["7 mm", "12.5 mm"] })"), 2u) << "along x only";
 }
 
+TEST(ConditionRegion, IsPartOfWhatAMeshFollowsFrom) {
+  const auto settings = [](const std::string& region, const char* traction) {
+    return input::body_settings(parsed(box, held + std::string("[[boundary]]\non = \"z-max\"\n") + region +
+                                                "traction = [\"0 MPa\", \"0 MPa\", \"" + traction + "\"]\n"));
+  };
+  const std::string region = "region = { y = [\"7 mm\", \"12 mm\"] }\n";
+  EXPECT_EQ(settings(region, "1 MPa"), settings(region, "2 MPa"));
+  EXPECT_NE(settings(region, "1 MPa"), settings("region = { y = [\"7 mm\", \"13 mm\"] }\n", "1 MPa"));
+  EXPECT_NE(settings(region, "1 MPa"), settings("", "1 MPa"));
+}
+
 std::string refusal(const PlateText& plate, const std::string& boundaries) {
   try {
     geometry::make_body(parsed(plate, boundaries));
