@@ -41,7 +41,7 @@ public:
 private:
   using Matrix = std::vector<std::vector<double>>;
   double work(std::size_t pattern, const std::vector<double>& displacement) const;
-  /// Of the intact body, for these factors.
+  /// The intact body's, for these factors.
   static double intact(const Matrix& of_pairs, const std::vector<double>& factors);
   double share_of_forces(const std::vector<double>& factors, std::span<const parallel::NodeField> unit) const;
   double share_of_motions(const std::vector<double>& factors,

@@ -47,7 +47,7 @@ public:
   bool is_due(std::int64_t step) const { return has_loads_ && step % interval_ == 0; }
   /// Takes note of tetrahedra that carry less since this step. Local.
   void note(std::span<const std::int32_t> changed, std::int64_t step);
-  /// Whether to look now. Collective; does not agree() before.
+  /// True if a look is due now. Collective; does not agree() before.
   /// @param last_break step, as far as this rank knows
   bool must_look(const parallel::Communicator& group, std::int64_t step, std::int64_t last_break);
   /// Agreed, for a checkpoint. Collective; does not agree() before.

@@ -8,7 +8,7 @@
 
 #include <vector>
 
-/// What a testing machine would record of a sample.
+/// A sample's results as a testing machine would record them.
 ///
 /// - Load: the force that the governing conditions (mechanics::governing_conditions) exert on the body, each
 ///   along its own drive, added up. It is positive where the machine loads the body, and negative where the

@@ -98,7 +98,7 @@ private:
   bool update_after_breaks(bool may_separate);
   /// By the unit solutions, in equilibrium or where the solver gave up. Collective.
   bool carries_nothing(bool is_equilibrium) const;
-  /// Whether a displacement is beyond what linear elasticity can describe. Collective.
+  /// True if a displacement is beyond what linear elasticity can describe. Collective.
   bool is_far(const parallel::NodeField& displacement) const;
   /// The largest stress over its tetrahedron's strength; of one round which it is averaged, the smaller of
   /// its own and the average.

@@ -14,12 +14,12 @@ namespace crackle::dynamics {
 /// splinters.
 inline constexpr double separated_share = 0.01;
 
-/// Whether two loads or motions act on no common piece, joined by faces: at most hinges pass a load between
+/// True if two loads or motions act on no common piece, joined by faces: at most hinges pass a load between
 /// them. With fewer than two of them as is_separated. Equal on every rank. Collective.
 bool is_unloaded(const parallel::Communicator& group, const fracture::BreakableBody& body,
                  const mechanics::BoundaryLoads& loads);
 
-/// Whether the body has come apart: two loads or motions act on no common piece, or
+/// True if the body has come apart: two loads or motions act on no common piece, or
 /// besides the largest piece there is another one of at least separated_share of the volume. Equal on every
 /// rank. Collective.
 /// @param labels of the pieces, see fracture::piece_labels()

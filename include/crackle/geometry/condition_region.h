@@ -41,7 +41,7 @@ struct ConditionRegion {
 /// @throws std::runtime_error when nothing is left
 ConditionRegion condition_region(const Body& body, const input::Boundary& condition, std::size_t number);
 
-/// Of all conditions of an input, in their order.
+/// The regions of all conditions of an input, in their order.
 std::vector<ConditionRegion> condition_regions(const Body& body, std::span<const input::Boundary> conditions);
 
 /// A condition whose region asks for a finer mesh than the rest of the input does.

@@ -59,7 +59,7 @@ struct ForcePattern {
   /// and does no work on the body. Empty: at no node.
   std::vector<std::uint8_t> is_driven = {};
 
-  /// What is left of total_weight and resultant where some of the load has ended.
+  /// The parts of total_weight and resultant that still act where some of the load has ended.
   std::optional<double> left_weight = {}, left_resultant = {};
 
   bool does_work_at(std::size_t i) const { return is_driven.empty() || is_driven[i] == 0; }
