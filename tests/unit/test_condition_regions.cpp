@@ -232,6 +232,30 @@ TEST(ConditionRegion, TakesPartInTheSymmetriesOfTheBody) {
   EXPECT_EQ(n_symmetries(R"({ y = ["7 mm", "12.5 mm"] })"), 2u) << "along x only";
 }
 
+TEST(ConditionRegion, IsNotCrossedByBoundaryTriangles) {
+  using geometry::Place;
+  const auto body = geometry::make_body(
+      parsed(box, held + traction_on("z-max", R"({ y = ["7.5 mm", "12.5 mm"], x = ["1 mm", "2 mm"] })")));
+  const auto at = [](double x, double y, double z) { return geometry::Point{x * mm, y * mm, z * mm}; };
+  const geometry::Point below = at(1.5, 7.4, 39);
+  EXPECT_EQ(body->place({at(1.2, 7, 40), at(1.8, 7, 40), at(1.5, 8, 40), below}), Place::crossing);
+  EXPECT_EQ(body->place({at(1.2, 7, 40), at(1.8, 7, 40), at(1.5, 7.5, 40), below}), Place::solid)
+      << "touches it";
+  EXPECT_EQ(body->place({at(0.2, 7, 40), at(0.8, 7, 40), at(0.5, 8, 40), below}), Place::solid)
+      << "beside it";
+  EXPECT_EQ(body->place({at(1.2, 7, 39.5), at(1.8, 7, 40), at(1.5, 8, 40), below}), Place::solid)
+      << "with an edge on the face only";
+  // The border's points move along it, its corners not at all.
+  EXPECT_EQ(body->movable(at(1.5, 7.5, 40)), 1);
+  EXPECT_EQ(body->movable(at(1, 9, 40)), 2);
+  EXPECT_EQ(body->movable(at(1, 7.5, 40)), 0);
+  EXPECT_EQ(body->movable(at(0.5, 7.5, 40)), 3);
+  const geometry::FaceId face = body->faces_named("z-max").front();
+  const auto meeting = body->passage(face, at(1.5, 7, 40), at(1.5, 8, 40), 0.01 * mm);
+  ASSERT_TRUE(meeting.has_value());
+  EXPECT_LT(norm(*meeting - at(1.5, 7.5, 40)), 1e-15);
+}
+
 TEST(ConditionRegion, IsPartOfWhatAMeshFollowsFrom) {
   const auto settings = [](const std::string& region, const char* traction) {
     return input::body_settings(parsed(box, held + std::string("[[boundary]]\non = \"z-max\"\n") + region +
