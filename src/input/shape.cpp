@@ -147,9 +147,8 @@ void set_corner(Polygon& corners, const Point& p, const Polygon& stays) {
   const Point& other = is_after ? corners[after] : corners[(i + corners.size() - 1) % corners.size()];
   const double gap = plane::norm(p - corners[i]);
   const double chord = plane::norm(other - corners[i]);
-  const bool has_to_stay = std::ranges::any_of(stays, [&](const Point& one) {
-    return plane::norm(one - corners[i]) <= same_share * chord;
-  });
+  const bool has_to_stay = std::ranges::any_of(
+      stays, [&](const Point& one) { return plane::norm(one - corners[i]) <= same_share * chord; });
   if (gap <= same_share * chord && has_to_stay) return;
   if (gap < replacing_share * chord && !has_to_stay)
     corners[i] = p;
