@@ -62,7 +62,7 @@ bool prescribes_motion(const Boundary& condition, std::size_t axis) {
   return is_motion && condition.components[axis];
 }
 
-/// Whether a condition pushes the plate across its thickness.
+/// True if a condition pushes the plate across its thickness.
 bool acts_across(const Boundary& condition) {
   switch (condition.kind) {
     case BoundaryKind::pressure:
@@ -75,7 +75,7 @@ bool acts_across(const Boundary& condition) {
   }
 }
 
-/// Whether the same pressure acts on both sides of the plate, so that it does not bend.
+/// True if the same pressure acts on both sides of the plate, so that it does not bend.
 bool is_balanced(const Boundary& one, const std::vector<Boundary>& all) {
   if (one.kind != BoundaryKind::pressure) return false;
   return std::ranges::any_of(all, [&](const Boundary& other) {

@@ -386,7 +386,7 @@ private:
     return phase;
   }
 
-  /// Whether the machine's load is, at least in part, a reaction.
+  /// True if the machine's load is, at least in part, a reaction.
   bool machine_reacts() const {
     return std::ranges::any_of(loads_.governing, [&](const mechanics::GoverningCondition& governing) {
       const auto is_governing = [&](const auto& one) { return one.condition == governing.condition; };

@@ -76,7 +76,7 @@ bool have_common_piece(const Pieces& a, const Pieces& b) {
   return std::ranges::any_of(a, [&](std::int64_t piece) { return b.contains(piece); });
 }
 
-/// Whether two conditions have no common piece.
+/// True if two conditions have no common piece.
 bool act_apart(const mechanics::BoundaryLoads& loads, const std::vector<Pieces>& conditions) {
   const auto input_condition = [&](std::size_t k) {
     return k < loads.forces.size() ? loads.forces[k].condition
@@ -90,7 +90,7 @@ bool act_apart(const mechanics::BoundaryLoads& loads, const std::vector<Pieces>&
   return false;
 }
 
-/// Whether each condition acts on a piece that a motion holds: by fixing it, where any does.
+/// True if each condition acts on a piece that a motion holds: by fixing it, where any does.
 bool are_held(const mechanics::BoundaryLoads& loads, const std::vector<Pieces>& conditions) {
   const bool any_fixed = std::ranges::any_of(loads.motions, &mechanics::PrescribedMotion::is_fixed);
   Pieces held;

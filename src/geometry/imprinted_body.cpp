@@ -401,7 +401,7 @@ Point ImprintedBody::snapped(const Point& p, double tolerance) const {
   return q;
 }
 
-/// Whether a line of a face runs through the inside of a triangle in it.
+/// True if a line of a face runs through the inside of a triangle in it.
 bool ImprintedBody::crosses(const Imprint& imprint, const std::array<plane::Point, 3>& triangle) const {
   for (const Line& line : imprint.lines) {
     const std::size_t along = 1 - line.across;
@@ -458,6 +458,7 @@ Place ImprintedBody::place(const std::array<Point, 4>& corners) const {
 
 std::vector<ImprintedBody::LineSource> ImprintedBody::line_sources(const input::Mesh& mesh) const {
   std::vector<LineSource> sources;
+  const SpacingField without(*plain_, mesh);
   const double growth = shape_growth(mesh);
   for (const Imprint& imprint : imprints_) {
     std::vector<std::array<plane::Point, 2>> others;
@@ -483,6 +484,7 @@ std::vector<ImprintedBody::LineSource> ImprintedBody::line_sources(const input::
           });
           if (!touches) gap = std::min(gap, distance_between(own, other));
         }
+        if (!(gap * fine_enough < without(at((first + last) / 2, line.end)))) continue;
         Box region{at(first, line.end), at(first, line.end)};
         region.include(at(last, line.end));
         sources.push_back({line.condition,
@@ -495,20 +497,13 @@ std::vector<ImprintedBody::LineSource> ImprintedBody::line_sources(const input::
 
 std::vector<SpacingSource> ImprintedBody::spacing_sources(const input::Mesh& mesh) const {
   std::vector<SpacingSource> sources = plain_->spacing_sources(mesh);
-  const SpacingField without(*plain_, mesh);
-  for (LineSource& one : line_sources(mesh)) {
-    const Point middle = one.source.region.lower + (one.source.region.upper - one.source.region.lower) / 2;
-    if (one.source.spacing * fine_enough < without(middle)) sources.push_back(std::move(one.source));
-  }
+  for (LineSource& one : line_sources(mesh)) sources.push_back(std::move(one.source));
   return sources;
 }
 
 std::vector<RegionRefinement> ImprintedBody::refinements(const input::Mesh& mesh) const {
-  const SpacingField without(*plain_, mesh);
   std::map<std::size_t, double> finest;
   for (const LineSource& one : line_sources(mesh)) {
-    const Point middle = one.source.region.lower + (one.source.region.upper - one.source.region.lower) / 2;
-    if (!(one.source.spacing * fine_enough < without(middle))) continue;
     const auto [entry, is_new] = finest.emplace(one.condition, one.source.spacing);
     entry->second = std::min(entry->second, one.source.spacing);
   }

@@ -21,7 +21,7 @@ inline constexpr double merging_share = 1e-6;
 /// Faces are those of the body, undivided; lines lie along their own axes.
 class ImprintedBody final : public Body {
 public:
-  /// Whether any region is less than a whole face.
+  /// True if any region is less than a whole face.
   static bool is_needed(const Body& plain, std::span<const ConditionRegion> regions);
 
   /// @param regions of the conditions of the input, in their order
@@ -60,7 +60,7 @@ private:
     Box bounds;                       ///< of its lines, with the tolerance
     std::vector<Line> lines;
   };
-  /// A source that a line asks for.
+  /// A piece of a line that asks for a finer mesh than the rest does.
   struct LineSource {
     std::size_t condition;
     SpacingSource source;

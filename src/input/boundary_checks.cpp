@@ -99,6 +99,27 @@ Region part_of_face(const Boundary& condition, Face face, const Vector& size) {
   return part;
 }
 
+/// True if limits hold a part of an extent: more than its ends, but for a line that may be one of them.
+bool meets(const std::pair<double, double>& limits, double lower, double upper) {
+  if (limits.first == limits.second) return lower <= limits.first && limits.first <= upper;
+  return limits.first < upper && limits.second > lower;
+}
+
+/// True if two intervals have more than an end in common; a line, that it lies within the other one or is the
+/// same.
+/// @param slack by which ends, and the two ends of a line, may differ
+bool overlap(const std::pair<double, double>& one, const std::pair<double, double>& other, double slack) {
+  const double first = std::max(one.first, other.first);
+  const double last = std::min(one.second, other.second);
+  if (last - first > slack) return true;
+  const auto is_line = [&](const auto& interval) { return interval.second - interval.first <= slack; };
+  const auto is_within = [&](const auto& line, const auto& part) {
+    return line.first > part.first + slack && line.second < part.second - slack;
+  };
+  if (is_line(one) && is_line(other)) return first <= last;
+  return (is_line(one) && is_within(one, other)) || (is_line(other) && is_within(other, one));
+}
+
 void check_kind(const std::string& key, Findings& findings) {
   const std::vector<std::string> given = kinds_given(findings, key);
   if (given.empty()) {
@@ -143,10 +164,7 @@ void check_region_of_box(const Boundary& condition, Face face, const std::string
   }
   const Region part = part_of_face(condition, face, specimen.size);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const bool is_line = condition.region[axis].first == condition.region[axis].second;
-    const bool is_missed =
-        is_line ? part[axis].first > part[axis].second : part[axis].first >= part[axis].second;
-    if (axis != normal && is_missed) {
+    if (axis != normal && !meets(condition.region[axis], 0, specimen.size[axis])) {
       findings.report(key + ".region." + axis_names[axis],
                       "the region from {} to {} misses the face; give a part of 0 to {}",
                       show(condition.region[axis].first), show(condition.region[axis].second),
@@ -190,11 +208,9 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
   const double thickness = specimen.size[0];
   const bool is_side = condition.on == name_of(Face::x_min) || condition.on == name_of(Face::x_max);
   const double at = condition.on == name_of(Face::x_max) ? thickness : 0;
-  const bool is_line = region[0].first == region[0].second;
   const bool is_beside =
-      is_side   ? region[0].first > at + 1e-9 * thickness || region[0].second < at - 1e-9 * thickness
-      : is_line ? region[0].first > thickness || region[0].second < 0
-                : region[0].first >= thickness || region[0].second <= 0;
+      is_side ? region[0].first > at + 1e-9 * thickness || region[0].second < at - 1e-9 * thickness
+              : !meets(region[0], 0, thickness);
   if (is_beside) {
     findings.report(key + ".region.x", "the region from {} to {} misses \"{}\"; give a part of 0 to {}",
                     show(region[0].first), show(region[0].second), condition.on, show(thickness));
@@ -224,10 +240,7 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
     // A part within the face; whether it lies in a hole shows when the mesh is there.
     is_met = true;
     for (std::size_t i = 0; i < 2; ++i)
-      is_met =
-          is_met && (region[i + 1].first == region[i + 1].second
-                         ? region[i + 1].first <= bounds.upper[i] && region[i + 1].second >= bounds.lower[i]
-                         : region[i + 1].first < bounds.upper[i] && region[i + 1].second > bounds.lower[i]);
+      is_met = is_met && meets(region[i + 1], bounds.lower[i], bounds.upper[i]);
   }
   if (!is_met)
     findings.report(key + ".region", "misses \"{}\"; give a part of y from {} to {} and z from {} to {}",
@@ -238,19 +251,6 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
 /// Whether two conditions hold on a common part of a box's faces, or of its walls.
 bool have_common_part(const Boundary& a, const Boundary& b, const Specimen& specimen,
                       const std::vector<Wall>& walls) {
-  const auto overlap = [](const std::pair<double, double>& one, const std::pair<double, double>& other) {
-    const double first = std::max(one.first, other.first);
-    const double last = std::min(one.second, other.second);
-    if (first < last) return true;
-    // A line within a part of the face, or twice the same line; not one on the border of a part.
-    const auto is_within = [](double line, const std::pair<double, double>& part) {
-      return part.first < line && line < part.second;
-    };
-    const bool is_line = one.first == one.second;
-    return is_line && other.first == other.second ? one.first == other.first
-           : is_line                              ? is_within(one.first, other)
-                     : other.first == other.second && is_within(other.first, one);
-  };
   const auto face = box_face(a, specimen);
   const auto other_face = box_face(b, specimen);
   if (face || other_face) {
@@ -259,13 +259,13 @@ bool have_common_part(const Boundary& a, const Boundary& b, const Specimen& spec
     const Region other = part_of_face(b, *face, specimen.size);
     const auto normal = static_cast<std::size_t>(axis_of(*face));
     for (std::size_t axis = 0; axis < 3; ++axis)
-      if (axis != normal && !overlap(part[axis], other[axis])) return false;
+      if (axis != normal && !overlap(part[axis], other[axis], 0)) return false;
     return true;
   }
-  if (!overlap(a.region[0], b.region[0]) && a.on != name_of(Face::x_min) && a.on != name_of(Face::x_max))
+  if (!overlap(a.region[0], b.region[0], 0) && a.on != name_of(Face::x_min) && a.on != name_of(Face::x_max))
     return false;
   if (a.on.starts_with("x-") || b.on.starts_with("x-"))
-    return a.on == b.on && overlap(a.region[1], b.region[1]) && overlap(a.region[2], b.region[2]);
+    return a.on == b.on && overlap(a.region[1], b.region[1], 0) && overlap(a.region[2], b.region[2], 0);
   return std::ranges::any_of(walls, [&](const Wall& wall) {
     const auto has = [&](const std::string& name) {
       return std::ranges::find(wall.names, name) != wall.names.end();
@@ -273,19 +273,8 @@ bool have_common_part(const Boundary& a, const Boundary& b, const Specimen& spec
     if (!has(a.on) || !has(b.on)) return false;
     const auto share = share_in(wall, a.region);
     const auto other = share_in(wall, b.region);
-    if (!share || !other) return false;
     // Regions may share a border, which the slack of the shares widens; a line has no more than that.
-    constexpr double slack = 1e-6;
-    const double first = std::max(share->first, other->first);
-    const double last = std::min(share->second, other->second);
-    if (last - first > slack) return true;
-    const auto is_line = [&](const auto& part) { return part->second - part->first <= slack; };
-    const auto is_within = [&](const auto& line, const auto& part) {
-      return line->first > part->first + slack && line->second < part->second - slack;
-    };
-    return is_line(share) && is_line(other)
-               ? first <= last
-               : (is_line(share) && is_within(share, other)) || (is_line(other) && is_within(other, share));
+    return share && other && overlap(*share, *other, 1e-6);
   });
 }
 

@@ -201,6 +201,18 @@ Absorber make_absorber(const parallel::Communicator& group, const Surfaces& surf
   return absorber;
 }
 
+/// The governing conditions, pressures with the area that they act on. Collective.
+std::vector<GoverningCondition> governing_with_areas(const parallel::Communicator& group,
+                                                     const input::Parameters& parameters,
+                                                     const std::vector<Surfaces>& all_surfaces,
+                                                     const geometry::Subdomain& subdomain) {
+  std::vector<GoverningCondition> all = governing_conditions(parameters);
+  for (GoverningCondition& one : all)
+    if (parameters.boundaries[index(one.condition)].kind == input::BoundaryKind::pressure)
+      one.area = loaded_region(group, all_surfaces[index(one.condition)].region, subdomain).total_area;
+  return all;
+}
+
 /// Leaves each component of a node to one motion, drops motions that others leave nothing, and marks where
 /// forces meet one. Collective.
 void settle_shared_components(const parallel::Communicator& group, std::size_t n_owned,
@@ -442,13 +454,7 @@ BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const inp
   settle_shared_components(group, index(subdomain.layout.n_owned), loads);
   leave_out_prescribed(loads.motions, loads.absorbers);
   loads.held_tetrahedra = tetrahedra_at(loads.motions, subdomain);
-  loads.governing = governing_conditions(parameters);
-  for (GoverningCondition& governing : loads.governing) {
-    const auto& condition = parameters.boundaries[index(governing.condition)];
-    if (condition.kind != input::BoundaryKind::pressure) continue;
-    governing.area =
-        loaded_region(group, all_surfaces[index(governing.condition)].region, subdomain).total_area;
-  }
+  loads.governing = governing_with_areas(group, parameters, all_surfaces, subdomain);
   return loads;
 }
 
