@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle check: validates an input file and says what running it will take.
 #include "crackle/common/failure.h"
+#include "crackle/common/heartbeat.h"
+#include "crackle/common/quantity_text.h"
 #include "crackle/common/stopwatch.h"
+#include "crackle/dynamics/load_outlook.h"
 #include "crackle/dynamics/model_limits.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/stable_step.h"
@@ -10,6 +13,7 @@
 #include "crackle/ensemble/estimate.h"
 #include "crackle/ensemble/measured_cost.h"
 #include "crackle/ensemble/memory.h"
+#include "crackle/ensemble/trial.h"
 #include "crackle/fracture/criterion.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/geometry/body.h"
@@ -29,6 +33,7 @@
 #include "commands.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -36,6 +41,7 @@
 #include <cstdio>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -50,6 +56,7 @@ struct CheckOptions {
   bool keys = false;
   std::int64_t ranks = 0;  ///< to plan for; 0: no plan
   int phases = ensemble::usual_phases;
+  std::int64_t samples = 0;  ///< to begin; 0: sample 0 only
   bool measure = true;
 };
 
@@ -62,6 +69,14 @@ constexpr double short_wait = 20;  // [s]
 std::string duration_text(double seconds) {
   if (seconds < 120) return fmt::format("{:.3g} s", seconds);
   return seconds < 7200 ? fmt::format("{:.3g} min", seconds / 60) : fmt::format("{:.3g} h", seconds / 3600);
+}
+
+std::string length_text(double length) {
+  return quantity_text(length, "m");
+}
+
+std::string time_text(double time) {
+  return quantity_text(time, "s");
 }
 
 /// Sample 0 and what has been found out about it.
@@ -82,12 +97,16 @@ struct Subject {
   }
 };
 
-Subject make_subject(const input::Parameters& parameters, const geometry::Body& body) {
+/// @param base receives the mother points, which all samples share unless each has its own
+Subject make_subject(const input::Parameters& parameters, const geometry::Body& body,
+                     geometry::MotherPoints& base) {
   const bool is_own = parameters.mesh.base == input::Base::own;
   const ThreadClock all_clock;
-  const auto base = ensemble::make_base_points(body, parameters, notify);
+  base = ensemble::make_base_points(body, parameters, notify);
   const double base_seconds = is_own ? all_clock.seconds() : 0;  // otherwise once for all samples
   const ThreadClock clock;
+  Heartbeat heartbeat(notify);
+  heartbeat.begin("making the mesh of sample 0");
   auto realization = geometry::make_realization(body, base, parameters.mesh, parameters.ensemble.seed, 0);
   const double stable_step = dynamics::stable_step(parameters, realization);
   const auto phase = ensemble::phase_work(parameters, stable_step);
@@ -105,8 +124,9 @@ double forces_per_step(const ensemble::PhaseWork& phase) {
 std::string plan_text(const Subject& subject, const ensemble::MeasuredCost& measured,
                       const ensemble::SampleWork& work, const ensemble::SampleCost& cost, double rate,
                       std::int64_t n_ranks) {
-  const double forces =
-      measured.breaks ? work.full_durations * static_cast<double>(subject.phase.force_evaluations) : 0;
+  const double forces = measured.outlook.breaks
+                            ? work.full_durations * static_cast<double>(subject.phase.force_evaluations)
+                            : 0;
   const auto plans = ensemble::make_plans(subject.realization, subject.parameters, forces, cost.quasi_static,
                                           ensemble::Machine(rate), n_ranks, subject.n_samples());
   std::string text = fmt::format(
@@ -139,10 +159,9 @@ void add_regions(Rows& rows, const Subject& subject) {
   for (std::size_t i = 0; i < contents.size(); ++i) {
     const bool is_rest = i == mesh.regions.size();
     const char* const rest = subject.parameters.specimen.notches.empty() ? "rest" : "notches and rest";
-    rows.emplace_back(
-        is_rest ? rest : fmt::format("mesh.region[{}]", i),
-        fmt::format("{} nodes, {} tetrahedra{}", contents[i].nodes, contents[i].tetrahedra,
-                    is_rest ? "" : fmt::format(" at {:.4g} mm", mesh.regions[i].spacing * 1e3)));
+    rows.emplace_back(is_rest ? rest : fmt::format("mesh.region[{}]", i),
+                      fmt::format("{} nodes, {} tetrahedra{}", contents[i].nodes, contents[i].tetrahedra,
+                                  is_rest ? "" : " at " + length_text(mesh.regions[i].spacing)));
   }
 }
 
@@ -169,9 +188,8 @@ void add_curve(Rows& rows, const plane::Shape& shape, const std::string& name, c
     }
   if (n_chords == 0) return;
   const double exact = std::numbers::pi * semi_axes[0] * semi_axes[1];
-  rows.emplace_back(name,
-                    fmt::format("{} chords of up to {:.3g} mm, up to {:.2g} % of the radius inside the curve",
-                                n_chords, 1e3 * longest, 100 * (1 - least_radius)));
+  rows.emplace_back(name, fmt::format("{} chords of up to {}, up to {:.2g} % of the radius inside the curve",
+                                      n_chords, length_text(longest), 100 * (1 - least_radius)));
   // Of a curve that is cut by something else, only a part is left.
   if (std::abs(area) > exact / 2)
     rows.back().second += fmt::format(", area {:+.2g} %", 100 * (std::abs(area) / exact - 1));
@@ -223,8 +241,8 @@ constexpr double resolving_spacings = 1.5;
 std::string refining_regions_text(const input::Parameters& parameters) {
   std::string text;
   for (const geometry::RegionRefinement& one : geometry::region_refinements(parameters))
-    text += fmt::format("\nThe region of boundary[{}] makes the mesh as fine as {:.3g} mm there.\n",
-                        one.condition, 1e3 * one.spacing);
+    text += fmt::format("\nThe region of boundary[{}] makes the mesh as fine as {} there.\n", one.condition,
+                        length_text(one.spacing));
   return text;
 }
 
@@ -236,10 +254,11 @@ std::string unresolved_length_text(const Subject& subject) {
   const double greatest = crack_spacing(subject).greatest;
   if (resolving_spacings * greatest <= length) return {};
   return fmt::format(
-      "\nWarning: the averaging length of {:.3g} mm is less than {:.2g} times the greatest spacing where "
-      "cracks run, {:.3g} mm, so results depend on the mesh there; make it at most {:.3g} mm with "
-      "[[mesh.region]]\n",
-      length * 1e3, resolving_spacings, greatest * 1e3, length / resolving_spacings * 1e3);
+      "\nWarning: the averaging length of {} is less than {:.2g} times the greatest spacing where cracks "
+      "run, "
+      "{}, so results depend on the mesh there; make it at most {} with [[mesh.region]]\n",
+      length_text(length), resolving_spacings, length_text(greatest),
+      length_text(length / resolving_spacings));
 }
 
 /// A warning where the mesh does not resolve the zone in which a crack softens the material; empty otherwise.
@@ -251,14 +270,13 @@ std::string unresolved_softening_text(const Subject& subject) {
   if (greatest <= admissible) return {};
   const double snap_back = input::snap_back_spacing(parameters);
   return fmt::format(
-      "\nWarning: where cracks run spacings go up to {:.3g} mm, and softening wants at most {:.3g} mm{}; "
-      "refine with [[mesh.region]]\n",
-      greatest * 1e3, admissible * 1e3,
+      "\nWarning: where cracks run spacings go up to {}, and softening wants at most {}{}; refine with "
+      "[[mesh.region]]\n",
+      length_text(greatest), length_text(admissible),
       greatest < snap_back
           ? std::string()
-          : fmt::format("; from {:.3g} mm on tetrahedra break at once, with more energy than the "
-                        "toughness",
-                        snap_back * 1e3));
+          : fmt::format("; from {} on tetrahedra break at once, with more energy than the toughness",
+                        length_text(snap_back)));
 }
 
 /// Spacings per correlation length below which neighbouring tetrahedra differ much.
@@ -278,9 +296,9 @@ std::string unresolved_variation_text(const Subject& subject) {
       geometry::SpacingField(subject.body, subject.parameters.mesh).lower_bound(subject.body.bounds());
   if (length >= resolved_spacings * finest) return {};
   return fmt::format(
-      "\nWarning: the correlation length of {:.3g} mm is less than {:.0f} spacings of {:.3g} mm, so results "
-      "depend on the spacing; give a longer one, or a finer mesh\n",
-      length * 1e3, resolved_spacings, finest * 1e3);
+      "\nWarning: the correlation length of {} is less than {:.0f} spacings of {}, so results depend on the "
+      "spacing; give a longer one, or a finer mesh\n",
+      length_text(length), resolved_spacings, length_text(finest));
 }
 
 /// What the criterion means on this mesh: strength and toughness follow from each other and the local
@@ -305,8 +323,8 @@ void add_criterion(Rows& rows, const Subject& subject) {
     const double length = input::process_zone_length(parameters);
     const auto spacing = crack_spacing(subject);
     rows.emplace_back("process zone",
-                      fmt::format("{:.4g} mm, E G / strength^2: {:.3g} to {:.3g} spacings where cracks run",
-                                  length * 1e3, length / spacing.greatest, length / spacing.least));
+                      fmt::format("{}, E G / strength^2: {:.3g} to {:.3g} spacings where cracks run",
+                                  length_text(length), length / spacing.greatest, length / spacing.least));
     if (parameters.fracture.variation)
       rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
                                         ", from the variation of sample 0");
@@ -337,14 +355,13 @@ void add_waves(Rows& rows, const input::Parameters& parameters) {
   const double shear = mechanics::shear_speed(material);
   rows.emplace_back("wave speeds", fmt::format("c_d {:.4g} m/s, c_s {:.4g} m/s, c_R {:.4g} m/s", dilatational,
                                                shear, mechanics::rayleigh_speed(material)));
-  rows.emplace_back(
-      "transit times",
-      fmt::format("{:.4g} us along the length (dilatational), {:.4g} us across the width (shear)",
-                  1e6 * parameters.specimen.size[2] / dilatational,
-                  1e6 * parameters.specimen.size[1] / shear));
+  rows.emplace_back("transit times",
+                    fmt::format("{} along the length (dilatational), {} across the width (shear)",
+                                time_text(parameters.specimen.size[2] / dilatational),
+                                time_text(parameters.specimen.size[1] / shear)));
   rows.emplace_back("arrest window",
                     parameters.time.start != input::Start::rest
-                        ? fmt::format("{:.4g} us without a break", 1e6 * dynamics::arrest_window(parameters))
+                        ? time_text(dynamics::arrest_window(parameters)) + " without a break"
                         : "none: with start = \"rest\" the phase lasts for the whole duration");
 }
 
@@ -365,8 +382,8 @@ Rows subject_rows(const Subject& subject, double memory, double available) {
   add_criterion(rows, subject);
   add_waves(rows, parameters);
   rows.insert(rows.end(),
-              {{"stable step", fmt::format("{:.4g} ns", subject.stable_step * 1e9)},
-               {"time step", fmt::format("{:.4g} ns", subject.phase.grid.step * 1e9)},
+              {{"stable step", time_text(subject.stable_step)},
+               {"time step", time_text(subject.phase.grid.step)},
                {"steps", fmt::format("{} per dynamic phase", subject.phase.grid.n_steps)},
                {"force evaluations", fmt::format("{} per dynamic phase", subject.phase.force_evaluations)},
                {"memory", fmt::format("{:.0f} MB per sample, on {} rank{}; {:.3g} GB are available here",
@@ -380,14 +397,37 @@ std::string phases_text(int n) {
   return fmt::format("{} dynamic phase{}", n, n == 1 ? "" : "s");
 }
 
+/// The equilibria up to the first break, and what they make of the loads' rates; empty for loads that break
+/// nothing.
+std::string loading_text(const dynamics::LoadOutlook& outlook) {
+  if (!outlook.breaks || !std::isfinite(outlook.time)) return {};
+  return fmt::format("in equilibrium up to the first break, at {} after {}: the rate has no effect before",
+                     quantity_text(outlook.load, "N"), time_text(outlook.time));
+}
+
+/// From here on nobody means it [h].
+constexpr double unaffordable_hours = 10'000;
+
+std::string unaffordable_text(const Subject& subject, double hours) {
+  if (hours < unaffordable_hours) return {};
+  return fmt::format(
+      "{:.3g} core-hours, with {:.3g} time steps of {:.3g} tetrahedra for a dynamic phase: is "
+      "time.duration = {} meant, and a spacing down to {}?",
+      hours, static_cast<double>(subject.phase.grid.n_steps), subject.n_tetrahedra(),
+      time_text(subject.parameters.time.duration),
+      quantity_text(
+          geometry::SpacingField(subject.body, subject.parameters.mesh).lower_bound(subject.body.bounds()),
+          "m"));
+}
+
 std::string cost_text(const Subject& subject, const CheckOptions& options) {
   const auto& parameters = subject.parameters;
-  const auto measured = ensemble::measure_cost(parameters, subject.realization, subject.stable_step,
-                                               subject.phase.grid, measured_seconds);
+  const auto measured = ensemble::measure_cost(parameters, subject.realization, measured_seconds);
   const auto work = ensemble::sample_work(parameters, options.phases);
   const auto cost = ensemble::sample_cost(measured, subject.phase, work, subject.rest_seconds);
   const double rate = forces_per_step(subject.phase) * subject.n_tetrahedra() / measured.step;
-  const int n_phases = measured.breaks ? work.phases : 0;
+  const bool breaks = measured.outlook.breaks;
+  const int n_phases = breaks ? work.phases : 0;
   Rows rows{
       {"dynamic phase",
        fmt::format("{:.3g} s for the full duration: {:.3g} ms per step, {:.3g} million tetrahedron updates "
@@ -396,29 +436,119 @@ std::string cost_text(const Subject& subject, const CheckOptions& options) {
   if (parameters.time.start != input::Start::rest) {
     std::string solves =
         fmt::format("{:.3g} s: {:.3g} s for the first equilibrium", cost.quasi_static, measured.first_solve);
-    if (measured.breaks)
+    if (breaks)
       solves +=
           fmt::format(", {:.3g} s for each of {} after breaks and arrests", measured.next_solve, work.solves);
     rows.emplace_back("quasi-static part", solves);
+    if (parameters.time.start == input::Start::quasi_static)
+      if (std::string loading = loading_text(measured.outlook); !loading.empty())
+        rows.emplace_back("loading", std::move(loading));
   }
   rows.emplace_back("sample", fmt::format("{:.3g} s with {}{}", cost.total(), phases_text(n_phases),
                                           n_phases > 1 ? fmt::format(", of which {} arrest{}", n_phases - 1,
                                                                      n_phases == 2 ? "s" : "")
                                           : n_phases == 0 ? ": no load of the program breaks the body"
                                                           : ""));
-  rows.emplace_back("core-hours",
-                    fmt::format("{:.3g} for {}, with {} each", subject.n_samples() * cost.total() / 3600,
-                                subject.samples_text(), phases_text(n_phases)));
+  const double hours = subject.n_samples() * cost.total() / 3600;
+  rows.emplace_back("core-hours", fmt::format("{:.3g} for {}, with {} each", hours, subject.samples_text(),
+                                              phases_text(n_phases)));
   std::string text = input::aligned(rows);
-  if (!measured.overload.empty())
-    text += fmt::format("\nWarning: sample 0 will fail: {}\n", measured.overload);
-  if (const auto fast = dynamics::fast_loading_warning(parameters, measured.first_break_time); !fast.empty())
-    text += fmt::format("\nWarning: {}\n", fast);
+  for (const std::string& warning :
+       {dynamics::weak_load_warning(parameters, measured.outlook),
+        dynamics::fast_loading_warning(parameters, measured.outlook.time), unaffordable_text(subject, hours)})
+    if (!warning.empty()) text += fmt::format("\nWarning: {}\n", warning);
   if (options.ranks > 0) text += plan_text(subject, measured, work, cost, rate, options.ranks);
   return text;
 }
 
+/// Begins samples as the run will.
+/// @return why they would fail, each with its number; nothing where none would
+std::vector<std::string> try_samples(const input::Parameters& parameters, const geometry::Body& body,
+                                     const geometry::MotherPoints& base, const CheckOptions& options) {
+  Heartbeat heartbeat(notify);
+  ensemble::Trial trial(parameters, body, base,
+                        options.measure ? ensemble::TrialDepth::start : ensemble::TrialDepth::setup);
+  const auto n = std::clamp<std::int64_t>(options.samples, 1, parameters.ensemble.samples);
+  std::vector<std::string> failures;
+  for (std::int64_t i = 0; i < n; ++i) {
+    heartbeat.begin(
+        n == 1 ? "beginning sample 0"
+               : fmt::format("beginning sample {} of {}, {} of them would fail", i, n, failures.size()));
+    if (std::string failure = trial.failure(static_cast<std::uint64_t>(i)); !failure.empty())
+      failures.push_back(fmt::format("sample {} would fail: {}", i, failure));
+  }
+  if (options.samples > 0)
+    fmt::print("\nOf {} sample{}, {} would fail.\n", n, n == 1 ? "" : "s", failures.size());
+  return failures;
+}
+
+/// @throws std::runtime_error with all failures, if any
+void refuse(const std::vector<std::string>& failures) {
+  if (failures.empty()) return;
+  fail("{}", fmt::join(failures, "\n"));
+}
+
+/// What is known of sample 0 without computing it.
+void print_subject(const Subject& subject, double memory, const ensemble::AvailableMemory& available) {
+  const auto& parameters = subject.parameters;
+  fmt::print("{}{}", input::aligned(subject_rows(subject, memory, available.bytes)),
+             refining_regions_text(parameters) + uneven_toughness_text(subject) +
+                 unresolved_length_text(subject) + unresolved_softening_text(subject) +
+                 unresolved_variation_text(subject));
+  for (const auto& warning : dynamics::model_warnings(parameters, subject.body))
+    fmt::print("\nWarning: {}\n", warning);
+  const int n_ranks = parameters.ensemble.ranks_per_sample;
+  const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
+  if (const auto message = ensemble::shortage(memory, whose, available))
+    fmt::print(
+        "\nWarning: not to be computed here: {}; elsewhere, or with coarser spacings, more nodes, or more "
+        "ranks_per_sample\n",
+        *message);
+  std::fflush(stdout);
+}
+
+/// Measures what sample 0 costs here.
+void print_cost(const Subject& subject, const CheckOptions& options) {
+  const auto& parameters = subject.parameters;
+  const bool solves = parameters.time.start != input::Start::rest;
+  const double wait = solves ? solves_of_a_million * std::pow(subject.n_tetrahedra() / 1e6, 4.0 / 3) : 0;
+  fmt::print("\nTime of one core of this machine, from {}{:.2g} s of the time loop{}:\n",
+             solves ? "two static solves and " : "", measured_seconds,
+             wait > short_wait ? fmt::format(", which takes about {} to measure", duration_text(wait)) : "");
+  std::fflush(stdout);
+  Heartbeat heartbeat(notify);
+  heartbeat.begin("measuring the cost");
+  fmt::print("{}", cost_text(subject, options));
+}
+
+/// A warning where loads from rest are far from breaking the body.
+void print_rest_outlook(const Subject& subject) {
+  const auto& parameters = subject.parameters;
+  if (parameters.time.start != input::Start::rest) return;
+  Heartbeat heartbeat(notify);
+  heartbeat.begin("solving for the equilibrium");
+  try {
+    const auto outlook = dynamics::static_outlook(parameters, subject.realization);
+    if (const auto warning = dynamics::weak_load_warning(parameters, outlook); !warning.empty())
+      fmt::print("\nWarning: {}\n", warning);
+  } catch (const std::runtime_error&) {
+    // A sample that starts from rest needs no equilibrium.
+  }
+}
+
+/// Why one core cannot measure a sample here; nothing where it can.
+std::optional<std::string> measuring_shortage(const Subject& subject,
+                                              const ensemble::AvailableMemory& available) {
+  input::Parameters measured = subject.parameters;
+  measured.output.frames = 0;  // none are kept
+  const double needed =
+      ensemble::memory_demand(measured, subject.n_nodes(), subject.n_tetrahedra(), ensemble::one_group(1))
+          .root;
+  return ensemble::shortage(needed, "measuring the cost", available);
+}
+
 /// Prints each part as soon as it is known.
+/// @throws std::runtime_error when samples would fail
 void print_estimate(const input::Parameters& parameters, const CheckOptions& options) {
   const auto body = geometry::make_body(parameters);
   // Only the mesh is made here; where the samples are computed there may be more memory, or more nodes.
@@ -426,45 +556,21 @@ void print_estimate(const input::Parameters& parameters, const CheckOptions& opt
   if (const auto message =
           ensemble::shortage(ensemble::expected_mesh_memory(parameters, *body), "making the mesh", available))
     throw std::runtime_error(*message + "; use coarser spacings, or check the input where there is more");
-  const Subject subject = make_subject(parameters, *body);
+  geometry::MotherPoints base;
+  const Subject subject = make_subject(parameters, *body, base);
   const int n_ranks = parameters.ensemble.ranks_per_sample;
   const auto demand = ensemble::memory_demand(parameters, subject.n_nodes(), subject.n_tetrahedra(),
                                               ensemble::one_group(n_ranks));
   const double memory = demand.master + (n_ranks - 1) * demand.member;  // of all ranks that share a sample
-  fmt::print("{}{}", input::aligned(subject_rows(subject, memory, available.bytes)),
-             refining_regions_text(parameters) + uneven_toughness_text(subject) +
-                 unresolved_length_text(subject) + unresolved_softening_text(subject) +
-                 unresolved_variation_text(subject));
-  for (const auto& warning : dynamics::model_warnings(parameters, *body))
-    fmt::print("\nWarning: {}\n", warning);
-  const std::string whose = n_ranks == 1 ? "a sample" : fmt::format("the {} ranks of a sample", n_ranks);
-  if (const auto message = ensemble::shortage(memory, whose, available))
-    fmt::print(
-        "\nWarning: not to be computed here: {}; elsewhere, or with coarser spacings, more nodes, or more "
-        "ranks_per_sample\n",
-        *message);
-  if (!options.measure) return;
-  // On one core, and no frames are kept.
-  input::Parameters measured = parameters;
-  measured.output.frames = 0;
-  const double needed =
-      ensemble::memory_demand(measured, subject.n_nodes(), subject.n_tetrahedra(), ensemble::one_group(1))
-          .root;
-  if (const auto message = ensemble::shortage(needed, "measuring the cost", available)) {
-    fmt::print("\nThe cost is not measured: {}\n", *message);
-    return;
+  print_subject(subject, memory, available);
+  const auto shortage = measuring_shortage(subject, available);
+  if (shortage) fmt::print("\nNo sample is begun and its cost is not measured: {}\n", *shortage);
+  const auto failures = shortage ? std::vector<std::string>() : try_samples(parameters, *body, base, options);
+  if (!shortage && options.measure) {
+    print_rest_outlook(subject);
+    if (failures.empty()) print_cost(subject, options);
   }
-  const bool solves = parameters.time.start != input::Start::rest;
-  const double wait = solves ? solves_of_a_million * std::pow(subject.n_tetrahedra() / 1e6, 4.0 / 3) : 0;
-  fmt::print("\nTime of one core of this machine, from {}{:.2g} s of the time loop{}:\n",
-             solves ? "two static solves and " : "", measured_seconds,
-             wait > short_wait ? fmt::format(", which takes about {} to measure", duration_text(wait)) : "");
-  std::fflush(stdout);
-  try {
-    fmt::print("{}", cost_text(subject, options));
-  } catch (const std::runtime_error& error) {
-    fmt::print("not measured: {}\n", error.what());
-  }
+  refuse(failures);
 }
 
 /// Quantiles of each random input, and how many of the samples' draws make no sound input.
@@ -514,7 +620,7 @@ int check(const parallel::Communicator& world, const CheckOptions& options) {
     if (parameters.mesh.points)
       geometry::read_points(*parameters.mesh.points, *geometry::make_body(parameters));
     const std::string notice = input::bits_notice(parameters.time.engine);
-    fmt::print("{} is valid\n\n{}{}{}\n", file, input::echo(parameters), notice, notice.empty() ? "" : "\n");
+    fmt::print("{}\n\n{}{}{}\n", file, input::echo(parameters), notice, notice.empty() ? "" : "\n");
     print_random_inputs(parameters);
     print_cases(cases);
     fmt::print("The mesh of sample 0{} and what the ensemble{} takes:\n",
@@ -526,6 +632,7 @@ int check(const parallel::Communicator& world, const CheckOptions& options) {
     } catch (const std::runtime_error& error) {
       fail("{}: {}", file, error.what());
     }
+    fmt::print("\n{} is valid\n", file);
   });
   return success;
 }
@@ -550,7 +657,13 @@ void add_check_command(CLI::App& app, Action& run) {
           "last one included")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  command->add_flag("!--no-measure", options->measure, "do not measure what a sample costs on this machine")
+  command
+      ->add_option("--samples", options->samples,
+                   "begin this many samples as the run would, and say how many would fail")
+      ->check(CLI::Range(1, 1'000'000));
+  command
+      ->add_flag("!--no-measure", options->measure,
+                 "do not measure what a sample costs on this machine, and solve for no equilibrium")
       ->excludes(ranks);
   command->callback([options, &run] {
     if (options->keys != options->file.empty()) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The table of one realization.
+#include "crackle/common/quantity_text.h"
 #include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/geometry/mesh_statistics.h"
@@ -65,12 +66,16 @@ std::string mesh_table(const input::Parameters& parameters, std::uint64_t sample
   table.row("tetrahedra", fmt::format("{}", realization.tetrahedra.size()));
   table.row("edges", fmt::format("{}", statistics.n_edges));
   table.row("boundary triangles", fmt::format("{}", realization.boundary.size()));
-  table.row("spacing", spread(geometry::quantiles(base.spacing), 1e-3, 3) + " mm");
-  table.row("edge length", spread(statistics.edge_length, 1e-3, 3) + " mm");
+  const auto of_length = [](const geometry::Quantiles& lengths) {
+    const ShownUnit unit = shown_unit({"mm", 1e3}, "m", lengths.largest);
+    return spread(lengths, 1 / unit.factor, 3) + " " + unit.name;
+  };
+  table.row("spacing", of_length(geometry::quantiles(base.spacing)));
+  table.row("edge length", of_length(statistics.edge_length));
   table.row("quality", spread(statistics.quality, 1, 4));
   table.row("dihedral angles", fmt::format("{:.1f} to {:.1f} degrees", statistics.smallest_angle / degree,
                                            statistics.largest_angle / degree));
-  table.row("stable step", fmt::format("{:.4g} ns", dynamics::stable_step(parameters, realization) / 1e-9));
+  table.row("stable step", quantity_text(dynamics::stable_step(parameters, realization), "s"));
   table.row("redrawn points", fmt::format("{} ({:.2f} %) in {} rounds", realization.report.redrawn_points,
                                           100 * static_cast<double>(realization.report.redrawn_points) /
                                               static_cast<double>(realization.nodes.size()),

@@ -97,7 +97,7 @@ std::vector<ComparedResult> compare_results(const Compared& first, const Compare
   for_each_result([&](const ResultInfo& info, auto member) {
     const bool is_pattern = std::string_view(info.name) == "pattern";
     if (lacks(first.origin, info.name) || lacks(second.origin, info.name) || !is_of_the_body(info) ||
-        (info.reduction == Reduction::none && !is_pattern))
+        info.reduction == Reduction::places || (info.reduction == Reduction::none && !is_pattern))
       return;
     const auto add = [&](const std::string& share_of, const auto& value) {
       const TwoSamples samples = values_of(first.rows, second.rows, are_paired, value);
@@ -264,11 +264,14 @@ std::string to_text(const Comparison& comparison, const std::string& first, cons
   for (const ComparedResult& result : comparison.results) {
     const ResultInfo& info = result.info;
     const bool is_share = !result.share_of.empty();
-    const double factor = is_share ? 100 : info.shown_factor;
+    const ShownUnit unit =
+        is_share ? ShownUnit{"%", 100}
+                 : info.unit_for(std::max(std::abs(result.mean_first), std::abs(result.mean_second)));
+    const double factor = unit.factor;
     const std::string_view format = is_share ? ".0f" : info.format;
     std::string label =
         is_share ? fmt::format("{}: {} [%]", info.label, result.share_of) : std::string(info.label);
-    if (!is_share && *info.shown_units != 0) label += fmt::format(" [{}]", info.shown_units);
+    if (!is_share && !unit.name.empty()) label += fmt::format(" [{}]", unit.name);
     const auto add = [&](const std::string& name, double a, double b, const Difference& difference,
                          const std::string& p, const std::string& adjusted) {
       table.push_back({name, fmt::format("{}, {}", result.n_first, result.n_second),

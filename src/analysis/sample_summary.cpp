@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <climits>
 #include <cmath>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
@@ -66,6 +67,9 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.note = result.note;
   row.first_break_time = result.first_break_time;
   row.first_break_load = result.first_break_load;
+  if (!surface.facets.empty())
+    std::tie(row.first_break_x, row.first_break_y, row.first_break_z) =
+        std::tuple_cat(surface.facets.front().corner[2]);  // the centroid of what broke first
   row.onset_time = result.onset_time;
   row.onset_force = result.onset_force;
   const dynamics::LoadResults loads = dynamics::load_results(result);
@@ -83,7 +87,8 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.kinks = count_kinks(lines);
   row.breaks = static_cast<std::int64_t>(result.breaks.size());
   row.crack_area = surface.area();
-  row.crack_speed_max = max_crack_speed(body, surface);
+  // Where no crack can start, no way is known along which it runs.
+  if (!body.crack_starts().empty()) row.crack_speed_max = max_crack_speed(body, surface);
   row.energy_error = result.energy_error;
   row.equilibrium_residual = result.equilibrium_residual;
   row.crack_speed_ratio = row.crack_speed_max / mechanics::rayleigh_speed(material);

@@ -45,7 +45,8 @@ Json describe_results(const std::vector<ResultStatistics>& results) {
         {"format", info.format}, {"n_values", found.n_values}};
     for (std::size_t k = 0; k < found.counts.size(); ++k)
       result["categories"].push_back(category_name(info.categories, static_cast<std::int64_t>(k)));
-    if (found.n_values > 0 && info.reduction == Reduction::quantiles) result["quantiles"] = found.quantiles;
+    const bool has_quantiles = info.reduction == Reduction::quantiles || info.reduction == Reduction::places;
+    if (found.n_values > 0 && has_quantiles) result["quantiles"] = found.quantiles;
     if (found.n_values > 0 && info.reduction == Reduction::shares) result["counts"] = found.counts;
     if (found.n_values > 0 && info.reduction == Reduction::counts) {
       result["mean"] = found.mean;

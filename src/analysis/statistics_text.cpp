@@ -18,6 +18,14 @@ std::string number(double value, int decimals) {
   return std::isnan(value) ? "-" : fmt::format("{:.{}f}", value, decimals);
 }
 
+/// The largest magnitude among numbers; 0 without any.
+double largest_size(std::span<const double> values) {
+  double largest = 0;
+  for (const double value : values)
+    if (std::abs(value) > largest) largest = std::abs(value);  // not NaN
+  return largest;
+}
+
 std::string plural(int n, const char* noun) {
   return fmt::format("{} {}{}", n, noun, n == 1 ? "" : "s");
 }
@@ -25,7 +33,8 @@ std::string plural(int n, const char* noun) {
 /// The sections as the columns of a table of positions that tell which one a line is of.
 class SectionColumns {
 public:
-  explicit SectionColumns(std::span<const input::Section> sections) {
+  /// @param unit of positions
+  SectionColumns(std::span<const input::Section> sections, ShownUnit unit) : unit_(std::move(unit)) {
     for (const input::Section& section : sections) {
       names_.emplace_back(input::name_of(section), input::coordinate_of(section));
       name_width_ = std::max(name_width_, names_.back().first.size());
@@ -34,6 +43,7 @@ public:
   }
 
   std::size_t size() const { return names_.size(); }
+  const std::string& unit() const { return unit_.name; }
 
   std::string heads() const {
     return cells("section", "along") + "  reached       mean        std         +-";
@@ -41,11 +51,11 @@ public:
 
   /// One line of a table of positions.
   void append_position(std::string& text, const PathStatistics& paths, std::size_t p) const {
-    constexpr double to_mm = 1e3;
+    const double factor = unit_.factor;
     const auto& [name, coordinate] = names_[p % names_.size()];
     fmt::format_to(std::back_inserter(text), "{} {:>8} {:>10} {:>10} {:>10}", cells(name, coordinate),
-                   paths.reached[p], number(paths.z_mean[p] * to_mm, 3), number(paths.z_std[p] * to_mm, 3),
-                   number(paths.z_half_width[p] * to_mm, 3));
+                   paths.reached[p], number(paths.z_mean[p] * factor, 3), number(paths.z_std[p] * factor, 3),
+                   number(paths.z_half_width[p] * factor, 3));
   }
 
 private:
@@ -53,6 +63,7 @@ private:
     return fmt::format(" {:>{}} {:>{}}", name, name_width_, coordinate, coordinate_width_);
   }
 
+  ShownUnit unit_;
   std::vector<std::pair<std::string, std::string>> names_;  ///< of the section and of its coordinate
   std::size_t name_width_ = 14;
   std::size_t coordinate_width_ = 5;
@@ -61,6 +72,7 @@ private:
 void append_ranks(std::string& text, const char* label, const RankStatistics& ranks,
                   const SectionColumns& sections) {
   for (std::size_t p = 0; p < ranks.reached.size(); ++p) {
+    if (ranks.reached[p] == 0) continue;
     const std::size_t row = p / sections.size();
     fmt::format_to(std::back_inserter(text), "{:<18} {:>7} {:>5}", label, ranks.leading_notch[row],
                    ranks.notch[row]);
@@ -102,8 +114,12 @@ void append_positions(std::string& text, const Statistics& statistics, std::span
                       const SectionColumns& sections) {
   auto out = std::back_inserter(text);
   if (statistics.n_notches > 0) fmt::format_to(out, "\nleading notch: {}\n", leaders(statistics, samples));
-  fmt::format_to(out, "\ncrack positions, through-thickness mean [mm]; +- at {:g} % confidence{}\n",
-                 100 * statistics.confidence,
+  if (std::ranges::all_of(statistics.reached, [](auto n) { return n == 0; })) {
+    text += "\nno crack has reached a section\n";
+    return;
+  }
+  fmt::format_to(out, "\ncrack positions, through-thickness mean [{}]; +- at {:g} % confidence{}\n",
+                 sections.unit(), 100 * statistics.confidence,
                  statistics.n_looks > 1 ? fmt::format(" over {} looks", statistics.n_looks) : "");
   fmt::format_to(out, "{}\n", interval_scope(statistics.base));
   fmt::format_to(out, "\nby rank{}\n{:<18} {:>7} {:>5}{} {:>10}\n", turning(statistics), "cracks", "leading",
@@ -114,6 +130,7 @@ void append_positions(std::string& text, const Statistics& statistics, std::span
   append_ranks(text, "follower", statistics.follower, sections);
   fmt::format_to(out, "\nall cracks of the notch, leading and following\nnotch{}\n", sections.heads());
   for (std::size_t p = 0; p < statistics.reached.size(); ++p) {
+    if (statistics.reached[p] == 0) continue;
     fmt::format_to(out, "{:>5}", p / sections.size());
     sections.append_position(text, statistics, p);
     text += '\n';
@@ -157,18 +174,20 @@ void append_counts(std::string& text, const std::vector<ResultStatistics>& resul
   }
 }
 
-void append_quantiles(std::string& text, const std::vector<ResultStatistics>& results) {
+/// @param with_places whether places are shown
+void append_quantiles(std::string& text, const std::vector<ResultStatistics>& results, bool with_places) {
   fmt::format_to(std::back_inserter(text), "\n{:<30} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "", "least",
                  "25 %", "median", "75 %", "greatest");
   for (const ResultStatistics& result : results) {
     const ResultInfo& info = result.info;
-    if (info.reduction != Reduction::quantiles || result.n_values == 0) continue;
+    const bool is_shown =
+        info.reduction == Reduction::quantiles || (with_places && info.reduction == Reduction::places);
+    if (!is_shown || result.n_values == 0) continue;
     auto out = std::back_inserter(text);
-    const std::string units = *info.shown_units == 0 ? "" : fmt::format(" [{}]", info.shown_units);
-    fmt::format_to(out, "{:<30}", info.label + units);
+    const ShownUnit unit = info.unit_for(largest_size(result.quantiles));
+    fmt::format_to(out, "{:<30}", info.label + (unit.name.empty() ? "" : fmt::format(" [{}]", unit.name)));
     const std::string form = fmt::format(" {{:>12{}}}", info.format);
-    for (const double value : result.quantiles)
-      fmt::format_to(out, fmt::runtime(form), value * info.shown_factor);
+    for (const double value : result.quantiles) fmt::format_to(out, fmt::runtime(form), value * unit.factor);
     text += '\n';
   }
 }
@@ -188,12 +207,14 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
     fmt::format_to(std::back_inserter(text), "stopped early: these are enough, of {}\n",
                    statistics.n_samples);
   }
-  append_positions(text, statistics, samples, SectionColumns(sections.all()));
-  append_patterns(text, statistics);
+  // Deviations are to show something too.
+  const ShownUnit unit = shown_unit({"mm", 1e3}, "m", largest_size(statistics.z_mean) / 10);
+  append_positions(text, statistics, samples, SectionColumns(sections.all(), unit));
+  if (statistics.n_notches > 0) append_patterns(text, statistics);
   const auto results = result_statistics(samples, statistics.confidence, origin);
   append_shares(text, results);
   append_counts(text, results, statistics.confidence);
-  append_quantiles(text, results);
+  append_quantiles(text, results, statistics.n_notches == 0);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     auto out = std::back_inserter(text);
     if (!samples[i].error.empty())

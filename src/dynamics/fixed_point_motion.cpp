@@ -160,7 +160,9 @@ public:
     if (range_.strain < least_strain)
       return fmt::format("strains of {:.2g} are too small for the {} number format; set {}", range_.strain,
                          sizeof(Real) == 4 ? "mixed" : "double",
-                         sizeof(Real) == 4 ? "time.precision = \"double\"" : "time.engine = \"petsc\"");
+                         sizeof(Real) == 4
+                             ? "time.precision = \"double\""
+                             : "time.engine = \"petsc\", or raise the loads, which hardly strain the body");
     if (force_has_overflown_ || !contacts_are_in_range_ || largest_force_ >= limit)
       return message("force on a node", scale_.force, "N");
     // Edges are looked at only when the ends of one may have come that far apart.

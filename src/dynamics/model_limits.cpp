@@ -3,6 +3,7 @@
 
 #include "crackle/common/index.h"
 #include "crackle/geometry/mother_points.h"
+#include "crackle/input/plausibility.h"
 #include "crackle/mechanics/elasticity.h"
 
 #include <fmt/format.h>
@@ -215,7 +216,7 @@ double locking_load_ratio(double poisson_ratio) {
 }
 
 std::vector<std::string> model_warnings(const input::Parameters& parameters, const geometry::Body& body) {
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings = input::plausibility_warnings(parameters);
   for (std::string text :
        {bending_warning(parameters, body), locking_warning(parameters), symmetry_warning(parameters, body)})
     if (!text.empty()) warnings.push_back(std::move(text));

@@ -305,6 +305,11 @@ bool QuasiStaticLoading::breaks_soon(std::int32_t tetrahedron, double load) cons
   return parallel::any_of_all(*group_, is_soon);
 }
 
+double QuasiStaticLoading::stress_share() const {
+  const Critical most = most_loaded();
+  return most.number < 0 ? 0 : std::max(0.0, most.value);
+}
+
 void QuasiStaticLoading::load_at_start(EnergyAccount& account) {
   // The loads at the start are taken to have grown from nothing.
   const LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);

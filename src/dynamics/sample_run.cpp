@@ -3,6 +3,7 @@
 
 #include "crackle/common/freed_memory.h"
 #include "crackle/common/index.h"
+#include "crackle/common/quantity_text.h"
 #include "crackle/common/real.h"
 #include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/checkpoint.h"
@@ -10,11 +11,8 @@
 #include "crackle/dynamics/history.h"
 #include "crackle/dynamics/machine_load.h"
 #include "crackle/dynamics/quasi_static.h"
+#include "crackle/dynamics/sample_setup.h"
 #include "crackle/dynamics/separation.h"
-#include "crackle/dynamics/stable_step.h"
-#include "crackle/fracture/stress_average.h"
-#include "crackle/fracture/toughness.h"
-#include "crackle/mechanics/rigid_motion.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
@@ -60,28 +58,17 @@ public:
         subdomain_(subdomain),
         control_(control),
         from_(from),
-        body_(subdomain, parameters.material, parameters.fracture.release, parameters.fracture.contact),
-        loads_(mechanics::make_boundary_loads(group, parameters, subdomain)),
-        splitting_(splitting(parameters.time.integrator)),
-        stable_step_(splitting_.stability_limit /
-                     largest_frequency(group, subdomain, body_.operators(), body_.force())),
-        options_{.grid = choose_time_grid(parameters.time, stable_step_),
+        setup_(group, parameters, subdomain, control.sample),
+        options_{.grid = setup_.grid,
                  .n_frames = parameters.output.frames,
                  .history_interval = parameters.output.history},
-        criterion_(fracture::make_criterion(
-            parameters,
-            fracture::tetrahedron_strengths(group, parameters, control.sample, subdomain, body_.operators()),
-            options_.grid.step)),
-        average_(fracture::make_stress_average(parameters.fracture, body_, criterion_->strengths())),
         account_(group, body_),
         history_(group, body_, loads_, account_, parameters.output.probes),
         context_{&group_,          &body_,
                  &loads_,          parameters.material.density,
-                 criterion_.get(), criterion_->screening_share(stable_step_),
+                 criterion_.get(), criterion_->screening_share(setup_.stable_step),
                  average_.get(),   parameters.damping_rate()} {
-    refuse_overdamping();
-    fracture::soften_by_input(group, parameters, control.sample, body_);
-    result_.stable_step = stable_step_;
+    result_.stable_step = setup_.stable_step;
     if (from_ != nullptr) first_break_reaction_ = from_->first_break_reaction;
     result_.load_is_reaction = machine_reacts();
     result_.time_step = options_.grid.step;
@@ -115,26 +102,6 @@ public:
   }
 
 private:
-  /// The trapezoidal rule follows the decay up to 1; from 4 on it would turn velocities round.
-  void refuse_overdamping() const {
-    if (context_.damping_rate * options_.grid.step > 1)
-      throw parallel::AgreedError(
-          0,
-          fmt::format("damping.mass = {:.3g} 1/s times the time step of {:.4g} ns is over 1; give less than "
-                      "{:.3g} 1/s, or a shorter time.step",
-                      context_.damping_rate, 1e9 * options_.grid.step, 1 / options_.grid.step));
-  }
-
-  void refuse_free_body() const {
-    const std::vector<std::string> free = mechanics::free_rigid_motions(group_, subdomain_, loads_);
-    if (free.empty()) return;
-    throw parallel::AgreedError(
-        0,
-        fmt::format("the conditions leave the body free to {}, and in equilibrium it must be held; fix more "
-                    "of it, or start from rest",
-                    fmt::join(free, " and to ")));
-  }
-
   void say(const std::string& line) const {
     if (control_.log && group_.is_root()) control_.log(line);
   }
@@ -167,7 +134,7 @@ private:
     options_.arrest_window = arrest_window(parameters_);
     Stopwatch watch;
     group_.enter("quasi-static loading");
-    refuse_free_body();
+    setup_.refuse_free_body();
     QuasiStaticLoading loading(group_, body_, loads_, *criterion_, *options_.arrest_window, average_.get(),
                                &loads_);
     release_freed_memory();
@@ -214,10 +181,10 @@ private:
       result_.onset_time = loading.time();
       result_.onset_force = loading.load();
       say(fmt::format(
-          "{} at t = {:.6f} s, {:.2f} N, after {} quasi-static breaks and {} static solves with {} "
+          "{} at t = {:.6f} s, {}, after {} quasi-static breaks and {} static solves with {} "
           "iterations in {:.1f} s; dynamic phase {} starts",
-          is_first ? "equilibrium" : "instability", loading.time(), loading.load(), loading.n_breaks(),
-          loading.n_solves(), loading.n_iterations(), result_.timings.quasi_static,
+          is_first ? "equilibrium" : "instability", loading.time(), quantity_text(loading.load(), "N"),
+          loading.n_breaks(), loading.n_solves(), loading.n_iterations(), result_.timings.quasi_static,
           result_.counts.dynamic_phases + 1));
       MotionState state = at_rest();
       state.displacement.assign(loading.displacement());
@@ -323,7 +290,7 @@ private:
     options.ends_out_of_range = parameters_.time.precision == input::Precision::double_;
     const ReleasesSince releases(body_);
     PhaseResult phase =
-        run_explicit_phase(context_, *motion, splitting_, account_, load_time, options, state);
+        run_explicit_phase(context_, *motion, setup_.splitting, account_, load_time, options, state);
     result_.timings.dynamic += watch.seconds();
     const ExchangeCost exchange_cost = motion->exchange_cost();
     result_.timings.exchange_cost.n_exchanges += exchange_cost.n_exchanges;
@@ -495,14 +462,13 @@ private:
   const geometry::Subdomain& subdomain_;
   const SampleControl& control_;
   const Checkpoint* from_;  // nullptr: from the start
-  fracture::BreakableBody body_;
-  mechanics::BoundaryLoads loads_;
+  SampleSetup setup_;
+  fracture::BreakableBody& body_ = setup_.body;
+  mechanics::BoundaryLoads& loads_ = setup_.loads;
   const mechanics::BoundaryLoads whole_loads_ = loads_;  // before any of them has ended
-  const Splitting& splitting_;
-  double stable_step_;
+  const std::unique_ptr<fracture::Criterion>& criterion_ = setup_.criterion;
+  const std::unique_ptr<fracture::StressAverage>& average_ = setup_.average;
   PhaseOptions options_;
-  std::unique_ptr<fracture::Criterion> criterion_;
-  std::unique_ptr<fracture::StressAverage> average_;  // or none
   EnergyAccount account_;
   HistoryRecorder history_;
   MotionContext context_;

@@ -2,6 +2,7 @@
 #include "crackle/ensemble/base_points.h"
 
 #include "crackle/common/freed_memory.h"
+#include "crackle/common/heartbeat.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/io/ensemble_file.h"
@@ -33,10 +34,12 @@ std::string waiting_notice(double n_mother_points) {
 geometry::MotherPoints make_base_points(const geometry::Body& body, const input::Parameters& parameters,
                                         const std::function<void(const std::string&)>& say,
                                         std::uint64_t sample) {
+  Heartbeat heartbeat(say);
   const auto expects = [&](double n_points) {
-    const std::string notice = waiting_notice(n_points);
-    if (say && !notice.empty()) say(notice);
+    if (const std::string notice = waiting_notice(n_points); !notice.empty()) heartbeat.say(notice);
+    heartbeat.begin(fmt::format("placing some {:.0f} mother points", n_points));
   };
+  heartbeat.begin("counting the mother points");
   auto points =
       geometry::make_mother_points(body, parameters.mesh, parameters.ensemble.seed, expects, sample);
   release_freed_memory();

@@ -53,7 +53,7 @@ SampleCost sample_cost(const MeasuredCost& measured, const PhaseWork& phase, con
                        double rest) {
   SampleCost cost;
   cost.phase = measured.phase_start + measured.step * static_cast<double>(phase.grid.n_steps);
-  if (measured.breaks) {
+  if (measured.outlook.breaks) {
     cost.dynamic = work.phases * measured.phase_start +
                    work.full_durations * measured.step * static_cast<double>(phase.grid.n_steps);
   }

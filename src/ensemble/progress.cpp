@@ -95,11 +95,13 @@ std::string Progress::means() const {
   std::string text;
   if (const double mean = mean_position(); std::isfinite(mean)) {
     const input::Section& section = sections_[watched_];
-    text = fmt::format("mean {} of leaders at {}: {:.3f} mm", input::coordinate_of(section),
-                       input::name_of(section), mean * 1e3);
+    const ShownUnit unit = shown_unit({"mm", 1e3}, "m", std::abs(mean));
+    text = fmt::format("mean {} of leaders at {}: {:.3f} {}", input::coordinate_of(section),
+                       input::name_of(section), mean * unit.factor, unit.name);
   }
   if (const double force = statistics_.median_onset_force(); std::isfinite(force)) {
-    text += fmt::format("{}median onset {:.3f} N", text.empty() ? "" : ", ", force);
+    const ShownUnit unit = shown_unit({"N", 1}, "N", std::abs(force));
+    text += fmt::format("{}median onset {:.3f} {}", text.empty() ? "" : ", ", force * unit.factor, unit.name);
   }
   return text;
 }

@@ -22,12 +22,37 @@ std::string word_of(const analysis::SampleSummary& row, Number analysis::SampleS
   return word;
 }
 
+/// "381.2 N": in the usual unit, unless the value is far from its size.
+std::string shown_quantity(double value, const ShownUnit& usual, const std::string& si) {
+  const ShownUnit unit = shown_unit(usual, si, std::abs(value));
+  const double shown = value * unit.factor;
+  return fmt::format(fmt::runtime(std::abs(shown) < 1 ? "{:.3g} {}" : "{:.1f} {}"), shown, unit.name);
+}
+
+std::string force_text(double force) {
+  return shown_quantity(force, {"N", 1}, "N");
+}
+
+std::string length_text(double length) {
+  return shown_quantity(length, {"mm", 1e3}, "m");
+}
+
 /// "onset 381.2 N", or where there is none "first break at 252.1 N".
 std::string loads_text(const analysis::SampleSummary& summary) {
-  if (!std::isnan(summary.onset_force)) return fmt::format("onset {:.1f} N, ", summary.onset_force);
+  if (!std::isnan(summary.onset_force)) return fmt::format("onset {}, ", force_text(summary.onset_force));
   if (!std::isnan(summary.first_break_load))
-    return fmt::format("first break at {:.1f} N, ", summary.first_break_load);
+    return fmt::format("first break at {}, ", force_text(summary.first_break_load));
   return "";
+}
+
+/// The crack pattern, or of a body without crack starts where it broke first.
+std::string pattern_text(const analysis::SampleSummary& summary) {
+  const std::string pattern = word_of(summary, &analysis::SampleSummary::pattern);
+  if (pattern == "none") return "no crack across";
+  if (pattern != "other") return pattern;
+  if (!summary.position.empty() || std::isnan(summary.first_break_y)) return "other pattern";
+  return fmt::format("from y = {}, z = {}", length_text(summary.first_break_y),
+                     length_text(summary.first_break_z));
 }
 
 }  // namespace
@@ -42,14 +67,11 @@ std::string describe(const SampleReport& report) {
   if (summary.status != analysis::SampleStatus::done) {
     return fmt::format("sample {} failed after {:.1f} s: {}", report.sample, report.seconds, summary.error);
   }
-  const std::string pattern = word_of(summary, &analysis::SampleSummary::pattern);
   return fmt::format(
-      "sample {} done: {}, {}{}, {:.1f} mm^2 of crack, {} breaks, energy error {:.1e}, {:.1f} s{}{}",
-      report.sample, word_of(summary, &analysis::SampleSummary::outcome), loads_text(summary),
-      pattern == "none"    ? "no crack across"
-      : pattern == "other" ? "other pattern"
-                           : pattern,
-      summary.crack_area * 1e6, summary.breaks, summary.energy_error, report.seconds,
+      "sample {} done: {}, {}{}, {} of crack, {} breaks, energy error {:.1e}, {:.1f} s{}{}", report.sample,
+      word_of(summary, &analysis::SampleSummary::outcome), loads_text(summary), pattern_text(summary),
+      shown_quantity(summary.crack_area, {"mm^2", 1e6}, "m^2"), summary.breaks, summary.energy_error,
+      report.seconds,
       report.mesh_attempt == 0 ? "" : fmt::format(", mesh made at attempt {}", report.mesh_attempt + 1),
       summary.note.empty() ? "" : "; " + summary.note);
 }
@@ -59,10 +81,11 @@ std::vector<std::string> describe(const dynamics::SampleResult& result) {
   const auto& timings = result.timings;
   std::vector<std::string> lines{fmt::format("outcome: {}", dynamics::to_string(result.outcome))};
   if (!result.breaks.empty())
-    lines.push_back(fmt::format("first break at t = {:.6f} s, {:.2f} N", result.first_break_time,
-                                result.first_break_load));
+    lines.push_back(fmt::format("first break at t = {:.6f} s, {}", result.first_break_time,
+                                quantity_text(result.first_break_load, "N")));
   if (!std::isnan(result.onset_time))
-    lines.push_back(fmt::format("t0 = {:.6f} s, load {:.2f} N", result.onset_time, result.onset_force));
+    lines.push_back(
+        fmt::format("t0 = {:.6f} s, load {}", result.onset_time, quantity_text(result.onset_force, "N")));
   for (auto& line : {
            fmt::format(
                "{} breaks, {} of them quasi-static; {} dynamic phases; {} static solves with {} iterations",

@@ -90,14 +90,27 @@ std::string number_or_nothing(double value) {
   return std::isnan(value) ? std::string() : fmt::format("{:.10g}", value);
 }
 
+const Cell& find_cell(const std::vector<Cell>& cells, const std::string& name) {
+  return *std::ranges::find(cells, name, &Cell::name);
+}
+
 /// What people look at first.
 constexpr std::array shown{"onset_force",         "peak_load",
                            "pattern: two cracks", "bifurcations_projected: any",
                            "crack_area",          "crack_speed_max"};
 
-std::string shown_value(const Cell& cell) {
+/// The unit of a column: by its largest value.
+ShownUnit unit_of(std::span<const CaseRows> cases, const Cell& head) {
+  if (head.is_share) return {"%", 100};
+  double largest = 0;
+  for (const CaseRows& one : cases)
+    if (const double value = std::abs(find_cell(cells_of(one.rows), head.name).value); value > largest)
+      largest = value;
+  return head.info.unit_for(largest);
+}
+
+std::string shown_value(const Cell& cell, double factor) {
   if (std::isnan(cell.value)) return "-";
-  const double factor = cell.is_share ? 100 : cell.info.shown_factor;
   const std::string value = fmt::format("{:.4g}", factor * cell.value);
   if (std::isnan(cell.lower)) return value;
   if (cell.is_share)
@@ -142,22 +155,23 @@ std::string sweep_text(std::span<const CaseRows> cases) {
   auto out = std::back_inserter(text);
   std::vector<Cell> head = cells_of({});
   fmt::format_to(out, "{:>4} {:>6} {:>6}", "case", "done", "failed");
+  std::vector<ShownUnit> units;
   for (const char* const name : shown) {
-    const auto cell = std::ranges::find(head, std::string(name), &Cell::name);
-    const std::string units = cell->is_share ? "%" : cell->info.shown_units;
-    const auto colon = cell->name.find(": ");
-    const std::string label = colon == std::string::npos              ? cell->info.label
-                              : cell->name.substr(colon + 2) == "any" ? std::string(cell->info.label)
-                                                                      : cell->name.substr(colon + 2);
-    fmt::format_to(out, " {:>24}", fmt::format("{} [{}]", label, units));
+    const Cell& cell = find_cell(head, name);
+    units.push_back(unit_of(cases, cell));
+    const auto colon = cell.name.find(": ");
+    const std::string label = colon == std::string::npos             ? cell.info.label
+                              : cell.name.substr(colon + 2) == "any" ? std::string(cell.info.label)
+                                                                     : cell.name.substr(colon + 2);
+    fmt::format_to(out, " {:>24}", fmt::format("{} [{}]", label, units.back().name));
   }
   text += "   settings\n";
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const auto cells = cells_of(cases[i].rows);
     fmt::format_to(out, "{:>4} {:>6} {:>6}", i, count(cases[i].rows, analysis::SampleStatus::done),
                    count(cases[i].rows, analysis::SampleStatus::failed));
-    for (const char* const name : shown)
-      fmt::format_to(out, " {:>24}", shown_value(*std::ranges::find(cells, std::string(name), &Cell::name)));
+    for (std::size_t k = 0; k < shown.size(); ++k)
+      fmt::format_to(out, " {:>24}", shown_value(find_cell(cells, shown[k]), units[k].factor));
     fmt::format_to(out, "   {}\n", to_string(cases[i].of->settings));
   }
   return text;

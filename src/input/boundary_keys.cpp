@@ -287,7 +287,7 @@ Key history_key() {
           }};
 }
 
-Key name_key() {
+Key condition_name_key() {
   return {"name",
           "text",
           optional("the condition is on its own"),
@@ -315,7 +315,7 @@ Table boundary_table() {
        prescription_key(BoundaryKind::velocity, "velocity; \"free\" for a component that is not prescribed"),
        prescription_key(BoundaryKind::displacement,
                         "displacement; \"free\" for a component that is not prescribed"),
-       pressure_key(), absorbing_key(), rate_key(), history_key(), name_key()},
+       pressure_key(), absorbing_key(), rate_key(), history_key(), condition_name_key()},
       [](const Parameters& parameters) { return parameters.boundaries.size(); },
       [](Parameters& parameters) { parameters.boundaries.emplace_back(); }};
 }

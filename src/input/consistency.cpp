@@ -98,7 +98,7 @@ void check_sections_along(int axis, const std::vector<double>& positions, const 
     const int other = 3 - axis;
     findings.report(name,
                     "no crack can reach them, since no notch is cut into a {}-face; give "
-                    "sections.{} instead, {}",
+                    "sections.{} instead, {}, or [[sections.line]], which cracks may cross anywhere",
                     axis_name, other == 1 ? "y" : "z", describe_ligaments(specimen, other));
     return;
   }
@@ -241,6 +241,18 @@ void check_toughness(const Parameters& parameters, Findings& findings) {
 
 }  // namespace
 
+void complete_fracture(Parameters& parameters, Findings& findings) {
+  Fracture& fracture = parameters.fracture;
+  const double k = fracture.fracture_toughness;
+  if (k == 0) return;
+  if (findings.given("fracture.toughness"))
+    findings.report("fracture.fracture_toughness", "is given besides toughness; give one of the two");
+  for (const char* const key : {"material.youngs_modulus", "material.poisson_ratio"})
+    if (findings.faulty(key)) return;
+  const double nu = parameters.material.poisson_ratio;
+  fracture.toughness = k * k * (1 - nu * nu) / parameters.material.youngs_modulus;
+}
+
 void check_fracture(const Parameters& parameters, Findings& findings) {
   if (parameters.fracture.variation) check_variation(findings, *parameters.fracture.variation);
   if (parameters.fracture.contact == Contact::frictionless && parameters.time.start != Start::rest)
@@ -256,7 +268,9 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
       size_is_known(findings) && parameters.fracture.length >= largest)
     findings.report("fracture.length", "{} is a ball as large as the body; give less than {}, some spacings",
                     show(parameters.fracture.length), show(largest));
-  if (findings.faulty("fracture.strength") || findings.faulty("fracture.toughness")) return;
+  if (findings.faulty("fracture.strength") || findings.faulty("fracture.toughness") ||
+      findings.faulty("fracture.fracture_toughness"))
+    return;
   const Fracture& fracture = parameters.fracture;
   const bool softens = fracture.release == Release::softening;
   if (softens) {
@@ -282,7 +296,8 @@ void check_fracture(const Parameters& parameters, Findings& findings) {
     findings.report("fracture.strength",
                     "the key is missing; give a strength such as \"35 MPa\", or toughness");
   } else if (fracture.strength != 0 && fracture.toughness != 0) {
-    findings.report("fracture.toughness", "is given besides strength; give one of the two");
+    findings.report(fracture.fracture_toughness != 0 ? "fracture.fracture_toughness" : "fracture.toughness",
+                    "is given besides strength; give one of the two");
   } else if (fracture.toughness != 0) {
     check_toughness(parameters, findings);
   }

@@ -19,6 +19,10 @@ bool is_box(const Specimen& specimen);
 /// that is no box. To be called before the checks.
 void complete_specimen(Parameters& parameters, Findings& findings);
 
+/// Finds the toughness that a stress intensity stands for, by Irwin in plane strain. To be called before the
+/// checks.
+void complete_fracture(Parameters& parameters, Findings& findings);
+
 void check_specimen(const Parameters& parameters, Findings& findings);
 void check_mesh(const Parameters& parameters, Findings& findings);
 void check_sections(const Parameters& parameters, Findings& findings);

@@ -28,6 +28,9 @@ const Dimension energy_per_area_dimension{
 const Dimension volume_dimension{
     "a volume", "m^3", "1 mm^3", 0, {{"m^3", 1}, {"cm^3", 1e-6, 1e-5}, {"mm^3", 1e-9}, {"um^3", 1e-18}}};
 
+const Dimension stress_intensity_dimension{
+    "a stress intensity", "Pa m^0.5", "1 MPa m^0.5", 0, {{"MPa m^0.5", 1e6, 1e3}, {"Pa m^0.5", 1}}, "Pa^2 m"};
+
 const Dimension rate_of_decay_dimension{
     "a rate", "1/s", "500 1/s", 0, {{"1/us", 1e6}, {"1/ms", 1e3, 1e5}, {"1/s", 1}}};
 
@@ -66,8 +69,8 @@ const Dimension& rate_dimension(BoundaryKind kind) {
 
 std::vector<Dimension> known_dimensions(double exponent) {
   std::vector<Dimension> dimensions{
-      length_dimension,          time_dimension,   stress_dimension,       density_dimension,
-      energy_per_area_dimension, volume_dimension, rate_of_decay_dimension};
+      length_dimension,          time_dimension,   stress_dimension,        density_dimension,
+      energy_per_area_dimension, volume_dimension, rate_of_decay_dimension, stress_intensity_dimension};
   for (const BoundaryKind kind : {BoundaryKind::force, BoundaryKind::traction, BoundaryKind::velocity,
                                   BoundaryKind::displacement, BoundaryKind::pressure}) {
     dimensions.push_back(value_dimension(kind));

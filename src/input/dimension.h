@@ -23,10 +23,12 @@ struct Dimension {
   std::string example;              ///< "1.0 mm"
   double exponent = 0;              ///< beta of stress^beta time; 0 for every other dimension
   std::vector<ReadableUnit> units;  ///< largest first
+  /// The SI unit's square, for a unit with a root, which UDUNITS does not read; else empty.
+  std::string square = {};
 };
 
 extern const Dimension length_dimension, time_dimension, stress_dimension, density_dimension,
-    energy_per_area_dimension, volume_dimension, rate_of_decay_dimension;
+    energy_per_area_dimension, volume_dimension, rate_of_decay_dimension, stress_intensity_dimension;
 
 /// stress^exponent time, the dimension of the Tuler-Butcher impulse K_f.
 Dimension impulse_dimension(double exponent);

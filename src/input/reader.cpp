@@ -157,6 +157,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
   parameters.draw = std::move(draw);
   if (parameters.mesh.notch_spacing == 0) parameters.mesh.notch_spacing = parameters.mesh.spacing;
   complete_specimen(parameters, findings);
+  complete_fracture(parameters, findings);
   for (const auto check : {check_specimen, check_mesh, check_sections, check_fracture, check_boundaries,
                            check_time, check_output, check_sweeps})
     check(parameters, findings);

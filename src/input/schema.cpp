@@ -296,6 +296,24 @@ Table material_table() {
                         {0, 1e6, true}, required(), "mass density")}};
 }
 
+/// An energy; a stress intensity is sent to the key that takes one.
+Key toughness_key() {
+  Key key =
+      optional_quantity_key("toughness", in(&Parameters::fracture, &Fracture::toughness),
+                            energy_per_area_dimension, {0, 1e9, true}, optional("from strength"),
+                            "energy per crack area that a slow crack takes; instead of strength, which then "
+                            "follows from it, the local spacing and a Poisson's ratio from 0 to 0.45");
+  key.read = [read = key.read](const Source& source, Parameters& parameters, std::size_t i) {
+    const Value& value = source.value;
+    if (value.kind == ValueKind::string &&
+        source.context.units.read(value.string, stress_intensity_dimension).error == QuantityError::none)
+      source.report("{} is a stress intensity, K_Ic; give it as fracture.fracture_toughness", value.source);
+    else
+      read(source, parameters, i);
+  };
+  return key;
+}
+
 Table fracture_table() {
   return {
       "fracture",
@@ -304,10 +322,10 @@ Table fracture_table() {
       {optional_quantity_key("strength", in(&Parameters::fracture, &Fracture::strength), stress_dimension,
                              positive_stress, optional("from toughness"),
                              "sigma_0: largest principal stress without damage"),
-       optional_quantity_key("toughness", in(&Parameters::fracture, &Fracture::toughness),
-                             energy_per_area_dimension, {0, 1e9, true}, optional("from strength"),
-                             "energy per crack area that a slow crack takes; instead of strength, which then "
-                             "follows from it, the local spacing and a Poisson's ratio from 0 to 0.45"),
+       toughness_key(),
+       optional_quantity_key("fracture_toughness", in(&Parameters::fracture, &Fracture::fracture_toughness),
+                             stress_intensity_dimension, {0, 1e12, true}, optional("from toughness"),
+                             "K_Ic, instead of toughness, which is then K_Ic^2 (1 - nu^2) / E"),
        optional_quantity_key(
            "length", in(&Parameters::fracture, &Fracture::length), with_example(length_dimension, "0.6 mm"),
            positive_length, optional("each tetrahedron's own stress"),

@@ -3,6 +3,7 @@
 
 #include "crackle/common/real.h"
 
+#include <fmt/format.h>
 #include <udunits2.h>
 
 #include <charconv>
@@ -44,6 +45,27 @@ double factor_to(ut_system* system, const std::string& unit, const std::string& 
   return proportional ? one : other_dimension;
 }
 
+/// The square of a unit that may have roots, as UDUNITS reads it: "MPa^2 m^1" of "MPa m^0.5", "MPa sqrt(m)"
+/// or "MPa m^(1/2)". Empty where the text is none.
+std::string square_of(const std::string& unit) {
+  static const std::regex factors(
+      R"( *([*./]?) *(?:sqrt\(([A-Za-z]+)\)|([A-Za-z]+)(?:(?:\^|\*\*)\(?([-+]?[0-9]+)(?:(\.[0-9]+)|/([0-9]+))?\)?)?))");
+  std::string square;
+  auto at = unit.cbegin();
+  for (std::smatch factor;
+       std::regex_search(at, unit.cend(), factor, factors, std::regex_constants::match_continuous);
+       at = factor[0].second) {
+    double exponent = factor[2].matched ? 0.5 : 1;
+    if (factor[4].matched) exponent = std::stod(factor[4].str() + factor[5].str());
+    if (factor[6].matched) exponent /= std::stod(factor[6].str());
+    if (factor[1] == "/") exponent = -exponent;
+    const double twice = 2 * exponent;
+    if (twice != std::round(twice) || std::abs(twice) > 20) return {};
+    square += fmt::format(" {}^{}", (factor[2].matched ? factor[2] : factor[3]).str(), std::lround(twice));
+  }
+  return at == unit.cend() && unit.size() <= 80 ? std::string(trimmed(square)) : std::string();
+}
+
 }  // namespace
 
 std::string_view trimmed(std::string_view text) {
@@ -60,7 +82,10 @@ UnitSystem::UnitSystem() : system_(nullptr, ut_free_system) {
 
 Quantity UnitSystem::convert(double number, const std::string& unit, const Dimension& dimension) const {
   double factor = 0;
-  if (dimension.exponent != std::floor(dimension.exponent)) {
+  if (!dimension.square.empty()) {
+    const std::string square = square_of(unit);
+    factor = square.empty() ? 0 : std::sqrt(factor_to(system_.get(), square, dimension.square));
+  } else if (dimension.exponent != std::floor(dimension.exponent)) {
     // UDUNITS has integer powers only: read "<stress>^<exponent> <time>" in its parts.
     const auto caret = unit.find('^');
     double exponent = 0;

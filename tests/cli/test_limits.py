@@ -1,9 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the mesh cannot represent is said by `check`, and at the start of `run` in its log."""
+"""What the mesh cannot represent, what is hardly meant and what would fail: said by `check` as by `run`."""
 from __future__ import annotations
 
 import argparse
+import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -41,6 +43,7 @@ duration = "1 us"
 [sections]
 y = ["5 mm"]
 """
+PULLED = PLATE.replace("velocity = [{}]", 'force = ["0 N", "0 N", "0 N"]\nrate = ["0 N/s", "0 N/s", "1 N/s"]')
 BENDING = "boundary[1] loads the plate across its thickness of 1 mm, which has 1 cell: bending out of the plane is about 3.9 times too stiff"
 FAST = "but a wave takes 5.25 us along the body: equilibria leave out inertia that matters; set time.start = \"rest\""
 
@@ -51,10 +54,13 @@ class Limits(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
 
-    def output(self, velocity: str, *arguments: str) -> str:
-        (self.folder / "plate.toml").write_text(PLATE.format(velocity))
-        done = subprocess.run([PROGRAM, arguments[0], "plate.toml", *arguments[1:]], cwd=self.folder, env=environment(),
+    def call(self, text: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+        (self.folder / "plate.toml").write_text(text)
+        return subprocess.run([PROGRAM, arguments[0], "plate.toml", *arguments[1:]], cwd=self.folder, env=environment(),
                               capture_output=True, text=True)
+
+    def output(self, velocity: str, *arguments: str) -> str:
+        done = self.call(PLATE.format(velocity), *arguments)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         return done.stdout
 
@@ -74,6 +80,70 @@ class Limits(unittest.TestCase):
         said = self.output('"free", "free", "1 mm/s"', "check")
         self.assertNotIn("too stiff", said)
         self.assertNotIn("inertia", said)
+
+    def assert_same_refusal(self, text: str, reason: str, options: tuple[str, ...] = ()) -> str:
+        """What makes every sample of `run` fail makes `check` fail with the same words; returns what check prints."""
+        checked = self.call(text, "check", *options)
+        self.assertEqual(checked.returncode, 1, checked.stdout)
+        self.assertIn(f"sample 0 would fail: computation: {reason}", checked.stderr)
+        self.assertNotIn("is valid", checked.stdout)
+        ran = self.call(text, "run", "-o", "out")
+        self.assertEqual(ran.returncode, 2, ran.stdout + ran.stderr)
+        self.assertIn(f"failed: sample 0: computation: {reason}", ran.stdout)
+        shutil.rmtree(self.folder / "out")
+        return checked.stdout
+
+    def test_a_body_that_may_turn_is_refused(self):
+        text = PULLED.replace('fix = ["x", "y", "z"]', 'fix = ["z"]') + """
+[[boundary]]
+on = "y-min"
+region = { z = ["0 mm", "1 mm"] }
+fix = ["x"]
+[[boundary]]
+on = "x-min"
+region = { y = ["0 mm", "1 mm"], z = ["0 mm", "1 mm"] }
+fix = ["y"]
+"""
+        reason = "the conditions leave the body free to turn about z, and in equilibrium it must be held"
+        self.assert_same_refusal(text, reason)
+        self.assert_same_refusal(text, reason, ("--no-measure",))
+
+    def test_loads_above_the_first_break_are_refused(self):
+        self.assert_same_refusal(PULLED.replace('"0 N"]', '"5 kN"]'), "the load at time 0, 5000 N, is above the first break")
+
+    def test_loads_that_break_nothing_are_told(self):
+        said = self.call(PULLED.replace("rate =", "# rate =").replace('"0 N"]', '"10 N"]'), "check").stdout
+        self.assertRegex(said, r"Warning: the loads break nothing: they go up to 10 N, 0\.0\d+ of the [12]\d\d(\.\d)? N at which the first break would come")
+        slow = PULLED.replace("[time]", '[time]\nstart = "rest"')
+        told = self.assert_same_refusal(slow, "time steps: strains of")
+        self.assertRegex(told, r"in equilibrium they need [12]\d\d(\.\d)? s to reach the first break, at about [12]\d\d(\.\d)? N, "
+                               r"and the phase lasts 1 us")
+
+    def test_a_rate_without_effect_is_told(self):
+        said = self.call(PULLED, "check").stdout
+        self.assertRegex(said, r"loading += in equilibrium up to the first break, at [\d.]+ N after [\d.]+ s: the rate has no effect before")
+        self.assertNotIn("Warning", said)
+
+    def test_samples_are_begun_by_their_own_draws(self):
+        text = PULLED.replace("samples = 1", "samples = 6").replace('"0 N"]', '"100 N"]') + """
+[[random]]
+key = "fracture.toughness"
+distribution = "uniform"
+lower = "1 J/m^2"
+upper = "30 J/m^2"
+"""
+        checked = self.call(text, "check", "--samples", "6")
+        ran = self.call(text, "run", "-o", "out")
+        failed = set(re.findall(r"failed: (sample \d+):", ran.stdout))
+        self.assertTrue(0 < len(failed) < 6, ran.stdout)
+        self.assertIn(f"Of 6 samples, {len(failed)} would fail.", checked.stdout)
+        self.assertEqual(set(re.findall(r"(sample \d+) would fail", checked.stderr)), failed)
+        self.assertEqual(checked.returncode, 1)
+
+    def test_slips_are_named_by_check_and_run(self):
+        soft = PULLED.replace("32 GPa", "32000 mPa")
+        for command in (("check", "--no-measure"), ("run", "-o", "out")):
+            self.assertIn("is 32 GPa meant? mPa are millipascal", self.call(soft, *command).stdout)
 
 
 if __name__ == "__main__":

@@ -92,7 +92,7 @@ TEST(Estimate, CostIsTheSumOfItsParts) {
   EXPECT_DOUBLE_EQ(cost.quasi_static, 6 + 4 * 2);
   EXPECT_DOUBLE_EQ(cost.total(), 30.5 + 14 + 1.5);
   // A body that no load breaks has no dynamic phase.
-  measured.breaks = false;
+  measured.outlook.breaks = false;
   measured.next_solve = 0;
   EXPECT_DOUBLE_EQ(sample_cost(measured, phase, work, 1).total(), 6 + 1.5);
 }

@@ -330,8 +330,8 @@ TEST(InputEcho, AndTableOfKeysNameTheSameKeys) {
   }
   for (const char* unused :
        {"ensemble.stop.half_width", "ensemble.stop.confidence", "ensemble.stop.min_samples", "mesh.points",
-        "fracture.toughness", "fracture.length", "fracture.softening", "fracture.teeth",
-        "fracture.variation.coefficient_of_variation", "time.after_separation", "sweep.key",
+        "fracture.toughness", "fracture.fracture_toughness", "fracture.length", "fracture.softening",
+        "fracture.teeth", "fracture.variation.coefficient_of_variation", "time.after_separation", "sweep.key",
         "sweep.values"}) {
     shown.insert(unused);
   }

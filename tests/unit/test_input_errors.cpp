@@ -89,7 +89,8 @@ TEST(InputErrors, SectionsAreWhereACrackCanArrive) {
       ElementsAre(
           "test.toml:20: sections.y: no crack can reach them, since no notch is cut into a y-face; give "
           "sections.z instead, between 6 mm and 140 mm (specimen.notch[0]) or between 0 and 134 mm "
-          "(specimen.notch[1])"));
+          "(specimen.notch[1])"
+          ", or [[sections.line]], which cracks may cross anywhere"));
   EXPECT_THAT(errors("y", "z", R"(["7 mm"])"), ElementsAre(HasSubstr("no notch is cut into a z-face")));
   auto tables = minimal_tables();
   std::erase_if(tables, [](const auto& table) { return table.header == "[sections]"; });
@@ -110,6 +111,18 @@ TEST(InputErrors, ExactlyOneOfStrengthAndToughnessIsGiven) {
   EXPECT_THAT(errors_of(to_text(tables)), IsEmpty());
   set_key(tables, "[fracture]", "toughness", R"("3 MPa")");
   EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(HasSubstr("give an energy per area")));
+}
+
+TEST(InputErrors, AStressIntensityIsReadInItsOwnKeyOnly) {
+  auto tables = minimal_tables();
+  for (auto& table : tables)
+    std::erase_if(table.keys, [](const auto& entry) { return entry.first == "strength"; });
+  set_key(tables, "[fracture]", "toughness", "\"0.98 MPa sqrt(m)\"");
+  EXPECT_THAT(errors_of(to_text(tables)),
+              ElementsAre(HasSubstr("is a stress intensity, K_Ic; give it as fracture.fracture_toughness")));
+  set_key(tables, "[fracture]", "toughness", R"("30 J/m^2")");
+  set_key(tables, "[fracture]", "fracture_toughness", R"("1 MPa m^0.5")");
+  EXPECT_THAT(errors_of(to_text(tables)), ElementsAre(HasSubstr("is given besides toughness")));
 }
 
 TEST(InputErrors, AToughnessIsForTheMeasuredPoissonsRatios) {

@@ -22,6 +22,7 @@ input::Parameters strip() {
   parameters.material = test::epoxy();
   parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
   parameters.time.duration = 4e-5;
+  parameters.time.step = 5e-8;
   auto pull = test::boundary(Face::z_max, BoundaryKind::force, {true, true, true}, {0, 0, 0});
   pull.rate = {0, 0, 5};
   parameters.boundaries = {test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}), pull};
@@ -37,12 +38,9 @@ const geometry::Realization& slotted() {
   return mesh;
 }
 
-constexpr double stable_step = 60e-9;
-constexpr dynamics::TimeGrid grid{50e-9, 800};
-
 TEST(MeasuredCost, HasEveryPartOfASample) {
-  const auto cost = measure_cost(strip(), slotted(), stable_step, grid, 1e9);
-  EXPECT_TRUE(cost.breaks);
+  const auto cost = measure_cost(strip(), slotted(), 1e9);
+  EXPECT_TRUE(cost.outlook.breaks);
   EXPECT_GT(cost.setup, 0);
   EXPECT_GT(cost.first_solve, 0);
   EXPECT_GT(cost.next_solve, 0);
@@ -50,28 +48,28 @@ TEST(MeasuredCost, HasEveryPartOfASample) {
   EXPECT_GT(cost.step, 0);
   // A cracking body does not arrest at once.
   EXPECT_GT(cost.n_steps, 100);
-  EXPECT_LE(cost.n_steps, grid.n_steps);
+  EXPECT_LE(cost.n_steps, 800);
 }
 
 TEST(MeasuredCost, IsThatOfTheEngine) {
   auto parameters = strip();
   parameters.time.engine = input::Engine::petsc;
-  const auto petsc = measure_cost(parameters, slotted(), stable_step, grid, 1e9);
-  const auto fixed_point = measure_cost(strip(), slotted(), stable_step, grid, 1e9);
+  const auto petsc = measure_cost(parameters, slotted(), 1e9);
+  const auto fixed_point = measure_cost(strip(), slotted(), 1e9);
   EXPECT_GT(petsc.n_steps, 100);
   EXPECT_GT(petsc.step, fixed_point.step);
 }
 
 TEST(MeasuredCost, EndsAtTheFirstLookAfterItsTime) {
-  EXPECT_EQ(measure_cost(strip(), slotted(), stable_step, grid, 0).n_steps, dynamics::steps_per_poll);
+  EXPECT_EQ(measure_cost(strip(), slotted(), 0).n_steps, dynamics::steps_per_poll);
 }
 
 TEST(MeasuredCost, SeesThatNoLoadBreaksTheBody) {
   auto parameters = strip();
   parameters.boundaries[1].rate = {};
   parameters.boundaries[1].value = {0, 0, 1};
-  const auto cost = measure_cost(parameters, slotted(), stable_step, grid, 0);
-  EXPECT_FALSE(cost.breaks);
+  const auto cost = measure_cost(parameters, slotted(), 0);
+  EXPECT_FALSE(cost.outlook.breaks);
   EXPECT_GT(cost.first_solve, 0);
   EXPECT_EQ(cost.next_solve, 0);
 }
@@ -79,8 +77,8 @@ TEST(MeasuredCost, SeesThatNoLoadBreaksTheBody) {
 TEST(MeasuredCost, OfABodyThatStartsAtRestHasNoSolves) {
   auto parameters = strip();
   parameters.time.start = input::Start::rest;
-  const auto cost = measure_cost(parameters, slotted(), stable_step, grid, 0);
-  EXPECT_TRUE(cost.breaks);
+  const auto cost = measure_cost(parameters, slotted(), 0);
+  EXPECT_TRUE(cost.outlook.breaks);
   EXPECT_EQ(cost.first_solve, 0);
   EXPECT_EQ(cost.next_solve, 0);
   EXPECT_GT(cost.step, 0);

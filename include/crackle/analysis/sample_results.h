@@ -2,6 +2,7 @@
 #pragma once
 
 #include "crackle/analysis/sample_summary.h"
+#include "crackle/common/quantity_text.h"
 
 #include <concepts>
 #include <cstdint>
@@ -18,6 +19,7 @@ namespace crackle::analysis {
 enum class Reduction {
   none,       ///< nothing
   quantiles,  ///< least, quartiles, median, greatest
+  places,     ///< the same, for bodies without crack starts: with them, cracks start there
   counts,     ///< mean, and the share of samples that have any
   shares,     ///< how many samples have each of its categories
 };
@@ -36,6 +38,8 @@ struct ResultInfo {
   std::int64_t since = 2;           ///< version of the file format that has it first
   const char* name_in_2 = nullptr;  ///< in files of version 2, where it had another one
 
+  /// What people read values up to this size in; the same for bodies of millimetres.
+  ShownUnit unit_for(double largest) const { return shown_unit({shown_units, shown_factor}, units, largest); }
   const char* name_in(std::int64_t version) const { return version == 2 && name_in_2 ? name_in_2 : name; }
 };
 
@@ -56,6 +60,15 @@ void for_each_result(Visit&& visit) {
   visit(ResultInfo{"first_break_time", "s", "load time of the first break", quantiles, "first break", "s", 1,
                    ".6f", "", 3},
         &Row::first_break_time);
+  visit(ResultInfo{"first_break_x", "m", "place of the first break, across the thickness", places,
+                   "first break at x", "mm", 1e3, ".3f", "", 5},
+        &Row::first_break_x);
+  visit(ResultInfo{"first_break_y", "m", "the same along the width", places, "first break at y", "mm", 1e3,
+                   ".3f", "", 5},
+        &Row::first_break_y);
+  visit(ResultInfo{"first_break_z", "m", "the same along the length", places, "first break at z", "mm", 1e3,
+                   ".3f", "", 5},
+        &Row::first_break_z);
   visit(ResultInfo{"first_break_load", "N", "load of the testing machine at the first break", quantiles,
                    "first break", "N", 1, ".3f", "", 3},
         &Row::first_break_load);

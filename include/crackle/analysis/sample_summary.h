@@ -28,6 +28,9 @@ struct SampleSummary {
   std::vector<double> inputs;  ///< values of the random inputs, in their order [SI]
   double first_break_time = none;
   double first_break_load = none;
+  double first_break_x = none;
+  double first_break_y = none;
+  double first_break_z = none;
   double onset_time = none;
   double onset_force = none;
   double peak_load = none;

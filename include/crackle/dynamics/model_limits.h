@@ -21,8 +21,9 @@ double locking_stiffness_ratio(double poisson_ratio);
 /// the pressure oscillates from tetrahedron to tetrahedron, the more so the less compressible they are.
 double locking_load_ratio(double poisson_ratio);
 
-/// Warnings about what the mesh cannot represent of this body and these conditions: one or two sentences
-/// each, with the size of the error and what to do about it.
+/// Warnings about values that hardly anyone means (input::plausibility_warnings), and about what the mesh
+/// cannot represent of this body and these conditions: one or two sentences each, with the size of the error
+/// and what to do about it.
 std::vector<std::string> model_warnings(const input::Parameters& parameters, const geometry::Body& body);
 
 /// The same for quasi-static loading whose load rises to the first break within a few transits of a wave, so

@@ -55,6 +55,10 @@ public:
   ///   with the load at which the first one would have broken. Collective.
   void refuse_overload() const;
 
+  /// The largest stress in the present equilibrium over its tetrahedron's strength; 0 where nothing is in
+  /// tension. Collective.
+  double stress_share() const;
+
   /// Loads on from the present time until instability or the end of the curve. Collective.
   /// @param is_asked_to_park this rank's request, polled after each break; may be empty
   /// @param on_equilibrium called on every rank with the loads before they rise and when they have risen, up

@@ -220,7 +220,8 @@ struct Fracture {
   /// Energy per crack area [J/m^2]: what the strength follows from, and 0 when that is given; with softening,
   /// besides the strength.
   double toughness = 0;
-  double length = 0;  ///< radius of the ball over which the stress is averaged [m]; 0: it is not
+  double fracture_toughness = 0;  ///< K_Ic that the toughness follows from [Pa m^0.5]; 0: it is given itself
+  double length = 0;              ///< radius of the ball over which the stress is averaged [m]; 0: it is not
   std::optional<Variation> variation = {};
 };
 

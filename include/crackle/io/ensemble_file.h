@@ -42,7 +42,7 @@
 namespace crackle::io {
 
 /// Raised with every change of what the file holds.
-inline constexpr std::int64_t ensemble_schema_version = 4;
+inline constexpr std::int64_t ensemble_schema_version = 5;
 
 /// Rows first..first+rows.size() of the ensemble, written by one rank.
 struct EnsembleBlock {

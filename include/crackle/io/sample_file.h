@@ -63,7 +63,7 @@
 namespace crackle::io {
 
 /// Raised with every change of what the file holds.
-inline constexpr std::int64_t sample_schema_version = 4;
+inline constexpr std::int64_t sample_schema_version = 5;
 
 /// Of the files, samples' and ensembles', whose results can still be read; no sample continues from them.
 inline constexpr std::int64_t oldest_schema_version = 2;

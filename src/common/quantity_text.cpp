@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/common/quantity_text.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+namespace crackle {
+
+namespace {
+
+/// Magnitudes that columns of a usual unit show well.
+constexpr double least_shown = 0.01, greatest_shown = 1e6;
+/// Magnitudes that need no prefix in a sentence.
+constexpr double least_plain = 0.1, greatest_plain = 1e4;
+
+constexpr std::array<std::pair<std::string_view, double>, 9> prefixes{{{"p", 1e-12},
+                                                                       {"n", 1e-9},
+                                                                       {"u", 1e-6},
+                                                                       {"m", 1e-3},
+                                                                       {"", 1},
+                                                                       {"k", 1e3},
+                                                                       {"M", 1e6},
+                                                                       {"G", 1e9},
+                                                                       {"T", 1e12}}};
+
+/// Of the symbol that a unit begins with: 2 of "m^2".
+int power_of_symbol(const std::string& si) {
+  std::size_t end = 0;
+  while (end < si.size() && std::isalpha(static_cast<unsigned char>(si[end])) != 0) ++end;
+  return end + 1 < si.size() && si[end] == '^' ? si[end + 1] - '0' : 1;
+}
+
+/// The unit with the prefix that brings the magnitude to 1 or more, and not much more.
+ShownUnit prefixed(const std::string& si, double magnitude) {
+  const int power = power_of_symbol(si);
+  ShownUnit best;
+  for (const auto& [prefix, size] : prefixes) {
+    const double factor = std::pow(size, -power);
+    // The first that fits all, then larger ones for as long as they show 1 or more.
+    if (best.name.empty() || magnitude * factor >= 1) best = {std::string(prefix) + si, factor};
+  }
+  return best;
+}
+
+bool has_size(double magnitude) {
+  return magnitude > 0 && std::isfinite(magnitude);
+}
+
+}  // namespace
+
+ShownUnit shown_unit(const ShownUnit& usual, const std::string& si, double largest) {
+  const double shown = largest * usual.factor;
+  if (si.empty() || si == "1" || !has_size(largest) || (shown >= least_shown && shown < greatest_shown))
+    return usual;
+  return prefixed(si, largest);
+}
+
+std::string quantity_text(double value, const std::string& si) {
+  const double magnitude = std::abs(value);
+  // A length below 1 m is better read in millimetres.
+  const double least = si == "m" ? 1 : least_plain;
+  const bool is_plain = !has_size(magnitude) || (magnitude >= least && magnitude < greatest_plain);
+  const ShownUnit unit = is_plain ? ShownUnit{si, 1} : prefixed(si, magnitude);
+  return fmt::format("{:.4g} {}", value * unit.factor, unit.name);
+}
+
+}  // namespace crackle

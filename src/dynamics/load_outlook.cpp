@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/dynamics/load_outlook.h"
+
+#include "crackle/common/quantity_text.h"
+#include "crackle/dynamics/machine_load.h"
+#include "crackle/dynamics/sample_run.h"
+#include "crackle/dynamics/sample_setup.h"
+#include "crackle/geometry/partition.h"
+#include "crackle/mechanics/elasticity.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace crackle::dynamics {
+
+namespace {
+
+/// How much further than the loads go in equilibria waves are trusted to take the stress.
+constexpr double wave_amplification = 10;
+
+std::string text_of_load(double load) {
+  return quantity_text(std::abs(load), "N");
+}
+
+std::string too_late(const input::Parameters& parameters, const LoadOutlook& outlook) {
+  const double transit =
+      std::ranges::max(parameters.specimen.size) / mechanics::dilatational_speed(parameters.material);
+  const double reach = std::max(parameters.time.duration, transit);
+  if (!(outlook.time > wave_amplification * reach)) return {};
+  return fmt::format(
+      "the loads are far from breaking the body: in equilibrium they need {} to reach the first break, at "
+      "about {}, and the phase lasts {}; raise the loads or their rate, or take time.start = "
+      "\"quasi-static\"",
+      quantity_text(outlook.time, "s"), text_of_load(outlook.load),
+      quantity_text(parameters.time.duration, "s"));
+}
+
+}  // namespace
+
+LoadOutlook first_break(QuasiStaticLoading& loading, const mechanics::BoundaryLoads& loads,
+                        EnergyAccount& account) {
+  LoadOutlook outlook{.share = 0};
+  const auto has_broken = [&] { return loading.n_events() > 0; };
+  const auto look = [&](const LoadState& now) {
+    if (has_broken()) return;
+    if (const double share = loading.stress_share(); share > outlook.share) {
+      outlook.share = share;
+      outlook.load = machine_load(loads, now).force;
+    }
+  };
+  const QuasiStaticEnd end = loading.advance(account, has_broken, look);
+  outlook.breaks = has_broken() || end != QuasiStaticEnd::no_load;
+  outlook.grows = !outlook.breaks && loads.grows_after(loading.time());
+  if (!outlook.breaks) return outlook;
+  outlook.share = 1;
+  outlook.load = loading.load();
+  if (has_broken()) outlook.time = loading.time();
+  return outlook;
+}
+
+LoadOutlook static_outlook(const input::Parameters& parameters, const geometry::Realization& realization) {
+  const parallel::Communicator self(MPI_COMM_SELF);
+  const auto subdomain = geometry::split(realization, geometry::partition(realization, 1)).front();
+  SampleSetup setup(self, parameters, subdomain, 0);
+  if (!setup.free_motions().empty()) return {};
+  EnergyAccount account(self, setup.body);
+  QuasiStaticLoading loading(self, setup.body, setup.loads, *setup.criterion, arrest_window(parameters),
+                             setup.average.get());
+  loading.load_at_start(account);
+  return first_break(loading, setup.loads, account);
+}
+
+std::string weak_load_warning(const input::Parameters& parameters, const LoadOutlook& outlook) {
+  const bool at_rest = parameters.time.start == input::Start::rest;
+  if (outlook.breaks) return at_rest ? too_late(parameters, outlook) : std::string();
+  if (!(outlook.share > 0))
+    return at_rest
+               ? std::string()
+               : "the loads break nothing, however far they rise: they put no part of the body in tension";
+  if (at_rest && wave_amplification * outlook.share >= 1) return {};
+  return fmt::format(
+      "the loads break nothing: they go up to {}, {:.2g} of the {} at which the first break would come; "
+      "raise them, or give a rate",
+      text_of_load(outlook.load), outlook.share, text_of_load(outlook.load / outlook.share));
+}
+
+}  // namespace crackle::dynamics

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/dynamics/sample_setup.h"
+
+#include "crackle/fracture/toughness.h"
+#include "crackle/mechanics/rigid_motion.h"
+#include "crackle/parallel/agreement.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace crackle::dynamics {
+
+namespace {
+
+/// The trapezoidal rule follows the decay up to 1; from 4 on it would turn velocities round.
+void refuse_overdamping(double rate, const TimeGrid& grid) {
+  if (rate * grid.step <= 1) return;
+  throw parallel::AgreedError(
+      0, fmt::format("damping.mass = {:.3g} 1/s times the time step of {:.4g} ns is over 1; give less than "
+                     "{:.3g} 1/s, or a shorter time.step",
+                     rate, 1e9 * grid.step, 1 / grid.step));
+}
+
+}  // namespace
+
+SampleSetup::SampleSetup(const parallel::Communicator& ranks, const input::Parameters& input,
+                         const geometry::Subdomain& part, std::uint64_t sample)
+    : group(ranks),
+      parameters(input),
+      subdomain(part),
+      body(part, input.material, input.fracture.release, input.fracture.contact),
+      loads(mechanics::make_boundary_loads(ranks, input, part)),
+      splitting(dynamics::splitting(input.time.integrator)),
+      stable_step(splitting.stability_limit / largest_frequency(ranks, part, body.operators(), body.force())),
+      grid(choose_time_grid(input.time, stable_step)),
+      criterion(fracture::make_criterion(
+          input, fracture::tetrahedron_strengths(ranks, input, sample, part, body.operators()), grid.step)),
+      average(fracture::make_stress_average(input.fracture, body, criterion->strengths())) {
+  refuse_overdamping(input.damping_rate(), grid);
+  fracture::soften_by_input(ranks, input, sample, body);
+}
+
+std::vector<std::string> SampleSetup::free_motions() const {
+  return mechanics::free_rigid_motions(group, subdomain, loads);
+}
+
+void SampleSetup::refuse_free_body() const {
+  const std::vector<std::string> free = free_motions();
+  if (free.empty()) return;
+  throw parallel::AgreedError(
+      0, fmt::format("the conditions leave the body free to {}, and in equilibrium it must be held; fix more "
+                     "of it, or start from rest",
+                     fmt::join(free, " and to ")));
+}
+
+}  // namespace crackle::dynamics

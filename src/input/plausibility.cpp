@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/input/plausibility.h"
+
+#include "crackle/common/quantity_text.h"
+#include "dimension.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace crackle::input {
+
+namespace {
+
+constexpr double softest = 1e6, stiffest = 2e12;   // Young's moduli: of rubber, of diamond [Pa]
+constexpr double lightest = 10, heaviest = 23000;  // densities: of foams, of osmium [kg/m^3]
+/// What bonds carry at most, over Young's modulus.
+constexpr double ideal_strength = 0.1;
+/// Strengths below this share of Young's modulus break under a body's own weight.
+constexpr double least_strength = 1e-7;
+constexpr double many_transits = 1000;
+/// A slip between "m" and "M".
+constexpr double milli_for_mega = 1e9;
+
+std::string shown_stress(double stress) {
+  return quantity_text(stress, "Pa");
+}
+
+/// ": is 32 GPa meant, with MPa for mPa?" where that makes sense; empty elsewhere.
+std::string mega_is_meant(double stress, double least, double greatest) {
+  const double meant = stress * milli_for_mega;
+  if (meant < least || meant > greatest) return {};
+  return fmt::format("; is {} meant? mPa are millipascal, MPa megapascal", shown_stress(meant));
+}
+
+std::string of_modulus(const Parameters& parameters) {
+  const double modulus = parameters.material.youngs_modulus;
+  if (modulus < softest)
+    return fmt::format("material.youngs_modulus = {} is softer than rubber{}", shown_stress(modulus),
+                       mega_is_meant(modulus, 100 * softest, stiffest));
+  if (modulus > stiffest)
+    return fmt::format("material.youngs_modulus = {} is stiffer than diamond", shown_stress(modulus));
+  return {};
+}
+
+std::string of_density(const Parameters& parameters) {
+  const double density = parameters.material.density;
+  if (density >= lightest && density <= heaviest) return {};
+  const double meant = 1000 * density;
+  return fmt::format("material.density = {:.4g} kg/m^3 is {} than any solid{}", density,
+                     density < lightest ? "lighter" : "heavier",
+                     density < lightest && meant <= heaviest
+                         ? fmt::format("; is {:.4g} g/cm^3 meant, which is {:.4g} kg/m^3?", density, meant)
+                         : "");
+}
+
+std::string of_strength(const Parameters& parameters) {
+  const double strength = parameters.fracture.strength;
+  const double modulus = parameters.material.youngs_modulus;
+  if (strength > ideal_strength * modulus)
+    return fmt::format(
+        "fracture.strength = {} is more than a tenth of Young's modulus, {}, which no bond carries",
+        shown_stress(strength), shown_stress(modulus));
+  if (strength > 0 && strength < least_strength * modulus)
+    return fmt::format("fracture.strength = {} is {:.2g} of Young's modulus{}", shown_stress(strength),
+                       strength / modulus,
+                       mega_is_meant(strength, least_strength * modulus, ideal_strength * modulus));
+  return {};
+}
+
+/// A toughness goes with a strength of about the root of toughness, modulus and one over spacing.
+std::string of_toughness(const Parameters& parameters) {
+  const Fracture& fracture = parameters.fracture;
+  const double modulus = parameters.material.youngs_modulus;
+  if (fracture.toughness == 0 || fracture.strength > 0) return {};
+  const double strength = std::sqrt(fracture.toughness * modulus / parameters.mesh.spacing);
+  const std::string given =
+      fmt::format("fracture.toughness = {}", quantity_text(fracture.toughness, "J/m^2"));
+  if (strength > ideal_strength * modulus)
+    return fmt::format(
+        "{} needs stresses of some {} at a spacing of {}, more than a tenth of Young's modulus, which no "
+        "bond carries; 1 J/mm^2 is a million J/m^2, 1 N/mm a thousand",
+        given, shown_stress(strength), show(parameters.mesh.spacing));
+  if (strength < least_strength * modulus)
+    return fmt::format("{} goes with stresses of some {} at a spacing of {}, {:.2g} of Young's modulus",
+                       given, shown_stress(strength), show(parameters.mesh.spacing), strength / modulus);
+  return {};
+}
+
+std::string of_duration(const Parameters& parameters) {
+  const Material& material = parameters.material;
+  const double transit =
+      std::ranges::max(parameters.specimen.size) / std::sqrt(material.youngs_modulus / material.density);
+  const double duration = parameters.time.duration;
+  if (!(duration > many_transits * transit)) return {};
+  return fmt::format("time.duration = {} is {:.2g} times what a wave takes along the body, {}{}",
+                     quantity_text(duration, "s"), duration / transit, quantity_text(transit, "s"),
+                     duration >= 1000 ? "; Ms are megaseconds, ms milliseconds, us microseconds" : "");
+}
+
+}  // namespace
+
+std::vector<std::string> plausibility_warnings(const Parameters& parameters) {
+  std::vector<std::string> warnings;
+  for (const auto look : {of_modulus, of_density, of_strength, of_toughness, of_duration})
+    if (std::string text = look(parameters); !text.empty()) warnings.push_back(std::move(text));
+  return warnings;
+}
+
+}  // namespace crackle::input

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/common/quantity_text.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace crackle {
+namespace {
+
+TEST(QuantityText, HasThePrefixThatItsSizeAsksFor) {
+  EXPECT_EQ(quantity_text(160.04, "N"), "160 N");
+  EXPECT_EQ(quantity_text(0.5, "N"), "0.5 N");
+  EXPECT_EQ(quantity_text(4e-5, "N"), "40 uN");
+  EXPECT_EQ(quantity_text(-9.5367e-7, "N"), "-953.7 nN");
+  EXPECT_EQ(quantity_text(23456, "N"), "23.46 kN");
+  EXPECT_EQ(quantity_text(0.02, "m"), "20 mm");
+  EXPECT_EQ(quantity_text(1.95e-6, "m"), "1.95 um");
+  EXPECT_EQ(quantity_text(2e-12, "m^2"), "2 um^2");
+  EXPECT_EQ(quantity_text(0, "N"), "0 N");
+  EXPECT_EQ(quantity_text(1e-20, "N"), "1e-08 pN");
+}
+
+TEST(ShownUnit, StaysTheUsualOneWhileItShowsSomething) {
+  const auto name = [](double largest) { return shown_unit({"mm", 1e3}, "m", largest).name; };
+  EXPECT_EQ(name(0.02), "mm");
+  EXPECT_EQ(name(1e-4), "mm");
+  EXPECT_EQ(name(0), "mm");
+  EXPECT_EQ(name(std::numeric_limits<double>::quiet_NaN()), "mm");
+  EXPECT_EQ(name(2e-5), "mm");
+  EXPECT_EQ(name(9e-6), "um");
+  EXPECT_EQ(name(2e-8), "nm");
+  EXPECT_EQ(name(5e3), "km");
+}
+
+TEST(ShownUnit, HasTheFactorOfItsName) {
+  const ShownUnit area = shown_unit({"mm^2", 1e6}, "m^2", 3e-11);
+  EXPECT_EQ(area.name, "um^2");
+  EXPECT_DOUBLE_EQ(area.factor, 1e12);
+  const ShownUnit energy = shown_unit({"J/m^2", 1}, "J/m^2", 0.0029);
+  EXPECT_EQ(energy.name, "mJ/m^2");
+  EXPECT_DOUBLE_EQ(energy.factor, 1e3);
+  EXPECT_EQ(shown_unit({"%", 100}, "1", 1e-6).name, "%");
+}
+
+}  // namespace
+}  // namespace crackle
