@@ -97,23 +97,22 @@ struct Subject {
   }
 };
 
-/// @param base receives the mother points, which all samples share unless each has its own
+/// @param base receives the mother points that all samples share
 Subject make_subject(const input::Parameters& parameters, const geometry::Body& body,
                      geometry::MotherPoints& base) {
-  const bool is_own = parameters.mesh.base == input::Base::own;
-  const ThreadClock all_clock;
-  base = ensemble::make_base_points(body, parameters, notify);
-  const double base_seconds = is_own ? all_clock.seconds() : 0;  // otherwise once for all samples
+  if (parameters.mesh.base == input::Base::shared)
+    base = ensemble::make_base_points(body, parameters, notify);
   const ThreadClock clock;
   Heartbeat heartbeat(notify);
   heartbeat.begin("making the mesh of sample 0");
-  auto realization = geometry::make_realization(body, base, parameters.mesh, parameters.ensemble.seed, 0);
+  auto realization = ensemble::with_retries([&](std::uint64_t sample, int attempt) {
+    return ensemble::make_sample_mesh(body, base, parameters, sample, attempt);
+  })(0);
   const double stable_step = dynamics::stable_step(parameters, realization);
   const auto phase = ensemble::phase_work(parameters, stable_step);
   const double analysis = static_cast<double>(realization.tetrahedra.size()) /
                           ensemble::Machine(parameters.time).root_updates_per_second;
-  return {parameters,  body,  std::move(realization),
-          stable_step, phase, base_seconds + clock.seconds() + analysis};
+  return {parameters, body, std::move(realization), stable_step, phase, clock.seconds() + analysis};
 }
 
 double forces_per_step(const ensemble::PhaseWork& phase) {
@@ -462,9 +461,11 @@ std::string cost_text(const Subject& subject, const CheckOptions& options) {
 }
 
 /// Begins samples as the run will.
+/// @param first the mesh of sample 0 where it is known; or nullptr
 /// @return why they would fail, each with its number; nothing where none would
 std::vector<std::string> try_samples(const input::Parameters& parameters, const geometry::Body& body,
-                                     const geometry::MotherPoints& base, const CheckOptions& options) {
+                                     const geometry::MotherPoints& base, const geometry::Realization* first,
+                                     const CheckOptions& options) {
   Heartbeat heartbeat(notify);
   ensemble::Trial trial(parameters, body, base,
                         options.measure ? ensemble::TrialDepth::start : ensemble::TrialDepth::setup);
@@ -474,8 +475,10 @@ std::vector<std::string> try_samples(const input::Parameters& parameters, const 
     heartbeat.begin(
         n == 1 ? "beginning sample 0"
                : fmt::format("beginning sample {} of {}, {} of them would fail", i, n, failures.size()));
-    if (std::string failure = trial.failure(static_cast<std::uint64_t>(i)); !failure.empty())
-      failures.push_back(fmt::format("sample {} would fail: {}", i, failure));
+    const bool is_made = i == 0 && first != nullptr && parameters.random.empty();
+    const std::string failure = is_made ? trial.failure({.sample = 0, .realization = *first, .error = {}})
+                                        : trial.failure(static_cast<std::uint64_t>(i));
+    if (!failure.empty()) failures.push_back(fmt::format("sample {} would fail: {}", i, failure));
   }
   if (options.samples > 0)
     fmt::print("\nOf {} sample{}, {} would fail.\n", n, n == 1 ? "" : "s", failures.size());
@@ -565,10 +568,26 @@ void print_estimate(const input::Parameters& parameters, const CheckOptions& opt
   print_subject(subject, memory, available);
   const auto shortage = measuring_shortage(subject, available);
   if (shortage) fmt::print("\nNo sample is begun and its cost is not measured: {}\n", *shortage);
-  const auto failures = shortage ? std::vector<std::string>() : try_samples(parameters, *body, base, options);
+  const auto failures = shortage ? std::vector<std::string>()
+                                 : try_samples(parameters, *body, base, &subject.realization, options);
   if (!shortage && options.measure) {
     print_rest_outlook(subject);
     if (failures.empty()) print_cost(subject, options);
+  }
+  refuse(failures);
+}
+
+/// Begins samples of all cases but the first.
+/// @throws std::runtime_error when some would fail
+void try_cases(const std::vector<input::Case>& cases, const CheckOptions& options) {
+  std::vector<std::string> failures;
+  for (std::size_t i = 1; i < cases.size(); ++i) {
+    const input::Parameters& parameters = cases[i].parameters;
+    const auto body = geometry::make_body(parameters);
+    const auto base = ensemble::make_shared_points(*body, parameters, {});
+    fmt::print("\nCase {}: {}", i, to_string(cases[i].settings));
+    for (const std::string& failure : try_samples(parameters, *body, base, nullptr, options))
+      failures.push_back(fmt::format("case {}: {}", i, failure));
   }
   refuse(failures);
 }
@@ -629,6 +648,7 @@ int check(const parallel::Communicator& world, const CheckOptions& options) {
     std::fflush(stdout);
     try {
       print_estimate(cases.empty() ? parameters : cases.front().parameters, options);
+      if (options.samples > 0) try_cases(cases, options);
     } catch (const std::runtime_error& error) {
       fail("{}: {}", file, error.what());
     }
@@ -658,8 +678,9 @@ void add_check_command(CLI::App& app, Action& run) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   command
-      ->add_option("--samples", options->samples,
-                   "begin this many samples as the run would, and say how many would fail")
+      ->add_option(
+          "--samples", options->samples,
+          "begin this many samples, of each case of a sweep, as the run would, and say how many would fail")
       ->check(CLI::Range(1, 1'000'000));
   command
       ->add_flag("!--no-measure", options->measure,

@@ -3,6 +3,7 @@
 #include "crackle/analysis/statistics.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -44,6 +45,7 @@ public:
 
   std::size_t size() const { return names_.size(); }
   const std::string& unit() const { return unit_.name; }
+  const std::string& name(std::size_t section) const { return names_[section].first; }
 
   std::string heads() const {
     return cells("section", "along") + "  reached       mean        std         +-";
@@ -110,12 +112,24 @@ std::string turning(const Statistics& statistics) {
   return text;
 }
 
+/// The sections that no crack has reached, which have no rows.
+void append_unreached(std::string& text, const Statistics& statistics, const SectionColumns& sections) {
+  std::vector<std::string> names;
+  for (std::size_t s = 0; s < sections.size(); ++s) {
+    bool is_reached = false;
+    for (std::size_t p = s; p < statistics.reached.size(); p += sections.size())
+      is_reached = is_reached || statistics.reached[p] > 0;
+    if (!is_reached) names.push_back(sections.name(s));
+  }
+  if (!names.empty()) text += fmt::format("\nno crack reaches {}\n", fmt::join(names, ", "));
+}
+
 void append_positions(std::string& text, const Statistics& statistics, std::span<const SampleSummary> samples,
                       const SectionColumns& sections) {
   auto out = std::back_inserter(text);
   if (statistics.n_notches > 0) fmt::format_to(out, "\nleading notch: {}\n", leaders(statistics, samples));
   if (std::ranges::all_of(statistics.reached, [](auto n) { return n == 0; })) {
-    text += "\nno crack has reached a section\n";
+    append_unreached(text, statistics, sections);
     return;
   }
   fmt::format_to(out, "\ncrack positions, through-thickness mean [{}]; +- at {:g} % confidence{}\n",
@@ -135,6 +149,7 @@ void append_positions(std::string& text, const Statistics& statistics, std::span
     sections.append_position(text, statistics, p);
     text += '\n';
   }
+  append_unreached(text, statistics, sections);
 }
 
 void append_patterns(std::string& text, const Statistics& statistics) {

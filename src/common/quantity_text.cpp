@@ -62,10 +62,11 @@ ShownUnit shown_unit(const ShownUnit& usual, const std::string& si, double large
 
 std::string quantity_text(double value, const std::string& si) {
   const double magnitude = std::abs(value);
-  // A length below 1 m is better read in millimetres.
-  const double least = si == "m" ? 1 : least_plain;
-  const bool is_plain = !has_size(magnitude) || (magnitude >= least && magnitude < greatest_plain);
-  const ShownUnit unit = is_plain ? ShownUnit{si, 1} : prefixed(si, magnitude);
+  const bool is_plain = !has_size(magnitude) || (magnitude >= least_plain && magnitude < greatest_plain);
+  const bool is_of_millimetres = si == "m" && magnitude >= 1e-5 && magnitude < 1;
+  const ShownUnit unit = is_of_millimetres ? ShownUnit{"mm", 1e3}
+                         : is_plain        ? ShownUnit{si, 1}
+                                           : prefixed(si, magnitude);
   return fmt::format("{:.4g} {}", value * unit.factor, unit.name);
 }
 

@@ -42,9 +42,12 @@ Trial::Trial(const input::Parameters& parameters, const geometry::Body& body,
 }
 
 std::string Trial::failure(std::uint64_t sample) {
-  PreparedSample prepared = prepare(steps_.make, sample);
+  return failure(prepare(steps_.make, sample));
+}
+
+std::string Trial::failure(PreparedSample prepared) {
   const SampleReport report = prepared.failed()
-                                  ? report_failure(steps_, sample, prepared.error, prepared.seconds)
+                                  ? report_failure(steps_, prepared.sample, prepared.error, prepared.seconds)
                                   : lead_sample(self_, steps_, std::move(prepared));
   return report.summary.error;
 }

@@ -48,7 +48,7 @@ class Study(unittest.TestCase):
                                         env=environment(), check=True)
                 if name.startswith("softening"):
                     self.assertRegex(result.stdout, r"process zone +=.*0\.4041 mm, E G / strength\^2")
-                    self.assertIn("softening wants at most 0.135 mm", result.stdout)
+                    self.assertIn("softening wants at most 0.1347 mm", result.stdout)
                 else:
                     self.assertRegex(result.stdout, r"toughness +=.*the averaging length")
 

@@ -37,7 +37,7 @@ def words():
     quoted = set(re.findall(r'"([^"]*)"', table))
     found |= quoted | {f'"{word}"' for word in quoted}
     found |= {'"""', "'''", "[[", "]]", "inf", "nan", "true", "1e400", "-1", "0x", "1979-05-27", "\\u00e9", "\u00b5m",
-              "{ y = [", "\r\n", "MPa^2.5 s", "+", "_"}
+              "{ y = [", "\r\n", "MPa^2.5 s", "MPa m^(1/2)", "sqrt(m)", "+", "_"}
     return sorted(word for word in found if word)
 
 

@@ -15,6 +15,7 @@ TEST(QuantityText, HasThePrefixThatItsSizeAsksFor) {
   EXPECT_EQ(quantity_text(-9.5367e-7, "N"), "-953.7 nN");
   EXPECT_EQ(quantity_text(23456, "N"), "23.46 kN");
   EXPECT_EQ(quantity_text(0.02, "m"), "20 mm");
+  EXPECT_EQ(quantity_text(0.0008, "m"), "0.8 mm");
   EXPECT_EQ(quantity_text(1.95e-6, "m"), "1.95 um");
   EXPECT_EQ(quantity_text(2e-12, "m^2"), "2 um^2");
   EXPECT_EQ(quantity_text(0, "N"), "0 N");

@@ -370,6 +370,7 @@ TEST(Schema, IsRaisedWithTheColumns) {
             "equilibrium_residual ")
       << "other columns are of a new version";
   EXPECT_EQ(names[4], "peak_load displacement_at_peak work_of_fracture arrival_time ");
+  EXPECT_EQ(names[5], "first_break_x first_break_y first_break_z ");
   EXPECT_EQ(names.rbegin()->first, sample_schema_version);
   EXPECT_EQ(sample_schema_version, ensemble_schema_version);
 }

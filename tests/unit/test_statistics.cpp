@@ -224,7 +224,7 @@ TEST(Statistics, TableNamesEverySectionAndEveryFailure) {
   std::printf("%s", text.c_str());
   EXPECT_THAT(text, ::testing::HasSubstr("4 samples: 2 done, 1 failed, 1 left"));
   EXPECT_THAT(text, ::testing::ContainsRegex("0 +y = 7 mm +z +2 +66\\.200 +0\\.141 +1\\.271"));
-  EXPECT_THAT(text, ::testing::ContainsRegex("0 +z = 12\\.25 mm +y +0 +- +- +-"));
+  EXPECT_THAT(text, ::testing::HasSubstr("\nno crack reaches z = 12.25 mm\n"));
   EXPECT_THAT(text, ::testing::ContainsRegex("one crack +50\\.0 +9\\.5 to 90\\.5"));
   EXPECT_THAT(text, ::testing::ContainsRegex("onset force \\[N\\] +380\\.900 +381\\.200 +381\\.500"));
   EXPECT_THAT(text, ::testing::HasSubstr("failed sample 2: tetrahedron 7 is inverted"));

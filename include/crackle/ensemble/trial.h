@@ -28,6 +28,8 @@ public:
 
   /// The reason that the run would give for the sample's failure; empty where it begins well. Not collective.
   std::string failure(std::uint64_t sample);
+  /// The same for a sample whose mesh is made.
+  std::string failure(PreparedSample prepared);
 
 private:
   SampleSteps steps_;
