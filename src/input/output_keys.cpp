@@ -20,7 +20,7 @@ constexpr int max_conditions = 1'000'000;
 /// Rows of a history in one dynamic phase.
 constexpr double max_history_rows = 100'000;
 
-Key name_key() {
+Key probe_name_key() {
   return {"name",
           "text",
           required(),
@@ -141,7 +141,7 @@ Table probe_table() {
   return {"output.probe",
           Occurrence::many,
           "a place whose displacement, velocity and stress the history follows",
-          {name_key(), place_key()},
+          {probe_name_key(), place_key()},
           [](const Parameters& parameters) { return parameters.output.probes.size(); },
           [](Parameters& parameters) { parameters.output.probes.emplace_back(); }};
 }
