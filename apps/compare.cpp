@@ -35,12 +35,15 @@ struct Ensemble {
 
 int compare(const parallel::Communicator& world, const CompareOptions& options) {
   std::vector<input::Parameters> inputs;
-  for (const std::string& folder : options.folders) inputs.push_back(input_of(world, folder));
+  std::vector<std::filesystem::path> folders;
+  parallel::agree(world, [&] {
+    for (const std::string& given : options.folders) folders.push_back(folder_of(given));
+  });
+  for (const auto& folder : folders) inputs.push_back(input_of(world, folder));
   parallel::agree_on_root(world, [&] {
     std::vector<Ensemble> ensembles;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
-      Ensemble& ensemble =
-          ensembles.emplace_back(Ensemble{inputs[i], stored_samples(options.folders[i], inputs[i])});
+      Ensemble& ensemble = ensembles.emplace_back(Ensemble{inputs[i], stored_samples(folders[i], inputs[i])});
       const analysis::Statistics statistics =
           analysis::make_statistics(ensemble.samples.rows, ensemble.parameters);
       analysis::leave_out_surplus(statistics, 0, ensemble.samples.rows);
@@ -71,7 +74,8 @@ void add_compare_command(CLI::App& app, Action& run) {
                                          "Tell what differs between ensembles, and how surely: the others "
                                          "are each compared with the first, sample by "
                                          "sample where they have the same bodies; reads only");
-  command->add_option("folders", options->folders, "output folders of crackle run")
+  command
+      ->add_option("folders", options->folders, "output folders of crackle run, or the ensemble.h5 in them")
       ->required()
       ->expected(2, 100);
   command

@@ -12,6 +12,7 @@
 #include <CLI/CLI.hpp>
 
 #include <array>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -120,6 +121,8 @@ int run_command(const apps::Action& run, const parallel::Communicator& world) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // A limit on the size of files is an error of writing, as a full disk is.
+  std::signal(SIGXFSZ, SIG_IGN);
   // From the first moment on: what starts the ranks passes signals on as soon as they are there.
   const std::string_view command = argc > 1 ? argv[1] : "";
   const bool can_park = command == "run" || command == "sample";

@@ -5,6 +5,7 @@
 #include "crackle/analysis/crack_path.h"
 #include "crackle/analysis/sample_results.h"
 #include "crackle/common/failure.h"
+#include "crackle/common/regular_file.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/ensemble/sample_plan.h"
@@ -41,8 +42,7 @@ fs::path first_sample_file(const fs::path& folder) {
 std::vector<analysis::SampleSummary> stored_rows(const fs::path& folder,
                                                  const input::Parameters& parameters) {
   const auto n_samples = static_cast<std::size_t>(parameters.ensemble.samples);
-  if (!fs::exists(ensemble::results_file(folder)))
-    return io::read_summaries(folder, parameters, 0, n_samples);
+  if (!is_taken(ensemble::results_file(folder))) return io::read_summaries(folder, parameters, 0, n_samples);
   auto samples = io::read_ensemble(ensemble::results_file(folder)).samples;
   samples.resize(std::max(samples.size(), n_samples));
   for (std::size_t i = 0; i < n_samples; ++i) {
@@ -86,6 +86,17 @@ std::string derive_leading_notches(const input::Parameters& parameters,
 
 }  // namespace
 
+fs::path folder_of(const fs::path& given) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(given, ignored)) return given;
+  const fs::path folder = given.has_parent_path() ? given.parent_path() : fs::path(".");
+  if (ensemble::results_file(folder).filename() == given.filename()) return folder;
+  if (given.extension() == ".h5" && folder.filename() == "samples")
+    fail("{} is the file of one sample; give the ensemble's folder, {}", given.string(),
+         (folder / "..").lexically_normal().string());
+  fail("{} is a file; give the folder of an ensemble, or its ensemble.h5", given.string());
+}
+
 analysis::Origin origin_of(const fs::path& folder) {
   return origin_of_format(io::format_version(folder));
 }
@@ -99,19 +110,20 @@ StoredSamples stored_samples(const fs::path& folder, const input::Parameters& pa
 
 input::Parameters input_of(const parallel::Communicator& world, const fs::path& folder) {
   parallel::agree_on_root(world, [&] {
-    if (fs::exists(ensemble::sweep_input(folder)))
+    if (is_taken(ensemble::sweep_input(folder)))
       fail("'{}' holds a sweep; give the folder of one of its cases, such as {}", folder.string(),
            (folder / "case-0").string());
   });
   const fs::path copy = folder / "input.toml";
   const fs::path results = ensemble::results_file(folder);
+  parallel::agree_on_root(world, [&] { require_regular(copy); });
   // The folder holds the points too, since the input names them relative to where it was.
   const input::PointsFile points{
-      .path = fs::exists(ensemble::points_copy(folder)) ? ensemble::points_copy(folder) : fs::path(),
+      .path = is_taken(ensemble::points_copy(folder)) ? ensemble::points_copy(folder) : fs::path(),
       .digest = {}};
-  if (parallel::share(world, fs::exists(copy))) return read_input(world, copy, points);
+  if (parallel::share(world, is_taken(copy))) return read_input(world, copy, points);
   return share_input(world, results, [&] {
-    if (fs::exists(results)) return input::parse(io::read_ensemble(results).input_text, results, points);
+    if (is_taken(results)) return input::parse(io::read_ensemble(results).input_text, results, points);
     if (const fs::path sample = first_sample_file(folder); !sample.empty())
       return input::parse(io::read_input_text(sample), sample, points);
     fail("'{}' is not the folder of an ensemble: it holds neither input.toml nor ensemble.h5 nor samples",

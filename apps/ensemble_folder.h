@@ -17,6 +17,10 @@ struct StoredSamples {
   analysis::Origin origin;
 };
 
+/// The folder of an ensemble, where that or its ensemble.h5 is given.
+/// @throws std::runtime_error for another file
+std::filesystem::path folder_of(const std::filesystem::path& given);
+
 /// Those of an ensemble whose files stay as they are: of ensemble.h5, and of sample files that it does not
 /// know yet.
 StoredSamples stored_samples(const std::filesystem::path& folder, const input::Parameters& parameters);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle init: an input to start from.
 #include "commands.h"
+#include "crackle/common/regular_file.h"
 #include "crackle/io/text_file.h"
 #include "crackle/parallel/agreement.h"
 #include "problems.h"
@@ -30,7 +31,7 @@ const Problem& problem(const std::string& name) {
 
 int init(const parallel::Communicator& world, const InitOptions& options) {
   parallel::agree_on_root(world, [&] {
-    if (std::filesystem::exists(options.file))
+    if (is_taken(options.file))
       throw std::runtime_error(fmt::format("{} already exists; give another name", options.file.string()));
     io::write_text_file(options.file, options.from.empty() ? input::annotated(problem(basis_of_template).text)
                                                            : problem(options.from).text);

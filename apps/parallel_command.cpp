@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "parallel_command.h"
 
+#include "crackle/common/failure.h"
+#include "crackle/common/whole_number.h"
 #include "crackle/parallel/agreement.h"
 
 #include <fcntl.h>
@@ -9,11 +11,17 @@
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <map>
 #include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
 
 namespace crackle::apps {
 
@@ -39,25 +47,99 @@ int terminal_width(int stream) {
   return width;
 }
 
+namespace {
+
+constexpr double minute = 60, hour = 3600, day = 86400;  // [s]
+
+/// "8h", "30 min", "90"
+std::optional<double> with_unit(std::string_view text) {
+  constexpr std::array<std::pair<std::string_view, double>, 7> units{
+      {{"", 1}, {"s", 1}, {"m", minute}, {"min", minute}, {"h", hour}, {"d", day}, {"days", day}}};
+  double number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc()) return std::nullopt;
+  std::string_view unit = text.substr(static_cast<std::size_t>(end - text.data()));
+  unit.remove_prefix(std::min(unit.find_first_not_of(' '), unit.size()));
+  for (const auto& [name, seconds] : units)
+    if (unit == name) return number * seconds;
+  return std::nullopt;
+}
+
+/// "2-12:30:00"; without days the last number is of seconds, behind days the first one is of hours.
+std::optional<double> as_slurm_writes(std::string_view text) {
+  const std::size_t dash = text.find('-');
+  const auto days =
+      dash == std::string_view::npos ? std::optional(0) : whole_number<int>(text.substr(0, dash));
+  std::string_view rest = dash == std::string_view::npos ? text : text.substr(dash + 1);
+  std::vector<double> numbers;
+  for (bool is_last = false; !is_last;) {
+    const std::size_t colon = rest.find(':');
+    is_last = colon == std::string_view::npos;
+    const auto number = whole_number<int>(rest.substr(0, colon));
+    if (!number || *number < 0) return std::nullopt;
+    numbers.push_back(*number);
+    if (!is_last) rest.remove_prefix(colon + 1);
+  }
+  if (!days || *days < 0 || numbers.size() > 3) return std::nullopt;
+  if (dash == std::string_view::npos && numbers.size() == 2) numbers.insert(numbers.begin(), 0);
+  numbers.resize(3);
+  return *days * day + numbers[0] * hour + numbers[1] * minute + numbers[2];
+}
+
+/// A number of tasks that SLURM's variable tells; 0 without it.
+int n_tasks(const char* variable) {
+  const char* value = std::getenv(variable);
+  return whole_number<int>(value != nullptr ? value : "").value_or(0);
+}
+
+}  // namespace
+
+std::optional<double> duration(std::string_view text) {
+  const bool is_of_slurm = text.find_first_of(":-") != std::string_view::npos;
+  const auto seconds = is_of_slurm ? as_slurm_writes(text) : with_unit(text);
+  return seconds && *seconds > 0 && std::isfinite(*seconds) ? seconds : std::nullopt;
+}
+
+void check_tasks(const parallel::Communicator& world, bool is_whole) {
+  if (world.size() > 1 || std::getenv("SLURM_PROCID") == nullptr) return;
+  const char* const advice = "start the ranks with mpirun, or with srun --mpi=pmix where SLURM has it";
+  if (const int n = n_tasks("SLURM_STEP_NUM_TASKS"); n > 1) {
+    const std::string found =
+        fmt::format("srun has started {} tasks, and MPI sees 1: each would be a run of its own", n);
+    if (is_whole) fail("{}; {}", found, advice);
+    fmt::print(stderr, "crackle: {}; if they are to be ranks of one run, {}\n", found, advice);
+  } else if (const int n_in_job = n_tasks("SLURM_NTASKS"); n_in_job > 1) {
+    fmt::print(stderr, "crackle: the SLURM job has {} tasks, and this run uses 1; {}\n", n_in_job, advice);
+  }
+}
+
 void add_parking_options(CLI::App& command, ParkingOptions& options) {
-  static const std::map<std::string, double> time_units{{"s", 1}, {"min", 60}, {"h", 3600}, {"d", 86400}};
-  const CLI::Validator is_positive(
-      [](const std::string& text) -> std::string {
-        return std::strtod(text.c_str(), nullptr) > 0 ? "" : "give a time above 0, such as 8h";
+  const CLI::Validator as_seconds(
+      [](std::string& text) -> std::string {
+        const auto seconds = duration(text);
+        if (!seconds)
+          return fmt::format(
+              "'{}' is not a time above 0; give one such as 90s, 30min, 8h, 2d, 8:00:00 (H:MM:SS), 30:00 "
+              "(M:SS) or "
+              "1-12:00:00 (D-HH:MM:SS)",
+              text);
+        text = fmt::format("{}", *seconds);
+        return {};
       },
       "");
   command
       .add_option("--time-limit", options.time_limit,
-                  "park samples under way and stop within this time, such as 8h; in a SLURM job "
-                  "the end of the job is a limit too")
-      ->transform(CLI::AsNumberWithUnit(time_units))
-      ->check(is_positive);
+                  "park samples under way and stop within this time, such as 8h, 30min, 90s or, as SLURM "
+                  "writes it, 8:00:00; in a SLURM job the end of the job is a limit too")
+      ->transform(as_seconds)
+      ->type_name("TIME");
   command
-      .add_option("--checkpoint-interval", options.checkpoint_interval,
-                  "write a checkpoint of each sample this often, such as 30min; default: only when it is "
-                  "parked")
-      ->transform(CLI::AsNumberWithUnit(time_units))
-      ->check(is_positive);
+      .add_option(
+          "--checkpoint-interval", options.checkpoint_interval,
+          "write a checkpoint of each sample this often, such as 30min or 30:00; default: only when it "
+          "is parked")
+      ->transform(as_seconds)
+      ->type_name("TIME");
 }
 
 std::string shell_line(std::span<const std::string> words) {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 /// What the commands that run on many ranks share.
 namespace crackle::apps {
@@ -15,6 +16,10 @@ namespace crackle::apps {
 /// Columns of the terminal that shows an output stream (STDOUT_FILENO or STDERR_FILENO), 0 when it goes
 /// somewhere else. Looks through the pseudo-terminal that mpirun puts between itself and its processes.
 int terminal_width(int stream);
+
+/// Seconds of a time such as "8h", "30 min" or "90" (seconds), or as SLURM writes it: M:SS, H:MM:SS,
+/// D-H, D-HH:MM or D-HH:MM:SS. Nothing for another text.
+std::optional<double> duration(std::string_view text);
 
 /// When a command parks what is under way, and how often it keeps checkpoints.
 struct ParkingOptions {
@@ -24,6 +29,13 @@ struct ParkingOptions {
 
 /// Declares --time-limit and --checkpoint-interval.
 void add_parking_options(CLI::App& command, ParkingOptions& options);
+
+/// Looks whether SLURM has started this program several times, each by itself, where it was to start the
+/// ranks of one run: srun without what MPI needs of it.
+/// @param is_whole the command computes all samples, which only one of these programs can do
+/// @throws std::runtime_error then; where each may have its own samples, or the job's script has started the
+/// program as one rank of several tasks, one line on standard error says so
+void check_tasks(const parallel::Communicator& world, bool is_whole);
 
 /// What signals do; for the end of a command's help.
 inline constexpr const char* signals_help =

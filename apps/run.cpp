@@ -155,6 +155,8 @@ void add_run_command(CLI::App& app, const CommandLine& typed, Action& run) {
                   crash_help + signals_help);
   command->callback([arguments, typed, &run] {
     run = [arguments, typed](const parallel::Communicator& world) {
+      parallel::agree(world,
+                      [&] { check_tasks(world, arguments->samples.empty() && arguments->part.empty()); });
       const input::Parameters parameters = read_input(world, arguments->input);
       std::vector<input::Case> cases;
       if (!parameters.sweeps.empty()) cases = read_cases(world, parameters, arguments->input);

@@ -86,6 +86,7 @@ void add_sample_command(CLI::App& app, const CommandLine& typed, Action& run) {
       crash_help + signals_help);
   command->callback([arguments, typed, &run] {
     run = [arguments, typed](const parallel::Communicator& world) {
+      check_tasks(world, false);
       const input::Parameters parameters = read_input(world, arguments->input);
       refuse_sweep(parameters, arguments->input);
       return end_together(world, [&] { return sample_command(world, parameters, *arguments, typed); });

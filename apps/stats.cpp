@@ -7,6 +7,7 @@
 #include "crackle/analysis/sensitivity.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/common/failure.h"
+#include "crackle/common/regular_file.h"
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/ensemble/sample_plan.h"
@@ -75,9 +76,10 @@ void print(const StatsOptions& options, const std::vector<analysis::SampleSummar
 bool is_read_only(const parallel::Communicator& world, const fs::path& folder) {
   bool answer = false;
   parallel::agree_on_root(world, [&] {
-    const bool has_results = fs::exists(ensemble::results_file(folder));
-    const bool has_only_results = has_results && !fs::exists(folder / "samples");
-    const bool has_only_samples = !has_results && !fs::exists(folder / "input.toml");
+    ensemble::check_results(folder);
+    const bool has_results = is_taken(ensemble::results_file(folder));
+    const bool has_only_results = has_results && !is_taken(folder / "samples");
+    const bool has_only_samples = !has_results && !is_taken(folder / "input.toml");
     answer = has_only_results || has_only_samples || io::holds_older_format(folder);
   });
   return parallel::share(world, answer);
@@ -169,8 +171,11 @@ int update_sweep(const parallel::Communicator& world, const StatsOptions& option
 
 /// Whether the folder is that of a sweep. Collective.
 bool is_sweep(const parallel::Communicator& world, const fs::path& folder) {
-  std::error_code ignored;
-  return parallel::share(world, fs::exists(ensemble::sweep_input(folder), ignored));
+  parallel::agree_on_root(world, [&] {
+    require_regular(ensemble::sweep_input(folder));
+    require_regular(ensemble::sweep_table(folder));
+  });
+  return parallel::share(world, is_taken(ensemble::sweep_input(folder)));
 }
 
 }  // namespace
@@ -183,7 +188,7 @@ void add_stats_command(CLI::App& app, Action& run) {
       "files, print them and bring ensemble.h5 up to date; without sample files, print those "
       "of the samples that ensemble.h5 holds. Of a sweep, the table of all cases");
   auto columns = std::make_shared<bool>(false);
-  command->add_option("folder", options->folder, "output folder of crackle run");
+  command->add_option("folder", options->folder, "output folder of crackle run, or the ensemble.h5 in it");
   command->add_flag("--columns", *columns, "print the table of all results of a sample (Markdown) instead");
   command->add_flag(
       "--json", options->json,
@@ -225,6 +230,7 @@ void add_stats_command(CLI::App& app, Action& run) {
       return;
     }
     run = [options](const parallel::Communicator& world) {
+      parallel::agree(world, [&] { options->folder = folder_of(options->folder).string(); });
       if (is_sweep(world, options->folder)) {
         if (options->json || !options->limits.empty() || !options->sections.empty())
           throw parallel::AgreedError(

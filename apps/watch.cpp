@@ -2,6 +2,7 @@
 // crackle watch: what a running ensemble has found so far, again and again. Reads only.
 #include "commands.h"
 #include "crackle/analysis/sample_results.h"
+#include "crackle/common/regular_file.h"
 #include "crackle/ensemble/folder_lock.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/sample_report.h"
@@ -24,7 +25,6 @@
 #include <cstdio>
 #include <deque>
 #include <fstream>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <string>
@@ -89,24 +89,6 @@ public:
   }
   const fs::path& path() const { return folder_; }
 
-  /// Who is at work, as the locks say that a killed run has not left behind; none where there is none.
-  std::vector<std::string> at_work() const {
-    std::vector<std::string> owners;
-    std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(folder_, ignored)) {
-      if (!entry.path().filename().string().starts_with("lock-")) continue;
-      std::ifstream file(entry.path());
-      const std::string text{std::istreambuf_iterator<char>(file), {}};
-      const auto owner = ensemble::LockOwner::parse(text);
-      const auto touched = fs::last_write_time(entry.path(), ignored);
-      const std::chrono::duration<double> untouched = fs::file_time_type::clock::now() - touched;
-      if (ignored || ensemble::why_stale(owner, ensemble::LockOwner::self(), untouched.count())) continue;
-      owners.push_back(owner ? owner->describe() : entry.path().filename().string());
-    }
-    std::ranges::sort(owners);
-    return owners;
-  }
-
   /// Samples with a checkpoint, and for how long it has been there [s].
   std::map<std::uint64_t, double> checkpoints() const {
     std::map<std::uint64_t, double> ages;
@@ -127,6 +109,7 @@ public:
     for (const auto& entry : fs::directory_iterator(folder_, ignored)) {
       const std::string name = entry.path().filename().string();
       if (!name.starts_with("run") || entry.path().extension() != ".log") continue;
+      if (!other_kind(entry.path()).empty()) continue;
       const auto written = fs::last_write_time(entry.path(), ignored);
       if (newest.empty() || written > time) newest = entry.path(), time = written;
     }
@@ -221,7 +204,7 @@ Standing standing(const Folder& folder, const input::Parameters& parameters, con
                                  n_failed, n_left, n_needed);
   if (n_needed < folder.n_samples())
     text += fmt::format("stopped early: these are enough, of {}\n", folder.n_samples());
-  const auto owners = folder.at_work();
+  const auto owners = ensemble::owners_at_work(folder.path());
   if (owners.empty()) text += "no run is at work here\n";
   for (const auto& owner : owners) text += fmt::format("at work: {}\n", owner);
   if (const auto means = progress.means(); !means.empty()) text += means + "\n";
@@ -293,7 +276,8 @@ void add_watch_command(CLI::App& app, Action& run) {
   auto options = std::make_shared<WatchOptions>();
   auto* command = app.add_subcommand(
       "watch", "Show how a running ensemble stands, again and again: its samples, means and last log lines");
-  command->add_option("folder", options->folder, "output folder of crackle run")->required();
+  command->add_option("folder", options->folder, "output folder of crackle run, or the ensemble.h5 in it")
+      ->required();
   command->add_option("--interval", options->interval, "seconds between two looks")
       ->check(CLI::Range(0.1, 86400.0))
       ->capture_default_str();
@@ -304,6 +288,7 @@ void add_watch_command(CLI::App& app, Action& run) {
   command->footer("Reads only, and ends with the ensemble. Ctrl-C ends it at any time; the run goes on.");
   command->callback([options, &run] {
     run = [options](const parallel::Communicator& world) {
+      parallel::agree(world, [&] { options->folder = folder_of(options->folder); });
       const input::Parameters parameters = input_of(world, options->folder);
       parallel::agree_on_root(world, [&] { watch(*options, parameters); });
       return static_cast<int>(success);

@@ -4,6 +4,8 @@
 #include "crackle/analysis/sample_summary.h"
 #include "crackle/analysis/statistics.h"
 #include "crackle/common/index.h"
+#include "crackle/common/regular_file.h"
+#include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/model_limits.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/results.h"
@@ -136,17 +138,79 @@ double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
+namespace {
+
+constexpr double look_interval = 10;  // [s] between two looks whether the folder is there
+
+SampleRange range_of(const input::Parameters& parameters, const RunOptions& options) {
+  const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
+  return options.plan.range.value_or(SampleRange{0, n_samples - 1});
+}
+
+}  // namespace
+
+void plan_run(const input::Parameters& parameters, const RunOptions& options, MasterState& master) {
+  check_folder(options.folder, parameters, options.plan);
+  if (is_taken(options.folder)) return lock_run(parameters, options, master);
+  master.plan = make_plan(options.folder, parameters, options.plan, summary_reader(parameters));
+}
+
+void lock_run(const input::Parameters& parameters, const RunOptions& options, MasterState& master) {
+  if (master.lock) return;
+  master.lock.emplace(options.folder, range_of(parameters, options));
+  master.plan = make_plan(options.folder, parameters, options.plan, summary_reader(parameters));
+}
+
+LockMark share_mark(const parallel::Communicator& world, const std::optional<FolderLock>& lock) {
+  const LockMark own = lock ? lock->mark() : LockMark{};
+  return {parallel::share(world, own.file.string()), parallel::share(world, own.text)};
+}
+
+StopRequest with_loss(const parallel::Communicator& world, StopRequest request, const LockMark& mark) {
+  if (!world.is_root()) return request;
+  return [mark, own = std::move(request), clock = Stopwatch()]() mutable -> std::optional<std::string> {
+    if (own)
+      if (auto reason = own()) return reason;
+    if (clock.seconds() < look_interval) return std::nullopt;
+    clock = Stopwatch();
+    try {
+      mark.require();
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+    return std::nullopt;
+  };
+}
+
+std::string loss(const std::optional<FolderLock>& lock) {
+  try {
+    if (lock) lock->mark().require();
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return {};
+}
+
+SampleSteps guarded(SampleSteps steps, const LockMark& mark) {
+  const auto before = [&mark](auto& step) {
+    step = [mark, own = std::move(step)](const auto&... arguments) {
+      mark.require();
+      own(arguments...);
+    };
+  };
+  before(steps.write);
+  before(steps.write_failure);
+  before(steps.write_checkpoint);
+  return steps;
+}
+
 void prepare_run(const input::Parameters& parameters, const RunOptions& options, const GroupLayout& layout,
                  MasterState& master, RunLog* log) {
   const auto say = [&](const std::string& text) {
     if (log != nullptr) log->line(text);
   };
   const auto& plan = master.plan;
-  const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
-  master.lock.emplace(options.folder, options.plan.range.value_or(SampleRange{0, n_samples - 1}));
   for (const auto& line : master.lock->taken_over()) say(line);
-  // Another run may have come and gone since the plan was made.
-  check_folder(options.folder, parameters, options.plan);
   const auto prepared = prepare_folder(options.folder, parameters, plan);
   if (log != nullptr) log->keep(run_log_file(options.folder, options.plan.range));
   for (const auto& line : prepared) say(line);
@@ -215,11 +279,43 @@ void share_base(const parallel::Communicator& world, const GroupLayout& layout,
   parallel::agree_on_error(world, error);
 }
 
+namespace {
+
+/// What a run would miss when it continues.
+void restore_copy(const std::filesystem::path& folder, const input::Parameters& parameters, RunLog* log) {
+  std::string line;
+  try {
+    if (!restore_input(folder, parameters)) return;
+    line = folder.string() + ": the copy of the input was gone and is written again";
+  } catch (const std::exception& error) {
+    line = error.what();
+  }
+  if (log != nullptr) log->line(line);
+}
+
+/// Of a folder that was moved or removed: nothing more can be written.
+RunOutcome finish_lost_run(const parallel::Communicator& world, const MasterState& master,
+                           const std::string& lost, RunLog* log, double seconds) {
+  RunOutcome outcome = share_counts(world, counts_of(master.progress));
+  outcome.lost = true;
+  outcome.file_error = lost;
+  if (log == nullptr) return outcome;
+  log->end_progress();
+  log->line(fmt::format("{} done, {} failed, {} pending after {}; no more was written: {}", outcome.done,
+                        outcome.failed, outcome.left, format_duration(seconds), lost));
+  return outcome;
+}
+
+}  // namespace
+
 RunOutcome finish_run(const parallel::Communicator& world, const input::Parameters& parameters,
                       const RunOptions& options, const MasterState& master,
                       const geometry::MotherPoints& base, bool is_stopping, RunLog* log, double seconds) {
+  const std::string lost = parallel::share(world, loss(master.lock));
+  if (!lost.empty()) return finish_lost_run(world, master, lost, log, seconds);
   RunOutcome outcome;
   Results results;
+  if (world.is_root()) restore_copy(options.folder, parameters, log);
   if (options.plan.range) {
     outcome = share_counts(world, counts_of(master.progress));
     outcome.stopped = is_stopping && outcome.left > 0;

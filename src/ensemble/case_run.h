@@ -37,10 +37,34 @@ struct MasterState {
   std::map<std::uint64_t, analysis::SampleSummary> unstored;
 };
 
-/// Everything that can go wrong before the first sample; on rank 0. Writes last.
+/// Locks the samples and plans the run, on rank 0. A folder that is not there yet is planned only: an input
+/// that is refused for another reason must not make it.
+/// @throws std::runtime_error as FolderLock and check_folder
+void plan_run(const input::Parameters& parameters, const RunOptions& options, MasterState& master);
+
+/// Locks what plan_run() has only planned, in a folder that is made now, and plans it anew: another run may
+/// have come and gone meanwhile. On rank 0.
+/// @throws as plan_run
+void lock_run(const input::Parameters& parameters, const RunOptions& options, MasterState& master);
+
+/// Fills the folder, on rank 0.
+/// @pre the samples are locked
 /// @param log may be null
+/// @throws std::runtime_error naming what cannot be written
 void prepare_run(const input::Parameters& parameters, const RunOptions& options, const GroupLayout& layout,
                  MasterState& master, RunLog* log);
+
+/// The lock of rank 0 on every rank; empty without one there. Collective.
+LockMark share_mark(const parallel::Communicator& world, const std::optional<FolderLock>& lock);
+
+/// `request`, and on rank 0 the folder's loss.
+StopRequest with_loss(const parallel::Communicator& world, StopRequest request, const LockMark& mark);
+
+/// Why nothing can be written into the folder any more, on rank 0; empty while it is the locked one.
+std::string loss(const std::optional<FolderLock>& lock);
+
+/// The same steps, whose files are written while the folder is the locked one only.
+SampleSteps guarded(SampleSteps steps, const LockMark& mark);
 
 /// What the master does when something happens to a sample. The references must outlive the events.
 /// @param log may be null
@@ -50,7 +74,8 @@ ScheduleEvents make_events(MasterState& master, RunLog* log);
 /// Collective.
 void share_base(const parallel::Communicator& world, const GroupLayout& layout, geometry::MotherPoints& base);
 
-/// Writes ensemble.h5, unless the run is of a range of samples, and says how the run ended. Collective.
+/// Writes ensemble.h5, unless the run is of a range of samples or the folder is lost, and says how the run
+/// ended. Collective.
 /// @param log null on other ranks than the root, and where nothing is said
 /// @param seconds that the run has taken
 RunOutcome finish_run(const parallel::Communicator& world, const input::Parameters& parameters,

@@ -28,9 +28,7 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
       world, [&] { return make_group_layout(world.size(), parameters.ensemble.ranks_per_sample); });
   const auto body = parallel::agree(world, [&] { return geometry::make_body(parameters); });
   MasterState master;
-  parallel::agree_on_root(world, [&] {
-    master.plan = make_plan(options.folder, parameters, options.plan, summary_reader(parameters));
-  });
+  parallel::agree_on_root(world, [&] { plan_run(parameters, options, master); });
   check_memory(world, parameters, *body, layout, !master.plan.to_do.empty());
   geometry::MotherPoints base;
   parallel::agree_on_root(world, [&] {
@@ -41,16 +39,19 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
     if (const auto notice = input::bits_notice(parameters.time.engine); !notice.empty()) say(notice);
     base = master.plan.to_do.empty() ? base_points(options.folder, parameters)
                                      : make_shared_points(*body, parameters, say);
+    lock_run(parameters, options, master);
     prepare_run(parameters, options, layout, master, log_or_null);
   });
 
   if (parameters.ensemble.meshes != input::MeshMakers::master) share_base(world, layout, base);
 
-  StopLatch stop(options.stop, [log_or_null](const std::string& line) {
+  const LockMark mark = share_mark(world, master.lock);
+  StopLatch stop(with_loss(world, options.stop, mark), [log_or_null](const std::string& line) {
     if (log_or_null != nullptr) log_or_null->line(line);
   });
-  SampleSteps steps =
-      make_sample_steps(parameters, *body, base, options.folder, layout.ranks_per_group, sample_function);
+  SampleSteps steps = guarded(
+      make_sample_steps(parameters, *body, base, options.folder, layout.ranks_per_group, sample_function),
+      mark);
   steps.checkpoint_interval = options.checkpoint_interval;
   steps.enter = options.enter;
   steps.stop = [&stop] { return stop(); };
@@ -61,6 +62,11 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
     };
   }
   ScheduleEvents events = make_events(master, log_or_null);
+  events.finished = [&, tell = events.finished](const SampleReport& report) {
+    tell(report);
+    // Further samples would be computed for nothing.
+    if (!report.stored && !loss(master.lock).empty()) stop.set();
+  };
   events.parked = [&, tell = events.parked](const SampleReport& report) {
     // A signal to all ranks may reach the group first; the log names it all the same.
     if (!stop()) stop.set();

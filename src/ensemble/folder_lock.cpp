@@ -2,6 +2,7 @@
 #include "crackle/ensemble/folder_lock.h"
 
 #include "crackle/common/failure.h"
+#include "crackle/common/regular_file.h"
 #include "crackle/common/stopwatch.h"
 #include "crackle/common/whole_number.h"
 
@@ -10,12 +11,14 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -37,8 +40,8 @@ constexpr double short_wait = 3;  // [s] with short pauses
 constexpr std::chrono::milliseconds short_pause{100};
 constexpr std::chrono::milliseconds long_pause{1000};
 
-/// Empty if the file does not exist.
-std::string text_if_any(const fs::path& file) {
+/// Of /proc; empty if the file does not exist.
+std::string kernel_text(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};
 }
@@ -57,7 +60,7 @@ constexpr const char* ended = "ended";
 std::string start_of(long process) {
   // /proc may be that of another process namespace, such as the one that a container was started from.
   if (link_target("/proc/self") != std::to_string(::getpid())) return unknown_start;
-  const std::string text = text_if_any(fmt::format("/proc/{}/stat", process));
+  const std::string text = kernel_text(fmt::format("/proc/{}/stat", process));
   const auto name_end = text.rfind(')');
   if (name_end == std::string::npos) return unknown_start;
   std::istringstream fields(text.substr(name_end + 1));
@@ -84,12 +87,55 @@ std::string environment_word(const char* name, const char* absent) {
   return value != nullptr && *value != 0 ? value : absent;
 }
 
-/// Seconds since the lock was touched, by the file system's own clock: `mine` was just touched.
-double age(const fs::path& file, const fs::path& mine) {
-  struct stat theirs {};
-  struct stat ours {};
-  if (::stat(file.c_str(), &theirs) != 0 || ::stat(mine.c_str(), &ours) != 0) return 0;
-  return std::difftime(ours.st_mtime, theirs.st_mtime);
+/// Owner of a file descriptor.
+class OpenFile {
+public:
+  explicit OpenFile(int id) : id_(id) {}
+  ~OpenFile() { close(); }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+  int id() const { return id_; }
+  bool is_open() const { return id_ >= 0; }
+  bool close() { return id_ < 0 || ::close(std::exchange(id_, -1)) == 0; }
+
+private:
+  int id_;
+};
+
+/// @throws std::runtime_error when something else than a lock has its name
+void require_lock(const fs::path& file) {
+  std::error_code ignored;
+  const bool is_link = fs::is_symlink(fs::symlink_status(file, ignored));
+  const std::string kind = is_link ? "a symbolic link" : other_kind(file);
+  if (!kind.empty()) fail("{} is {}, not a lock; remove it if no run is at work here", file.string(), kind);
+}
+
+/// The text of a lock; empty if there is none.
+std::string lock_text(int folder, const std::string& name) {
+  const OpenFile file(::openat(folder, name.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+  struct stat status {};
+  if (!file.is_open() || ::fstat(file.id(), &status) != 0 || !S_ISREG(status.st_mode)) return {};
+  std::array<char, 4096> text{};
+  const ssize_t length = ::read(file.id(), text.data(), text.size());
+  return {text.data(), length > 0 ? static_cast<std::size_t>(length) : 0};
+}
+
+/// What the file system's own clock says now. The file that tells is gone again at once.
+std::time_t time_of_folder(int folder, const std::string& probe) {
+  struct stat status {};
+  OpenFile file(::openat(folder, probe.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0666));
+  const bool is_known = file.is_open() && ::write(file.id(), "\n", 1) >= 0 && ::fsync(file.id()) == 0 &&
+                        ::fstat(file.id(), &status) == 0;
+  file.close();
+  ::unlinkat(folder, probe.c_str(), 0);
+  return is_known ? status.st_mtime : 0;
+}
+
+/// Seconds from the last touch of a lock until `now`; 0 where either is unknown.
+double age(int folder, const std::string& name, std::time_t now) {
+  struct stat status {};
+  if (now == 0 || ::fstatat(folder, name.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0) return 0;
+  return std::difftime(now, status.st_mtime);
 }
 
 std::optional<SampleRange> range_of(const fs::path& file) {
@@ -104,10 +150,12 @@ std::optional<SampleRange> range_of(const fs::path& file) {
   return SampleRange{*first, *last};
 }
 
+constexpr const char* probe_mark = ".probe-";
+constexpr const char* stale_mark = ".stale-";
+
 /// A name beside the lock that no other process uses, on whatever host and in whatever namespace.
-fs::path beside(const fs::path& file, const char* purpose, const LockOwner& self) {
-  return fmt::format("{}.{}-{}-{}-{}-{}", file.string(), purpose, self.host, self.boot, self.pid_namespace,
-                     self.process);
+std::string beside(const std::string& lock, const char* mark, const LockOwner& self) {
+  return fmt::format("{}{}{}-{}-{}-{}", lock, mark, self.host, self.boot, self.pid_namespace, self.process);
 }
 
 /// @throws std::runtime_error: what is taken, by whom, and what to do
@@ -119,14 +167,21 @@ fs::path beside(const fs::path& file, const char* purpose, const LockOwner& self
 
 /// Takes a stale lock away. It is renamed first and looked at again, so that of two runs that find it only
 /// one succeeds and a lock that was made meanwhile is put back.
-void remove_stale(const fs::path& file, const std::string& text, const LockOwner& self) {
-  const fs::path aside = beside(file, "stale", self);
-  if (::rename(file.c_str(), aside.c_str()) != 0) return;
-  if (text_if_any(aside) != text) {
-    if (::link(aside.c_str(), file.c_str()) != 0 && errno != EEXIST)
-      throw std::runtime_error(file.string() + ": " + std::strerror(errno));
-  }
-  ::unlink(aside.c_str());
+void remove_stale(int folder, const fs::path& file, const std::string& text, const LockOwner& self) {
+  const std::string name = file.filename().string();
+  const std::string aside = beside(name, stale_mark, self);
+  if (::renameat(folder, name.c_str(), folder, aside.c_str()) != 0) return;
+  if (lock_text(folder, aside) != text && ::linkat(folder, aside.c_str(), folder, name.c_str(), 0) != 0 &&
+      errno != EEXIST)
+    fail("{}: {}", file.string(), std::strerror(errno));
+  ::unlinkat(folder, aside.c_str(), 0);
+}
+
+/// @return the folder's descriptor; files are reached through it wherever the folder is moved
+int open_folder(const fs::path& folder) {
+  const int id = ::open(folder.empty() ? "." : folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
+  if (id < 0) fail("{}: {}", folder.string(), std::strerror(errno));
+  return id;
 }
 
 }  // namespace
@@ -136,7 +191,7 @@ LockOwner LockOwner::self() {
   if (::gethostname(name.data(), name.size() - 1) != 0) name[0] = '?';
   LockOwner self;
   self.host = name.data();
-  std::istringstream(text_if_any("/proc/sys/kernel/random/boot_id")) >> self.boot;
+  std::istringstream(kernel_text("/proc/sys/kernel/random/boot_id")) >> self.boot;
   // "pid:[4026531836]"
   const std::string space = link_target("/proc/self/ns/pid");
   if (const auto from = space.find('['); from != std::string::npos)
@@ -203,67 +258,121 @@ std::optional<std::string> why_stale(const std::optional<LockOwner>& owner, cons
   return std::nullopt;
 }
 
-LockFile::LockFile(fs::path file, const std::string& taken, double patience) : file_(std::move(file)) {
-  const fs::path folder = file_.parent_path();
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) fail("{}: the folder cannot be made: {}", folder.string(), error.message());
-  create(taken, patience);
+void LockMark::require() const {
+  const auto refuse = [this](const char* state) {
+    fail("{} is {}: its folder was moved or removed while the run was at work, or the lock was",
+         file.string(), state);
+  };
+  const fs::path parent = file.parent_path();
+  // Opened for reading, so that a network file system looks again. What else fails is no sign of a move.
+  const OpenFile folder(::open(parent.empty() ? "." : parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!folder.is_open()) {
+    if (errno == ENOENT || errno == ENOTDIR) refuse("gone");
+    return;
+  }
+  struct stat status {};
+  const std::string name = file.filename().string();
+  if (::fstatat(folder.id(), name.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0) {
+    if (errno == ENOENT) refuse("gone");
+    return;
+  }
+  if (const std::string found = lock_text(folder.id(), name); !found.empty() && found != text)
+    refuse("another run's");
+}
+
+LockFile::LockFile(fs::path file, const std::string& taken, double patience)
+    : file_(std::move(file)), name_(file_.filename().string()), folder_(open_folder(file_.parent_path())) {
+  try {
+    create(taken, patience);
+  } catch (...) {
+    ::close(folder_);
+    throw;
+  }
+  remove_leftovers();
   thread_ = std::jthread([this](const std::stop_token& stop) { keep_touching(stop); });
 }
 
 LockFile::~LockFile() {
-  if (text_if_any(file_) == self_.text()) ::unlink(file_.c_str());
+  thread_ = {};
+  if (lock_text(folder_, name_) == self_.text()) ::unlinkat(folder_, name_.c_str(), 0);
+  ::close(folder_);
+}
+
+bool LockFile::try_to_create() const {
+  OpenFile file(::openat(folder_, name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+  if (!file.is_open()) {
+    if (errno == EEXIST) return false;
+    fail("cannot write '{}': {}", file_.string(), std::strerror(errno));
+  }
+  const std::string text = self_.text();
+  const bool is_written = ::write(file.id(), text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  const int write_error = errno;
+  if (file.close() && is_written) return true;
+  ::unlinkat(folder_, name_.c_str(), 0);
+  fail("cannot write '{}': {}", file_.string(), std::strerror(write_error));
 }
 
 void LockFile::create(const std::string& taken, double patience) {
   const Stopwatch clock;
-  for (;;) {
-    const int id = ::open(file_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    const int reason = errno;
-    if (id >= 0) {
-      const std::string text = self_.text();
-      const bool is_written = ::write(id, text.data(), text.size()) == static_cast<ssize_t>(text.size());
-      const int write_error = errno;
-      if (::close(id) == 0 && is_written) return;
-      ::unlink(file_.c_str());
-      fail("cannot write '{}': {}", file_.string(), std::strerror(write_error));
-    }
-    if (reason != EEXIST) fail("cannot write '{}': {}", file_.string(), std::strerror(reason));
-    const fs::path probe = beside(file_, "probe", self_);
-    std::ofstream(probe) << "\n";
-    const std::string text = text_if_any(file_);
-    const auto reason_stale = why_stale(LockOwner::parse(text), self_, age(file_, probe));
-    ::unlink(probe.c_str());
+  while (!try_to_create()) {
+    require_lock(file_);
+    const std::time_t now = time_of_folder(folder_, beside(name_, probe_mark, self_));
+    const std::string text = lock_text(folder_, name_);
+    const auto reason_stale = why_stale(LockOwner::parse(text), self_, age(folder_, name_, now));
     if (!reason_stale && clock.seconds() < patience) {
       std::this_thread::sleep_for(clock.seconds() < short_wait ? short_pause : long_pause);
       continue;
     }
     if (!reason_stale) refuse(taken, text, file_);
-    remove_stale(file_, text, self_);
+    remove_stale(folder_, file_, text, self_);
     taken_over_.push_back(fmt::format("the lock {} is taken over: {}", file_.string(), *reason_stale));
   }
 }
 
+void LockFile::remove_leftovers() const {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(file_.parent_path(), ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with(name_ + probe_mark) || name.starts_with(name_ + stale_mark))
+      ::unlinkat(folder_, name.c_str(), 0);
+  }
+}
+
 void LockFile::clear(const fs::path& other, const std::string& taken) {
-  const std::string text = text_if_any(other);
-  const auto reason = why_stale(LockOwner::parse(text), self_, age(other, file_));
+  const std::string name = other.filename().string();
+  require_lock(other);
+  const std::string text = lock_text(folder_, name);
+  struct stat mine {};
+  const bool is_mine_known = ::fstatat(folder_, name_.c_str(), &mine, AT_SYMLINK_NOFOLLOW) == 0;
+  const auto reason =
+      why_stale(LockOwner::parse(text), self_, age(folder_, name, is_mine_known ? mine.st_mtime : 0));
   if (!reason) {
-    if (fs::exists(other)) refuse(taken, text, other);
+    if (is_taken(other)) refuse(taken, text, other);
     return;
   }
-  remove_stale(other, text, self_);
+  remove_stale(folder_, other, text, self_);
   taken_over_.push_back(fmt::format("the lock {} is taken over: {}", other.string(), *reason));
 }
 
 void LockFile::keep_touching(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   while (!ends_.wait_for(lock, stop, touch_interval, [&] { return stop.stop_requested(); }))
-    ::utimensat(AT_FDCWD, file_.c_str(), nullptr, 0);
+    ::utimensat(folder_, name_.c_str(), nullptr, AT_SYMLINK_NOFOLLOW);
+}
+
+MadeFolder::MadeFolder(fs::path folder) : folder_(std::move(folder)) {
+  std::error_code error;
+  is_new_ = fs::create_directories(folder_, error);
+  if (error) fail("{}: the folder cannot be made: {}", folder_.string(), error.message());
+}
+
+MadeFolder::~MadeFolder() {
+  if (is_new_) ::rmdir(folder_.c_str());
 }
 
 FolderLock::FolderLock(const fs::path& folder, SampleRange range)
-    : lock_(folder / fmt::format("lock-{}-{}", range.first, range.last),
+    : folder_(folder),
+      lock_(folder / fmt::format("lock-{}-{}", range.first, range.last),
             fmt::format("another run is at work in {}", folder.string()), patience) {
   std::vector<fs::path> others;
   for (const auto& entry : fs::directory_iterator(folder)) {
@@ -273,6 +382,25 @@ FolderLock::FolderLock(const fs::path& folder, SampleRange range)
   }
   for (const auto& other : others)
     lock_.clear(other, fmt::format("another run is at work on some of these samples in {}", folder.string()));
+}
+
+std::vector<std::string> owners_at_work(const fs::path& folder) {
+  std::vector<std::string> owners;
+  std::error_code ignored;
+  const LockOwner self = LockOwner::self();
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    const bool is_beside =
+        name.find(probe_mark) != std::string::npos || name.find(stale_mark) != std::string::npos;
+    if (!name.starts_with("lock-") || is_beside || !other_kind(entry.path()).empty()) continue;
+    const auto owner = LockOwner::parse(read_text_if_any(entry.path()));
+    const auto touched = fs::last_write_time(entry.path(), ignored);
+    const std::chrono::duration<double> untouched = fs::file_time_type::clock::now() - touched;
+    if (ignored || why_stale(owner, self, untouched.count())) continue;
+    owners.push_back(owner ? owner->describe() : name);
+  }
+  std::ranges::sort(owners);
+  return owners;
 }
 
 }  // namespace crackle::ensemble

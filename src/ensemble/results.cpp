@@ -4,6 +4,7 @@
 #include "crackle/analysis/crack_path.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/packing.h"
+#include "crackle/common/regular_file.h"
 #include "crackle/ensemble/folder_lock.h"
 #include "crackle/ensemble/sample_inputs.h"
 #include "crackle/geometry/body.h"
@@ -81,7 +82,7 @@ void complete_block(const parallel::Communicator& world,
 /// Rows of ensemble.h5 in place of those of the block that have no file. Damaged files are told of as ever.
 /// @throws std::runtime_error when ensemble.h5 cannot be read, or is of another input
 void keep_rows(const fs::path& file, const input::Parameters& parameters, io::EnsembleBlock& block) {
-  if (!fs::exists(file)) return;
+  if (!is_taken(file)) return;
   auto known = io::read_ensemble(file, parameters).samples;
   for (std::size_t i = 0; i < block.rows.size() && block.first + i < known.size(); ++i) {
     analysis::SampleSummary& row = block.rows[i];
@@ -99,7 +100,19 @@ void remove_partial_results(const fs::path& folder) {
   }
 }
 
+fs::path results_lock(const fs::path& folder) {
+  return folder / "lock-ensemble.h5";
+}
+
 }  // namespace
+
+void check_results(const fs::path& folder) {
+  const fs::path file = results_file(folder), lock = results_lock(folder);
+  if (const std::string obstacle = io::obstacle(file); !obstacle.empty())
+    fail("{} {}; move it away, or use another folder", file.string(), obstacle);
+  if (const std::string kind = other_kind(lock); !kind.empty())
+    fail("{} is {}, not a lock; remove it", lock.string(), kind);
+}
 
 fs::path results_file(const fs::path& folder) {
   return folder / "ensemble.h5";
@@ -120,7 +133,8 @@ Results write_results(const parallel::Communicator& world, const input::Paramete
   std::optional<LockFile> lock;  // the root's
   try {
     parallel::agree_on_root(world, [&] {
-      lock.emplace(folder / "lock-ensemble.h5", "another process is writing it", lock_patience);
+      lock.emplace(results_lock(folder), "another process is writing it", lock_patience);
+      check_results(folder);
       remove_partial_results(folder);
     });
   } catch (const parallel::AgreedError& error) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "crackle/ensemble/run_log.h"
 
+#include "crackle/common/regular_file.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,11 +29,13 @@ void RunLog::clear() {
 }
 
 void RunLog::keep(const std::filesystem::path& file) {
+  if (const std::string kind = other_kind(file); !kind.empty())
+    return line(fmt::format("{} is {}: the log is not kept", file.string(), kind));
   file_ = file;
 }
 
 void RunLog::append(const std::string& text) const {
-  if (!file_.empty()) std::ofstream(file_, std::ios::app) << text << '\n';
+  if (!file_.empty() && other_kind(file_).empty()) std::ofstream(file_, std::ios::app) << text << '\n';
 }
 
 void RunLog::line(const std::string& text) {

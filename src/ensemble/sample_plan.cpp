@@ -2,6 +2,7 @@
 #include "crackle/ensemble/sample_plan.h"
 
 #include "crackle/common/failure.h"
+#include "crackle/common/regular_file.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/checkpoint_file.h"
@@ -11,8 +12,6 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <sstream>
 #include <stdexcept>
@@ -39,15 +38,8 @@ bool holds_anything(const fs::path& folder) {
 }
 
 bool holds_ensemble(const fs::path& folder) {
-  return fs::exists(input_copy(folder)) || fs::exists(results_file(folder)) ||
+  return is_taken(input_copy(folder)) || is_taken(results_file(folder)) ||
          holds_anything(sample_folder(folder));
-}
-
-std::string read_text(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(stream), {}};
-  if (!stream.good() && !stream.eof()) throw std::runtime_error(file.string() + ": cannot be read");
-  return text;
 }
 
 /// A setting in two inputs; empty where it is absent.
@@ -179,7 +171,7 @@ fs::path points_copy(const fs::path& folder) {
 fs::path set_aside(const fs::path& file) {
   for (int i = 1;; ++i) {
     fs::path name = fmt::format("{}.invalid-{}", file.string(), i);
-    if (fs::exists(fs::symlink_status(name))) continue;
+    if (is_taken(name)) continue;
     fs::rename(file, name);
     return name;
   }
@@ -187,14 +179,15 @@ fs::path set_aside(const fs::path& file) {
 
 void check_same_input(const fs::path& folder, const input::Parameters& parameters) {
   const fs::path file = input_copy(folder);
-  if (!fs::exists(file)) return;
-  if (const auto found = difference(folder, read_text(file), file, parameters)) {
+  if (!is_taken(file)) return;
+  if (const auto found = difference(folder, read_text_if_any(file), file, parameters)) {
     fail("{} holds an ensemble made from another input: compared with {}, {}", folder.string(), file.string(),
          *found);
   }
   const fs::path points = points_copy(folder);
-  if (!parameters.mesh.points || !fs::exists(points)) return;
-  if (const auto found = first_difference(read_text(points), read_text(*parameters.mesh.points)))
+  if (!parameters.mesh.points || !is_taken(points)) return;
+  if (const auto found =
+          first_difference(read_text_if_any(points), read_text_if_any(*parameters.mesh.points)))
     fail("{} holds an ensemble made from another input: compared with {}, {}; {}", folder.string(),
          points.string(), *found, advice_for_others);
 }
@@ -211,17 +204,35 @@ SampleRange part_of_samples(std::uint64_t number, std::uint64_t n_parts, std::ui
   return {n_samples * number / n_parts, n_samples * (number + 1) / n_parts - 1};
 }
 
+namespace {
+
+[[noreturn]] void refuse_older(const fs::path& folder, const io::OlderFormat& error) {
+  fail(
+      "{}: {}; continue with the program that began this ensemble, or start again in another folder; crackle "
+      "stats and the report still read this one",
+      folder.string(), error.what());
+}
+
+}  // namespace
+
 void check_folder(const fs::path& folder, const input::Parameters& parameters, const PlanOptions& options) {
-  if (fs::exists(folder) && !fs::is_directory(folder)) {
+  std::error_code error;
+  if (is_taken(folder) && !fs::is_directory(folder, error)) {
     throw std::runtime_error(folder.string() +
                              " is not a folder; give a folder, or a name that is not in use");
   }
-  if (fs::exists(folder / "sweep.toml")) fail("{} holds a sweep; use another folder", folder.string());
+  if (is_taken(folder / "sweep.toml")) fail("{} holds a sweep; use another folder", folder.string());
   if (!options.resume && holds_ensemble(folder)) {
     throw std::runtime_error(folder.string() +
                              " holds an ensemble already; continue it with --resume, or use another folder");
   }
+  check_results(folder);
   check_same_input(folder, parameters);
+  try {
+    io::check_model(folder);
+  } catch (const io::OlderFormat& error) {
+    refuse_older(folder, error);
+  }
   const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
   if (options.range && (options.range->first > options.range->last || options.range->last >= n_samples)) {
     fail("there are no samples {}-{}: ensemble.samples = {} has samples 0 to {}", options.range->first,
@@ -238,7 +249,7 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
   plan.range = range;
   for (std::uint64_t sample = range.first; sample <= range.last; ++sample) {
     const fs::path file = io::sample_path(folder, sample);
-    if (fs::exists(fs::symlink_status(file))) {
+    if (is_taken(file)) {
       try {
         auto summary = read(file, sample);
         if (summary.status == analysis::SampleStatus::failed && options.retry_failed) {
@@ -252,17 +263,14 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
         }
         plan.invalid.push_back({file, "it holds no result"});
       } catch (const io::OlderFormat& error) {
-        fail(
-            "{}: {}; continue with the program that began this ensemble, or start again in another "
-            "folder; crackle stats and the report still read this one",
-            folder.string(), error.what());
+        refuse_older(folder, error);
       } catch (const std::exception& error) {
         plan.invalid.push_back({file, error.what()});
       }
     }
     plan.to_do.push_back(sample);
     const fs::path checkpoint = io::checkpoint_path(folder, sample);
-    if (!fs::exists(fs::symlink_status(checkpoint))) continue;
+    if (!is_taken(checkpoint)) continue;
     try {
       io::read_checkpoint(checkpoint, parameters, sample);
       plan.parked.push_back(sample);
@@ -303,6 +311,13 @@ void make_sample_folder(const fs::path& folder) {
   if (error) fail("{}: the folder cannot be made: {}", sample_folder(folder).string(), error.message());
 }
 
+bool restore_input(const fs::path& folder, const input::Parameters& parameters) {
+  const fs::path copy = input_copy(folder);
+  if (is_taken(copy)) return false;
+  io::write_text_file(copy, parameters.text);
+  return true;
+}
+
 std::vector<std::string> prepare_folder(const fs::path& folder, const input::Parameters& parameters,
                                         const SamplePlan& plan) {
   make_sample_folder(folder);
@@ -322,10 +337,10 @@ std::vector<std::string> prepare_folder(const fs::path& folder, const input::Par
   }
   remove_partial_files(folder, parameters, plan.range);
   const auto keep_copy = [](const fs::path& copy, const std::string& text) {
-    if (!fs::exists(copy) || read_text(copy) != text) io::write_text_file(copy, text);
+    if (!is_taken(copy) || read_text_if_any(copy) != text) io::write_text_file(copy, text);
   };
   keep_copy(input_copy(folder), parameters.text);
-  if (parameters.mesh.points) keep_copy(points_copy(folder), read_text(*parameters.mesh.points));
+  if (parameters.mesh.points) keep_copy(points_copy(folder), read_text_if_any(*parameters.mesh.points));
   return lines;
 }
 

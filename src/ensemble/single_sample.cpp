@@ -14,6 +14,8 @@
 #include "crackle/parallel/collectives.h"
 #include "crackle/parallel/sleeping_wait.h"
 
+#include "case_run.h"
+
 #include <fmt/format.h>
 
 #include <optional>
@@ -78,12 +80,6 @@ SampleReport run_single_sample(const parallel::Communicator& ranks, const input:
     if (log && ranks.is_root()) log(line);
   };
   StopLatch stop(options.stop, say);
-  SampleSteps steps =
-      make_sample_steps(parameters, *body, base, options.folder, ranks.size(), sample_function);
-  steps.log = log;
-  steps.progress = options.progress;
-  steps.stop = [&stop] { return stop(); };
-  steps.checkpoint_interval = options.checkpoint_interval;
   PreparedSample prepared;
   SamplePlan plan;
   std::optional<FolderLock> lock;
@@ -95,9 +91,20 @@ SampleReport run_single_sample(const parallel::Communicator& ranks, const input:
     lock.emplace(options.folder, SampleRange{options.sample, options.sample});
     for (const auto& line : lock->taken_over()) say(line);
     // Another run may have come and gone since the plan was made.
-    if (!plan.to_do.empty()) plan = plan_sample(parameters, options);
+    plan = plan_sample(parameters, options);
+    if (!plan.to_do.empty() && base.position.empty() && parameters.mesh.base == input::Base::shared)
+      base = make_shared_points(*body, parameters, say);
     for (const auto& line : prepare_folder(options.folder, parameters, plan)) say(line);
     for (const auto& warning : dynamics::model_warnings(parameters, *body)) say("warning: " + warning);
+  });
+  SampleSteps steps =
+      guarded(make_sample_steps(parameters, *body, base, options.folder, ranks.size(), sample_function),
+              share_mark(ranks, lock));
+  steps.log = log;
+  steps.progress = options.progress;
+  steps.stop = [&stop] { return stop(); };
+  steps.checkpoint_interval = options.checkpoint_interval;
+  parallel::agree_on_root(ranks, [&] {
     if (!plan.to_do.empty()) prepared = prepare(steps.make, options.sample);
   });
 

@@ -3,6 +3,7 @@
 
 #include "crackle/common/failure.h"
 #include "crackle/common/index.h"
+#include "crackle/common/regular_file.h"
 #include "crackle/common/whole_number.h"
 #include "crackle/dynamics/model_limits.h"
 #include "crackle/ensemble/base_points.h"
@@ -223,9 +224,11 @@ ScheduleEvents dispatched_events(std::deque<RunningCase>& cases, const Numbering
 
 /// Refuses a folder that holds something else, and one with other cases.
 void check_sweep_folder(const fs::path& folder, std::size_t n_cases, bool is_resumed) {
-  if (fs::exists(folder / "input.toml") || fs::exists(results_file(folder)))
+  if (is_taken(folder / "input.toml") || is_taken(results_file(folder)))
     fail("'{}' holds an ensemble; give another folder for a sweep", folder.string());
-  if (fs::exists(sweep_input(folder)) && !is_resumed)
+  require_regular(sweep_input(folder));
+  require_regular(sweep_table(folder));
+  if (is_taken(sweep_input(folder)) && !is_resumed)
     fail("'{}' holds a sweep already; continue it with --resume, or give another folder", folder.string());
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
@@ -282,11 +285,8 @@ RunOutcome run_sweep(const parallel::Communicator& outer, const input::Parameter
   });
   parallel::agree_on_root(world, [&] {
     check_sweep_folder(options.folder, given.size(), options.plan.resume);
-    for (RunningCase& one : cases) {
-      // Cases that a stopped run had not come to are begun by --resume.
-      one.master.plan =
-          make_plan(one.options.folder, one.parameters(), one.options.plan, summary_reader(one.parameters()));
-    }
+    // Cases that a stopped run had not come to are begun by --resume.
+    for (RunningCase& one : cases) plan_run(one.parameters(), one.options, one.master);
   });
   for (const RunningCase& one : cases)
     check_memory(world, one.parameters(), *one.body, layout, !one.master.plan.to_do.empty());
@@ -297,6 +297,7 @@ RunOutcome run_sweep(const parallel::Communicator& outer, const input::Parameter
   parallel::agree_on_root(world, [&] {
     say(describe(layout));
     if (const auto notice = input::bits_notice(parameters.time.engine); !notice.empty()) say(notice);
+    for (const auto& warning : input::sweep_warnings(given)) say("warning: " + warning);
     std::set<std::string> warnings;  // that cases may share
     for (std::size_t i = 0; i < cases.size(); ++i) {
       RunningCase& one = cases[i];
@@ -305,6 +306,10 @@ RunOutcome run_sweep(const parallel::Communicator& outer, const input::Parameter
       geometry::MotherPoints& base = bases.of(one.parameters());
       if (base.position.empty() && !one.master.plan.to_do.empty())
         base = make_shared_points(*one.body, one.parameters(), say);
+    }
+    for (RunningCase& one : cases) lock_run(one.parameters(), one.options, one.master);
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+      RunningCase& one = cases[i];
       one.log = std::make_unique<RunLog>(nowhere, 0, seconds_now);
       prepare_run(one.parameters(), one.options, layout, one.master, one.log.get());
       one.events = make_events(one.master, one.log.get());
@@ -319,10 +324,12 @@ RunOutcome run_sweep(const parallel::Communicator& outer, const input::Parameter
   if (parameters.ensemble.meshes != input::MeshMakers::master)
     for (auto& [settings, base] : bases) share_base(world, layout, base);
 
-  StopLatch stop(options.stop, say);
   for (RunningCase& one : cases)
-    one.steps = make_sample_steps(one.parameters(), *one.body, bases.of(one.parameters()), one.options.folder,
-                                  layout.ranks_per_group, mechanics(one.parameters()));
+    one.steps =
+        guarded(make_sample_steps(one.parameters(), *one.body, bases.of(one.parameters()), one.options.folder,
+                                  layout.ranks_per_group, mechanics(one.parameters())),
+                share_mark(world, one.master.lock));
+  StopLatch stop(with_loss(world, options.stop, share_mark(world, cases.front().master.lock)), say);
   SampleSteps steps = dispatched(cases, numbering, std::make_shared<LastRealization>());
   steps.checkpoint_interval = options.checkpoint_interval;
   steps.stop = [&stop] { return stop(); };
@@ -331,6 +338,11 @@ RunOutcome run_sweep(const parallel::Communicator& outer, const input::Parameter
   events.parked = [&, tell = events.parked](const SampleReport& report) {
     if (!stop()) stop.set();
     tell(report);
+  };
+  events.finished = [&, tell = events.finished](const SampleReport& report) {
+    tell(report);
+    const auto& lock = cases[numbering.case_of(report.sample)].master.lock;
+    if (!report.stored && !loss(lock).empty()) stop.set();
   };
   schedule_samples(world, layout, to_do, steps, events,
                    QueueLimits{.n_realizations = static_cast<std::size_t>(layout.n_groups) + 1},
@@ -352,6 +364,7 @@ RunOutcome run_sweep(const parallel::Communicator& outer, const input::Parameter
     all.done += outcome.done;
     all.failed += outcome.failed;
     all.left += outcome.left;
+    all.lost = all.lost || outcome.lost;
     if (!outcome.file_error.empty()) {
       all.file_error = outcome.file_error;
       say(fmt::format("case {}: {} could not be written: {}", i, results_file(one.options.folder).string(),
@@ -359,7 +372,8 @@ RunOutcome run_sweep(const parallel::Communicator& outer, const input::Parameter
     }
     rows.push_back({one.of, one.options.folder.filename().string(), std::move(outcome.rows)});
   }
-  all.stopped = is_stopping && all.left > 0;
+  all.stopped = is_stopping && all.left > 0 && !all.lost;
+  if (all.lost) return all;
   try {
     parallel::agree_on_root(world, [&] {
       for (std::size_t i = 0; i < cases.size(); ++i) {

@@ -4,6 +4,7 @@
 #include "schema.h"
 #include "settings.h"
 
+#include <map>
 #include <set>
 
 namespace crackle::input {
@@ -119,6 +120,18 @@ void check_sweeps(const Parameters& parameters, Findings& findings) {
         findings.report(fmt::format("sweep[{}].key", i), "\"{}\" is swept already; give each key once", key);
   if (n_cases(parameters) > max_cases)
     findings.report("sweep", "there are more than {} cases; give fewer values", max_cases);
+}
+
+std::vector<std::string> sweep_warnings(const std::vector<Case>& cases) {
+  std::map<std::string, std::vector<std::size_t>> equal;  // numbers of the cases with the same values
+  for (std::size_t number = 0; number < cases.size(); ++number)
+    equal[echo(cases[number].parameters)].push_back(number);
+  std::vector<std::string> warnings;
+  for (const auto& [values, numbers] : equal)
+    if (numbers.size() > 1)
+      warnings.push_back(fmt::format("cases {} of the sweep are equal and have the same samples: {}",
+                                     fmt::join(numbers, ", "), to_string(cases[numbers.front()].settings)));
+  return warnings;
 }
 
 std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesystem::path& name) {

@@ -2,6 +2,7 @@
 #include "checked_file.h"
 
 #include "crackle/common/checksum.h"
+#include "crackle/common/regular_file.h"
 
 #include "partial_file.h"
 
@@ -35,7 +36,7 @@ void write_checked_file(const std::filesystem::path& file, std::vector<std::byte
 }
 
 std::vector<std::byte> read_checked_file(const std::filesystem::path& file) {
-  if (std::filesystem::is_directory(file)) throw std::runtime_error("is a folder");
+  if (const std::string kind = other_kind(file); !kind.empty()) throw std::runtime_error("is " + kind);
   std::ifstream stream(file, std::ios::binary | std::ios::ate);
   if (!stream) throw std::runtime_error(std::strerror(errno));
   const std::streamoff size = stream.tellg();

@@ -3,10 +3,17 @@
 
 #include "crackle/analysis/sample_results.h"
 #include "crackle/common/failure.h"
+#include "crackle/common/regular_file.h"
 #include "hdf5.h"
 #include "provenance.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
 #include <sstream>
 #include <type_traits>
 #include <utility>
@@ -114,12 +121,42 @@ EnsembleContent read_content(hid_t file, std::int64_t version) {
   return content;
 }
 
+constexpr const char* foreign = "was not written by crackle";
+
+/// Whether a file may be what is left of one in HDF5's format: nothing, zeros, or its first bytes.
+bool may_be_hdf5(std::istream& file) {
+  constexpr std::array<char, 8> signature{'\x89', 'H', 'D', 'F', '\r', '\n', '\x1a', '\n'};
+  std::array<char, 8> start{};
+  file.read(start.data(), start.size());
+  const auto end = start.begin() + file.gcount();
+  return std::equal(start.begin(), end, signature.begin()) ||
+         std::all_of(start.begin(), end, [](char c) { return c == 0; });
+}
+
 template <class Read>
 auto read_file(const std::filesystem::path& file, Read&& read) {
   return read_results(file, ensemble_kind, oldest_schema_version, ensemble_schema_version, read);
 }
 
 }  // namespace
+
+std::string obstacle(const std::filesystem::path& file) {
+  if (const std::string kind = other_kind(file); !kind.empty()) return "is " + kind;
+  if (!is_taken(file)) return {};
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return fmt::format("cannot be read: {}", std::strerror(errno));
+  if (!may_be_hdf5(stream)) return foreign;
+  try {
+    const hdf5::QuietErrors quiet;
+    const hdf5::Handle root = hdf5::open_for_reading(file);
+    const htri_t has_kind = H5Aexists(root, "kind");
+    const bool is_foreign =
+        has_kind == 0 || (has_kind > 0 && hdf5::read_text_attribute(root, "kind") != ensemble_kind);
+    return is_foreign ? foreign : "";
+  } catch (const hdf5::Error&) {
+    return {};  // cut short or damaged
+  }
+}
 
 EnsembleContent read_ensemble(const std::filesystem::path& file) {
   return read_file(file, read_content);

@@ -2,6 +2,7 @@
 #include "hdf5.h"
 
 #include "crackle/common/failure.h"
+#include "crackle/common/regular_file.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -144,6 +145,7 @@ Handle unlocked_access() {
 }
 
 Handle open_for_reading(const std::filesystem::path& file) {
+  if (const std::string kind = other_kind(file); !kind.empty()) throw Error("is " + kind);
   const Handle access = unlocked_access();
   return Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access), H5Fclose, "not a complete HDF5 file");
 }

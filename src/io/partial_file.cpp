@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "partial_file.h"
 
+#include "crackle/common/regular_file.h"
 #include "crackle/io/text_file.h"
 
 #include <fcntl.h>
@@ -23,6 +24,14 @@ namespace {
   throw std::runtime_error("cannot write '" + file.string() + "': " + std::strerror(error));
 }
 
+/// The file that is replaced: where a link leads, so that the link stays.
+std::filesystem::path target(std::filesystem::path file) {
+  std::error_code error;
+  if (!std::filesystem::is_symlink(std::filesystem::symlink_status(file, error))) return file;
+  auto led_to = std::filesystem::canonical(file, error);
+  return error ? file : led_to;
+}
+
 /// Owner of a file descriptor.
 class Descriptor {
 public:
@@ -43,13 +52,16 @@ private:
 }  // namespace
 
 PartialFile::PartialFile(std::filesystem::path file, const std::string& tag)
-    : file_(std::move(file)), partial_(std::filesystem::path(file_) += tag + ".partial") {}
+    : file_(target(std::move(file))), partial_(std::filesystem::path(file_) += tag + ".partial") {}
 
 PartialFile::~PartialFile() {
   if (!committed_) ::unlink(partial_.c_str());
 }
 
 void PartialFile::write(std::span<const std::byte> bytes) {
+  // Giving the file its name would replace whatever is there.
+  if (const std::string kind = other_kind(file_); !kind.empty())
+    throw std::runtime_error("cannot write '" + file_.string() + "': it is " + kind);
   if (file_.has_parent_path()) {
     std::error_code error;
     std::filesystem::create_directories(file_.parent_path(), error);

@@ -9,7 +9,8 @@
 namespace crackle::io {
 
 /// A file that gets its name when it is whole: until commit() it is called "<name><tag>.partial", in the
-/// same folder, and it is removed when it is not committed.
+/// same folder, and it is removed when it is not committed. Where the name is a link's, the file that it
+/// leads to is written.
 class PartialFile {
 public:
   /// @param tag goes before ".partial", where several processes may write the same file at once
@@ -22,7 +23,8 @@ public:
   const std::filesystem::path& partial_name() const { return partial_; }
 
   /// Makes the folder if needed and writes the partial file anew.
-  /// @throws std::runtime_error naming the file and the reason
+  /// @throws std::runtime_error naming the file and the reason; also when its name is that of a folder, a
+  /// device or the like
   void write(std::span<const std::byte> bytes);
 
   /// Brings the partial file to the disk and gives it its name. @throws as write

@@ -214,6 +214,7 @@ void write_counts(hid_t file, const dynamics::SampleCounts& counts) {
 hdf5::Handle write_row(hid_t file, const input::Parameters& parameters, std::uint64_t sample,
                        const SampleSummary& summary) {
   write_identity(file, sample_kind, sample_schema_version, parameters);
+  hdf5::write_attribute(file, "model_version", model_version);
   hdf5::write_attribute(file, "sample", sample);
   hdf5::write_attribute(file, "status", static_cast<std::int64_t>(summary.status));
   hdf5::write_attribute(file, "status_categories", analysis::status_categories);

@@ -3,6 +3,7 @@
 
 #include "crackle/analysis/sample_results.h"
 #include "crackle/common/failure.h"
+#include "crackle/common/regular_file.h"
 #include "crackle/io/ensemble_file.h"
 
 #include "hdf5.h"
@@ -69,13 +70,22 @@ SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters
   return row;
 }
 
+/// @throws OlderFormat unless the sample is of this program's model
+void require_model(hid_t root) {
+  const std::int64_t model =
+      H5Aexists(root, "model_version") > 0 ? hdf5::read_integer_attribute(root, "model_version") : 1;
+  if (model == model_version) return;
+  fail<OlderFormat>("model {}, of version {} of the program; the results of this program's model {} differ",
+                    model, hdf5::read_text_attribute(root, "program_version"), model_version);
+}
+
 /// `read(file)`; where there is no such file a pending row, and where it cannot be used one with the reason.
 template <class Read>
 SampleSummary row_or_reason(const std::filesystem::path& file, const input::Parameters& parameters,
                             Read&& read) {
   SampleSummary row = empty_row(parameters);
   try {
-    if (std::filesystem::exists(file)) row = read(file);
+    if (is_taken(file)) row = read(file);
   } catch (const std::exception& error) {
     row.error = error.what();
   }
@@ -146,6 +156,7 @@ std::optional<std::int64_t> version_of(const std::filesystem::path& file, const 
 SampleSummary read_summary(const std::filesystem::path& file, const input::Parameters& parameters,
                            std::uint64_t sample) {
   return read_file(file, sample_schema_version, [&](hid_t root, std::int64_t version) {
+    require_model(root);
     return read_row(root, version, parameters, sample);
   });
 }
@@ -173,6 +184,20 @@ std::int64_t format_version(const std::filesystem::path& folder) {
       return std::min(oldest, *version);
   }
   return oldest;
+}
+
+void check_model(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "samples", ignored)) {
+    if (entry.path().extension() != ".h5") continue;
+    try {
+      return read_file(entry.path(), 0, [](hid_t root, std::int64_t) { require_model(root); });
+    } catch (const OlderFormat&) {
+      throw;
+    } catch (const std::exception&) {
+      // Whoever reads its results says what is wrong with it.
+    }
+  }
 }
 
 std::vector<SampleSummary> read_summaries(const std::filesystem::path& folder,

@@ -169,7 +169,9 @@ class SampleSurvival(SurvivalCase):
         shutil.rmtree(self.out)
         process.send_signal(signal.SIGCONT)
         out, err = process.communicate(timeout=survival_fixture.TIMEOUT)
-        self.assert_equal_sample(subprocess.CompletedProcess((), process.returncode, out, err))
+        self.assertEqual(process.returncode, 2, out + err)
+        self.assertIn("its folder was moved or removed", out)
+        self.assertFalse(self.out.exists())
 
 
 if __name__ == "__main__":

@@ -48,9 +48,11 @@ class Survival(SurvivalCase):
         self.assertTrue(list(self.out.glob("lock-*")), "it took the time to end in order")
 
     def test_time_limits_park(self):
-        result = self.call("run", self.slow, "-o", self.out, "--time-limit", "0.5s")
-        self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
-        self.assertRegex(result.stdout, "the time limit of .* s: stopping")
+        for text, seconds in (("0.5s", "0"), ("0:01", "1")):
+            shutil.rmtree(self.out, ignore_errors=True)
+            result = self.call("run", self.slow, "-o", self.out, "--time-limit", text)
+            self.assertEqual(result.returncode, 3, result.stdout + result.stderr)
+            self.assertIn(f"the time limit of {seconds} s: stopping", result.stdout)
         self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
         shutil.rmtree(self.out)
         result = self.call("run", self.slow, "-o", self.out,
@@ -240,8 +242,9 @@ class Survival(SurvivalCase):
         shutil.rmtree(self.out)
         process.send_signal(signal.SIGCONT)
         out, err = process.communicate(timeout=survival_fixture.TIMEOUT)
-        # The folder is made again for the next file; what was in it is pending.
         self.assertEqual(process.returncode, 2, out + err)
+        self.assertIn("its folder was moved or removed", out)
+        self.assertFalse(self.out.exists())
         self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
 
     # Failures and ranges.

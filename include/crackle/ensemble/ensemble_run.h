@@ -44,6 +44,7 @@ struct RunOutcome {
   int failed = 0;
   int left = 0;            ///< pending
   bool stopped = false;    ///< on a request, with samples left
+  bool lost = false;       ///< the folder was moved or removed meanwhile
   std::string file_error;  ///< why ensemble.h5 could not be written; empty when it was
   std::vector<analysis::SampleSummary> rows = {};  ///< on the root, as ensemble.h5 has them; none of a range
 };

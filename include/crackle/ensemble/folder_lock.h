@@ -43,17 +43,28 @@ struct LockOwner {
 std::optional<std::string> why_stale(const std::optional<LockOwner>& owner, const LockOwner& self,
                                      double seconds_untouched);
 
+/// A lock as another rank finds it.
+struct LockMark {
+  std::filesystem::path file;
+  std::string text;
+
+  /// Refuses to write into a folder that is no longer the locked one: who holds a lock looks before it makes
+  /// files, which would make a folder anew that was moved away.
+  /// @throws std::runtime_error when the lock is not there or names another owner
+  void require() const;
+};
+
 /// A file that names its owner and is created exclusively: one process has it at a time. Its owner touches it
-/// every 30 s; a stale one (why_stale) is taken over.
+/// every 30 s; a stale one (why_stale) is taken over. A lock whose folder is moved goes with it.
 class LockFile {
 public:
   static constexpr double lifetime = 600;  ///< [s]
 
-  /// Makes the file's folder if needed.
+  /// @param file in a folder that exists
   /// @param taken what it means that another process has it, for the message: "another run is at work in out"
   /// @param patience for how long another process' file is waited for [s]
-  /// @throws std::runtime_error naming the file and its owner, when another process keeps it; or when it
-  ///   cannot be written
+  /// @throws std::runtime_error naming the file and its owner, when another process keeps it; when something
+  ///   else has its name; or when it cannot be written
   LockFile(std::filesystem::path file, const std::string& taken, double patience);
   /// Removes the file, unless another process has taken it over.
   ~LockFile();
@@ -61,8 +72,9 @@ public:
   LockFile& operator=(const LockFile&) = delete;
 
   const std::filesystem::path& file() const { return file_; }
+  LockMark mark() const { return {file_, self_.text()}; }
 
-  /// Removes another lock when it is stale.
+  /// Removes another lock of the folder when it is stale.
   /// @throws std::runtime_error as the constructor, when it is not
   void clear(const std::filesystem::path& other, const std::string& taken);
 
@@ -70,10 +82,16 @@ public:
   const std::vector<std::string>& taken_over() const { return taken_over_; }
 
 private:
+  /// False if there is one.
+  bool try_to_create() const;
   void create(const std::string& taken, double patience);
+  /// What processes that were killed while they waited for the lock have left.
+  void remove_leftovers() const;
   void keep_touching(const std::stop_token& stop);
 
   std::filesystem::path file_;
+  std::string name_;
+  int folder_;  ///< descriptor
   LockOwner self_ = LockOwner::self();
   std::vector<std::string> taken_over_;
   std::mutex mutex_;
@@ -87,6 +105,20 @@ struct SampleRange {
   std::uint64_t last = 0;
 };
 
+/// A folder that is there while this lives; one that was made for this and is empty in the end goes again.
+class MadeFolder {
+public:
+  /// @throws std::runtime_error naming the folder that cannot be made
+  explicit MadeFolder(std::filesystem::path folder);
+  ~MadeFolder();
+  MadeFolder(const MadeFolder&) = delete;
+  MadeFolder& operator=(const MadeFolder&) = delete;
+
+private:
+  std::filesystem::path folder_;
+  bool is_new_;
+};
+
 /// Keeps other runs away from samples of a folder while it lives: a lock file "lock-<first>-<last>". Runs of
 /// ranges that do not overlap do not mind each other.
 class FolderLock {
@@ -98,9 +130,14 @@ public:
 
   /// One line for each stale lock that was taken over.
   const std::vector<std::string>& taken_over() const { return lock_.taken_over(); }
+  LockMark mark() const { return lock_.mark(); }
 
 private:
+  MadeFolder folder_;
   LockFile lock_;
 };
+
+/// The processes at work in a folder, as the locks say that a killed run has not left behind.
+std::vector<std::string> owners_at_work(const std::filesystem::path& folder);
 
 }  // namespace crackle::ensemble

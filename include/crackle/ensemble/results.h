@@ -23,6 +23,10 @@ std::filesystem::path results_file(const std::filesystem::path& folder);
 /// Whether a file of the folder is ensemble.h5, or one that becomes it when it is whole.
 bool is_of_results(const std::filesystem::path& file);
 
+/// Refuses a folder in which ensemble.h5 or its lock has the name of something that must not be replaced.
+/// @throws std::runtime_error naming it, and what to do
+void check_results(const std::filesystem::path& folder);
+
 struct Results {
   /// On the root: of all samples, those that are no part of the ensemble pending.
   std::vector<analysis::SampleSummary> rows;

@@ -82,6 +82,10 @@ std::filesystem::path points_copy(const std::filesystem::path& folder);
 std::vector<std::string> prepare_folder(const std::filesystem::path& folder,
                                         const input::Parameters& parameters, const SamplePlan& plan);
 
+/// Writes folder/input.toml again where it was removed meanwhile. @return whether it was
+/// @throws std::runtime_error naming what cannot be written
+bool restore_input(const std::filesystem::path& folder, const input::Parameters& parameters);
+
 /// Sets a file aside under a name that is free, as 0003.h5.invalid-1. @return its new name
 /// @throws std::filesystem::filesystem_error
 std::filesystem::path set_aside(const std::filesystem::path& file);

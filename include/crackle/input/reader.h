@@ -65,6 +65,9 @@ struct Case {
 /// @throws InputError with every error of the first case that has any, naming the case
 std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesystem::path& name);
 
+/// One line for each group of equal cases: with the same value of every key, the same samples.
+std::vector<std::string> sweep_warnings(const std::vector<Case>& cases);
+
 /// "mesh.perturbation = 0.1, fracture.release = \"facet\""
 std::string to_string(const std::vector<Setting>& settings);
 

@@ -61,6 +61,10 @@ void write_ensemble(const parallel::Communicator& world, const std::filesystem::
                     const input::Parameters& parameters, const EnsembleBlock& block,
                     const analysis::Statistics& statistics, const geometry::MotherPoints& base);
 
+/// Why a file must not be replaced by an ensemble's: "is a folder", "was written by another program". Empty
+/// where there is none, and for one of crackle, be it damaged. Not collective.
+std::string obstacle(const std::filesystem::path& file);
+
 /// What is stored in an ensemble file, without the statistics, which follow from the samples.
 struct EnsembleContent {
   std::string input_text;

@@ -20,8 +20,8 @@
 ///
 /// | object | shape | meaning |
 /// |---|---|---|
-/// | attributes of / | | kind, schema_version, program_version, git_commit, library_versions, input,
-/// points, input_identity, engine, same_bits, seed, sample, status, error, note |
+/// | attributes of / | | kind, schema_version, model_version, program_version, git_commit, library_versions,
+/// input, points, input_identity, engine, same_bits, seed, sample, status, error, note |
 /// | /specimen/... | | see geometry::for_each_member |
 /// | /mesh/nodes, tetrahedra | n x 3, m x 4 | the realization; attributes of /mesh: its report |
 /// | /mesh/boundary, boundary_surface | k x 3, k | boundary triangles and their geometry::SurfaceId |
@@ -68,7 +68,11 @@ inline constexpr std::int64_t sample_schema_version = 5;
 /// Of the files, samples' and ensembles', whose results can still be read; no sample continues from them.
 inline constexpr std::int64_t oldest_schema_version = 2;
 
-/// A whole file that an older version of the program wrote.
+/// Raised with every change that moves the results of some inputs: samples of different models are not parts
+/// of one ensemble. Files without it are of model 1.
+inline constexpr std::int64_t model_version = 2;
+
+/// A whole file that a version of the program wrote whose samples do not go together with those of this one.
 class OlderFormat : public std::runtime_error {
 public:
   using std::runtime_error::runtime_error;
@@ -101,7 +105,8 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
 void write_failed_sample(const std::filesystem::path& file, const input::Parameters& parameters,
                          std::uint64_t sample, const analysis::SampleSummary& summary);
 
-/// The sample's row. @throws OlderFormat for a whole file of an older version; std::runtime_error with the
+/// The sample's row. @throws OlderFormat for a whole file of an older version or another model;
+/// std::runtime_error with the
 /// reason when the file is not a whole, undamaged sample file of this number and input
 /// (input::sample_identity)
 analysis::SampleSummary read_summary(const std::filesystem::path& file, const input::Parameters& parameters,
@@ -136,6 +141,11 @@ StoredSample read_stored_sample(const std::filesystem::path& folder, const input
 /// The oldest version of the files of an ensemble's folder; the present one where it holds none. Not
 /// collective.
 std::int64_t format_version(const std::filesystem::path& folder);
+
+/// Refuses a folder with samples of another model. One file stands for all, as no run mixes them. Not
+/// collective.
+/// @throws OlderFormat naming the file
+void check_model(const std::filesystem::path& folder);
 
 /// Whether the folder holds an ensemble's or a sample's file of an older version. Not collective.
 inline bool holds_older_format(const std::filesystem::path& folder) {

@@ -1,0 +1,298 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What stands in the place of a file or folder of an ensemble: pipes, links, folders, files of other programs and of
+other versions; folders that are moved, files that may not grow.
+"""
+import os
+import re
+import shutil
+import socket
+import subprocess
+import time
+
+import h5py
+
+import survival_fixture
+from survival_fixture import SMALL, SurvivalCase
+from synthetic_ensemble import seal
+
+FILES = ("ensemble.h5", "input.toml", "run.log", "lock-0-2", "lock-ensemble.h5", "samples/0001.h5", "samples/0001.checkpoint")
+SECONDS = 60  # that a command may take which must not wait
+
+
+def content(folder):
+    """Everything that can be read in a folder."""
+    return {str(path.relative_to(folder)): path.read_bytes() if path.is_file() else path.lstat().st_mode
+            for path in folder.rglob("*")}
+
+
+class Files(SurvivalCase):
+    def setUp(self):
+        super().setUp()
+        for name in ("moved", "elsewhere"):
+            shutil.rmtree(self.root / name, ignore_errors=True)
+
+    def at_once(self, *arguments, **options):
+        """A command that must not wait for anything."""
+        process = self.start(*arguments, **options)
+        try:
+            out, err = process.communicate(timeout=SECONDS)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+            self.fail(f"crackle {' '.join(map(str, arguments))} waits")
+        return subprocess.CompletedProcess(arguments, process.returncode, out, err)
+
+    def commands(self):
+        run = ("run", self.small, "-o", self.out, "--resume")
+        sample = ("sample", self.small, "--sample", "1", "-o", self.out, "--resume")
+        compare = ("compare", self.out, self.whole(self.small))
+        return {"stats": ("stats", self.out), "watch": ("watch", "--once", self.out), "compare": compare, "run": run,
+                "sample": sample}
+
+    def with_instead(self, name, make):
+        """An ensemble with something else in the place of one of its files."""
+        shutil.rmtree(self.out, ignore_errors=True)
+        shutil.copytree(self.whole(self.small), self.out)
+        (self.out / name).unlink(missing_ok=True)
+        make(self.out / name)
+
+    def without_waiting(self, make, kind):
+        for name in FILES:
+            for command, arguments in self.commands().items():
+                with self.subTest(file=name, command=command):
+                    self.with_instead(name, make)
+                    before = content(self.out)
+                    result = self.at_once(*arguments)
+                    said = result.stdout + result.stderr
+                    self.assertIn(result.returncode, (0, 1), said)
+                    self.assertNotRegex(said, "HDF5|filesystem error|unable to|basic_")
+                    self.assertEqual(len(result.stderr.splitlines()), 0 if result.returncode == 0 else 1, said)
+                    if result.returncode == 1:
+                        self.assertRegex(result.stderr, rf"{name}'?:? (it )?(is )?{kind}")
+                        self.assertEqual(content(self.out), before)
+                    elif command in ("watch", "compare"):
+                        self.assertEqual(content(self.out), before)
+                    if name == "ensemble.h5" and command in ("stats", "run"):
+                        self.assertEqual(result.returncode, 1)
+
+    def test_pipes_are_not_waited_for(self):
+        self.without_waiting(os.mkfifo, "a named pipe")
+
+    def test_folders_in_the_place_of_files(self):
+        self.without_waiting(os.mkdir, "a folder")
+
+    def test_links_that_lead_nowhere(self):
+        def loop(path):
+            path.symlink_to(path.name)
+        self.without_waiting(loop, "(a link that leads nowhere|a symbolic link)")
+
+    def test_a_link_to_a_file_stays_one(self):
+        elsewhere = self.root / "elsewhere"
+        elsewhere.mkdir()
+        shutil.copytree(self.whole(self.small), self.out)
+        shutil.move(self.out / "ensemble.h5", elsewhere / "results.h5")
+        (elsewhere / "results.h5").write_bytes((elsewhere / "results.h5").read_bytes()[:5000])
+        (self.out / "ensemble.h5").symlink_to(elsewhere / "results.h5")
+        self.assert_complete(self.small, self.call("run", self.small, "-o", self.out, "--resume"))
+        self.assertTrue((self.out / "ensemble.h5").is_symlink())
+        self.assertEqual(sorted(path.name for path in elsewhere.iterdir()), ["results.h5"])
+
+    def test_devices_are_not_replaced(self):
+        device = self.root / "null"
+        if subprocess.run(["mknod", device, "c", "1", "3"], check=False, stderr=subprocess.DEVNULL).returncode != 0:
+            self.skipTest("no devices can be made here")
+        result = self.at_once("mesh", self.small, "--sample", "0", "-o", device)
+        self.assert_refused(result, "null': it is a device")
+        self.assertTrue(device.is_char_device())
+
+    def test_files_of_other_programs_stay(self):
+        def other_hdf5(path):
+            with h5py.File(path, "w") as root:
+                root["measured"] = [1.0, 2.0]
+
+        for make in (other_hdf5, lambda path: path.write_text("my notes\n")):
+            for arguments in (self.commands()["stats"], self.commands()["run"], ("run", self.small, "-o", self.out)):
+                self.with_instead("ensemble.h5", make)
+                before = content(self.out)
+                result = self.at_once(*arguments)
+                self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
+                self.assertRegex(result.stderr, "ensemble.h5 was not written by crackle|holds an ensemble already")
+                self.assertEqual(content(self.out), before)
+
+    def test_damaged_results_are_written_anew(self):
+        whole = (self.whole(self.small) / "ensemble.h5").read_bytes()
+        for damaged in (b"", whole[:100], whole[:len(whole) // 2], bytes(512) + whole[512:]):
+            for command in ("stats", "run"):
+                self.with_instead("ensemble.h5", lambda path, data=damaged: path.write_bytes(data))
+                self.assert_complete(self.small, self.call(*self.commands()[command]))
+
+    def test_what_killed_ones_left_beside_a_lock_goes(self):
+        shutil.copytree(self.whole(self.small), self.out)
+        for name in ("lock-0-2.probe-node1-boot-1-2", "lock-0-2.stale-node1-boot-1-2", "lock-ensemble.h5.probe-node1-boot-1-2"):
+            (self.out / name).write_text("\n")
+        self.assertIn("no run is at work here", self.at_once("watch", "--once", self.out).stdout)
+        self.assert_complete(self.small, self.call("run", self.small, "-o", self.out, "--resume"))
+        self.assertEqual(sorted(self.out.glob("lock-*")), [])
+
+    # Two runs, one after the other.
+
+    def test_who_waited_for_a_lock_plans_anew(self):
+        for command in (("run", self.small, "-o", self.out), ("sample", self.small, "--sample", "2", "-o", self.out)):
+            shutil.rmtree(self.out, ignore_errors=True)
+            shutil.copytree(self.whole(self.small), self.out)
+            for name in ("0001", "0002"):
+                (self.out / "samples" / f"{name}.h5").rename(self.root / f"{name}.h5")
+            # This process stands for the first run, which ends while the second one waits.
+            lock = self.out / ("lock-0-2" if command[0] == "run" else "lock-2-2")
+            lock.write_text(f"host {socket.gethostname()}\nprocess {os.getpid()}\nstart 0\njob -\n")
+            second = self.start(*command, "--resume")
+            time.sleep(1.5)
+            self.assertIsNone(second.poll())
+            for name in ("0001", "0002"):
+                (self.root / f"{name}.h5").rename(self.out / "samples" / f"{name}.h5")
+            lock.unlink()
+            out, err = second.communicate(timeout=survival_fixture.TIMEOUT)
+            self.assertIn("0 of 3 samples to do" if command[0] == "run" else "it is kept", out)
+            self.assert_complete(self.small, subprocess.CompletedProcess(command, second.returncode, out, err))
+
+    def test_refused_inputs_leave_no_folder(self):
+        thin = self.root / "thin.toml"
+        thin.write_text(SMALL.replace('spacing = "1.5 mm"', 'spacing = "1 um"').replace('"0.6 mm"\ngrowth', '"1 um"\ngrowth'))
+        for command in ("run", "sample"):
+            more = ["--sample", "0"] if command == "sample" else []
+            self.assert_refused(self.at_once(command, thin, "-o", self.out, *more))
+            self.assertFalse(self.out.exists())
+
+    # Folders that are moved.
+
+    def move_while_it_runs(self, *arguments, n_ranks=1):
+        process = self.start(*arguments, n_ranks=n_ranks)
+        self.wait_for(lambda: (self.out / "samples" / "0000.h5").exists(), process)
+        self.out.rename(self.root / "moved")
+        out, err = process.communicate(timeout=survival_fixture.TIMEOUT)
+        self.assertEqual(process.returncode, 2, out + err)
+        self.assertFalse(self.out.exists(), out + err)
+        self.assertEqual(list((self.root / "moved").glob("lock-*")), [])
+        return out
+
+    def test_a_folder_that_is_moved(self):
+        for n_ranks in (1, 3):
+            out = self.move_while_it_runs("run", self.slow, "-o", self.out, n_ranks=n_ranks)
+            self.assertIn("its folder was moved or removed while the run was at work", out)
+            (self.root / "moved").rename(self.out)
+            self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
+            shutil.rmtree(self.out)
+
+    def test_a_range_whose_folder_is_moved(self):
+        out = self.move_while_it_runs("run", self.slow, "-o", self.out, "--samples", "0-2")
+        self.assertIn("no more was written", out)
+
+    def test_a_sweep_whose_folder_is_moved(self):
+        sweep = self.root / "slow-sweep.toml"
+        sweep.write_text(self.slow.read_text() + '[[sweep]]\nkey = "ensemble.seed"\nvalues = [1, 2]\n')
+        process = self.start("run", sweep, "-o", self.out)
+        self.wait_for(lambda: (self.out / "case-0" / "samples" / "0000.h5").exists(), process)
+        self.out.rename(self.root / "moved")
+        out, err = process.communicate(timeout=survival_fixture.TIMEOUT)
+        self.assertEqual(process.returncode, 2, out + err)
+        self.assertFalse(self.out.exists(), out + err)
+        self.assertEqual(list((self.root / "moved").glob("*/lock-*")), [])
+
+    def test_a_copy_of_the_input_that_is_removed(self):
+        process = self.start("run", self.slow, "-o", self.out)
+        self.wait_for(lambda: (self.out / "samples" / "0000.h5").exists(), process)
+        (self.out / "input.toml").unlink()
+        out, err = process.communicate(timeout=survival_fixture.TIMEOUT)
+        self.assertIn("the copy of the input was gone and is written again", out)
+        self.assert_complete(self.slow, subprocess.CompletedProcess((), process.returncode, out, err))
+
+    # Files that may not grow.
+
+    def test_a_limit_on_the_size_of_files(self):
+        size = (self.whole(self.small) / "samples" / "0000.h5").stat().st_size // 2
+        results_size = (self.whole(self.small) / "ensemble.h5").stat().st_size - 1000
+        for n_ranks in (1, 3):
+            for limit, text in ((size, r"sample \d failed .*writing: cannot write '.*\.h5': File too large"),
+                                (results_size, r"ensemble.h5 could not be written: .*File too large")):
+                with self.subTest(n_ranks=n_ranks, limit=limit):
+                    shutil.rmtree(self.out, ignore_errors=True)
+                    limited = ["sh", "-c", f'ulimit -f {limit // 512} && exec "$0" "$@"']
+                    if subprocess.run(["sh", "-c", "ulimit -f 1 && ulimit -f"], capture_output=True, check=True).stdout != b"1\n":
+                        self.skipTest("this shell has no limit on files")
+                    launcher = ([] if n_ranks == 1 else survival_fixture.mpirun(n_ranks)) + limited
+                    result = self.call("run", self.small, "-o", self.out, launcher=launcher)
+                    self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+                    self.assertRegex(result.stdout, text)
+                    self.assertNotIn("signal", result.stderr)
+                    self.assert_complete(self.small, self.call("run", self.small, "-o", self.out, "--resume"))
+
+    # Other versions.
+
+    def test_samples_of_another_model_are_not_gone_on_from(self):
+        for model in (None, 1, 99):
+            shutil.rmtree(self.out, ignore_errors=True)
+            shutil.copytree(self.whole(self.small), self.out)
+            for file in (self.out / "samples").iterdir():
+                file.write_bytes(file.read_bytes()[:-32])  # without its check sum
+                with h5py.File(file, "r+") as root:
+                    root.attrs.pop("model_version")
+                    if model is not None:
+                        root.attrs["model_version"] = model
+                seal(file)
+            (self.out / "samples" / "0002.h5").unlink()
+            before = content(self.out)
+            again = ("sample", self.small, "--sample", "2", "-o", self.out, "--overwrite")
+            part = ("run", self.small, "-o", self.out, "--resume", "--samples", "2-2")
+            for arguments in (self.commands()["run"], self.commands()["sample"], again, part):
+                result = self.at_once(*arguments)
+                self.assert_refused(result, f"model {model or 1}, of version", "continue with the program that began")
+                self.assertEqual(content(self.out), before)
+            result = self.at_once("stats", self.out)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertIn("2 done", result.stdout)
+
+    # What is given.
+
+    def test_the_results_may_be_given_for_their_folder(self):
+        folder = self.whole(self.small)
+        for arguments in (("stats", "--read-only"), ("watch", "--once"), ("compare", folder)):
+            of_folder, of_file = (self.at_once(*arguments, given) for given in (folder, folder / "ensemble.h5"))
+            self.assertEqual(of_file.returncode, 0, of_file.stderr)
+            if arguments[0] != "watch":  # which shows the log
+                self.assertEqual(of_file.stdout.replace("/ensemble.h5", ""), of_folder.stdout)
+            self.assert_refused(self.at_once(*arguments, folder / "samples" / "0001.h5"), "0001.h5 is the file of one sample",
+                                f"give the ensemble's folder, {folder}")
+            self.assert_refused(self.at_once(*arguments, self.small), "is a file; give the folder of an ensemble")
+
+    def test_equal_cases_of_a_sweep_are_told(self):
+        sweep = self.root / "sweep.toml"
+        sweep.write_text(SMALL.replace("samples = 3", "samples = 1") +
+                         '[[sweep]]\nkey = "mesh.perturbation"\nvalues = [0.1, 0.05, 0.10]\n')
+        result = self.call("run", sweep, "-o", self.out)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertEqual(re.findall("warning: cases .*", result.stdout),
+                         ["warning: cases 0, 2 of the sweep are equal and have the same samples: mesh.perturbation = 0.1"])
+
+    # SLURM.
+
+    def test_ranks_that_do_not_find_each_other(self):
+        step = {"SLURM_JOB_ID": "7", "SLURM_PROCID": "1", "SLURM_STEP_NUM_TASKS": "3", "SLURM_NTASKS": "3"}
+        result = self.at_once("run", self.small, "-o", self.out, extra_environment=step)
+        self.assert_refused(result, "srun has started 3 tasks, and MPI sees 1", "srun --mpi=pmix")
+        self.assertFalse(self.out.exists())
+        result = self.at_once("run", self.small, "-o", self.out, "--part", "1/3", extra_environment=step)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("srun has started 3 tasks, and MPI sees 1", result.stderr)
+        script = {**step, "SLURM_PROCID": "0"}
+        del script["SLURM_STEP_NUM_TASKS"]
+        result = self.at_once("run", self.small, "-o", self.out, "--resume", extra_environment=script)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("the SLURM job has 3 tasks, and this run uses 1", result.stderr)
+        for quiet in ({**script, "SLURM_NTASKS": "1"}, {**step, "SLURM_STEP_NUM_TASKS": "1", "SLURM_NTASKS": "1"}):
+            result = self.at_once("run", self.small, "-o", self.out, "--resume", extra_environment=quiet)
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+
+
+if __name__ == "__main__":
+    survival_fixture.main(__doc__)
