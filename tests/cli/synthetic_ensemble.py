@@ -5,9 +5,10 @@ look at the pictures of an ensemble of any size without computing one."""
 from __future__ import annotations
 
 import argparse
+import contextlib
 import shutil
 from pathlib import Path
-from typing import Optional
+from typing import Iterator, Optional
 
 import h5py
 import numpy as np
@@ -82,8 +83,7 @@ def write_ensemble(folder: Path, n_samples: int, failed: tuple[int, ...] = (), p
             rows[i] = _empty_row(2, "static solve diverged after 500 iterations (residual 3.1e-2 of the load)", len(slots))
         file = folder / "samples" / f"{i:04d}.h5"
         _write_sample(file, i, rows[i], text, version)
-        if version == 2:
-            seal(file)
+        seal(file)
     if with_ensemble_file:
         _write_ensemble_file(folder / "ensemble.h5", rows, text, version, sections)
     return rows
@@ -101,6 +101,14 @@ def seal(file: Path) -> None:
     for byte in data:
         value = (value ^ byte) * 0x100000001B3 & 0xFFFFFFFFFFFFFFFF
     file.write_bytes(data + MARK + f"{value:016x}".encode())
+
+
+@contextlib.contextmanager
+def changed(file: Path) -> Iterator[h5py.File]:
+    """A sample file for a change, after which its check sum fits again."""
+    with h5py.File(file, "r+") as root:
+        yield root
+    seal(file)
 
 
 # Of a version and above.

@@ -27,9 +27,8 @@ import crackle  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 from crackle_report.figures import histories  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
-from crackle_report.program import ResultsError  # noqa: E402
 from crackle_report.reading import read_ensemble  # noqa: E402
-from synthetic_ensemble import write_ensemble  # noqa: E402
+from synthetic_ensemble import changed, write_ensemble  # noqa: E402
 
 PROGRAM = Path()
 PROBE = """
@@ -45,7 +44,7 @@ class Running(unittest.TestCase):
             folder = Path(name) / "out"
             write_ensemble(folder, 4, failed=(2,), with_ensemble_file=False)
             for number in (0, 1, 3):  # as the program writes it for samples that are done only
-                with h5py.File(folder / "samples" / f"{number:04d}.h5", "r+") as root:
+                with changed(folder / "samples" / f"{number:04d}.h5") as root:
                     root["summary/phase_start"] = 10.0 + number
             table = crackle.open(folder).samples
             self.assertEqual(list(table["status"]), ["done", "done", "failed", "done"])
@@ -207,9 +206,9 @@ class Package(unittest.TestCase):
 
     def test_what_is_no_result_is_refused_with_the_reason(self):
         with tempfile.TemporaryDirectory() as name:
-            with self.assertRaisesRegex(ResultsError, "holds no results"):
+            with self.assertRaisesRegex(crackle.ResultsError, "holds no results"):
                 crackle.open(name)
-            with self.assertRaisesRegex(ResultsError, "there is no folder"):
+            with self.assertRaisesRegex(crackle.ResultsError, "there is no folder"):
                 crackle.open(Path(name) / "missing")
 
     def test_older_files_are_read_as_far_as_they_go(self):

@@ -35,7 +35,7 @@ from crackle_report.plate import Plate  # noqa: E402
 from crackle_report.program import find_program  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 from box_mesh import box_mesh  # noqa: E402
-from synthetic_ensemble import SLOTS, write_ensemble  # noqa: E402
+from synthetic_ensemble import SLOTS, changed, write_ensemble  # noqa: E402
 
 REPORT = ROOT / "tools" / "crackle-report"
 
@@ -287,7 +287,7 @@ class Report(Ensembles):
         self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
         self.assertNotIn("<h2>Material</h2>", (self.folder / "report.html").read_text(encoding="utf-8"))
         for file in (self.folder / "samples").iterdir():
-            with h5py.File(file, "r+") as root:
+            with changed(file) as root:
                 n = len(root["mesh/tetrahedra"])
                 root["mesh/strength_factor"] = np.linspace(0.5, 1.5, n)
         result = self.run_report(str(self.folder))

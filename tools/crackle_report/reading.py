@@ -2,26 +2,21 @@
 """Reads an ensemble's folder: rows and statistics as the program gives them, the rest from samples/NNNN.h5."""
 from __future__ import annotations
 
-import os
-import re
 import tomllib
 from pathlib import Path
 from typing import Any, Callable, Iterable, Optional, TypeVar
 
-# A folder on a network file system, or one that a run is writing to, may not be locked for reading.
-os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
+import h5py
+import numpy as np
+from crackle.files import DONE, ENSEMBLE_KIND, SAMPLE_KIND, is_there, results, sample_files, text_of
 
-import h5py  # noqa: E402
-import numpy as np  # noqa: E402
-
-from .mesh import Mesh  # noqa: E402
-from .plate import Plate  # noqa: E402
-from .program import ResultsError, statistics_of  # noqa: E402
-from .results import (DONE, CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Forks, Frames, History, Paths, Ranks,  # noqa: E402
+from .mesh import Mesh
+from .plate import Plate
+from .program import statistics_of
+from .results import (CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Forks, Frames, History, Paths, Ranks,
                       Result, Samples, Share, Statistics, Turn)
-from .stress import ALL_EDGES, CROSSED_EDGES  # noqa: E402
+from .stress import ALL_EDGES, CROSSED_EDGES
 
-ENSEMBLE_KIND, SAMPLE_KIND = "crackle ensemble", "crackle sample"
 PROVENANCE = {"program_version": "program version", "git_commit": "git commit", "library_versions": "libraries",
               "seed": "seed", "schema_version": "version of the file format"}
 GROUPS = ("leader", "leader/one_crack", "leader/two_cracks", "follower")  # of the statistics
@@ -32,10 +27,10 @@ def read_ensemble(folder: Path, program: Optional[Path] = None) -> Ensemble:
     document = statistics_of(folder, program)
     paths, statistics = document["crack_path"], document["statistics"]
     files, ensemble_file = SampleFiles(folder), folder / "ensemble.h5"
-    own = [(ensemble_file, ENSEMBLE_KIND)] if ensemble_file.is_file() else []
+    own = [(ensemble_file, ENSEMBLE_KIND)] if is_there(ensemble_file) else []
     provenance = {}
     for first, kind in [*own, *((file, SAMPLE_KIND) for file in files.files.values())][:1]:  # none before the first sample has ended
-        with open_results(first, kind) as root:
+        with results(first, kind) as root:
             provenance = {title: str(text_of(root.attrs[name])) for name, title in PROVENANCE.items() if name in root.attrs}
     n = document["n_needed"]
     return Ensemble(
@@ -96,9 +91,7 @@ class SampleFiles:
     """The whole sample files of a folder; what is asked of a sample without file, or that failed, is not there."""
 
     def __init__(self, folder: Path) -> None:
-        # Files under way have other names.
-        names = ((re.fullmatch(r"(\d{4,})\.h5", file.name), file) for file in (folder / "samples").glob("*.h5"))
-        self.files: dict[int, Path] = dict(sorted((int(match[1]), file) for match, file in names if match))
+        self.files = sample_files(folder)
 
     def crack(self, sample: int) -> Optional[CrackSurface]:
         return self._read(sample, _read_crack)
@@ -124,32 +117,11 @@ class SampleFiles:
         return self._read(sample, _read_frames)
 
     def _read(self, sample: int, read: Callable[[h5py.File], Any]) -> Any:
-        """Raises ResultsError for a file that is no sample's or lacks something."""
+        """Raises ResultsError for a file that is no sample's, is damaged or lacks something."""
         if sample not in self.files:
             return None
-        with open_results(self.files[sample], SAMPLE_KIND) as root:
-            try:
-                return read(root) if root.attrs["status"] == DONE else None
-            except KeyError as error:
-                raise ResultsError(f"'{self.files[sample]}' lacks something that is needed: {error.args[0]}") from error
-
-
-def open_results(file: Path, kind: str) -> h5py.File:
-    """A result file, for reading. Raises ResultsError when it is not of this kind."""
-    try:
-        root = h5py.File(file, "r")
-    except OSError as error:
-        raise ResultsError(f"'{file}' cannot be read: {error}") from error
-    found = text_of(root.attrs.get("kind", ""))
-    if found != kind:
-        root.close()
-        raise ResultsError(f"'{file}' is not a {kind} file")
-    return root
-
-
-def text_of(value: Any) -> Any:
-    """An attribute or element as h5py gives it; texts of fixed length come as bytes."""
-    return value.decode("utf-8") if isinstance(value, bytes) else value
+        with results(self.files[sample], SAMPLE_KIND) as root:
+            return read(root) if root.attrs["status"] == DONE else None
 
 
 def _read_crack(root: h5py.File) -> CrackSurface:

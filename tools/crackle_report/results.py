@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
+from crackle.files import DONE, PENDING
 
 from .plate import Plate
 
 if TYPE_CHECKING:
     from .reading import SampleFiles
-
-PENDING, DONE, FAILED = 0, 1, 2
 
 
 @dataclass(frozen=True)

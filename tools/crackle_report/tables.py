@@ -8,9 +8,10 @@ from html import escape
 from typing import Callable, Optional, Union
 
 import numpy as np
+from crackle.files import DONE, FAILED
 
 from . import style
-from .results import DONE, FAILED, Ensemble, Paths, Result, Samples
+from .results import Ensemble, Paths, Result, Samples
 
 STATUS_NAMES = ("pending", "done", "failed")
 MISSING = "–"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 
 import numpy as np
+from crackle.files import DONE
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -12,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from .. import style
 from ..options import Options
-from ..results import DONE, Ensemble, along
+from ..results import Ensemble, along
 from .picture import Picture, Section
 
 

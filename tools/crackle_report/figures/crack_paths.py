@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from crackle.files import DONE, FAILED, PENDING
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
@@ -15,7 +16,7 @@ from .. import style
 from ..choosing import typical_samples
 from ..drawing import draw_facets, draw_forks, draw_plate, fork_handles, time_bar, time_colours, window
 from ..options import Options
-from ..results import DONE, FAILED, PENDING, CrackSurface, Ensemble
+from ..results import CrackSurface, Ensemble
 from .picture import Picture, Section
 
 PANELS_PER_SHEET = 60
