@@ -7,13 +7,18 @@ from __future__ import annotations
 import argparse
 import contextlib
 import shutil
+import sys
 from pathlib import Path
 from typing import Iterator, Optional
 
 import h5py
 import numpy as np
 
-from box_mesh import box_mesh
+sys.path.append(str(Path(__file__).resolve().parents[2] / "tools"))
+
+from box_mesh import box_mesh  # noqa: E402
+from crackle.checksum import checksum  # noqa: E402
+from crackle.files import MARK  # noqa: E402
 
 INPUT = """\
 [ensemble]
@@ -89,18 +94,13 @@ def write_ensemble(folder: Path, n_samples: int, failed: tuple[int, ...] = (), p
     return rows
 
 
-MARK = b"\ncrackle FNV-1a "
-
 
 def seal(file: Path) -> None:
     """Gives a sample file the check sum of its content."""
     data = file.read_bytes()
     if data[-32:].startswith(MARK):
         data = data[:-32]
-    value = 0xCBF29CE484222325
-    for byte in data:
-        value = (value ^ byte) * 0x100000001B3 & 0xFFFFFFFFFFFFFFFF
-    file.write_bytes(data + MARK + f"{value:016x}".encode())
+    file.write_bytes(data + MARK + f"{checksum(data):016x}".encode())
 
 
 @contextlib.contextmanager

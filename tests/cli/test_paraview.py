@@ -12,7 +12,6 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import h5py
 import numpy as np
 from PIL import Image
 

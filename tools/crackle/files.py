@@ -80,27 +80,36 @@ def open_results(file: Path, kind: str) -> h5py.File:
     check_regular(file)
     is_marked = _check_sum(file) if kind == SAMPLE_KIND and file.is_file() else True
     root = open_hdf5(file)
-    found = text_of(root.attrs.get("kind"))
-    if not isinstance(found, str) or found != kind:
+    try:
+        with _naming(file):
+            found = text_of(root.attrs["kind"]) if "kind" in root.attrs else None
+        if str(found) != kind:
+            own = f"but a {found} file" if str(found) in (ENSEMBLE_KIND, SAMPLE_KIND) else "but of another program"
+            raise ResultsError(f"'{file}' is not a {kind} file, {own}")
+        if not is_marked:
+            raise ResultsError(f"'{file}' is damaged: it was cut short or changed after it was written, as its check sum is missing")
+    except ResultsError:
         root.close()
-        raise ResultsError(f"'{file}' is not a {kind} file" + (f" but a {found} file" if found in (ENSEMBLE_KIND, SAMPLE_KIND) else
-                                                               ", but of another program"))
-    if not is_marked:
-        root.close()
-        raise ResultsError(f"'{file}' is damaged: it was cut short or changed after it was written, as its check sum is missing")
+        raise
     return root
 
 
 @contextlib.contextmanager
 def results(file: Path, kind: str) -> Iterator[h5py.File]:
     """As open_results, closed at the end; what cannot be read in the meantime is a ResultsError, too."""
-    with open_results(file, kind) as root:
-        try:
-            yield root
-        except KeyError as error:
-            raise ResultsError(f"'{file}' lacks something that is needed: {error.args[0]}") from error
-        except (OSError, RuntimeError) as error:
-            raise ResultsError(f"'{file}' cannot be read, it may be damaged: {error}") from error
+    with open_results(file, kind) as root, _naming(file):
+        yield root
+
+
+@contextlib.contextmanager
+def _naming(file: Path) -> Iterator[None]:
+    """Errors of reading become a ResultsError that names the file."""
+    try:
+        yield
+    except KeyError as error:
+        raise ResultsError(f"'{file}' lacks something that is needed: {error.args[0]}") from error
+    except (OSError, RuntimeError, UnicodeError) as error:
+        raise ResultsError(f"'{file}' cannot be read, it may be damaged: {error}") from error
 
 
 def text_of(value: Any) -> Any:
