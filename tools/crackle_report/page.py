@@ -80,7 +80,7 @@ def _view(view: View, image: bytes) -> str:
     width = round(view.picture.figure.get_figwidth() * 108)
     data = "".join(f' data-{name}="{base64.b64encode(getattr(view, name)).decode("ascii")}"'
                    for name in ("corner", "time", "colour", "line"))
-    return (f'<figure class="surface"{data}>{_image(view.picture.description, width, "png", image)}'
+    return (f'<figure class="surface"{data} data-unit="{view.time_unit}">{_image(view.picture.description, width, "png", image)}'
             f'<div class="stage"><canvas></canvas><p><b>{escape(view.picture.description)}</b> <button type="button">Play</button> '
             '<input type="range" min="0" aria-label="time"> <output></output></p></div></figure>')
 

@@ -9,6 +9,7 @@ from typing import Any, Callable, Iterable, Optional, TypeVar
 import h5py
 import numpy as np
 from crackle.files import DONE, ENSEMBLE_KIND, SAMPLE_KIND, is_there, results, sample_files, text_of
+from crackle.units import MM, Unit
 
 from .mesh import Mesh
 from .plate import Plate
@@ -33,9 +34,9 @@ def read_ensemble(folder: Path, program: Optional[Path] = None) -> Ensemble:
         with results(first, kind) as root:
             provenance = {title: str(text_of(root.attrs[name])) for name, title in PROVENANCE.items() if name in root.attrs}
     n = document["n_needed"]
+    plate = Plate.of(document["specimen"])
     return Ensemble(
-        folder=folder, plate=Plate.of(document["specimen"]),
-        sections=_sections(paths),
+        folder=folder, plate=plate, sections=_sections(paths, plate.lengths),
         confidence=statistics["confidence"], n_looks=statistics["n_looks"], n_planned=document["n_samples"],
         samples=_samples(document, n), statistics=_paths(Statistics, statistics, n), precision=statistics["precision"],
         turns=[Turn(reference, **turn) for reference, turn in
@@ -45,9 +46,14 @@ def read_ensemble(folder: Path, program: Optional[Path] = None) -> Ensemble:
         input_text=document["input"], files=files, inputs=document.get("inputs", []), sensitivities=document.get("sensitivities"))
 
 
-def _sections(paths: dict[str, Any]) -> tuple[CrossSection, ...]:
+def _sections(paths: dict[str, Any], lengths: Unit) -> tuple[CrossSection, ...]:
     lines = iter(paths.get("section_line", []))
-    return tuple(CrossSection(axis, position, name, along, None if axis else np.array(next(lines)))
+
+    def name_of(axis: int, position: float, name: str) -> str:
+        """The program's, whose unit is that of the input, or one in the report's unit."""
+        return name if lengths == MM or not axis else f"{' yz'[axis]} = {lengths.of(position):.4g} {lengths.name}"
+
+    return tuple(CrossSection(axis, position, name_of(axis, position, name), along, None if axis else np.array(next(lines)))
                  for axis, position, name, along in zip(*(paths[key] for key in (
                      "section_axis", "section", "section_name", "section_coordinate"))))
 

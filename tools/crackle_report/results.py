@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 from crackle.files import DONE, PENDING
+from crackle.units import US, Unit, fitting
 
 from .plate import Plate
 
 if TYPE_CHECKING:
     from .reading import SampleFiles
+
+N_TIMED = 3  # samples whose durations tell the unit of times
 
 
 @dataclass(frozen=True)
@@ -252,6 +256,12 @@ class Ensemble:
     files: "SampleFiles"
     inputs: list[dict[str, Any]]  # the random ones: key, units, distribution, values of each sample [SI]
     sensitivities: Optional[dict[str, Any]]  # what the results owe to these; None without
+
+    @cached_property
+    def times(self) -> Unit:
+        """In which people see times since the onset: fits the durations of the first samples' last dynamic phases."""
+        accounts = [self.files.energy(int(i)) for i in self.done[:N_TIMED]]
+        return fitting([account.time[-1] for account in accounts if account is not None and account.time.size], US, least=0.5)
 
     @property
     def finished(self) -> bool:

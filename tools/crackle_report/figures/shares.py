@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from crackle.units import NEWTON, fitting
 
 from .. import style
 from ..options import Options
@@ -67,7 +68,9 @@ def _onset(axes: Axes, ensemble: Ensemble) -> None:
     name, force = ensemble.breaking_load()
     pattern = ensemble.samples.pattern[ensemble.done][np.isfinite(force)]
     force = force[np.isfinite(force)]
-    axes.set_xlabel(f"{name} [N]")
+    forces = fitting(force, NEWTON)
+    force = forces.of(force)
+    axes.set_xlabel(forces.label(name))
     axes.set_ylabel("samples")
     axes.yaxis.set_major_locator(MaxNLocator(5, integer=True))
     if force.size == 0:
@@ -80,7 +83,7 @@ def _onset(axes: Axes, ensemble: Ensemble) -> None:
     axes.plot(force, np.full(force.size, -0.025), "|", color="black", markersize=4, markeredgewidth=0.5,
               transform=axes.get_xaxis_transform(), clip_on=False, zorder=5)
     axes.axvline(float(np.median(force)), color="black", linewidth=0.9, linestyle="--",
-                 label=f"median {np.median(force):.1f} N")
+                 label=f"median {np.median(force):.1f} {forces.name}")
     axes.tick_params(axis="x", pad=6)
     axes.legend(loc="lower right", ncol=len(kinds) + 1, bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
 
