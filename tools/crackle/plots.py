@@ -103,7 +103,7 @@ def _unit(label: str, values: Any, usual: Unit, least: float = 0.1) -> Unit:
 
 
 def _largest(values: xr.DataArray) -> float:
-    return float(np.nanmax(np.abs(values), initial=0.0))
+    return float(np.nan_to_num(np.abs(values.values)).max(initial=0.0))
 
 
 def _last_phase(history: xr.Dataset) -> xr.Dataset:

@@ -39,7 +39,7 @@ def named(name: str) -> Optional[Unit]:
     return None
 
 
-MM, US, NEWTON, MILLIJOULE = (Unit(name, size) for name, size in (("mm", 1e-3), ("µs", 1e-6), ("N", 1.0), ("mJ", 1e-3)))
+MM, MM2, US, NEWTON, MILLIJOULE = (Unit(name, size) for name, size in (("mm", 1e-3), ("mm^2", 1e-6), ("µs", 1e-6), ("N", 1.0), ("mJ", 1e-3)))
 
 
 def fitting(values: Any, usual: Unit, least: float = 0.1, most: float = MOST) -> Unit:

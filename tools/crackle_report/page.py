@@ -39,6 +39,8 @@ def render(ensemble: Ensemble, sections: list[tuple[Section, list[bytes]]]) -> s
                 _image(film.description, film.width, "gif", film.gif) for film in section.animations) + "</figure>")
     if ensemble.n_notches and ensemble.sections:
         parts.append("<h2>Mean crack position</h2>\n" + tables.sections(ensemble))
+    if not ensemble.n_notches and ensemble.places:
+        parts.append("<h2>Places of the breaks</h2>\n" + tables.places(ensemble))
     parts.append("<h2>Samples</h2>\n<p>A click on a column's head sorts by it.</p>\n"
                  + tables.samples(ensemble))
     parts.append(_next(ensemble))

@@ -14,7 +14,7 @@ from crackle.units import MM, Unit
 from .mesh import Mesh
 from .plate import Plate
 from .program import statistics_of
-from .results import (CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Forks, Frames, History, Paths, Ranks,
+from .results import (CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Forks, Frames, History, Paths, Places, Ranks,
                       Result, Samples, Share, Statistics, Turn)
 from .stress import ALL_EDGES, CROSSED_EDGES
 
@@ -102,6 +102,10 @@ class SampleFiles:
     def crack(self, sample: int) -> Optional[CrackSurface]:
         return self._read(sample, _read_crack)
 
+    def places(self, sample: int) -> Optional[Places]:
+        """None also of samples in which nothing broke, and of files that do not say."""
+        return self._read(sample, _read_places)
+
     def lines(self, sample: int) -> list[CrackLine]:
         return self._read(sample, _read_lines) or []
 
@@ -135,6 +139,25 @@ def _read_crack(root: h5py.File) -> CrackSurface:
     notch_of_crack = np.append(group["cracks/notch"][...], -1)
     return CrackSurface(group["corners"][...].astype(np.float32), group["time"][...],
                         notch_of_crack[group["crack"][...]], group["tetrahedron"][...] if "tetrahedron" in group else None)
+
+
+def _read_places(root: h5py.File) -> Optional[Places]:
+    breaks, surface = root["breaks"], root["crack_surface"]
+    if "load_time" not in breaks or "area" not in surface:  # of an older version
+        return None
+    tetrahedron, loading, phase = (breaks[name][...] for name in ("tetrahedron", "load_time", "phase_time"))
+    if tetrahedron.size == 0:
+        return None
+    first = np.lexsort((phase, loading))[0]
+    middle = root["mesh/nodes"][...][root["mesh/tetrahedra"][int(tetrahedron[first])]].mean(axis=0)
+    time = float(loading[first] + phase[first])
+    areas = surface["cracks/area"][...]
+    if areas.size == 0:
+        return Places(middle, time, np.full(3, np.nan), 0.0, np.nan)
+    largest = int(areas.argmax())
+    facets = surface["crack"][...] == largest
+    centre = np.average(surface["corners"][...][facets].mean(axis=1), axis=0, weights=surface["area"][...][facets])
+    return Places(middle, time, centre, float(areas[largest]), float(surface["time"][...][facets].min()))
 
 
 def _read_mesh(root: h5py.File) -> Mesh:

@@ -30,6 +30,17 @@ class CrackSurface:
 
 
 @dataclass(frozen=True)
+class Places:
+    """Where a sample broke."""
+
+    first: np.ndarray  # x, y, z: middle of the tetrahedron that broke first [m]
+    first_time: float  # of that break, of the loads' programs [s]
+    largest: np.ndarray  # x, y, z: middle of the largest crack [m]; NaN where none has opened
+    largest_area: float  # [m^2]
+    largest_start: float  # when it began, since the onset of the last dynamic phase [s]; negative before it
+
+
+@dataclass(frozen=True)
 class CrackLine:
     """A crack as a line in the YZ plane: the mean of its surface over the thickness."""
 
@@ -277,6 +288,12 @@ class Ensemble:
     def done(self) -> np.ndarray:
         """Numbers of the samples that are done."""
         return np.flatnonzero(self.samples.status == DONE)
+
+    @cached_property
+    def places(self) -> dict[int, Places]:
+        """Where the samples that are done broke, by number."""
+        found = {int(i): self.files.places(int(i)) for i in self.done}
+        return {i: place for i, place in found.items() if place is not None}
 
     def breaking_load(self) -> tuple[str, np.ndarray]:
         """Name and values [N] of the load that tells when the samples that are done broke: the onset, or where none

@@ -9,13 +9,16 @@ from typing import Callable, Optional, Union
 
 import numpy as np
 from crackle.files import DONE, FAILED
-from crackle.units import NEWTON, fitting, named
+from crackle.units import MM2, NEWTON, Unit, fitting, named
 
 from . import style
 from .results import Ensemble, Paths, Result, Samples
 
 STATUS_NAMES = ("pending", "done", "failed")
 MISSING = "–"
+# What is measured along cracks that start at notches, holes or outlines.
+OF_PATHS = ("pattern", "leading_notch", "overlap", "bifurcations", "bifurcations_projected", "kinks", "crack_speed_max", "crack_speed_ratio",
+            "traced_area", "effective_toughness")
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,7 @@ def samples(ensemble: Ensemble) -> str:
     columns = [Column("sample", "", lambda s, i: i, "d"),
                Column("status", "", lambda s, i: STATUS_NAMES[int(s.status[i])])]
     columns += [_column(result, table) for result in table.results
-                if not (done.any() and np.isnan(table.numbers[result.name][done]).all())]
+                if not (result.name in OF_PATHS and not ensemble.n_notches) and not (done.any() and np.isnan(table.numbers[result.name][done]).all())]
     head = "".join(_head(column) for column in columns)
     body = []
     for i in range(len(table)):
@@ -118,6 +121,25 @@ def _about_ranks(ensemble: Ensemble) -> str:
     return text
 
 
+def places(ensemble: Ensemble) -> str:
+    """Where each sample broke."""
+    lengths, times, areas = ensemble.plate.lengths, ensemble.times, fitting([place.largest_area for place in ensemble.places.values()], MM2, 1e-3)
+    titles = (("sample", ""), *((f"first break, {axis}", lengths.name) for axis in "xyz"), ("first break", "s"),
+              *((f"largest crack, {axis}", lengths.name) for axis in "xyz"), ("its area", areas.name), ("it began", f"{times.name} since onset"))
+    head = "".join(f"<th>{title}<small>{below}</small></th>" for title, below in titles)
+    body = []
+    for number, place in ensemble.places.items():
+        cells = [str(number), *(_number(lengths.of(value), ".2f") for value in place.first), _number(place.first_time, ".6f"),
+                 *(_number(lengths.of(value), ".2f") for value in place.largest), _number(areas.of(place.largest_area), ".3f"),
+                 _start(times, place.largest_start)]
+        body.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+    return f'<div class="scroll"><table class="sortable"><thead><tr>{head}</tr></thead>\n<tbody>' + "\n".join(body) + "</tbody></table></div>"
+
+
+def _start(times: Unit, since_onset: float) -> str:
+    return "before the onset" if since_onset < 0 else _number(times.of(since_onset), ".2f")
+
+
 def tiles(ensemble: Ensemble) -> str:
     """The ensemble in a few numbers."""
     table = ensemble.samples
@@ -130,13 +152,13 @@ def tiles(ensemble: Ensemble) -> str:
         low, median, high = (f"{unit.of(value):.0f}" if unit == NEWTON else f"{unit.of(value):.3g}"
                              for value in (force.min(), np.median(force), force.max()))
         entries.append((f"{median} {unit.name}", f"median {name} ({low} to {high} {unit.name})"))
-    for pattern in (1, 2):
+    for pattern in (1, 2) if ensemble.n_notches else ():
         if done.any():
             found = ensemble.statistics.pattern(pattern)
             entries.append((f"{100 * found.share:.0f} %",
                             f"{style.pattern_name(pattern)} ({100 * found.lower:.0f} to {100 * found.upper:.0f} %)"))
     for name, label in (("bifurcations_projected", "forks in the projection"), ("bifurcations", "forks in space")):
-        if name in table.numbers and table.result(name).any:
+        if ensemble.n_notches and name in table.numbers and table.result(name).any:
             entries.append((str(table.result(name).n_any), f"samples with {label}"))
     return '<div class="tiles">' + "".join(
         f'<div class="tile"><b>{escape(value)}</b><span>{escape(label)}</span></div>'

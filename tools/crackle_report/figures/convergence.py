@@ -19,14 +19,16 @@ from .picture import Picture, Section
 LEAST_SPAN = 0.004  # of the vertical axes, over the body's width
 
 
-def section(ensemble: Ensemble, _: Options) -> Section:
+def section(ensemble: Ensemble, _: Options) -> Section | None:
+    if not ensemble.n_notches:
+        return None
     result = Section(
         "Convergence of the mean crack position",
         "Running mean of the leading cracks over the samples in order of their number, with its "
         f"{100 * ensemble.confidence:g} % confidence band{_together(ensemble)}; one column for each section. Samples "
         "that another notch leads are turned by the body's symmetry where it has one; otherwise there is one row for "
         f"each leading notch. All panels span the same length.", _verdict(ensemble))
-    if ensemble.n_notches and ensemble.sections and len(ensemble.samples):
+    if ensemble.sections and len(ensemble.samples):
         result.pictures.append(Picture(
             "convergence", "Running mean of the leading crack's position with its confidence band", _draw(ensemble)))
     return result

@@ -143,10 +143,10 @@ def _columns(n_samples: int) -> int:
 
 
 def _title(axes: Axes, ensemble: Ensemble, number: int, small: bool, in_a_row: bool) -> None:
-    """The sample's number and, when it is done, its pattern: at the panel's right end, or in a row with the number where the panel is
+    """The sample's number and, when it is done and has notches, its pattern: at the panel's right end, or in a row with the number where the panel is
     narrower than both."""
     axes.set_title(str(number), loc="left", fontweight="bold", fontsize=7 if small else 8, pad=2)
-    if ensemble.samples.status[number] == DONE:
+    if ensemble.samples.status[number] == DONE and ensemble.n_notches:
         pattern = int(ensemble.samples.pattern[number])
         name, size = style.pattern_name(pattern, short=small), 5.5 if small else 7
         if in_a_row:

@@ -19,7 +19,9 @@ from .picture import Picture, Section
 TITLE_ROOM, LEGEND_ROOM = 2.6, 4.9  # what a panel's title and the key take [inch]
 
 
-def section(ensemble: Ensemble, _: Options) -> Section:
+def section(ensemble: Ensemble, _: Options) -> Section | None:
+    if not ensemble.n_notches:
+        return None
     result = Section(
         "All cracks over each other",
         "Through-thickness means of the leading and of the following cracks, with their branches; samples are turned "

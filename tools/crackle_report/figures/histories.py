@@ -29,9 +29,9 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
     if not histories:
         return None
     detailed = [i for i in options.samples or samples_in_detail(ensemble) if i in histories]
-    result = Section("Load, cracks and time", _explain(histories))
+    result = Section("Load, cracks and time" if ensemble.n_notches else "Load and time", _explain(histories, ensemble.n_notches > 0))
     result.pictures.append(Picture("load", "Load of all samples over " + _abscissa(histories), _load(histories, detailed)))
-    if any(history.in_last_phase.any() for history in histories.values()):
+    if ensemble.n_notches and any(history.in_last_phase.any() for history in histories.values()):
         result.pictures.append(Picture("crack-speed", "Crack length and tip speed over time",
                                        _growth(ensemble, histories, detailed)))
     if np.isfinite(ensemble.samples.arrival[ensemble.done]).any():
@@ -39,15 +39,16 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
     return result
 
 
-def _explain(histories: dict[int, History]) -> str:
+def _explain(histories: dict[int, History], has_cracks: bool) -> str:
     words = ["Load and displacement are those of the testing machine along its drive, of the same boundary conditions throughout. "
              "Grey lines are all samples, coloured ones those shown in detail;"
              f" where there are {MIN_BAND} samples or more, the black line is their median and the band holds {BAND[1] - BAND[0]} % of them."]
     if _is_quasi_static(histories):
         words.append("While the load grows slowly the picture has its equilibria; the last dynamic phase then runs at an almost "
                      "unchanged load or displacement.")
-    words.append("A crack's length is that along its longest line, a tip's speed the through-thickness mean over a tenth of "
-                 "that line.")
+    if has_cracks:
+        words.append("A crack's length is that along its longest line, a tip's speed the through-thickness mean over a tenth of "
+                     "that line.")
     return " ".join(words)
 
 
