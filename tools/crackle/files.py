@@ -68,11 +68,13 @@ def open_hdf5(file: Path) -> h5py.File:
     """Any HDF5 file, for reading. Raises ResultsError."""
     check_regular(file)
     try:
-        if file.is_file() and not h5py.is_hdf5(file):
-            raise ResultsError(f"'{file}' is not an HDF5 file")
         return h5py.File(file, "r")
     except OSError as error:
-        raise ResultsError(f"'{file}' cannot be read: {os.strerror(error.errno) if error.errno else error}") from error
+        if error.errno:
+            raise ResultsError(f"'{file}' cannot be read: {os.strerror(error.errno)}") from error
+        if not h5py.is_hdf5(file):
+            raise ResultsError(f"'{file}' is not an HDF5 file") from error
+        raise ResultsError(f"'{file}' cannot be read, it may be damaged: {error}") from error
 
 
 def open_results(file: Path, kind: str) -> h5py.File:
