@@ -5,14 +5,20 @@ look at the pictures of an ensemble of any size without computing one."""
 from __future__ import annotations
 
 import argparse
+import contextlib
 import shutil
+import sys
 from pathlib import Path
-from typing import Optional
+from typing import Iterator, Optional
 
 import h5py
 import numpy as np
 
-from box_mesh import box_mesh
+sys.path.append(str(Path(__file__).resolve().parents[2] / "tools"))
+
+from box_mesh import box_mesh  # noqa: E402
+from crackle.checksum import checksum  # noqa: E402
+from crackle.files import MARK  # noqa: E402
 
 INPUT = """\
 [ensemble]
@@ -82,14 +88,11 @@ def write_ensemble(folder: Path, n_samples: int, failed: tuple[int, ...] = (), p
             rows[i] = _empty_row(2, "static solve diverged after 500 iterations (residual 3.1e-2 of the load)", len(slots))
         file = folder / "samples" / f"{i:04d}.h5"
         _write_sample(file, i, rows[i], text, version)
-        if version == 2:
-            seal(file)
+        seal(file)
     if with_ensemble_file:
         _write_ensemble_file(folder / "ensemble.h5", rows, text, version, sections)
     return rows
 
-
-MARK = b"\ncrackle FNV-1a "
 
 
 def seal(file: Path) -> None:
@@ -97,10 +100,15 @@ def seal(file: Path) -> None:
     data = file.read_bytes()
     if data[-32:].startswith(MARK):
         data = data[:-32]
-    value = 0xCBF29CE484222325
-    for byte in data:
-        value = (value ^ byte) * 0x100000001B3 & 0xFFFFFFFFFFFFFFFF
-    file.write_bytes(data + MARK + f"{value:016x}".encode())
+    file.write_bytes(data + MARK + f"{checksum(data):016x}".encode())
+
+
+@contextlib.contextmanager
+def changed(file: Path) -> Iterator[h5py.File]:
+    """A sample file for a change, after which its check sum fits again."""
+    with h5py.File(file, "r+") as root:
+        yield root
+    seal(file)
 
 
 # Of a version and above.

@@ -12,7 +12,6 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import h5py
 import numpy as np
 from PIL import Image
 
@@ -21,7 +20,7 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
 from crackle_report.reading import SampleFiles  # noqa: E402
-from synthetic_ensemble import write_ensemble  # noqa: E402
+from synthetic_ensemble import changed, write_ensemble  # noqa: E402
 
 try:
     from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -180,7 +179,7 @@ class ParaView(unittest.TestCase):
         frames = SampleFiles(self.folder).frames(0)
         whole = np.setdiff1d(np.arange(len(frames.tetrahedra)), frames.broken[-1])
         early, late = (int(t) for t in whole[:2])
-        with h5py.File(self.folder / "samples" / "0000.h5", "a") as root:
+        with changed(self.folder / "samples" / "0000.h5") as root:
             start = 1.0
             root["summary/phase_start"] = start
             teeth = root.create_group("softening")

@@ -12,11 +12,13 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import warnings
 from pathlib import Path
 
 import h5py
 import matplotlib
 import numpy as np
+from matplotlib import pyplot
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
@@ -24,12 +26,12 @@ sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 matplotlib.use("Agg")
 
 import crackle  # noqa: E402
+import small_input  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 from crackle_report.figures import histories  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
-from crackle_report.program import ResultsError  # noqa: E402
 from crackle_report.reading import read_ensemble  # noqa: E402
-from synthetic_ensemble import write_ensemble  # noqa: E402
+from synthetic_ensemble import changed, write_ensemble  # noqa: E402
 
 PROGRAM = Path()
 PROBE = """
@@ -45,11 +47,114 @@ class Running(unittest.TestCase):
             folder = Path(name) / "out"
             write_ensemble(folder, 4, failed=(2,), with_ensemble_file=False)
             for number in (0, 1, 3):  # as the program writes it for samples that are done only
-                with h5py.File(folder / "samples" / f"{number:04d}.h5", "r+") as root:
+                with changed(folder / "samples" / f"{number:04d}.h5") as root:
                     root["summary/phase_start"] = 10.0 + number
             table = crackle.open(folder).samples
             self.assertEqual(list(table["status"]), ["done", "done", "failed", "done"])
             np.testing.assert_array_equal(table["phase_start"], [10, 11, np.nan, 13])
+
+
+class Kinds(unittest.TestCase):
+    """Everything that the package offers, on ensembles of every kind."""
+
+    OF_ENSEMBLE = ("samples", "paths", "input", "done", "histories")
+    OF_SAMPLE = ("summary", "history", "energy", "frames", "mesh", "crack_surface", "crack_lines", "forks")
+    OF_PLOTS = ("load", "crack_length", "tip_speed", "cracks")
+
+    @classmethod
+    def setUpClass(cls):
+        temporary = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(temporary.cleanup)
+        top = Path(temporary.name)
+        sweep = '[[sweep]]\nkey = "fracture.strength"\nvalues = ["35 MPa", "45 MPa"]\n'
+        random = small_input.RANDOM
+        # Stiff draws fail: their waves are too fast for the step.
+        failing = small_input.small_input(random, time='step = "150 ns"\n')
+        inputs = {"plain": small_input.small_input(), "random": small_input.small_input(random),
+                  "replicates": small_input.small_input(random, samples=4, ensemble="replicates = 2\n"),
+                  "sweep": small_input.small_input(sweep), "one": small_input.small_input(samples=1),
+                  "no notch": small_input.small_input(notch=""), "failed": failing,
+                  "unbroken": small_input.small_input(strength="1e5 MPa", time='start = "rest"\n', force="1 N", rate="0 N/s")}
+        cls.folders = {name: small_input.run(PROGRAM, text, top / name, may_fail=name == "failed") for name, text in inputs.items()}
+        cls.folders["a case"] = cls.folders["sweep"] / "case-1"
+        for name, first in (("random", "under way"), ("failed", "failed, under way")):
+            cls.folders[first] = shutil.copytree(cls.folders[name], top / first)
+            (cls.folders[first] / "ensemble.h5").unlink()
+        pending = cls.folders["pending"] = top / "pending"
+        small_input.run(PROGRAM, small_input.small_input(random, samples=5), pending, "--samples", "1-2")
+        subprocess.run([str(PROGRAM), "stats", str(pending)], check=True, capture_output=True, env=environment())
+
+    def test_everything_works_on_each(self):
+        for name, folder in self.folders.items():
+            if name == "sweep":
+                continue
+            with self.subTest(name), warnings.catch_warnings():
+                warnings.simplefilter("error")
+                self.use(crackle.open(folder))
+
+    def use(self, ensemble: crackle.Ensemble) -> None:
+        done = ensemble.done
+        self.assertTrue(done)
+        for name in self.OF_ENSEMBLE:
+            self.assertIsNotNone(getattr(ensemble, name))
+        self.assertIn(f"{len(done)} of {len(ensemble)} samples done", repr(ensemble))
+        self.assertEqual(list(ensemble.histories.sample), done)
+        self.assertTrue(np.isfinite(ensemble.histories.governing_load.isel(moment=0)).all())
+        for sample in ensemble:
+            self.use_sample(sample, ensemble)
+        for axes in [getattr(ensemble.plot, name)() for name in self.OF_PLOTS]:
+            self.assertTrue(axes.get_xlabel() and axes.get_ylabel())
+        self.assertEqual(len(ensemble.plot.load(over="time").lines), len(done))
+        pyplot.close("all")
+        for column in ensemble.samples:
+            self.assertTrue(ensemble.plot.histogram(column).get_xlabel())
+            pyplot.close()
+
+    def use_sample(self, sample: crackle.Sample, ensemble: crackle.Ensemble) -> None:
+        row = ensemble.samples.loc[sample.number]
+        self.assertEqual(sample.is_done, row["status"] == "done")
+        self.assertIn(f"Sample {sample.number} of", repr(sample))
+        self.assertEqual(sample.input, ensemble.input)
+        sample.open().close()
+        if sample.is_done:
+            for name in self.OF_SAMPLE:
+                self.assertIsNotNone(getattr(sample, name))
+        else:
+            for name in self.OF_SAMPLE[1:]:
+                with self.assertRaisesRegex(AttributeError, "the sample failed .*above the stable step"):
+                    getattr(sample, name)
+        numbers = {name: value for name, value in sample.summary.items() if name in row and not isinstance(row[name], str)}
+        self.assertGreater(len(numbers), 10 if sample.is_done else 0)
+        for name, value in numbers.items():
+            np.testing.assert_equal(float(value), float(row[name]), name)
+
+    def test_random_inputs_are_among_the_results(self):
+        ensemble = crackle.open(self.folders["random"])
+        moduli = ensemble.samples["material.youngs_modulus"]
+        self.assertEqual(len(set(moduli)), 3)
+        self.assertEqual(ensemble.samples.attrs["units"]["material.youngs_modulus"], "Pa")
+        self.assertEqual([sample.summary["material.youngs_modulus"] for sample in ensemble], list(moduli))
+        replicates = crackle.open(self.folders["replicates"])
+        self.assertEqual([sample.summary["material.youngs_modulus"] for sample in replicates],
+                         [moduli[draw] for draw in (0, 0, 1, 1)])
+
+    def test_states_are_those_of_the_run(self):
+        states = {"failed": ["failed", "done", "failed"], "failed, under way": ["failed", "done", "failed"],
+                  "pending": ["pending", "done", "done", "pending", "pending"], "under way": ["done"] * 3}
+        for name, expected in states.items():
+            self.assertEqual(list(crackle.open(self.folders[name]).samples["status"]), expected, name)
+
+    def test_a_sweep_is_opened_case_by_case(self):
+        with self.assertRaisesRegex(crackle.ResultsError, "holds a sweep; open one of its cases: case-0, case-1"):
+            crackle.open(self.folders["sweep"])
+        loads = [crackle.open(self.folders["sweep"] / case).samples["onset_force"].median() for case in ("case-0", "case-1")]
+        self.assertGreater(loads[1], 1.1 * loads[0])
+
+    def test_before_the_first_sample_has_ended_it_says_so(self):
+        with tempfile.TemporaryDirectory() as name:
+            shutil.copy(self.folders["plain"] / "input.toml", name)
+            with self.assertRaisesRegex(crackle.ResultsError, "holds no results yet: no sample has ended"):
+                crackle.open(name)
 
 
 class Package(unittest.TestCase):
@@ -207,9 +312,9 @@ class Package(unittest.TestCase):
 
     def test_what_is_no_result_is_refused_with_the_reason(self):
         with tempfile.TemporaryDirectory() as name:
-            with self.assertRaisesRegex(ResultsError, "holds no results"):
+            with self.assertRaisesRegex(crackle.ResultsError, "holds no results"):
                 crackle.open(name)
-            with self.assertRaisesRegex(ResultsError, "there is no folder"):
+            with self.assertRaisesRegex(crackle.ResultsError, "there is no folder"):
                 crackle.open(Path(name) / "missing")
 
     def test_older_files_are_read_as_far_as_they_go(self):

@@ -35,7 +35,7 @@ from crackle_report.plate import Plate  # noqa: E402
 from crackle_report.program import find_program  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 from box_mesh import box_mesh  # noqa: E402
-from synthetic_ensemble import SLOTS, write_ensemble  # noqa: E402
+from synthetic_ensemble import SLOTS, changed, write_ensemble  # noqa: E402
 
 REPORT = ROOT / "tools" / "crackle-report"
 
@@ -287,7 +287,7 @@ class Report(Ensembles):
         self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
         self.assertNotIn("<h2>Material</h2>", (self.folder / "report.html").read_text(encoding="utf-8"))
         for file in (self.folder / "samples").iterdir():
-            with h5py.File(file, "r+") as root:
+            with changed(file) as root:
                 n = len(root["mesh/tetrahedra"])
                 root["mesh/strength_factor"] = np.linspace(0.5, 1.5, n)
         result = self.run_report(str(self.folder))
@@ -405,6 +405,26 @@ class Pictures(Ensembles):
             seen = corners[:, :, 2].max(initial=0) > view._grid.z[0]
             self.assertEqual(len(broken), k)
             self.assertEqual(order.min() < 0.5 * expected, k > 0 and seen)
+
+    def test_fringes_can_be_left_out(self):
+        write_ensemble(self.folder, 2)
+        ensemble = reading.read_ensemble(self.folder)
+        with mock.patch.object(growth, "make_series", side_effect=AssertionError("fringes are computed")):
+            section = growth.section(ensemble, Options((0,), fringes=False))
+        (picture,) = section.pictures
+        self.assertEqual([axes.get_images() for axes in picture.figure.axes], [[]] * len(picture.figure.axes))
+        drawn = [axes for axes in picture.figure.axes if axes.collections and not axes.get_xlabel().startswith("time")]
+        self.assertEqual([axes.get_title() for axes in drawn], ["t = t₀", "t = t₀ + 20 µs", "t = t₀ + 40 µs", "t = t₀ + 60 µs"][:len(drawn)])
+        self.assertGreater(len(drawn), 1)
+        self.assertEqual(len(section.animations), 1)
+        with_fringes = growth.section(ensemble, Options((0,), animation=False)).pictures[0].figure
+        self.assertTrue(any(axes.get_images() for axes in with_fringes.axes))
+        self.assertLess(picture.figure.get_figheight(), 0.7 * with_fringes.get_figheight())
+        result = self.run_report(str(self.folder), "--no-fringes", animated=True)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        page = re.sub(r'="[^"]*base64[^"]*"|data-\w+="[^"]*"', "", (self.folder / "report.html").read_text(encoding="utf-8"))
+        self.assertIn("<h2>Crack growth</h2>", page)
+        self.assertIsNone(re.search("(?i)fringe|polari|optic|wavelength|below, the cracks", page))
 
     def test_times_asked_for_are_shown(self):
         write_ensemble(self.folder, 1)

@@ -11,12 +11,30 @@
     plates.plot.load().figure.savefig("load.png")
 
 All values are in SI units; `attrs["units"]` and `attrs["meaning"]` of each array, and `samples.attrs["units"]`, say which.
-Works on an ensemble that is still running, too.
+Works on an ensemble that is still running, too. What cannot be read raises crackle.ResultsError.
 """
 from __future__ import annotations
 
-from .ensemble import Ensemble, open
-from .sample import Sample
+import importlib
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["Ensemble", "Sample", "open"]
+from .files import ResultsError
+
+if TYPE_CHECKING:
+    from .ensemble import Ensemble, open
+    from .sample import Sample
+
+__all__ = ["Ensemble", "ResultsError", "Sample", "open"]
 __version__ = "1.0.0"
+_PLACES = {"Ensemble": "ensemble", "open": "ensemble", "Sample": "sample"}
+
+
+def __getattr__(name: str) -> Any:
+    """The report opens its files here too, and does without pandas and xarray, which take long to load."""
+    if name not in _PLACES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f".{_PLACES[name]}", __name__), name)
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__all__]

@@ -11,10 +11,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from crackle_report.program import ResultsError
-from crackle_report.reading import ENSEMBLE_KIND, SAMPLE_KIND, SampleFiles, open_results, text_of
-
 from . import labelled
+from .files import ENSEMBLE_KIND, SAMPLE_KIND, ResultsError, is_there, open_results, results, sample_files, text_of
 from .plots import Plots
 from .sample import Sample
 
@@ -24,7 +22,7 @@ STATUS = pd.CategoricalDtype(["pending", "done", "failed"])
 def open(folder: str | Path) -> "Ensemble":
     """The results in an output folder of `crackle run` or `crackle sample`.
 
-    Raises crackle_report.program.ResultsError where there are none.
+    Raises crackle.ResultsError where there are none.
     """
     return Ensemble(Path(folder))
 
@@ -39,10 +37,13 @@ class Ensemble:
         self.folder = folder
         if not folder.is_dir():
             raise ResultsError(f"there is no folder '{folder}'")
-        self._files = SampleFiles(folder).files
+        self._files = sample_files(folder)
         self._results = folder / "ensemble.h5"
-        if not self._results.is_file() and not self._files:
-            raise ResultsError(f"'{folder}' holds no results: neither ensemble.h5 nor samples")
+        self._has_results = is_there(self._results)
+        if self._has_results:
+            open_results(self._results, ENSEMBLE_KIND).close()
+        elif not self._files:
+            raise ResultsError(_why_empty(folder))
         self.plot = Plots(self)
 
     def __repr__(self) -> str:
@@ -71,7 +72,7 @@ class Ensemble:
     def input(self) -> str:
         """The input file's text."""
         file, kind = self._any_file()
-        with open_results(file, kind) as root:
+        with results(file, kind) as root:
             return text_of(root.attrs["input"])
 
     @cached_property
@@ -102,7 +103,7 @@ class Ensemble:
         """Where and when the cracks cross the sections: sample x notch x section, NaN where they did not arrive."""
         rows = self._rows
         table = rows[[name for name, found in rows.data_vars.items() if found.dims == ("sample", "notch", "section")]]
-        with open_results(*self._any_file()) as root:
+        with results(*self._any_file()) as root:
             if "crack_path" in root:
                 sections = labelled.group(root["crack_path"], ("section", "section_axis"))
                 table = table.assign_coords(section=sections["section"], section_axis=sections["section_axis"])
@@ -128,15 +129,15 @@ class Ensemble:
         return history.set_coords([name for name in ("condition_on", "condition_kind", "probe_at") if name in history])
 
     def _any_file(self) -> tuple[Path, str]:
-        if self._results.is_file():
+        if self._has_results:
             return self._results, ENSEMBLE_KIND
         return next(iter(self._files.values())), SAMPLE_KIND
 
     @cached_property
     def _rows(self) -> xr.Dataset:
-        if not self._results.is_file():
+        if not self._has_results:
             return self._rows_of_samples(list(self._files))
-        with open_results(self._results, ENSEMBLE_KIND) as root:
+        with results(self._results, ENSEMBLE_KIND) as root:
             rows = self._rows_of_ensemble(root)
             n_needed = root["statistics"].attrs.get("n_needed") if "statistics" in root else None
         # When the ensemble has stopped early, what else there is does not belong to it.
@@ -152,7 +153,7 @@ class Ensemble:
         for number, file in self._files.items():
             known = STATUS.categories[status.get(number, 0)]
             if known == "failed":
-                with open_results(file, SAMPLE_KIND) as root:
+                with results(file, SAMPLE_KIND) as root:
                     known = "pending" if int(root.attrs["status"]) != status[number] else known
             if known == "pending":
                 later.append(number)
@@ -166,7 +167,7 @@ class Ensemble:
         shape = root["crack_path/position"].shape
         # `z` repeats the sections across y, and may have fewer.
         paths = {name: xr.DataArray(dataset[...], dims=("sample", "notch", "section"), attrs=labelled.array(dataset).attrs)
-                 for name, dataset in root["crack_path"].items() if dataset.shape == shape and name != "section_line"}
+                 for name, dataset in labelled.datasets(root["crack_path"]).items() if dataset.shape == shape and name != "section_line"}
         # Files of older versions do not name their dimensions.
         renamed = {name: "sample" for name in tables.dims if str(name).startswith("dimension_")}
         return tables.rename(renamed).assign(paths).assign_coords(sample=np.arange(n))
@@ -175,7 +176,7 @@ class Ensemble:
         """Of samples that have ended, whether or not the run has written its results; of failed ones most is missing."""
         rows = []
         for number in numbers:
-            with open_results(self._files[number], SAMPLE_KIND) as root:
+            with results(self._files[number], SAMPLE_KIND) as root:
                 summary = labelled.group(root["summary"], labelled.in_order(root["summary"]))
                 if "inputs" in root["summary"]:
                     summary = summary.merge(labelled.group(root["summary/inputs"]))
@@ -183,6 +184,15 @@ class Ensemble:
                                          wall_time=root["timing/wall_time"][()])
             rows.append(summary.expand_dims(sample=[number]))
         return _together(rows)
+
+
+def _why_empty(folder: Path) -> str:
+    if (folder / "sweep.toml").is_file():
+        cases = sorted(case.name for case in folder.glob("case-*"))
+        return f"'{folder}' holds a sweep; open one of its cases" + (f": {', '.join(cases)}" if cases else "")
+    if (folder / "input.toml").is_file():
+        return f"'{folder}' holds no results yet: no sample has ended"
+    return f"'{folder}' holds no results: neither ensemble.h5 nor samples"
 
 
 def _together(rows: list[xr.Dataset]) -> xr.Dataset:

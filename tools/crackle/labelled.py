@@ -2,13 +2,13 @@
 """Datasets of a result file as labelled arrays: names of dimensions, units and meaning stand in the file itself."""
 from __future__ import annotations
 
-from typing import Iterable
+from typing import Iterable, Mapping
 
 import h5py
 import numpy as np
 import xarray as xr
 
-from crackle_report.reading import text_of
+from .files import text_of
 
 COMPONENTS = {"component": ["x", "y", "z"], "stress_component": ["xx", "yy", "zz", "yz", "xz", "xy"]}
 
@@ -23,10 +23,15 @@ def array(dataset: h5py.Dataset) -> xr.DataArray:
     return xr.DataArray(values, dims=names, attrs=attributes)
 
 
+def datasets(found: Mapping[str, h5py.HLObject]) -> dict[str, h5py.Dataset]:
+    """Those of a group by name; groups in it are left out."""
+    return {name: member for name, member in found.items() if isinstance(member, h5py.Dataset)}
+
+
 def in_order(found: h5py.Group) -> list[str]:
     """Names of a group's datasets in the order of the program's tables, what has no place there at the end."""
     last = 1 << 30
-    return sorted(found, key=lambda name: (int(found[name].attrs.get("column", last)), name))
+    return sorted(datasets(found), key=lambda name: (int(found[name].attrs.get("column", last)), name))
 
 
 def group(found: h5py.Group, names: Iterable[str] | None = None, prefix: str = "") -> xr.Dataset:
@@ -35,8 +40,8 @@ def group(found: h5py.Group, names: Iterable[str] | None = None, prefix: str = "
     @param names: which; all when None
     @param prefix: before the names of variables
     """
-    chosen = [name for name in (names or found) if name in found and isinstance(found[name], h5py.Dataset)]
-    result = xr.Dataset({prefix + name: array(found[name]) for name in chosen})
+    there = datasets(found)
+    result = xr.Dataset({prefix + name: array(there[name]) for name in (there if names is None else names) if name in there})
     for dimension, values in COMPONENTS.items():
         if result.sizes.get(dimension) == len(values):
             result = result.assign_coords({dimension: values})

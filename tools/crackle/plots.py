@@ -1,17 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures in one line: each method draws into `axes`, or into a new figure, and returns the axes."""
+"""Pictures in one line: each method draws into `axes`, or into a new figure, and returns the axes.
+
+Units fit the values; axes that are given keep the unit which their label names.
+"""
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Iterable, Optional
+from typing import TYPE_CHECKING, Any, Iterable, Optional
 
 import matplotlib.pyplot as plt
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
+
+from . import units
+from .units import MM, NEWTON, US, Unit
 
 if TYPE_CHECKING:
     from .ensemble import Ensemble
-
-MILLIMETRE, MICROSECOND = 1e-3, 1e-6
 
 
 class Plots:
@@ -25,21 +30,28 @@ class Plots:
         table = self._ensemble.samples
         values = table.loc[self._ensemble.done, result].dropna()
         axes = _axes(axes)
+        name = table.attrs["units"].get(result, "")
+        unit = units.named(name)
+        if unit is None:
+            unit = Unit(name if name != "1" else "", 1)
+        else:
+            unit = _unit(axes.get_xlabel(), values, unit)
+            values = unit.of(values)
         axes.hist(values, bins=bins)
-        units = table.attrs["units"].get(result, "")
-        axes.set_xlabel(f"{result.replace('_', ' ')}" + (f" [{units}]" if units not in ("", "1") else ""))
+        axes.set_xlabel(unit.label(result.replace("_", " ")))
         axes.set_ylabel("samples")
         return axes
 
     def cracks(self, samples: Optional[Iterable[int]] = None, axes: Optional[Axes] = None) -> Axes:
         """The crack lines of samples (all that are done) in the plane of the plate."""
         axes = _axes(axes)
-        for number in samples if samples is not None else self._ensemble.done:
-            for line in self._ensemble[number].crack_lines:
-                axes.plot(line["y"] / MILLIMETRE, line["z"] / MILLIMETRE, color=f"C{line.attrs['notch']}", linewidth=0.8, alpha=0.6)
+        lines = [line for number in self._chosen(samples) for line in self._ensemble[number].crack_lines]
+        lengths = _unit(axes.get_xlabel(), [line[["y", "z"]].abs().max().max() for line in lines], MM)
+        for line in lines:
+            axes.plot(lengths.of(line["y"]), lengths.of(line["z"]), color=f"C{line.attrs['notch']}", linewidth=0.8, alpha=0.6)
         axes.set_aspect("equal")
-        axes.set_xlabel("y [mm]")
-        axes.set_ylabel("z [mm]")
+        axes.set_xlabel(lengths.label("y"))
+        axes.set_ylabel(lengths.label("z"))
         return axes
 
     def load(self, samples: Optional[Iterable[int]] = None, over: str = "displacement", axes: Optional[Axes] = None) -> Axes:
@@ -47,36 +59,55 @@ class Plots:
         if over not in ("displacement", "time"):
             raise ValueError(f"over = {over!r}: give \"displacement\" or \"time\"")
         axes = _axes(axes)
-        for number in samples if samples is not None else self._ensemble.done:
-            history = self._ensemble[number].history
-            x = history["governing_displacement"] / MILLIMETRE if over == "displacement" else history["time"]
-            axes.plot(x, history["governing_load"], linewidth=0.9, label=f"sample {number}")
-        axes.set_xlabel("displacement [mm]" if over == "displacement" else "time [s]")
-        axes.set_ylabel("load [N]")
+        name, usual, least = ("governing_displacement", MM, 1e-3) if over == "displacement" else ("time", units.named("s"), 1e-4)
+        histories = {number: self._ensemble[number].history for number in self._chosen(samples)}
+        loads = _unit(axes.get_ylabel(), [_largest(history["governing_load"]) for history in histories.values()], NEWTON)
+        unit = _unit(axes.get_xlabel(), [_largest(history[name]) for history in histories.values()], usual, least)
+        for number, history in histories.items():
+            axes.plot(unit.of(history[name]), loads.of(history["governing_load"]), linewidth=0.9, label=f"sample {number}")
+        axes.set_xlabel(unit.label(over))
+        axes.set_ylabel(loads.label("load"))
         return axes
 
     def crack_length(self, samples: Optional[Iterable[int]] = None, axes: Optional[Axes] = None) -> Axes:
         """Length of the cracks over the time since the last dynamic phase began."""
-        return self._over_time("crack_length", "crack length [mm]", MILLIMETRE, samples, axes)
+        return self._over_time("crack_length", MM, samples, axes)
 
     def tip_speed(self, samples: Optional[Iterable[int]] = None, axes: Optional[Axes] = None) -> Axes:
         """Speed of the crack tips over the time since the last dynamic phase began, with the Rayleigh speed."""
-        axes = self._over_time("tip_speed", "tip speed [m/s]", 1, samples, axes)
+        axes = self._over_time("tip_speed", Unit("m/s", 1), samples, axes)
         for number in self._ensemble.done[:1]:
             axes.axhline(self._ensemble[number].history.attrs["rayleigh_speed"], color="C3", linewidth=0.8)
         return axes
 
-    def _over_time(self, name: str, label: str, unit: float, samples: Optional[Iterable[int]], axes: Optional[Axes]) -> Axes:
+    def _chosen(self, samples: Optional[Iterable[int]]) -> list[int]:
+        return list(samples) if samples is not None else self._ensemble.done
+
+    def _over_time(self, name: str, usual: Unit, samples: Optional[Iterable[int]], axes: Optional[Axes]) -> Axes:
         axes = _axes(axes)
-        for number in samples if samples is not None else self._ensemble.done:
-            history = self._ensemble[number].history
-            last = history.isel(moment=np.flatnonzero((history["phase"] == history["phase"].max()) & (history["phase"] > 0)))
+        phases = {number: _last_phase(self._ensemble[number].history) for number in self._chosen(samples)}
+        times = _unit(axes.get_xlabel(), [_largest(last["phase_time"]) for last in phases.values()], US)
+        unit = _unit(axes.get_ylabel(), [_largest(last[name]) for last in phases.values()], usual)
+        for number, last in phases.items():
             for notch in range(last.sizes["notch"]):
-                axes.plot(last["phase_time"] / MICROSECOND, last[name].isel(notch=notch) / unit, color=f"C{notch}", linewidth=0.9,
+                axes.plot(times.of(last["phase_time"]), unit.of(last[name].isel(notch=notch)), color=f"C{notch}", linewidth=0.9,
                           label=f"sample {number}, notch {notch}")
-        axes.set_xlabel("time since onset [µs]")
-        axes.set_ylabel(label)
+        axes.set_xlabel(times.label("time since onset"))
+        axes.set_ylabel(unit.label(name.replace("_", " ")))
         return axes
+
+
+def _unit(label: str, values: Any, usual: Unit, least: float = 0.1) -> Unit:
+    """Of an axis with this label, empty when it is new."""
+    return units.of_label(label) or units.fitting(values, usual, least)
+
+
+def _largest(values: xr.DataArray) -> float:
+    return float(np.nan_to_num(np.abs(values.values)).max(initial=0.0))
+
+
+def _last_phase(history: xr.Dataset) -> xr.Dataset:
+    return history.isel(moment=np.flatnonzero((history["phase"] == history["phase"].max()) & (history["phase"] > 0)))
 
 
 def _axes(axes: Optional[Axes]) -> Axes:

@@ -2,36 +2,36 @@
 """One sample of an ensemble."""
 from __future__ import annotations
 
+import contextlib
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Iterator
 
 import h5py
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from crackle_report.reading import open_results, SAMPLE_KIND, text_of
-from crackle_report.results import DONE
-
 from . import labelled
+from .files import DONE, SAMPLE_KIND, open_results, results, text_of
 
 
 class Sample:
     """A sample that is done, or that failed with its reason in `error`.
 
-    What is large is read when it is asked for the first time. Raises crackle_report.program.ResultsError for a file that
-    is no sample's, and AttributeError for what this sample does not have, as a failed one.
+    What is large is read when it is asked for the first time. Raises crackle.ResultsError for a file that is no
+    sample's or is damaged, and AttributeError for what this sample does not have, as a failed one.
     """
 
     def __init__(self, file: Path) -> None:
         self.file = Path(file)
-        with self.open() as root:
+        with results(self.file, SAMPLE_KIND) as root:
             self.number = int(root.attrs["sample"])
             self.is_done = int(root.attrs["status"]) == DONE
             self.error = text_of(root.attrs["error"])
             self.input = text_of(root.attrs["input"])
-            self._summary = {name: dataset[()] for name, dataset in root["summary"].items()}
+            self._summary = {name: dataset[()] for group in (root["summary"], root["summary"].get("inputs", {}))
+                             for name, dataset in labelled.datasets(group).items()}
 
     def __repr__(self) -> str:
         return f"<crackle.Sample {self.number} of '{self.file}'{'' if self.is_done else ', failed: ' + self.error}>"
@@ -42,7 +42,7 @@ class Sample:
 
     @cached_property
     def summary(self) -> pd.Series:
-        """The sample's results that are one number each, in SI units."""
+        """The sample's results that are one number each, in SI units, and the values of its random inputs by key."""
         return pd.Series({name: value for name, value in self._summary.items() if np.ndim(value) == 0}, name=self.number)
 
     @cached_property
@@ -108,13 +108,14 @@ class Sample:
         """Where one crack becomes two; lengths in m, times in s, angles in rad."""
         with self._need("forks") as root:
             found = root["forks"]
-            columns: dict[str, Any] = {name: found[name][...] for name in found if found[name].ndim == 1}
+            columns = {name: dataset[...] for name, dataset in labelled.datasets(found).items() if dataset.ndim == 1}
             return pd.DataFrame({"y": found["position"][:, 0], "z": found["position"][:, 1], **columns})
 
-    def _need(self, name: str) -> h5py.File:
-        root = self.open()
-        if name not in root:
-            root.close()
-            raise AttributeError(f"'{self.file}' has no {name.replace('_', ' ')}"
-                                 + ("" if self.is_done else f": the sample failed ({self.error})"))
-        return root
+    @contextlib.contextmanager
+    def _need(self, name: str) -> Iterator[h5py.File]:
+        """The file, which has this group."""
+        with results(self.file, SAMPLE_KIND) as root:
+            if name not in root:
+                raise AttributeError(f"'{self.file}' has no {name.replace('_', ' ')}"
+                                     + ("" if self.is_done else f": the sample failed ({self.error})"))
+            yield root

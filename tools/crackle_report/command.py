@@ -48,7 +48,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
                         help="also show what differs from this ensemble, as crackle compare; may be given several times")
     detail = parser.add_argument_group("samples in detail")
     detail.add_argument("--sample", type=int, action="append", default=[], metavar="N", dest="samples",
-                        help="show this sample's fringes, growth and energy; may be given several times (default: a "
+                        help="show this sample's fringes, crack growth and energy; may be given several times (default: a "
                              "typical sample of each main pattern)")
     detail.add_argument("--times", type=_times, default=(), metavar="T,T,...",
                         help="times after the onset [us], such as 0,30,50,70; the nearest frames are shown")
@@ -57,6 +57,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
                         help="also draw each sample's projected crack alone, into FOLDER/report/cracks: NNNN.png, and "
                              "NNNN-forks.png with the forks that are counted")
     optics = parser.add_argument_group("photo-elastic pictures")
+    optics.add_argument("--no-fringes", action="store_true", help="leave these pictures out, as for an opaque material")
     optics.add_argument("--field", choices=("dark", "light"), default="dark")
     optics.add_argument("--reverse", action="store_true", help="reverse the colours")
     optics.add_argument("--form", choices=("product", "integrated"), default="product",
@@ -75,7 +76,7 @@ def _times(text: str) -> tuple[float, ...]:
 
 
 def _options(arguments: argparse.Namespace) -> Options:
-    return Options(samples=tuple(arguments.samples), times=arguments.times,
+    return Options(samples=tuple(arguments.samples), times=arguments.times, fringes=not arguments.no_fringes,
                    optics=Optics(arguments.stress_optic, 1e-9 * arguments.wavelength),
                    light_field=arguments.field == "light", reverse=arguments.reverse,
                    product=arguments.form == "product", animation=not arguments.no_animation,

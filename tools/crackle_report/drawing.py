@@ -14,18 +14,21 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
+from crackle.units import MM, US, Unit
 
 from . import style
 from .plate import Plate
 from .results import CrackSurface, Forks
 
-MARGIN = 3.0  # round notches and cracks [mm]
-SURROUNDINGS = 4.0  # of the notches alone [mm]
+# At most so much [m], or in small bodies so much of the width.
+MARGIN = (3e-3, 0.12)  # round notches and cracks
+SURROUNDINGS = (4e-3, 0.16)  # of the notches alone
+BEYOND_ENDS = (1e-3, 0.04)
 N_SHADES = 200
 
 
 def window(plate: Plate, z_values: Iterable[np.ndarray]) -> tuple[float, float]:
-    """The range of z that shows all notches and all given z [m], in mm."""
+    """The range of z that shows all notches and all given z [m], in the plate's unit of lengths."""
     ends = plate.slot_ends
     for values in z_values:
         values = values[np.isfinite(values)]
@@ -34,15 +37,20 @@ def window(plate: Plate, z_values: Iterable[np.ndarray]) -> tuple[float, float]:
     bottom, top = plate.ends(2)
     if not ends:
         ends = [bottom, top]
-    low, high = min(ends) / style.MILLIMETRE - MARGIN, max(ends) / style.MILLIMETRE + MARGIN
+    return _within(plate, min(ends), max(ends), MARGIN)
+
+
+def _within(plate: Plate, low: float, high: float, margin: tuple[float, float]) -> tuple[float, float]:
+    """From low to high [m] with a margin, within the body and a little beyond its ends, in the plate's unit of lengths."""
+    around = min(margin[0], margin[1] * plate.size[1])
     lowest, highest = whole_length(plate)
-    return max(low, lowest), min(high, highest)
+    return max(plate.lengths.of(low - around), lowest), min(plate.lengths.of(high + around), highest)
 
 
 def draw_plate(axes: Axes, plate: Plate, z_range: tuple[float, float], faint: bool = False) -> None:
-    """The body with its slots, at true proportions; axes in mm."""
-    left, right = (end / style.MILLIMETRE for end in plate.ends(1))
-    closed = [np.vstack([polygon, polygon[:1]]) / style.MILLIMETRE for polygon in plate.polygons]
+    """The body with its slots, at true proportions; axes in the plate's unit of lengths."""
+    left, right = (plate.lengths.of(end) for end in plate.ends(1))
+    closed = [plate.lengths.of(np.vstack([polygon, polygon[:1]])) for polygon in plate.polygons]
     path = Path.make_compound_path(*(Path(polygon, closed=True) for polygon in closed))
     axes.add_patch(PathPatch(path, zorder=0, facecolor="none" if faint else style.BODY,
                              edgecolor=style.MUTED if faint else style.OUTLINE,
@@ -56,31 +64,36 @@ def draw_plate(axes: Axes, plate: Plate, z_range: tuple[float, float], faint: bo
 
 
 def whole_length(plate: Plate) -> tuple[float, float]:
-    """The range of z that shows the whole body [mm]."""
-    bottom, top = (end / style.MILLIMETRE for end in plate.ends(2))
-    return bottom - 1.0, top + 1.0
+    """The range of z that shows the whole body, in the plate's unit of lengths."""
+    bottom, top = plate.ends(2)
+    beyond = min(BEYOND_ENDS[0], BEYOND_ENDS[1] * plate.size[1])
+    return plate.lengths.of(bottom - beyond), plate.lengths.of(top + beyond)
 
 
 def near_notches(plate: Plate) -> tuple[float, float]:
-    """Their surroundings along z [mm]; the whole body where there are none."""
-    ends = [z / style.MILLIMETRE for z in plate.slot_ends]
-    bottom, top = whole_length(plate)
-    if not ends:
-        return bottom, top
-    return max(min(ends) - SURROUNDINGS, bottom), min(max(ends) + SURROUNDINGS, top)
+    """Their surroundings along z, in the plate's unit of lengths; the whole body where there are none."""
+    ends = plate.slot_ends
+    return _within(plate, min(ends), max(ends), SURROUNDINGS) if ends else whole_length(plate)
 
 
-def time_colours(latest: float) -> Normalize:
-    """Colours for times from onset to the latest one [s]; for times in us."""
-    return Normalize(0.0, latest / style.MICROSECOND if latest > 0 else 1.0)
+def panel_size(plate: Plate, z_range: tuple[float, float], room: float, most_height: float) -> tuple[float, float]:
+    """Width and height of a picture of the body at true proportions, no wider than there is room for [inch]."""
+    proportion = (z_range[1] - z_range[0]) / (1.08 * plate.lengths.of(plate.size[1]))
+    width = min(room, most_height / proportion)
+    return width, width * proportion
 
 
-def time_bar(figure: Figure, colours: Normalize, left: float, length: float) -> None:
+def time_colours(latest: float, times: Unit = US) -> Normalize:
+    """Colours for times from onset to the latest one [s]; for times in this unit."""
+    return Normalize(0.0, times.of(latest) if latest > 0 else 1.0)
+
+
+def time_bar(figure: Figure, colours: Normalize, left: float, length: float, times: Unit = US) -> None:
     """The key to the colours of times, at the top of a figure; place and length in inches."""
     width, height = figure.get_size_inches()
     bar = figure.add_axes((left / width, 1 - 0.2 / height, length / width, 0.1 / height))
     figure.colorbar(ScalarMappable(colours, style.TIME_COLOURS), cax=bar, orientation="horizontal")
-    bar.set_xlabel("time since onset [µs]", labelpad=1)
+    bar.set_xlabel(times.label("time since onset"), labelpad=1)
 
 
 def draw_grid(axes: Axes) -> None:
@@ -91,19 +104,19 @@ def draw_grid(axes: Axes) -> None:
     axes.set_axisbelow(True)
 
 
-def draw_facets(axes: Axes, crack: CrackSurface, colours: Normalize, until: float = np.inf) -> None:
-    """The facets opened until a time [s], projected on the YZ plane and coloured by time [us].
+def draw_facets(axes: Axes, crack: CrackSurface, colours: Normalize, until: float = np.inf, lengths: Unit = MM, times: Unit = US) -> None:
+    """The facets opened until a time [s], projected on the YZ plane and coloured by time, in these units.
 
     One path for each shade: many facets are drawn fast, and with little memory.
     """
     opened = crack.time <= until
-    corner = crack.corner[opened, :, 1:].astype(float) / style.MILLIMETRE
+    corner = lengths.of(crack.corner[opened, :, 1:].astype(float))
     # All turn the same way round, so that facets over each other do not cut holes into their path.
     diagonals = corner[:, 2:] - corner[:, :2]
     clockwise = diagonals[:, 0, 0] * diagonals[:, 1, 1] < diagonals[:, 0, 1] * diagonals[:, 1, 0]
     corner[clockwise] = corner[clockwise, ::-1]
 
-    time = crack.time[opened] / style.MICROSECOND
+    time = times.of(crack.time[opened])
     shade = np.where(time < 0, -1, np.clip((colours(time) * N_SHADES).astype(int), 0, N_SHADES - 1))
     paths, shades = [], []
     # Late facets first, so that the earliest ones, the path itself, stay on top.
@@ -116,15 +129,15 @@ def draw_facets(axes: Axes, crack: CrackSurface, colours: Normalize, until: floa
                                        rasterized=True), autolim=False)
 
 
-def draw_forks(axes: Axes, forks: Forks) -> None:
+def draw_forks(axes: Axes, forks: Forks, lengths: Unit = MM) -> None:
     """A ring round each fork: whole where the projection shows it, dotted where only a window through the thickness does."""
     for kind in (True, False):
-        draw_fork_rings(axes, forks.position[forks.in_projection == kind], kind)
+        draw_fork_rings(axes, forks.position[forks.in_projection == kind], kind, lengths)
 
 
-def draw_fork_rings(axes: Axes, position: np.ndarray, in_projection: bool = True) -> None:
+def draw_fork_rings(axes: Axes, position: np.ndarray, in_projection: bool = True, lengths: Unit = MM) -> None:
     """A ring round each of these places (n x 2: y, z [m])."""
-    for y, z in position / style.MILLIMETRE:
+    for y, z in lengths.of(position):
         axes.scatter([y], [z], s=80, zorder=5, **_ring(in_projection))
 
 

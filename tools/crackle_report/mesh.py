@@ -2,18 +2,14 @@
 """A realization as `crackle mesh` or a sample file has it, with what the pictures need of it."""
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Optional, Sequence
 
-# A folder on a network file system may not be locked for reading.
-os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
+import numpy as np
+from crackle.files import open_hdf5
 
-import h5py  # noqa: E402
-import numpy as np  # noqa: E402
-
-from .plate import MeshRegion, Plate  # noqa: E402
+from .plate import MeshRegion, Plate
 
 EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
@@ -78,8 +74,8 @@ class Mesh:
 
 
 def read_mesh(file: Path) -> Mesh:
-    """Reads a file of `crackle mesh -o`. Raises ValueError when it is of an older version of the program."""
-    with h5py.File(file, "r") as root:
+    """Reads a file of `crackle mesh -o`. Raises ResultsError when it is none, ValueError when an older version wrote it."""
+    with open_hdf5(file) as root:
         if "specimen" not in root or "regions" not in root:
             raise ValueError(f"{file} does not describe its body; make it again with 'crackle mesh'")
         group = root["VTKHDF"]

@@ -6,6 +6,8 @@ import argparse
 import sys
 from pathlib import Path
 
+from crackle.files import ResultsError
+
 from . import style
 from .figures.material import strength
 from .figures.realizations import spacing
@@ -32,7 +34,7 @@ def main() -> int:
             field = file.with_name(f"{file.stem}-strength{file.suffix}")
             write_light_figure(strength(mesh, mesh.plate, "round the notches").figure, field)
             print(field)
-    except (OSError, ValueError, KeyError) as error:
+    except (ResultsError, OSError, ValueError, KeyError) as error:
         print(f"crackle-mesh-picture: {error}", file=sys.stderr)
         return 1
     return 0

@@ -12,6 +12,7 @@ from .photoelasticity import Optics
 class Options:
     samples: tuple[int, ...] = ()  # shown in detail; none: a typical one of each main pattern
     times: tuple[float, ...] = ()  # of the pictures of these, since onset [s]; none: spread over the growth
+    fringes: bool = True  # photo-elastic pictures of these
     optics: Optics = Optics()
     light_field: bool = False
     reverse: bool = False  # colours, as prints of dark pictures often are

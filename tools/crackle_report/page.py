@@ -39,6 +39,8 @@ def render(ensemble: Ensemble, sections: list[tuple[Section, list[bytes]]]) -> s
                 _image(film.description, film.width, "gif", film.gif) for film in section.animations) + "</figure>")
     if ensemble.n_notches and ensemble.sections:
         parts.append("<h2>Mean crack position</h2>\n" + tables.sections(ensemble))
+    if not ensemble.n_notches and ensemble.places:
+        parts.append("<h2>Places of the breaks</h2>\n" + tables.places(ensemble))
     parts.append("<h2>Samples</h2>\n<p>A click on a column's head sorts by it.</p>\n"
                  + tables.samples(ensemble))
     parts.append(_next(ensemble))
@@ -80,7 +82,7 @@ def _view(view: View, image: bytes) -> str:
     width = round(view.picture.figure.get_figwidth() * 108)
     data = "".join(f' data-{name}="{base64.b64encode(getattr(view, name)).decode("ascii")}"'
                    for name in ("corner", "time", "colour", "line"))
-    return (f'<figure class="surface"{data}>{_image(view.picture.description, width, "png", image)}'
+    return (f'<figure class="surface"{data} data-unit="{view.time_unit}">{_image(view.picture.description, width, "png", image)}'
             f'<div class="stage"><canvas></canvas><p><b>{escape(view.picture.description)}</b> <button type="button">Play</button> '
             '<input type="range" min="0" aria-label="time"> <output></output></p></div></figure>')
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Optional
 
 import numpy as np
+from crackle.files import ResultsError
 
 from . import vtkhdf
 from .mesh import field_gradient
-from .program import ResultsError
 from .reading import SampleFiles
 from .results import CrackSurface, Frames
 from .stress import frame_stress

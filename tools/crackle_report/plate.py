@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Mapping
 
 import numpy as np
+from crackle.units import MM, Unit, fitting
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,11 @@ class Plate:
             return f"notch {notch}"
         name = self.notch_name[notch]
         return (name.decode() if isinstance(name, bytes) else name).replace("-", " ")
+
+    @property
+    def lengths(self) -> Unit:
+        """In which people see the body's sizes and positions."""
+        return fitting(self.size, MM, least=1, most=1e4)
 
     @property
     def polygons(self) -> list[np.ndarray]:

@@ -9,14 +9,12 @@ import subprocess
 from pathlib import Path
 from typing import Any, Optional, Sequence
 
+from crackle.files import ResultsError, check_folder
+
 _HERE = Path(__file__).resolve()
 # In the source tree, and beside share/crackle where it is installed.
 _PLACES = tuple(_HERE.parents[k].joinpath(*place) for k, place in ((2, ("build", "bin", "crackle")), (4, ("bin", "crackle")))
                 if len(_HERE.parents) > k)
-
-
-class ResultsError(Exception):
-    """The folder does not hold an ensemble's results, or they cannot be read."""
 
 
 def find_program(given: Optional[Path] = None) -> str:
@@ -34,11 +32,14 @@ def find_program(given: Optional[Path] = None) -> str:
 
 def statistics_of(folder: Path, program: Optional[Path] = None) -> dict[str, Any]:
     """What `crackle stats --json` says of an ensemble, whose files stay as they are. Raises ResultsError."""
+    check_folder(folder)
     return _ask(program, "stats", str(folder), "--json", "--read-only")
 
 
 def comparison_of(folders: Sequence[Path], program: Optional[Path] = None) -> dict[str, Any]:
     """What `crackle compare --json` says of the first ensemble and the others. Raises ResultsError."""
+    for folder in folders:
+        check_folder(folder)
     return _ask(program, "compare", *map(str, folders), "--json")
 
 

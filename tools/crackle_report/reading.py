@@ -2,26 +2,22 @@
 """Reads an ensemble's folder: rows and statistics as the program gives them, the rest from samples/NNNN.h5."""
 from __future__ import annotations
 
-import os
-import re
 import tomllib
 from pathlib import Path
 from typing import Any, Callable, Iterable, Optional, TypeVar
 
-# A folder on a network file system, or one that a run is writing to, may not be locked for reading.
-os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
+import h5py
+import numpy as np
+from crackle.files import DONE, ENSEMBLE_KIND, SAMPLE_KIND, is_there, results, sample_files, text_of
+from crackle.units import MM, Unit
 
-import h5py  # noqa: E402
-import numpy as np  # noqa: E402
-
-from .mesh import Mesh  # noqa: E402
-from .plate import Plate  # noqa: E402
-from .program import ResultsError, statistics_of  # noqa: E402
-from .results import (DONE, CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Forks, Frames, History, Paths, Ranks,  # noqa: E402
+from .mesh import Mesh
+from .plate import Plate
+from .program import statistics_of
+from .results import (CrackLine, CrackSurface, CrossSection, Energy, Ensemble, Forks, Frames, History, Paths, Places, Ranks,
                       Result, Samples, Share, Statistics, Turn)
-from .stress import ALL_EDGES, CROSSED_EDGES  # noqa: E402
+from .stress import ALL_EDGES, CROSSED_EDGES
 
-ENSEMBLE_KIND, SAMPLE_KIND = "crackle ensemble", "crackle sample"
 PROVENANCE = {"program_version": "program version", "git_commit": "git commit", "library_versions": "libraries",
               "seed": "seed", "schema_version": "version of the file format"}
 GROUPS = ("leader", "leader/one_crack", "leader/two_cracks", "follower")  # of the statistics
@@ -32,15 +28,15 @@ def read_ensemble(folder: Path, program: Optional[Path] = None) -> Ensemble:
     document = statistics_of(folder, program)
     paths, statistics = document["crack_path"], document["statistics"]
     files, ensemble_file = SampleFiles(folder), folder / "ensemble.h5"
-    own = [(ensemble_file, ENSEMBLE_KIND)] if ensemble_file.is_file() else []
+    own = [(ensemble_file, ENSEMBLE_KIND)] if is_there(ensemble_file) else []
     provenance = {}
     for first, kind in [*own, *((file, SAMPLE_KIND) for file in files.files.values())][:1]:  # none before the first sample has ended
-        with open_results(first, kind) as root:
+        with results(first, kind) as root:
             provenance = {title: str(text_of(root.attrs[name])) for name, title in PROVENANCE.items() if name in root.attrs}
     n = document["n_needed"]
+    plate = Plate.of(document["specimen"])
     return Ensemble(
-        folder=folder, plate=Plate.of(document["specimen"]),
-        sections=_sections(paths),
+        folder=folder, plate=plate, sections=_sections(paths, plate.lengths),
         confidence=statistics["confidence"], n_looks=statistics["n_looks"], n_planned=document["n_samples"],
         samples=_samples(document, n), statistics=_paths(Statistics, statistics, n), precision=statistics["precision"],
         turns=[Turn(reference, **turn) for reference, turn in
@@ -50,9 +46,14 @@ def read_ensemble(folder: Path, program: Optional[Path] = None) -> Ensemble:
         input_text=document["input"], files=files, inputs=document.get("inputs", []), sensitivities=document.get("sensitivities"))
 
 
-def _sections(paths: dict[str, Any]) -> tuple[CrossSection, ...]:
+def _sections(paths: dict[str, Any], lengths: Unit) -> tuple[CrossSection, ...]:
     lines = iter(paths.get("section_line", []))
-    return tuple(CrossSection(axis, position, name, along, None if axis else np.array(next(lines)))
+
+    def name_of(axis: int, position: float, name: str) -> str:
+        """The program's, whose unit is that of the input, or one in the report's unit."""
+        return name if lengths == MM or not axis else f"{' yz'[axis]} = {lengths.of(position):.4g} {lengths.name}"
+
+    return tuple(CrossSection(axis, position, name_of(axis, position, name), along, None if axis else np.array(next(lines)))
                  for axis, position, name, along in zip(*(paths[key] for key in (
                      "section_axis", "section", "section_name", "section_coordinate"))))
 
@@ -96,12 +97,14 @@ class SampleFiles:
     """The whole sample files of a folder; what is asked of a sample without file, or that failed, is not there."""
 
     def __init__(self, folder: Path) -> None:
-        # Files under way have other names.
-        names = ((re.fullmatch(r"(\d{4,})\.h5", file.name), file) for file in (folder / "samples").glob("*.h5"))
-        self.files: dict[int, Path] = dict(sorted((int(match[1]), file) for match, file in names if match))
+        self.files = sample_files(folder)
 
     def crack(self, sample: int) -> Optional[CrackSurface]:
         return self._read(sample, _read_crack)
+
+    def places(self, sample: int) -> Optional[Places]:
+        """None also of samples in which nothing broke, and of files that do not say."""
+        return self._read(sample, _read_places)
 
     def lines(self, sample: int) -> list[CrackLine]:
         return self._read(sample, _read_lines) or []
@@ -124,32 +127,11 @@ class SampleFiles:
         return self._read(sample, _read_frames)
 
     def _read(self, sample: int, read: Callable[[h5py.File], Any]) -> Any:
-        """Raises ResultsError for a file that is no sample's or lacks something."""
+        """Raises ResultsError for a file that is no sample's, is damaged or lacks something."""
         if sample not in self.files:
             return None
-        with open_results(self.files[sample], SAMPLE_KIND) as root:
-            try:
-                return read(root) if root.attrs["status"] == DONE else None
-            except KeyError as error:
-                raise ResultsError(f"'{self.files[sample]}' lacks something that is needed: {error.args[0]}") from error
-
-
-def open_results(file: Path, kind: str) -> h5py.File:
-    """A result file, for reading. Raises ResultsError when it is not of this kind."""
-    try:
-        root = h5py.File(file, "r")
-    except OSError as error:
-        raise ResultsError(f"'{file}' cannot be read: {error}") from error
-    found = text_of(root.attrs.get("kind", ""))
-    if found != kind:
-        root.close()
-        raise ResultsError(f"'{file}' is not a {kind} file")
-    return root
-
-
-def text_of(value: Any) -> Any:
-    """An attribute or element as h5py gives it; texts of fixed length come as bytes."""
-    return value.decode("utf-8") if isinstance(value, bytes) else value
+        with results(self.files[sample], SAMPLE_KIND) as root:
+            return read(root) if root.attrs["status"] == DONE else None
 
 
 def _read_crack(root: h5py.File) -> CrackSurface:
@@ -157,6 +139,25 @@ def _read_crack(root: h5py.File) -> CrackSurface:
     notch_of_crack = np.append(group["cracks/notch"][...], -1)
     return CrackSurface(group["corners"][...].astype(np.float32), group["time"][...],
                         notch_of_crack[group["crack"][...]], group["tetrahedron"][...] if "tetrahedron" in group else None)
+
+
+def _read_places(root: h5py.File) -> Optional[Places]:
+    breaks, surface = root["breaks"], root["crack_surface"]
+    if "load_time" not in breaks or "area" not in surface:  # of an older version
+        return None
+    tetrahedron, loading, phase = (breaks[name][...] for name in ("tetrahedron", "load_time", "phase_time"))
+    if tetrahedron.size == 0:
+        return None
+    first = np.lexsort((phase, loading))[0]
+    middle = root["mesh/nodes"][...][root["mesh/tetrahedra"][int(tetrahedron[first])]].mean(axis=0)
+    time = float(loading[first] + phase[first])
+    areas = surface["cracks/area"][...]
+    if areas.size == 0:
+        return Places(middle, time, np.full(3, np.nan), 0.0, np.nan)
+    largest = int(areas.argmax())
+    facets = surface["crack"][...] == largest
+    centre = np.average(surface["corners"][...][facets].mean(axis=1), axis=0, weights=surface["area"][...][facets])
+    return Places(middle, time, centre, float(areas[largest]), float(surface["time"][...][facets].min()))
 
 
 def _read_mesh(root: h5py.File) -> Mesh:

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
+from crackle.files import DONE, PENDING
+from crackle.units import US, Unit, fitting
 
 from .plate import Plate
 
 if TYPE_CHECKING:
     from .reading import SampleFiles
 
-PENDING, DONE, FAILED = 0, 1, 2
+N_TIMED = 3  # samples whose durations tell the unit of times
 
 
 @dataclass(frozen=True)
@@ -24,6 +27,17 @@ class CrackSurface:
     time: np.ndarray  # facets; since the onset of the last dynamic phase, negative before it [s]
     notch: np.ndarray  # facets; the notch that the facet's crack started at, or -1
     tetrahedron: Optional[np.ndarray] = None  # facets; the one that the facet lies in
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where a sample broke."""
+
+    first: np.ndarray  # x, y, z: middle of the tetrahedron that broke first [m]
+    first_time: float  # of that break, of the loads' programs [s]
+    largest: np.ndarray  # x, y, z: middle of the largest crack [m]; NaN where none has opened
+    largest_area: float  # [m^2]
+    largest_start: float  # when it began, since the onset of the last dynamic phase [s]; negative before it
 
 
 @dataclass(frozen=True)
@@ -254,6 +268,12 @@ class Ensemble:
     inputs: list[dict[str, Any]]  # the random ones: key, units, distribution, values of each sample [SI]
     sensitivities: Optional[dict[str, Any]]  # what the results owe to these; None without
 
+    @cached_property
+    def times(self) -> Unit:
+        """In which people see times since the onset: fits the durations of the first samples' last dynamic phases."""
+        accounts = [self.files.energy(int(i)) for i in self.done[:N_TIMED]]
+        return fitting([account.time[-1] for account in accounts if account is not None and account.time.size], US, least=0.5)
+
     @property
     def finished(self) -> bool:
         """No sample is pending."""
@@ -268,6 +288,12 @@ class Ensemble:
     def done(self) -> np.ndarray:
         """Numbers of the samples that are done."""
         return np.flatnonzero(self.samples.status == DONE)
+
+    @cached_property
+    def places(self) -> dict[int, Places]:
+        """Where the samples that are done broke, by number."""
+        found = {int(i): self.files.places(int(i)) for i in self.done}
+        return {i: place for i, place in found.items() if place is not None}
 
     def breaking_load(self) -> tuple[str, np.ndarray]:
         """Name and values [N] of the load that tells when the samples that are done broke: the onset, or where none

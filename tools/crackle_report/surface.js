@@ -62,7 +62,7 @@ for (const figure of document.querySelectorAll("figure.surface")) {
     let open = 0;
     for (let step = 1 << 30; step > 0; step >>= 1) if (open + step <= facets && time[open + step - 1] <= now) open += step;
     surface.setDrawRange(0, 6 * open);
-    clock.textContent = `t = t₀ + ${now.toFixed(0)} µs`;
+    clock.textContent = `t = t₀ + ${now.toFixed(0)} ${figure.dataset.unit}`;
     draw();
   };
   slider.max = last;

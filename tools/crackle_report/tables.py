@@ -8,12 +8,17 @@ from html import escape
 from typing import Callable, Optional, Union
 
 import numpy as np
+from crackle.files import DONE, FAILED
+from crackle.units import MM2, NEWTON, Unit, fitting, named
 
 from . import style
-from .results import DONE, FAILED, Ensemble, Paths, Result, Samples
+from .results import Ensemble, Paths, Result, Samples
 
 STATUS_NAMES = ("pending", "done", "failed")
 MISSING = "–"
+# What is measured along cracks that start at notches, holes or outlines.
+OF_PATHS = ("pattern", "leading_notch", "overlap", "bifurcations", "bifurcations_projected", "kinks", "crack_speed_max", "crack_speed_ratio",
+            "traced_area", "effective_toughness")
 
 
 @dataclass(frozen=True)
@@ -24,13 +29,24 @@ class Column:
     format: str = ""  # of a number; texts are left-aligned
 
 
-def _column(result: Result) -> Column:
-    """The column of a result, as the program describes it."""
+def _column(result: Result, table: Samples) -> Column:
+    """The column of a result, as the program describes it; in another unit where its numbers would be hard to read."""
     if result.categories:
         words = dict(enumerate(result.categories))
         return Column(result.label, "", lambda s, i: words.get(int(s.numbers[result.name][i]), MISSING))
     kind = int if result.format == "d" else float
-    return Column(result.label, result.units, lambda s, i: kind(s.numbers[result.name][i] * result.factor), result.format)
+    units, factor, form = result.units, result.factor, result.format
+    usual = named(result.units)
+    if usual is not None and result.format.endswith("f"):
+        fit = fitting(table.numbers[result.name][table.status == DONE], usual, _least_shown(result))
+        if fit != usual:
+            units, factor, form = fit.name, 1 / fit.size, ".3f"
+    return Column(result.label, units, lambda s, i: kind(s.numbers[result.name][i] * factor), form)
+
+
+def _least_shown(result: Result) -> float:
+    """The least value in its unit of which the format shows two digits; of areas, whose prefixes are far apart, less."""
+    return 1e-3 if "^2" in result.units and "/" not in result.units else 10.0 ** (1 - int(result.format[1:-1]))
 
 
 def samples(ensemble: Ensemble) -> str:
@@ -39,8 +55,8 @@ def samples(ensemble: Ensemble) -> str:
     done = table.status == DONE
     columns = [Column("sample", "", lambda s, i: i, "d"),
                Column("status", "", lambda s, i: STATUS_NAMES[int(s.status[i])])]
-    columns += [_column(result) for result in table.results
-                if not (done.any() and np.isnan(table.numbers[result.name][done]).all())]
+    columns += [_column(result, table) for result in table.results
+                if not (result.name in OF_PATHS and not ensemble.n_notches) and not (done.any() and np.isnan(table.numbers[result.name][done]).all())]
     head = "".join(_head(column) for column in columns)
     body = []
     for i in range(len(table)):
@@ -59,10 +75,11 @@ def samples(ensemble: Ensemble) -> str:
 def sections(ensemble: Ensemble) -> str:
     """The mean crack position at each section: of leading and following cracks, then of all cracks of each notch."""
     interval = f"{100 * ensemble.confidence:g} % interval"
-    titles = (("cracks", ""), ("section", ""), ("samples that arrived", ""), ("mean position", "mm"),
-              (interval, "± mm"), ("standard deviation", "mm"),
-              ("spread through the thickness", "mean over the samples, mm"))
-    head = "".join(f"<th>{title}<small>{unit}</small></th>" for title, unit in titles)
+    unit = ensemble.plate.lengths.name
+    titles = (("cracks", ""), ("section", ""), ("samples that arrived", ""), ("mean position", unit),
+              (interval, f"± {unit}"), ("standard deviation", unit),
+              ("spread through the thickness", f"mean over the samples, {unit}"))
+    head = "".join(f"<th>{title}<small>{below}</small></th>" for title, below in titles)
     body = []
     for group, paths in ensemble.ranks.items():
         for row in ensemble.rows_shown(group):
@@ -80,7 +97,7 @@ def _positions(ensemble: Ensemble, name: str, paths: Paths, row: int,
     for k, section in enumerate(ensemble.sections):
         arrived = str(int(paths.reached[row, k])) + (f" of {int(counted[k])}" if counted is not None else "")
         cells = [section.name, arrived]
-        cells += [_number(float(value) / style.MILLIMETRE, ".2f")
+        cells += [_number(ensemble.plate.lengths.of(float(value)), ".2f")
                   for value in (paths.z_mean[row, k], paths.z_half_width[row, k], paths.z_std[row, k],
                                 paths.spread_mean[row, k])]
         if math.isfinite(paths.z_mean[row, k]):
@@ -104,6 +121,25 @@ def _about_ranks(ensemble: Ensemble) -> str:
     return text
 
 
+def places(ensemble: Ensemble) -> str:
+    """Where each sample broke."""
+    lengths, times, areas = ensemble.plate.lengths, ensemble.times, fitting([place.largest_area for place in ensemble.places.values()], MM2, 1e-3)
+    titles = (("sample", ""), *((f"first break, {axis}", lengths.name) for axis in "xyz"), ("first break", "s"),
+              *((f"largest crack, {axis}", lengths.name) for axis in "xyz"), ("its area", areas.name), ("it began", f"{times.name} since onset"))
+    head = "".join(f"<th>{title}<small>{below}</small></th>" for title, below in titles)
+    body = []
+    for number, place in ensemble.places.items():
+        cells = [str(number), *(_number(lengths.of(value), ".2f") for value in place.first), _number(place.first_time, ".6f"),
+                 *(_number(lengths.of(value), ".2f") for value in place.largest), _number(areas.of(place.largest_area), ".3f"),
+                 _start(times, place.largest_start)]
+        body.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+    return f'<div class="scroll"><table class="sortable"><thead><tr>{head}</tr></thead>\n<tbody>' + "\n".join(body) + "</tbody></table></div>"
+
+
+def _start(times: Unit, since_onset: float) -> str:
+    return "before the onset" if since_onset < 0 else _number(times.of(since_onset), ".2f")
+
+
 def tiles(ensemble: Ensemble) -> str:
     """The ensemble in a few numbers."""
     table = ensemble.samples
@@ -112,14 +148,17 @@ def tiles(ensemble: Ensemble) -> str:
     name, force = ensemble.breaking_load()
     force = force[np.isfinite(force)]
     if force.size:
-        entries.append((f"{np.median(force):.0f} N", f"median {name} ({force.min():.0f} to {force.max():.0f} N)"))
-    for pattern in (1, 2):
+        unit = fitting(force, NEWTON, least=10)
+        low, median, high = (f"{unit.of(value):.0f}" if unit == NEWTON else f"{unit.of(value):.3g}"
+                             for value in (force.min(), np.median(force), force.max()))
+        entries.append((f"{median} {unit.name}", f"median {name} ({low} to {high} {unit.name})"))
+    for pattern in (1, 2) if ensemble.n_notches else ():
         if done.any():
             found = ensemble.statistics.pattern(pattern)
             entries.append((f"{100 * found.share:.0f} %",
                             f"{style.pattern_name(pattern)} ({100 * found.lower:.0f} to {100 * found.upper:.0f} %)"))
     for name, label in (("bifurcations_projected", "forks in the projection"), ("bifurcations", "forks in space")):
-        if name in table.numbers and table.result(name).any:
+        if ensemble.n_notches and name in table.numbers and table.result(name).any:
             entries.append((str(table.result(name).n_any), f"samples with {label}"))
     return '<div class="tiles">' + "".join(
         f'<div class="tile"><b>{escape(value)}</b><span>{escape(label)}</span></div>'

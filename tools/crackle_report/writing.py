@@ -15,7 +15,9 @@ WIDTH, N_COLOURS = 1280, 256  # of a light picture, at the most
 def write_whole(file: Path, content: bytes) -> None:
     """Replaces a file in one step, so that a reader never sees half of it."""
     partial = file.with_name(file.name + ".partial")
-    partial.write_bytes(content)
+    partial.unlink(missing_ok=True)  # whatever it is, so that nothing but a new file is written to
+    with open(partial, "xb") as stream:
+        stream.write(content)
     os.replace(partial, file)
 
 

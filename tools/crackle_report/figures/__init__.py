@@ -6,11 +6,12 @@ from typing import Callable, Optional
 
 from ..options import Options
 from ..results import Ensemble
-from . import comparison, convergence, crack_paths, crossings, energy, growth, histories, material, sensitivity, shares, surface
+from . import comparison, convergence, crack_paths, crossings, energy, growth, histories, material, places, sensitivity, shares, surface
 from .picture import Section
 
 SECTIONS: tuple[Callable[[Ensemble, Options], Optional[Section]], ...] = (
     crack_paths.typical,
+    places.section,
     crossings.section,
     shares.section,
     sensitivity.section,

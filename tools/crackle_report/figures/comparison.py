@@ -7,6 +7,7 @@ from typing import Any, Optional
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from crackle.units import Unit
 
 from .. import style
 from ..options import Options
@@ -18,7 +19,7 @@ ROW_HEIGHT = 0.2  # [inch]
 SURE, UNSURE = style.NOTCH_COLOURS[1], style.MUTED
 
 
-def section(_: Ensemble, options: Options) -> Optional[Section]:
+def section(ensemble: Ensemble, options: Options) -> Optional[Section]:
     """Nothing where no other ensemble is given."""
     if options.comparison is None:
         return None
@@ -29,7 +30,7 @@ def section(_: Ensemble, options: Options) -> Optional[Section]:
     for number, comparison in enumerate(options.comparison["comparisons"]):
         name = Path(comparison["second"]).resolve().name
         result.pictures.append(Picture(f"comparison-{number}", f"Differences between {name} and this ensemble",
-                                       _figure(comparison, options.comparison["sections"])))
+                                       _figure(comparison, options.comparison["sections"], ensemble.plate.lengths)))
         answers.append(_answer(name, comparison))
     result.answer = " ".join(answers)
     return result
@@ -64,7 +65,7 @@ def _shown(entry: dict[str, Any]) -> str:
     return f"{100 * difference / abs(entry['mean_first']):+.1f} %"
 
 
-def _figure(comparison: dict[str, Any], sections: list[str]) -> Figure:
+def _figure(comparison: dict[str, Any], sections: list[str], lengths: Unit) -> Figure:
     # Without a value where only one of the ensembles has the result.
     known = [entry for entry in comparison["results"] if entry["difference_of_means"]["value"] is not None]
     numbers = [entry for entry in known if not entry["share_of"] and entry["mean_first"]]
@@ -72,7 +73,7 @@ def _figure(comparison: dict[str, Any], sections: list[str]) -> Figure:
     panels = [("percent of this ensemble's mean", [(_label(entry), entry["difference_of_means"], 100 / abs(entry["mean_first"]), _is_sure(entry))
                                                    for entry in numbers]),
               ("percentage points of the samples", [(_label(entry), entry["difference_of_means"], 100, _is_sure(entry)) for entry in shares]),
-              ("mean position [mm]", [(f"notch {paths['leading_notch']} leads, {where}", difference, 1 / style.MILLIMETRE, _is_sure(paths))
+              (lengths.label("mean position"), [(f"notch {paths['leading_notch']} leads, {where}", difference, 1 / lengths.size, _is_sure(paths))
                                       for paths in comparison["paths"] for where, difference in zip(sections, paths["difference_of_means"])
                                       if difference["value"] is not None])]
     panels = [panel for panel in panels if panel[1]]

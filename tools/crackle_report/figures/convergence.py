@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 
 import numpy as np
+from crackle.files import DONE
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -12,18 +13,22 @@ from matplotlib.ticker import MaxNLocator
 
 from .. import style
 from ..options import Options
-from ..results import DONE, Ensemble, along
+from ..results import Ensemble, along
 from .picture import Picture, Section
 
+LEAST_SPAN = 0.004  # of the vertical axes, over the body's width
 
-def section(ensemble: Ensemble, _: Options) -> Section:
+
+def section(ensemble: Ensemble, _: Options) -> Section | None:
+    if not ensemble.n_notches:
+        return None
     result = Section(
         "Convergence of the mean crack position",
         "Running mean of the leading cracks over the samples in order of their number, with its "
         f"{100 * ensemble.confidence:g} % confidence band{_together(ensemble)}; one column for each section. Samples "
         "that another notch leads are turned by the body's symmetry where it has one; otherwise there is one row for "
         f"each leading notch. All panels span the same length.", _verdict(ensemble))
-    if ensemble.n_notches and ensemble.sections and len(ensemble.samples):
+    if ensemble.sections and len(ensemble.samples):
         result.pictures.append(Picture(
             "convergence", "Running mean of the leading crack's position with its confidence band", _draw(ensemble)))
     return result
@@ -42,10 +47,11 @@ def _verdict(ensemble: Ensemble) -> str:
     if "half_width" not in precision:
         return "No section has been reached by enough samples to say whether they are enough."
     reason = "as the input asks for" if precision["is_of_the_input"] else "1 % of the width"
+    lengths = ensemble.plate.lengths
     half_width, target = precision["half_width"], precision["half_width_wanted"]
-    known = (f"the mean position of the leading crack is known to ±{half_width / style.MILLIMETRE:.2g} mm at its least "
+    known = (f"the mean position of the leading crack is known to ±{lengths.of(half_width):.2g} {lengths.name} at its least "
              f"certain section ({_of_class(ensemble, precision['row'])}{ensemble.sections[precision['section']].name})")
-    wanted = f"±{target / style.MILLIMETRE:.2g} mm ({reason})"
+    wanted = f"±{lengths.of(target):.2g} {lengths.name} ({reason})"
     if half_width <= target:
         return f"Were {n_done} samples enough? Yes: {known}, and {wanted} was wanted."
     return (f"Were {n_done} samples enough? No: {known}; {wanted} would take about "
@@ -71,9 +77,9 @@ def _draw(ensemble: Ensemble) -> Figure:
     done = np.flatnonzero(ensemble.samples.status == DONE)
     last = done[-1] + 1 if done.size else 0
     number = np.arange(1, n_samples + 1)
-    mean = leaders.running_mean / style.MILLIMETRE
-    band = leaders.running_half_width / style.MILLIMETRE
-    span = _span(mean, band, leaders.z_std / style.MILLIMETRE)
+    lengths = ensemble.plate.lengths
+    mean, band, deviation = map(lengths.of, (leaders.running_mean, leaders.running_half_width, leaders.z_std))
+    span = _span(mean, band, deviation, lengths.of(LEAST_SPAN * ensemble.plate.size[1]))
 
     figure = Figure(figsize=(style.PAGE_WIDTH, 0.75 + 1.75 * len(rows)), layout="constrained")
     grid = figure.subplots(len(rows), n_columns, squeeze=False, sharex=True)
@@ -99,7 +105,7 @@ def _draw(ensemble: Ensemble) -> Figure:
                 axes.set_yticks([])
                 axes.text(0.5, 0.5, "not reached", transform=axes.transAxes, ha="center", color=style.MUTED)
             if column == 0:
-                axes.set_ylabel(f"mean {along(ensemble.sections)} [mm]")
+                axes.set_ylabel(lengths.label(f"mean {along(ensemble.sections)}"))
             if row == rows[-1]:
                 axes.set_xlabel("samples")
     figure.legend(handles=[Line2D([], [], color=style.MUTED, linewidth=1.2, label="mean over the first samples"),
@@ -109,8 +115,8 @@ def _draw(ensemble: Ensemble) -> Figure:
     return figure
 
 
-def _span(mean: np.ndarray, band: np.ndarray, std: np.ndarray) -> float:
-    """A common length of all vertical axes [mm]: holds every band but that of the first few samples."""
+def _span(mean: np.ndarray, band: np.ndarray, std: np.ndarray, least: float) -> float:
+    """A common length of all vertical axes, in their unit: holds every band but that of the first few samples."""
     n_samples = len(mean)
     last = np.array([column[np.isfinite(column)][-1] if np.isfinite(column).any() else np.nan
                      for column in mean.reshape(n_samples, -1).T]).reshape(mean.shape[1:])
@@ -119,4 +125,4 @@ def _span(mean: np.ndarray, band: np.ndarray, std: np.ndarray) -> float:
     # With two or three values Student's band is many times the spread of the values themselves.
     lengths = [factor * float(np.nanmax(values)) for factor, values in ((2.2, late), (6.0, std))
                if np.isfinite(values).any()]
-    return max(min(lengths, default=0.0), 0.1)
+    return max(min(lengths, default=0.0), least)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from crackle.files import DONE, FAILED, PENDING
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
@@ -13,13 +14,16 @@ from matplotlib.patches import Patch
 
 from .. import style
 from ..choosing import typical_samples
-from ..drawing import draw_facets, draw_forks, draw_plate, fork_handles, time_bar, time_colours, window
+from ..drawing import draw_facets, draw_forks, draw_plate, fork_handles, panel_size, time_bar, time_colours, window
 from ..options import Options
-from ..results import DONE, FAILED, PENDING, CrackSurface, Ensemble
+from ..results import CrackSurface, Ensemble
 from .picture import Picture, Section
 
 PANELS_PER_SHEET = 60
 N_TYPICAL = 8
+TITLE_ROOM = {False: 1.15, True: 0.62}  # what a panel's title takes in large and in small letters [inch]
+DIGIT = 5.8  # width of one in a title [point]
+ALONE_HEIGHT = 10.0  # of a picture of one sample, at the most [inch]
 MOST_PANELS = 240  # a page with thousands is neither read nor quickly drawn
 
 EXPLANATION = ("The opened dual facets, projected on the YZ plane and coloured by the time they opened, counted "
@@ -65,14 +69,14 @@ def alone(ensemble: Ensemble, number: int, marked: bool) -> Figure:
     crack = ensemble.files.crack(number)
     has_crack = crack is not None and crack.time.size > 0
     z_range = window(ensemble.plate, [crack.corner[:, :, 2]] if has_crack else [])
-    proportion = (z_range[1] - z_range[0]) / (1.08 * ensemble.plate.size[1] / style.MILLIMETRE)
-    figure = Figure(figsize=(style.PAGE_WIDTH, 0.8 + 0.9 * style.PAGE_WIDTH * proportion))
+    width, height = panel_size(ensemble.plate, z_range, 0.9 * style.PAGE_WIDTH, ALONE_HEIGHT)
+    figure = Figure(figsize=(style.PAGE_WIDTH, 0.8 + height))
     axes = figure.add_subplot()
     _panel(axes, ensemble, number, crack if has_crack else None,
-           time_colours(float(crack.time.max()) if has_crack else 0.0), z_range, marked)
-    _title(axes, ensemble, number, small=False)
-    axes.set_xlabel("y [mm]")
-    axes.set_ylabel("z [mm]")
+           time_colours(float(crack.time.max()) if has_crack else 0.0, ensemble.times), z_range, marked)
+    _title(axes, ensemble, number, small=False, in_a_row=width < TITLE_ROOM[False])
+    axes.set_xlabel(ensemble.plate.lengths.label("y"))
+    axes.set_ylabel(ensemble.plate.lengths.label("z"))
     return figure
 
 
@@ -81,7 +85,7 @@ def _section(ensemble: Ensemble, title: str, text: str, sheets: list[list[int]])
     cracks = {i: ensemble.files.crack(i) for sheet in sheets for i in sheet}
     cracks = {i: crack for i, crack in cracks.items() if crack is not None and crack.time.size}
     latest = max((float(crack.time.max()) for crack in cracks.values()), default=0.0)
-    colours = time_colours(latest)
+    colours = time_colours(latest, ensemble.times)
     z_range = window(ensemble.plate, (crack.corner[:, :, 2] for crack in cracks.values()))
     for sheet in sheets:
         name = "crack-paths" if len(sheets) == 1 else f"crack-paths-{sheet[0]:04d}-{sheet[-1]:04d}"
@@ -94,11 +98,15 @@ def _section(ensemble: Ensemble, title: str, text: str, sheets: list[list[int]])
 def _sheet(ensemble: Ensemble, numbers: list[int], cracks: dict[int, CrackSurface], colours: Normalize,
            z_range: tuple[float, float]) -> Figure:
     n_columns = _columns(len(ensemble.samples) if len(numbers) > N_TYPICAL else len(numbers))
-    n_rows = math.ceil(len(numbers) / n_columns)
     left, right, top, bottom, gap_x, gap_y = 0.55, 0.1, 0.75, 0.5, 0.12, 0.34
-    panel_width = min((style.PAGE_WIDTH - left - right - (n_columns - 1) * gap_x) / n_columns, 3.2)
-    proportion = (z_range[1] - z_range[0]) / (1.08 * ensemble.plate.size[1] / style.MILLIMETRE)
-    panel_height = min(panel_width * proportion, 4.0)
+    room = min((style.PAGE_WIDTH - left - right - (n_columns - 1) * gap_x) / n_columns, 3.2)
+    panel_width, panel_height = panel_size(ensemble.plate, z_range, room, 4.0)
+    small = n_columns > 6
+    is_slender = panel_width < TITLE_ROOM[small] < room
+    if is_slender:
+        gap_x = TITLE_ROOM[small] - panel_width
+        n_columns = min(len(numbers), int((style.PAGE_WIDTH - left - right) / TITLE_ROOM[small]))
+    n_rows = math.ceil(len(numbers) / n_columns)
     height = top + bottom + n_rows * panel_height + (n_rows - 1) * gap_y
 
     figure = Figure(figsize=(style.PAGE_WIDTH, height))
@@ -109,15 +117,15 @@ def _sheet(ensemble: Ensemble, numbers: list[int], cracks: dict[int, CrackSurfac
             1 - (top + (row + 1) * panel_height + row * gap_y) / height,
             panel_width / style.PAGE_WIDTH, panel_height / height))
         _panel(axes, ensemble, number, cracks.get(number), colours, z_range)
-        _title(axes, ensemble, number, small=n_columns > 6)
+        _title(axes, ensemble, number, small, in_a_row=is_slender)
         last = k + n_columns >= len(numbers)  # of its column
         axes.tick_params(left=column == 0, labelleft=column == 0, bottom=last, labelbottom=last)
         if column == 0:
-            axes.set_ylabel("z [mm]")
+            axes.set_ylabel(ensemble.plate.lengths.label("z"))
         if last:
-            axes.set_xlabel("y [mm]")
+            axes.set_xlabel(ensemble.plate.lengths.label("y"))
 
-    time_bar(figure, colours, left, 3.2)
+    time_bar(figure, colours, left, 3.2, ensemble.times)
     handles: list[Artist] = []
     if any((crack.time < 0).any() for crack in cracks.values()):
         handles.append(Patch(color=style.BEFORE_ONSET, label="opened before the onset"))
@@ -134,12 +142,18 @@ def _columns(n_samples: int) -> int:
     return math.ceil(n_samples / math.ceil(n_samples / most)) if n_samples <= 30 else most
 
 
-def _title(axes: Axes, ensemble: Ensemble, number: int, small: bool) -> None:
-    """The sample's number and, when it is done, its pattern."""
+def _title(axes: Axes, ensemble: Ensemble, number: int, small: bool, in_a_row: bool) -> None:
+    """The sample's number and, when it is done and has notches, its pattern: at the panel's right end, or in a row with the number where the panel is
+    narrower than both."""
     axes.set_title(str(number), loc="left", fontweight="bold", fontsize=7 if small else 8, pad=2)
-    if ensemble.samples.status[number] == DONE:
+    if ensemble.samples.status[number] == DONE and ensemble.n_notches:
         pattern = int(ensemble.samples.pattern[number])
-        axes.set_title(style.pattern_name(pattern, short=small), loc="right", fontsize=5.5 if small else 7, pad=2)
+        name, size = style.pattern_name(pattern, short=small), 5.5 if small else 7
+        if in_a_row:
+            axes.annotate(name, (0, 1), (4 + DIGIT * len(str(number)), 2), "axes fraction", "offset points", fontsize=size,
+                          annotation_clip=False)
+        else:
+            axes.set_title(name, loc="right", fontsize=size, pad=2)
 
 
 def _panel(axes: Axes, ensemble: Ensemble, number: int, crack: CrackSurface | None, colours: Normalize,
@@ -154,7 +168,7 @@ def _panel(axes: Axes, ensemble: Ensemble, number: int, crack: CrackSurface | No
     if crack is None:
         return
 
-    draw_facets(axes, crack, colours)
+    draw_facets(axes, crack, colours, lengths=ensemble.plate.lengths, times=ensemble.times)
     forks = ensemble.files.forks(number) if marked else None
     if forks is not None:
-        draw_forks(axes, forks)
+        draw_forks(axes, forks, ensemble.plate.lengths)

@@ -11,13 +11,17 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from .. import style
-from ..drawing import draw_plate, window
+from ..drawing import draw_plate, panel_size, window
 from ..options import Options
 from ..results import CrackLine, Ensemble, Ranks
 from .picture import Picture, Section
 
+TITLE_ROOM, LEGEND_ROOM = 2.6, 4.9  # what a panel's title and the key take [inch]
 
-def section(ensemble: Ensemble, _: Options) -> Section:
+
+def section(ensemble: Ensemble, _: Options) -> Section | None:
+    if not ensemble.n_notches:
+        return None
     result = Section(
         "All cracks over each other",
         "Through-thickness means of the leading and of the following cracks, with their branches; samples are turned "
@@ -37,10 +41,10 @@ def _draw(ensemble: Ensemble) -> Figure:
     n_columns = min(len(panels), 3)
     n_rows = -(-len(panels) // n_columns)
     left, right, top, bottom, gap_x, gap_y = 0.6, 0.15, 0.75, 0.5, 0.5, 0.9
-    panel_width = min((style.PAGE_WIDTH - left - right - (n_columns - 1) * gap_x) / n_columns, 4.2)
-    proportion = (z_range[1] - z_range[0]) / (1.08 * ensemble.plate.size[1] / style.MILLIMETRE)
-    panel_height = min(panel_width * proportion, 6.0)
-    width = left + right + n_columns * panel_width + (n_columns - 1) * gap_x
+    room = min((style.PAGE_WIDTH - left - right - (n_columns - 1) * gap_x) / n_columns, 4.2)
+    panel_width, panel_height = panel_size(ensemble.plate, z_range, room, 6.0)
+    gap_x = max(gap_x, min(room, TITLE_ROOM) - panel_width)
+    width = max(left + right + n_columns * (panel_width + gap_x) - gap_x, LEGEND_ROOM)
     height = top + bottom + n_rows * panel_height + (n_rows - 1) * gap_y
 
     figure = Figure(figsize=(width, height))
@@ -51,8 +55,8 @@ def _draw(ensemble: Ensemble) -> Figure:
             1 - (top + (row + 1) * panel_height + row * gap_y) / height,
             panel_width / width, panel_height / height))
         draw_plate(axes, ensemble.plate, z_range)
-        axes.set_xlabel("y [mm]")
-        axes.set_ylabel("z [mm]")
+        axes.set_xlabel(ensemble.plate.lengths.label("y"))
+        axes.set_ylabel(ensemble.plate.lengths.label("z"))
         _panel(axes, ensemble, *panel, lines[panel])
     figure.legend(handles=[
         Line2D([], [], color=style.MUTED, linewidth=0.7, alpha=0.6, label="a sample's crack"),
@@ -91,26 +95,27 @@ def _panel(axes: Axes, ensemble: Ensemble, group: str, row: int, lines: list[Cra
 
     alpha = float(np.clip(12 / max(len(lines), 1), 0.12, 0.7))
     for line in lines:
-        points = line.points / style.MILLIMETRE
+        points = ensemble.plate.lengths.of(line.points)
         axes.plot(points[:, 0], points[:, 1], color=colour, linewidth=0.5 if line.is_branch else 0.8, alpha=alpha,
                   zorder=2)
 
 
 def _lines(axes: Axes, ensemble: Ensemble, statistics: Ranks, row: int) -> None:
     """The sections along lines, and the row's mean position on each with its interval and standard deviation."""
+    lengths = ensemble.plate.lengths
     for k, section in enumerate(ensemble.sections):
         if section.ends is None:
             continue
-        axes.plot(*(section.ends / style.MILLIMETRE).T, color=style.MUTED, linewidth=0.4, linestyle=":", zorder=1)
+        axes.plot(*lengths.of(section.ends).T, color=style.MUTED, linewidth=0.4, linestyle=":", zorder=1)
         mean = statistics.z_mean[row, k]
         if not np.isfinite(mean):
             continue
         for extent, kind in ((statistics.z_half_width[row, k], {"linewidth": 3.0, "alpha": 0.2}),
                              (statistics.z_std[row, k], {"linewidth": 0.8, "linestyle": "--"})):
             if np.isfinite(extent):
-                axes.plot(*(section.places([mean - extent, mean + extent]) / style.MILLIMETRE).T, color="black", zorder=4,
+                axes.plot(*lengths.of(section.places([mean - extent, mean + extent])).T, color="black", zorder=4,
                           **kind)
-        place = section.places(mean) / style.MILLIMETRE
+        place = lengths.of(section.places(mean))
         axes.plot(*place, color="black", marker="o", markersize=2.5, zorder=5)
         axes.annotate(str(statistics.reached[row, k]), place, (3, 3), textcoords="offset points", fontsize=7,
                       color=style.MUTED)
@@ -118,10 +123,10 @@ def _lines(axes: Axes, ensemble: Ensemble, statistics: Ranks, row: int) -> None:
 
 def _sections(axes: Axes, ensemble: Ensemble, statistics: Ranks, row: int, axis: int) -> None:
     """The sections across an axis, and the mean path of the row's cracks there with its band."""
-    is_y = axis == 1
+    is_y, lengths = axis == 1, ensemble.plate.lengths
     chosen = [k for k, section in enumerate(ensemble.sections) if section.axis == axis]
-    at = np.array([ensemble.sections[k].position for k in chosen]) / style.MILLIMETRE
-    mean, std, half_width = (values[row, chosen] / style.MILLIMETRE for values in
+    at = lengths.of(np.array([ensemble.sections[k].position for k in chosen]))
+    mean, std, half_width = (lengths.of(values[row, chosen]) for values in
                              (statistics.z_mean, statistics.z_std, statistics.z_half_width))
 
     def plot(position: np.ndarray, **kind: object) -> None:

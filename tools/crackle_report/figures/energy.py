@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from crackle.units import MILLIJOULE, Unit, fitting
 
 from .. import style
 from ..choosing import samples_in_detail
@@ -29,11 +30,12 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
         "strain + kinetic + released + dissipated, each counted from the unloaded body. Dissipated is what arrested phases and static "
         "breaks left in motion, and what damping and absorbing faces took.")
     result.pictures.append(Picture("energy", f"Energy over time of samples {', '.join(map(str, histories))}",
-                                   _draw(histories)))
+                                   _draw(histories, ensemble.times)))
     return result
 
 
-def _draw(histories: dict[int, Energy]) -> Figure:
+def _draw(histories: dict[int, Energy], times: Unit) -> Figure:
+    energies = fitting([energy.external.max() for energy in histories.values()], MILLIJOULE)
     n_columns = min(len(histories), 3)
     n_rows = -(-len(histories) // n_columns)
     height = 0.4 + 2.6 * n_rows
@@ -45,19 +47,19 @@ def _draw(histories: dict[int, Energy]) -> Figure:
             axes.set_visible(False)
             continue
         number, energy = list(histories.items())[k]
-        _panel(axes, energy)
+        _panel(axes, energy, times, energies)
         axes.set_title(f"sample {number}", loc="left", fontweight="bold")
         if k % n_columns == 0:
-            axes.set_ylabel("energy [mJ]")
+            axes.set_ylabel(energies.label("energy"))
     figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="upper left", ncol=len(LINES))
     return figure
 
 
-def _panel(axes: Axes, energy: Energy) -> None:
-    time = energy.time / style.MICROSECOND
+def _panel(axes: Axes, energy: Energy, times: Unit, energies: Unit) -> None:
+    time = times.of(energy.time)
     for name, label, colour, line in LINES:
-        axes.plot(time, 1e3 * getattr(energy, name), color=colour, linestyle=line, linewidth=1.2, label=label)
+        axes.plot(time, energies.of(getattr(energy, name)), color=colour, linestyle=line, linewidth=1.2, label=label)
     axes.set_xlim(0, time[-1])
     axes.set_ylim(bottom=0)
-    axes.set_xlabel("time since onset [µs]")
+    axes.set_xlabel(times.label("time since onset"))
     draw_grid(axes)

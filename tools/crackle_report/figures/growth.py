@@ -13,7 +13,7 @@ from PIL import Image
 
 from .. import style
 from ..choosing import samples_in_detail
-from ..drawing import draw_facets, draw_plate, time_bar, time_colours
+from ..drawing import draw_facets, draw_plate, panel_size, time_bar, time_colours
 from ..options import Options
 from ..photoelasticity import Grid, make_series
 from ..results import CrackSurface, Ensemble, Frames
@@ -21,21 +21,23 @@ from ..stress import frame_stresses
 from .picture import Animation, Picture, Section
 
 N_TIMES = 6
-PIXELS_ACROSS = 245  # over the width of the plate
+PIXELS_ACROSS, PIXELS_ALONG = 245, 1400  # at most, over the width of the plate and the length that is shown
+PANEL_ROOM, MOST_HEIGHT, TITLE_ROOM = 2.2, 7.0, 0.85  # [inch]: a panel's width and height at most, what its title takes
 N_COLOURS = 256  # of an animation
 FRAME_SECONDS, LAST_SECONDS = 0.35, 2.0
 ANIMATION_WIDTH, ANIMATION_DPI = 4.6, 110  # [inch]
 
 
 def section(ensemble: Ensemble, options: Options) -> Section | None:
-    result = Section("Fringes and crack growth", _explain(options))
+    what = "Fringes and crack growth" if options.fringes else "Crack growth"
+    result = Section(what, _explain(options))
     for number in options.samples or samples_in_detail(ensemble):
         frames, crack = ensemble.files.frames(number), ensemble.files.crack(number)
         if frames is None or crack is None or frames.time.size == 0:
             continue
         view = _View(ensemble, number, frames, crack, options)
         result.pictures.append(Picture(
-            f"growth-{number:04d}", f"Fringe patterns and crack growth of sample {number}",
+            f"growth-{number:04d}", f"{what} of sample {number}",
             view.rows(_chosen_frames(frames, crack, options.times))))
         if options.animation and frames.time.size > 1:
             result.animations.append(view.animation())
@@ -43,14 +45,16 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
 
 
 def _explain(options: Options) -> str:
+    growth = "the cracks as they have opened by then. t₀ is the start of the last dynamic phase."
+    if not options.fringes:
+        return growth[0].upper() + growth[1:]
     field = "light" if options.light_field else "dark"
     way = ("the product of the Jones matrices along each ray" if options.product else
            "the integrated stress along each ray")
     return (f"What a circular polariscope shows ({field} field{', colours reversed' * options.reverse}), by {way}; "
             f"stress-optic coefficient {options.optics.stress_optic:.3g} 1/Pa, wavelength "
             f"{options.optics.wavelength * 1e9:g} nm. Broken tetrahedra show what they still carry: nothing, or the "
-            "stress of uncut edges and of contact. Below, the cracks as they have opened by then. t₀ is the start of "
-            "the last dynamic phase.")
+            f"stress of uncut edges and of contact. Below, {growth}")
 
 
 def _chosen_frames(frames: Frames, crack: CrackSurface, times: tuple[float, ...]) -> list[int]:
@@ -81,17 +85,21 @@ def _to_palette(image: Image.Image) -> Image.Image:
 
 
 class _View:
-    """One sample's fringes and cracks round the notches."""
+    """One sample's cracks round the notches, and its fringes where they are wanted."""
 
     def __init__(self, ensemble: Ensemble, number: int, frames: Frames, crack: CrackSurface, options: Options):
         self._plate, self._number, self._frames, self._crack = ensemble.plate, number, frames, crack
         self._onset = float(ensemble.samples.onset_time[number])
         left, right = ensemble.plate.ends(1)
         self._z = self._shown_length()
-        self._grid = Grid.over((left, right), self._z, (right - left) / PIXELS_ACROSS)
-        self._colours = time_colours(float(crack.time.max(initial=0.0)))
+        pixel = max((right - left) / PIXELS_ACROSS, (self._z[1] - self._z[0]) / PIXELS_ALONG)
+        self._grid = Grid.over((left, right), self._z, pixel)
+        self._lengths, self._times = ensemble.plate.lengths, ensemble.times
+        self._colours = time_colours(float(crack.time.max(initial=0.0)), self._times)
         self._options = options
-        self._fringes = make_series(frames.nodes, frames.tetrahedra, frame_stresses(frames), self._grid, options.optics)
+        self._draws = [self._draw_fringes, self._draw_cracks] if options.fringes else [self._draw_cracks]
+        if options.fringes:
+            self._fringes = make_series(frames.nodes, frames.tetrahedra, frame_stresses(frames), self._grid, options.optics)
 
     def _shown_length(self) -> tuple[float, float]:
         """The range of z [m] round all notches and cracks, stray breaks far away left out."""
@@ -106,82 +114,85 @@ class _View:
         return max(bottom, min(ends)), min(top, max(ends))
 
     def rows(self, chosen: list[int]) -> Figure:
-        """Fringes above, cracks below, a column for each time."""
+        """Fringes above, cracks below, or cracks alone; a column for each time."""
+        n_rows = len(self._draws)
         n_columns = len(chosen)
         left, right, top, bottom, gap_x, gap_y = 0.55, 0.1, 0.85, 0.45, 0.12, 0.12
-        panel_width = min((style.PAGE_WIDTH - left - right - (n_columns - 1) * gap_x) / n_columns, 2.2)
-        panel_height = panel_width * self._proportion()
-        width = left + right + n_columns * panel_width + (n_columns - 1) * gap_x
+        room = min((style.PAGE_WIDTH - left - right - (n_columns - 1) * gap_x) / n_columns, PANEL_ROOM)
+        panel_width, panel_height = self._panel_size(room)
+        gap_x = max(gap_x, TITLE_ROOM - panel_width)
+        width = left + right + n_columns * (panel_width + gap_x) - gap_x
         width = max(width, 5.2)
-        height = top + bottom + 2 * panel_height + gap_y
+        height = top + bottom + n_rows * panel_height + (n_rows - 1) * gap_y
         figure = Figure(figsize=(width, height))
         for k, frame in enumerate(chosen):
-            for row, draw in enumerate((self._draw_fringes, self._draw_cracks)):
+            for row, draw in enumerate(self._draws):
                 axes = figure.add_axes(((left + k * (panel_width + gap_x)) / width,
                                         1 - (top + (row + 1) * panel_height + row * gap_y) / height,
                                         panel_width / width, panel_height / height))
                 draw(axes, frame)
-                axes.tick_params(left=k == 0, labelleft=k == 0, bottom=row == 1, labelbottom=row == 1)
+                axes.tick_params(left=k == 0, labelleft=k == 0, bottom=row == n_rows - 1, labelbottom=row == n_rows - 1)
                 if k == 0:
-                    axes.set_ylabel("z [mm]")
-                if row == 1:
-                    axes.set_xlabel("y [mm]")
-                else:
+                    axes.set_ylabel(self._lengths.label("z"))
+                if row == n_rows - 1:
+                    axes.set_xlabel(self._lengths.label("y"))
+                if row == 0:
                     axes.set_title(self._time_text(frame), pad=4)
-        time_bar(figure, self._colours, left, 2.0)
+        time_bar(figure, self._colours, left, 2.0, self._times)
         figure.text((left + 2.3) / width, 1 - 0.22 / height, f"sample {self._number}", fontweight="bold", fontsize=9)
         if np.isfinite(self._onset):
             figure.text((left + 3.3) / width, 1 - 0.22 / height, f"t₀ = {self._onset:.6f} s", fontsize=8)
         return figure
 
     def animation(self) -> Animation:
-        """Fringes and cracks side by side, frame by frame."""
+        """Fringes and cracks side by side, or cracks alone, frame by frame."""
         left, bottom, gap, top = 0.55, 0.42, 0.15, 0.38
-        panel_width = (ANIMATION_WIDTH - left - gap - 0.1) / 2
-        panel_height = panel_width * self._proportion()
+        panel_width, panel_height = self._panel_size((ANIMATION_WIDTH - left - gap - 0.1) / 2)
+        width = max(left + len(self._draws) * (panel_width + gap) - gap + 0.1, 3.0)
         height = bottom + panel_height + top
         images = []
         for frame in range(self._frames.time.size):
-            figure = Figure(figsize=(ANIMATION_WIDTH, height), dpi=ANIMATION_DPI)
-            for k, draw in enumerate((self._draw_fringes, self._draw_cracks)):
-                axes = figure.add_axes(((left + k * (panel_width + gap)) / ANIMATION_WIDTH, bottom / height,
-                                        panel_width / ANIMATION_WIDTH, panel_height / height))
+            figure = Figure(figsize=(width, height), dpi=ANIMATION_DPI)
+            for k, draw in enumerate(self._draws):
+                axes = figure.add_axes(((left + k * (panel_width + gap)) / width, bottom / height,
+                                        panel_width / width, panel_height / height))
                 draw(axes, frame)
                 axes.tick_params(left=k == 0, labelleft=k == 0)
-                axes.set_xlabel("y [mm]")
+                axes.set_xlabel(self._lengths.label("y"))
                 if k == 0:
-                    axes.set_ylabel("z [mm]")
-            figure.text(left / ANIMATION_WIDTH, 1 - 0.25 / height, f"sample {self._number}", fontweight="bold", fontsize=9)
-            figure.text((left + 1.2) / ANIMATION_WIDTH, 1 - 0.25 / height, self._time_text(frame), fontsize=9)
+                    axes.set_ylabel(self._lengths.label("z"))
+            figure.text(left / width, 1 - 0.25 / height, f"sample {self._number}", fontweight="bold", fontsize=9)
+            figure.text((left + 1.2) / width, 1 - 0.25 / height, self._time_text(frame), fontsize=9)
             canvas = FigureCanvasAgg(figure)
             canvas.draw()
             images.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[:, :, :3]))
         images = [_to_palette(image) for image in images]
         durations = [round(1000 * FRAME_SECONDS)] * (len(images) - 1) + [round(1000 * LAST_SECONDS)]
+        what = "Fringes and cracks" if self._options.fringes else "Cracks"
         gif = io.BytesIO()
         images[0].save(gif, "GIF", save_all=True, append_images=images[1:], duration=durations, loop=0)
-        return Animation(f"growth-{self._number:04d}", f"Fringes and cracks of sample {self._number} over time",
+        return Animation(f"growth-{self._number:04d}", f"{what} of sample {self._number} over time",
                          gif.getvalue(), images[0].width)
 
-    def _proportion(self) -> float:
-        """Height of a panel over its width."""
-        return (self._z[1] - self._z[0]) / (1.08 * self._plate.size[1])
+    def _panel_size(self, room: float) -> tuple[float, float]:
+        return panel_size(self._plate, tuple(map(self._lengths.of, self._z)), room, MOST_HEIGHT)
 
     def _time_text(self, frame: int) -> str:
-        time = self._frames.time[frame] / style.MICROSECOND
-        return "t = t₀" if time == 0 else f"t = t₀ + {time:.0f} µs"
+        time = self._times.of(self._frames.time[frame])
+        return "t = t₀" if time == 0 else f"t = t₀ + {time:.0f} {self._times.name}"
 
     def _draw_fringes(self, axes: Axes, frame: int) -> None:
         options = self._options
         image = self._fringes[frame].intensity(options.light_field, options.product, options.reverse)
-        low, high = (end / style.MILLIMETRE for end in self._z)
+        low, high = map(self._lengths.of, self._z)
         self._draw_frame(axes)
         axes.imshow(image, cmap="gray", norm=Normalize(0, 1), origin="lower", interpolation="nearest", zorder=1,
-                    extent=(*(end / style.MILLIMETRE for end in self._plate.ends(1)), low, high))
+                    extent=(*map(self._lengths.of, self._plate.ends(1)), low, high))
 
     def _draw_cracks(self, axes: Axes, frame: int) -> None:
         self._draw_frame(axes)
-        draw_facets(axes, self._crack, self._colours, until=float(self._frames.time[frame]))
+        draw_facets(axes, self._crack, self._colours, until=float(self._frames.time[frame]), lengths=self._lengths,
+                    times=self._times)
 
     def _draw_frame(self, axes: Axes) -> None:
-        draw_plate(axes, self._plate, tuple(end / style.MILLIMETRE for end in self._z))
+        draw_plate(axes, self._plate, tuple(map(self._lengths.of, self._z)))

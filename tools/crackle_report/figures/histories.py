@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
+from crackle.units import MM, NEWTON, US, Unit, fitting
 
 from .. import style
 from ..choosing import samples_in_detail
@@ -28,9 +29,9 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
     if not histories:
         return None
     detailed = [i for i in options.samples or samples_in_detail(ensemble) if i in histories]
-    result = Section("Load, cracks and time", _explain(histories))
-    result.pictures.append(Picture("load", "Load of all samples over " + _abscissa(histories)[0], _load(histories, detailed)))
-    if any(history.in_last_phase.any() for history in histories.values()):
+    result = Section("Load, cracks and time" if ensemble.n_notches else "Load and time", _explain(histories, ensemble.n_notches > 0))
+    result.pictures.append(Picture("load", "Load of all samples over " + _abscissa(histories), _load(histories, detailed)))
+    if ensemble.n_notches and any(history.in_last_phase.any() for history in histories.values()):
         result.pictures.append(Picture("crack-speed", "Crack length and tip speed over time",
                                        _growth(ensemble, histories, detailed)))
     if np.isfinite(ensemble.samples.arrival[ensemble.done]).any():
@@ -38,15 +39,16 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
     return result
 
 
-def _explain(histories: dict[int, History]) -> str:
+def _explain(histories: dict[int, History], has_cracks: bool) -> str:
     words = ["Load and displacement are those of the testing machine along its drive, of the same boundary conditions throughout. "
              "Grey lines are all samples, coloured ones those shown in detail;"
              f" where there are {MIN_BAND} samples or more, the black line is their median and the band holds {BAND[1] - BAND[0]} % of them."]
     if _is_quasi_static(histories):
         words.append("While the load grows slowly the picture has its equilibria; the last dynamic phase then runs at an almost "
                      "unchanged load or displacement.")
-    words.append("A crack's length is that along its longest line, a tip's speed the through-thickness mean over a tenth of "
-                 "that line.")
+    if has_cracks:
+        words.append("A crack's length is that along its longest line, a tip's speed the through-thickness mean over a tenth of "
+                     "that line.")
     return " ".join(words)
 
 
@@ -54,26 +56,40 @@ def _is_quasi_static(histories: dict[int, History]) -> bool:
     return any((history.phase == 0).any() for history in histories.values())
 
 
-def _abscissa(histories: dict[int, History]) -> tuple[str, str]:
-    return ("displacement", "displacement [mm]") if _is_quasi_static(histories) else ("time", "time [µs]")
+def _abscissa(histories: dict[int, History]) -> str:
+    return "displacement" if _is_quasi_static(histories) else "time"
 
 
-def _curves(histories: dict[int, History], of: str) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+def _values(history: History, what: str) -> np.ndarray:
+    return {"load": history.governing_load, "displacement": history.governing_displacement, "time": history.time}[what]
+
+
+def _units(histories: dict[int, History]) -> dict[str, Unit]:
+    """Of load, displacement and time."""
+    usual = {"load": (NEWTON, 0.1), "displacement": (MM, 1e-3), "time": (US, 0.5)}
+    shown = {what: [np.abs(_values(history, what)[_until_peak(history) if what != "time" else slice(None)]).max()
+                    for history in histories.values()] for what in usual}
+    return {what: fitting(shown[what], *unit_and_least) for what, unit_and_least in usual.items()}
+
+
+def _until_peak(history: History) -> slice:
+    """The moments up to the peak of the load: what flies apart moves on without end."""
+    return slice(int(np.argmax(history.governing_load >= PEAK * history.governing_load.max())) + 1)
+
+
+def _curves(histories: dict[int, History], of: str, units: dict[str, Unit]) -> dict[int, tuple[np.ndarray, np.ndarray]]:
     """@param of: "load over displacement", "load over time" or "displacement over time"."""
     what, over = of.split(" over ")
-    values = {"load": lambda history: history.governing_load,
-              "displacement": lambda history: history.governing_displacement / style.MILLIMETRE,
-              "time": lambda history: history.time / style.MICROSECOND}
-    return {i: (values[over](history), values[what](history)) for i, history in histories.items()}
+    return {i: (units[over].of(_values(history, over)), units[what].of(_values(history, what))) for i, history in histories.items()}
 
 
 def _load(histories: dict[int, History], detailed: list[int]) -> Figure:
     """Load over displacement; where everything happens within waves' times, both over time."""
-    over, label = _abscissa(histories)
+    over, units = _abscissa(histories), _units(histories)
     panels = ["load over displacement"] if over == "displacement" else ["load over time", "displacement over time"]
     figure = Figure(figsize=(style.PAGE_WIDTH * (0.72 if len(panels) == 1 else 1), 3.4), layout="constrained")
     for axes, of in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels):
-        curves = _curves(histories, of)
+        curves = _curves(histories, of, units)
         for i, curve in curves.items():
             if i not in detailed:
                 axes.plot(*curve, color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.6)
@@ -82,13 +98,14 @@ def _load(histories: dict[int, History], detailed: list[int]) -> Figure:
             axes.plot(*curves[i], color=style.notch_colour(k), linewidth=1.1, label=f"sample {i}")
         # What flies apart moves on without end.
         if of == "load over displacement":
-            farthest = max(float(x[np.argmax(load >= PEAK * load.max())]) for x, load in curves.values())
-            if farthest > 0:
-                axes.set_xlim(0, 2 * farthest)
+            at_peak = [0.0, *(float(x[np.argmax(load >= PEAK * load.max())]) for x, load in curves.values())]
+            if any(at_peak):
+                axes.set_xlim(2 * min(at_peak), 2 * max(at_peak))
         if of.startswith("load"):
             axes.set_ylim(0, 1.08 * max(float(load.max()) for _, load in curves.values()) or None)
-        axes.set_xlabel(label)
-        axes.set_ylabel("load [N]" if of.startswith("load") else "displacement [mm]")
+        axes.set_xlabel(units[over].label(over))
+        what = of.split()[0]
+        axes.set_ylabel(units[what].label(what))
         draw_grid(axes)
         axes.legend(loc="best")
     return figure
@@ -117,13 +134,13 @@ def _band(axes: Axes, curves: list[tuple[np.ndarray, np.ndarray]]) -> None:
 def _growth(ensemble: Ensemble, histories: dict[int, History], detailed: list[int]) -> Figure:
     figure = Figure(figsize=(style.PAGE_WIDTH, 3.3), layout="constrained")
     length_axes, speed_axes = figure.subplots(1, 2)
-    leaders = []
+    leaders, times, lengths = [], ensemble.times, ensemble.plate.lengths
     for i, history in histories.items():
         rows, leader = history.in_last_phase, int(ensemble.leading[i])
         if leader < 0 or not rows.any():
             continue
-        time = history.phase_time[rows] / style.MICROSECOND
-        leaders.append((time, history.crack_length[rows, leader] / style.MILLIMETRE))
+        time = times.of(history.phase_time[rows])
+        leaders.append((time, lengths.of(history.crack_length[rows, leader])))
         if i not in detailed:
             length_axes.plot(*leaders[-1], color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.6)
             speed_axes.plot(time, history.tip_speed[rows, leader], color=style.BEFORE_ONSET, linewidth=0.5, alpha=0.5)
@@ -135,9 +152,9 @@ def _growth(ensemble: Ensemble, histories: dict[int, History], detailed: list[in
         for notch in range(history.crack_length.shape[1]):
             if not np.isfinite(history.tip_speed[:, notch]).any():
                 continue
-            time, style_of = history.phase_time[rows] / style.MICROSECOND, lines[notch % len(lines)]
+            time, style_of = times.of(history.phase_time[rows]), lines[notch % len(lines)]
             label = f"sample {i}, {ensemble.plate.name_of(notch)}"
-            length_axes.plot(time, history.crack_length[rows, notch] / style.MILLIMETRE, style_of, color=style.notch_colour(k),
+            length_axes.plot(time, lengths.of(history.crack_length[rows, notch]), style_of, color=style.notch_colour(k),
                              linewidth=1.1, label=label)
             speed_axes.plot(time, history.tip_speed[rows, notch], style_of, color=style.notch_colour(k), linewidth=1.1)
             latest = max(latest, float(time[np.isfinite(history.tip_speed[rows, notch])].max(initial=0)))
@@ -145,14 +162,14 @@ def _growth(ensemble: Ensemble, histories: dict[int, History], detailed: list[in
     speed_axes.axhline(rayleigh, color=style.FORK, linewidth=0.8)
     speed_axes.annotate(f"Rayleigh speed, {rayleigh:.0f} m/s", (1, rayleigh), xycoords=("axes fraction", "data"), xytext=(0, -3),
                         textcoords="offset points", ha="right", va="top", fontsize=7, color=style.FORK)
-    for axes, label, top in ((length_axes, "crack length [mm]", None), (speed_axes, "tip speed [m/s]", 1.08 * rayleigh)):
+    for axes, label, top in ((length_axes, lengths.label("crack length"), None), (speed_axes, "tip speed [m/s]", 1.08 * rayleigh)):
         axes.set_xlim(0, 1.15 * latest if latest > 0 else None)
         axes.set_ylim(0, top)
-        axes.set_xlabel("time since onset [µs]")
+        axes.set_xlabel(times.label("time since onset"))
         axes.set_ylabel(label)
         draw_grid(axes)
     if length_axes.get_legend_handles_labels()[0]:
-        length_axes.legend(loc="upper left", fontsize=6.5)
+        length_axes.legend(loc="best", fontsize=6.5)
     return figure
 
 
@@ -175,7 +192,7 @@ def _arrivals(ensemble: Ensemble) -> Figure:
     axes.axhline(0, color=style.MUTED, linewidth=0.6)
     axes.set_xticks(range(len(ensemble.sections)), [section.name for section in ensemble.sections])
     axes.tick_params(axis="x", labelrotation=30 if len(ensemble.sections) > 5 else 0)
-    axes.set_ylabel("arrival after onset [µs]")
+    axes.set_ylabel(ensemble.times.label("arrival after onset"))
     axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
     axes.grid(axis="y", color=style.BODY, linewidth=0.6)
     axes.set_axisbelow(True)
@@ -185,9 +202,10 @@ def _arrivals(ensemble: Ensemble) -> Figure:
 
 
 def _times_of(ensemble: Ensemble, leading: bool) -> list[np.ndarray]:
-    """Arrival times at each section [µs]; those long before the last dynamic phase are left out."""
-    table = ensemble.samples.arrival[ensemble.done] / style.MICROSECOND
+    """Arrival times at each section, in the ensemble's unit; those long before the last dynamic phase are left out."""
+    table = ensemble.samples.arrival[ensemble.done]
     leads = ensemble.leading[ensemble.done][:, None] == np.arange(table.shape[1])
     chosen = leads if leading else ~leads
     times = [table[:, :, k][chosen] for k in range(table.shape[2])]
-    return [t[np.isfinite(t) & (t > -1)] for t in times]
+    early = -min(1e-6, ensemble.times.size)
+    return [ensemble.times.of(t[np.isfinite(t) & (t > early)]) for t in times]

@@ -44,11 +44,11 @@ def strength(mesh: Mesh, plate: Plate, title: str) -> Picture:
     whole, near, distribution = figure.subplots(1, 3, width_ratios=(1, 3, 2.2))
     for axes, z_range in ((whole, whole_length(plate)), (near, near_notches(plate))):
         draw_plate(axes, plate, z_range)
-        collection = PolyCollection([polygon / style.MILLIMETRE for polygon in polygons], array=factor[numbers],
+        collection = PolyCollection([plate.lengths.of(polygon) for polygon in polygons], array=factor[numbers],
                                     cmap="viridis", clim=(low, high), linewidths=0, rasterized=True)
         axes.add_collection(collection, autolim=False)
-        axes.set_xlabel("y [mm]")
-    whole.set_ylabel("z [mm]")
+        axes.set_xlabel(plate.lengths.label("y"))
+    whole.set_ylabel(plate.lengths.label("z"))
     whole.set_title("whole body")
     near.set_title(title)
     figure.colorbar(collection, ax=[whole, near], shrink=0.6, label="strength over the input's")

@@ -27,10 +27,11 @@ class View:
     """A crack surface that can be turned and played in time, drawn by surface.js; its picture stands where that cannot be."""
 
     picture: Picture
-    corner: bytes  # facets x 4 x 3 float32, in order of opening [mm]
-    time: bytes  # facets, float32 [us]
+    corner: bytes  # facets x 4 x 3 float32, in order of opening, in the body's unit of lengths
+    time: bytes  # facets, float32, in the unit of times
     colour: bytes  # facets x 3 uint8
-    line: bytes  # lines x 2 x 3 float32: edges of the body [mm]
+    line: bytes  # lines x 2 x 3 float32: edges of the body
+    time_unit: str
 
 
 @dataclass

@@ -13,6 +13,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
+from crackle.units import MM, Unit, fitting
 
 from .. import style
 from ..drawing import draw_plate, near_notches, whole_length
@@ -20,7 +21,7 @@ from ..mesh import Mesh
 from ..plate import MeshRegion, Plate
 from .picture import Picture
 
-HALF_THICKNESS_OF_SECTION = 0.5  # [mm]
+THICKNESS_OF_SECTION = 0.2  # of the body's
 N_BINS = 48  # across the map of directions
 QUALITY_LEVELS = np.linspace(0.2, 1.0, 9)
 # Without viridis's dark end, in which the edges vanish.
@@ -30,19 +31,19 @@ LARGEST_DENSITY = 5.0  # that is shown, and its reciprocal the smallest
 
 def base_points(mesh: Mesh) -> Picture:
     """The base mother points near mid-thickness: the whole plate, and round the notches."""
-    plate, points = mesh.plate, mesh.nodes / style.MILLIMETRE
-    middle = plate.size[0] / 2 / style.MILLIMETRE
-    points = points[np.abs(points[:, 0] - middle) <= HALF_THICKNESS_OF_SECTION]
+    plate, lengths = mesh.plate, mesh.plate.lengths
+    points, thickness = lengths.of(mesh.nodes), lengths.of(plate.size[0])
+    low, high = (0.5 * thickness * (1 + side * THICKNESS_OF_SECTION) for side in (-1, 1))
+    points = points[(points[:, 0] >= low) & (points[:, 0] <= high)]
     figure = Figure(figsize=(7.2, 4.9), layout="constrained")
     whole, near = figure.subplots(1, 2, width_ratios=(1, 3.6))
     for axes, z_range, size in ((whole, whole_length(plate), 0.15), (near, near_notches(plate), 2.2)):
         draw_plate(axes, plate, z_range)
         axes.scatter(points[:, 1], points[:, 2], s=size, color=style.NOTCH_COLOURS[0], linewidths=0)
-        axes.set_xlabel("y [mm]")
-    whole.set_ylabel("z [mm]")
+        axes.set_xlabel(plate.lengths.label("y"))
+    whole.set_ylabel(plate.lengths.label("z"))
     whole.set_title("whole plate")
-    near.set_title(f"round the notches: {middle - HALF_THICKNESS_OF_SECTION:g} mm ≤ x ≤ "
-                   f"{middle + HALF_THICKNESS_OF_SECTION:g} mm")
+    near.set_title(f"round the notches: {low:g} {lengths.name} ≤ x ≤ {high:g} {lengths.name}")
     return Picture("mother-points", "Base mother points of the plate: a section at mid-thickness", figure)
 
 
@@ -54,13 +55,13 @@ def cut(mesh: Mesh, sample: int) -> Picture:
     figure = Figure(figsize=(7.2, 4.5), layout="constrained")
     axes = figure.subplots()
     draw_plate(axes, plate, near_notches(plate))
-    collection = PolyCollection([polygon / style.MILLIMETRE for polygon in polygons],
+    collection = PolyCollection([plate.lengths.of(polygon) for polygon in polygons],
                                 array=mesh.quality[numbers], cmap="cividis",
                                 norm=BoundaryNorm(QUALITY_LEVELS, 256), edgecolors=style.OUTLINE, linewidths=0.25)
     axes.add_collection(collection, autolim=False)
-    axes.set_xlabel("y [mm]")
-    axes.set_ylabel("z [mm]")
-    axes.set_title(f"realization {sample}, cut at x = {middle / style.MILLIMETRE:g} mm")
+    axes.set_xlabel(plate.lengths.label("y"))
+    axes.set_ylabel(plate.lengths.label("z"))
+    axes.set_title(f"realization {sample}, cut at x = {plate.lengths.of(middle):g} {plate.lengths.name}")
     figure.colorbar(collection, ax=axes, shrink=0.6, label="mean-ratio quality of the tetrahedron")
     return Picture("realization-cut", "Tetrahedra of one realization, cut at mid-thickness round the notches",
                    figure)
@@ -70,9 +71,10 @@ def spacing(mesh: Mesh) -> Picture:
     """The tetrahedra cut at mid-thickness, coloured by the spacing asked for: the whole plate, and the ligament."""
     plate, regions = mesh.plate, mesh.regions
     polygons, numbers = mesh.cut(0, plate.size[0] / 2)
-    polygons = [polygon / style.MILLIMETRE for polygon in polygons]
-    wanted = mesh.spacing[mesh.tetrahedra[numbers]].mean(axis=1) / style.MILLIMETRE
-    least, greatest = mesh.spacing.min() / style.MILLIMETRE, mesh.spacing.max() / style.MILLIMETRE
+    polygons = [plate.lengths.of(polygon) for polygon in polygons]
+    spacings = fitting(mesh.spacing, MM, least=0.05, most=1e4)
+    wanted = spacings.of(mesh.spacing[mesh.tetrahedra[numbers]].mean(axis=1))
+    least, greatest = spacings.of(mesh.spacing.min()), spacings.of(mesh.spacing.max())
     norm = LogNorm(least, greatest if greatest > least else 1.1 * least)
     height = 9.0
     figure = Figure(figsize=(style.PAGE_WIDTH, height), layout="constrained")
@@ -84,17 +86,17 @@ def spacing(mesh: Mesh) -> Picture:
         collection = PolyCollection([polygons[i] for i in shown], array=wanted[shown], cmap=SPACING_COLOURS, norm=norm,
                                     edgecolors=style.OUTLINE, linewidths=width, rasterized=True)
         axes.add_collection(collection, autolim=False)
-        axes.set_xlabel("y [mm]")
+        axes.set_xlabel(plate.lengths.label("y"))
         for number, region in enumerate(regions):
-            (y, y_end), (z, z_end) = (np.array(extent) / style.MILLIMETRE for extent in region.box[1:])
+            (y, y_end), (z, z_end) = (plate.lengths.of(np.array(extent)) for extent in region.box[1:])
             axes.add_patch(Rectangle((y, z), y_end - y, z_end - z, fill=False, edgecolor=style.NOTCH_COLOURS[1],
                                      linewidth=1.2, zorder=3))
             if axes is near:
-                _label_region(axes, number, region, int(np.count_nonzero(mesh.region == number)), (y, y_end), (z, z_end))
-    whole.set_ylabel("z [mm]")
+                _label_region(axes, number, spacings, region, int(np.count_nonzero(mesh.region == number)), (y, y_end), (z, z_end))
+    whole.set_ylabel(plate.lengths.label("z"))
     whole.set_title("whole plate")
     near.set_title(f"ligament; {_grouped(len(mesh.nodes))} points, {_grouped(len(mesh.tetrahedra))} tetrahedra in all")
-    bar = figure.colorbar(collection, ax=[whole, near], shrink=0.5, label="spacing asked for [mm]")
+    bar = figure.colorbar(collection, ax=[whole, near], shrink=0.5, label=spacings.label("spacing asked for"))
     ticks = sorted({float(f"{value:.2g}") for value in np.geomspace(norm.vmin, norm.vmax, 5)})
     bar.set_ticks(ticks, labels=[f"{tick:g}" for tick in ticks], minor=False)
     bar.minorticks_off()
@@ -145,18 +147,18 @@ def _grouped(number: int) -> str:
 def _ligament(plate: Plate, regions: Sequence[MeshRegion]) -> tuple[float, float]:
     """The surroundings of the notches with the regions there, as far as a plate's width from the middle."""
     low, high = near_notches(plate)
-    middle, width = (low + high) / 2, plate.size[1] / style.MILLIMETRE
+    middle, width = (low + high) / 2, plate.lengths.of(plate.size[1])
     for region in regions:
-        start, end = (z / style.MILLIMETRE for z in region.box[2])
+        start, end = (plate.lengths.of(z) for z in region.box[2])
         if start < high and end > low:
-            low, high = min(low, start - 1), max(high, end + 1)
+            low, high = min(low, start - 0.04 * width), max(high, end + 0.04 * width)
     return max(low, middle - width), min(high, middle + width)
 
 
-def _label_region(axes: Axes, number: int, region: MeshRegion, n_points: int, y: tuple[float, float],
+def _label_region(axes: Axes, number: int, spacings: Unit, region: MeshRegion, n_points: int, y: tuple[float, float],
                   z: tuple[float, float]) -> None:
     """Names a region in its upper left corner, or where that comes into view."""
-    text = f"region {number}: {region.spacing / style.MILLIMETRE:.3g} mm, {_grouped(n_points)} points"
+    text = f"region {number}: {spacings.of(region.spacing):.3g} {spacings.name}, {_grouped(n_points)} points"
     low, high = axes.get_ylim()
     axes.text(y[0] + 0.01 * (axes.get_xlim()[1] - axes.get_xlim()[0]), np.clip(z[1], low, high) - 0.01 * (high - low), text,
               ha="left", va="top", fontsize=8, zorder=4, clip_on=True,

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any, Optional
 
 import numpy as np
+from crackle.files import DONE
 from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter, MaxNLocator
 
 from .. import style
 from ..options import Options
-from ..results import DONE, Ensemble
+from ..results import Ensemble
 from .picture import Picture, Section
 
 # What a reader asks for first; the positions at the sections follow.

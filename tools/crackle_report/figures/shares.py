@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from crackle.units import NEWTON, fitting
 
 from .. import style
 from ..options import Options
@@ -14,10 +15,14 @@ from .picture import Picture, Section
 
 
 def section(ensemble: Ensemble, _: Options) -> Section:
+    onset = "The onset is the load at the start of the last dynamic phase; a tick for each sample."
+    if not ensemble.n_notches:
+        pictures = [Picture("shares", "Histogram of the onset force", _draw_onset(ensemble))] if ensemble.done.size else []
+        return Section("Onset", onset, pictures=pictures)
     result = Section(
         "Patterns and onset",
         "Shares of the samples done, with Wilson's "
-        f"{100 * ensemble.confidence:g} % intervals. {_meaning(ensemble)} The onset is the load at the start of the last dynamic phase; a tick for each sample.")
+        f"{100 * ensemble.confidence:g} % intervals. {_meaning(ensemble)} {onset}")
     if ensemble.done.size:
         result.pictures.append(Picture("shares", "Shares of the patterns and histogram of the onset force",
                                        _draw(ensemble)))
@@ -39,6 +44,12 @@ def _draw(ensemble: Ensemble) -> Figure:
     left, right = figure.subplots(1, 2)
     _patterns(left, ensemble)
     _onset(right, ensemble)
+    return figure
+
+
+def _draw_onset(ensemble: Ensemble) -> Figure:
+    figure = Figure(figsize=(style.PAGE_WIDTH * 0.5, 2.9), layout="constrained")
+    _onset(figure.subplots(), ensemble)
     return figure
 
 
@@ -66,8 +77,12 @@ def _patterns(axes: Axes, ensemble: Ensemble) -> None:
 def _onset(axes: Axes, ensemble: Ensemble) -> None:
     name, force = ensemble.breaking_load()
     pattern = ensemble.samples.pattern[ensemble.done][np.isfinite(force)]
+    if not ensemble.n_notches:
+        pattern = np.full_like(pattern, 3)  # all alike
     force = force[np.isfinite(force)]
-    axes.set_xlabel(f"{name} [N]")
+    forces = fitting(force, NEWTON)
+    force = forces.of(force)
+    axes.set_xlabel(forces.label(name))
     axes.set_ylabel("samples")
     axes.yaxis.set_major_locator(MaxNLocator(5, integer=True))
     if force.size == 0:
@@ -76,11 +91,11 @@ def _onset(axes: Axes, ensemble: Ensemble) -> None:
     edges = _bins(force)
     kinds = [p for p in (1, 2, 3, 0) if (pattern == p).any()]
     axes.hist([force[pattern == p] for p in kinds], edges, stacked=True, edgecolor="white", linewidth=0.5,
-              color=[style.PATTERN_COLOURS[p] for p in kinds], label=[style.PATTERN_NAMES[p] for p in kinds])
+              color=[style.PATTERN_COLOURS[p] for p in kinds], label=[style.PATTERN_NAMES[p] if ensemble.n_notches else "samples" for p in kinds])
     axes.plot(force, np.full(force.size, -0.025), "|", color="black", markersize=4, markeredgewidth=0.5,
               transform=axes.get_xaxis_transform(), clip_on=False, zorder=5)
     axes.axvline(float(np.median(force)), color="black", linewidth=0.9, linestyle="--",
-                 label=f"median {np.median(force):.1f} N")
+                 label=f"median {np.median(force):.1f} {forces.name}")
     axes.tick_params(axis="x", pad=6)
     axes.legend(loc="lower right", ncol=len(kinds) + 1, bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import Figure
+from crackle.units import Unit
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from .. import style
@@ -25,23 +26,25 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
     for number in options.samples or samples_in_detail(ensemble):
         crack = ensemble.files.crack(number)
         if crack is not None and crack.time.size:
-            result.views.append(_view(ensemble.plate, number, crack))
+            result.views.append(_view(ensemble, number, crack))
     return result if result.views else None
 
 
-def _view(plate: Plate, number: int, crack: CrackSurface) -> View:
+def _view(ensemble: Ensemble, number: int, crack: CrackSurface) -> View:
+    lengths, times = ensemble.plate.lengths, ensemble.times
     order = np.argsort(crack.time, kind="stable")
-    corner, time = crack.corner[order] / style.MILLIMETRE, crack.time[order] / style.MICROSECOND
-    colours = time_colours(float(crack.time.max(initial=0.0)))
+    corner, time = lengths.of(crack.corner[order]), times.of(crack.time[order])
+    colours = time_colours(float(crack.time.max(initial=0.0)), times)
     rgb = np.where((time > 0)[:, None], style.TIME_COLOURS(np.asarray(colours(time)))[:, :3], to_rgb(style.BEFORE_ONSET))
-    lines = _edges(plate)
-    return View(Picture(f"surface-{number:04d}", f"Crack surface of sample {number} in space", _still(number, corner, rgb, lines, colours)),
+    lines = _edges(ensemble.plate)
+    return View(Picture(f"surface-{number:04d}", f"Crack surface of sample {number} in space", _still(number, corner, rgb, lines, colours, times)),
                 corner.astype("<f4").tobytes(), np.maximum(time, 0).astype("<f4").tobytes(),
-                np.round(255 * rgb).astype(np.uint8).tobytes(), lines.astype("<f4").tobytes())
+                np.round(255 * rgb).astype(np.uint8).tobytes(), lines.astype("<f4").tobytes(), times.name)
 
 
 def _edges(plate: Plate) -> np.ndarray:
-    """Of the body: its outlines at both ends of the thickness, and the lines between their corners; n x 2 x 3 [mm]."""
+    """Of the body: its outlines at both ends of the thickness, and the lines between their corners; n x 2 x 3, in
+    its unit of lengths."""
     lines = []
     for polygon in plate.polygons:
         after = np.roll(polygon, -1, axis=0)
@@ -52,16 +55,17 @@ def _edges(plate: Plate) -> np.ndarray:
         turn = np.abs(np.cross(polygon - before, after - polygon)) / (
             np.linalg.norm(polygon - before, axis=1) * np.linalg.norm(after - polygon, axis=1))
         lines += [((0.0, *p), (plate.size[0], *p)) for p, sharp in zip(polygon, turn > 0.5) if sharp]
-    return np.array(lines) / style.MILLIMETRE
+    return plate.lengths.of(np.array(lines))
 
 
-def _still(number: int, corner: np.ndarray, rgb: np.ndarray, lines: np.ndarray, colours: Normalize) -> Figure:
+def _still(number: int, corner: np.ndarray, rgb: np.ndarray, lines: np.ndarray, colours: Normalize,
+           times: Unit) -> Figure:
     figure = Figure(figsize=(style.PAGE_WIDTH * 0.72, 4.4))
     axes = figure.add_axes((0.0, 0.0, 1.0, 0.92), projection="3d")
     # y to the right, x towards who looks, z up.
     turned = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
     axes.add_collection3d(Poly3DCollection(corner @ turned, facecolors=rgb, linewidths=0))
-    low, high = _window(corner)
+    low, high = _window(corner, np.ptp(lines[..., 1]))
     shown = ((lines[..., 2] > low) & (lines[..., 2] < high)).any(axis=1)
     axes.add_collection3d(Line3DCollection(np.clip(lines[shown], [-np.inf, -np.inf, low], [np.inf, np.inf, high]) @ turned,
                                            colors=style.OUTLINE, linewidths=0.5))
@@ -71,13 +75,13 @@ def _still(number: int, corner: np.ndarray, rgb: np.ndarray, lines: np.ndarray, 
     axes.set_box_aspect(size, zoom=1.1)
     axes.view_init(elev=22, azim=-62)
     axes.set_axis_off()
-    time_bar(figure, colours, 0.3, 2.0)
+    time_bar(figure, colours, 0.3, 2.0, times)
     figure.text(0.4, 0.95, f"sample {number}", fontweight="bold", fontsize=9)
     return figure
 
 
-def _window(corner: np.ndarray) -> tuple[float, float]:
-    """The range of z round the crack [mm]."""
+def _window(corner: np.ndarray, width: float) -> tuple[float, float]:
+    """The range of z round the crack in a body of this width."""
     low, high = np.percentile(corner[..., 2], (1, 99))
-    margin = 0.3 * (high - low) + 2
+    margin = 0.3 * (high - low) + 0.08 * width
     return float(low - margin), float(high + margin)
