@@ -129,6 +129,7 @@ void append_positions(std::string& text, const Statistics& statistics, std::span
   auto out = std::back_inserter(text);
   if (statistics.n_notches > 0) fmt::format_to(out, "\nleading notch: {}\n", leaders(statistics, samples));
   if (std::ranges::all_of(statistics.reached, [](auto n) { return n == 0; })) {
+    fmt::format_to(out, "\n{}\n", interval_scope(statistics.base));
     append_unreached(text, statistics, sections);
     return;
   }
@@ -222,8 +223,8 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
     fmt::format_to(std::back_inserter(text), "stopped early: these are enough, of {}\n",
                    statistics.n_samples);
   }
-  // Deviations are to show something too.
-  const ShownUnit unit = shown_unit({"mm", 1e3}, "m", largest_size(statistics.z_mean) / 10);
+  constexpr double least = 0.1;  // of positions, so that deviations show something too [mm]
+  const ShownUnit unit = shown_unit({"mm", 1e3}, "m", largest_size(statistics.z_mean), least);
   append_positions(text, statistics, samples, SectionColumns(sections.all(), unit));
   if (statistics.n_notches > 0) append_patterns(text, statistics);
   const auto results = result_statistics(samples, statistics.confidence, origin);

@@ -13,8 +13,8 @@ namespace crackle {
 
 namespace {
 
-/// Magnitudes that columns of a usual unit show well.
-constexpr double least_shown = 0.01, greatest_shown = 1e6;
+/// From here on columns get another unit.
+constexpr double greatest_shown = 1e6;
 /// Magnitudes that need no prefix in a sentence.
 constexpr double least_plain = 0.1, greatest_plain = 1e4;
 
@@ -38,11 +38,12 @@ int power_of_symbol(const std::string& si) {
 /// The unit with the prefix that brings the magnitude to 1 or more, and not much more.
 ShownUnit prefixed(const std::string& si, double magnitude) {
   const int power = power_of_symbol(si);
+  const double least = power > 1 ? 0.01 : 1;  // prefixes of areas are a million apart
   ShownUnit best;
   for (const auto& [prefix, size] : prefixes) {
     const double factor = std::pow(size, -power);
-    // The first that fits all, then larger ones for as long as they show 1 or more.
-    if (best.name.empty() || magnitude * factor >= 1) best = {std::string(prefix) + si, factor};
+    // The first that fits all, then larger ones for as long as they show enough.
+    if (best.name.empty() || magnitude * factor >= least) best = {std::string(prefix) + si, factor};
   }
   return best;
 }
@@ -53,9 +54,9 @@ bool has_size(double magnitude) {
 
 }  // namespace
 
-ShownUnit shown_unit(const ShownUnit& usual, const std::string& si, double largest) {
+ShownUnit shown_unit(const ShownUnit& usual, const std::string& si, double largest, double least) {
   const double shown = largest * usual.factor;
-  if (si.empty() || si == "1" || !has_size(largest) || (shown >= least_shown && shown < greatest_shown))
+  if (si.empty() || si == "1" || !has_size(largest) || (shown >= least && shown < greatest_shown))
     return usual;
   return prefixed(si, largest);
 }

@@ -38,6 +38,7 @@ TEST(ShownUnit, HasTheFactorOfItsName) {
   const ShownUnit area = shown_unit({"mm^2", 1e6}, "m^2", 3e-11);
   EXPECT_EQ(area.name, "um^2");
   EXPECT_DOUBLE_EQ(area.factor, 1e12);
+  EXPECT_EQ(shown_unit({"mm^2", 1e6}, "m^2", 1.6e-13).name, "um^2");
   const ShownUnit energy = shown_unit({"J/m^2", 1}, "J/m^2", 0.0029);
   EXPECT_EQ(energy.name, "mJ/m^2");
   EXPECT_DOUBLE_EQ(energy.factor, 1e3);
