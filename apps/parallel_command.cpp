@@ -86,8 +86,8 @@ std::optional<double> as_slurm_writes(std::string_view text) {
   return *days * day + numbers[0] * hour + numbers[1] * minute + numbers[2];
 }
 
-/// A number of tasks that SLURM's variable tells; 0 without it.
-int n_tasks(const char* variable) {
+/// A number that SLURM's variable tells; 0 without it.
+int told_by_slurm(const char* variable) {
   const char* value = std::getenv(variable);
   return whole_number<int>(value != nullptr ? value : "").value_or(0);
 }
@@ -103,12 +103,14 @@ std::optional<double> duration(std::string_view text) {
 void check_tasks(const parallel::Communicator& world, bool is_whole) {
   if (world.size() > 1 || std::getenv("SLURM_PROCID") == nullptr) return;
   const char* const advice = "start the ranks with mpirun, or with srun --mpi=pmix where SLURM has it";
-  if (const int n = n_tasks("SLURM_STEP_NUM_TASKS"); n > 1) {
+  if (const int n = told_by_slurm("SLURM_STEP_NUM_TASKS"); n > 1) {
     const std::string found =
         fmt::format("srun has started {} tasks, and MPI sees 1: each would be a run of its own", n);
-    if (is_whole) fail("{}; {}", found, advice);
+    // Not so in the shell that srun --pty gives, whose other tasks have ended.
+    const bool is_task = told_by_slurm("SLURM_TASK_PID") == ::getpid();
+    if (is_whole && is_task) fail("{}; {}", found, advice);
     fmt::print(stderr, "crackle: {}; if they are to be ranks of one run, {}\n", found, advice);
-  } else if (const int n_in_job = n_tasks("SLURM_NTASKS"); n_in_job > 1) {
+  } else if (const int n_in_job = told_by_slurm("SLURM_NTASKS"); n_in_job > 1) {
     fmt::print(stderr, "crackle: the SLURM job has {} tasks, and this run uses 1; {}\n", n_in_job, advice);
   }
 }

@@ -33,8 +33,8 @@ void add_parking_options(CLI::App& command, ParkingOptions& options);
 /// Looks whether SLURM has started this program several times, each by itself, where it was to start the
 /// ranks of one run: srun without what MPI needs of it.
 /// @param is_whole the command computes all samples, which only one of these programs can do
-/// @throws std::runtime_error then; where each may have its own samples, or the job's script has started the
-/// program as one rank of several tasks, one line on standard error says so
+/// @throws std::runtime_error then; where each may have its own samples, or a script or shell has started the
+/// program, one line on standard error says so
 void check_tasks(const parallel::Communicator& world, bool is_whole);
 
 /// What signals do; for the end of a command's help.

@@ -76,7 +76,6 @@ void print(const StatsOptions& options, const std::vector<analysis::SampleSummar
 bool is_read_only(const parallel::Communicator& world, const fs::path& folder) {
   bool answer = false;
   parallel::agree_on_root(world, [&] {
-    ensemble::check_results(folder);
     const bool has_results = is_taken(ensemble::results_file(folder));
     const bool has_only_results = has_results && !is_taken(folder / "samples");
     const bool has_only_samples = !has_results && !is_taken(folder / "input.toml");

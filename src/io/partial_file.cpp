@@ -62,11 +62,11 @@ void PartialFile::write(std::span<const std::byte> bytes) {
   // Giving the file its name would replace whatever is there.
   if (const std::string kind = other_kind(file_); !kind.empty())
     throw std::runtime_error("cannot write '" + file_.string() + "': it is " + kind);
-  if (file_.has_parent_path()) {
-    std::error_code error;
-    std::filesystem::create_directories(file_.parent_path(), error);
-    if (error) throw_failure(file_, error.value());
-  }
+  const std::filesystem::path folder = file_.parent_path();
+  std::error_code error;
+  if (!folder.empty() && !std::filesystem::is_directory(folder, error))
+    std::filesystem::create_directory(folder, error);  // which clears the error
+  if (error) throw_failure(file_, error == std::errc::file_exists ? ENOTDIR : error.value());
   Descriptor descriptor(partial_, O_WRONLY | O_CREAT | O_TRUNC);
   if (descriptor.get() < 0) throw_failure(file_, errno);
   while (!bytes.empty()) {
@@ -103,6 +103,12 @@ std::string tag_of_this_process() {
   return fmt::format(".{}-{}-{}", host.data(), digits, ::getpid());
 }
 
+void make_folders_of(const std::filesystem::path& file) {
+  std::error_code error;
+  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
+  if (error) throw_failure(file, error.value());
+}
+
 void write_whole_file(const std::filesystem::path& file, std::span<const std::byte> bytes) {
   PartialFile partial(file);
   partial.write(bytes);
@@ -110,6 +116,7 @@ void write_whole_file(const std::filesystem::path& file, std::span<const std::by
 }
 
 void write_text_file(const std::filesystem::path& file, const std::string& text) {
+  make_folders_of(file);
   // Runs of other ranges of samples may write the same file.
   PartialFile partial(file, tag_of_this_process());
   partial.write(std::as_bytes(std::span(text)));

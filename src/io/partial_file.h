@@ -22,7 +22,8 @@ public:
   /// The name that the file has until it is whole.
   const std::filesystem::path& partial_name() const { return partial_; }
 
-  /// Makes the folder if needed and writes the partial file anew.
+  /// Writes the partial file anew. Makes its folder if needed, but not those above: that of an ensemble may
+  /// have been moved away.
   /// @throws std::runtime_error naming the file and the reason; also when its name is that of a folder, a
   /// device or the like
   void write(std::span<const std::byte> bytes);
@@ -35,6 +36,9 @@ private:
   std::filesystem::path partial_;
   bool committed_ = false;
 };
+
+/// Makes the folders that a file is to be in. @throws std::runtime_error naming the file and the reason
+void make_folders_of(const std::filesystem::path& file);
 
 /// A tag that no other process has, on whatever host and in whatever container.
 std::string tag_of_this_process();

@@ -191,7 +191,8 @@ void check_model(const std::filesystem::path& folder) {
   for (const auto& entry : std::filesystem::directory_iterator(folder / "samples", ignored)) {
     if (entry.path().extension() != ".h5") continue;
     try {
-      return read_file(entry.path(), 0, [](hid_t root, std::int64_t) { require_model(root); });
+      return read_file(entry.path(), sample_schema_version,
+                       [](hid_t root, std::int64_t) { require_model(root); });
     } catch (const OlderFormat&) {
       throw;
     } catch (const std::exception&) {

@@ -78,6 +78,7 @@ void write_grid(const std::filesystem::path& path, const std::vector<geometry::P
     write_fields(group, "CellData", fields.of_cells);
   }
   if (add) add(file);
+  make_folders_of(path);
   write_whole_file(path, file.finish());
 }
 

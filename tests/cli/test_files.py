@@ -278,12 +278,16 @@ class Files(SurvivalCase):
 
     def test_ranks_that_do_not_find_each_other(self):
         step = {"SLURM_JOB_ID": "7", "SLURM_PROCID": "1", "SLURM_STEP_NUM_TASKS": "3", "SLURM_NTASKS": "3"}
-        result = self.at_once("run", self.small, "-o", self.out, extra_environment=step)
+        task = ["sh", "-c", 'SLURM_TASK_PID=$$ exec "$0" "$@"']
+        result = self.at_once("run", self.small, "-o", self.out, extra_environment=step, launcher=task)
         self.assert_refused(result, "srun has started 3 tasks, and MPI sees 1", "srun --mpi=pmix")
         self.assertFalse(self.out.exists())
-        result = self.at_once("run", self.small, "-o", self.out, "--part", "1/3", extra_environment=step)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("srun has started 3 tasks, and MPI sees 1", result.stderr)
+        of_shell = {**step, "SLURM_TASK_PID": str(os.getpid())}
+        for arguments, options in ((["--part", "1/3"], {"extra_environment": step, "launcher": task}),
+                                   (["--resume"], {"extra_environment": of_shell})):
+            result = self.at_once("run", self.small, "-o", self.out, *arguments, **options)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertIn("srun has started 3 tasks, and MPI sees 1", result.stderr)
         script = {**step, "SLURM_PROCID": "0"}
         del script["SLURM_STEP_NUM_TASKS"]
         result = self.at_once("run", self.small, "-o", self.out, "--resume", extra_environment=script)

@@ -7,13 +7,16 @@
 #include "support/temporary_folder.h"
 
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <string>
 
 namespace crackle::ensemble {
 namespace {
@@ -142,6 +145,69 @@ TEST(FolderLock, ALockThatWasTakenOverIsNotRemovedByItsFormerOwner) {
     std::ofstream(file) << on_host(dead(), "elsewhere").text();
   }
   EXPECT_TRUE(std::filesystem::exists(file));
+}
+
+/// What is said when a file is to be written into the folder of a lock; empty when it may be.
+std::string loss(const LockMark& mark) {
+  try {
+    mark.require();
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(FolderLock, IsLostWithItsFolder) {
+  const test::TemporaryFolder parent;
+  const auto folder = parent.path() / "out", moved = parent.path() / "moved";
+  {
+    const FolderLock lock(folder, {0, 2});
+    EXPECT_EQ(loss(lock.mark()), "");
+    std::filesystem::rename(folder, moved);
+    EXPECT_THAT(loss(lock.mark()), HasSubstr("lock-0-2 is gone: its folder was moved or removed"));
+    std::filesystem::create_directory(folder);
+    EXPECT_THAT(loss(lock.mark()), HasSubstr("is gone"));
+    std::ofstream(folder / "lock-0-2") << on_host(dead(), "elsewhere").text();
+    EXPECT_THAT(loss(lock.mark()), HasSubstr("is another run's"));
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(moved)) << "the lock goes wherever its folder is";
+  EXPECT_TRUE(std::filesystem::exists(folder / "lock-0-2"));
+}
+
+TEST(FolderLock, MakesItsFolderAndLeavesNoEmptyOne) {
+  const test::TemporaryFolder parent;
+  const auto folder = parent.path() / "out";
+  { const FolderLock lock(folder, {0, 2}); }
+  EXPECT_FALSE(std::filesystem::exists(folder));
+  {
+    const FolderLock lock(folder, {0, 2});
+    std::ofstream(folder / "input.toml") << "samples = 3\n";
+  }
+  EXPECT_TRUE(std::filesystem::exists(folder / "input.toml"));
+}
+
+TEST(FolderLock, IsARegularFile) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "lock-0-2";
+  const auto refusal = [&](SampleRange range) -> std::string {
+    try {
+      const FolderLock lock(folder.path(), range);
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return {};
+  };
+  for (const SampleRange range : {SampleRange{0, 2}, SampleRange{1, 1}}) {
+    std::filesystem::create_directory(file);
+    EXPECT_THAT(refusal(range), HasSubstr("lock-0-2 is a folder, not a lock; remove it"));
+    std::filesystem::remove(file);
+    ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+    EXPECT_THAT(refusal(range), HasSubstr("is a named pipe"));
+    std::filesystem::remove(file);
+    std::filesystem::create_symlink("/dev/null", file);
+    EXPECT_THAT(refusal(range), HasSubstr("is a symbolic link"));
+    std::filesystem::remove(file);
+  }
 }
 
 TEST(FolderLock, RangesAreDigitsOnly) {

@@ -101,6 +101,8 @@ protected:
 
 TEST_F(SampleFile, ReadsTheRowThatWasWritten) {
   const fs::path file = sample_path(folder.path() / "out", 3);
+  EXPECT_THROW(write(file), std::runtime_error) << "the ensemble's folder is not made";
+  fs::create_directory(folder.path() / "out");
   EXPECT_EQ(file, folder.path() / "out/samples/0003.h5");
   write(file);
   const SampleSummary row = read_summary(file, parameters, 3);
@@ -373,6 +375,11 @@ TEST(Schema, IsRaisedWithTheColumns) {
   EXPECT_EQ(names[5], "first_break_x first_break_y first_break_z ");
   EXPECT_EQ(names.rbegin()->first, sample_schema_version);
   EXPECT_EQ(sample_schema_version, ensemble_schema_version);
+}
+
+TEST(CheckModel, LooksAtTheFilesOfAFolder) {
+  EXPECT_NO_THROW(check_model("absent"));
+  EXPECT_THROW(check_model(fs::path(CRACKLE_SOURCE_DIR) / "tests/support/schema-2"), OlderFormat);
 }
 
 TEST(OlderFormat, IsReadButNotGoneOnFrom) {

@@ -142,8 +142,8 @@ StoredSample read_stored_sample(const std::filesystem::path& folder, const input
 /// collective.
 std::int64_t format_version(const std::filesystem::path& folder);
 
-/// Refuses a folder with samples of another model. One file stands for all, as no run mixes them. Not
-/// collective.
+/// Refuses a folder with samples of an older format or another model. One file stands for all, as no run
+/// mixes them. Not collective.
 /// @throws OlderFormat naming the file
 void check_model(const std::filesystem::path& folder);
 
