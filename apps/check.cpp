@@ -626,6 +626,7 @@ void print_cases(const std::vector<input::Case>& cases) {
   if (cases.empty()) return;
   fmt::print("{} cases:\n", cases.size());
   for (std::size_t i = 0; i < cases.size(); ++i) fmt::print("{:>4}  {}\n", i, to_string(cases[i].settings));
+  for (const std::string& warning : input::sweep_warnings(cases)) fmt::print("\nWarning: {}\n", warning);
   fmt::print("\n");
 }
 

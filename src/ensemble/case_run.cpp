@@ -83,6 +83,18 @@ void log_warnings(RunLog& log, std::size_t n_warnings) {
                        n_warnings == 1 ? "1 sample" : fmt::format("{} samples", n_warnings)));
 }
 
+/// Where no sample has broken, that is hardly what was meant.
+void log_unbroken(RunLog& log, std::span<const SampleSummary> rows) {
+  std::size_t n_done = 0, n_unbroken = 0;
+  for (const SampleSummary& row : rows) {
+    if (row.status != SampleStatus::done) continue;
+    ++n_done;
+    n_unbroken += row.outcome == static_cast<std::int32_t>(dynamics::Outcome::unbroken) ? 1 : 0;
+  }
+  if (n_done > 0 && n_unbroken == n_done)
+    log.line("warning: the loads have broken no sample; crackle check says how far they go");
+}
+
 void log_next(RunLog& log, const NextCommands& next, const RunOutcome& outcome, bool has_results) {
   const auto name = [&](const char* what, const std::string& command) {
     if (!command.empty()) log.line(fmt::format("{}: {}", what, command));
@@ -102,6 +114,7 @@ void log_end(RunLog& log, const Results& results, const Progress& progress, cons
   const auto needed = std::span(results.rows).first(n_needed);
   log_pending(log, needed);
   log_warnings(log, analysis::sample_warnings(needed).size());
+  log_unbroken(log, needed);
   if (n_needed < results.rows.size()) {
     log.line(
         fmt::format("stopped early: samples 0 to {} of {} are enough", n_needed - 1, results.rows.size()));

@@ -114,6 +114,9 @@ fix = ["y"]
     def test_loads_that_break_nothing_are_told(self):
         said = self.call(PULLED.replace("rate =", "# rate =").replace('"0 N"]', '"10 N"]'), "check").stdout
         self.assertRegex(said, r"Warning: the loads break nothing: they go up to 10 N, 0\.0\d+ of the [12]\d\d(\.\d)? N at which the first break would come")
+        ran = self.call(PULLED.replace("rate =", "# rate =").replace('"0 N"]', '"10 N"]'), "run", "-o", "held")
+        self.assertIn("warning: the loads have broken no sample", ran.stdout)
+        self.assertNotIn("broken no sample", self.call(PULLED, "run", "-o", "broken").stdout)
         slow = PULLED.replace("[time]", '[time]\nstart = "rest"')
         told = self.assert_same_refusal(slow, "time steps: strains of")
         self.assertRegex(told, r"in equilibrium they need [12]\d\d(\.\d)? s to reach the first break, at about [12]\d\d(\.\d)? N, "
