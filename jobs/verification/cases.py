@@ -10,7 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from crackle_runs import JOBS, ROOT, Sample, front_speed, markdown, median_range, read, run, with_keys
+from crackle_runs import JOBS, ROOT, Sample, front_speed, median_range, read, run, with_keys
 from figures import MICROSECOND, MILLIMETRE, Figure, mean, output_of
 
 
@@ -20,7 +20,6 @@ class GlassPlate:
 
     start: float | None  # the crack has grown by 1 mm
     branching: float | None
-    place: float | None  # y of the branching [mm]
     arrival: float | None  # 1 mm before the far edge
     speed: float  # largest, over Rayleigh's
     energy: float  # released energy per traced area [J/m^2]
@@ -37,8 +36,7 @@ def _glass_plates(text: str, folder: Path, program: Path) -> list[GlassPlate]:
             return None if time is None else time / MICROSECOND
 
         branching = _branching(y, z, sample.facet_time)
-        plates.append(GlassPlate(passing(51), branching[0] / MICROSECOND if branching else None,
-                                 branching[1] / MILLIMETRE if branching else None, passing(99),
+        plates.append(GlassPlate(passing(51), branching / MICROSECOND if branching else None, passing(99),
                                  float(sample.summary["crack_speed_ratio"]),
                                  float(sample.summary["effective_toughness"]), sample))
     return plates
@@ -59,43 +57,10 @@ def glass_plate(folder: Path, program: Path) -> list[Figure]:
     ]
 
 
-COARSE = {"mesh.spacing": '"0.5 mm"', "specimen.size": '["1 mm", "100 mm", "40 mm"]', "ensemble.samples": "6"}
-# The first boundary of the input comes after two more.
-PLANE_STRAIN = {"boundary.on": '"x-min"\nfix = ["x"]\n[[boundary]]\non = "x-max"\nfix = ["x"]\n[[boundary]]\non = "z-min"'}
-GLASS_PLATE_VARIANTS = (
-    ("the input", {}),
-    ("0.5 mm, two cells through the thickness", COARSE),
-    ("0.5 mm, four cells", COARSE | {"specimen.size": '["2 mm", "100 mm", "40 mm"]'}),
-    ("0.5 mm, `facet`", COARSE | {"fracture.release": '"facet"'}),
-    ("0.5 mm, K_f = 1e-6 MPa² s", COARSE | {"fracture.impulse": '"1e-6 MPa^2 s"'}),
-    ("0.5 mm, K_f = 1e-5 MPa² s", COARSE | {"fracture.impulse": '"1e-5 MPa^2 s"'}),
-    ("0.5 mm, β = 1, K_f = 1e-9 MPa s", COARSE | {"fracture.exponent": "1", "fracture.impulse": '"1e-9 MPa s"'}),
-    ("0.5 mm, plane strain", COARSE | PLANE_STRAIN),
-    ("0.5 mm, toughness 4.1 J/m²", COARSE | {"fracture.toughness": '"4.1 J/m^2"',
-                                                                "ensemble.samples": "3"}),
-    ("0.5 mm, disturbance 0.35", COARSE | {"mesh.perturbation": "0.35", "mesh.min_quality": "0.1"}),
-)
+def _branching(y: np.ndarray, z: np.ndarray, time: np.ndarray) -> float | None:
+    """When the crack parts for good: from there on facets are over 2 mm apart across the plate.
 
-
-def glass_plate_variants(folder: Path, program: Path) -> str:
-    """A table of what changes the branching."""
-    text = (JOBS / "glass-plate.toml").read_text()
-    lines = []
-    for number, (title, keys) in enumerate(GLASS_PLATE_VARIANTS):
-        name = f"glass-plate-{number}" if keys else "glass-plate"
-        plates = _glass_plates(with_keys(text, keys), folder / name, program)
-        columns = [[p.start for p in plates], [p.branching for p in plates], [p.place for p in plates],
-                   [p.arrival for p in plates]]
-        lines.append([title, str(len(plates)), *(median_range(values, ".0f") for values in columns),
-                      median_range([p.speed for p in plates], ".2f"), median_range([p.energy for p in plates], ".2f")])
-    return markdown(["glass plate with", "samples", "grown by 1 mm [µs]", "branching for good [µs]", "at y [mm]",
-                     "arrival [µs]", "speed / c_R", "energy [J/m²]"], lines)
-
-
-def _branching(y: np.ndarray, z: np.ndarray, time: np.ndarray) -> tuple[float, float] | None:
-    """When and where the crack parts for good: from there on facets are over 2 mm apart across the plate.
-
-    The time is that at which the second of the two branches opens its first millimetre.
+    That is when the second of the two branches opens its first millimetre.
     """
     width = 1 * MILLIMETRE
     edges = np.arange(50 * MILLIMETRE, 100 * MILLIMETRE, width)
@@ -110,7 +75,7 @@ def _branching(y: np.ndarray, z: np.ndarray, time: np.ndarray) -> tuple[float, f
             inside = (y >= edges[i]) & (y < edges[i] + width)
             middle = (z[inside].min() + z[inside].max()) / 2
             lower, upper = inside & (z < middle), inside & (z >= middle)
-            return max(time[lower].min(), time[upper].min()), float(edges[i])
+            return float(max(time[lower].min(), time[upper].min()))
     return None
 
 
