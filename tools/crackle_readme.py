@@ -17,8 +17,6 @@ BLOCKS = {
     "benchmark": "tests/benchmark/README.md",  # tools/benchmark
     **{name: "jobs/verification/README.md" for name in ("verification", "plates")},  # jobs/verification/verify --readme
     "toughness": "src/fracture/README.md",  # jobs/verification/verify toughness --readme
-    "golden demo": "jobs/verification/README.md",  # tools/golden-runs --update
-    "golden paper": "jobs/verification/README.md",
     # jobs/gallery/gallery --keep
     **{name: "jobs/gallery/README.md" for name in ("paper-plate", "pmma-strip", "glass-plate", "compact-tension", "bend-bar", "knife-edge-disk",
                                                    "brazilian-disk", "uncertain-strip")},

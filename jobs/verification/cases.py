@@ -89,8 +89,7 @@ class StripCrack:
 
     ran: bool  # through more than half of the strip
     forks: int  # in the projection
-    place: float  # y of the first fork, from the tip of the slit [mm]; NaN where there is none
-    angle: float  # between its arms [degrees]
+    angle: float  # between the arms of the first fork [degrees]; NaN where there is none
     speed_there: float  # over Rayleigh's, on the way to it
     largest_speed: float  # the same, of all the way
 
@@ -99,13 +98,12 @@ def _strip_crack(sample: Sample, tip: float, width: float) -> StripCrack:
     y = sample.facet_corners[:, :, 1].mean(axis=1)
     ran = y.size > 0 and float(y.max()) > (tip + width) / 2
     seen = sample.projected_forks
-    place = angle = speed = math.nan
+    angle = speed = math.nan
     if seen.size:
         first = seen[np.argmin(sample.forks["position"][seen, 0])]
-        at = float(sample.forks["position"][first, 0])
-        place, angle = (at - tip) / MILLIMETRE, math.degrees(sample.forks["angle"][first])
-        speed = front_speed(y, sample.facet_time, at) * sample.summary["crack_speed_ratio"] / sample.summary["crack_speed_max"]
-    return StripCrack(ran, seen.size, place, angle, speed, float(sample.summary["crack_speed_ratio"]))
+        angle = math.degrees(sample.forks["angle"][first])
+        speed = front_speed(y, sample.facet_time, float(sample.forks["position"][first, 0])) * sample.summary["crack_speed_ratio"] / sample.summary["crack_speed_max"]
+    return StripCrack(ran, seen.size, angle, speed, float(sample.summary["crack_speed_ratio"]))
 
 
 def threshold(load: np.ndarray, forked: np.ndarray) -> str:
@@ -152,10 +150,7 @@ def pmma_strip(folder: Path, program: Path) -> list[Figure]:
                    "none up to 0.038 mm, all from 0.040 mm on"),
             Figure(case, "edge displacement at which half of them fork (95 % interval)", threshold(np.array([travel for travel, _ in ran]), forked),
                    "0.038 to 0.040 mm"),
-            *(Figure(case, f"first fork from the slit's tip, at {travel:.3f} mm",
-                     median_range([c.place if c.forks else None for c in some if c.ran], ".1f", " mm"), "decreases with it")
-              for travel, some in cracks.items() if any(c.forks for c in some)),
-            Figure(case, "speed / c_R on the 2 mm before it", median_range([c.speed_there for c in first], ".2f"),
+            Figure(case, "speed / c_R on the 2 mm before the first fork", median_range([c.speed_there for c in first], ".2f"),
                    "0.55, Katzav et al. 2007"),
             Figure(case, "angle between its arms", median_range([c.angle for c in first], ".0f", "°"), "some 30°"),
             Figure(case, "largest speed / c_R, with forks", median_range([c.largest_speed for c in first], ".2f"), "0.6 to 0.7"),
