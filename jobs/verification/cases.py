@@ -10,7 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from crackle_runs import JOBS, ROOT, Sample, front_speed, median_range, read, run, with_keys
+from crackle_runs import JOBS, ROOT, Sample, front_speed, median_range, run, with_keys
 from figures import MICROSECOND, MILLIMETRE, Figure, mean, output_of
 
 
@@ -312,40 +312,3 @@ def test_programs(build: Path) -> list[Figure]:
                           "largest difference of the corner's displacement",
                           f"{100 * float(match.group(1)):.2f} %" if match else "not found", "at most 1 %"))
     return figures
-
-
-def draw_pictures(folder: Path, images: Path) -> None:
-    """The cracks of the glass plate and of the PMMA strip, of those that are computed."""
-    plates = sorted((folder / "glass-plate" / "out" / "samples").glob("*.h5"))[:6]
-    strips = [file for travel in TRAVELS[1:]
-              for file in sorted((_strip_folder(folder, STRIP_SPACINGS[0], travel) / "out" / "samples").glob("*.h5"))[:2]]
-    for samples, name, last in ((plates, "glass-plate", 80), (strips, "pmma-strip", 50)):
-        if samples:
-            draw_cracks(samples, images / f"verification-{name}.png", last)
-
-
-def draw_cracks(samples: list[Path], picture: Path, last: float) -> None:
-    """The cracks of plates in their plane, coloured by the time at which they opened, up to `last` [µs]."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, grid = pyplot.subplots((len(samples) + 1) // 2, 2, figsize=(9, 2 * ((len(samples) + 1) // 2)), dpi=90,
-                                   sharex=True, sharey=True, squeeze=False, layout="constrained")
-    for axes, file in zip(grid.flat, samples):
-        found = read(file)
-        size = found.parameters["specimen"]["size"]
-        centre = found.facet_corners.mean(axis=1) / MILLIMETRE
-        points = axes.scatter(centre[:, 1], centre[:, 2], c=found.facet_time / MICROSECOND, s=0.6, cmap="viridis",
-                              vmin=0, vmax=last)
-        axes.set(xlim=(0, float(size[1].split()[0])), ylim=(0, float(size[2].split()[0])), aspect="equal")
-        notch = found.parameters["specimen"]["notch"][0]
-        axes.plot([0, float(notch["depth"].split()[0])], [float(notch["at"].split()[0])] * 2, color="black", linewidth=1)
-    for axes in grid[-1]:
-        axes.set_xlabel("y [mm]")
-    for axes in grid[:, 0]:
-        axes.set_ylabel("z [mm]")
-    figure.colorbar(points, ax=grid, label="opened after [µs]", shrink=0.7)
-    figure.savefig(picture, metadata={"Software": None})
-    pyplot.close(figure)

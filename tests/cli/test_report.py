@@ -358,7 +358,7 @@ class Pictures(Ensembles):
             section = crack_paths.every(ensemble, Options())
         self.assertEqual(section.title, "Crack paths of 4 samples")
         self.assertIn("of samples 0, 2, 3, 4 on", section.pictures[0].description)
-        self.assertIn("each that is done of all 12", section.text)
+        self.assertIn("The first that are computed, of 12", section.text)
 
     def test_typical_samples_stand_for_all(self):
         write_ensemble(self.folder, 30, failed=(4,))
