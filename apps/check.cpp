@@ -400,8 +400,9 @@ std::string phases_text(int n) {
 /// nothing.
 std::string loading_text(const dynamics::LoadOutlook& outlook) {
   if (!outlook.breaks || !std::isfinite(outlook.time)) return {};
-  return fmt::format("in equilibrium up to the first break, at {} after {}: the rate has no effect before",
-                     quantity_text(outlook.load, "N"), time_text(outlook.time));
+  return fmt::format(
+      "in equilibrium up to the first break ({}, after {}); until then the loading rate has no effect",
+      quantity_text(outlook.load, "N"), time_text(outlook.time));
 }
 
 /// From here on nobody means it [h].
@@ -409,14 +410,12 @@ constexpr double unaffordable_hours = 10'000;
 
 std::string unaffordable_text(const Subject& subject, double hours) {
   if (hours < unaffordable_hours) return {};
+  const geometry::SpacingField spacing(subject.body, subject.parameters.mesh);
   return fmt::format(
-      "{:.3g} core-hours, with {:.3g} time steps of {:.3g} tetrahedra for a dynamic phase: is "
-      "time.duration = {} meant, and a spacing down to {}?",
+      "{:.3g} core-hours, with {:.3g} time steps of {:.3g} tetrahedra in each dynamic phase: are "
+      "time.duration = {} and a spacing down to {} intended?",
       hours, static_cast<double>(subject.phase.grid.n_steps), subject.n_tetrahedra(),
-      time_text(subject.parameters.time.duration),
-      quantity_text(
-          geometry::SpacingField(subject.body, subject.parameters.mesh).lower_bound(subject.body.bounds()),
-          "m"));
+      time_text(subject.parameters.time.duration), length_text(spacing.lower_bound(subject.body.bounds())));
 }
 
 std::string cost_text(const Subject& subject, const CheckOptions& options) {
@@ -452,8 +451,9 @@ std::string cost_text(const Subject& subject, const CheckOptions& options) {
   rows.emplace_back("core-hours", fmt::format("{:.3g} for {}, with {} each", hours, subject.samples_text(),
                                               phases_text(n_phases)));
   std::string text = input::aligned(rows);
+  const bool at_rest = parameters.time.start == input::Start::rest;  // print_rest_outlook() has the loads
   for (const std::string& warning :
-       {dynamics::weak_load_warning(parameters, measured.outlook),
+       {at_rest ? std::string() : dynamics::weak_load_warning(parameters, measured.outlook),
         dynamics::fast_loading_warning(parameters, measured.outlook.time), unaffordable_text(subject, hours)})
     if (!warning.empty()) text += fmt::format("\nWarning: {}\n", warning);
   if (options.ranks > 0) text += plan_text(subject, measured, work, cost, rate, options.ranks);
@@ -472,9 +472,9 @@ std::vector<std::string> try_samples(const input::Parameters& parameters, const 
   const auto n = std::clamp<std::int64_t>(options.samples, 1, parameters.ensemble.samples);
   std::vector<std::string> failures;
   for (std::int64_t i = 0; i < n; ++i) {
-    heartbeat.begin(
-        n == 1 ? "beginning sample 0"
-               : fmt::format("beginning sample {} of {}, {} of them would fail", i, n, failures.size()));
+    heartbeat.begin(n == 1 ? "starting sample 0"
+                           : fmt::format("starting sample {} ({} of {}); {} would fail so far", i, i + 1, n,
+                                         failures.size()));
     const bool is_made = i == 0 && first != nullptr && parameters.random.empty();
     const std::string failure = is_made ? trial.failure({.sample = 0, .realization = *first, .error = {}})
                                         : trial.failure(static_cast<std::uint64_t>(i));
@@ -510,24 +510,38 @@ void print_subject(const Subject& subject, double memory, const ensemble::Availa
   std::fflush(stdout);
 }
 
+/// Of two static solves, for a notice only [s].
+double solving_seconds(const Subject& subject) {
+  return solves_of_a_million * std::pow(subject.n_tetrahedra() / 1e6, 4.0 / 3);
+}
+
 /// Measures what sample 0 costs here.
+/// @throws std::runtime_error with what will make it fail
 void print_cost(const Subject& subject, const CheckOptions& options) {
   const auto& parameters = subject.parameters;
   const bool solves = parameters.time.start != input::Start::rest;
-  const double wait = solves ? solves_of_a_million * std::pow(subject.n_tetrahedra() / 1e6, 4.0 / 3) : 0;
+  const double wait = solves ? solving_seconds(subject) : 0;
   fmt::print("\nTime of one core of this machine, from {}{:.2g} s of the time loop{}:\n",
              solves ? "two static solves and " : "", measured_seconds,
              wait > short_wait ? fmt::format(", which takes about {} to measure", duration_text(wait)) : "");
   std::fflush(stdout);
   Heartbeat heartbeat(notify);
   heartbeat.begin("measuring the cost");
-  fmt::print("{}", cost_text(subject, options));
+  try {
+    fmt::print("{}", cost_text(subject, options));
+  } catch (const ensemble::NotMeasured& error) {
+    fmt::print("not measured: {}\n", error.what());
+  } catch (const std::runtime_error& error) {
+    // No sample has the input's own values of what is random.
+    if (subject.parameters.random.empty()) throw;
+    fmt::print("not measured, with the input's own values: {}\n", error.what());
+  }
 }
 
 /// A warning where loads from rest are far from breaking the body.
 void print_rest_outlook(const Subject& subject) {
   const auto& parameters = subject.parameters;
-  if (parameters.time.start != input::Start::rest) return;
+  if (parameters.time.start != input::Start::rest || solving_seconds(subject) > short_wait) return;
   Heartbeat heartbeat(notify);
   heartbeat.begin("solving for the equilibrium");
   try {
@@ -550,15 +564,21 @@ std::optional<std::string> measuring_shortage(const Subject& subject,
   return ensemble::shortage(needed, "measuring the cost", available);
 }
 
-/// Prints each part as soon as it is known.
-/// @throws std::runtime_error when samples would fail
-void print_estimate(const input::Parameters& parameters, const CheckOptions& options) {
-  const auto body = geometry::make_body(parameters);
-  // Only the mesh is made here; where the samples are computed there may be more memory, or more nodes.
-  const auto available = ensemble::available_memory();
+/// Only the mesh is made here; where the samples are computed there may be more memory, or more nodes.
+/// @throws std::runtime_error where there is too little
+void check_mesh_memory(const input::Parameters& parameters, const geometry::Body& body,
+                       const ensemble::AvailableMemory& available) {
   if (const auto message =
-          ensemble::shortage(ensemble::expected_mesh_memory(parameters, *body), "making the mesh", available))
+          ensemble::shortage(ensemble::expected_mesh_memory(parameters, body), "making the mesh", available))
     throw std::runtime_error(*message + "; use coarser spacings, or check the input where there is more");
+}
+
+/// Prints each part as soon as it is known.
+/// @return why samples would fail
+std::vector<std::string> print_estimate(const input::Parameters& parameters, const CheckOptions& options) {
+  const auto body = geometry::make_body(parameters);
+  const auto available = ensemble::available_memory();
+  check_mesh_memory(parameters, *body, available);
   geometry::MotherPoints base;
   const Subject subject = make_subject(parameters, *body, base);
   const int n_ranks = parameters.ensemble.ranks_per_sample;
@@ -567,29 +587,52 @@ void print_estimate(const input::Parameters& parameters, const CheckOptions& opt
   const double memory = demand.master + (n_ranks - 1) * demand.member;  // of all ranks that share a sample
   print_subject(subject, memory, available);
   const auto shortage = measuring_shortage(subject, available);
-  if (shortage) fmt::print("\nNo sample is begun and its cost is not measured: {}\n", *shortage);
+  if (shortage) fmt::print("\nNo sample was tried and the cost was not measured: {}\n", *shortage);
   const auto failures = shortage ? std::vector<std::string>()
                                  : try_samples(parameters, *body, base, &subject.realization, options);
   if (!shortage && options.measure) {
     print_rest_outlook(subject);
     if (failures.empty()) print_cost(subject, options);
   }
-  refuse(failures);
+  return failures;
 }
 
-/// Begins samples of all cases but the first.
-/// @throws std::runtime_error when some would fail
-void try_cases(const std::vector<input::Case>& cases, const CheckOptions& options) {
-  std::vector<std::string> failures;
-  for (std::size_t i = 1; i < cases.size(); ++i) {
-    const input::Parameters& parameters = cases[i].parameters;
+/// Begins samples of a case of a sweep.
+/// @return why they would fail
+std::vector<std::string> try_case(const input::Parameters& parameters, const CheckOptions& options) {
+  try {
     const auto body = geometry::make_body(parameters);
-    const auto base = ensemble::make_shared_points(*body, parameters, {});
+    check_mesh_memory(parameters, *body, ensemble::available_memory());
+    geometry::MotherPoints base;
+    if (parameters.mesh.base == input::Base::shared)
+      base = ensemble::make_base_points(*body, parameters, notify);
+    return try_samples(parameters, *body, base, nullptr, options);
+  } catch (const std::runtime_error& error) {
+    return {error.what()};
+  }
+}
+
+/// What is said of cases behind the first, whose warnings are known.
+/// @return why their samples would fail, where they are to be begun
+std::vector<std::string> print_other_cases(const std::vector<input::Case>& cases,
+                                           const CheckOptions& options) {
+  const auto warnings_of = [](const input::Case& one) {
+    return dynamics::model_warnings(one.parameters, *geometry::make_body(one.parameters));
+  };
+  std::vector<std::string> failures;
+  std::vector<std::string> known;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    for (const std::string& warning : warnings_of(cases[i])) {
+      if (std::ranges::find(known, warning) != known.end()) continue;
+      known.push_back(warning);
+      if (i > 0) fmt::print("\nWarning: case {}: {}\n", i, warning);
+    }
+    if (i == 0 || options.samples == 0) continue;
     fmt::print("\nCase {}: {}", i, to_string(cases[i].settings));
-    for (const std::string& failure : try_samples(parameters, *body, base, nullptr, options))
+    for (const std::string& failure : try_case(cases[i].parameters, options))
       failures.push_back(fmt::format("case {}: {}", i, failure));
   }
-  refuse(failures);
+  return failures;
 }
 
 /// Quantiles of each random input, and how many of the samples' draws make no sound input.
@@ -648,8 +691,10 @@ int check(const parallel::Communicator& world, const CheckOptions& options) {
                cases.empty() ? "" : " of the first case");
     std::fflush(stdout);
     try {
-      print_estimate(cases.empty() ? parameters : cases.front().parameters, options);
-      if (options.samples > 0) try_cases(cases, options);
+      auto failures = print_estimate(cases.empty() ? parameters : cases.front().parameters, options);
+      const auto others = print_other_cases(cases, options);
+      failures.insert(failures.end(), others.begin(), others.end());
+      refuse(failures);
     } catch (const std::runtime_error& error) {
       fail("{}: {}", file, error.what());
     }
@@ -681,7 +726,7 @@ void add_check_command(CLI::App& app, Action& run) {
   command
       ->add_option(
           "--samples", options->samples,
-          "begin this many samples, of each case of a sweep, as the run would, and say how many would fail")
+          "start this many samples, of each case of a sweep, as run would, and say how many would fail")
       ->check(CLI::Range(1, 1'000'000));
   command
       ->add_flag("!--no-measure", options->measure,

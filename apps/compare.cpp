@@ -36,9 +36,7 @@ struct Ensemble {
 int compare(const parallel::Communicator& world, const CompareOptions& options) {
   std::vector<input::Parameters> inputs;
   std::vector<std::filesystem::path> folders;
-  parallel::agree(world, [&] {
-    for (const std::string& given : options.folders) folders.push_back(folder_of(given));
-  });
+  for (const std::string& given : options.folders) folders.push_back(folder_of(world, given));
   for (const auto& folder : folders) inputs.push_back(input_of(world, folder));
   parallel::agree_on_root(world, [&] {
     std::vector<Ensemble> ensembles;

@@ -86,7 +86,9 @@ std::string derive_leading_notches(const input::Parameters& parameters,
 
 }  // namespace
 
-fs::path folder_of(const fs::path& given) {
+namespace {
+
+fs::path folder_of_file(const fs::path& given) {
   std::error_code ignored;
   if (!fs::is_regular_file(given, ignored)) return given;
   const fs::path folder = given.has_parent_path() ? given.parent_path() : fs::path(".");
@@ -95,6 +97,15 @@ fs::path folder_of(const fs::path& given) {
     fail("{} is the file of one sample; give the ensemble's folder, {}", given.string(),
          (folder / "..").lexically_normal().string());
   fail("{} is a file; give the folder of an ensemble, or its ensemble.h5", given.string());
+}
+
+}  // namespace
+
+fs::path folder_of(const parallel::Communicator& world, const fs::path& given) {
+  std::string folder;
+  // File systems may tell ranks different things.
+  parallel::agree_on_root(world, [&] { folder = folder_of_file(given).string(); });
+  return parallel::share(world, folder);
 }
 
 analysis::Origin origin_of(const fs::path& folder) {

@@ -17,9 +17,9 @@ struct StoredSamples {
   analysis::Origin origin;
 };
 
-/// The folder of an ensemble, where that or its ensemble.h5 is given.
-/// @throws std::runtime_error for another file
-std::filesystem::path folder_of(const std::filesystem::path& given);
+/// The folder of an ensemble, where that or its ensemble.h5 is given. Collective.
+/// @throws parallel::AgreedError for another file
+std::filesystem::path folder_of(const parallel::Communicator& world, const std::filesystem::path& given);
 
 /// Those of an ensemble whose files stay as they are: of ensemble.h5, and of sample files that it does not
 /// know yet.

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -95,8 +96,11 @@ int told_by_slurm(const char* variable) {
 }  // namespace
 
 std::optional<double> duration(std::string_view text) {
-  const bool is_of_slurm = text.find_first_of(":-") != std::string_view::npos;
-  const auto seconds = is_of_slurm ? as_slurm_writes(text) : with_unit(text);
+  std::string lower(text);
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  const bool has_unit = std::ranges::any_of(lower, [](unsigned char c) { return std::isalpha(c) != 0; });
+  const bool is_of_slurm = !has_unit && lower.find_first_of(":-") != std::string::npos;
+  const auto seconds = is_of_slurm ? as_slurm_writes(lower) : with_unit(lower);
   return seconds && *seconds > 0 && std::isfinite(*seconds) ? seconds : std::nullopt;
 }
 
@@ -105,7 +109,7 @@ void check_tasks(const parallel::Communicator& world, bool is_whole) {
   const char* const advice = "start the ranks with mpirun, or with srun --mpi=pmix where SLURM has it";
   if (const int n = told_by_slurm("SLURM_STEP_NUM_TASKS"); n > 1) {
     const std::string found =
-        fmt::format("srun has started {} tasks, and MPI sees 1: each would be a run of its own", n);
+        fmt::format("srun started {} tasks, but MPI sees only 1: each would be a separate run", n);
     // Not so in the shell that srun --pty gives, whose other tasks have ended.
     const bool is_task = told_by_slurm("SLURM_TASK_PID") == ::getpid();
     if (is_whole && is_task) fail("{}; {}", found, advice);

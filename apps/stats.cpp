@@ -229,7 +229,7 @@ void add_stats_command(CLI::App& app, Action& run) {
       return;
     }
     run = [options](const parallel::Communicator& world) {
-      parallel::agree(world, [&] { options->folder = folder_of(options->folder).string(); });
+      options->folder = folder_of(world, options->folder).string();
       if (is_sweep(world, options->folder)) {
         if (options->json || !options->limits.empty() || !options->sections.empty())
           throw parallel::AgreedError(

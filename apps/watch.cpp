@@ -288,7 +288,7 @@ void add_watch_command(CLI::App& app, Action& run) {
   command->footer("Reads only, and ends with the ensemble. Ctrl-C ends it at any time; the run goes on.");
   command->callback([options, &run] {
     run = [options](const parallel::Communicator& world) {
-      parallel::agree(world, [&] { options->folder = folder_of(options->folder); });
+      options->folder = folder_of(world, options->folder);
       const input::Parameters parameters = input_of(world, options->folder);
       parallel::agree_on_root(world, [&] { watch(*options, parameters); });
       return static_cast<int>(success);

@@ -293,11 +293,11 @@ def _equal_breaks(a: np.ndarray, b: np.ndarray) -> int | None:
     return None if len(a) == len(b) else n
 
 
-def test_programs(build: Path) -> list[Figure]:
+def test_programs() -> list[Figure]:
     """Figures that the test programs print."""
-    waves = output_of(build / "bin" / "test_waves")
-    lamb = output_of(build / "bin" / "test_lamb")
-    calculix = output_of(build / "bin" / "test_calculix")
+    waves = output_of("verification.waves")
+    lamb = output_of("verification.lamb")
+    calculix = output_of("verification.calculix")
     figures = []
     for name in ("P", "S"):
         order = re.search(rf"{name} wave: from ([\d.]+ to [\d.]+ mm) order ([\d.]+)", waves)

@@ -2,9 +2,9 @@
 """Figures of the verification, beside their references, and the table of them."""
 from __future__ import annotations
 
+import re
 import subprocess
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -26,13 +26,13 @@ def mean(values: list[float], form: str) -> str:
     return f"{np.mean(values):{form}} ± {np.std(values, ddof=1):{form}}" if len(values) > 1 else f"{values[0]:{form}}"
 
 
-def output_of(program: Path) -> str:
-    if not program.is_file():
-        raise RunError(f"there is no {program}; run tools/build ci first")
-    done = subprocess.run([str(program)], capture_output=True, text=True)
+def output_of(test: str) -> str:
+    """What a test prints, by its name for CTest."""
+    done = subprocess.run(["ctest", "--test-dir", str(ROOT / "build"), "-V", "--no-tests=error", "-R", rf"^{test}$"],
+                          capture_output=True, text=True)
     if done.returncode != 0:
-        raise RunError(f"{program.relative_to(ROOT)} failed:\n{done.stdout[-2000:]}")
-    return done.stdout
+        raise RunError(f"the test {test} failed; `CRACKLE_TESTS=ON tools/build` builds it:\n{done.stdout[-2000:]}{done.stderr}")
+    return re.sub(r"(?m)^\d+: ", "", done.stdout)
 
 
 def table(figures: list[Figure]) -> str:

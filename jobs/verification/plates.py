@@ -269,9 +269,9 @@ def l_panel(folder: Path, program: Path) -> list[Figure]:
                    "rises to the far side; published as a picture")]
 
 
-def test_programs(build: Path) -> list[Figure]:
+def test_programs() -> list[Figure]:
     """Figures that the test programs of plates print."""
-    hole, stress_intensity = output_of(build / "bin" / "test_plates"), output_of(build / "bin" / "test_plate_stress_intensity")
+    hole, stress_intensity = output_of("verification.plates"), output_of("verification.plate_stress_intensity")
     figures = [Figure("Hole of a fifth of the width, Howland 1930", f"largest stress over 3.14 times that far away, spacing {spacing} of the radius",
                       f"{1 + float(error) / 100:.3f}", "1") for spacing, error in re.findall(r"spacing ([\d.]+) of the radius: .*?, ([+-][\d.]+) %", hole)]
     errors = [abs(float(figure.found) - 1) for figure in figures]

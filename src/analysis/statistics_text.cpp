@@ -130,7 +130,10 @@ void append_positions(std::string& text, const Statistics& statistics, std::span
   if (statistics.n_notches > 0) fmt::format_to(out, "\nleading notch: {}\n", leaders(statistics, samples));
   if (std::ranges::all_of(statistics.reached, [](auto n) { return n == 0; })) {
     fmt::format_to(out, "\n{}\n", interval_scope(statistics.base));
-    append_unreached(text, statistics, sections);
+    if (statistics.n_notches == 0)
+      text += "In a box without notches no crack is followed to the sections.\n";
+    else
+      append_unreached(text, statistics, sections);
     return;
   }
   fmt::format_to(out, "\ncrack positions, through-thickness mean [{}]; +- at {:g} % confidence{}\n",

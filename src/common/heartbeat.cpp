@@ -35,8 +35,12 @@ void Heartbeat::beat(const std::stop_token& stop) {
     const auto now = Clock::now();
     if (stop.stop_requested() || now < spoke_ + interval_) continue;
     spoke_ = now;
-    if (!work_.empty())
+    if (work_.empty()) continue;
+    try {
       say_(fmt::format("{}: {:.3g} s so far", work_, std::chrono::duration<double>(now - began_).count()));
+    } catch (...) {
+      return;  // nobody can hear this; whoever writes next meets the same failure
+    }
   }
 }
 

@@ -42,7 +42,8 @@ ShownUnit prefixed(const std::string& si, double magnitude) {
   ShownUnit best;
   for (const auto& [prefix, size] : prefixes) {
     const double factor = std::pow(size, -power);
-    // The first that fits all, then larger ones for as long as they show enough.
+    // The first that fits all, then larger ones for as long as they show enough; nobody writes ks or km.
+    if (size > 1 && (si[0] == 's' || si[0] == 'm')) break;
     if (best.name.empty() || magnitude * factor >= least) best = {std::string(prefix) + si, factor};
   }
   return best;
@@ -68,7 +69,9 @@ std::string quantity_text(double value, const std::string& si) {
   const ShownUnit unit = is_of_millimetres ? ShownUnit{"mm", 1e3}
                          : is_plain        ? ShownUnit{si, 1}
                                            : prefixed(si, magnitude);
-  return fmt::format("{:.4g} {}", value * unit.factor, unit.name);
+  // More digits where there is no prefix for the size.
+  return fmt::format("{:.{}g} {}", value * unit.factor, magnitude * unit.factor < greatest_plain ? 4 : 6,
+                     unit.name);
 }
 
 }  // namespace crackle

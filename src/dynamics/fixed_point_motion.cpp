@@ -162,7 +162,7 @@ public:
                          sizeof(Real) == 4 ? "mixed" : "double",
                          sizeof(Real) == 4
                              ? "time.precision = \"double\""
-                             : "time.engine = \"petsc\", or raise the loads, which hardly strain the body");
+                             : "time.engine = \"petsc\", or raise the loads: they barely strain the body");
     if (force_has_overflown_ || !contacts_are_in_range_ || largest_force_ >= limit)
       return message("force on a node", scale_.force, "N");
     // Edges are looked at only when the ends of one may have come that far apart.

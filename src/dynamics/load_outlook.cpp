@@ -28,7 +28,7 @@ std::string too_late(const input::Parameters& parameters, const LoadOutlook& out
   const double transit =
       std::ranges::max(parameters.specimen.size) / mechanics::dilatational_speed(parameters.material);
   const double reach = std::max(parameters.time.duration, transit);
-  if (!(outlook.time > wave_amplification * reach)) return {};
+  if (!std::isfinite(outlook.time) || outlook.time <= wave_amplification * reach) return {};
   return fmt::format(
       "the loads are far from breaking the body: in equilibrium they need {} to reach the first break, at "
       "about {}, and the phase lasts {}; raise the loads or their rate, or take time.start = "
@@ -75,15 +75,17 @@ LoadOutlook static_outlook(const input::Parameters& parameters, const geometry::
 std::string weak_load_warning(const input::Parameters& parameters, const LoadOutlook& outlook) {
   const bool at_rest = parameters.time.start == input::Start::rest;
   if (outlook.breaks) return at_rest ? too_late(parameters, outlook) : std::string();
-  if (!(outlook.share > 0))
-    return at_rest
-               ? std::string()
-               : "the loads break nothing, however far they rise: they put no part of the body in tension";
-  if (at_rest && wave_amplification * outlook.share >= 1) return {};
+  if (at_rest && (outlook.share == 0 || wave_amplification * outlook.share >= 1)) return {};
+  if (outlook.share == 0)
+    return fmt::format("the loads break nothing{}: they put no part of the body in tension",
+                       outlook.grows ? ", however far they rise" : "");
+  if (outlook.load == 0)
+    return fmt::format("the loads break nothing: stresses reach {:.2g} % of those of the first break",
+                       100 * outlook.share);
   return fmt::format(
-      "the loads break nothing: they go up to {}, {:.2g} of the {} at which the first break would come; "
-      "raise them, or give a rate",
-      text_of_load(outlook.load), outlook.share, text_of_load(outlook.load / outlook.share));
+      "the loads break nothing: they reach {}, {:.2g} % of the roughly {} needed for the first break; raise "
+      "them, or give a rate",
+      text_of_load(outlook.load), 100 * outlook.share, text_of_load(outlook.load / outlook.share));
 }
 
 }  // namespace crackle::dynamics

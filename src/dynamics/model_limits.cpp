@@ -2,6 +2,7 @@
 #include "crackle/dynamics/model_limits.h"
 
 #include "crackle/common/index.h"
+#include "crackle/common/quantity_text.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/input/plausibility.h"
 #include "crackle/mechanics/elasticity.h"
@@ -229,9 +230,9 @@ std::string fast_loading_warning(const input::Parameters& parameters, double fir
       std::ranges::max(parameters.specimen.size) / mechanics::dilatational_speed(parameters.material);
   if (!(first_break_time < few_transits * transit)) return {};
   return fmt::format(
-      "quasi-static loading reaches the first break after {:.3g} us, but a wave takes {:.3g} us along the "
-      "body: equilibria leave out inertia that matters; set time.start = \"rest\"",
-      1e6 * first_break_time, 1e6 * transit);
+      "quasi-static loading reaches the first break after {}, but a wave takes {} along the body: equilibria "
+      "leave out inertia that matters; set time.start = \"rest\"",
+      quantity_text(first_break_time, "s"), quantity_text(transit, "s"));
 }
 
 }  // namespace crackle::dynamics

@@ -92,7 +92,7 @@ void log_unbroken(RunLog& log, std::span<const SampleSummary> rows) {
     n_unbroken += row.outcome == static_cast<std::int32_t>(dynamics::Outcome::unbroken) ? 1 : 0;
   }
   if (n_done > 0 && n_unbroken == n_done)
-    log.line("warning: the loads have broken no sample; crackle check says how far they go");
+    log.line("warning: no sample broke under its loads; crackle check says how close they come");
 }
 
 void log_next(RunLog& log, const NextCommands& next, const RunOutcome& outcome, bool has_results) {
@@ -314,7 +314,7 @@ RunOutcome finish_lost_run(const parallel::Communicator& world, const MasterStat
   outcome.file_error = lost;
   if (log == nullptr) return outcome;
   log->end_progress();
-  log->line(fmt::format("{} done, {} failed, {} pending after {}; no more was written: {}", outcome.done,
+  log->line(fmt::format("{} done, {} failed, {} pending after {}; nothing more was written: {}", outcome.done,
                         outcome.failed, outcome.left, format_duration(seconds), lost));
   return outcome;
 }

@@ -172,7 +172,7 @@ void remove_stale(int folder, const fs::path& file, const std::string& text, con
   const std::string aside = beside(name, stale_mark, self);
   if (::renameat(folder, name.c_str(), folder, aside.c_str()) != 0) return;
   if (lock_text(folder, aside) != text && ::linkat(folder, aside.c_str(), folder, name.c_str(), 0) != 0 &&
-      errno != EEXIST)
+      errno != EEXIST && errno != ENOENT)  // ENOENT: somebody has removed what this one was to look at
     fail("{}: {}", file.string(), std::strerror(errno));
   ::unlinkat(folder, aside.c_str(), 0);
 }
@@ -260,8 +260,7 @@ std::optional<std::string> why_stale(const std::optional<LockOwner>& owner, cons
 
 void LockMark::require() const {
   const auto refuse = [this](const char* state) {
-    fail("{} is {}: its folder was moved or removed while the run was at work, or the lock was",
-         file.string(), state);
+    fail("{} is {}: it or its folder was moved or removed during the run", file.string(), state);
   };
   const fs::path parent = file.parent_path();
   // Opened for reading, so that a network file system looks again. What else fails is no sign of a move.
@@ -333,9 +332,19 @@ void LockFile::remove_leftovers() const {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(file_.parent_path(), ignored)) {
     const std::string name = entry.path().filename().string();
-    if (name.starts_with(name_ + probe_mark) || name.starts_with(name_ + stale_mark))
-      ::unlinkat(folder_, name.c_str(), 0);
+    for (const char* const mark : {probe_mark, stale_mark})
+      if (name.starts_with(name_ + mark) && is_left_over(name, mark)) ::unlinkat(folder_, name.c_str(), 0);
   }
+}
+
+bool LockFile::is_left_over(const std::string& name, const char* mark) const {
+  LockOwner other = self_;
+  other.process = whole_number<long>(std::string_view(name).substr(name.rfind('-') + 1)).value_or(0);
+  const bool is_of_this_host = other.process > 0 && name == beside(name_, mark, other);
+  if (is_of_this_host) return ::kill(static_cast<pid_t>(other.process), 0) != 0 && errno == ESRCH;
+  struct stat mine {};
+  return ::fstatat(folder_, name_.c_str(), &mine, AT_SYMLINK_NOFOLLOW) == 0 &&
+         age(folder_, name, mine.st_mtime) > lifetime;
 }
 
 void LockFile::clear(const fs::path& other, const std::string& taken) {
@@ -362,12 +371,17 @@ void LockFile::keep_touching(const std::stop_token& stop) {
 
 MadeFolder::MadeFolder(fs::path folder) : folder_(std::move(folder)) {
   std::error_code error;
-  is_new_ = fs::create_directories(folder_, error);
+  // With the folders above it that are made too.
+  for (fs::path missing = folder_; !missing.empty() && !fs::exists(missing, error);
+       missing = missing.parent_path())
+    made_.push_back(missing);
+  fs::create_directories(folder_, error);
   if (error) fail("{}: the folder cannot be made: {}", folder_.string(), error.message());
 }
 
 MadeFolder::~MadeFolder() {
-  if (is_new_) ::rmdir(folder_.c_str());
+  for (const fs::path& made : made_)
+    if (::rmdir(made.c_str()) != 0) return;  // it is in use
 }
 
 FolderLock::FolderLock(const fs::path& folder, SampleRange range)
@@ -393,7 +407,12 @@ std::vector<std::string> owners_at_work(const fs::path& folder) {
     const bool is_beside =
         name.find(probe_mark) != std::string::npos || name.find(stale_mark) != std::string::npos;
     if (!name.starts_with("lock-") || is_beside || !other_kind(entry.path()).empty()) continue;
-    const auto owner = LockOwner::parse(read_text_if_any(entry.path()));
+    std::optional<LockOwner> owner;
+    try {
+      owner = LockOwner::parse(read_text_if_any(entry.path()));
+    } catch (const std::runtime_error&) {
+      // Somebody else's, who lets nobody read it.
+    }
     const auto touched = fs::last_write_time(entry.path(), ignored);
     const std::chrono::duration<double> untouched = fs::file_time_type::clock::now() - touched;
     if (ignored || why_stale(owner, self, untouched.count())) continue;

@@ -131,7 +131,13 @@ MeasuredCost measured_cost(const input::Parameters& parameters, const geometry::
   Measurement measurement(parameters, realization);
   cost.setup = setup.seconds();
   if (!at_rest) measurement.measure_solves(cost);
-  measurement.measure_phase(cost, seconds);
+  try {
+    measurement.measure_phase(cost, seconds);
+  } catch (const dynamics::NumberRangeExceeded&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    throw NotMeasured(error.what());
+  }
   return cost;
 }
 

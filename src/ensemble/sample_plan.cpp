@@ -312,10 +312,16 @@ void make_sample_folder(const fs::path& folder) {
 }
 
 bool restore_input(const fs::path& folder, const input::Parameters& parameters) {
-  const fs::path copy = input_copy(folder);
-  if (is_taken(copy)) return false;
-  io::write_text_file(copy, parameters.text);
-  return true;
+  bool is_restored = false;
+  const auto restore = [&](const fs::path& copy, const auto& text) {
+    if (is_taken(copy)) return;
+    io::write_text_file(copy, text());
+    is_restored = true;
+  };
+  restore(input_copy(folder), [&] { return parameters.text; });
+  if (parameters.mesh.points)
+    restore(points_copy(folder), [&] { return read_text_if_any(*parameters.mesh.points); });
+  return is_restored;
 }
 
 std::vector<std::string> prepare_folder(const fs::path& folder, const input::Parameters& parameters,

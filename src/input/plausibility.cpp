@@ -17,6 +17,8 @@ constexpr double softest = 1e6, stiffest = 2e12;   // Young's moduli: of rubber,
 constexpr double lightest = 10, heaviest = 23000;  // densities: of foams, of osmium [kg/m^3]
 /// What bonds carry at most, over Young's modulus.
 constexpr double ideal_strength = 0.1;
+/// Softer materials are gels and rubbers, which stretch far before they tear [Pa].
+constexpr double brittle_modulus = 1e8;
 /// Strengths below this share of Young's modulus break under a body's own weight.
 constexpr double least_strength = 1e-7;
 constexpr double many_transits = 1000;
@@ -31,14 +33,14 @@ std::string shown_stress(double stress) {
 std::string mega_is_meant(double stress, double least, double greatest) {
   const double meant = stress * milli_for_mega;
   if (meant < least || meant > greatest) return {};
-  return fmt::format("; is {} meant? mPa are millipascal, MPa megapascal", shown_stress(meant));
+  return fmt::format("; did you mean {}? mPa is millipascal, MPa megapascal", shown_stress(meant));
 }
 
 std::string of_modulus(const Parameters& parameters) {
   const double modulus = parameters.material.youngs_modulus;
   if (modulus < softest)
-    return fmt::format("material.youngs_modulus = {} is softer than rubber{}", shown_stress(modulus),
-                       mega_is_meant(modulus, 100 * softest, stiffest));
+    return fmt::format("material.youngs_modulus = {} is softer than rubber, as gels are{}",
+                       shown_stress(modulus), mega_is_meant(modulus, 100 * softest, stiffest));
   if (modulus > stiffest)
     return fmt::format("material.youngs_modulus = {} is stiffer than diamond", shown_stress(modulus));
   return {};
@@ -48,17 +50,18 @@ std::string of_density(const Parameters& parameters) {
   const double density = parameters.material.density;
   if (density >= lightest && density <= heaviest) return {};
   const double meant = 1000 * density;
-  return fmt::format("material.density = {:.4g} kg/m^3 is {} than any solid{}", density,
-                     density < lightest ? "lighter" : "heavier",
-                     density < lightest && meant <= heaviest
-                         ? fmt::format("; is {:.4g} g/cm^3 meant, which is {:.4g} kg/m^3?", density, meant)
-                         : "");
+  return fmt::format(
+      "material.density = {:.4g} kg/m^3 is {} than any solid{}", density,
+      density < lightest ? "lighter" : "heavier",
+      density < lightest && meant <= heaviest
+          ? fmt::format("; did you mean {:.4g} g/cm^3, which is {:.4g} kg/m^3?", density, meant)
+          : "");
 }
 
 std::string of_strength(const Parameters& parameters) {
   const double strength = parameters.fracture.strength;
   const double modulus = parameters.material.youngs_modulus;
-  if (strength > ideal_strength * modulus)
+  if (modulus >= brittle_modulus && strength > ideal_strength * modulus)
     return fmt::format(
         "fracture.strength = {} is more than a tenth of Young's modulus, {}, which no bond carries",
         shown_stress(strength), shown_stress(modulus));
@@ -73,15 +76,19 @@ std::string of_strength(const Parameters& parameters) {
 std::string of_toughness(const Parameters& parameters) {
   const Fracture& fracture = parameters.fracture;
   const double modulus = parameters.material.youngs_modulus;
-  if (fracture.toughness == 0 || fracture.strength > 0) return {};
+  if (fracture.toughness == 0 || fracture.strength > 0 || modulus < brittle_modulus) return {};
   const double strength = std::sqrt(fracture.toughness * modulus / parameters.mesh.spacing);
+  const bool by_intensity = fracture.fracture_toughness > 0;
   const std::string given =
-      fmt::format("fracture.toughness = {}", quantity_text(fracture.toughness, "J/m^2"));
+      by_intensity ? fmt::format("fracture.fracture_toughness = {}",
+                                 format_quantity(fracture.fracture_toughness, stress_intensity_dimension))
+                   : fmt::format("fracture.toughness = {}", quantity_text(fracture.toughness, "J/m^2"));
   if (strength > ideal_strength * modulus)
     return fmt::format(
         "{} needs stresses of some {} at a spacing of {}, more than a tenth of Young's modulus, which no "
-        "bond carries; 1 J/mm^2 is a million J/m^2, 1 N/mm a thousand",
-        given, shown_stress(strength), show(parameters.mesh.spacing));
+        "bond carries; {}",
+        given, shown_stress(strength), show(parameters.mesh.spacing),
+        by_intensity ? "1 MPa m^0.5 is 31.6 N/mm^1.5" : "1 J/mm^2 is a million J/m^2, 1 N/mm a thousand");
   if (strength < least_strength * modulus)
     return fmt::format("{} goes with stresses of some {} at a spacing of {}, {:.2g} of Young's modulus",
                        given, shown_stress(strength), show(parameters.mesh.spacing), strength / modulus);
@@ -96,7 +103,7 @@ std::string of_duration(const Parameters& parameters) {
   if (!(duration > many_transits * transit)) return {};
   return fmt::format("time.duration = {} is {:.2g} times what a wave takes along the body, {}{}",
                      quantity_text(duration, "s"), duration / transit, quantity_text(transit, "s"),
-                     duration >= 1000 ? "; Ms are megaseconds, ms milliseconds, us microseconds" : "");
+                     duration >= 1000 ? "; Ms is megasecond, ms millisecond, us microsecond" : "");
 }
 
 }  // namespace

@@ -129,7 +129,7 @@ std::vector<std::string> sweep_warnings(const std::vector<Case>& cases) {
   std::vector<std::string> warnings;
   for (const auto& [values, numbers] : equal)
     if (numbers.size() > 1)
-      warnings.push_back(fmt::format("cases {} of the sweep are equal and have the same samples: {}",
+      warnings.push_back(fmt::format("cases {} of the sweep are identical, so their samples are too: {}",
                                      fmt::join(numbers, ", "), to_string(cases[numbers.front()].settings)));
   return warnings;
 }

@@ -48,8 +48,9 @@ double factor_to(ut_system* system, const std::string& unit, const std::string& 
 /// The square of a unit that may have roots, as UDUNITS reads it: "MPa^2 m^1" of "MPa m^0.5", "MPa sqrt(m)"
 /// or "MPa m^(1/2)". Empty where the text is none.
 std::string square_of(const std::string& unit) {
+  if (unit.size() > 80) return {};
   static const std::regex factors(
-      R"( *([*./]?) *(?:sqrt\(([A-Za-z]+)\)|([A-Za-z]+)(?:(?:\^|\*\*)\(?([-+]?[0-9]+)(?:(\.[0-9]+)|/([0-9]+))?\)?)?))");
+      R"( *([*./]?) *(?:sqrt\(([A-Za-z]+)\)|([A-Za-z]+)(?:(?:\^|\*\*)\(?([-+]?[0-9]{1,2})(?:(\.[0-9]{1,2})|/([0-9]{1,2}))?\)?)?))");
   std::string square;
   auto at = unit.cbegin();
   for (std::smatch factor;
@@ -63,7 +64,7 @@ std::string square_of(const std::string& unit) {
     if (twice != std::round(twice) || std::abs(twice) > 20) return {};
     square += fmt::format(" {}^{}", (factor[2].matched ? factor[2] : factor[3]).str(), std::lround(twice));
   }
-  return at == unit.cend() && unit.size() <= 80 ? std::string(trimmed(square)) : std::string();
+  return at == unit.cend() ? std::string(trimmed(square)) : std::string();
 }
 
 }  // namespace

@@ -133,6 +133,18 @@ bool may_be_hdf5(std::istream& file) {
          std::all_of(start.begin(), end, [](char c) { return c == 0; });
 }
 
+/// The obstacle of a whole HDF5 file: every file of crackle tells its kind in a text.
+std::string obstacle_of_kind(const hdf5::Handle& root) {
+  try {
+    if (H5Aexists(root, "kind") <= 0) return foreign;
+    const std::string kind = hdf5::read_text_attribute(root, "kind");
+    if (kind == ensemble_kind) return {};
+    return kind.starts_with("crackle ") ? "is a " + kind + " file" : foreign;
+  } catch (const hdf5::Error&) {
+    return foreign;
+  }
+}
+
 template <class Read>
 auto read_file(const std::filesystem::path& file, Read&& read) {
   return read_results(file, ensemble_kind, oldest_schema_version, ensemble_schema_version, read);
@@ -148,11 +160,7 @@ std::string obstacle(const std::filesystem::path& file) {
   if (!may_be_hdf5(stream)) return foreign;
   try {
     const hdf5::QuietErrors quiet;
-    const hdf5::Handle root = hdf5::open_for_reading(file);
-    const htri_t has_kind = H5Aexists(root, "kind");
-    const bool is_foreign =
-        has_kind == 0 || (has_kind > 0 && hdf5::read_text_attribute(root, "kind") != ensemble_kind);
-    return is_foreign ? foreign : "";
+    return obstacle_of_kind(hdf5::open_for_reading(file));
   } catch (const hdf5::Error&) {
     return {};  // cut short or damaged
   }

@@ -107,17 +107,27 @@ class Files(SurvivalCase):
         self.assertTrue(device.is_char_device())
 
     def test_files_of_other_programs_stay(self):
-        def other_hdf5(path):
+        def other_hdf5(path, kind=None):
             with h5py.File(path, "w") as root:
                 root["measured"] = [1.0, 2.0]
+                if kind is not None:
+                    root.attrs["kind"] = kind
 
-        for make in (other_hdf5, lambda path: path.write_text("my notes\n")):
-            for arguments in (self.commands()["stats"], self.commands()["run"], ("run", self.small, "-o", self.out)):
+        def sample_file(path):
+            shutil.copy(self.out / "samples/0001.h5", path)
+
+        foreign = "ensemble.h5 was not written by crackle"
+        for make, reason in ((other_hdf5, foreign), (lambda path: other_hdf5(path, 3), foreign),
+                             (lambda path: other_hdf5(path, "a measurement"), foreign),
+                             (sample_file, "ensemble.h5 is a crackle sample file"),
+                             (lambda path: path.write_text("my notes\n"), foreign)):
+            for arguments, said in ((self.commands()["stats"], reason), (self.commands()["run"], reason),
+                                    (("run", self.small, "-o", self.out), "holds an ensemble already")):
                 self.with_instead("ensemble.h5", make)
                 before = content(self.out)
                 result = self.at_once(*arguments)
                 self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
-                self.assertRegex(result.stderr, "ensemble.h5 was not written by crackle|holds an ensemble already")
+                self.assertIn(said, result.stderr)
                 self.assertEqual(content(self.out), before)
 
     def test_damaged_results_are_written_anew(self):
@@ -131,6 +141,7 @@ class Files(SurvivalCase):
         shutil.copytree(self.whole(self.small), self.out)
         for name in ("lock-0-2.probe-node1-boot-1-2", "lock-0-2.stale-node1-boot-1-2", "lock-ensemble.h5.probe-node1-boot-1-2"):
             (self.out / name).write_text("\n")
+            os.utime(self.out / name, (0, 0))  # of another host: only its age tells
         self.assertIn("no run is at work here", self.at_once("watch", "--once", self.out).stdout)
         self.assert_complete(self.small, self.call("run", self.small, "-o", self.out, "--resume"))
         self.assertEqual(sorted(self.out.glob("lock-*")), [])
@@ -179,14 +190,14 @@ class Files(SurvivalCase):
     def test_a_folder_that_is_moved(self):
         for n_ranks in (1, 3):
             out = self.move_while_it_runs("run", self.slow, "-o", self.out, n_ranks=n_ranks)
-            self.assertIn("its folder was moved or removed while the run was at work", out)
+            self.assertIn("it or its folder was moved or removed during the run", out)
             (self.root / "moved").rename(self.out)
             self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
             shutil.rmtree(self.out)
 
     def test_a_range_whose_folder_is_moved(self):
         out = self.move_while_it_runs("run", self.slow, "-o", self.out, "--samples", "0-2")
-        self.assertIn("no more was written", out)
+        self.assertIn("nothing more was written", out)
 
     def test_a_sweep_whose_folder_is_moved(self):
         sweep = self.root / "slow-sweep.toml"
@@ -272,7 +283,7 @@ class Files(SurvivalCase):
         result = self.call("run", sweep, "-o", self.out)
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         self.assertEqual(re.findall("warning: cases .*", result.stdout),
-                         ["warning: cases 0, 2 of the sweep are equal and have the same samples: mesh.perturbation = 0.1"])
+                         ["warning: cases 0, 2 of the sweep are identical, so their samples are too: mesh.perturbation = 0.1"])
 
     # SLURM.
 
@@ -280,14 +291,14 @@ class Files(SurvivalCase):
         step = {"SLURM_JOB_ID": "7", "SLURM_PROCID": "1", "SLURM_STEP_NUM_TASKS": "3", "SLURM_NTASKS": "3"}
         task = ["sh", "-c", 'SLURM_TASK_PID=$$ exec "$0" "$@"']
         result = self.at_once("run", self.small, "-o", self.out, extra_environment=step, launcher=task)
-        self.assert_refused(result, "srun has started 3 tasks, and MPI sees 1", "srun --mpi=pmix")
+        self.assert_refused(result, "srun started 3 tasks, but MPI sees only 1", "srun --mpi=pmix")
         self.assertFalse(self.out.exists())
         of_shell = {**step, "SLURM_TASK_PID": str(os.getpid())}
         for arguments, options in ((["--part", "1/3"], {"extra_environment": step, "launcher": task}),
                                    (["--resume"], {"extra_environment": of_shell})):
             result = self.at_once("run", self.small, "-o", self.out, *arguments, **options)
             self.assertEqual(result.returncode, 0, result.stderr)
-            self.assertIn("srun has started 3 tasks, and MPI sees 1", result.stderr)
+            self.assertIn("srun started 3 tasks, but MPI sees only 1", result.stderr)
         script = {**step, "SLURM_PROCID": "0"}
         del script["SLURM_STEP_NUM_TASKS"]
         result = self.at_once("run", self.small, "-o", self.out, "--resume", extra_environment=script)

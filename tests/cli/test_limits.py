@@ -113,10 +113,10 @@ fix = ["y"]
 
     def test_loads_that_break_nothing_are_told(self):
         said = self.call(PULLED.replace("rate =", "# rate =").replace('"0 N"]', '"10 N"]'), "check").stdout
-        self.assertRegex(said, r"Warning: the loads break nothing: they go up to 10 N, 0\.0\d+ of the [12]\d\d(\.\d)? N at which the first break would come")
+        self.assertRegex(said, r"Warning: the loads break nothing: they reach 10 N, \d(\.\d)? % of the roughly [12]\d\d(\.\d)? N needed for the first break")
         ran = self.call(PULLED.replace("rate =", "# rate =").replace('"0 N"]', '"10 N"]'), "run", "-o", "held")
-        self.assertIn("warning: the loads have broken no sample", ran.stdout)
-        self.assertNotIn("broken no sample", self.call(PULLED, "run", "-o", "broken").stdout)
+        self.assertIn("warning: no sample broke under its loads", ran.stdout)
+        self.assertNotIn("no sample broke", self.call(PULLED, "run", "-o", "broken").stdout)
         slow = PULLED.replace("[time]", '[time]\nstart = "rest"')
         told = self.assert_same_refusal(slow, "time steps: strains of")
         self.assertRegex(told, r"in equilibrium they need [12]\d\d(\.\d)? s to reach the first break, at about [12]\d\d(\.\d)? N, "
@@ -124,8 +124,43 @@ fix = ["y"]
 
     def test_a_rate_without_effect_is_told(self):
         said = self.call(PULLED, "check").stdout
-        self.assertRegex(said, r"loading += in equilibrium up to the first break, at [\d.]+ N after [\d.]+ s: the rate has no effect before")
+        self.assertRegex(said, r"loading += in equilibrium up to the first break \([\d.]+ N, after [\d.]+ s\); until then the loading rate has no effect")
         self.assertNotIn("Warning", said)
+
+    def test_loads_from_rest_that_break_the_body_are_no_slip(self):
+        fast = PLATE.format('"free", "free", "20 m/s"').replace("[time]", '[time]\nstart = "rest"').replace("1 us", "20 us")
+        unheld = fast.replace('fix = ["x", "y", "z"]', 'velocity = ["free", "free", "-20 m/s"]')
+        for text in (fast, unheld):
+            checked = self.call(text, "check")
+            self.assertEqual((checked.returncode, checked.stderr), (0, ""), checked.stdout)
+            self.assertNotIn("Warning", checked.stdout)
+
+    def test_own_values_of_random_inputs_refuse_nothing(self):
+        """Values that no sample has are measured, or said to be not; the samples' draws decide."""
+        text = PULLED.replace('toughness = "30 J/m^2"', 'strength = "0.1 MPa"').replace('"0 N"]', '"30 N"]') + """
+[[random]]
+key = "fracture.strength"
+distribution = "uniform"
+lower = "30 MPa"
+upper = "40 MPa"
+"""
+        checked = self.call(text, "check")
+        self.assertEqual(checked.returncode, 0, checked.stderr)
+        self.assertIn("not measured, with the input's own values: the load at time 0", checked.stdout)
+        self.assertEqual(self.call(text, "run", "-o", "out").returncode, 0)
+
+    def test_every_case_of_a_sweep_is_begun(self):
+        text = PULLED.replace('"0 N"]', '"100 N"]') + """
+[[sweep]]
+key = "fracture.toughness"
+values = ["0.5 J/m^2", "30 J/m^2", "1 J/m^2"]
+"""
+        checked = self.call(text, "check", "--samples", "1")
+        self.assertEqual(checked.returncode, 1)
+        for line in ("sample 0 would fail: computation: the load at time 0", "case 2: sample 0 would fail: computation: the load"):
+            self.assertIn(line, checked.stderr)
+        self.assertNotIn("case 1:", checked.stderr)
+        self.assertIn("Case 1: fracture.toughness = 30 J/m^2", checked.stdout.replace('"', ""))
 
     def test_samples_are_begun_by_their_own_draws(self):
         text = PULLED.replace("samples = 1", "samples = 6").replace('"0 N"]', '"100 N"]') + """
@@ -146,7 +181,7 @@ upper = "30 J/m^2"
     def test_slips_are_named_by_check_and_run(self):
         soft = PULLED.replace("32 GPa", "32000 mPa")
         for command in (("check", "--no-measure"), ("run", "-o", "out")):
-            self.assertIn("is 32 GPa meant? mPa are millipascal", self.call(soft, *command).stdout)
+            self.assertIn("did you mean 32 GPa? mPa is millipascal", self.call(soft, *command).stdout)
 
 
 if __name__ == "__main__":

@@ -170,7 +170,7 @@ class SampleSurvival(SurvivalCase):
         process.send_signal(signal.SIGCONT)
         out, err = process.communicate(timeout=survival_fixture.TIMEOUT)
         self.assertEqual(process.returncode, 2, out + err)
-        self.assertIn("its folder was moved or removed", out)
+        self.assertIn("it or its folder was moved or removed", out)
         self.assertFalse(self.out.exists())
 
 

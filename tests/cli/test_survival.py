@@ -243,7 +243,7 @@ class Survival(SurvivalCase):
         process.send_signal(signal.SIGCONT)
         out, err = process.communicate(timeout=survival_fixture.TIMEOUT)
         self.assertEqual(process.returncode, 2, out + err)
-        self.assertIn("its folder was moved or removed", out)
+        self.assertIn("it or its folder was moved or removed", out)
         self.assertFalse(self.out.exists())
         self.assert_complete(self.slow, self.call("run", self.slow, "-o", self.out, "--resume"))
 

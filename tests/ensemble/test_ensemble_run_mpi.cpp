@@ -446,7 +446,7 @@ TEST_F(EnsembleRun, VanishedFolderEndsInAReport) {
   EXPECT_TRUE(outcome.lost);
   EXPECT_THAT(outcome.file_error, HasSubstr("lock-0-0 is gone"));
   if (world_.is_root()) {
-    EXPECT_THAT(log_.str(), HasSubstr("no more was written"));
+    EXPECT_THAT(log_.str(), HasSubstr("nothing more was written"));
   }
 }
 

@@ -164,7 +164,7 @@ TEST(FolderLock, IsLostWithItsFolder) {
     const FolderLock lock(folder, {0, 2});
     EXPECT_EQ(loss(lock.mark()), "");
     std::filesystem::rename(folder, moved);
-    EXPECT_THAT(loss(lock.mark()), HasSubstr("lock-0-2 is gone: its folder was moved or removed"));
+    EXPECT_THAT(loss(lock.mark()), HasSubstr("lock-0-2 is gone: it or its folder was moved or removed"));
     std::filesystem::create_directory(folder);
     EXPECT_THAT(loss(lock.mark()), HasSubstr("is gone"));
     std::ofstream(folder / "lock-0-2") << on_host(dead(), "elsewhere").text();

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <mutex>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -13,6 +14,7 @@ namespace crackle {
 namespace {
 
 using namespace std::chrono_literals;
+using ::testing::IsEmpty;
 using ::testing::SizeIs;
 using ::testing::StartsWith;
 
@@ -52,14 +54,39 @@ TEST(Heartbeat, SaysAgainAndAgainWhatGoesOn) {
   EXPECT_THAT(lines.all().back(), StartsWith("solving: "));
 }
 
-TEST(Heartbeat, IsSilentBeforeAnythingBeginsAndBesideOtherLines) {
+TEST(Heartbeat, IsSilentBeforeAnythingBegins) {
   Lines lines;
   {
-    Heartbeat heartbeat(lines.collector(), 1h);
-    heartbeat.begin("placing points");
-    heartbeat.say("2 of 20 samples");
+    const Heartbeat heartbeat(lines.collector(), 1ms);
+    std::this_thread::sleep_for(50ms);
   }
-  EXPECT_THAT(lines.all(), SizeIs(1));
+  EXPECT_THAT(lines.all(), IsEmpty());
+}
+
+TEST(Heartbeat, WaitsAfterWhatIsSaidBesides) {
+  Lines lines;
+  {
+    Heartbeat heartbeat(lines.collector(), 2s);
+    heartbeat.begin("placing points");
+    for (int i = 0; i < 25; ++i) {  // longer than the interval in all
+      heartbeat.say("2 of 20 samples");
+      std::this_thread::sleep_for(100ms);
+    }
+  }
+  EXPECT_THAT(lines.all(), SizeIs(25));
+}
+
+TEST(Heartbeat, EndsWhereNobodyCanHearIt) {
+  int n_tried = 0;
+  Heartbeat heartbeat(
+      [&](const std::string&) {
+        ++n_tried;
+        throw std::runtime_error("standard error is closed");
+      },
+      1ms);
+  heartbeat.begin("placing points");
+  std::this_thread::sleep_for(50ms);
+  EXPECT_LE(n_tried, 1);
 }
 
 TEST(Heartbeat, NeedsNobodyToTalkTo) {

@@ -150,7 +150,7 @@ TEST(ModelLimits, LoadsThatRiseWithinAFewTransitsNeedInertia) {
   Plate plate{.conditions = std::string(clamp) + pull};
   const auto quasi_static = plate.parameters();
   EXPECT_THAT(fast_loading_warning(quasi_static, 0.42e-6),
-              AllOf(HasSubstr("after 0.42 us"), HasSubstr("takes 10.5 us"), HasSubstr("start = \"rest\"")));
+              AllOf(HasSubstr("after 420 ns"), HasSubstr("takes 10.5 us"), HasSubstr("start = \"rest\"")));
   EXPECT_EQ(fast_loading_warning(quasi_static, 60e-6), "");
   EXPECT_EQ(fast_loading_warning(quasi_static, std::numeric_limits<double>::quiet_NaN()), "");
   plate.time = "start = \"rest\"";

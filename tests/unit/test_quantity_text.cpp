@@ -19,6 +19,7 @@ TEST(QuantityText, HasThePrefixThatItsSizeAsksFor) {
   EXPECT_EQ(quantity_text(1.95e-6, "m"), "1.95 um");
   EXPECT_EQ(quantity_text(2e-12, "m^2"), "2 um^2");
   EXPECT_EQ(quantity_text(0, "N"), "0 N");
+  EXPECT_EQ(quantity_text(40000, "s"), "40000 s");
   EXPECT_EQ(quantity_text(1e-20, "N"), "1e-08 pN");
 }
 
@@ -31,7 +32,7 @@ TEST(ShownUnit, StaysTheUsualOneWhileItShowsSomething) {
   EXPECT_EQ(name(2e-5), "mm");
   EXPECT_EQ(name(9e-6), "um");
   EXPECT_EQ(name(2e-8), "nm");
-  EXPECT_EQ(name(5e3), "km");
+  EXPECT_EQ(name(5e3), "m");
 }
 
 TEST(ShownUnit, HasTheFactorOfItsName) {

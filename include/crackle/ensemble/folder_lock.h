@@ -87,6 +87,8 @@ private:
   void create(const std::string& taken, double patience);
   /// What processes that were killed while they waited for the lock have left.
   void remove_leftovers() const;
+  /// Whether the process that has made a file beside the lock is gone.
+  bool is_left_over(const std::string& name, const char* mark) const;
   void keep_touching(const std::stop_token& stop);
 
   std::filesystem::path file_;
@@ -116,7 +118,7 @@ public:
 
 private:
   std::filesystem::path folder_;
-  bool is_new_;
+  std::vector<std::filesystem::path> made_;  ///< innermost first
 };
 
 /// Keeps other runs away from samples of a folder while it lives: a lock file "lock-<first>-<last>". Runs of

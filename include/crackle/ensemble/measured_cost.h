@@ -6,6 +6,7 @@
 #include "crackle/input/parameters.h"
 
 #include <cstdint>
+#include <stdexcept>
 
 namespace crackle::ensemble {
 
@@ -21,13 +22,18 @@ struct MeasuredCost {
   std::int64_t n_steps = 0;       ///< that were measured
 };
 
+/// The time loop could not be measured. A sample need not fail for that: what is measured is weakened.
+class NotMeasured : public std::runtime_error {
+public:
+  using std::runtime_error::runtime_error;
+};
+
 /// Measures them on a realization: the equilibrium of the intact body, one break with the equilibrium after
 /// it, and the time loop for as long as given, in the course of breaking. Not collective.
 /// @param seconds of the time loop
-/// @throws std::runtime_error for what makes a sample fail that early: conditions without a place or that
-/// hold
-///   too little, loads at time 0 above the first break, an equilibrium that is not found, a motion that
-///   cannot be trusted
+/// @throws NotMeasured for a motion that cannot be trusted; std::runtime_error for what makes a sample fail
+///   before it moves: conditions without a place or that hold too little, loads at time 0 above the first
+///   break, an equilibrium that is not found
 MeasuredCost measure_cost(const input::Parameters& parameters, const geometry::Realization& realization,
                           double seconds);
 

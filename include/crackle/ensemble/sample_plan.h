@@ -82,7 +82,8 @@ std::filesystem::path points_copy(const std::filesystem::path& folder);
 std::vector<std::string> prepare_folder(const std::filesystem::path& folder,
                                         const input::Parameters& parameters, const SamplePlan& plan);
 
-/// Writes folder/input.toml again where it was removed meanwhile. @return whether it was
+/// Writes folder/input.toml, and the copy of the points, again where they were removed meanwhile. @return
+/// whether it was
 /// @throws std::runtime_error naming what cannot be written
 bool restore_input(const std::filesystem::path& folder, const input::Parameters& parameters);
 

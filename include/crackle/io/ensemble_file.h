@@ -61,7 +61,7 @@ void write_ensemble(const parallel::Communicator& world, const std::filesystem::
                     const input::Parameters& parameters, const EnsembleBlock& block,
                     const analysis::Statistics& statistics, const geometry::MotherPoints& base);
 
-/// Why a file must not be replaced by an ensemble's: "is a folder", "was written by another program". Empty
+/// Why a file must not be replaced by an ensemble's: "is a folder", "was not written by crackle". Empty
 /// where there is none, and for one of crackle, be it damaged. Not collective.
 std::string obstacle(const std::filesystem::path& file);
 
