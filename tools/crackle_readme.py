@@ -9,29 +9,17 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-PAPER = "jobs/paper"
 BLOCKS = {
     "picture": "README.md",
     "keys": "src/input/README.md",  # crackle check --keys
     "results": "src/io/README.md",  # crackle stats --columns
-    "survey": "src/geometry/README.md",  # tools/realization-campaign
+    "survey": "src/geometry/README.md",  # crackle mesh jobs/paper/clock-from-zero.toml --survey 200
     "benchmark": "tests/benchmark/README.md",  # tools/benchmark
-    "many samples": "src/ensemble/README.md",  # tools/many-samples --readme
-    "ranks": "tests/benchmark/README.md",  # tools/rank-comparison speed
-    "release": "src/fracture/README.md",  # jobs/verification/release-comparison
     **{name: "jobs/verification/README.md" for name in ("verification", "plates")},  # jobs/verification/verify --readme
     "toughness": "src/fracture/README.md",  # jobs/verification/verify toughness --readme
-    "variants": "jobs/verification/README.md",  # jobs/verification/verify --variants
-    "golden demo": "jobs/verification/README.md",  # tools/golden-runs --update
-    "golden paper": "jobs/verification/README.md",
-    **{name: "jobs/laws/README.md" for name in ("laws", "laws-slots", "laws-fringes", "laws-cost")},  # jobs/laws/study --keep
     # jobs/gallery/gallery --keep
     **{name: "jobs/gallery/README.md" for name in ("paper-plate", "pmma-strip", "glass-plate", "compact-tension", "bend-bar", "knife-edge-disk",
                                                    "brazilian-disk", "uncertain-strip")},
-    # jobs/paper/study --keep
-    **{name: f"{PAPER}/README.md" for name in ("paper", "limits", "symmetry", "base-notches", "disturbance",
-                                               "heterogeneity", "rate", "branching", "by-eye", "settings", "steps", "fringes")},
-    **{name: f"{PAPER}/clock-from-zero.md" for name in ("notches", "bases", "turning", "convergence", "spacing")},
 }
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from crackle_runs import JOBS, ROOT, Sample, front_speed, markdown, median_range, read, run, with_keys
+from crackle_runs import JOBS, ROOT, Sample, front_speed, median_range, run, with_keys
 from figures import MICROSECOND, MILLIMETRE, Figure, mean, output_of
 
 
@@ -20,7 +20,6 @@ class GlassPlate:
 
     start: float | None  # the crack has grown by 1 mm
     branching: float | None
-    place: float | None  # y of the branching [mm]
     arrival: float | None  # 1 mm before the far edge
     speed: float  # largest, over Rayleigh's
     energy: float  # released energy per traced area [J/m^2]
@@ -37,8 +36,7 @@ def _glass_plates(text: str, folder: Path, program: Path) -> list[GlassPlate]:
             return None if time is None else time / MICROSECOND
 
         branching = _branching(y, z, sample.facet_time)
-        plates.append(GlassPlate(passing(51), branching[0] / MICROSECOND if branching else None,
-                                 branching[1] / MILLIMETRE if branching else None, passing(99),
+        plates.append(GlassPlate(passing(51), branching / MICROSECOND if branching else None, passing(99),
                                  float(sample.summary["crack_speed_ratio"]),
                                  float(sample.summary["effective_toughness"]), sample))
     return plates
@@ -59,43 +57,10 @@ def glass_plate(folder: Path, program: Path) -> list[Figure]:
     ]
 
 
-COARSE = {"mesh.spacing": '"0.5 mm"', "specimen.size": '["1 mm", "100 mm", "40 mm"]', "ensemble.samples": "6"}
-# The first boundary of the input comes after two more.
-PLANE_STRAIN = {"boundary.on": '"x-min"\nfix = ["x"]\n[[boundary]]\non = "x-max"\nfix = ["x"]\n[[boundary]]\non = "z-min"'}
-GLASS_PLATE_VARIANTS = (
-    ("the input", {}),
-    ("0.5 mm, two cells through the thickness", COARSE),
-    ("0.5 mm, four cells", COARSE | {"specimen.size": '["2 mm", "100 mm", "40 mm"]'}),
-    ("0.5 mm, `facet`", COARSE | {"fracture.release": '"facet"'}),
-    ("0.5 mm, K_f = 1e-6 MPa² s", COARSE | {"fracture.impulse": '"1e-6 MPa^2 s"'}),
-    ("0.5 mm, K_f = 1e-5 MPa² s", COARSE | {"fracture.impulse": '"1e-5 MPa^2 s"'}),
-    ("0.5 mm, β = 1, K_f = 1e-9 MPa s", COARSE | {"fracture.exponent": "1", "fracture.impulse": '"1e-9 MPa s"'}),
-    ("0.5 mm, plane strain", COARSE | PLANE_STRAIN),
-    ("0.5 mm, toughness 4.1 J/m²", COARSE | {"fracture.toughness": '"4.1 J/m^2"',
-                                                                "ensemble.samples": "3"}),
-    ("0.5 mm, disturbance 0.35", COARSE | {"mesh.perturbation": "0.35", "mesh.min_quality": "0.1"}),
-)
+def _branching(y: np.ndarray, z: np.ndarray, time: np.ndarray) -> float | None:
+    """When the crack parts for good: from there on facets are over 2 mm apart across the plate.
 
-
-def glass_plate_variants(folder: Path, program: Path) -> str:
-    """A table of what changes the branching."""
-    text = (JOBS / "glass-plate.toml").read_text()
-    lines = []
-    for number, (title, keys) in enumerate(GLASS_PLATE_VARIANTS):
-        name = f"glass-plate-{number}" if keys else "glass-plate"
-        plates = _glass_plates(with_keys(text, keys), folder / name, program)
-        columns = [[p.start for p in plates], [p.branching for p in plates], [p.place for p in plates],
-                   [p.arrival for p in plates]]
-        lines.append([title, str(len(plates)), *(median_range(values, ".0f") for values in columns),
-                      median_range([p.speed for p in plates], ".2f"), median_range([p.energy for p in plates], ".2f")])
-    return markdown(["glass plate with", "samples", "grown by 1 mm [µs]", "branching for good [µs]", "at y [mm]",
-                     "arrival [µs]", "speed / c_R", "energy [J/m²]"], lines)
-
-
-def _branching(y: np.ndarray, z: np.ndarray, time: np.ndarray) -> tuple[float, float] | None:
-    """When and where the crack parts for good: from there on facets are over 2 mm apart across the plate.
-
-    The time is that at which the second of the two branches opens its first millimetre.
+    That is when the second of the two branches opens its first millimetre.
     """
     width = 1 * MILLIMETRE
     edges = np.arange(50 * MILLIMETRE, 100 * MILLIMETRE, width)
@@ -110,7 +75,7 @@ def _branching(y: np.ndarray, z: np.ndarray, time: np.ndarray) -> tuple[float, f
             inside = (y >= edges[i]) & (y < edges[i] + width)
             middle = (z[inside].min() + z[inside].max()) / 2
             lower, upper = inside & (z < middle), inside & (z >= middle)
-            return max(time[lower].min(), time[upper].min()), float(edges[i])
+            return float(max(time[lower].min(), time[upper].min()))
     return None
 
 
@@ -124,8 +89,7 @@ class StripCrack:
 
     ran: bool  # through more than half of the strip
     forks: int  # in the projection
-    place: float  # y of the first fork, from the tip of the slit [mm]; NaN where there is none
-    angle: float  # between its arms [degrees]
+    angle: float  # between the arms of the first fork [degrees]; NaN where there is none
     speed_there: float  # over Rayleigh's, on the way to it
     largest_speed: float  # the same, of all the way
 
@@ -134,13 +98,12 @@ def _strip_crack(sample: Sample, tip: float, width: float) -> StripCrack:
     y = sample.facet_corners[:, :, 1].mean(axis=1)
     ran = y.size > 0 and float(y.max()) > (tip + width) / 2
     seen = sample.projected_forks
-    place = angle = speed = math.nan
+    angle = speed = math.nan
     if seen.size:
         first = seen[np.argmin(sample.forks["position"][seen, 0])]
-        at = float(sample.forks["position"][first, 0])
-        place, angle = (at - tip) / MILLIMETRE, math.degrees(sample.forks["angle"][first])
-        speed = front_speed(y, sample.facet_time, at) * sample.summary["crack_speed_ratio"] / sample.summary["crack_speed_max"]
-    return StripCrack(ran, seen.size, place, angle, speed, float(sample.summary["crack_speed_ratio"]))
+        angle = math.degrees(sample.forks["angle"][first])
+        speed = front_speed(y, sample.facet_time, float(sample.forks["position"][first, 0])) * sample.summary["crack_speed_ratio"] / sample.summary["crack_speed_max"]
+    return StripCrack(ran, seen.size, angle, speed, float(sample.summary["crack_speed_ratio"]))
 
 
 def threshold(load: np.ndarray, forked: np.ndarray) -> str:
@@ -187,10 +150,7 @@ def pmma_strip(folder: Path, program: Path) -> list[Figure]:
                    "none up to 0.038 mm, all from 0.040 mm on"),
             Figure(case, "edge displacement at which half of them fork (95 % interval)", threshold(np.array([travel for travel, _ in ran]), forked),
                    "0.038 to 0.040 mm"),
-            *(Figure(case, f"first fork from the slit's tip, at {travel:.3f} mm",
-                     median_range([c.place if c.forks else None for c in some if c.ran], ".1f", " mm"), "decreases with it")
-              for travel, some in cracks.items() if any(c.forks for c in some)),
-            Figure(case, "speed / c_R on the 2 mm before it", median_range([c.speed_there for c in first], ".2f"),
+            Figure(case, "speed / c_R on the 2 mm before the first fork", median_range([c.speed_there for c in first], ".2f"),
                    "0.55, Katzav et al. 2007"),
             Figure(case, "angle between its arms", median_range([c.angle for c in first], ".0f", "°"), "some 30°"),
             Figure(case, "largest speed / c_R, with forks", median_range([c.largest_speed for c in first], ".2f"), "0.6 to 0.7"),
@@ -352,40 +312,3 @@ def test_programs() -> list[Figure]:
                           "largest difference of the corner's displacement",
                           f"{100 * float(match.group(1)):.2f} %" if match else "not found", "at most 1 %"))
     return figures
-
-
-def draw_pictures(folder: Path, images: Path) -> None:
-    """The cracks of the glass plate and of the PMMA strip, of those that are computed."""
-    plates = sorted((folder / "glass-plate" / "out" / "samples").glob("*.h5"))[:6]
-    strips = [file for travel in TRAVELS[1:]
-              for file in sorted((_strip_folder(folder, STRIP_SPACINGS[0], travel) / "out" / "samples").glob("*.h5"))[:2]]
-    for samples, name, last in ((plates, "glass-plate", 80), (strips, "pmma-strip", 50)):
-        if samples:
-            draw_cracks(samples, images / f"verification-{name}.png", last)
-
-
-def draw_cracks(samples: list[Path], picture: Path, last: float) -> None:
-    """The cracks of plates in their plane, coloured by the time at which they opened, up to `last` [µs]."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, grid = pyplot.subplots((len(samples) + 1) // 2, 2, figsize=(9, 2 * ((len(samples) + 1) // 2)), dpi=90,
-                                   sharex=True, sharey=True, squeeze=False, layout="constrained")
-    for axes, file in zip(grid.flat, samples):
-        found = read(file)
-        size = found.parameters["specimen"]["size"]
-        centre = found.facet_corners.mean(axis=1) / MILLIMETRE
-        points = axes.scatter(centre[:, 1], centre[:, 2], c=found.facet_time / MICROSECOND, s=0.6, cmap="viridis",
-                              vmin=0, vmax=last)
-        axes.set(xlim=(0, float(size[1].split()[0])), ylim=(0, float(size[2].split()[0])), aspect="equal")
-        notch = found.parameters["specimen"]["notch"][0]
-        axes.plot([0, float(notch["depth"].split()[0])], [float(notch["at"].split()[0])] * 2, color="black", linewidth=1)
-    for axes in grid[-1]:
-        axes.set_xlabel("y [mm]")
-    for axes in grid[:, 0]:
-        axes.set_ylabel("z [mm]")
-    figure.colorbar(points, ax=grid, label="opened after [µs]", shrink=0.7)
-    figure.savefig(picture, metadata={"Software": None})
-    pyplot.close(figure)

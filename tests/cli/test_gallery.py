@@ -1,14 +1,18 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tests of jobs/gallery: its closed forms, and coarse runs of its problems beside their references."""
+"""Tests of jobs: every input is accepted; the gallery's closed forms, and coarse runs of its problems beside their references."""
 from __future__ import annotations
 
 import argparse
+import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +30,40 @@ ACCEPTED = {  # what a coarse run may find of each figure; forks of so few sampl
     "paper-plate": [(0, 2)], "pmma-strip": [(1, 2), (1, 90)], "glass-plate": [(7, 20), (25, 45), (45, 80)], "compact-tension": [(0.75, 1.25)],
     "brazilian-disk": [(0.8, 1.3)], "bend-bar": [(0.97, 1.08)], "knife-edge-disk": [(0.97, 1.03)],
     "uncertain-strip": [(-1.9, -1.2), (0.25, 0.75), (0.25, 0.75), (0.75, 1.25)]}
+
+
+def check(file: Path) -> subprocess.CompletedProcess:
+    return subprocess.run([OPTIONS.program, "check", "--no-measure", str(file)], capture_output=True, text=True, env=environment(),
+                          check=False)
+
+
+class Inputs(unittest.TestCase):
+    def test_every_input_of_jobs_is_accepted(self):
+        files = sorted((ROOT / "jobs").rglob("*.toml"))
+        self.assertGreater(len(files), 20)
+        with ThreadPoolExecutor(2) as pool:
+            for file, result in zip(files, pool.map(check, files)):
+                self.assertEqual(result.returncode, 0, f"{file}: {result.stderr}")
+
+
+class Signals(unittest.TestCase):
+    def test_the_program_is_told_and_waited_for(self):
+        program = "trap 'sleep 1; echo parked; exit 3' USR1; echo running; while :; do sleep 0.05; done"
+        work = ("import sys; from crackle_runs import RunError, status_of\n"
+                "try: status_of(['bash', '-c', sys.argv[1]], open(sys.argv[2], 'w'))\n"
+                "except RunError as error: print(error)")
+        for number in (signal.SIGINT, signal.SIGTERM):
+            with tempfile.TemporaryDirectory() as name:
+                log = Path(name) / "log.txt"
+                with subprocess.Popen([sys.executable, "-B", "-c", work, program, str(log)], stdout=subprocess.PIPE, text=True,
+                                      env={**os.environ, "PYTHONPATH": str(ROOT / "tools")}) as process:
+                    until = time.monotonic() + 60
+                    while not (log.is_file() and log.read_text()) and time.monotonic() < until:
+                        time.sleep(0.05)
+                    process.send_signal(number)
+                    said = process.communicate(timeout=60)[0]
+                self.assertEqual(log.read_text(), "running\nparked\n")
+                self.assertEqual(said, f"stopped by {number.name}; the same command continues\n")
 
 
 class ClosedForms(unittest.TestCase):
@@ -81,11 +119,11 @@ class Runs(unittest.TestCase):
     def test_full_inputs_are_accepted(self):
         with tempfile.TemporaryDirectory() as name:
             for problem in problems.PROBLEMS.values():
-                source = Path(name) / "input.toml"
-                source.write_text(problem.input_text())
-                result = subprocess.run([OPTIONS.program, "check", "--no-measure", str(source)], capture_output=True, text=True,
-                                        env=environment(), check=False)
-                self.assertEqual(result.returncode, 0, result.stderr)
+                if problem.keys:  # the others are files of jobs as they stand
+                    source = Path(name) / "input.toml"
+                    source.write_text(problem.input_text())
+                    result = check(source)
+                    self.assertEqual(result.returncode, 0, result.stderr)
 
     def test_what_is_coarse_is_not_kept(self):
         result = subprocess.run([ROOT / "jobs" / "gallery" / "gallery", "--coarse", "--keep", "--program", OPTIONS.program],

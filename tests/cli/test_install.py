@@ -51,7 +51,7 @@ class Installed(unittest.TestCase):
 
     def test_the_jobs_find_the_tools(self):
         share = self.prefix / "share" / "crackle"
-        for job in ("gallery/gallery", "verification/verify", "paper/study", "laws/study"):
+        for job in ("gallery/gallery", "verification/verify"):
             text = self.call(share / "jobs" / job, "--help")
             self.assertNotIn(str(ROOT), text)
         self.assertIn(str(self.folder), "".join(self.call(share / "jobs" / "gallery" / "gallery", "--help").split()))

@@ -102,7 +102,7 @@ class Slender(Bodies):
 
     def test_few_large_panels_name_number_and_pattern_apart(self):
         ensemble = reading.read_ensemble(self.folders["slender"])
-        figure = figures.crack_paths.of(ensemble, [0, 1, 2])
+        figure = figures.crack_paths._section(ensemble, "", "", [[0, 1, 2]]).pictures[0].figure
         self.assertEqual(overlapping_texts(figure), [])
         texts = [text.get_text() for axes in figure.axes for text in axes.texts]
         self.assertTrue(any("crack" in text or text == "other" for text in texts), texts)

@@ -3,7 +3,7 @@
 // that is found true by other means, or every one of its realizations conforms.
 //
 // CRACKLE_FAMILY=300 in the environment gives the number of bodies, CRACKLE_FAMILY_POINTS=200000 the most
-// points that one may have; tools/realization-campaign sets both.
+// points that one may have.
 #include "crackle/common/stopwatch.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"

@@ -11,13 +11,11 @@ from typing import Optional
 
 from . import page, style
 from .figures import SECTIONS
-from .figures.crack_paths import alone
 from .figures.picture import Picture
 from .options import Options
 from .photoelasticity import STRESS_OPTIC, WAVELENGTH, Optics
 from .program import ResultsError, comparison_of
 from .reading import read_ensemble
-from .results import Ensemble
 from .writing import write_whole
 
 
@@ -53,9 +51,6 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     detail.add_argument("--times", type=_times, default=(), metavar="T,T,...",
                         help="times after the onset [us], such as 0,30,50,70; the nearest frames are shown")
     detail.add_argument("--no-animation", action="store_true", help="leave the animations out")
-    parser.add_argument("--cracks", action="store_true",
-                        help="also draw each sample's projected crack alone, into FOLDER/report/cracks: NNNN.png, and "
-                             "NNNN-forks.png with the forks that are counted")
     optics = parser.add_argument_group("photo-elastic pictures")
     optics.add_argument("--no-fringes", action="store_true", help="leave these pictures out, as for an opaque material")
     optics.add_argument("--field", choices=("dark", "light"), default="dark")
@@ -79,8 +74,7 @@ def _options(arguments: argparse.Namespace) -> Options:
     return Options(samples=tuple(arguments.samples), times=arguments.times, fringes=not arguments.no_fringes,
                    optics=Optics(arguments.stress_optic, 1e-9 * arguments.wavelength),
                    light_field=arguments.field == "light", reverse=arguments.reverse,
-                   product=arguments.form == "product", animation=not arguments.no_animation,
-                   each_crack=arguments.cracks)
+                   product=arguments.form == "product", animation=not arguments.no_animation)
 
 
 def make_report(folder: Path, options: Options = Options(), program: Optional[Path] = None) -> Path:
@@ -105,20 +99,9 @@ def make_report(folder: Path, options: Options = Options(), program: Optional[Pa
         sections.append((section, [_save(picture, pictures_folder) for picture in pictures]))
         for film in section.animations:
             write_whole(pictures_folder / f"{film.name}.gif", film.gif)
-    if options.each_crack:
-        _draw_cracks(ensemble, pictures_folder / "cracks")
     report = folder / "report.html"
     write_whole(report, page.render(ensemble, sections).encode("utf-8"))
     return report
-
-
-def _draw_cracks(ensemble: Ensemble, folder: Path) -> None:
-    folder.mkdir(exist_ok=True)
-    for number in map(int, ensemble.done):
-        for name, marked in ((f"{number:04d}.png", False), (f"{number:04d}-forks.png", True)):
-            png = io.BytesIO()
-            alone(ensemble, number, marked).savefig(png, format="png", metadata={"Software": None})
-            write_whole(folder / name, png.getvalue())
 
 
 def _save(picture: Picture, folder: Path) -> bytes:

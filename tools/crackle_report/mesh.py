@@ -32,7 +32,6 @@ def field_gradient(corner: np.ndarray, values: np.ndarray) -> np.ndarray:
 class Mesh:
     nodes: np.ndarray  # n x 3 [m]
     tetrahedra: np.ndarray  # m x 4
-    quality: Optional[np.ndarray] = None  # m, mean ratio
     spacing: Optional[np.ndarray] = None  # n, that the input asks for there [m]
     region: Optional[np.ndarray] = None  # n, number of the mesh's region that holds the node, -1: none
     plate: Optional[Plate] = None  # that it fills
@@ -43,14 +42,6 @@ class Mesh:
         """Of the tetrahedra, m [m^3]."""
         corner = self.nodes[self.tetrahedra]
         return np.abs(np.linalg.det(corner[:, 1:] - corner[:, :1])) / 6
-
-    def dual_facets(self) -> np.ndarray:
-        """Vector areas of the six dual facets of each tetrahedron, m x 6 x 3 [m^2]."""
-        corner = self.nodes[self.tetrahedra]
-        u, v, w = (corner[:, k] - corner[:, 0] for k in (1, 2, 3))
-        scaled = np.stack([np.cross(v, w), np.cross(w, u), np.cross(u, v)], axis=1) / 6
-        gradient = np.concatenate([-scaled.sum(axis=1, keepdims=True), scaled], axis=1)
-        return np.stack([(gradient[:, b] - gradient[:, a]) / 4 for a, b in EDGES], axis=1)
 
     def cut(self, axis: int, position: float) -> tuple[list[np.ndarray], np.ndarray]:
         """The polygons in which the plane `axis` = `position` [m] cuts the tetrahedra, each k x 2 in the other
@@ -81,8 +72,7 @@ def read_mesh(file: Path) -> Mesh:
         group = root["VTKHDF"]
         at_nodes = {name: group[f"PointData/{name}"][...] for name in ("spacing", "region") if f"PointData/{name}" in group}
         cells = group["CellData"]
-        return Mesh(group["Points"][...], group["Connectivity"][...].reshape(-1, 4), cells["quality"][...],
-                    **at_nodes, plate=Plate.of(root["specimen"]),
+        return Mesh(group["Points"][...], group["Connectivity"][...].reshape(-1, 4), **at_nodes, plate=Plate.of(root["specimen"]),
                     strength_factor=cells["strength_factor"][...] if "strength_factor" in cells else None,
                     regions=[MeshRegion(box, spacing) for box, spacing in
                              zip(root["regions/box"][...], root["regions/spacing"][...])])

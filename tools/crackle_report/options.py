@@ -19,4 +19,3 @@ class Options:
     product: bool = True  # of Jones matrices, or the integrated form
     animation: bool = True
     comparison: Optional[dict[str, Any]] = None  # what `crackle compare` says of it and other ensembles
-    each_crack: bool = False  # also pictures of every sample's crack alone, with and without the forks counted

@@ -33,7 +33,7 @@ constexpr double updates_per_core_second(const input::Time& time) {
 inline constexpr double shared_rate_share = 0.95;
 
 /// What the model reckons with; the defaults are cautious figures for a cluster of today.
-/// `tools/benchmark` and `tools/rank-comparison` measure the first three and the model's error.
+/// `tools/benchmark` measures the first.
 struct Machine {
   explicit Machine(const input::Time& time = {}) : Machine(updates_per_core_second(time)) {}
   /// @param updates_per_second measured on one core, see MeasuredCost

@@ -23,7 +23,6 @@ PANELS_PER_SHEET = 60
 N_TYPICAL = 8
 TITLE_ROOM = {False: 1.15, True: 0.62}  # what a panel's title takes in large and in small letters [inch]
 DIGIT = 5.8  # width of one in a title [point]
-ALONE_HEIGHT = 10.0  # of a picture of one sample, at the most [inch]
 MOST_PANELS = 240  # a page with thousands is neither read nor quickly drawn
 
 EXPLANATION = ("The opened dual facets, projected on the YZ plane and coloured by the time they opened, counted "
@@ -54,30 +53,9 @@ def every(ensemble: Ensemble, _: Options) -> Section | None:
     if n_samples > MOST_PANELS:
         numbers = np.flatnonzero(ensemble.samples.status != PENDING)[:MOST_PANELS].tolist()
         title = f"Crack paths of {len(numbers)} samples"
-        text = f"The first that are computed; crackle-report --cracks draws each that is done of all {n_samples:,}. {EXPLANATION}"
+        text = f"The first that are computed, of {n_samples:,}. {EXPLANATION}"
     sheets = [numbers[first:first + PANELS_PER_SHEET] for first in range(0, len(numbers), PANELS_PER_SHEET)]
     return _section(ensemble, title, text, sheets)
-
-
-def of(ensemble: Ensemble, numbers: list[int]) -> Figure:
-    """The cracks of these samples, a panel each."""
-    return _section(ensemble, "", "", [numbers]).pictures[0].figure
-
-
-def alone(ensemble: Ensemble, number: int, marked: bool) -> Figure:
-    """One sample's crack on a page of its own, with or without the forks that the program counts."""
-    crack = ensemble.files.crack(number)
-    has_crack = crack is not None and crack.time.size > 0
-    z_range = window(ensemble.plate, [crack.corner[:, :, 2]] if has_crack else [])
-    width, height = panel_size(ensemble.plate, z_range, 0.9 * style.PAGE_WIDTH, ALONE_HEIGHT)
-    figure = Figure(figsize=(style.PAGE_WIDTH, 0.8 + height))
-    axes = figure.add_subplot()
-    _panel(axes, ensemble, number, crack if has_crack else None,
-           time_colours(float(crack.time.max()) if has_crack else 0.0, ensemble.times), z_range, marked)
-    _title(axes, ensemble, number, small=False, in_a_row=width < TITLE_ROOM[False])
-    axes.set_xlabel(ensemble.plate.lengths.label("y"))
-    axes.set_ylabel(ensemble.plate.lengths.label("z"))
-    return figure
 
 
 def _section(ensemble: Ensemble, title: str, text: str, sheets: list[list[int]]) -> Section:
@@ -157,7 +135,7 @@ def _title(axes: Axes, ensemble: Ensemble, number: int, small: bool, in_a_row: b
 
 
 def _panel(axes: Axes, ensemble: Ensemble, number: int, crack: CrackSurface | None, colours: Normalize,
-           z_range: tuple[float, float], marked: bool = True) -> None:
+           z_range: tuple[float, float]) -> None:
     samples = ensemble.samples
     done = samples.status[number] == DONE
     draw_plate(axes, ensemble.plate, z_range, faint=not done)
@@ -169,6 +147,6 @@ def _panel(axes: Axes, ensemble: Ensemble, number: int, crack: CrackSurface | No
         return
 
     draw_facets(axes, crack, colours, lengths=ensemble.plate.lengths, times=ensemble.times)
-    forks = ensemble.files.forks(number) if marked else None
+    forks = ensemble.files.forks(number)
     if forks is not None:
         draw_forks(axes, forks, ensemble.plate.lengths)

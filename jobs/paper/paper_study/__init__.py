@@ -1,1 +1,0 @@
-"""The paper's experiment: its studies, their runs and what they gave."""
