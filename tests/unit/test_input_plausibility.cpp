@@ -74,9 +74,9 @@ TEST(Plausibility, NamesTheKeyThatTheInputHas) {
 }
 
 TEST(Plausibility, APhaseOfAThousandTransitsIsHardlyMeant) {
-  EXPECT_THAT(
-      warnings_with("[time]", "duration", R"("0.04 Ms")"),
-      ElementsAre(AllOf(HasSubstr("time.duration = 40000 s is 4.8e+08 times"), HasSubstr("Ms is megasecond"))));
+  EXPECT_THAT(warnings_with("[time]", "duration", R"("0.04 Ms")"),
+              ElementsAre(AllOf(HasSubstr("time.duration = 40000 s is 4.8e+08 times"),
+                                HasSubstr("Ms is megasecond"))));
   EXPECT_THAT(warnings_with("[time]", "duration", R"("10 ms")"), IsEmpty());
 }
 
