@@ -13,10 +13,9 @@ BLOCKS = {
     "picture": "README.md",
     "keys": "jobs/input.md",  # crackle check --keys
     "results": "jobs/results.md",  # crackle stats --columns
-    "survey": "src/geometry/README.md",  # crackle mesh jobs/paper/clock-from-zero.toml --survey 200
     "benchmark": "tests/benchmark/README.md",  # tools/benchmark
     **{name: "jobs/verification/README.md" for name in ("verification", "plates")},  # jobs/verification/verify --readme
-    "toughness": "jobs/method.md",  # jobs/verification/verify toughness --readme
+    "toughness": "jobs/verification/README.md",  # jobs/verification/verify toughness --readme
     # jobs/gallery/gallery --keep
     **{name: "jobs/gallery/README.md" for name in ("paper-plate", "pmma-strip", "glass-plate", "compact-tension", "bend-bar", "knife-edge-disk",
                                                    "brazilian-disk", "uncertain-strip")},
