@@ -129,7 +129,7 @@ std::string plan_text(const Subject& subject, const ensemble::MeasuredCost& meas
   const auto plans = ensemble::make_plans(subject.realization, subject.parameters, forces, cost.quasi_static,
                                           ensemble::Machine(rate), n_ranks, subject.n_samples());
   std::string text = fmt::format(
-      "\nPlans for {} rank{} and {} (src/ensemble/README.md has the model):\n"
+      "\nPlans for {} rank{} and {} (jobs/clusters.md has the model):\n"
       "{:>16} {:>8} {:>16} {:>12} {:>13} {:>8} {:>9} {:>9} {:>10}\n",
       n_ranks, n_ranks == 1 ? "" : "s", subject.samples_text(), "ranks per sample", "groups",
       "tetrahedra/rank", "ghosts/rank", "time per step", "exchange", "sample", "ensemble", "efficiency");

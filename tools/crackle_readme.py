@@ -11,12 +11,11 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 BLOCKS = {
     "picture": "README.md",
-    "keys": "src/input/README.md",  # crackle check --keys
-    "results": "src/io/README.md",  # crackle stats --columns
-    "survey": "src/geometry/README.md",  # crackle mesh jobs/paper/clock-from-zero.toml --survey 200
+    "keys": "jobs/input.md",  # crackle check --keys
+    "results": "jobs/results.md",  # crackle stats --columns
     "benchmark": "tests/benchmark/README.md",  # tools/benchmark
     **{name: "jobs/verification/README.md" for name in ("verification", "plates")},  # jobs/verification/verify --readme
-    "toughness": "src/fracture/README.md",  # jobs/verification/verify toughness --readme
+    "toughness": "jobs/verification/README.md",  # jobs/verification/verify toughness --readme
     # jobs/gallery/gallery --keep
     **{name: "jobs/gallery/README.md" for name in ("paper-plate", "pmma-strip", "glass-plate", "compact-tension", "bend-bar", "knife-edge-disk",
                                                    "brazilian-disk", "uncertain-strip")},

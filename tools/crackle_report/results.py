@@ -257,7 +257,7 @@ class Ensemble:
     n_planned: int  # samples that the input asks for; more than len(samples) when it stopped early
     samples: Samples
     statistics: Statistics
-    precision: dict[str, Any]  # how well the mean path is known, see src/analysis/README.md
+    precision: dict[str, Any]  # how well the mean path is known, see jobs/results.md
     turns: list[Turn]  # by the leading notch
     ranks: dict[str, Ranks]  # by their groups in /statistics
     interval_scope: str  # what the confidence intervals leave out

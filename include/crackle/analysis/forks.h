@@ -9,7 +9,7 @@
 
 namespace crackle::analysis {
 
-/// The parameters by which forks are found, in local mesh spacings; src/analysis/README.md gives the reasons.
+/// The parameters by which forks are found, in local mesh spacings; jobs/results.md says how well they do.
 
 /// Opened facets this close to each other across the crack, seen in a window, are one arm.
 inline constexpr double arm_gap = 0.4;

@@ -10,7 +10,7 @@
 #include <string_view>
 
 /// The one list of what a sample yields as numbers. Messages between ranks, result files, `crackle stats`,
-/// the report and the table in src/io/README.md follow from it: a new result is one member of SampleSummary,
+/// the report and the table in jobs/results.md follow from it: a new result is one member of SampleSummary,
 /// one entry here, and the line that computes it. What load, displacement and separation mean is defined in
 /// crackle/dynamics/machine_load.h.
 namespace crackle::analysis {
@@ -194,7 +194,7 @@ std::string category_name(const char* categories, std::int64_t value);
 /// Number of categories.
 int n_categories(const char* categories);
 
-/// All results as a Markdown table, that of src/io/README.md.
+/// All results as a Markdown table, that of jobs/results.md.
 std::string result_table();
 
 }  // namespace crackle::analysis

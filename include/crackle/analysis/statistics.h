@@ -170,7 +170,7 @@ std::vector<ResultStatistics> result_statistics(std::span<const SampleSummary> s
 std::string to_text(const Statistics& statistics, std::span<const SampleSummary> samples,
                     const input::Sections& sections, const Origin& origin = {});
 
-/// The statistics and the rows they are over as a JSON document; src/analysis/README.md lists its members.
+/// The statistics and the rows they are over as a JSON document; jobs/results.md lists its members.
 /// @param parameters with the sections of the statistics
 std::string to_json(const Statistics& statistics, std::span<const SampleSummary> samples,
                     const input::Parameters& parameters, const Origin& origin);

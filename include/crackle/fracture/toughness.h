@@ -16,7 +16,7 @@ namespace crackle::fracture {
 
 /// A strength criterion has no toughness of its own: a slow crack through tetrahedra of spacing h takes the
 /// energy c(nu) strength^2 h / E out of the body for each unit of its area. This is c, fitted to the loads at
-/// which cracked strips and bars in three-point bending become unstable (src/fracture/README.md).
+/// which cracked strips and bars in three-point bending become unstable (jobs/verification/README.md).
 double toughness_factor(input::Release release, double poisson_ratio);
 
 /// The same with the stress averaged over a ball (fracture::StressAverage): in place of the spacing stands
