@@ -97,20 +97,19 @@ std::string sample_identity(const Parameters& parameters) {
 
 std::string key_table() {
   std::string result =
-      "| key | dimension | default | accepted | meaning |\n"
-      "|---|---|---|---|---|\n";
+      "| key | default | accepted | meaning |\n"
+      "|---|---|---|---|\n";
   for (const Table& table : schema()) {
     const bool many = table.occurrence == Occurrence::many;
     const char* occurrence = many ? "any number" : table.occurrence == Occurrence::optional ? "optional" : "";
-    result += fmt::format("| **`{}`** | | {} | | {} |\n", header_of(table), occurrence, table.help);
+    result += fmt::format("| **`{}`** | {} | | {} |\n", header_of(table), occurrence, table.help);
     for (const Key& key : table.keys) {
       const Requirement& requirement = key.requirement;
       const std::string fallback = !requirement.instead.empty() ? "required, or `" + requirement.instead + "`"
                                    : requirement.required       ? "required"
                                    : requirement.fallback.empty() ? requirement.unset
                                                                   : "`" + requirement.fallback + "`";
-      result += fmt::format("| `{}` | {} | {} | {} | {} |\n", key.name, key.dimension, fallback, key.accepted,
-                            key.help);
+      result += fmt::format("| `{}` | {} | {} | {} |\n", key.name, fallback, key.accepted, key.help);
     }
   }
   return result;
