@@ -118,7 +118,7 @@ class Usage(unittest.TestCase):
         result = invoke("check", "--keys")
         self.assertEqual(result.returncode, 0)
         rows = [line for line in result.stdout.splitlines() if line.startswith("|")]
-        self.assertTrue(all(row.count("|") == 6 for row in rows))
+        self.assertTrue(all(row.count("|") == 5 for row in rows))
         table = None
         keys = {}
         for row in rows[2:]:
