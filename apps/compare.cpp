@@ -25,7 +25,7 @@ struct CompareOptions {
   bool json = false;
 };
 
-/// One of the ensembles, with the samples that count in it.
+/// One of the ensembles, with its samples that count.
 struct Ensemble {
   input::Parameters parameters;
   StoredSamples samples;
