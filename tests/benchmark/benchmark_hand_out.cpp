@@ -26,9 +26,9 @@ namespace {
 using namespace crackle;
 
 constexpr double groups_per_rank = 250;
-constexpr double sample_seconds = 13;  // of jobs/paper/clock-from-zero.toml with `verlet` and `auto`
+constexpr double sample_seconds = 13;  // for jobs/paper/clock-from-zero.toml with `verlet` and `auto`
 
-/// Steps of samples that cost their realization and, asleep, some seconds.
+/// Steps of mock samples that make their realization and then sleep for some seconds.
 ensemble::SampleSteps pretended(ensemble::RealizationMaker make, double seconds) {
   ensemble::SampleSteps steps;
   steps.make = std::move(make);

@@ -25,7 +25,7 @@ std::vector<Value> read(hid_t file, const std::string& name) {
   return hdf5::read_dataset<Value>(file, name, hdf5::read_shape(file, name));
 }
 
-/// A file with what it says of one sample.
+/// A file and its data on one sample.
 struct Sample {
   explicit Sample(hid_t file)
       : parameters(input::parse(hdf5::read_text_attribute(file, "input"), "input")),

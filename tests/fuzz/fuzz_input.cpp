@@ -10,7 +10,7 @@
 
 namespace {
 
-/// Begins with the file's name, and fits a terminal.
+/// Starts with the file name, and fits a terminal.
 bool is_sound(const std::string& message) {
   if (message.rfind("fuzz.toml:", 0) != 0 || message.size() > 700) return false;
   for (const char c : message) {

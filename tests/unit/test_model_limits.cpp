@@ -164,7 +164,7 @@ TEST(ModelLimits, NothingIsSaidOfTheJobs) {
     if (entry.path().extension() != ".toml") continue;
     const auto file = std::filesystem::relative(entry.path(), jobs).string();
     const input::Parameters parameters = test::job(file);
-    // Bodies that are not to break have a strength that no bond carries.
+    // Bodies that must not break have a strength above that of atomic bonds.
     if (parameters.fracture.strength >= 1e11)
       EXPECT_THAT(warnings(parameters), ElementsAre(HasSubstr("which no bond carries"))) << file;
     else

@@ -61,7 +61,7 @@ TEST(BlockFactors, SolveAsEigenDoes) {
   EXPECT_LT(error, 1e-14);
 }
 
-/// -1, 2, -1 without a preconditioner: it takes as many iterations as it has unknowns.
+/// -1, 2, -1 without a preconditioner: takes as many iterations as there are unknowns.
 struct Chain {
   std::vector<float> values = std::vector<float>(60);
 

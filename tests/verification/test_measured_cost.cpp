@@ -15,7 +15,7 @@ namespace {
 using input::BoundaryKind;
 using input::Face;
 
-/// A slotted strip that is pulled until it breaks.
+/// A slotted strip pulled until it breaks.
 input::Parameters strip() {
   input::Parameters parameters;
   parameters.specimen.size = {0.002, 0.01, 0.02};

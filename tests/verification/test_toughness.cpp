@@ -18,7 +18,7 @@ namespace {
 using input::BoundaryKind;
 using input::Face;
 
-/// A strip between rigid grips, cracked along half of its middle.
+/// A strip between rigid grips, with a crack along half of its mid-plane.
 input::Parameters strip() {
   input::Parameters parameters;
   parameters.material = {32e9, 0.2, 2450};

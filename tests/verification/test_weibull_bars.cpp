@@ -23,7 +23,7 @@ constexpr double width = 1e-3;             // [m]
 
 struct Bars {
   std::vector<double> first_break, fracture;  // stresses [Pa]
-  double scale;                               // that Weibull's law gives the first break [Pa]
+  double scale;                               // predicted by Weibull's law for the first break [Pa]
 };
 
 /// @param cells over the width of a bar
