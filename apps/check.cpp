@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// crackle check: validates an input file and says what running it will take.
+// crackle check: validates an input file and estimates the cost of running it.
 #include "crackle/common/failure.h"
 #include "crackle/common/heartbeat.h"
 #include "crackle/common/quantity_text.h"

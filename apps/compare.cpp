@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// crackle compare: what differs between ensembles, and how surely.
+// crackle compare: differences between ensembles, and their significance.
 #include "commands.h"
 #include "crackle/analysis/comparison.h"
 #include "crackle/common/failure.h"

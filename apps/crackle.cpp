@@ -85,7 +85,7 @@ bool parse(CLI::App& app, int argc, char** argv, bool print, int& status) {
     if (app.get_subcommands().empty()) throw CLI::RequiredError("a command");
     return true;
   } catch (const CLI::ParseError& outcome) {
-    // --help and --version arrive here too, with exit code 0.
+    // --help and --version also arrive here, with exit code 0.
     const bool done = outcome.get_exit_code() == 0;
     status = done ? apps::success : apps::input_error;
     if (print && done) app.exit(outcome);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Makes many realizations for their statistics.
+// Surveys many realizations for their statistics.
 #include "crackle/common/failure.h"
 #include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/stable_step.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// crackle run: the ensemble.
+// crackle run: runs the ensemble.
 #include "crackle/common/failure.h"
 #include "crackle/common/whole_number.h"
 #include "crackle/ensemble/ensemble_run.h"

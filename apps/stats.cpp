@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// crackle stats: the statistics of an ensemble, anew from its sample files or, without those, from its
+// crackle stats: the statistics of an ensemble, recomputed from its sample files or, without those, from its
 // results.
 #include "commands.h"
 #include "crackle/analysis/crack_path.h"

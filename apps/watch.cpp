@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// crackle watch: what a running ensemble has found so far, again and again. Reads only.
+// crackle watch: repeatedly shows the results of a running ensemble so far. Reads only.
 #include "commands.h"
 #include "crackle/analysis/sample_results.h"
 #include "crackle/common/regular_file.h"

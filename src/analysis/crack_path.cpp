@@ -21,7 +21,7 @@ constexpr int n_stations = 50;  // of crossed_shares and path_overlap
 
 using geometry::CrackStart;
 
-/// How far a crack has advanced along its way.
+/// Advance of a crack along its way.
 struct Advance {
   double share = 0;        ///< of the way, up to the farthest station with a crossing
   double time = infinity;  ///< when it first opened there [s]

@@ -73,7 +73,7 @@ public:
 
   /// Adds break i, which touches the earlier breaks `touched` and, unless -1, a crack start.
   void add(std::size_t i, const std::vector<std::size_t>& touched, std::int32_t own_start) {
-    // Where several cracks meet, the latest touched break that belongs to a crack start decides.
+    // If several cracks meet, the latest touched break that belongs to a crack start decides.
     std::size_t latest = i;
     for (const std::size_t j : touched) {
       if (start_of(j) >= 0 && (latest == i || j > latest)) latest = j;

@@ -437,7 +437,7 @@ private:
   std::vector<kernels::Movement<double>> movement_;  // per block of nodes, since the last breaking check
   GhostDisplacements<Real> ghosts_;
   std::vector<std::int32_t> overloaded_;
-  // Of the current step; reserved for the largest step, since steps must not allocate.
+  // The substeps of the current step; reserved for the longest step, since steps must not allocate.
   std::vector<Substep> substeps_;
   std::vector<std::int32_t> next_force_, next_update_;
   bool force_is_current_ = false;

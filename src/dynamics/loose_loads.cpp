@@ -31,7 +31,7 @@ struct OnPiece {
   std::int64_t held;   // bit mask of the components in which the piece is held
 };
 
-/// Stands for supports, drives and absorbing faces.
+/// Represents supports, drives and absorbing faces.
 constexpr std::int64_t any_condition = -1;
 
 /// Bit mask of the components in which each condition loads the body.

@@ -42,7 +42,7 @@ bool holds_ensemble(const fs::path& folder) {
          holds_anything(sample_folder(folder));
 }
 
-/// A setting in two inputs; empty where it is absent.
+/// A setting in two inputs; empty if it is absent.
 struct Difference {
   std::string key;
   std::string expected;
@@ -94,8 +94,8 @@ std::string line_options(const std::vector<std::string>& settings) {
   return options;
 }
 
-/// Advice on settings that differ. Neither sections nor frames affect how a sample breaks, so whoever changes
-/// them wants to keep the existing samples.
+/// Advice on settings that differ. Neither sections nor frames affect how a sample breaks, so the existing
+/// samples can be kept when they change.
 /// @param wanted settings of the input that differs from the folder's
 std::string advice(const fs::path& folder, const std::vector<Difference>& found,
                    const std::vector<std::string>& wanted) {

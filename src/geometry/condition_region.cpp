@@ -54,7 +54,7 @@ std::optional<OwnInterval> own_interval(const Patch& patch, std::size_t axis, co
   return OwnInterval{interval, is_line};
 }
 
-/// True if a face that is flat across a coordinate lies within the region's limits of it.
+/// True if a face normal to a coordinate axis lies within the region's limits along it.
 bool is_at_region(const Patch& patch, const std::array<std::size_t, 2>& axes, const input::Region& region,
                   double near) {
   const Point place = patch.at(patch.domain.lower);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where points and tetrahedra lie in an extruded plate.
+// Location of points and tetrahedra in an extruded plate.
 #include "extruded_plate.h"
 
 #include <algorithm>

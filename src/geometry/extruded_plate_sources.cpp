@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where an extruded plate asks for a fine mesh, and how it can be turned.
+// Spacing sources and symmetries of an extruded plate.
 #include "crackle/geometry/mother_points.h"
 #include "extruded_plate.h"
 #include "reflection.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where a notched box asks for a fine mesh, and how it can be turned.
+// Spacing sources and symmetries of a notched box.
 #include "notched_box.h"
 #include "reflection.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where points and tetrahedra lie in a notched box.
+// Location of points and tetrahedra in a notched box.
 #include "convex_overlap.h"
 #include "notched_box.h"
 

@@ -91,7 +91,7 @@ struct Tessellation::Data {
         {points[index(cell[0])], points[index(cell[1])], points[index(cell[2])], points[index(cell[3])]});
   }
 
-  /// @param cell nodes ascending, so that equal cells get equal bits
+  /// @param cell nodes in ascending order, for bitwise equal ratings of equal cells
   Rating rate(const Tetrahedron& cell) const { return rate(cell, place_of(cell)); }
 
   Rating rate(const Tetrahedron& cell, Place place) const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// [[random]]: numbers of the input that each sample has another value of.
+// [[random]]: numbers of the input that vary between samples.
 #include "consistency.h"
 #include "schema.h"
 

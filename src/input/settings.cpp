@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Other values in the text of an input.
+// Replaces values in the text of an input.
 #include "crackle/common/whole_number.h"
 #include "crackle/input/reader.h"
 

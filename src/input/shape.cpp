@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the body is in the plane of the plate.
+// The shape of the body in the plane of the plate.
 #include "consistency.h"
 #include "dimension.h"
 

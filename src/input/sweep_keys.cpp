@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// [[sweep]]: keys whose values make the cases of a study.
+// [[sweep]]: keys whose values define the cases of a study.
 #include "consistency.h"
 #include "schema.h"
 #include "settings.h"

@@ -68,7 +68,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-/// What to write instead of an unknown `name` in the table at `path`: a similarly spelled name there, the
+/// Suggests a replacement for an unknown `name` in the table at `path`: a similarly spelled name there, the
 /// same name in another table, or otherwise all names of the table.
 std::string advice(const std::vector<Place>& places, const std::string& path, const std::string& name) {
   std::vector<std::string> siblings;

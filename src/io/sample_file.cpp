@@ -132,7 +132,7 @@ void write_crack_lines(hid_t file, const std::vector<analysis::CrackLine>& lines
   hdf5::label_datasets(table, {"line"});
 }
 
-/// What broke, and when: the first columns of every kind of release.
+/// Writes the tetrahedra and times of releases: the first columns of every kind of release.
 template <class Release>
 void write_moments(hid_t group, const std::vector<Release>& releases) {
   write_column<std::int64_t>(group, "tetrahedron", releases, &Release::tetrahedron);

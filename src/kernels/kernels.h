@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The hot loops of explicit dynamics, in fixed point: state and sums are integers, so no sum depends on its
-// order. Compiled once for each instruction set; all give the same bits.
+// The hot loops of explicit dynamics, in fixed point: state and sums are integers, so sums do not depend on
+// their order. Compiled once for each instruction set; the results are bitwise equal.
 #pragma once
 
 #include "crackle/common/instruction_set.h"

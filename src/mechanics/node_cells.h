@@ -30,7 +30,7 @@ struct NodeCells {
   std::vector<geometry::Point> centre;  ///< of each cell
   std::vector<double> extent;           ///< longest side of the bounding box of the initial nodes
   std::vector<Shares> shares;           ///< of each local node
-  geometry::Box box;                    ///< round the body
+  geometry::Box box;                    ///< bounding box of the body
 
   std::int32_t size() const { return static_cast<std::int32_t>(centre.size()); }
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A module of its own, which is loaded when an input has random numbers (openturns.h).
+// A separate module, loaded if an input has random numbers (openturns.h).
 #include "openturns.h"
 
 #include "crackle/common/failure.h"

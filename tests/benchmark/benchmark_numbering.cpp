@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How the numbering of nodes and tetrahedra decides over the speed of the force loop: the same realization
-// numbered as crackle does (slabs), as CGAL's tessellation holds it (Hilbert curve), and at random.
+// Effect of the numbering of nodes and tetrahedra on the speed of the force loop: the same realization with
+// the numbering of crackle (slabs), that of CGAL's tessellation (Hilbert curve), and a random one.
 //
 //   benchmark_numbering INPUT [options of Google Benchmark]
 #include "crackle/common/random.h"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the time loop costs beside what the machine and PETSc can do, side by side in one run.
+// Cost of the time loop compared with the machine's limits and with PETSc, side by side in one run.
 //
 //   mpirun -n 2 benchmark_time_loop INPUT [--rounds N] [--json FILE]
 //
-// Every figure is the median over rounds in which all candidates take turns. Rank 0 measures; rank 1 sleeps,
-// until both run the time loop at once, each on a body of its own.
+// Every figure is the median over rounds in which all candidates take turns. Rank 0 measures while rank 1
+// sleeps; finally both run the time loop at once, each on a separate body.
 #include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/breaking_check.h"
 #include "crackle/dynamics/moving_body.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Prints the stress of every tetrahedron at every frame of a sample file, as the program itself has it:
-// frames x tetrahedra x 6 numbers in native doubles.
+// Prints the stress of every tetrahedron at every frame of a sample file, as computed by the program: frames
+// x tetrahedra x 6 numbers in native doubles.
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/input/reader.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A sample that is parked and continued again and again, on changing numbers of ranks, ends with the same
-// bits as an undisturbed one.
+// A sample that is parked and continued repeatedly, on changing numbers of ranks, ends bitwise equal to an
+// undisturbed one.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/checkpoint.h"
 #include "crackle/dynamics/sample_run.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whole ensembles with real meshes and files, and a cheap rule in place of the mechanics.
+// Whole ensembles with real meshes and files, and a cheap rule instead of the mechanics.
 #include "crackle/ensemble/ensemble_run.h"
 #include "crackle/ensemble/single_sample.h"
 #include "crackle/io/checkpoint_file.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// An allocation that fails on one rank, wherever it is in a sample, ends the sample on all ranks of its
-// group. The allocations of this program's own code fail one after the other, each in a run of its own; those
-// of libraries do not.
+// A failed allocation on one rank, anywhere in a sample, ends the sample on all ranks of its group. The
+// allocations of this program's own code fail one after the other, each in a separate run; those of libraries
+// do not.
 #include "crackle/parallel/agreement.h"
 
 #include "support/box_mesh.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What fails on one rank in the middle of a step ends the phase on all ranks of the group, soon and with the
-// same words.
+// A failure on one rank in the middle of a step soon ends the phase on all ranks of the group, with the same
+// message.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/fracture/toughness.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whatever stage of a sample fails on whichever rank of its group: the sample fails with stage and reason,
-// the other samples of the ensemble have the bits of an undisturbed run, and nothing waits for ever.
+// Any stage of a sample may fail on any rank of its group: the sample fails with stage and reason, the other
+// samples of the ensemble are bitwise equal to those of an undisturbed run, and nothing deadlocks.
 #include "crackle/common/index.h"
 #include "crackle/ensemble/ensemble_run.h"
 #include "crackle/input/reader.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Numbers that are not finite, on one rank: no sum loses them, no rank waits for another, no solver takes
-// them for an equilibrium.
+// Non-finite numbers on one rank: no sum loses them, no rank deadlocks, no solver accepts them as an
+// equilibrium.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/mechanics/boundary_loads.h"

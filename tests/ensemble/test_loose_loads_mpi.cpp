@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Loads end on fragments that come loose, with the same bits on any number of ranks and after an
-// interruption.
+// Loads end on fragments that come loose, bitwise equally on any number of ranks and after an interruption.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/parallel/collectives.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Dynamics by PETSc's matrix and vectors: held against the plain loop over tetrahedra and against the
+// Dynamics with PETSc's matrix and vectors, compared with the plain loop over tetrahedra and with the
 // fixed-point engine, on any number of ranks and after restarts.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/checkpoint.h"

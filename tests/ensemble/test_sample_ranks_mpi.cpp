@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One sample shared by the ranks of a group: the same bits as on one rank.
+// One sample shared by the ranks of a group: bitwise equal to that on one rank.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/fracture/connectivity.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A family of random bodies with meshes, and the reasons to refuse one, found independently of the geometry.
+// A family of random bodies with meshes, and the reasons to refuse one, determined independently of the
+// geometry.
 #pragma once
 
 #include "crackle/common/random.h"

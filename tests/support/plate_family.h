@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Inputs of plates with any outline, a family of random ones, and the reasons to refuse one, found on a
+// Inputs of plates with any outline, a family of random ones, and the reasons to refuse one, determined on a
 // raster of points without the program's geometry.
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How many of the forks that there are are found, and how many that are not: on tetrahedra of disturbed
-// Delaunay tessellations that made surfaces cut.
+// Detection rates and false positives of forks, on perturbed Delaunay tessellations cut by synthetic
+// surfaces.
 #include "crackle/analysis/forks.h"
 #include "crackle/common/index.h"
 #include "crackle/geometry/mother_points.h"

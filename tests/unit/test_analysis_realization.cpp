@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Crack paths on disturbed Delaunay tessellations, where crack surfaces are as rough as those of the
+// Crack paths on perturbed Delaunay tessellations, where crack surfaces are as rough as those of the
 // mechanics.
 #include "crackle/analysis/crack_path.h"
 #include "crackle/geometry/mother_points.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A body and its cracks turned in the y-z plane: nothing that the analysis measures may depend on the axes.
+// A body and its cracks rotated in the y-z plane: no measure of the analysis may depend on the axes.
 #include "crackle/analysis/crack_line.h"
 #include "crackle/analysis/crack_path.h"
 #include "support/body_of_shape.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a node and its control groups leave, from made-up trees of /proc and /sys.
+// Memory left by a node and its control groups, from mock trees of /proc and /sys.
 #include "crackle/ensemble/memory.h"
 #include "crackle/ensemble/realization_queue.h"
 #include "crackle/geometry/mother_points.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What breaks at the ends of steps, with stresses that follow a script.
+// Breaking at the ends of steps, with scripted stresses.
 #include "crackle/dynamics/breaking_check.h"
 
 #include "support/box_mesh.h"

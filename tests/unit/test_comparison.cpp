@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Comparison of ensembles: intervals and probabilities by hand, against published examples, and how often
-// they hold.
+// Comparison of ensembles: intervals and p-values by hand, against published examples, and their coverage.
 #include "crackle/analysis/comparison.h"
 #include "crackle/common/random.h"
 
@@ -16,7 +15,7 @@ namespace crackle::analysis {
 namespace {
 
 TEST(Comparison, PermutationsOfAFewValuesByHand) {
-  // Of the 20 ways to choose three of six values, these two have the largest difference.
+  // Among the 20 ways to choose three of six values, these two have the largest difference.
   EXPECT_DOUBLE_EQ(permutation_probability({{1, 2, 3}, {4, 5, 6}}), 0.1);
   EXPECT_DOUBLE_EQ(permutation_probability({{4, 5, 6}, {1, 2, 3}}), 0.1) << "two-sided";
   // For pairs with differences of one sign, 2 of 2^5 have the largest mean.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Loads and supports on parts of faces: where they act is the same in every realization, to the last digits.
+// Loads and supports on parts of faces: their location is equal in every realization, to the last digits.
 #include "crackle/geometry/condition_region.h"
 #include "crackle/geometry/symmetry.h"
 #include "crackle/mechanics/boundary_loads.h"

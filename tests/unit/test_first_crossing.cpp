@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which tetrahedron reaches its strength first, in whatever order and shares they are looked at.
+// Which tetrahedron first reaches its strength, for any order and distribution of tetrahedra.
 #include "crackle/common/random.h"
 #include "crackle/fracture/principal_stress.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Who may take over whose lock: owners on other hosts, in other process namespaces, and in other starts and
-// steps of a SLURM job.
+// Takeover of locks: owners on other hosts, in other process namespaces, and in other starts and steps of a
+// SLURM job.
 #include "crackle/common/whole_number.h"
 #include "crackle/ensemble/folder_lock.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Realizations that are broken on purpose: each must be refused for the right reason.
+// Deliberately broken realizations: each must be rejected for the right reason.
 #include "crackle/geometry/quality.h"
 #include "crackle/geometry/realization.h"
 #include "support/geometry_bodies.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The VTK files, read back by VTK itself where its Python module is installed.
+// The VTK files, read back by VTK itself if its Python module is installed.
 #include "crackle/common/index.h"
 #include "crackle/geometry/quality.h"
 #include "crackle/io/vtk_file.h"

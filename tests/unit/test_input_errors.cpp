@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Wrong inputs as the reader sees them; the table of wrong inputs of the whole program is tests/cli.
+// Invalid inputs at the level of the reader; the table of invalid inputs of the whole program is in
+// tests/cli.
 #include "crackle/input/reader.h"
 #include "unit/input_samples.h"
 

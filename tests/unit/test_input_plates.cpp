@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Inputs of plates of any outline.
+// Inputs of plates with any outline.
 #include "input_samples.h"
 #include "support/plate_family.h"
 #include "support/temporary_folder.h"

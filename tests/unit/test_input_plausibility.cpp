@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Values that are accepted and hardly meant, and stress intensities in the units that people write them in.
+// Valid but implausible values, and stress intensities in common units.
 #include "crackle/input/plausibility.h"
 #include "crackle/uncertainty/random_inputs.h"
 #include "unit/input_samples.h"

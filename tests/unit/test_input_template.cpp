@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The template that `crackle init` writes: the input it is made from, with every other key as a comment.
+// The template written by `crackle init`: the original input, with every other key as a comment.
 #include "crackle/input/reader.h"
 
 #include <gmock/gmock.h>

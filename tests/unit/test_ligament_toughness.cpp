@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The toughness that one strength has along the way of the cracks.
+// The range of toughness of a uniform strength along the crack paths.
 #include "crackle/fracture/toughness.h"
 #include "support/geometry_bodies.h"
 #include "support/job.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the mesh cannot represent is said, with its number, and nothing is said of inputs that it represents.
+// Warnings about what the mesh cannot represent, with the size of the error; no warnings for inputs that it
+// represents.
 #include "crackle/dynamics/model_limits.h"
 #include "crackle/input/reader.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which samples a run computes, and what it refuses to start on.
+// The samples that a run computes, and the folders that it refuses.
 #include "crackle/ensemble/sample_plan.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/checkpoint_file.h"

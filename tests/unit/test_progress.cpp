@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What people see of a run: counts, time left, means; the line on a terminal and in a log.
+// Progress shown to the user: counts, time left, means; the line on a terminal and in a log.
 #include "crackle/ensemble/group_layout.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/run_log.h"

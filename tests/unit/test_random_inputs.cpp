@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Random inputs: distributions against their closed forms, plans, draws and the inputs that they make.
+// Random inputs: distributions against their closed forms, sampling plans, draws and the resulting inputs.
 #include "crackle/input/reader.h"
 #include "crackle/uncertainty/random_inputs.h"
 

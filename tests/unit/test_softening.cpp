@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The saw-tooth law, and the energy that single tetrahedra dissipate by it.
+// The saw-tooth law, and the energy dissipated by single tetrahedra.
 #include "crackle/fracture/principal_stress.h"
 #include "crackle/fracture/softening.h"
 

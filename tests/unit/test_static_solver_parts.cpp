@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The parts of the static solver: factors by blocks, conjugate gradients that are interrupted, cells of
-// nodes.
+// Parts of the static solver: block factors, interrupted conjugate gradients, cells of nodes.
 #include "crackle/common/index.h"
 #include "crackle/fracture/breakable_body.h"
 

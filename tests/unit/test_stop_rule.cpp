@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Ensembles that stop early: their interval must keep its confidence although it is looked at again and
-// again.
+// Ensembles that stop early: their interval must keep its confidence despite repeated looks.
 #include "crackle/analysis/running_statistics.h"
 #include "crackle/analysis/stop_rule.h"
 #include "crackle/common/random.h"

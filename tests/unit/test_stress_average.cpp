@@ -127,7 +127,7 @@ TEST_F(Block, LooksRoundTheFrontOfACrack) {
   EXPECT_TRUE(sees_other_side);
 }
 
-/// Nothing is cached that a break has changed.
+/// No cached ball may be used after a break in it.
 TEST_F(Block, IsThatOfTheBodyAsItIsNow) {
   std::vector<std::int32_t> centres;
   for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); t += 7) centres.push_back(t);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Random fields of the material: moments, correlation, marginal distributions, and that a factor belongs to
-// its place and not to who asks.
+// Random fields of the material: moments, correlation, marginal distributions, and independence of a factor
+// from the partition.
 #include "crackle/fracture/gaussian_field.h"
 #include "crackle/fracture/variation.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The boundary list at work in dynamics: motions of a part of a face, loads with a history, free flight.
+// Boundary conditions in dynamics: motions of part of a face, loads with a history, free flight.
 #include "crackle/common/real.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/mechanics/boundary_loads.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The static and a transient solution on the same mesh by another program: CalculiX with its linear
-// tetrahedron C3D4, to which the stiffness of PDS-FEM is identical.
+// The static and a transient solution compared with CalculiX on the same mesh; its linear tetrahedron C3D4
+// has the same stiffness as PDS-FEM.
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/stable_step.h"

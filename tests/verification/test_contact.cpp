@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A bar is broken in two and pushed together again: with contact the crack carries compression, and only
-// that.
+// A bar is broken in two and pushed together again: with contact the crack carries compression, and nothing
+// else.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/stable_step.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Damping and absorbing faces against exact solutions: the decay of free motion and of a vibration, and what
-// Lysmer and Kuhlemeyer's dashpots reflect of plane waves.
+// Damping and absorbing faces against exact solutions: the decay of free motion and of a vibration, and the
+// reflection of plane waves by Lysmer and Kuhlemeyer's dashpots.
 #include "crackle/mechanics/elasticity.h"
 
 #include "support/box_mesh.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The energy account of a whole sample of the demo: external work = kinetic + strain + released + dissipated
+// The energy balance of a whole sample of the demo: external work = kinetic + strain + released + dissipated
 // at every output.
 #include "crackle/dynamics/energy_account.h"
 #include "crackle/dynamics/sample_run.h"

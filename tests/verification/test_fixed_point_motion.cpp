@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The fast dynamics in integers: reversible to the last bit, the same with every instruction set, true to the
-// plain double-precision dynamics, and no overloaded tetrahedron missed.
+// The fast dynamics in integers: reversible to the last bit, equal with every instruction set, consistent
+// with the plain double-precision dynamics, and no overloaded tetrahedron missed.
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/fracture/principal_stress.h"

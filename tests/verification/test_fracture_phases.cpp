@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Run-away and arrest, each on a case designed for it.
+// Unstable growth and arrest, each in a case designed for it.
 #include "crackle/dynamics/sample_run.h"
 #include "support/box_mesh.h"
 

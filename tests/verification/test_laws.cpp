@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Bodies that all fracture laws have one answer for: a bar without a notch fails at the strength, and breaks
-// by an averaged stress attach to the crack.
+// Bodies for which all fracture laws agree: a bar without a notch fails at the strength, and breaks by an
+// averaged stress attach to the crack.
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/geometry/centroid.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a testing machine records: of which conditions, with which sign, and up to when.
+// The record of a testing machine: from which conditions, with which sign, and until when.
 #include "crackle/dynamics/machine_load.h"
 #include "crackle/dynamics/sample_run.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is measured for the estimate of a sample's cost; not how long it took.
+// The measurement of a sample's cost; its results, not the times.
 #include "crackle/ensemble/measured_cost.h"
 
 #include "crackle/dynamics/explicit_phase.h"

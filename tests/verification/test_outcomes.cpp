@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How samples end, and what is their first break and their onset.
+// Outcomes of samples, their first break and their onset.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/separation.h"

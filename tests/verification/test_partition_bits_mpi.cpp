@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Every sum, product, bound and solve that ranks share: the bits of one rank for any partition, with numbers
-// that do not add up exactly, and bodies in which some tetrahedra are broken in part.
+// Every sum, product, bound and solve shared by ranks is bitwise equal to that on one rank for any partition,
+// with inexact sums and bodies in which some tetrahedra are partly broken.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/stable_step.h"

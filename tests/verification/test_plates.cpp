@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Loads on plates of any outline, beside exact solutions.
+// Loads on plates with any outline, against exact solutions.
 #include "support/loaded_plate.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Quasi-static loading where it is hard: hundreds of stable breaks, loose tetrahedra, parts that hang by an
-// edge.
+// Difficult quasi-static loading: hundreds of stable breaks, loose tetrahedra, parts that hang by an edge.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/sample_run.h"

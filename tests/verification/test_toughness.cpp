@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The load that a cracked strip bears, with a toughness and with a strength, at three spacings.
+// The failure load of a cracked strip, with a toughness and with a strength, at three spacings.
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/mechanics/elasticity.h"

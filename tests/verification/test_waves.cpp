@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Plane waves on irregular meshes: P and S waves travel with their speeds, with an error of order 2 in space.
+// Plane waves on irregular meshes: P and S waves travel at their speeds, with a second-order error in space.
 #include "support/elastic_motion.h"
 
 #include <algorithm>

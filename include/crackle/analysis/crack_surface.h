@@ -44,7 +44,7 @@ struct CrackSurface {
   std::vector<CrackFacet> facets;    ///< in order of breaking
   std::vector<Crack> cracks;         ///< in order of their first break
   double area() const;               ///< sum over all facets [m^2]
-  double area_before_phase() const;  ///< of those that opened before the last dynamic phase [m^2]
+  double area_before_phase() const;  ///< of facets that opened before the last dynamic phase [m^2]
 };
 
 /// The load time that is time zero of the facets [s]: the start of the last dynamic phase or, if that is NaN

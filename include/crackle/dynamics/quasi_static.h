@@ -115,8 +115,8 @@ private:
   std::vector<std::int32_t> all_breaking(const Critical& critical) const;
   /// True if an overloaded tetrahedron would break before a dynamic phase counts as arrested.
   bool breaks_soon(std::int32_t tetrahedron, double load) const;
-  /// Where a tetrahedron's load is evaluated: at itself, or at the centre of the ball that represents it. -1
-  /// if it is broken or another rank is responsible.
+  /// The tetrahedron at which another one's load is evaluated: itself, or the centre of the ball that
+  /// represents it. -1 if it is broken or another rank is responsible.
   std::int32_t place_of(std::int32_t tetrahedron) const;
   Critical agree(Critical local, bool smallest) const;
 

@@ -51,7 +51,7 @@ struct ShareHeader {
 /// @throws AgreedError on every rank when one cannot allocate its part
 void send_shares(const SampleGroup& group, std::uint64_t sample, std::span<geometry::Subdomain> parts);
 
-/// Root: tells the other ranks that no more samples come.
+/// Root: informs the other ranks that no more samples come.
 void send_end(const SampleGroup& group);
 
 /// Other ranks: sleeps until the root sends a share; empty when no more come.

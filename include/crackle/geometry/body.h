@@ -118,7 +118,7 @@ public:
   const std::vector<Point>& corners() const { return shape_.corners; }
   const std::vector<Edge>& edges() const { return shape_.edges; }
   const std::vector<Face>& faces() const { return shape_.faces; }
-  /// Where cracks start; a crack that starts elsewhere belongs to none of them.
+  /// The crack starts; a crack that starts elsewhere belongs to none of them.
   const std::vector<CrackStart>& crack_starts() const { return shape_.crack_starts; }
   /// The body in the y-z plane, for drawing: its outer polygon counter-clockwise, then those of its holes.
   /// The first corner is not repeated.

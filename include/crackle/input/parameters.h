@@ -270,7 +270,7 @@ enum class Engine { fixed_point, petsc };
 constexpr const char* to_string(Engine engine) {
   return engine == Engine::petsc ? "petsc" : "fixed-point";
 }
-/// Of dynamic phases: fixed point in 32 or in 64 bits; double_ with Engine::petsc.
+/// Number format of dynamic phases: fixed point in 32 or in 64 bits; double_ with Engine::petsc.
 enum class Precision { mixed, double_ };
 
 struct Time {

@@ -12,7 +12,7 @@
 
 namespace crackle::mechanics {
 
-/// Edges of a tetrahedron: bit k stands for edge k in the order of geometry::dual_facet_nodes.
+/// Edges of a tetrahedron: bit k represents edge k in the order of geometry::dual_facet_nodes.
 using EdgeSet = std::uint8_t;
 inline constexpr EdgeSet no_edge = 0;
 inline constexpr EdgeSet all_edges = 63;
