@@ -400,7 +400,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(
     if (!update_after_breaks(n_breaks_ > n_before || has_lost_bridges)) return QuasiStaticEnd::separated;
     account.add_relaxation(0, before, displacement_);
     LoadState relaxed = measure_loads(*group_, *body_, *loads_, displacement_, time_);
-    // At constant load only loads that still act do work, on fragments that have not come loose.
+    // At constant load only the loads on fragments that have not come loose still do work.
     state = measure_loads(*group_, *body_, *loads_, before, time_);
     account.add_static_work(state, relaxed);
     state = std::move(relaxed);

@@ -445,7 +445,7 @@ private:
     }
   }
 
-  /// Saves the partial results of a sample that fails on all ranks. Collective.
+  /// Saves the partial results of a failed sample, if all ranks can. Collective.
   void keep_what_there_is() {
     if (!control_.failed) return;
     try {

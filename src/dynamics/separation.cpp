@@ -51,7 +51,7 @@ std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
   });
 }
 
-/// Pieces connected by intact edges.
+/// Pieces connected by edges that still carry load.
 std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
                                          const mechanics::BoundaryLoads& loads,
                                          const std::vector<std::int64_t>& labels) {
@@ -59,7 +59,7 @@ std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
                               [&](std::int32_t node, const auto& see) { see(labels[index(node)]); });
 }
 
-/// Pieces connected by intact faces: a node may belong to several.
+/// Pieces connected by faces that still carry load: a node may belong to several.
 std::vector<Pieces> face_pieces_of_conditions(const parallel::Communicator& group,
                                               const fracture::BreakableBody& body,
                                               const mechanics::BoundaryLoads& loads) {

@@ -177,6 +177,7 @@ std::vector<std::int32_t> tetrahedra_at(const std::vector<PrescribedMotion>& mot
   return tetrahedra;
 }
 
+/// Dashpots on the nodes of a region, with their impedances. Collective.
 Absorber make_absorber(const parallel::Communicator& group, const Surfaces& surfaces,
                        const geometry::Subdomain& subdomain, const input::Material& material) {
   const auto& [region, outward] = surfaces;

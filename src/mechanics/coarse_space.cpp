@@ -82,7 +82,7 @@ BlockSums sum_of_all(const parallel::Communicator& group, const BlockSums& mine,
   return sums;
 }
 
-/// Includes the factor 2 of shear components, so that stress . strain is twice the energy density.
+/// Includes the factor 2 of shear components, so that stress . strain is twice the energy.
 using StiffnessMatrix = std::array<double[6], 6>;
 template <class StressOfStrain>
 StiffnessMatrix stiffness_matrix(const StressOfStrain& stress, double factor) {

@@ -102,8 +102,8 @@ private:
   bool carries_nothing(bool is_equilibrium) const;
   /// True if a displacement exceeds the range of linear elasticity. Collective.
   bool is_far(const parallel::NodeField& displacement) const;
-  /// The largest ratio of stress to strength; for averaged stress, the smaller of a ball's average and its
-  /// centre's own.
+  /// The largest ratio of stress to strength; for averaged stress, the smaller of the tetrahedron's own ratio
+  /// and its ball's.
   Critical most_loaded() const;
   /// The next tetrahedron to reach its strength under increasing loads.
   Critical first_to_break(double until) const;

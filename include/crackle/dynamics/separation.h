@@ -28,13 +28,13 @@ bool is_separated(const parallel::Communicator& group, const fracture::Breakable
                   const mechanics::BoundaryLoads& loads);
 
 /// True if every load still acts on a piece held by a prescribed motion, so that an equilibrium exists; if
-/// nothing is held, true if the body is in one piece. Pieces are connected by intact edges, so a hinge is
-/// enough. Equal on every rank. Collective.
+/// nothing is held, true if the body is in one piece. Pieces are connected by edges that still carry load, so
+/// a hinge is enough. Equal on every rank. Collective.
 /// @param labels of the pieces, see fracture::piece_labels()
 bool loads_are_held(const parallel::Communicator& group, const fracture::BreakableBody& body,
                     const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels);
 
-/// The same for pieces connected by faces with all edges intact.
+/// The same for pieces connected by faces all of whose edges still carry load.
 bool loads_are_held_by_faces(const parallel::Communicator& group, const fracture::BreakableBody& body,
                              const mechanics::BoundaryLoads& loads);
 
