@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// crackle check: validates an input file and says what running it will take.
+// crackle check: validates an input file and estimates the cost of running it.
 #include "crackle/common/failure.h"
 #include "crackle/common/heartbeat.h"
 #include "crackle/common/quantity_text.h"
@@ -54,15 +54,15 @@ namespace {
 struct CheckOptions {
   std::string file;
   bool keys = false;
-  std::int64_t ranks = 0;  ///< to plan for; 0: no plan
+  std::int64_t ranks = 0;  ///< number of ranks to plan for; 0: no plan
   int phases = ensemble::usual_phases;
-  std::int64_t samples = 0;  ///< to begin; 0: sample 0 only
+  std::int64_t samples = 0;  ///< number of samples to try; 0: sample 0 only
   bool measure = true;
 };
 
-/// Of the time loop [s].
+/// Measured duration of the time loop [s].
 constexpr double measured_seconds = 1;
-/// Two static solves of a body of a million tetrahedra [s], for a notice only.
+/// Time of two static solves of a body of a million tetrahedra [s], for a notice only.
 constexpr double solves_of_a_million = 60;
 constexpr double short_wait = 20;  // [s]
 
@@ -79,14 +79,14 @@ std::string time_text(double time) {
   return quantity_text(time, "s");
 }
 
-/// Sample 0 and what has been found out about it.
+/// Sample 0 and its properties.
 struct Subject {
   const input::Parameters& parameters;
   const geometry::Body& body;
   geometry::Realization realization;
   double stable_step;  ///< [s]
   ensemble::PhaseWork phase;
-  double rest_seconds;  ///< of one core: mesh, stable step, crack analysis and writing
+  double rest_seconds;  ///< on one core: mesh, stable step, crack analysis and output
 
   double n_nodes() const { return static_cast<double>(realization.nodes.size()); }
   double n_tetrahedra() const { return static_cast<double>(realization.tetrahedra.size()); }
@@ -97,7 +97,7 @@ struct Subject {
   }
 };
 
-/// @param base receives the mother points that all samples share
+/// @param base receives the shared mother points
 Subject make_subject(const input::Parameters& parameters, const geometry::Body& body,
                      geometry::MotherPoints& base) {
   if (parameters.mesh.base == input::Base::shared)
@@ -119,7 +119,7 @@ double forces_per_step(const ensemble::PhaseWork& phase) {
   return static_cast<double>(phase.force_evaluations) / static_cast<double>(phase.grid.n_steps);
 }
 
-/// How many ranks should share a sample, by the cost model.
+/// Recommends the number of ranks per sample, by the cost model.
 std::string plan_text(const Subject& subject, const ensemble::MeasuredCost& measured,
                       const ensemble::SampleWork& work, const ensemble::SampleCost& cost, double rate,
                       std::int64_t n_ranks) {
@@ -150,7 +150,7 @@ std::string plan_text(const Subject& subject, const ensemble::MeasuredCost& meas
 
 using Rows = std::vector<input::Line>;
 
-/// Where the mesh is fine, and what stands there.
+/// Lists the refined regions of the mesh and their contents.
 void add_regions(Rows& rows, const Subject& subject) {
   const auto& mesh = subject.parameters.mesh;
   if (mesh.regions.empty()) return;
@@ -164,13 +164,13 @@ void add_regions(Rows& rows, const Subject& subject) {
   }
 }
 
-/// What the chords of a circle or an ellipse leave out of it.
+/// Describes the approximation of a circle or an ellipse by chords.
 void add_curve(Rows& rows, const plane::Shape& shape, const std::string& name, const plane::Point& centre,
                const plane::Point& semi_axes, double angle) {
   const plane::Point along{std::cos(angle), std::sin(angle)};
   int n_chords = 0;
   double longest = 0;
-  double least_radius = 1;  // of a chord's middle, in that of the curve
+  double least_radius = 1;  // smallest distance of a chord's midpoint from the centre, relative to the curve
   double area = 0;
   for (const plane::Loop& loop : shape.loops)
     for (std::size_t i = 0; i < loop.size(); ++i) {
@@ -189,7 +189,7 @@ void add_curve(Rows& rows, const plane::Shape& shape, const std::string& name, c
   const double exact = std::numbers::pi * semi_axes[0] * semi_axes[1];
   rows.emplace_back(name, fmt::format("{} chords of up to {}, up to {:.2g} % of the radius inside the curve",
                                       n_chords, length_text(longest), 100 * (1 - least_radius)));
-  // Of a curve that is cut by something else, only a part is left.
+  // If a curve is cut by something else, only part of it is left.
   if (std::abs(area) > exact / 2)
     rows.back().second += fmt::format(", area {:+.2g} %", 100 * (std::abs(area) / exact - 1));
 }
@@ -205,13 +205,14 @@ void add_curves(Rows& rows, const input::Specimen& specimen) {
       add_curve(rows, *specimen.shape, fmt::format("hole-{}", i), hole.center, hole.semi_axes, hole.angle);
 }
 
-/// From here on the mesh, not the material, decides where cracks run fast; greatest over least.
+/// Ratio of largest to smallest toughness above which the mesh, not the material, decides where cracks run
+/// fast.
 constexpr double uneven_toughness = 4.0 / 3;
 
-/// A warning where one strength makes the body tougher along the way of the cracks; empty otherwise.
+/// A warning if a uniform strength makes the toughness vary along the crack paths; otherwise empty.
 std::string uneven_toughness_text(const Subject& subject) {
   const auto& parameters = subject.parameters;
-  // Points from a file have the spacings of the file.
+  // The spacings of points from a file are not known.
   if (parameters.fracture.toughness > 0 || parameters.fracture.length > 0 || parameters.mesh.points)
     return {};
   const auto criterion =
@@ -233,10 +234,10 @@ fracture::Range crack_spacing(const Subject& subject) {
                                 mesh.spacing});
 }
 
-/// Spacings per radius of the ball over which stress is averaged, below which results depend on the mesh.
+/// Minimum spacings per radius of the averaging ball; below it results depend on the mesh.
 constexpr double resolving_spacings = 1.5;
 
-/// Where the region of a condition asks for a finer mesh than the rest of the input.
+/// Lists conditions whose regions require a finer mesh than the rest of the input.
 std::string refining_regions_text(const input::Parameters& parameters) {
   std::string text;
   for (const geometry::RegionRefinement& one : geometry::region_refinements(parameters))
@@ -245,7 +246,7 @@ std::string refining_regions_text(const input::Parameters& parameters) {
   return text;
 }
 
-/// A warning where the mesh does not resolve that ball; empty otherwise.
+/// A warning if the mesh does not resolve the averaging ball; otherwise empty.
 std::string unresolved_length_text(const Subject& subject) {
   const auto& parameters = subject.parameters;
   const double length = parameters.fracture.length;
@@ -260,7 +261,7 @@ std::string unresolved_length_text(const Subject& subject) {
       length_text(length / resolving_spacings));
 }
 
-/// A warning where the mesh does not resolve the zone in which a crack softens the material; empty otherwise.
+/// A warning if the mesh does not resolve the process zone of softening; otherwise empty.
 std::string unresolved_softening_text(const Subject& subject) {
   const auto& parameters = subject.parameters;
   if (parameters.fracture.release != input::Release::softening || parameters.mesh.points) return {};
@@ -278,10 +279,10 @@ std::string unresolved_softening_text(const Subject& subject) {
                         length_text(snap_back)));
 }
 
-/// Spacings per correlation length below which neighbouring tetrahedra differ much.
+/// Minimum spacings per correlation length; below it neighbouring tetrahedra differ strongly.
 constexpr double resolved_spacings = 2;
 
-/// A warning where results depend on the mesh through the material's variation; empty otherwise.
+/// A warning if the material's variation makes results mesh-dependent; otherwise empty.
 std::string unresolved_variation_text(const Subject& subject) {
   const auto& variation = subject.parameters.fracture.variation;
   if (!variation) return {};
@@ -300,8 +301,7 @@ std::string unresolved_variation_text(const Subject& subject) {
       length_text(length), resolved_spacings, length_text(finest));
 }
 
-/// What the criterion means on this mesh: strength and toughness follow from each other and the local
-/// spacing.
+/// The criterion on this mesh: strength and toughness are related by the local spacing.
 void add_criterion(Rows& rows, const Subject& subject) {
   const auto& parameters = subject.parameters;
   const parallel::Communicator self(MPI_COMM_SELF);
@@ -364,7 +364,7 @@ void add_waves(Rows& rows, const input::Parameters& parameters) {
                         : "none: with start = \"rest\" the phase lasts for the whole duration");
 }
 
-/// Every quantity of sample 0 that needs no measuring.
+/// All quantities of sample 0 that need no measurement.
 Rows subject_rows(const Subject& subject, double memory, double available) {
   const auto& parameters = subject.parameters;
   const int n_ranks = parameters.ensemble.ranks_per_sample;
@@ -396,7 +396,7 @@ std::string phases_text(int n) {
   return fmt::format("{} dynamic phase{}", n, n == 1 ? "" : "s");
 }
 
-/// The equilibria up to the first break, and what they make of the loads' rates; empty for loads that break
+/// The equilibria up to the first break, with the corresponding loading rates; empty if the loads break
 /// nothing.
 std::string loading_text(const dynamics::LoadOutlook& outlook) {
   if (!outlook.breaks || !std::isfinite(outlook.time)) return {};
@@ -405,7 +405,7 @@ std::string loading_text(const dynamics::LoadOutlook& outlook) {
       quantity_text(outlook.load, "N"), time_text(outlook.time));
 }
 
-/// From here on nobody means it [h].
+/// Unintended above this [h].
 constexpr double unaffordable_hours = 10'000;
 
 std::string unaffordable_text(const Subject& subject, double hours) {
@@ -451,7 +451,7 @@ std::string cost_text(const Subject& subject, const CheckOptions& options) {
   rows.emplace_back("core-hours", fmt::format("{:.3g} for {}, with {} each", hours, subject.samples_text(),
                                               phases_text(n_phases)));
   std::string text = input::aligned(rows);
-  const bool at_rest = parameters.time.start == input::Start::rest;  // print_rest_outlook() has the loads
+  const bool at_rest = parameters.time.start == input::Start::rest;  // print_rest_outlook() reports the loads
   for (const std::string& warning :
        {at_rest ? std::string() : dynamics::weak_load_warning(parameters, measured.outlook),
         dynamics::fast_loading_warning(parameters, measured.outlook.time), unaffordable_text(subject, hours)})
@@ -460,9 +460,9 @@ std::string cost_text(const Subject& subject, const CheckOptions& options) {
   return text;
 }
 
-/// Begins samples as the run will.
-/// @param first the mesh of sample 0 where it is known; or nullptr
-/// @return why they would fail, each with its number; nothing where none would
+/// Tries samples as a run would.
+/// @param first the mesh of sample 0 if available; or nullptr
+/// @return reasons of failures, each with its sample number; empty if there are none
 std::vector<std::string> try_samples(const input::Parameters& parameters, const geometry::Body& body,
                                      const geometry::MotherPoints& base, const geometry::Realization* first,
                                      const CheckOptions& options) {
@@ -491,7 +491,7 @@ void refuse(const std::vector<std::string>& failures) {
   fail("{}", fmt::join(failures, "\n"));
 }
 
-/// What is known of sample 0 without computing it.
+/// Prints what is known of sample 0 without computing it.
 void print_subject(const Subject& subject, double memory, const ensemble::AvailableMemory& available) {
   const auto& parameters = subject.parameters;
   fmt::print("{}{}", input::aligned(subject_rows(subject, memory, available.bytes)),
@@ -510,13 +510,13 @@ void print_subject(const Subject& subject, double memory, const ensemble::Availa
   std::fflush(stdout);
 }
 
-/// Of two static solves, for a notice only [s].
+/// Time of two static solves, for a notice only [s].
 double solving_seconds(const Subject& subject) {
   return solves_of_a_million * std::pow(subject.n_tetrahedra() / 1e6, 4.0 / 3);
 }
 
-/// Measures what sample 0 costs here.
-/// @throws std::runtime_error with what will make it fail
+/// Measures the cost of sample 0 on this machine.
+/// @throws std::runtime_error with the reason if it will fail
 void print_cost(const Subject& subject, const CheckOptions& options) {
   const auto& parameters = subject.parameters;
   const bool solves = parameters.time.start != input::Start::rest;
@@ -532,13 +532,13 @@ void print_cost(const Subject& subject, const CheckOptions& options) {
   } catch (const ensemble::NotMeasured& error) {
     fmt::print("not measured: {}\n", error.what());
   } catch (const std::runtime_error& error) {
-    // No sample has the input's own values of what is random.
+    // No sample uses the input's own values of random quantities.
     if (subject.parameters.random.empty()) throw;
     fmt::print("not measured, with the input's own values: {}\n", error.what());
   }
 }
 
-/// A warning where loads from rest are far from breaking the body.
+/// Warns if loads from rest are far from breaking the body.
 void print_rest_outlook(const Subject& subject) {
   const auto& parameters = subject.parameters;
   if (parameters.time.start != input::Start::rest || solving_seconds(subject) > short_wait) return;
@@ -553,19 +553,20 @@ void print_rest_outlook(const Subject& subject) {
   }
 }
 
-/// Why one core cannot measure a sample here; nothing where it can.
+/// Why one core cannot measure a sample here; empty if it can.
 std::optional<std::string> measuring_shortage(const Subject& subject,
                                               const ensemble::AvailableMemory& available) {
   input::Parameters measured = subject.parameters;
-  measured.output.frames = 0;  // none are kept
+  measured.output.frames = 0;  // no frames are stored
   const double needed =
       ensemble::memory_demand(measured, subject.n_nodes(), subject.n_tetrahedra(), ensemble::one_group(1))
           .root;
   return ensemble::shortage(needed, "measuring the cost", available);
 }
 
-/// Only the mesh is made here; where the samples are computed there may be more memory, or more nodes.
-/// @throws std::runtime_error where there is too little
+/// Checks the memory for the mesh only; the machine that computes the samples may have more memory, or more
+/// nodes.
+/// @throws std::runtime_error when there is too little
 void check_mesh_memory(const input::Parameters& parameters, const geometry::Body& body,
                        const ensemble::AvailableMemory& available) {
   if (const auto message =
@@ -574,7 +575,7 @@ void check_mesh_memory(const input::Parameters& parameters, const geometry::Body
 }
 
 /// Prints each part as soon as it is known.
-/// @return why samples would fail
+/// @return reasons why samples would fail
 std::vector<std::string> print_estimate(const input::Parameters& parameters, const CheckOptions& options) {
   const auto body = geometry::make_body(parameters);
   const auto available = ensemble::available_memory();
@@ -597,8 +598,8 @@ std::vector<std::string> print_estimate(const input::Parameters& parameters, con
   return failures;
 }
 
-/// Begins samples of a case of a sweep.
-/// @return why they would fail
+/// Tries samples of a case of a sweep.
+/// @return reasons why they would fail
 std::vector<std::string> try_case(const input::Parameters& parameters, const CheckOptions& options) {
   try {
     const auto body = geometry::make_body(parameters);
@@ -612,8 +613,8 @@ std::vector<std::string> try_case(const input::Parameters& parameters, const Che
   }
 }
 
-/// What is said of cases behind the first, whose warnings are known.
-/// @return why their samples would fail, where they are to be begun
+/// Prints the cases after the first, whose warnings are known already.
+/// @return reasons why their samples would fail, if these are to be tried
 std::vector<std::string> print_other_cases(const std::vector<input::Case>& cases,
                                            const CheckOptions& options) {
   const auto warnings_of = [](const input::Case& one) {
@@ -635,7 +636,7 @@ std::vector<std::string> print_other_cases(const std::vector<input::Case>& cases
   return failures;
 }
 
-/// Quantiles of each random input, and how many of the samples' draws make no sound input.
+/// Prints quantiles of each random input, and the number of draws that make an invalid input.
 void print_random_inputs(const input::Parameters& parameters) {
   const auto& random = parameters.random;
   if (random.empty()) return;

@@ -43,7 +43,7 @@ input::Parameters share_input(const parallel::Communicator& world, const std::fi
 
 namespace {
 
-/// `read()`, which throws the same AgreedError with the lines of an InputError on every rank.
+/// Calls `read()`; an InputError becomes the same AgreedError on every rank.
 template <class Read>
 auto with_input_errors(Read&& read) {
   try {

@@ -15,8 +15,8 @@ class App;
 class Option;
 }  // namespace CLI
 
-/// The commands of the program. Each function declares its command on `app`; when the command is chosen on
-/// the command line, `run` is set to what it does. Its value is the exit status.
+/// The commands of the program. Each function declares its command on `app`; if the command is given on the
+/// command line, `run` is set to its action, which returns the exit status.
 namespace crackle::apps {
 
 using Action = std::function<int(const parallel::Communicator& world)>;
@@ -27,10 +27,10 @@ enum ExitStatus : int {
   input_error = 1,
   some_samples_failed = 2,
   stopped_resumable = 3,
-  internal_failure = 134  ///< what a shell shows of a program that aborts: counts as a crash
+  internal_failure = 134  ///< status shown by a shell for a program that aborts: counts as a crash
 };
 
-/// The command line as it was typed, the program's name first.
+/// The command line as typed, starting with the program's name.
 using CommandLine = std::vector<std::string>;
 
 void add_init_command(CLI::App& app, Action& run);
@@ -48,7 +48,8 @@ CLI::Option* add_sample_option(CLI::App& command, std::uint64_t& sample);
 /// Prints a line of progress on standard error.
 void notify(const std::string& line);
 
-/// What `read` gives on the root, on every rank; only the root needs the files. Collective over `world`.
+/// The result of `read` on the root, shared with every rank; only the root needs the files. Collective over
+/// `world`.
 /// @param name of the input in messages
 /// @throws the same parallel::AgreedError on every rank
 input::Parameters share_input(const parallel::Communicator& world, const std::filesystem::path& name,
@@ -64,7 +65,7 @@ input::Parameters read_input(const parallel::Communicator& world, const std::fil
 std::vector<input::Case> read_cases(const parallel::Communicator& world, const input::Parameters& parameters,
                                     const std::filesystem::path& file);
 
-/// Refuses an input with [[sweep]], which has no samples of its own.
+/// Rejects an input with [[sweep]], which has no samples of its own.
 /// @throws input::InputError
 void refuse_sweep(const input::Parameters& parameters, const std::filesystem::path& file);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// crackle compare: what differs between ensembles, and how surely.
+// crackle compare: differences between ensembles, and their significance.
 #include "commands.h"
 #include "crackle/analysis/comparison.h"
 #include "crackle/common/failure.h"
@@ -25,7 +25,7 @@ struct CompareOptions {
   bool json = false;
 };
 
-/// One of the ensembles, with the samples that count in it.
+/// One of the ensembles, with its samples that count.
 struct Ensemble {
   input::Parameters parameters;
   StoredSamples samples;

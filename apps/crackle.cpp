@@ -23,7 +23,7 @@ namespace {
 
 using namespace crackle;
 
-/// Starts and ends PETSc, and with it MPI.
+/// Initializes and finalizes PETSc, and with it MPI.
 class Runtime {
 public:
   Runtime() : started_(start()) {}
@@ -36,16 +36,15 @@ public:
 
 private:
   bool start() {
-    // A stray .petscrc and options in the environment must not change results; signals
-    // are the program's own affair; and errors come back as return codes, which the callers turn into one
-    // message.
+    // A stray .petscrc or options in the environment must not change results; signals are handled by the
+    // program itself; errors are returned as codes, which callers turn into a single message.
     ::unsetenv("PETSC_OPTIONS");
     ::unsetenv("PETSC_OPTIONS_YAML");
     return PetscInitialize(&n_arguments_, &arguments_, nullptr, nullptr) == 0 &&
            PetscPopSignalHandler() == 0 && PetscPushErrorHandler(PetscReturnErrorHandler, nullptr) == 0;
   }
 
-  // PETSc keeps these; the program's own arguments are not for it.
+  // PETSc keeps pointers to these; it must not see the program's own arguments.
   std::string name_ = "crackle";
   std::string skip_option_ = "-skip_petscrc";
   std::array<char*, 3> argument_list_{name_.data(), skip_option_.data(), nullptr};
@@ -74,7 +73,7 @@ std::string chosen_command(const CLI::App& app) {
   return name;
 }
 
-/// Parses the command line. Returns false, with the exit status, when there is nothing left to do.
+/// Parses the command line. Returns false and sets the exit status if there is nothing left to do.
 bool parse(CLI::App& app, int argc, char** argv, bool print, int& status) {
   if (argc <= 1) {
     if (print) fmt::print("{}", app.help());
@@ -86,7 +85,7 @@ bool parse(CLI::App& app, int argc, char** argv, bool print, int& status) {
     if (app.get_subcommands().empty()) throw CLI::RequiredError("a command");
     return true;
   } catch (const CLI::ParseError& outcome) {
-    // --help and --version arrive here too, with exit code 0.
+    // --help and --version also arrive here, with exit code 0.
     const bool done = outcome.get_exit_code() == 0;
     status = done ? apps::success : apps::input_error;
     if (print && done) app.exit(outcome);
@@ -101,7 +100,7 @@ int run_command(const apps::Action& run, const parallel::Communicator& world) {
   try {
     return run(world);
   } catch (const input::InputError& error) {
-    // Its lines begin with the file's name.
+    // Its lines start with the file name.
     if (world.is_root()) fmt::print(stderr, "{}\n", error.what());
   } catch (const parallel::AgreedError& error) {
     if (world.is_root()) fmt::print(stderr, "crackle: {}\n", error.what());
@@ -121,9 +120,9 @@ int run_command(const apps::Action& run, const parallel::Communicator& world) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // A limit on the size of files is an error of writing, as a full disk is.
+  // Exceeding a file size limit becomes a write error, like a full disk.
   std::signal(SIGXFSZ, SIG_IGN);
-  // From the first moment on: what starts the ranks passes signals on as soon as they are there.
+  // From the start, since the launcher forwards signals as soon as the ranks exist.
   const std::string_view command = argc > 1 ? argv[1] : "";
   const bool can_park = command == "run" || command == "sample";
   if (can_park) ensemble::watch_stop_signals();
@@ -134,7 +133,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "crackle: MPI or PETSc could not be started\n");
     return apps::input_error;
   }
-  if (can_park) ensemble::watch_stop_signals();  // MPI has set its own
+  if (can_park) ensemble::watch_stop_signals();  // MPI has installed its own handlers
   const parallel::Communicator world(MPI_COMM_WORLD);
   int status = apps::success;
   const apps::CommandLine typed(argv, argv + argc);

@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The first sample file of a folder; empty where it has none.
+/// The first sample file of a folder; empty if there is none.
 fs::path first_sample_file(const fs::path& folder) {
   fs::path first;
   std::error_code ignored;
@@ -37,8 +37,7 @@ fs::path first_sample_file(const fs::path& folder) {
   return first;
 }
 
-/// The rows of an ensemble whose files stay as they are: those of ensemble.h5, and of sample files that it
-/// does not know yet.
+/// The rows of a read-only ensemble: those of ensemble.h5, and of sample files not yet included.
 std::vector<analysis::SampleSummary> stored_rows(const fs::path& folder,
                                                  const input::Parameters& parameters) {
   const auto n_samples = static_cast<std::size_t>(parameters.ensemble.samples);
@@ -54,7 +53,7 @@ std::vector<analysis::SampleSummary> stored_rows(const fs::path& folder,
 
 constexpr std::int64_t first_with_leading_notch = 3;  // version of the format
 
-/// Of files of an older format, what came later, but for the leading notch, which is found anew.
+/// Results missing from files of an older format, except the leading notch, which is recomputed.
 analysis::Origin origin_of_format(std::int64_t version) {
   analysis::Origin origin;
   const auto add = [&](const analysis::ResultInfo& info, auto) {
@@ -65,8 +64,8 @@ analysis::Origin origin_of_format(std::int64_t version) {
   return origin;
 }
 
-/// Finds the leading notch of samples whose files do not hold it yet.
-/// @return what to tell about it
+/// Recomputes the leading notch of samples whose files lack it.
+/// @return a note about this
 std::string derive_leading_notches(const input::Parameters& parameters,
                                    std::vector<analysis::SampleSummary>& rows) {
   const auto body = geometry::make_body(parameters.specimen);
@@ -103,7 +102,7 @@ fs::path folder_of_file(const fs::path& given) {
 
 fs::path folder_of(const parallel::Communicator& world, const fs::path& given) {
   std::string folder;
-  // File systems may tell ranks different things.
+  // File systems may present different contents to ranks.
   parallel::agree_on_root(world, [&] { folder = folder_of_file(given).string(); });
   return parallel::share(world, folder);
 }
@@ -128,7 +127,7 @@ input::Parameters input_of(const parallel::Communicator& world, const fs::path& 
   const fs::path copy = folder / "input.toml";
   const fs::path results = ensemble::results_file(folder);
   parallel::agree_on_root(world, [&] { require_regular(copy); });
-  // The folder holds the points too, since the input names them relative to where it was.
+  // The folder also contains the points, since the input names them relative to its original location.
   const input::PointsFile points{
       .path = is_taken(ensemble::points_copy(folder)) ? ensemble::points_copy(folder) : fs::path(),
       .digest = {}};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// crackle init: an input to start from.
+// crackle init: writes an input to start from.
 #include "commands.h"
 #include "crackle/common/regular_file.h"
 #include "crackle/io/text_file.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Makes many realizations for their statistics.
+// Surveys many realizations for their statistics.
 #include "crackle/common/failure.h"
 #include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/stable_step.h"
@@ -23,7 +23,7 @@ namespace crackle::apps {
 
 namespace {
 
-/// Fails now rather than after minutes of work.
+/// Fails early rather than after minutes of work.
 void check_writable(const std::filesystem::path& table) {
   const std::filesystem::path folder = table.has_parent_path() ? table.parent_path() : ".";
   if (std::filesystem::is_directory(table) || ::access(folder.c_str(), W_OK) != 0)
@@ -50,7 +50,7 @@ bool survey_meshes(const input::Parameters& parameters, std::uint64_t n_samples,
 
   const Stopwatch clock;
   ensemble::RunLog log(std::cerr, terminal_width(STDERR_FILENO), [&clock] { return clock.seconds(); });
-  // Meshes only: there are no cracks to keep statistics of at the sections.
+  // Meshes only: no crack statistics at the sections are needed.
   input::Parameters uncracked = parameters;
   uncracked.ensemble.samples = static_cast<int>(n_samples);
   uncracked.ensemble.stop.reset();

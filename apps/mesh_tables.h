@@ -13,10 +13,10 @@
 #include <string>
 #include <vector>
 
-/// What `crackle mesh` prints.
+/// Output of `crackle mesh`.
 namespace crackle::apps {
 
-/// Lines "name  value" under each other.
+/// Lines "name  value", aligned.
 class TextTable {
 public:
   void row(const std::string& name, const std::string& value);
@@ -32,24 +32,24 @@ struct MeshTimes {
 };
 
 /// The figures of one realization.
-/// @param n_ranks ranks to partition it for; 1: no partition
+/// @param n_ranks ranks for the partition; 1: no partition
 std::string mesh_table(const input::Parameters& parameters, std::uint64_t sample,
                        const geometry::MotherPoints& base, const geometry::Realization& realization,
                        const MeshTimes& times, int n_ranks);
 
-/// How much the strength varies from tetrahedron to tetrahedron, as a line of the table.
+/// The variation of strength between tetrahedra, as a line of the table.
 std::string variation_row(const std::vector<double>& strength_factors);
 
-/// What a survey has found.
+/// Results of a survey.
 struct SurveyFigures {
-  std::size_t n_nodes;  ///< of every realization; with mesh.base own of sample 0
-  double base_seconds;  ///< that the mother points took [s]
+  std::size_t n_nodes;  ///< of every realization; with mesh.base = "own" of sample 0
+  double base_seconds;  ///< time to place the mother points [s]
   geometry::OrientationMoments base_orientation;
-  std::vector<geometry::SurveyRow> rows;  ///< failed ones too
+  std::vector<geometry::SurveyRow> rows;  ///< including failed ones
   double stable_step;                     ///< of the first realization [s]
 };
 
-/// What the realizations have in common and in what they differ.
+/// Common properties and variation of the realizations.
 std::string survey_table(const input::Parameters& parameters, const SurveyFigures& figures);
 
 /// One line for each realization, comma-separated, with a heading.
@@ -57,7 +57,7 @@ std::string survey_csv(std::span<const geometry::SurveyRow> rows);
 
 /// Makes realizations 0 to n_samples - 1, shows the progress on standard error and prints survey_table().
 /// Writes survey_csv() to `table`, unless that is empty.
-/// @return whether all realizations conform
+/// @return true if all realizations conform
 /// @throws std::runtime_error when there are no base points or the table cannot be written
 bool survey_meshes(const input::Parameters& parameters, std::uint64_t n_samples,
                    const std::filesystem::path& table);

@@ -28,7 +28,7 @@ namespace crackle::apps {
 
 namespace {
 
-/// Columns of a terminal; 0 for anything else and for pseudo-terminals that nobody looks at.
+/// Columns of a terminal; 0 for anything else and for pseudo-terminals without a size.
 int columns(int descriptor) {
   winsize size{};
   if (isatty(descriptor) == 0 || ioctl(descriptor, TIOCGWINSZ, &size) != 0) return 0;
@@ -66,7 +66,7 @@ std::optional<double> with_unit(std::string_view text) {
   return std::nullopt;
 }
 
-/// "2-12:30:00"; without days the last number is of seconds, behind days the first one is of hours.
+/// "2-12:30:00"; without days the last number is seconds, with days the first number after them is hours.
 std::optional<double> as_slurm_writes(std::string_view text) {
   const std::size_t dash = text.find('-');
   const auto days =
@@ -87,7 +87,7 @@ std::optional<double> as_slurm_writes(std::string_view text) {
   return *days * day + numbers[0] * hour + numbers[1] * minute + numbers[2];
 }
 
-/// A number that SLURM's variable tells; 0 without it.
+/// A number from one of SLURM's variables; 0 if unset.
 int told_by_slurm(const char* variable) {
   const char* value = std::getenv(variable);
   return whole_number<int>(value != nullptr ? value : "").value_or(0);
@@ -110,7 +110,7 @@ void check_tasks(const parallel::Communicator& world, bool is_whole) {
   if (const int n = told_by_slurm("SLURM_STEP_NUM_TASKS"); n > 1) {
     const std::string found =
         fmt::format("srun started {} tasks, but MPI sees only 1: each would be a separate run", n);
-    // Not so in the shell that srun --pty gives, whose other tasks have ended.
+    // Does not apply to the shell of srun --pty, whose other tasks have ended.
     const bool is_task = told_by_slurm("SLURM_TASK_PID") == ::getpid();
     if (is_whole && is_task) fail("{}; {}", found, advice);
     fmt::print(stderr, "crackle: {}; if they are to be ranks of one run, {}\n", found, advice);

@@ -10,18 +10,18 @@
 #include <string>
 #include <string_view>
 
-/// What the commands that run on many ranks share.
+/// Shared by the commands that run on many ranks.
 namespace crackle::apps {
 
-/// Columns of the terminal that shows an output stream (STDOUT_FILENO or STDERR_FILENO), 0 when it goes
-/// somewhere else. Looks through the pseudo-terminal that mpirun puts between itself and its processes.
+/// Columns of the terminal that shows an output stream (STDOUT_FILENO or STDERR_FILENO), 0 if it is
+/// redirected. Looks through the pseudo-terminal that mpirun puts between itself and its processes.
 int terminal_width(int stream);
 
-/// Seconds of a time such as "8h", "30 min" or "90" (seconds), or as SLURM writes it: M:SS, H:MM:SS,
-/// D-H, D-HH:MM or D-HH:MM:SS. Nothing for another text.
+/// Parses a time such as "8h", "30 min" or "90" (seconds), or in SLURM's format: M:SS, H:MM:SS, D-H, D-HH:MM
+/// or D-HH:MM:SS. Returns seconds; empty for other text.
 std::optional<double> duration(std::string_view text);
 
-/// When a command parks what is under way, and how often it keeps checkpoints.
+/// When a command parks samples under way, and how often it writes checkpoints.
 struct ParkingOptions {
   std::optional<double> time_limit;       ///< [s]
   double checkpoint_interval = infinity;  ///< [s]
@@ -30,14 +30,14 @@ struct ParkingOptions {
 /// Declares --time-limit and --checkpoint-interval.
 void add_parking_options(CLI::App& command, ParkingOptions& options);
 
-/// Looks whether SLURM has started this program several times, each by itself, where it was to start the
-/// ranks of one run: srun without what MPI needs of it.
-/// @param is_whole the command computes all samples, which only one of these programs can do
-/// @throws std::runtime_error then; where each may have its own samples, or a script or shell has started the
-/// program, one line on standard error says so
+/// Detects that SLURM has started this program several times independently instead of as the ranks of one
+/// run: srun without the required MPI support.
+/// @param is_whole the command computes all samples, so only one of these programs can run
+/// @throws std::runtime_error in that case; if each may have its own samples, or if a script or shell has
+///   started the program, prints one line on standard error instead
 void check_tasks(const parallel::Communicator& world, bool is_whole);
 
-/// What signals do; for the end of a command's help.
+/// Effect of signals; for the end of a command's help.
 inline constexpr const char* signals_help =
     "SIGTERM, SIGINT, SIGUSR1: park samples under way and stop; a second signal ends the program at once.";
 
@@ -45,15 +45,15 @@ inline constexpr const char* signals_help =
 inline constexpr const char* crash_help =
     "128 or more: a rank crashed; complete results are kept, continue with --resume.\n";
 
-/// Words as a shell takes them.
+/// Words quoted for a shell.
 std::string shell_line(std::span<const std::string> words);
 
-/// The command line that continues with what this one left: without --resume, --retry-failed and
-/// --overwrite, and with `option` at its end. What started the ranks is no part of it.
+/// The command line that continues this one: without --resume, --retry-failed and --overwrite, and with
+/// `option` appended. Excludes the launcher.
 std::string continuation(const CommandLine& typed, const std::string& option);
 
-/// Runs `work`. An AgreedError passes; any other failure, of which the other ranks do not know and would wait
-/// forever, is notified and ends the whole program with the status internal_failure.
+/// Runs `work`. An AgreedError propagates; any other failure, unknown to the other ranks, which would wait
+/// forever, is reported and aborts the whole program with the status internal_failure.
 int end_together(const parallel::Communicator& world, const std::function<int()>& work);
 
 }  // namespace crackle::apps

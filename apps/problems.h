@@ -6,13 +6,13 @@
 
 namespace crackle::apps {
 
-/// An input that comes with the program.
+/// An example input shipped with the program.
 struct Problem {
   std::string name;  ///< of its file in jobs/ or jobs/gallery/, without ".toml"
   std::string text;
 };
 
-/// In the order of their files' names.
+/// Sorted by file name.
 const std::vector<Problem>& problems();
 
 }  // namespace crackle::apps

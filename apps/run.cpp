@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// crackle run: the ensemble.
+// crackle run: runs the ensemble.
 #include "crackle/common/failure.h"
 #include "crackle/common/whole_number.h"
 #include "crackle/ensemble/ensemble_run.h"
@@ -34,7 +34,7 @@ struct RunArguments {
   ParkingOptions parking;
 };
 
-/// "12" or "0-49"; an empty text is no range.
+/// "12" or "0-49"; empty for an empty text.
 std::optional<ensemble::SampleRange> sample_range(const std::string& text) {
   if (text.empty()) return std::nullopt;
   const std::string_view all = text;
@@ -46,7 +46,7 @@ std::optional<ensemble::SampleRange> sample_range(const std::string& text) {
   throw CLI::ValidationError("'" + text + "' is not a range; give one such as 0-49");
 }
 
-/// A part of the samples, as the command line has it.
+/// A part of the samples, as given on the command line.
 struct Part {
   std::uint64_t number = 0;  ///< from 0
   std::uint64_t n_parts = 1;
@@ -67,9 +67,9 @@ Part part(const std::string& text) {
   return {*k, *n};
 }
 
-/// The samples that the options choose; empty: all. Collective.
-/// @throws parallel::AgreedError when there are more parts than samples, or cases with more samples than
-/// others
+/// The samples selected by the options; empty: all. Collective.
+/// @throws parallel::AgreedError when there are more parts than samples, or when cases differ in their number
+///   of samples
 std::optional<ensemble::SampleRange> chosen_range(const parallel::Communicator& world,
                                                   const input::Parameters& parameters,
                                                   const std::vector<input::Case>& cases,

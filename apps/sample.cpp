@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// crackle sample: one realization on all ranks as one group.
+// crackle sample: runs one sample on all ranks as one group.
 #include "crackle/analysis/sample_summary.h"
 #include "crackle/common/stopwatch.h"
 #include "crackle/ensemble/run_log.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// crackle stats: the statistics of an ensemble, anew from its sample files or, without those, from its
+// crackle stats: the statistics of an ensemble, recomputed from its sample files or, without those, from its
 // results.
 #include "commands.h"
 #include "crackle/analysis/crack_path.h"
@@ -59,7 +59,7 @@ void print(const StatsOptions& options, const std::vector<analysis::SampleSummar
   if (options.json) {
     fmt::print("{}", analysis::to_json(statistics, samples, parameters, origin));
   } else {
-    // First, as they may be refused.
+    // First, as they may be invalid.
     std::string limits;
     for (const std::string& limit : options.limits)
       limits += analysis::to_text(analysis::exceedance(limit, parameters, samples));
@@ -71,7 +71,7 @@ void print(const StatsOptions& options, const std::vector<analysis::SampleSummar
   std::fflush(stdout);
 }
 
-/// Whether ensemble.h5 must stay as it is: it is all that is left of an ensemble, or of an older version of
+/// True if ensemble.h5 must not be modified: it is all that is left of an ensemble, or of an older version of
 /// the program; or there never was an ensemble, only samples. Collective.
 bool is_read_only(const parallel::Communicator& world, const fs::path& folder) {
   bool answer = false;
@@ -90,7 +90,7 @@ struct Stored {
   analysis::Origin origin;
 };
 
-/// Of an ensemble whose files stay as they are.
+/// Reads an ensemble whose files must not be modified.
 Stored read_stored(const fs::path& folder, const input::Parameters& parameters) {
   auto [rows, origin] = stored_samples(folder, parameters);
   analysis::Statistics statistics = analysis::make_statistics(rows, parameters);
@@ -98,7 +98,7 @@ Stored read_stored(const fs::path& folder, const input::Parameters& parameters) 
   return {std::move(rows), std::move(statistics), std::move(origin)};
 }
 
-/// Brings ensemble.h5 of a folder up to date with its sample files. Collective.
+/// Updates ensemble.h5 of a folder from its sample files. Collective.
 ensemble::Results refresh(const parallel::Communicator& world, const StatsOptions& options,
                           const fs::path& folder, const input::Parameters& parameters) {
   geometry::MotherPoints base;
@@ -125,7 +125,7 @@ int update_statistics(const parallel::Communicator& world, const StatsOptions& o
   return success;
 }
 
-/// The statistics at sections that the ensemble was not computed with. Collective.
+/// Shows the statistics at sections other than those of the run. Collective.
 int show_at_sections(const parallel::Communicator& world, const StatsOptions& options) {
   const input::Parameters parameters = input_of(world, options.folder);
   const input::Parameters sections = read_sections(world, parameters, options.sections);
@@ -133,14 +133,14 @@ int show_at_sections(const parallel::Communicator& world, const StatsOptions& op
   parallel::agree_on_root(world, [&] {
     analysis::Origin origin = origin_of(fs::path(options.folder));
     const std::string note = "crossings computed anew from the sample files; ensemble.h5 stays as it is";
-    // As a paragraph of its own in the text.
+    // A separate paragraph in the text.
     origin.notes.push_back(options.json ? note : note + "\n");
     print(options, results.rows, results.statistics, sections, origin);
   });
   return success;
 }
 
-/// Brings the results of all cases of a sweep and its table up to date, and prints the table. Collective.
+/// Updates the results of all cases of a sweep and its table, and prints the table. Collective.
 int update_sweep(const parallel::Communicator& world, const StatsOptions& options) {
   const fs::path folder = options.folder;
   const fs::path file = ensemble::sweep_input(folder);
@@ -168,7 +168,7 @@ int update_sweep(const parallel::Communicator& world, const StatsOptions& option
   return success;
 }
 
-/// Whether the folder is that of a sweep. Collective.
+/// True if the folder is that of a sweep. Collective.
 bool is_sweep(const parallel::Communicator& world, const fs::path& folder) {
   parallel::agree_on_root(world, [&] {
     require_regular(ensemble::sweep_input(folder));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// crackle watch: what a running ensemble has found so far, again and again. Reads only.
+// crackle watch: repeatedly shows the results of a running ensemble so far. Reads only.
 #include "commands.h"
 #include "crackle/analysis/sample_results.h"
 #include "crackle/common/regular_file.h"
@@ -48,13 +48,13 @@ struct WatchOptions {
   bool once = false;
 };
 
-/// The results that the table shows.
+/// Results shown in the table.
 constexpr std::array<std::string_view, 8> shown_results{
     "onset_force",     "peak_load",  "outcome",     "pattern", "bifurcations_projected",
     "crack_speed_max", "crack_area", "energy_error"};
 constexpr std::size_t rows_without_terminal = 1'000'000;
 
-/// The newest samples, as their files say; each file is read once.
+/// The newest samples, from their files; each file is read once.
 class Folder {
 public:
   Folder(fs::path folder, const input::Parameters& parameters)
@@ -82,14 +82,14 @@ public:
 
   std::uint64_t n_samples() const { return static_cast<std::uint64_t>(parameters_->ensemble.samples); }
   const std::map<std::uint64_t, Sample>& samples() const { return samples_; }
-  /// Of the samples 0 to n - 1.
+  /// Counts over the samples 0 to n - 1.
   std::size_t count(SampleStatus status, std::uint64_t n) const {
     return static_cast<std::size_t>(std::ranges::count_if(
         samples_, [&](const auto& entry) { return entry.first < n && entry.second.row.status == status; }));
   }
   const fs::path& path() const { return folder_; }
 
-  /// Samples with a checkpoint, and for how long it has been there [s].
+  /// Samples with a checkpoint, and its age [s].
   std::map<std::uint64_t, double> checkpoints() const {
     std::map<std::uint64_t, double> ages;
     std::error_code ignored;
@@ -101,7 +101,7 @@ public:
     return ages;
   }
 
-  /// The last lines of the run's log, the one that was written to last.
+  /// The last lines of the most recently written log of the run.
   std::deque<std::string> log(int n_lines) const {
     fs::path newest;
     fs::file_time_type time{};
@@ -128,7 +128,7 @@ private:
   std::map<std::uint64_t, Sample> samples_;
 };
 
-/// A column of the table: its head and a sample's text.
+/// A column of the table: its heading and a text per sample.
 struct Column {
   std::string head;
   std::vector<std::string> cells;
@@ -161,7 +161,7 @@ std::string table(const std::vector<const Folder::Sample*>& samples,
     for (const auto* sample : samples)
       column.cells.push_back(sample->row.status == SampleStatus::done ? shown(info, sample->row.*member)
                                                                       : "");
-    // A column without a value tells nothing.
+    // Columns without any value are omitted.
     if (std::ranges::any_of(column.cells, [](const auto& cell) { return !cell.empty() && cell != "-"; }))
       columns.push_back(std::move(column));
   });
@@ -184,10 +184,10 @@ std::string table(const std::vector<const Folder::Sample*>& samples,
   return text;
 }
 
-/// What is known of the ensemble now.
+/// The current state of the ensemble.
 struct Standing {
   std::string text;
-  bool is_over = false;  ///< no sample is left, and no run at work
+  bool is_over = false;  ///< no sample left and no run active
 };
 
 /// @param n_rows of the terminal
@@ -242,7 +242,7 @@ std::size_t terminal_height() {
   return size.ws_row;
 }
 
-/// Lines no wider than the terminal.
+/// Truncates lines to the width of the terminal.
 std::string cut(const std::string& text, int width) {
   if (width <= 0) return text;
   std::string result;
@@ -261,7 +261,7 @@ void watch(const WatchOptions& options, const input::Parameters& parameters) {
   for (;;) {
     folder.look();
     const auto [text, is_over] = standing(folder, parameters, options, terminal_height());
-    // On a terminal each picture takes the place of the one before.
+    // On a terminal each output replaces the previous one.
     fmt::print("{}{}", width > 0 && !options.once ? "\033[H\033[2J" : "", cut(text, width));
     std::fflush(stdout);
     if (options.once || is_over) return;

@@ -17,7 +17,7 @@ namespace crackle {
 
 namespace {
 
-// Open MPI, PETSc and HDF5 are asked at run time: the libraries that run may be newer than the headers.
+// Open MPI, PETSc and HDF5 are queried at run time: the libraries may be newer than the headers.
 
 std::string mpi_version() {
   std::array<char, MPI_MAX_LIBRARY_VERSION_STRING> text{};

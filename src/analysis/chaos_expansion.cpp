@@ -15,10 +15,10 @@ namespace {
 
 constexpr int most_degrees = 12;
 constexpr std::size_t most_terms = 200;
-/// A fit with fewer draws for each term follows the scatter.
+/// Minimum number of draws per term; a fit with fewer follows the scatter.
 constexpr std::size_t draws_per_term = 2;
 
-/// All ways of giving `degree` to the inputs from number `input` on.
+/// Enumerates all distributions of `degree` over the inputs from number `input` on.
 void add_degrees(std::size_t input, int degree, std::vector<int>& term,
                  std::vector<std::vector<int>>& terms) {
   if (input + 1 == term.size()) {
@@ -77,11 +77,11 @@ ChosenDegree choose_degree(const ChaosBasis& basis, const DrawnValues& values) {
   const Eigen::Index n = values.value.size();
   const double variation = (values.value.array() - values.value.mean()).square().sum();
   const Eigen::MatrixXd rows = rows_of(basis.table(), values.draw, basis.table().cols());
-  // The first columns of Q span the terms of each degree.
+  // The first columns of Q span the terms up to each degree.
   const Eigen::HouseholderQR<Eigen::MatrixXd> factors(rows);
   const Eigen::MatrixXd q = factors.householderQ() * Eigen::MatrixXd::Identity(n, rows.cols());
   ChosenDegree best{0, -infinity};
-  // Not every draw of the basis need have a value.
+  // Some draws of the basis may have no value.
   const std::size_t n_draws = values.n_draws();
   for (int degree = 0; degree <= basis.highest_degree(); ++degree) {
     if (degree > 0 && static_cast<std::size_t>(basis.n_terms(degree)) * draws_per_term > n_draws) break;

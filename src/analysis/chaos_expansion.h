@@ -13,7 +13,7 @@ namespace crackle::analysis {
 /// The products of orthonormal polynomials of several random inputs, up to a total degree, at given draws.
 class ChaosBasis {
 public:
-  /// As many degrees as a least-squares fit to so many draws bears.
+  /// Uses as many degrees as a least-squares fit to the number of draws supports.
   /// @param values of the inputs: draws x inputs
   /// @throws std::runtime_error as uncertainty::orthonormal_polynomials
   ChaosBasis(const std::vector<input::RandomInput>& random, const std::vector<std::vector<double>>& values);
@@ -36,17 +36,17 @@ struct DrawnValues {
   std::vector<std::size_t> draw;  ///< ascending
   Eigen::VectorXd value;
 
-  /// Different ones.
+  /// Number of distinct draws.
   std::size_t n_draws() const;
 };
 
-/// Shares of the whole variance, of each input.
+/// Shares of the total variance, by input.
 struct SobolIndices {
   std::vector<double> first;
   std::vector<double> total;
 };
 
-/// The degree whose expansion predicts values of draws left out best.
+/// The degree whose expansion best predicts values in cross-validation.
 struct ChosenDegree {
   int degree = 0;
   double predicted = 0;  ///< share of the variance
@@ -54,9 +54,9 @@ struct ChosenDegree {
 ChosenDegree choose_degree(const ChaosBasis& basis, const DrawnValues& values);
 
 /// Sobol' indices from the expansion of a degree by weighted least squares.
-/// @param weight of each value, whole numbers: how often it counts
-/// @param corrects whether what scatter adds to squared coefficients is taken off
-/// @return NaN where the weights leave too few draws
+/// @param weight integer multiplicity of each value
+/// @param corrects remove the bias of squared coefficients due to scatter
+/// @return NaN if the weights leave too few draws
 SobolIndices sobol_indices(const ChaosBasis& basis, const DrawnValues& values, int degree,
                            const Eigen::VectorXd& weight, bool corrects);
 

@@ -20,7 +20,7 @@ namespace crackle::analysis {
 
 namespace {
 
-/// The lines of the input that the bodies of the samples follow from.
+/// The input lines that determine the bodies of the samples.
 std::vector<std::string> settings_of_bodies(const input::Parameters& parameters) {
   std::vector<std::string> settings = input::body_settings(parameters);
   for (std::string& line : input::sample_settings(parameters))
@@ -30,7 +30,7 @@ std::vector<std::string> settings_of_bodies(const input::Parameters& parameters)
   return settings;
 }
 
-/// The first line of one list that the other has not, such as "mesh.spacing = 3 mm"; or nothing.
+/// The first line of one list that is missing in the other, such as "mesh.spacing = 3 mm"; or empty.
 std::optional<std::string> first_of_one_only(const std::vector<std::string>& one,
                                              const std::vector<std::string>& other) {
   for (const std::string& line : one)
@@ -42,7 +42,7 @@ bool is_done(const SampleSummary& row) {
   return row.status == SampleStatus::done;
 }
 
-/// The values of both ensembles that are none of NaN; of pairs those where both have one.
+/// The values of both ensembles that are not NaN; for pairs, those where neither is NaN.
 template <class Value>
 TwoSamples values_of(std::span<const SampleSummary> first, std::span<const SampleSummary> second,
                      bool are_paired, const Value& value) {
@@ -72,7 +72,7 @@ double mean_of(const std::vector<double>& values) {
   return values.empty() ? not_a_number : sum / static_cast<double>(values.size());
 }
 
-/// What a comparison makes of one number, or of the share of a word.
+/// Compares one number, or the share of one category.
 ComparedResult compared(const ResultInfo& info, const std::string& share_of, const TwoSamples& samples,
                         double confidence) {
   ComparedResult result{.info = info, .share_of = share_of};
@@ -101,7 +101,7 @@ std::vector<ComparedResult> compare_results(const Compared& first, const Compare
       return;
     const auto add = [&](const std::string& share_of, const auto& value) {
       const TwoSamples samples = values_of(first.rows, second.rows, are_paired, value);
-      // A share of none or of all on both sides is no look.
+      // A share of 0 or of 1 on both sides is not counted as a comparison.
       const auto is_one = [](double one) { return one == 1; };
       const auto n_ones =
           std::ranges::count_if(samples.first, is_one) + std::ranges::count_if(samples.second, is_one);
@@ -122,7 +122,7 @@ std::vector<ComparedResult> compare_results(const Compared& first, const Compare
   return results;
 }
 
-/// The positions of the leading crack in the frame that it leads.
+/// The positions of the leading crack in its own frame.
 std::vector<double> leading_path(const LeaderFrame& frame, const SampleSummary& row, int reference) {
   std::vector<double> path(index(frame.n_sections()), not_a_number);
   for (int s = 0; s < frame.n_sections(); ++s) {
@@ -191,7 +191,7 @@ void adjust(Comparison& comparison) {
   for (auto& paths : comparison.paths) paths.adjusted = adjusted[i++];
 }
 
-/// "-" where there is none.
+/// "-" if there is none.
 std::string shown(double value, std::string_view format) {
   return std::isnan(value) ? "-" : fmt::format(fmt::runtime(fmt::format("{{:{}}}", format)), value);
 }
@@ -353,7 +353,7 @@ std::string to_json(std::span<const Comparison> comparisons, std::span<const std
     }
     document["comparisons"].push_back(std::move(one));
   }
-  // Folders need not have names in UTF-8.
+  // Folder names need not be valid UTF-8.
   return document.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

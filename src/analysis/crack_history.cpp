@@ -17,7 +17,7 @@ namespace crackle::analysis {
 
 namespace {
 
-/// A tetrahedron's end: when it broke, and what it has released by then.
+/// The break of a tetrahedron, with the energy it has released.
 struct Release {
   double time;
   double energy;  // [J]
@@ -43,7 +43,7 @@ public:
 
   double length() const { return place_.empty() ? 0 : place_.back(); }
 
-  /// Of the tip at a time.
+  /// Position of the tip at a time.
   double place_at(double time) const {
     if (place_.empty() || time < reached_.front()) return 0;
     const auto next = std::ranges::upper_bound(reached_, time) - reached_.begin();
@@ -52,7 +52,7 @@ public:
     return std::lerp(place_[index(next - 1)], place_[index(next)], (time - start) / (end - start));
   }
 
-  /// When the tip has come to a place.
+  /// Time at which the tip reaches a position.
   double time_at(double place) const {
     const auto next = std::ranges::lower_bound(place_, place) - place_.begin();
     if (next == 0) return reached_.front();
@@ -61,17 +61,17 @@ public:
     return std::lerp(reached_[index(next - 1)], reached_[index(next)], share);
   }
 
-  /// Whether the tip is under way in the dynamic phase.
+  /// True if the tip is moving in the dynamic phase.
   bool runs_at(double time) const {
     return place_.size() > 1 && time > std::max(0.0, reached_.front()) && time < reached_.back();
   }
 
-  /// The window round a place.
+  /// The window around a position.
   std::pair<double, double> window_at(double place) const {
     return {std::max(0.0, place - window_ / 2), std::min(length(), place + window_ / 2)};
   }
 
-  /// Over the part of the window that the tip passed in the dynamic phase.
+  /// Speed over the part of the window that the tip passed in the dynamic phase.
   double speed_at(double place) const {
     const auto [from, to] = window_at(place);
     double n = 0, s = 0, t = 0, ss = 0, st = 0;
@@ -91,7 +91,7 @@ public:
 private:
   std::vector<double> place_;    // along the line [m]
   std::vector<double> time_;     // at which the crack opened there [s]
-  std::vector<double> reached_;  // at which it has opened there or farther on; ascending
+  std::vector<double> reached_;  // when it has opened there or farther on; ascending
   double window_ = 0;
 };
 
@@ -112,8 +112,8 @@ std::vector<TipCourse> tip_courses(const geometry::Body& body, const CrackSurfac
   return courses;
 }
 
-/// What the tetrahedra of each start's cracks released, in order of breaking. A facet's time is that of its
-/// tetrahedron.
+/// Energy released by the tetrahedra of each start's cracks, in order of breaking. A facet's time is that of
+/// its tetrahedron.
 std::vector<std::vector<Release>> releases_of(const CrackSurface& surface, std::size_t n_starts,
                                               const dynamics::SampleResult& result) {
   std::map<std::int64_t, double> energy;
@@ -153,7 +153,7 @@ CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surfa
   const double start = start_of_times(result.breaks, result.phase_start);
   std::size_t facet = 0, n_open = 0;
   for (const dynamics::HistoryRow& row : result.history) {
-    // Facets are in order of breaking, several of each tetrahedron.
+    // Facets are in order of breaking, several per tetrahedron.
     for (; facet < surface.facets.size(); ++facet) {
       const bool is_next =
           facet == 0 || surface.facets[facet].tetrahedron != surface.facets[facet - 1].tetrahedron;
@@ -163,7 +163,7 @@ CrackHistory crack_history(const geometry::Body& body, const CrackSurface& surfa
       if (notch >= 0) area[index(notch)] += surface.facets[facet].area;
     }
     const bool is_dynamic = row.phase > 0 && row.phase == result.counts.dynamic_phases;
-    // As facets' times are counted.
+    // On the time axis of the facets.
     const double time = is_dynamic ? row.energy.time : row.load_time - start;
     for (std::size_t k = 0; k < n_starts; ++k) {
       const TipCourse& course = courses[k];

@@ -18,18 +18,18 @@ namespace crackle::analysis {
 
 namespace {
 
-/// A connected piece of a crack in one slab, and the pieces of the next slab that share a facet with it.
+/// A connected piece of a crack in one slab, with the pieces of the next slab that share a facet with it.
 struct Piece {
   std::vector<std::size_t> facets;  ///< ascending
   std::vector<std::size_t> next;    ///< indices into the next slab, ascending
 };
 using Slab = std::vector<Piece>;
 
-/// A way on: the pieces of the next slabs that it passes, over min_branch_length slabs.
+/// A continuation: the pieces of the next slabs that it passes, over min_branch_length slabs.
 using Way = std::vector<std::vector<std::size_t>>;
 
-/// The pieces of each of the slabs k, k + 1, ... that ways from piece `start` of slab k pass, over at most
-/// min_branch_length slabs.
+/// The pieces of slabs k, k + 1, ... on ways from piece `start` of slab k, over at most min_branch_length
+/// slabs.
 Way pieces_ahead(const std::vector<Slab>& slabs, std::size_t k, std::size_t start) {
   Way levels{{start}};
   while (levels.size() < min_branch_length && k + levels.size() < slabs.size()) {
@@ -45,7 +45,8 @@ Way pieces_ahead(const std::vector<Slab>& slabs, std::size_t k, std::size_t star
   return levels;
 }
 
-/// The crack from a crack start cut in slabs of thickness `spacing` along its advance, from the tip on.
+/// The crack from a crack start, cut into slabs of thickness `spacing` along its advance, starting at the
+/// tip.
 std::vector<Slab> cut_in_slabs(const CrackSurface& surface, std::span<const std::size_t> facets,
                                const geometry::CrackStart& start, double spacing, double thickness) {
   const auto n_slabs = static_cast<std::size_t>(std::ceil(start.ligament / spacing));
@@ -76,13 +77,13 @@ std::vector<Slab> cut_in_slabs(const CrackSurface& surface, std::span<const std:
   return slabs;
 }
 
-/// The ways on from a piece of slab k that are long enough and have no piece in common.
+/// The continuations of a piece of slab k that are long enough and have no piece in common.
 std::vector<Way> separate_ways(const std::vector<Slab>& slabs, std::size_t k, const Piece& piece) {
   std::vector<Way> ways;
   for (const std::size_t j : piece.next) {
     Way way = pieces_ahead(slabs, k + 1, j);
     if (way.size() < min_branch_length) continue;
-    // A way that meets an earlier one soon is the same branch; it may connect several earlier ones.
+    // A way that soon meets an earlier one is the same branch; it may connect several earlier ones.
     for (std::size_t i = 0; i < ways.size();) {
       bool meet = false;
       for (std::size_t level = 0; level < min_branch_length; ++level) {
@@ -101,7 +102,7 @@ std::vector<Way> separate_ways(const std::vector<Slab>& slabs, std::size_t k, co
   return ways;
 }
 
-/// Places in each slab at which a path's direction is measured; the middle one is the line's point.
+/// Stations per slab at which a path's direction is measured; the middle one is the line's point.
 constexpr int n_stations_per_slab = 3;
 
 /// A path in the plane of the plate, straight between its points.
@@ -121,13 +122,12 @@ public:
 
   double length() const { return way_.back(); }
 
-  /// Angle to the advance of the straight line through a part of the path from which its distances have the
-  /// least mean square [rad].
-  /// @param from,to ways along the path
+  /// Angle to the advance of the straight line fitted to a part of the path by total least squares [rad].
+  /// @param from,to arc lengths along the path
   double direction(double from, double to) const {
     const Place start = at(from);
     const double length = to - from;
-    Place a{0, 0};  // from the start
+    Place a{0, 0};  // relative to the start
     Place mean{0, 0};
     double advance_square = 0;
     double product = 0;
@@ -152,13 +152,13 @@ public:
                                     (advance_square - mean.advance * mean.advance) -
                                         (across_square - mean.across * mean.across)) /
                          2;
-    // An axis has two directions: this one goes along the path.
+    // An axis has two directions: choose the one along the path.
     const bool is_backward = std::cos(angle) * a.advance + std::sin(angle) * a.across < 0;
     return is_backward ? angle + std::numbers::pi : angle;
   }
 
 private:
-  /// The segment, by the index of its end, that holds a way.
+  /// The segment that contains an arc length, by the index of its end.
   std::size_t segment(double way) const {
     const auto end = std::upper_bound(way_.begin() + 1, way_.end() - 1, way);
     return static_cast<std::size_t>(end - way_.begin());
@@ -172,10 +172,10 @@ private:
   }
 
   std::vector<Place> places_;
-  std::vector<double> way_;  ///< along the path to each point [m]
+  std::vector<double> way_;  ///< arc length at each point [m]
 };
 
-/// The angle from one direction to another, in (-pi, pi] [rad].
+/// The angle from one direction to another, in [-pi, pi] [rad].
 double turn(double from, double to) {
   return std::remainder(to - from, 2 * std::numbers::pi);
 }
@@ -185,7 +185,7 @@ struct Place {
   std::size_t piece;
 };
 
-/// The crack on one way as slabs, and the lines drawn through them.
+/// Divides the crack on one way into slabs and traces lines through them.
 class Tracer {
 public:
   Tracer(const geometry::Body& body, const CrackSurface& surface, const CrackWay& way)
@@ -218,7 +218,7 @@ public:
     follow({first, longest(first, all)}, places);
     const std::size_t main = lines.size();
     add(lines, -1, places);
-    // Branches of branches are found in turn: the list grows while it is worked off.
+    // Branches of branches are found in turn: the list grows while it is processed.
     std::vector<std::pair<std::size_t, std::vector<Place>>> open{{main, places}};
     for (std::size_t i = 0; i < open.size(); ++i) {
       const auto [parent, along] = open[i];
@@ -244,7 +244,7 @@ private:
     });
   }
 
-  /// Goes on from a place until the end, or on to a piece that another line has taken.
+  /// Follows the crack from a piece until its end, or up to a piece already taken by another line.
   void follow(Place place, std::vector<Place>& places) {
     for (;;) {
       places.push_back(place);
@@ -266,7 +266,7 @@ private:
         const geometry::CrossPlane plane = start_.plane_at(advance);
         const auto traces = intersect(surface_, facets, plane);
         const auto crossing = main_crossing(traces, thickness_);
-        if (!crossing) continue;  // rough edges of a piece can leave it free
+        if (!crossing) continue;  // the rough edges of a piece can leave gaps
         path.push_back({advance, crossing->mean});
         if (i != n_stations_per_slab / 2) continue;
         const geometry::Point p = plane.at(crossing->mean);
@@ -282,7 +282,7 @@ private:
     if (path.length() < 2 * window) return;
     line.bend = turn(path.direction(0, window), path.direction(path.length() - window, path.length()));
 
-    constexpr std::ptrdiff_t n_steps = 16;  // for each window
+    constexpr std::ptrdiff_t n_steps = 16;  // per window
     std::vector<double> turns;
     for (double place = window; place <= path.length() - window; place += window / n_steps) {
       turns.push_back(
@@ -302,8 +302,8 @@ private:
   double spacing_;
   double thickness_;
   std::vector<Slab> slabs_;
-  std::vector<std::vector<int>> n_ahead_;  ///< slabs that the longest way from each piece passes
-  std::vector<std::vector<bool>> taken_;   ///< pieces that a line passes
+  std::vector<std::vector<int>> n_ahead_;  ///< slabs on the longest way from each piece
+  std::vector<std::vector<bool>> taken_;   ///< pieces on a line
 };
 
 }  // namespace

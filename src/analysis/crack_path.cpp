@@ -21,10 +21,10 @@ constexpr int n_stations = 50;  // of crossed_shares and path_overlap
 
 using geometry::CrackStart;
 
-/// How far a crack has come along its way.
+/// Advance of a crack along its way.
 struct Advance {
   double share = 0;        ///< of the way, up to the farthest station with a crossing
-  double time = infinity;  ///< at which it opened there first [s]
+  double time = infinity;  ///< when it first opened there [s]
 };
 
 geometry::CrossPlane station(const CrackStart& start, int i) {
@@ -40,7 +40,8 @@ Advance advance(const geometry::Body& body, const CrackSurface& surface, const C
   return {};
 }
 
-/// Of each crack start the way on which its crack came farthest, of equals the one where it got there first.
+/// For each crack start, the way on which its crack advanced farthest; among equals the one where it arrived
+/// first.
 std::vector<Advance> advances_of_starts(const geometry::Body& body, const CrackSurface& surface) {
   std::vector<Advance> farthest(body.crack_starts().size());
   for (const CrackWay& way : crack_ways(body, surface)) {
@@ -51,7 +52,7 @@ std::vector<Advance> advances_of_starts(const geometry::Body& body, const CrackS
   return farthest;
 }
 
-/// Share of the body's width that the crossings of cracks from no crack start cover.
+/// Share of the body's width covered by crossings of cracks without a crack start.
 double share_from_elsewhere(const geometry::Body& body, const CrackSurface& surface) {
   const std::vector<std::size_t> facets = facets_from(surface, -1);
   int n_covered = 0;
@@ -63,7 +64,7 @@ double share_from_elsewhere(const geometry::Body& body, const CrackSurface& surf
   return static_cast<double>(n_covered) / n_stations;
 }
 
-/// A crack's path across from its ligament: the main crossing at every station, NaN where there is none.
+/// A crack's offset from its ligament: the main crossing at every station, NaN if there is none.
 std::vector<double> offsets_from_ligament(const geometry::Body& body, const CrackSurface& surface,
                                           int number) {
   const CrackStart& start = body.crack_starts()[index(number)];
@@ -165,7 +166,7 @@ double path_overlap(const geometry::Body& body, const CrackSurface& surface, int
   int n_over = 0;
   for (std::size_t i = 0; i < path.size(); ++i) {
     if (!std::isnan(path[i]) || !std::isnan(turned[i])) ++n_reached;
-    // Turning changes the sign of the way from the ligament.
+    // Rotation changes the sign of the offset from the ligament.
     if (std::abs(path[i] + same_side * turned[i]) <= distance) ++n_over;
   }
   return n_reached > 0 ? static_cast<double>(n_over) / n_reached : not_a_number;

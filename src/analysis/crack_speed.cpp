@@ -19,15 +19,15 @@ namespace crackle::analysis {
 
 namespace {
 
-/// A tetrahedron of the crack on its way from the tip.
+/// An opened tetrahedron of the crack.
 struct Opened {
   double time;              ///< [s]
   double advance;           ///< mean of its facets [m]
   std::array<double, 2> x;  ///< extent through the thickness [m]
 };
 
-/// Of the Legendre polynomials P_0 to P_3: a course is a line or a parabola, and the next one tells whether
-/// that is enough.
+/// Number of Legendre polynomials P_0 to P_3: a course is a line or a parabola, and the next degree tells
+/// whether that is enough.
 constexpr std::size_t n_coefficients = 4;
 constexpr std::size_t largest_degree = n_coefficients - 2;
 using Coefficients = std::array<double, n_coefficients>;
@@ -41,7 +41,8 @@ double legendre_square(std::size_t k) {
   return 1 / (2 * static_cast<double>(k) + 1);
 }
 
-/// The times at which a column of the front came to positions ahead of all before; both ascend strictly.
+/// The times at which a column of the front first reached positions ahead of all earlier ones; both strictly
+/// ascending.
 class Course {
 public:
   void add(double time, double advance) {
@@ -63,7 +64,7 @@ public:
     Coefficients coefficient{};  ///< of the Legendre polynomials over the stretch [s]
     double square = 0;           ///< mean square of the time [s^2]
   };
-  /// The least-squares fit over a stretch to the time, linear between the points and counted from the
+  /// Least-squares fit of the time over a stretch; the time is linear between the points and counted from the
   /// stretch's start.
   /// @pre covers(from, to)
   Fit fit(double from, double to) const {
@@ -76,7 +77,7 @@ public:
       const bool is_last = after->advance >= to || after + 1 == points_.end();
       const double next = is_last ? 1 : 2 * (after->advance - from) / (to - from) - 1;
       const double next_time = (is_last ? time_at(after, to) : after->time) - origin;
-      // Gauss: exact for the time times a cubic.
+      // Gauss quadrature: exact for the linear time multiplied by a cubic.
       constexpr double outer = 0.7745966692414834;
       for (const auto& [place, weight] :
            {std::pair{-outer, 5.0 / 18}, std::pair{0.0, 8.0 / 18}, std::pair{outer, 5.0 / 18}}) {
@@ -113,8 +114,8 @@ private:
 /// The courses of all columns through the thickness.
 using History = std::vector<Course>;
 
-/// A crack front on its way. What opens on its own, farther than `reach` ahead of it, counts from when the
-/// front has come to it.
+/// An advancing crack front. Isolated openings farther than `reach` ahead of it count once the front has
+/// reached them.
 class Front {
 public:
   Front(double thickness, double spacing, double reach)
@@ -135,14 +136,14 @@ public:
     if (join()) histories_.emplace_back(farthest_.size());
   }
 
-  /// One history from the start of the dynamic phase on, and another one wherever the front jumped over what
-  /// was open ahead of it.
+  /// One history from the start of the dynamic phase on, and a new one after each jump of the front over
+  /// earlier openings ahead of it.
   const std::vector<History>& histories() const { return histories_; }
 
 private:
   double tip() const { return *std::max_element(farthest_.begin(), farthest_.end()); }
 
-  /// @param history to which the columns' ways are added, if any
+  /// @param history to which the columns' advance is added; may be null
   void take(const Opened& opened, History* history) {
     const auto column_of = [&](double place) {
       const double column = std::floor(place / thickness_ * static_cast<double>(farthest_.size()));
@@ -156,7 +157,7 @@ private:
     }
   }
 
-  /// Takes in what was ahead and lies before the front now; whether the front jumps by that.
+  /// Merges earlier openings that the front has now reached; true if the front jumps as a result.
   bool join() {
     const double before = tip();
     for (;;) {
@@ -169,15 +170,15 @@ private:
   }
 
   double gap_;
-  std::vector<double> farthest_;  // of each column through the thickness
+  std::vector<double> farthest_;  // per column through the thickness
   double thickness_;
   double reach_;
   std::vector<History> histories_;
   std::vector<Opened> ahead_;
 };
 
-/// The tetrahedra of facets, in ascending order of time and of advance: the order in which those of one time
-/// broke does not count.
+/// The tetrahedra of facets, sorted by time and advance, so that the order of simultaneous breaks has no
+/// influence.
 std::vector<Opened> opened_by(const CrackSurface& surface, std::span<const std::size_t> facets,
                               const geometry::CrackStart& start) {
   std::vector<Opened> all;
@@ -204,7 +205,7 @@ std::vector<Opened> opened_by(const CrackSurface& surface, std::span<const std::
   return all;
 }
 
-/// A front's course over a stretch of its way, as the mean over the columns that passed all of it.
+/// A front's course over a stretch of its way, averaged over the columns that passed all of it.
 struct Stretch {
   double start;              ///< [m]
   double length;             ///< [m]
@@ -214,11 +215,11 @@ struct Stretch {
       scatter;  ///< variance of a column about its fit of this degree [s^2]
 };
 
-/// The stretches of many lengths and places that at least half of the columns passed.
+/// Stretches of many lengths and positions that at least half of the columns passed.
 std::vector<Stretch> stretches_of(const History& history, double shortest) {
   // Fine enough that the largest speed changes by less than its standard error.
-  constexpr double growth = 1.189207115002721;  // four lengths for each doubling
-  constexpr int n_steps = 16;                   // for each length
+  constexpr double growth = 1.189207115002721;  // four lengths per doubling
+  constexpr int n_steps = 16;                   // per length
   double first = infinity;
   double last = 0;
   for (const Course& course : history) {
@@ -250,9 +251,9 @@ std::vector<Stretch> stretches_of(const History& history, double shortest) {
   return stretches;
 }
 
-/// The time that a polynomial of this degree takes over a window [s].
+/// The time over a window according to the polynomial of this degree [s].
 /// @param start of the window, in the stretch from -1 to 1
-/// @param width of the window, of 2 for the stretch
+/// @param width of the window, where the stretch has 2
 double time_over(const Stretch& stretch, std::size_t degree, double start, double width) {
   const Coefficients from = legendre(start);
   const Coefficients to = legendre(start + width);
@@ -261,10 +262,10 @@ double time_over(const Stretch& stretch, std::size_t degree, double start, doubl
   return time;
 }
 
-/// The windows of a front's way and how exactly their times are known.
+/// All windows of a front's way, and the accuracy of their times.
 class Windows {
 public:
-  /// @param stretches in ascending order of length; those of a window's length come first
+  /// @param stretches in ascending order of length, starting with those of one window
   Windows(const std::vector<Stretch>& stretches, double length, double spacing)
       : length_(length), spacing_(spacing) {
     std::vector<double> scatter;
@@ -274,7 +275,7 @@ public:
       scatter.push_back(stretch.scatter[1]);
     }
     if (scatter.empty()) return;
-    // The lower quartile: where a front changes its speed, that adds to the scatter.
+    // The lower quartile: changes of speed add to the scatter.
     const auto quartile = scatter.begin() + static_cast<std::ptrdiff_t>(scatter.size() / 4);
     std::nth_element(scatter.begin(), quartile, scatter.end());
     scatter_ = *quartile;
@@ -282,8 +283,8 @@ public:
 
   bool is_empty() const { return windows_.empty(); }
 
-  /// Whether a polynomial is all that can be told from the stretch's scatter: the next one adds little, and
-  /// each window in the stretch takes the time that it takes by the polynomial.
+  /// True if a polynomial fits the stretch within its scatter: the next degree adds little, and the time of
+  /// each window in the stretch agrees with the polynomial.
   bool agree(const Stretch& stretch, std::size_t degree) const {
     const double rounding = 1e-9 * std::abs(stretch.coefficient[1]);  // for courses without scatter
     const double next = std::abs(stretch.coefficient[degree + 1]) * std::sqrt(legendre_square(degree + 1));
@@ -310,8 +311,8 @@ public:
   }
 
 private:
-  /// Of P_k's coefficient times the mean square of P_k, for any k: a column goes on by about a spacing at a
-  /// time, and so many of its times are independent.
+  /// Variance of P_k's coefficient times the mean square of P_k, for any k: a column advances by about a
+  /// spacing at a time, which gives the number of independent times.
   double variance(const Stretch& stretch, double scatter) const {
     return scatter * spacing_ / (stretch.length * stretch.n_columns);
   }
@@ -331,7 +332,7 @@ double fastest(const History& history, double window, double spacing) {
   double least_upper = least;
   for (const Stretch& stretch : stretches) {
     for (std::size_t degree = 1; degree <= largest_degree; ++degree) {
-      // A curve needs more than a window to stand on, and is steepest at an end.
+      // A parabola needs more than one window of data, and is steepest at an end.
       if (degree > 1 && stretch.length < 2 * window) break;
       if (stretch.length > window && !windows.agree(stretch, degree)) continue;
       const double width = 2 * window / stretch.length;

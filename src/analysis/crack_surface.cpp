@@ -19,7 +19,7 @@ using geometry::Point;
 using geometry::Realization;
 using geometry::Tetrahedron;
 
-/// The two groups of local nodes that a cut separates; the first `n_first` of `node` are one group.
+/// The two groups of local nodes separated by a cut; the first `n_first` of `node` are one group.
 struct Cut {
   std::array<int, 4> node;
   int n_first;
@@ -51,7 +51,7 @@ CrackFacet dual_facet(const Realization& realization, const Tetrahedron& tetrahe
   return facet;
 }
 
-/// For every node the number of the crack start that a crack through it comes from, or -1.
+/// For every node, the crack start of a crack through it, or -1.
 std::vector<std::int32_t> start_of_nodes(const geometry::Body& body, const Realization& realization) {
   std::vector<std::int32_t> start_of(realization.nodes.size(), -1);
   const auto& starts = body.crack_starts();
@@ -63,8 +63,7 @@ std::vector<std::int32_t> start_of_nodes(const geometry::Body& body, const Reali
   return start_of;
 }
 
-/// Broken tetrahedra joined to cracks, in order of breaking. The number of a crack is that of its first
-/// break.
+/// Broken tetrahedra joined to cracks, in order of breaking. A crack is identified by its first break.
 class CrackForest {
 public:
   explicit CrackForest(std::size_t n_breaks) : cracks_(n_breaks), start_(n_breaks, -1) {}
@@ -74,7 +73,7 @@ public:
 
   /// Adds break i, which touches the earlier breaks `touched` and, unless -1, a crack start.
   void add(std::size_t i, const std::vector<std::size_t>& touched, std::int32_t own_start) {
-    // The latest touched break that comes from a crack start decides where several cracks meet.
+    // If several cracks meet, the latest touched break that belongs to a crack start decides.
     std::size_t latest = i;
     for (const std::size_t j : touched) {
       if (start_of(j) >= 0 && (latest == i || j > latest)) latest = j;
@@ -167,7 +166,8 @@ CrackSurface make_crack_surface(const geometry::Body& body, const Realization& r
   std::vector<std::int32_t> id(breaks.size(), -1);
   for (std::size_t i = 0; i < breaks.size(); ++i) {
     const fracture::Break& broken = breaks[i];
-    // Load times are large against phase times: their difference first keeps the phase time's digits.
+    // Load times are large compared with phase times: subtracting them first preserves the digits of the
+    // phase time.
     const double time = (broken.load_time - start_time) + broken.phase_time;
     const std::size_t first = forest.crack_of(i);
     if (first == i) {

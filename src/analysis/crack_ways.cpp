@@ -20,12 +20,12 @@ namespace {
 using geometry::CrackStart;
 using geometry::Point;
 
-/// The point in the middle of the thickness.
+/// The projection on the mid-plane of the thickness.
 Point in_plane(const Point& p, double middle) {
   return {middle, p[1], p[2]};
 }
 
-/// A patch's point next to p.
+/// The point of a patch closest to p.
 Point nearest_point(const geometry::Patch& patch, const Point& p) {
   Point own{};
   for (std::size_t i = 0; i < 3; ++i)
@@ -33,13 +33,13 @@ Point nearest_point(const geometry::Patch& patch, const Point& p) {
   return patch.at(own);
 }
 
-/// Where a way leaves the body.
+/// Finds where a way leaves the body.
 class Exit {
 public:
   explicit Exit(const geometry::Body& body) : polygons_(body.outline()) {}
 
-  /// The distance at which a ray in the y-z plane leaves the body that is still inside at `least`: from
-  /// inside it passes the outline an odd number of times. `least` where it is outside already, by rounding.
+  /// The distance at which a ray in the y-z plane leaves the body, beyond `least`: a ray from inside crosses
+  /// the outline an odd number of times. `least` if it is already outside, by rounding.
   double distance(const Point& from, const Vector& along, double least) const {
     std::vector<double> passages;
     for (const geometry::Polygon& polygon : polygons_) {
@@ -60,7 +60,7 @@ private:
     };
     const double first = side(a);
     const double second = side(b);
-    // Half open, so that a corner on the ray belongs to one of its edges.
+    // Half-open intervals, so that a corner on the ray belongs to only one of its edges.
     if ((first < 0) == (second < 0)) return std::nullopt;
     const double share = first / (first - second);
     return along[1] * (a[0] + share * (b[0] - a[0]) - from[1]) +
@@ -79,12 +79,12 @@ public:
         start_(body.crack_starts()[index(number)]),
         middle_(body.size()[0] / 2),
         exit_(body) {
-    // A crack of the free surface touches no other start, so it matters not which faces these have.
+    // A crack of the free surface touches no other start, so their faces are irrelevant.
     for (std::size_t face = 0; face < body.faces().size(); ++face) {
       const bool is_own =
           start_.is_free_surface ||
           std::ranges::find(start_.faces, static_cast<geometry::FaceId>(face)) != start_.faces.end();
-      // Faces across the thickness are touched all along the way.
+      // Faces normal to the thickness touch the crack along its whole length, so they are excluded.
       if (is_own && std::abs(body.faces()[face].outward[0]) < 0.5) faces_.push_back(body.faces()[face].patch);
     }
   }
@@ -114,7 +114,7 @@ private:
     return static_cast<std::size_t>(std::ranges::min_element(points, {}, distance) - points.begin());
   }
 
-  /// The point of the start's faces next to a facet, where that is no further away than a spacing.
+  /// The point of the start's faces closest to a facet, if within one spacing.
   std::optional<Point> touch(std::size_t facet) const {
     double least = local_spacing(surface_.facets[facet]);
     std::optional<Point> found;
@@ -156,7 +156,7 @@ private:
     std::vector<Point> roots;
     double least = min_way_length * spacing;
     for (const auto& [number, place] : found) {
-      // The other places are where a crack of the free surface has arrived.
+      // Other contacts are where a crack of the free surface arrived.
       if (start_.is_free_surface && place.from_first >= least) continue;
       if (start_.is_free_surface) {
         roots.clear();
@@ -167,7 +167,7 @@ private:
     return roots.empty() ? std::vector{first} : roots;
   }
 
-  /// Of the tetrahedron that broke first.
+  /// Mean position of the tetrahedron that broke first.
   Point first_place(const Numbers& facets) const {
     Point sum{};
     double n = 0;
@@ -190,7 +190,7 @@ private:
     if (is_both) found.push_back(way(root, *backwards, std::move(behind)));
   }
 
-  /// From the root to the facet farthest away.
+  /// Vector from the root to the farthest facet.
   std::optional<Vector> farthest_from(const Point& root, const Numbers& facets) const {
     std::optional<Vector> farthest;
     for (const std::size_t i : facets) {

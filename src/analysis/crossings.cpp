@@ -27,7 +27,7 @@ bool are_near(const Trace& a, const Trace& b) {
   return gap(a_low, a_high, b_low, b_high) <= branch_gap * spacing;
 }
 
-/// The ends of all traces in ascending order: between two of them the set of traces does not change.
+/// The ends of all traces, ascending: between two of them the set of traces is constant.
 std::vector<double> ends(std::span<const Trace> traces, std::span<const std::size_t> members) {
   std::vector<double> x;
   for (const std::size_t i : members) x.insert(x.end(), {traces[i].x[0], traces[i].x[1]});
@@ -36,20 +36,20 @@ std::vector<double> ends(std::span<const Trace> traces, std::span<const std::siz
   return x;
 }
 
-/// Integrals over the covered thickness of 1, of the mean over the traces there, of its square, and of the
-/// time at which the first of them opened.
+/// Integrals over the covered thickness of 1, of the mean over the traces at equal x, of its square, and of
+/// the first opening time.
 struct Integrals {
   double length = 0;
   double first = 0;
   double second = 0;
   double time = 0;
-  double dynamic_time = 0;  // with 0 for what was open before the last dynamic phase
+  double dynamic_time = 0;  // with 0 for openings before the last dynamic phase
 };
 
 Integrals integrate(std::span<const Trace> traces, std::span<const std::size_t> members) {
   const std::vector<double> x = ends(traces, members);
   Integrals integrals;
-  // Squares are taken from a value nearby, which keeps their digits.
+  // Squares are taken relative to a nearby value, to preserve digits.
   const double origin = traces[members.front()].across[0];
   for (std::size_t k = 0; k + 1 < x.size(); ++k) {
     const double middle = (x[k] + x[k + 1]) / 2;
@@ -106,8 +106,8 @@ std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::s
     std::size_t n_ends = 0;
     for (std::size_t k = 0; k < 4; ++k) {
       const std::size_t next = (k + 1) % 4;
-      // Half open, so that a corner on the plane belongs to one of its sides; a convex facet is then met at
-      // two sides or none.
+      // Half-open intervals, so that a corner on the plane belongs to only one of its sides; a convex facet
+      // then has two intersected sides or none.
       if ((along[k] < plane.position) == (along[next] < plane.position) || n_ends == 2) continue;
       const geometry::Point& a = facet.corner[k];
       const geometry::Point& b = facet.corner[next];
@@ -207,14 +207,14 @@ std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thic
       largest[number] = std::max(largest[number], share);
     }
   }
-  // What is left of an arm beside another one is no crossing of its own.
+  // Remains of an arm next to another one are not a separate crossing.
   std::erase_if(parts, [&](const Part& part) {
     const double share = part.crossing.share;
     return share < (share == largest[part.crossing.arm] ? min_arm_share : min_thickness_share);
   });
   if (parts.empty()) return std::nullopt;
-  // Traces are in order of breaking and groups in order of their first trace, so of parts that cover the
-  // same length the earliest is the main one.
+  // Traces are in order of breaking and groups in order of their first trace, so among parts of equal
+  // coverage the earliest is the main one.
   const auto rank = [](const Part& part) { return std::pair(part.crossing.arm == 0, part.crossing.share); };
   const Part& main = *std::ranges::max_element(parts, {}, rank);
   Crossing crossing{main.crossing.position, main.spread, main.time, main.arrival, {}};

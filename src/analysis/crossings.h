@@ -12,7 +12,7 @@
 
 namespace crackle::analysis {
 
-/// An opened piece seen along the advance of the crack: its way through the thickness (x) and across.
+/// The projection of an open facet along the crack advance: a segment through the thickness (x) and across.
 struct Trace {
   double x[2];       ///< ends, x[0] <= x[1] [m]
   double across[2];  ///< at these ends [m]
@@ -27,18 +27,18 @@ std::vector<std::size_t> facets_from(const CrackSurface& surface, std::int32_t s
 /// Mean local spacing of facets [m]; 0 without facets.
 double mean_spacing(const CrackSurface& surface, std::span<const std::size_t> facets);
 
-/// Segments in which facets meet the plane, by its coordinate across; beyond the plane's ends too.
+/// Segments in which facets intersect the plane, by its coordinate across; also beyond the plane's ends.
 std::vector<Trace> intersect(const CrackSurface& surface, std::span<const std::size_t> facets,
                              const geometry::CrossPlane& plane);
 
-/// A facet's extent through the thickness and across, by the coordinate dot(p, across).
+/// A facet's extent through the thickness and across, where the latter coordinate is dot(p, across).
 Trace extent(const CrackSurface& surface, std::size_t facet, const Vector& across);
 
-/// Separate groups of traces (see section_crossings), without those that cover less than
-/// min_thickness_share of the thickness; each in ascending order, groups ordered by their first member.
+/// Separate groups of traces (see section_crossings), excluding those that cover less than
+/// min_thickness_share of the thickness; each ascending, groups ordered by their first member.
 std::vector<std::vector<std::size_t>> group(std::span<const Trace> traces, double thickness);
 
-/// Least and greatest advance of a facet's corners [m].
+/// Smallest and largest advance of a facet's corners [m].
 std::pair<double, double> advances(const CrackFacet& facet, const geometry::CrackStart& start);
 
 /// Indices in ascending order, each once.
@@ -48,20 +48,20 @@ void sort_out(Numbers& numbers);
 bool have_common(const Numbers& a, const Numbers& b);
 void add(Numbers& to, const Numbers& from);
 
-/// Where a crack crosses a plane, seen through the thickness.
+/// The crossing of a plane by a crack, projected through the thickness.
 struct Crossing {
-  double mean;    ///< over the covered x of the mean of the traces that lie over each other there [m]
+  double mean;    ///< over the covered x, of the mean of the traces at equal x [m]
   double spread;  ///< standard deviation of that mean over the covered x [m]
   double time;    ///< at which the first facet of its group opened [s]
-  /// Over the covered x the mean of when the first trace there opened; where some of them opened in the last
-  /// dynamic phase, those from before it count as from its start [s].
+  /// Mean over the covered x of the first opening time; if part of it opened in the last dynamic phase,
+  /// earlier openings count as at its start [s].
   double arrival;
   std::vector<ArmCrossing> arms;  ///< all separate crossings, ascending
 };
 
-/// The main crossing (see section_crossings); nothing where no group counts.
-/// @param arm of each facet; all belong to the main arm without it
-/// @param plane beyond whose ends crossings do not count
+/// The main crossing (see section_crossings); empty if no group counts.
+/// @param arm of each facet; if empty, all belong to the main arm
+/// @param plane crossings beyond its ends do not count
 std::optional<Crossing> main_crossing(std::span<const Trace> traces, double thickness,
                                       std::span<const std::int32_t> arm = {},
                                       const geometry::CrossPlane* plane = nullptr);

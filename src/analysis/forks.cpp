@@ -20,15 +20,16 @@ namespace crackle::analysis {
 namespace {
 
 constexpr double stations_per_spacing = 4;
-/// The window that is the whole thickness.
+/// The window of the whole thickness.
 constexpr int projection = -1;
-/// Forks seen in two windows, which have at most half of their facets in common, are one from this share on.
+/// Minimum overlap of forks seen in two windows to be identified; such windows have at most half of their
+/// facets in common.
 constexpr double min_likeness = 0.1;
 
 using Facets = Numbers;
 
-/// The facets that belong to pieces of at least stray_size; connected are those of one tetrahedron and those
-/// of one edge.
+/// The facets of pieces of at least stray_size, where facets of the same tetrahedron or the same edge are
+/// connected.
 Facets without_strays(const CrackSurface& surface, const Facets& facets) {
   DisjointSets pieces(facets.size());
   std::map<geometry::Point, std::size_t> at_edge;
@@ -61,12 +62,12 @@ Facets without_strays(const CrackSurface& surface, const Facets& facets) {
   return kept;
 }
 
-/// What is seen of a crack at one station: an interval across its advance without a gap.
+/// The crack at one station: an interval across its advance without a gap.
 struct Run {
   double low;
   double high;
   Facets facets;
-  std::vector<std::size_t> next;  ///< runs at the next station that overlap with it, ascending
+  std::vector<std::size_t> next;  ///< overlapping runs at the next station, ascending
 };
 
 using Level = Numbers;           ///< runs of one station
@@ -74,25 +75,25 @@ using Way = std::vector<Level>;  ///< levels at consecutive stations
 
 struct Arm {
   Facets facets;
-  Facets first;                                 ///< of them those on the first min_arm_length
-  std::vector<std::pair<double, double>> line;  ///< advance, across: middle at every station
+  Facets first;                                 ///< the subset on the first min_arm_length
+  std::vector<std::pair<double, double>> line;  ///< advance, across: centre at every station
   double reach = 0;                             ///< advance of its end [m]
-  double end_across = 0;                        ///< where that is [m]
-  double length = 0;                            ///< from the fork straight to its end [m]
+  double end_across = 0;                        ///< coordinate across at its end [m]
+  double length = 0;                            ///< straight length from the fork to its end [m]
 };
 
-/// A fork seen in one window; arms 0 and 1 are the one at lower and at higher values across.
+/// A fork seen in one window; arms 0 and 1 are at lower and higher values across.
 struct Sighting {
-  double advance;  ///< where the arms part
+  double advance;  ///< where the arms separate
   double across;
   double angle;
   std::array<Arm, 2> arms;
-  int window = 0;        ///< that shows it
+  int window = 0;        ///< window of the sighting
   std::size_t last = 0;  ///< station of the last levels
-  Level together;        ///< the runs there where the arms have met again
+  Level together;        ///< the runs there, if the arms have met again
 };
 
-/// The same arm as another window shows it.
+/// Merges the same arm as seen in another window.
 void add_arm(Arm& to, const Arm& from) {
   add(to.facets, from.facets);
   add(to.first, from.first);
@@ -100,7 +101,7 @@ void add_arm(Arm& to, const Arm& from) {
   to.length = std::max(to.length, from.length);
 }
 
-/// Arms that have met go on as those of a later sighting.
+/// Continues arms that have met with those of a later sighting.
 void go_on(Sighting& fork, const Sighting& later) {
   for (std::size_t side = 0; side < 2; ++side) {
     Arm& arm = fork.arms[side];
@@ -183,7 +184,7 @@ private:
     return next;
   }
 
-  /// From run i of station k on until the way is min_gap_length long; empty when it ends before.
+  /// Continues from run i of station k until the way is min_gap_length long; empty if it ends before.
   Way way_from(std::size_t k, std::size_t i) const {
     Way way{{i}};
     const double start = middle(k, way.front());
@@ -198,13 +199,13 @@ private:
     }
   }
 
-  /// The ways on from a run that are long enough and have no run in common, in ascending order across.
+  /// The continuations of a run that are long enough and have no run in common, ordered across.
   std::vector<Way> separate_ways(std::size_t k, const Run& run) const {
     std::vector<Way> ways;
     for (const std::size_t j : run.next) {
       Way way = way_from(k + 1, j);
       if (way.empty()) continue;
-      // Ways are in order across, so one that is one with several earlier ones is one with the last of them.
+      // Ways are ordered across, so one that joins several earlier ones joins the last of them.
       while (!ways.empty() &&
              (meet(ways.back(), way) || widest_gap(k + 1, ways.back(), way) < min_arm_distance)) {
         Way& earlier = ways.back();
@@ -223,7 +224,7 @@ private:
     return false;
   }
 
-  /// In spacings.
+  /// Widest gap between two ways, in spacings.
   double widest_gap(std::size_t k, const Way& lower, const Way& upper) const {
     double widest = 0;
     for (std::size_t level = 0; level < std::min(lower.size(), upper.size()); ++level) {
@@ -282,7 +283,7 @@ private:
     return fork;
   }
 
-  /// Of the line's part up to this advance, by least squares.
+  /// Slope of the line up to this advance, by least squares.
   static double slope(const std::vector<std::pair<double, double>>& line, double until) {
     double n = 0;
     double s = 0;
@@ -303,7 +304,7 @@ private:
     return variance > 0 ? (n * st - s * t) / variance : 0;
   }
 
-  /// Whether run i of station k, where ways part, follows soon after the place where the arms of a fork met.
+  /// True if run i of station k, where ways separate, closely follows the place where the arms of a fork met.
   bool goes_on(const Sighting& fork, std::size_t k, std::size_t i) const {
     const auto soon = static_cast<std::size_t>(reunion_length * spacing_[k] / step_);
     if (fork.together.empty() || k < fork.last || k > fork.last + soon) return false;
@@ -313,11 +314,11 @@ private:
   }
 
   double step_;
-  const std::vector<double>& spacing_;  ///< local, at every station
+  const std::vector<double>& spacing_;  ///< local spacing at every station
   std::vector<std::vector<Run>> runs_;
 };
 
-/// The forks of the crack on one way.
+/// Finds the forks of the crack on one way.
 class ForkFinder {
 public:
   ForkFinder(const geometry::Body& body, const CrackSurface& surface, const CrackWay& way)
@@ -376,7 +377,7 @@ private:
     }
   }
 
-  /// Mean over the traces within two mean spacings of each station.
+  /// Averages the spacing over the traces within two mean spacings of each station.
   void measure_spacing() {
     std::vector<double> sum{0};
     std::vector<double> n{0};
@@ -393,7 +394,7 @@ private:
     }
   }
 
-  /// How much of the smaller of both forks' arms is the same.
+  /// Overlap of two sightings, relative to the smaller arms.
   static double likeness(const Sighting& a, const Sighting& b) {
     double least = 1;
     for (std::size_t side = 0; side < 2; ++side) {
@@ -407,14 +408,14 @@ private:
     return least;
   }
 
-  /// Whether one window shows both at the same advance: then they are different forks. Behind each other
-  /// they can be one, whose arms meet in between.
+  /// True if one window shows both at the same advance: then they are different forks. If one is behind the
+  /// other they may be the same fork, whose arms meet in between.
   static bool are_beside(const Sighting& a, const Sighting& b) {
     const auto end = [](const Sighting& s) { return std::min(s.arms[0].reach, s.arms[1].reach); };
     return a.window == b.window && a.advance <= end(b) && b.advance <= end(a);
   }
 
-  /// The forks that these are sightings of: the most alike come together first.
+  /// Merges sightings into forks, most similar ones first.
   static std::vector<Merged> merge(const std::vector<Sighting>& seen) {
     struct Pair {
       double likeness;
@@ -449,7 +450,7 @@ private:
   }
 
   static Merged merged(const std::vector<Sighting>& seen, const Numbers& group) {
-    // Those behind each other in one window, as another window tells that they are one fork.
+    // Joins successive sightings in one window if another window shows that they are one fork.
     std::vector<Sighting> of_windows;
     for (const std::size_t i : group) {
       if (of_windows.empty() || of_windows.back().window != seen[i].window)
@@ -463,7 +464,7 @@ private:
       for (std::size_t side = 0; side < 2; ++side) add_arm(fork.arms[side], one.arms[side]);
       fork.ends_apart = fork.ends_apart || one.together.empty();
       (one.window == projection ? fork.is_in_projection : fork.is_in_space) = true;
-      // The projection comes first, and has all of the fork.
+      // The projection comes first, and contains the whole fork.
       if (fork.is_in_projection && n > 0) continue;
       n += 1;
       fork.advance += (one.advance - fork.advance) / n;
@@ -493,7 +494,7 @@ private:
     return *middle;
   }
 
-  /// The arm that most of these facets are told to belong to so far.
+  /// The arm to which most of these facets have been assigned so far.
   static std::int32_t arm_of(const CrackArms& found, const Facets& facets) {
     std::map<std::int32_t, std::size_t> n;
     for (const std::size_t i : facets) ++n[found.arm[i]];
@@ -508,7 +509,7 @@ private:
                                    ? ahead > 0
                                    : area(seen.arms[1].facets) > area(seen.arms[0].facets);
     std::size_t leaving = upper_is_main ? 0 : 1;
-    // Of three arms the one in the middle can have been told apart from this one already.
+    // With three arms, the middle one may already have been separated from this one.
     const std::array<std::int32_t, 2> known{arm_of(found, seen.arms[0].facets),
                                             arm_of(found, seen.arms[1].facets)};
     if (known[leaving] > known[1 - leaving]) leaving = 1 - leaving;
@@ -539,7 +540,7 @@ private:
   const geometry::CrackStart& start_;
   double thickness_;
   double mean_spacing_;
-  double step_;  ///< from station to station [m]
+  double step_;  ///< distance between stations [m]
   std::vector<std::vector<Trace>> traces_;
   std::vector<double> spacing_;
 };

@@ -22,7 +22,7 @@ namespace {
 constexpr int n_bootstrap_samples = 4000;
 constexpr int n_random_labels = 9999;
 constexpr double max_exact_labels = 20'000;
-/// Statistics that rounding alone tells apart are equal.
+/// Tolerance below which statistics are equal up to rounding.
 constexpr double rounding = 1e-9;
 
 Moments moments_of(std::span<const double> values) {
@@ -42,15 +42,16 @@ std::vector<double> differences_of(const TwoSamples& samples) {
   return differences;
 }
 
-/// Over its standard error; 0 and infinity without scatter.
+/// Difference over its standard error; 0 or infinity without scatter.
 double studentized(double difference, double square_error) {
   if (difference == 0) return 0;
   return square_error > 0 ? std::abs(difference) / std::sqrt(square_error) : infinity;
 }
 
-/// Calls visit(labels) for each way of giving labels: all of them, or random ones. Labels are 1 for the
-/// second list, in the order of all values of the first and then of the second; pairs change places.
-/// @return whether they were all
+/// Calls visit(labels) for each assignment of labels: all of them, or random ones. Label 1 means the second
+/// list; labels are in the order of all values of the first and then of the second list. For pairs, a label
+/// of 1 swaps the pair.
+/// @return true if all assignments were visited
 template <class Visit>
 bool for_each_labelling(std::size_t n_first, std::size_t n_second, bool are_paired, const Visit& visit) {
   const std::size_t n = n_first + n_second;
@@ -92,7 +93,7 @@ bool for_each_labelling(std::size_t n_first, std::size_t n_second, bool are_pair
   return false;
 }
 
-/// The share of labellings whose statistic is as large as the observed one; the observed is one of them.
+/// The share of assignments whose statistic is at least as large as the observed one, which is included.
 template <class Statistic>
 double share_as_large(std::size_t n_first, std::size_t n_second, bool are_paired,
                       const Statistic& statistic) {
@@ -221,7 +222,7 @@ double permutation_probability(const TwoSamples& samples) {
     for (std::size_t k = 0; k < 2; ++k) mean[k] /= n[k];
     for (std::size_t i = 0; i < values.size(); ++i)
       square[labels[i]] += std::pow(values[i] - mean[labels[i]], 2);
-    // One value alone has no variance; its share of the other's then does.
+    // A single value has no variance; the other list's is used instead.
     const auto error = [&](std::size_t k) { return square[k] / (std::max(1.0, n[k] - 1) * n[k]); };
     return studentized(mean[1] - mean[0], error(0) + error(1));
   });
@@ -231,7 +232,7 @@ namespace {
 
 using Path = std::vector<double>;
 
-/// Root mean square of one + sign other over the sections that both reach; nothing where there is none.
+/// Root mean square of one + sign other over the sections that both reach; empty if there are none.
 std::optional<double> path_distance(const Path& one, const Path& other, double sign) {
   double square = 0, n_common = 0;
   for (std::size_t s = 0; s < one.size(); ++s) {
@@ -244,7 +245,7 @@ std::optional<double> path_distance(const Path& one, const Path& other, double s
   return std::sqrt(square / n_common);
 }
 
-/// Between the differences of pairs and their mirror images: 2 E|D + D'| - 2 E|D - D'|.
+/// Energy distance between the differences of pairs and their mirror images: 2 E|D + D'| - 2 E|D - D'|.
 EnergyDistance energy_distance_of_pairs(const TwoGroupsOfPaths& paths) {
   std::vector<Path> differences;
   for (std::size_t i = 0; i < paths.first.size(); ++i) {
@@ -263,7 +264,7 @@ EnergyDistance energy_distance_of_pairs(const TwoGroupsOfPaths& paths) {
     }
   }
   if (n_known == 0) return {};
-  // A pair that changes places turns the sign of its difference.
+  // Swapping a pair changes the sign of its difference.
   const auto statistic = [&](const std::vector<std::uint8_t>& labels) {
     double total = 0;
     for (std::size_t i = 0; i < n; ++i)
@@ -294,7 +295,7 @@ EnergyDistance energy_distance(const TwoGroupsOfPaths& paths) {
     }
   }
   const auto statistic = [&](const std::vector<std::uint8_t>& labels) {
-    std::array<double, 3> sum{}, count{};  // within the first, between, within the second
+    std::array<double, 3> sum{}, count{};  // within the first group, between groups, within the second
     for (std::size_t i = 0; i < n; ++i) {
       for (std::size_t k = i + 1; k < n; ++k) {
         const std::size_t which = labels[i] + labels[k];
@@ -304,7 +305,7 @@ EnergyDistance energy_distance(const TwoGroupsOfPaths& paths) {
     }
     for (const double one : count)
       if (one == 0) return 0.0;
-    // Of all pairs, a path with itself among them, as if all were known.
+    // Averages over all pairs including each path with itself, estimated from the available ones.
     const auto share_of_others = [](std::size_t size) { return 1 - 1 / static_cast<double>(size); };
     return 2 * sum[1] / count[1] - share_of_others(n_first) * sum[0] / count[0] -
            share_of_others(n_second) * sum[2] / count[2];

@@ -13,15 +13,15 @@ namespace crackle::analysis {
 
 namespace {
 
-constexpr double tolerance = 1e-12;  ///< of sections, in the body's largest size
+constexpr double tolerance = 1e-12;  ///< for matching sections, relative to the body's largest size
 
-/// The section of a sample that a symmetry maps on a section of the frame.
+/// The section of a sample that a symmetry maps onto a section of the frame.
 struct Preimage {
-  int section = -1;              ///< its number; -1 where the input has none there
-  std::optional<double> extent;  ///< the sum of the coordinates on both, where one is reflected [m]
+  int section = -1;              ///< its number; -1 if the input has none there
+  std::optional<double> extent;  ///< sum of the coordinates on both, if reflected [m]
 };
 
-/// The points of the section that tell where a symmetry takes it: of a line its ends.
+/// The points of a section that determine its image: for a line, its ends.
 std::array<geometry::Point, 2> ends_of(const geometry::Body& body, const input::Section& section) {
   std::array<geometry::Point, 2> ends{body.bounds().lower, body.bounds().upper};
   if (section.axis == 0) {
@@ -62,7 +62,7 @@ Preimage preimage_of(const geometry::Body& body, const geometry::Symmetry& symme
     const std::size_t axis = index(sections[i].axis);
     return std::max(std::abs(from[axis] - sections[i].position), std::abs(to[axis] - sections[i].position));
   };
-  std::size_t nearest = number;  // of equally near ones the section itself, where it is one of them
+  std::size_t nearest = number;  // among equally near ones, preferably the section itself
   for (std::size_t i = 0; i < sections.size(); ++i)
     if (sections[i].axis != 0 && gap(i) < gap(nearest)) nearest = i;
   const geometry::Point size = body.size();
@@ -73,7 +73,7 @@ Preimage preimage_of(const geometry::Body& body, const geometry::Symmetry& symme
   return found;
 }
 
-/// Bit i is set where the symmetry turns the direction of axis i round.
+/// Bit i is set if the symmetry reverses axis i.
 std::uint8_t reflected_by(const geometry::Symmetry& symmetry, const geometry::Box& bounds) {
   const geometry::Point lower = symmetry.image(bounds.lower);
   const geometry::Point upper = symmetry.image(bounds.upper);

@@ -18,14 +18,14 @@ namespace crackle::analysis {
 
 namespace {
 
-/// Adds a * b without rounding: what the product loses is the remainder of a fused multiplication.
+/// Adds a * b exactly: the rounding error of the product is the remainder of a fused multiply-add.
 void add_product(parallel::ExactSum& sum, double a, double b) {
   const double product = a * b;
   sum.add(product);
   sum.add(std::fma(a, b, -product));
 }
 
-/// What a rounded sum lacks.
+/// Rounding error of a rounded sum.
 double remainder(parallel::ExactSum sum, double rounded) {
   sum.add(-rounded);
   return sum.value();
@@ -53,7 +53,7 @@ void check_row(const SampleSummary& row, std::size_t sample, const Statistics& s
   }
 }
 
-/// The rows of cracks of one rank, without numbers.
+/// Empty rows for the leading or the following cracks.
 RankStatistics empty_ranks(const LeaderFrame& frame, bool leaders) {
   RankStatistics ranks;
   const std::vector<std::int32_t>& reference = frame.reference();
@@ -83,10 +83,10 @@ Statistics empty_statistics(std::size_t n_samples, const LeaderFrame& frame, dou
   return statistics;
 }
 
-/// A sample's crack at a position of a table.
+/// A sample's crack at one table position.
 struct Position {
-  bool counts = false;           ///< whether a crack that arrives counts there
-  double value = not_a_number;   ///< [m]; NaN where none does
+  bool counts = false;           ///< true if a crack that arrives counts there
+  double value = not_a_number;   ///< [m]; NaN if none arrived
   double spread = not_a_number;  ///< through the thickness [m]; likewise
 };
 
@@ -105,10 +105,10 @@ Position ranked_position(const LeaderFrame& frame, const RankStatistics& ranks, 
   return {true, source->extent ? *source->extent - row.position[i] : row.position[i], row.z_spread[i]};
 }
 
-/// Which values over the samples 0 to i are computed for every i; all takes ten times as long as none.
+/// Which running statistics over samples 0 to i are computed; `all` takes ten times as long as `none`.
 enum class Running { none, means, all };
 
-/// Statistics of the Position position_at(row, index) of the rows that are done.
+/// Computes statistics of the Position position_at(row, index) over the completed rows.
 template <class PositionAt>
 void compute_paths(PathStatistics& paths, std::size_t n_positions, const Statistics& shape,
                    std::span<const SampleSummary> rows, Running running_values, PositionAt&& position_at) {
@@ -158,7 +158,7 @@ void compute_paths(PathStatistics& paths, std::size_t n_positions, const Statist
   }
 }
 
-/// @param pattern of the samples that count; all without
+/// @param pattern of the samples that count; all if empty
 void compute_ranks(RankStatistics& ranks, const LeaderFrame& frame, std::optional<Pattern> pattern,
                    const Statistics& shape, std::span<const SampleSummary> rows, Running running_values) {
   const std::size_t n_positions = ranks.notch.size() * static_cast<std::size_t>(frame.n_sections());
@@ -195,7 +195,7 @@ void compute_shares(Statistics& statistics, std::span<const SampleSummary> rows)
   }
 }
 
-/// The statistics of the first rows, which are all the ensemble has; `shape` gives shape and confidence.
+/// The statistics of the first rows, which form the whole ensemble; `shape` gives shape and confidence.
 Statistics compute(const Statistics& shape, const LeaderFrame& frame, std::span<const SampleSummary> rows,
                    Running running_values) {
   Statistics statistics = shape;
@@ -222,7 +222,7 @@ WilsonInterval wilson_interval(double share, int n, double confidence) {
 
 Interval share_interval(int n_hits, int n, double confidence) {
   const WilsonInterval interval = wilson_interval(static_cast<double>(n_hits) / n, n, confidence);
-  // The ends are 0 and 1 exactly where none or all are hits.
+  // The ends are exactly 0 and 1 if none or all are hits.
   return {n_hits == 0 ? 0 : std::max(0.0, interval.centre - interval.half_width),
           n_hits == n ? 1 : std::min(1.0, interval.centre + interval.half_width)};
 }
@@ -243,7 +243,8 @@ double Moments::mean() const {
 
 double Moments::standard_deviation() const {
   if (n_ < 2) return not_a_number;
-  // n (sum of squares) - (sum)^2 without cancellation: every sum is its rounded value and a remainder.
+  // n (sum of squares) - (sum)^2 without cancellation: every sum is represented by its rounded value and a
+  // remainder.
   const double first = first_.value();
   const double second = second_.value();
   parallel::ExactSum difference;
@@ -295,11 +296,11 @@ void RunningStatistics::add(std::size_t sample, SampleSummary row) {
 
 void RunningStatistics::look() {
   if (!stop_ || stopped_at_) return;
-  // At the last look all samples are there: nothing is left to stop.
+  // At the last look all samples are done: nothing is left to stop.
   for (; next_look_ + 1 < looks_.size() && looks_[next_look_] <= n_ended_; ++next_look_) {
     const std::size_t n = looks_[next_look_];
     const auto rows = std::span(rows_).first(n);
-    Statistics found = statistics_;  // what the rule looks at
+    Statistics found = statistics_;  // input of the rule
     compute_ranks(found.leader, frame_, std::nullopt, found, rows, Running::none);
     compute_shares(found, rows);
     if (is_known(found, stop_->half_width)) {

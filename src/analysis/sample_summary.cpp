@@ -69,7 +69,7 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.first_break_load = result.first_break_load;
   if (!surface.facets.empty())
     std::tie(row.first_break_x, row.first_break_y, row.first_break_z) =
-        std::tuple_cat(surface.facets.front().corner[2]);  // the centroid of what broke first
+        std::tuple_cat(surface.facets.front().corner[2]);  // centroid of the first broken tetrahedron
   row.onset_time = result.onset_time;
   row.onset_force = result.onset_force;
   const dynamics::LoadResults loads = dynamics::load_results(result);
@@ -87,7 +87,7 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
   row.kinks = count_kinks(lines);
   row.breaks = static_cast<std::int64_t>(result.breaks.size());
   row.crack_area = surface.area();
-  // Where no crack can start, no way is known along which it runs.
+  // Without crack starts the direction of a crack is unknown.
   if (!body.crack_starts().empty()) row.crack_speed_max = max_crack_speed(body, surface);
   row.energy_error = result.energy_error;
   row.equilibrium_residual = result.equilibrium_residual;
@@ -113,7 +113,7 @@ std::vector<SampleSummary> gather_on_root(const parallel::Communicator& group,
       parallel::agree(group, [&] { return to_bytes(std::vector<SampleSummary>(rows.begin(), rows.end())); });
 
   const auto total = parallel::all_reduce<std::int64_t>(group, std::ssize(mine), MPI_SUM);
-  // Every rank has the same total.
+  // The total is equal on every rank.
   if (total > INT_MAX)
     throw parallel::AgreedError(0, "the rows of all samples are too large for one message");
   const auto all = parallel::gather_on_root<std::byte>(group, mine);

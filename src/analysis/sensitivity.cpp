@@ -27,10 +27,10 @@ namespace crackle::analysis {
 namespace {
 
 constexpr int n_bootstrap_draws = 400;
-/// Draws that a statement is made from at least, for each random input.
+/// Minimum number of draws per random input.
 constexpr std::size_t least_draws_per_input = 4;
 
-/// One result and how it is read from a row; NaN where it has none.
+/// One result, and how to read it from a row; NaN if missing.
 struct Subject {
   Sensitivity of;
   std::function<double(const SampleSummary&)> value;
@@ -38,7 +38,7 @@ struct Subject {
 
 template <class Number>
 double number_or_nan(Number value) {
-  // Whole numbers below 0 stand for none.
+  // Negative integers mean no result.
   if constexpr (std::is_integral_v<Number>)
     return value < 0 ? not_a_number : static_cast<double>(value);
   else
@@ -83,10 +83,10 @@ std::vector<Subject> all_subjects(const input::Parameters& parameters, std::size
   return subjects;
 }
 
-/// The draws of the random inputs, and which rows have each.
+/// The draws of the random inputs, and the rows of each.
 struct Draws {
   std::vector<std::vector<double>> values;  ///< draws x inputs
-  std::vector<std::size_t> of_row;          ///< rows that are done
+  std::vector<std::size_t> of_row;          ///< of the completed rows
   std::vector<const SampleSummary*> row;
 };
 
@@ -104,7 +104,7 @@ Draws draws_of(const input::Parameters& parameters, std::span<const SampleSummar
   return draws;
 }
 
-/// Each sample of them by how often it counts each draw.
+/// Bootstrap samples, as the multiplicity of each draw.
 std::vector<Eigen::VectorXd> bootstrap_counts(std::size_t n_draws) {
   std::vector<Eigen::VectorXd> samples;
   for (int b = 0; b < n_bootstrap_draws; ++b) {
@@ -119,8 +119,8 @@ std::vector<Eigen::VectorXd> bootstrap_counts(std::size_t n_draws) {
   return samples;
 }
 
-/// An estimate with an interval as wide as its bootstrap samples scatter about their mean: what they are off
-/// by on average is the bootstrap's own.
+/// An estimate with an interval as wide as the scatter of its bootstrap samples about their mean; the bias of
+/// the mean is due to the bootstrap itself and is ignored.
 Estimate with_interval(double value, std::vector<double> samples, double confidence, double least) {
   std::erase_if(samples, [](double sample) { return std::isnan(sample); });
   Estimate estimate{std::clamp(value, least, 1.0)};
@@ -136,7 +136,7 @@ Estimate with_interval(double value, std::vector<double> samples, double confide
   return estimate;
 }
 
-/// From 1 on; equal values share the mean of their ranks.
+/// Ranks from 1; ties share the mean of their ranks.
 Eigen::VectorXd ranks_of(const Eigen::VectorXd& values) {
   std::vector<Eigen::Index> order(static_cast<std::size_t>(values.size()));
   std::iota(order.begin(), order.end(), 0);
@@ -156,9 +156,9 @@ double correlation(const Eigen::VectorXd& x, const Eigen::VectorXd& y, const Eig
   return scale > 0 ? (weight.array() * dx * dy).sum() / scale : not_a_number;
 }
 
-/// The share of the variance within draws, by the analysis of variance with one random factor; NaN where no
-/// draw has several values.
-/// @param count of each value: how often its draw counts
+/// The share of the variance within draws, by one-way random-effects analysis of variance; NaN if no draw has
+/// several values.
+/// @param count of each value: multiplicity of its draw
 double share_within(const DrawnValues& values, const Eigen::VectorXd& count) {
   const double n = count.sum(), mean = count.dot(values.value) / n;
   double within = 0, between = 0, n_draws = 0, sum_of_squares = 0;
@@ -180,7 +180,7 @@ double share_within(const DrawnValues& values, const Eigen::VectorXd& count) {
   return all > 0 ? mean_within / all : not_a_number;
 }
 
-/// Everything that all results have in common.
+/// Data common to all results.
 struct Study {
   const input::Parameters& parameters;
   Draws draws;
@@ -202,7 +202,7 @@ DrawnValues values_of(const Study& study, const Subject& subject) {
   return values;
 }
 
-/// The counts of draws as counts of values.
+/// Expands counts of draws to counts of values.
 Eigen::VectorXd spread_out(const Eigen::VectorXd& of_draws, const std::vector<std::size_t>& draw) {
   Eigen::VectorXd counts(static_cast<Eigen::Index>(draw.size()));
   for (std::size_t i = 0; i < draw.size(); ++i)
@@ -241,7 +241,7 @@ void estimate(const Study& study, const DrawnValues& values, Sensitivity& result
   result.mesh = with_interval(share_within(values, once), mesh, study.confidence, 0);
   for (std::size_t k = 0; k < n_inputs; ++k) {
     InputEffect effect;
-    // A constant predicts best: that the indices are 0 says nothing of how far from it they may be.
+    // A constant predicts best: the indices are 0, but their uncertainty is unknown.
     if (chosen.degree == 0) {
       effect.first.value = effect.total.value = 0;
     } else {
@@ -318,7 +318,7 @@ Exceedance exceedance(const std::string& condition, const input::Parameters& par
   hits.value = Eigen::Map<const Eigen::VectorXd>(is_hit.data(), found.n_values);
   found.n_hits = static_cast<int>(hits.value.sum());
   found.share.value = hits.value.mean();
-  // Kish's design effect of draws with several meshes.
+  // Kish's design effect for draws with several meshes.
   const double within = share_within(hits, Eigen::VectorXd::Ones(found.n_values));
   const double alike = std::isnan(within) ? (hits.n_draws() < is_hit.size() ? 1 : 0) : 1 - within;
   const double per_draw = static_cast<double>(is_hit.size()) / static_cast<double>(hits.n_draws());

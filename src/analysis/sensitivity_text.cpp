@@ -17,7 +17,7 @@ std::string name_of(const Sensitivity& result, const input::Sections& sections) 
   if (result.notch >= 0)
     return fmt::format("notch {}, {}", result.notch, input::name_of(sections.all()[index(result.section)]));
   if (!result.share_of.empty()) return fmt::format("{}: {}", result.info.label, result.share_of);
-  const std::string units = result.info.shown_units;  // what tells two results of one label apart
+  const std::string units = result.info.shown_units;  // distinguishes results with the same label
   return units.empty() ? result.info.label : fmt::format("{} [{}]", result.info.label, units);
 }
 

@@ -15,10 +15,10 @@ namespace crackle::analysis {
 
 namespace {
 
-using Json = nlohmann::ordered_json;  // writes numbers with all their digits, and null for NaN
+using Json = nlohmann::ordered_json;  // writes numbers with full precision, and NaN as null
 using Shape = std::vector<std::size_t>;
 
-/// Values in row-major order as lists of lists.
+/// Values in row-major order as nested lists.
 template <class Value>
 Json table(std::span<const Value> values, std::span<const std::size_t> shape) {
   if (shape.size() == 1) return Json(std::vector<Value>(values.begin(), values.end()));
@@ -34,7 +34,7 @@ Json table(const std::vector<Value>& values, const Shape& shape) {
   return table<Value>(std::span(values), std::span(shape));
 }
 
-/// How each result of a sample is called and shown, and what a table over all samples says of it.
+/// Metadata of each result, and its statistics over all samples.
 Json describe_results(const std::vector<ResultStatistics>& results) {
   Json described = Json::array();
   for (const ResultStatistics& found : results) {
@@ -112,7 +112,7 @@ void add_paths(Json& group, const PathStatistics& paths, std::size_t n_rows, con
   group["running_half_width"] = table(paths.running_half_width, running);
 }
 
-/// How well the leaders' mean path is known, against what the input asks for.
+/// Precision of the leaders' mean path, compared with the required one.
 Json precision(const Statistics& statistics, const input::Parameters& parameters) {
   const auto& stop = parameters.ensemble.stop;
   const double wanted = stop ? stop->half_width : default_half_width_share * parameters.specimen.size[1];
@@ -237,7 +237,7 @@ std::string to_json(const Statistics& statistics, std::span<const SampleSummary>
     document["inputs"] = inputs_of(samples, parameters);
     document["sensitivities"] = sensitivities_of(samples, parameters);
   }
-  // A file name in a message may be no UTF-8.
+  // A file name in a message may not be valid UTF-8.
   return document.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

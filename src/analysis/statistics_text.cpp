@@ -14,7 +14,7 @@ namespace crackle::analysis {
 
 namespace {
 
-/// A number, or a dash where there is none.
+/// A number, or a dash if there is none.
 std::string number(double value, int decimals) {
   return std::isnan(value) ? "-" : fmt::format("{:.{}f}", value, decimals);
 }
@@ -23,7 +23,7 @@ std::string number(double value, int decimals) {
 double largest_size(std::span<const double> values) {
   double largest = 0;
   for (const double value : values)
-    if (std::abs(value) > largest) largest = std::abs(value);  // not NaN
+    if (std::abs(value) > largest) largest = std::abs(value);  // false for NaN
   return largest;
 }
 
@@ -31,7 +31,7 @@ std::string plural(int n, const char* noun) {
   return fmt::format("{} {}{}", n, noun, n == 1 ? "" : "s");
 }
 
-/// The sections as the columns of a table of positions that tell which one a line is of.
+/// The columns that identify the section in a table of positions.
 class SectionColumns {
 public:
   /// @param unit of positions
@@ -83,7 +83,7 @@ void append_ranks(std::string& text, const char* label, const RankStatistics& ra
   }
 }
 
-/// "0 in 104 samples, 1 in 95, none in 1"; samples that are done.
+/// "0 in 104 samples, 1 in 95, none in 1", over the completed samples.
 std::string leaders(const Statistics& statistics, std::span<const SampleSummary> samples) {
   std::string text;
   for (int notch = 0; notch <= statistics.n_notches; ++notch) {
@@ -99,7 +99,7 @@ std::string leaders(const Statistics& statistics, std::span<const SampleSummary>
   return text;
 }
 
-/// Which samples are turned.
+/// Which samples are transformed.
 std::string turning(const Statistics& statistics) {
   std::string text;
   for (std::size_t notch = 0; notch < statistics.reference_notch.size(); ++notch) {
@@ -112,7 +112,7 @@ std::string turning(const Statistics& statistics) {
   return text;
 }
 
-/// The sections that no crack has reached, which have no rows.
+/// Lists the sections that no crack has reached, which have no rows.
 void append_unreached(std::string& text, const Statistics& statistics, const SectionColumns& sections) {
   std::vector<std::string> names;
   for (std::size_t s = 0; s < sections.size(); ++s) {
@@ -193,7 +193,7 @@ void append_counts(std::string& text, const std::vector<ResultStatistics>& resul
   }
 }
 
-/// @param with_places whether places are shown
+/// @param with_places show results of type places
 void append_quantiles(std::string& text, const std::vector<ResultStatistics>& results, bool with_places) {
   fmt::format_to(std::back_inserter(text), "\n{:<30} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "", "least",
                  "25 %", "median", "75 %", "greatest");
@@ -226,7 +226,7 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
     fmt::format_to(std::back_inserter(text), "stopped early: these are enough, of {}\n",
                    statistics.n_samples);
   }
-  constexpr double least = 0.1;  // of positions, so that deviations show something too [mm]
+  constexpr double least = 0.1;  // of positions, so that small deviations remain visible [mm]
   const ShownUnit unit = shown_unit({"mm", 1e3}, "m", largest_size(statistics.z_mean), least);
   append_positions(text, statistics, samples, SectionColumns(sections.all(), unit));
   if (statistics.n_notches > 0) append_patterns(text, statistics);

@@ -11,9 +11,9 @@ namespace crackle::analysis {
 
 namespace {
 
-constexpr int most_samples = 10'000'000;  ///< that are looked for
+constexpr int most_samples = 10'000'000;  ///< upper bound of the search
 
-/// Numbers of the leaders' positions that count for the rule.
+/// Indices of the leaders' positions that count for the rule.
 std::vector<std::size_t> positions_that_count(const Statistics& statistics) {
   const std::vector<std::int32_t>& reached = statistics.leader.reached;
   const double n_least = std::max(2.0, min_reached_share * statistics.n_done);

@@ -39,7 +39,7 @@ void Heartbeat::beat(const std::stop_token& stop) {
     try {
       say_(fmt::format("{}: {:.3g} s so far", work_, std::chrono::duration<double>(now - began_).count()));
     } catch (...) {
-      return;  // nobody can hear this; whoever writes next meets the same failure
+      return;  // the output is broken; the next writer will report the failure
     }
   }
 }

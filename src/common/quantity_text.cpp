@@ -13,7 +13,7 @@ namespace crackle {
 
 namespace {
 
-/// From here on columns get another unit.
+/// Columns with larger values get another unit.
 constexpr double greatest_shown = 1e6;
 /// Magnitudes that need no prefix in a sentence.
 constexpr double least_plain = 0.1, greatest_plain = 1e4;
@@ -28,21 +28,21 @@ constexpr std::array<std::pair<std::string_view, double>, 9> prefixes{{{"p", 1e-
                                                                        {"G", 1e9},
                                                                        {"T", 1e12}}};
 
-/// Of the symbol that a unit begins with: 2 of "m^2".
+/// Power of the leading symbol of a unit: 2 for "m^2".
 int power_of_symbol(const std::string& si) {
   std::size_t end = 0;
   while (end < si.size() && std::isalpha(static_cast<unsigned char>(si[end])) != 0) ++end;
   return end + 1 < si.size() && si[end] == '^' ? si[end + 1] - '0' : 1;
 }
 
-/// The unit with the prefix that brings the magnitude to 1 or more, and not much more.
+/// The unit with the prefix that brings the magnitude to 1 or slightly more.
 ShownUnit prefixed(const std::string& si, double magnitude) {
   const int power = power_of_symbol(si);
   const double least = power > 1 ? 0.01 : 1;  // prefixes of areas are a million apart
   ShownUnit best;
   for (const auto& [prefix, size] : prefixes) {
     const double factor = std::pow(size, -power);
-    // The first that fits all, then larger ones for as long as they show enough; nobody writes ks or km.
+    // The first that fits, then larger ones as long as they show enough digits; ks and km are not in use.
     if (size > 1 && (si[0] == 's' || si[0] == 'm')) break;
     if (best.name.empty() || magnitude * factor >= least) best = {std::string(prefix) + si, factor};
   }
@@ -69,7 +69,7 @@ std::string quantity_text(double value, const std::string& si) {
   const ShownUnit unit = is_of_millimetres ? ShownUnit{"mm", 1e3}
                          : is_plain        ? ShownUnit{si, 1}
                                            : prefixed(si, magnitude);
-  // More digits where there is no prefix for the size.
+  // More digits if there is no suitable prefix.
   return fmt::format("{:.{}g} {}", value * unit.factor, magnitude * unit.factor < greatest_plain ? 4 : 6,
                      unit.name);
 }

@@ -7,7 +7,7 @@ namespace crackle {
 
 namespace {
 
-/// The finalizer of SplitMix64: a bijection that spreads every bit over all others.
+/// The finalizer of SplitMix64: a bijection that mixes every bit into all others.
 std::uint64_t mix(std::uint64_t value) {
   value += 0x9E3779B97F4A7C15u;
   value = (value ^ (value >> 30)) * 0xBF58476D1CE4E5B9u;

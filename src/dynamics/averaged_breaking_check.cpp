@@ -11,10 +11,10 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// Cells with a load above the shares are looked at in every step, and every few.
+/// Cells with a load above these shares are checked in every step, or every few steps.
 constexpr double hot_share = 0.85, warm_share = 0.6;
 constexpr std::int64_t warm_interval = 4;
-/// One below this share was not above the strength a step before.
+/// A cell below this share cannot have been above the strength one step before.
 constexpr double steady_share = 0.95;
 
 }  // namespace
@@ -34,7 +34,7 @@ AveragedBreakingCheck::AveragedBreakingCheck(const MotionContext& context, Movin
 
 std::span<const std::int32_t> AveragedBreakingCheck::end_step(std::int64_t step) {
   auto claims = parallel::gather_found<Claim>(*context_->group, [&] { return find_claims(step); });
-  // The most loaded of each tetrahedron first.
+  // For each tetrahedron the most loaded claim first.
   std::ranges::sort(claims, [](const Claim& a, const Claim& b) {
     return a.tetrahedron != b.tetrahedron ? a.tetrahedron < b.tetrahedron : a.load > b.load;
   });

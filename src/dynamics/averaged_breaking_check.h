@@ -11,7 +11,7 @@
 
 namespace crackle::dynamics {
 
-/// Stresses of a few tetrahedra, computed when first asked for.
+/// Stresses of a few tetrahedra, computed on first use.
 class StressCache {
 public:
   explicit StressCache(std::int32_t n_tetrahedra) : place_(static_cast<std::size_t>(n_tetrahedra), -1) {}
@@ -29,20 +29,20 @@ public:
   }
 
 private:
-  std::vector<std::int32_t> place_;  // of each tetrahedron in stress_, or -1
+  std::vector<std::int32_t> place_;  // index of each tetrahedron in stress_, or -1
   std::vector<std::int32_t> known_;
   std::vector<mechanics::Symmetric> stress_;
 };
 
-/// With the stress averaged over balls, one for each cell of a grid (fracture::StressAverage). Cells in which
-/// no tetrahedron is near its own strength need no look. The criterion's damage belongs to what would break,
-/// the ball's most stressed tetrahedron; of several balls that would break the same one, the most loaded
-/// counts.
+/// Check with the stress averaged over balls, one for each cell of a grid (fracture::StressAverage). Cells in
+/// which no tetrahedron is near its own strength are skipped. The criterion's damage is that of the ball's
+/// most stressed tetrahedron, which would break; if several balls select the same tetrahedron, the most
+/// loaded ball counts.
 ///
-/// Averages change in the time in which waves cross a ball, many steps. So cells are looked at the more often
-/// the nearer to the strength they are.
+/// Averages change on the time scale of a wave crossing a ball, which is many steps. Hence cells are checked
+/// more often the closer they are to the strength.
 ///
-/// Each rank looks at the balls whose centres it counts, and tells the others what they would break.
+/// Each rank checks the balls whose centres it counts, and informs the others which tetrahedra they break.
 class AveragedBreakingCheck final : public BreakingCheck {
 public:
   /// @pre the context has an average
@@ -52,13 +52,13 @@ public:
   std::span<const std::int32_t> end_step(std::int64_t step) override;
 
 private:
-  /// A ball's load on the tetrahedron that it would break: stress over strength.
+  /// A ball's load (stress over strength) on the tetrahedron it would break.
   struct Claim {
-    std::int64_t tetrahedron;    // in the realization
+    std::int64_t tetrahedron;    // number in the realization
     std::array<double, 3> load;  // now, a step before, two steps before
   };
 
-  /// A tetrahedron near its strength, in the cell that a ball stands for.
+  /// A tetrahedron near its strength, in the cell represented by a ball.
   struct Candidate {
     std::int32_t centre;
     std::int32_t tetrahedron;
@@ -67,7 +67,7 @@ private:
 
   std::vector<Claim> find_claims(std::int64_t step);
   void find_candidates(std::span<const std::int32_t> tetrahedra);
-  /// Of a ball: equivalent stress over strength.
+  /// Load of a ball: equivalent stress over strength.
   /// @param n_steps before now
   double load(std::int32_t centre, int n_steps);
   const mechanics::Symmetric& stress(std::int32_t tetrahedron, int n_steps);
@@ -75,7 +75,8 @@ private:
   const MotionContext* context_;
   MovingBody* motion_;
   std::array<StressCache, 3> stresses_;  // now, a step before, two steps before
-  // Near their own strength, in cells that were near it at the last look at all, and at the warm ones.
+  // Candidates in cells that were near the strength at the last full check, and at the last check of warm
+  // cells.
   std::vector<std::int32_t> warm_, hot_;
   std::vector<std::int32_t> breaking_;
   std::vector<Candidate> candidates_;

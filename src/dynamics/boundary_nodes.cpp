@@ -99,7 +99,7 @@ void BoundaryNodes<Real>::kick_by_load(Entry& entry, const Substep& substep) {
   if (entry.is_driven) return;
   const double mass = context_.body->operators().node_mass[index(entry.node)];
   const double force = pattern.amplitude.at(substep.kick_time) * pattern.weight[entry.place];
-  // A constant load would be rounded the same way in every kick: the remainder is carried on.
+  // A constant load would be rounded the same way in every kick, so the remainder is carried over.
   const double change = substep.kick * force / mass / scale_.velocity + entry.remainder;
   const auto rounded = quantized<Integer>(change, 1, stays_in_range_);
   entry.remainder = change - static_cast<double>(rounded);
@@ -114,7 +114,8 @@ double BoundaryNodes<Real>::drive(const Entry& entry, const Substep& substep) {
   place = low_digits<Real>(
       quantized<std::int64_t>(motion.displacement(substep.drift_time), scale_.displacement, stays_in_range_));
   velocity(entry) = quantized<Integer>(motion.velocity(substep.drift_time), scale_.velocity, stays_in_range_);
-  // The drift went by factor times velocity from where the step began; together they are below the sum.
+  // During the drift the node moved by factor times velocity from the start of the step; the sum bounds its
+  // movement.
   return std::abs(static_cast<double>(kernels::difference(place, before))) +
          std::abs(substep.drift * motion.velocity(substep.drift_time)) / scale_.displacement + 2;
 }

@@ -11,30 +11,30 @@
 
 namespace crackle::dynamics {
 
-/// The nodes that loads act on or motions drive, in fixed point and block by block: what they need besides
-/// the kick and the drift that all nodes of a block get, and the work that goes with it.
+/// The loaded and driven nodes in fixed point, block by block: their additional updates besides the common
+/// kick and drift of a block, and the associated work.
 template <class Real>
 class BoundaryNodes {
 public:
   /// The references must outlive the object.
-  /// @param nodes_per_block of the state's nodes, from the first one on
+  /// @param nodes_per_block size of the consecutive blocks of the state's nodes
   BoundaryNodes(const MotionContext& context, const mechanics::FixedPointScale& scale,
                 std::int32_t nodes_per_block, FixedPointState<Real>& state, ExternalWork& work);
 
-  /// Notes the driven velocities, which the kick must not change.
+  /// Saves the driven velocities, which the kick must not change.
   void before_kick(std::size_t block, const Substep& substep);
-  /// Sets them again, and lets the loads kick.
+  /// Restores them, and applies the kicks of the loads.
   void after_kick(std::size_t block, const Substep& substep);
-  /// Takes driven nodes to their places.
-  /// @param movement of the block in the drift: widened by what they have moved
+  /// Moves driven nodes to their prescribed displacements.
+  /// @param movement of the block in the drift; extended by the movement of driven nodes
   void after_drift(std::size_t block, const Substep& substep, kernels::Movement<double>& movement);
 
-  /// Whether the format could hold every driven displacement and velocity and every kick of a load so far.
+  /// True if every driven displacement and velocity and every kick of a load has fitted the format so far.
   bool stays_in_range() const { return stays_in_range_; }
 
-  /// Adds what rounding has kept so far. Collective.
+  /// Adds the rounding remainders to the checkpoint. Collective.
   void save(MotionCheckpoint& checkpoint) const;
-  /// Takes it back. Local.
+  /// Restores them from the checkpoint. Local.
   void restore(const MotionCheckpoint& checkpoint);
 
 private:
@@ -42,12 +42,12 @@ private:
 
   struct Entry {
     std::size_t condition;  // number of the pattern or motion
-    std::size_t place;      // in its list of nodes
+    std::size_t place;      // index in its list of nodes
     std::int32_t node;
     int component;
-    bool is_driven;    // of a loaded component: a motion prescribes it too
-    double remainder;  // of a loaded component: what rounding has kept from the velocity so far, in quanta
-    Integer velocity;  // before the kick, of driven components
+    bool is_driven;    // of a loaded component: it is also prescribed by a motion
+    double remainder;  // of a loaded component: accumulated rounding error of the velocity, in quanta
+    Integer velocity;  // of driven components, before the kick
   };
   struct Block {
     std::vector<Entry> loaded;

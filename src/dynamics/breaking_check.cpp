@@ -11,7 +11,7 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// With the tetrahedra's own stress. Every rank that holds one comes to the same end.
+/// Check with each tetrahedron's own stress. All ranks that hold a tetrahedron reach the same decision.
 class LocalBreakingCheck final : public BreakingCheck {
 public:
   LocalBreakingCheck(const MotionContext& context, MovingBody& motion)
@@ -24,7 +24,7 @@ public:
   }
 
   std::span<const std::int32_t> end_step(std::int64_t) override {
-    // One whose stress has fallen was above the strength for a part of the step.
+    // A tetrahedron whose stress has dropped was above the strength for part of the step.
     candidates_.clear();
     std::ranges::set_union(over_, motion_->overloaded(), std::back_inserter(candidates_));
     over_.clear();

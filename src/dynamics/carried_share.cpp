@@ -15,9 +15,8 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// Loads that take less than this share of the energy of a bar made of the whole body do not strain it, as
-/// far as can be told: far below what the most slender body takes, far above what the solver leaves of a
-/// rigid motion.
+/// Loads with less than this share of the energy of a bar equivalent to the whole body count as not straining
+/// it: far below the value for the most slender body, far above the solver's error for a rigid motion.
 constexpr double rigid = 1e-12;
 
 bool are_zero(const std::vector<double>& factors) {

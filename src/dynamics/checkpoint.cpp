@@ -47,7 +47,7 @@ void for_each_field(std::derived_from<Frame> auto& frame, const auto& visit) {
   visit(frame.time, frame.displacement, frame.velocity, frame.broken);
 }
 
-/// All but the frames, which the other ranks do not need.
+/// All fields but the frames, which only the root needs.
 void for_each_field(std::derived_from<Checkpoint> auto& checkpoint, const auto& visit) {
   visit(checkpoint.precision, checkpoint.engine, checkpoint.first_break_reaction, checkpoint.ended,
         checkpoint.running, checkpoint.memory, checkpoint.energy);
@@ -69,7 +69,7 @@ Checkpoint share_checkpoint(const parallel::Communicator& group, std::span<const
       shared = unpacker.get<std::vector<std::byte>>();
       frames = unpacker.get<std::vector<Frame>>();
     } catch (const std::runtime_error&) {
-      shared.clear();  // which every rank finds too short
+      shared.clear();  // found too short on every rank
     }
   }
   auto checkpoint = from_bytes<Checkpoint>(parallel::share(group, std::move(shared)));
@@ -88,7 +88,7 @@ std::vector<fracture::Break> gather_breaks(const parallel::Communicator& group,
 std::vector<fracture::BridgeRelease> gather_bridge_releases(const parallel::Communicator& group,
                                                             std::span<const fracture::BridgeRelease> local) {
   auto all = parallel::gather_on_root(group, local);
-  // Breaks at one load, one after the other, can release edges of the same tetrahedron.
+  // Successive breaks at the same load can release edges of the same tetrahedron.
   std::ranges::sort(all, {}, [](const fracture::BridgeRelease& t) {
     return std::tuple(t.load_time, t.phase_time, t.tetrahedron, t.edges);
   });

@@ -11,60 +11,61 @@
 
 namespace crackle::dynamics {
 
-/// Mass-proportional damping and absorbing faces: forces -(a m + C) v on the nodes, with the rate a of the
-/// context and the impedances C of the loads' absorbers. Components that a motion prescribes are left alone.
+/// Mass-proportional damping and absorbing faces: nodal forces -(a m + C) v, with the rate a of the context
+/// and the impedances C of the loads' absorbers. Prescribed components are not damped.
 ///
-/// They act in the middle of Verlet's drift (Strang's splitting, order 2), by the trapezoidal rule, which is
-/// stable for every step and needs no functions whose bits depend on the mathematical library. So the
-/// velocity at the end of a step is the one that the dampers' force follows from; at the ends of the step
-/// they would leave the velocities of absorbing nodes, which they take away within few steps, off by a fifth.
+/// They act in the middle of Verlet's drift (Strang splitting, order 2) by the trapezoidal rule, which is
+/// unconditionally stable and needs no functions whose bits depend on the mathematical library. Thus the
+/// velocity at the end of a step is consistent with the damping force; if applied at the ends of the step,
+/// the velocities of absorbing nodes, which decay within a few steps, would be wrong by a fifth.
 class Dampers {
 public:
   explicit Dampers(const MotionContext& context);
 
-  /// Whether there are any, on any rank.
+  /// True if there are dampers on any rank.
   bool act() const { return context_.damping_rate != 0 || !context_.loads->absorbers.empty(); }
 
-  /// Slows owned nodes [first, last) down in the middle of a drift that has been done. Local.
+  /// Damps owned nodes [first, last) in the middle of a drift that has already been applied. Local.
   /// @param duration of the drift [s]
-  /// @param motion velocity(node, component), and change(node, component, change), which adds to the velocity
-  ///   and takes the node where the drift would then have taken it; it returns what rounding has let it add:
-  ///   the rest is carried on, so that slow motion is damped as fast motion is
+  /// @param motion velocity(node, component) and change(node, component, change); the latter adds to the
+  ///   velocity and corrects the displacement accordingly, and returns the change after rounding: the
+  ///   remainder is carried over, so that slow motion is damped like fast motion
   /// @param unit of these velocities [m/s]
   template <class Motion>
   void slow_down(std::int32_t first, std::int32_t last, double duration, Motion& motion, double unit);
 
-  /// Energy taken out since the start [J]. Collective; equal bits for any number of ranks.
+  /// Dissipated energy since the start [J]. Collective; bitwise equal for any number of ranks.
   double dissipated_energy() const;
 
-  /// Adds what the dampers remember of each node. Collective.
+  /// Adds the dampers' state of each node to the checkpoint. Collective.
   void save(MotionCheckpoint& checkpoint) const;
-  /// Takes it back. Local.
+  /// Restores it from the checkpoint. Local.
   void restore(const MotionCheckpoint& checkpoint);
 
 private:
-  /// A node whose components are not damped alike.
+  /// A node with anisotropic damping.
   struct Node {
     std::int32_t node;
-    mechanics::Symmetric rate;                    // of -dv/dt over v [1/s]
-    std::array<std::array<double, 3>, 3> change;  // of the velocity in the last duration, over the velocity
+    mechanics::Symmetric rate;  // -(dv/dt) / v [1/s]
+    std::array<std::array<double, 3>, 3>
+        change;  // change of the velocity over the last duration, relative to the velocity
   };
   struct Memory {
-    std::array<double, 3> remainder{};  // what rounding has kept from the velocity
+    std::array<double, 3> remainder{};  // accumulated rounding error of the velocity
     double dissipated = 0;              // [J]
   };
 
   void set_duration(double duration);
 
-  /// @param relative of a component: its change, given the velocity
+  /// @param relative change of a component, given the velocity
   template <class Motion, class Relative>
   void slow_down(std::int32_t node, Motion& motion, double unit, const Relative& relative);
 
   MotionContext context_;
   std::vector<Node> nodes_;     // ascending
   std::vector<Memory> memory_;  // of owned nodes; empty without dampers
-  double duration_ = 0;         // that the changes hold for
-  double change_ = 0;           // of the other nodes' velocities, over the velocity
+  double duration_ = 0;         // for which the changes are computed [s]
+  double change_ = 0;           // relative velocity change of the other nodes
 };
 
 template <class Motion, class Relative>
@@ -72,7 +73,7 @@ void Dampers::slow_down(std::int32_t node, Motion& motion, double unit, const Re
   Memory& memory = memory_[static_cast<std::size_t>(node)];
   std::array<double, 3> before{};
   for (std::size_t c = 0; c < 3; ++c) before[c] = motion.velocity(node, c);
-  double lost = 0;  // of the velocity's square
+  double lost = 0;  // decrease of the squared velocity
   for (std::size_t c = 0; c < 3; ++c) {
     const double wanted = relative(before, c) + memory.remainder[c];
     const double changed = motion.change(node, c, wanted);

@@ -25,22 +25,21 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// Of the energy at the strength: far above what rounding gives to a body that is hardly loaded.
+/// Share of the energy at the strength: far above rounding errors in a hardly loaded body.
 constexpr double negligible_share = 1e-12;
-/// A phase looks for separation this often at most.
+/// Maximum number of checks for separation in a phase.
 constexpr std::int64_t looks_for_separation = 100;
 
-/// Keeps what fails on this rank until the next look, so that no rank waits for another that has left the
-/// step.
+/// Holds a failure on this rank until the next poll, so that no rank waits for one that has left the step.
 class StepFailure {
 public:
   explicit StepFailure(const parallel::Communicator& group) : group_(&group) {}
-  /// Work without messages; nothing after a failure.
+  /// Local work; skipped after a failure.
   template <class Work>
   void guard(const Work& work) {
     if (!error_) guard_messages(work);
   }
-  /// Work in which ranks wait for each other: done after a failure too, for their sake.
+  /// Work with communication: runs even after a failure, to avoid deadlock.
   template <class Work>
   void guard_messages(const Work& work) {
     try {
@@ -81,7 +80,7 @@ Frame make_frame(const MotionContext& context, const MotionState& state, double 
   return frame;
 }
 
-/// Brings body, criterion and motion to where the checkpoint's running phase was saved.
+/// Restores body, criterion and motion to the state of the checkpoint's running phase.
 void restore(const Checkpoint& checkpoint, fracture::BreakableBody& body, fracture::Criterion& criterion,
              MovingBody& motion) {
   const std::size_t n_changes = body.changes().size();
@@ -93,7 +92,7 @@ void restore(const Checkpoint& checkpoint, fracture::BreakableBody& body, fractu
 }
 
 /// Ends the loads on fragments that have come loose. Collective.
-/// @param state is read again when there are any
+/// @param state re-read if there are any
 void end_loose_loads(const MotionContext& context, MovingBody& motion, double time,
                      const std::vector<std::int64_t>& labels, mechanics::BoundaryLoads& loads,
                      MotionState& state) {
@@ -104,9 +103,9 @@ void end_loose_loads(const MotionContext& context, MovingBody& motion, double ti
   loads.end_loads(*context.group, *nodes);
 }
 
-/// Why the motion's state cannot be trusted any more, on every rank: the reason of the lowest rank that has
-/// one. Collective.
-/// @param local that of this rank
+/// Why the motion is no longer valid, agreed on every rank: the reason of the lowest rank that has one.
+/// Collective.
+/// @param local this rank's reason
 std::optional<std::string> agreed_failure(const parallel::Communicator& group,
                                           const std::optional<std::string>& local) {
   try {
@@ -117,7 +116,7 @@ std::optional<std::string> agreed_failure(const parallel::Communicator& group,
   return std::nullopt;
 }
 
-/// The steps after which a picture is taken; step 0 is the start.
+/// The steps after which a frame is stored; step 0 is the start.
 std::vector<std::int64_t> frame_steps(int n_frames, std::int64_t n_steps) {
   std::vector<std::int64_t> steps;
   for (int k = 0; k < n_frames; ++k) {
@@ -126,7 +125,7 @@ std::vector<std::int64_t> frame_steps(int n_frames, std::int64_t n_steps) {
   return steps;
 }
 
-/// @param result is there in part when this throws
+/// @param result partially filled when this throws
 void run_phase(const MotionContext& context, MovingBody& motion, const Splitting& splitting,
                const EnergyAccount& account, double load_time, const PhaseOptions& options,
                MotionState& state, PhaseResult& result) {
@@ -154,7 +153,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
   const auto has_output = [&](std::int64_t step) {
     return step <= n_steps && (is_energy_row(step) || is_history_row(step));
   };
-  // In the steps ranks wait for each other without another agreement.
+  // The steps communicate without further agreement on errors.
   const auto begin_steps = [&] {
     group.enter("time steps");
     parallel::agree(group);
@@ -174,7 +173,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
     }
     if (!is_last && !is_energy_row(step)) return begin_steps();
     result.energy.push_back(row);
-    // Every rank has the same rows.
+    // The rows are equal on every rank.
     if (const auto fault =
             energy_fault(result.energy, static_cast<std::size_t>(options.n_energy_rows), negligible))
       throw std::runtime_error(*fault);
@@ -252,7 +251,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
       });
       last_break = step;
     }
-    std::optional<std::vector<std::int64_t>> labels;  // of the pieces now, where they are needed
+    std::optional<std::vector<std::int64_t>> labels;  // of the current pieces, when needed
     if (load_watch && load_watch->is_due(step)) {
       parallel::agree_on_error(group, step_failure.error());
       if (load_watch->must_look(group, step, last_break)) {
@@ -267,7 +266,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
     std::int64_t requested = 0;
     const bool may_save = step % steps_per_poll == 0;
     const bool is_poll = may_save || step == n_steps || step == last_step;
-    // Before energies are made of numbers that may have outgrown their format.
+    // Check before computing energies from numbers that may be out of range.
     if (is_poll || has_output(step)) {
       std::optional<std::string> local_failure;
       step_failure.guard([&] {
@@ -278,7 +277,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
       if (const auto failure = agreed_failure(group, local_failure)) {
         const std::string when = fmt::format("{} ({:.4g} us after the start of the phase)", *failure,
                                              1e6 * static_cast<double>(step) * dt);
-        // Nothing since the last output can be trusted, and a body that was whole then has no fragments.
+        // All data since the last output are invalid, and a body that was intact then has no fragments.
         if (!options.ends_out_of_range || result.energy.back().broken == 0 ||
             !is_separated(group, body, *context.loads))
           throw NumberRangeExceeded(when);
@@ -304,7 +303,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
         separation.looked_at = step;
         if (!labels) labels = fracture::piece_labels(group, body);
         if (!separation.found && is_separated(group, body, *context.loads, *labels)) separation.found = step;
-        // Conditions apart by edges are also apart by faces.
+        // Conditions separated by edges are also separated by faces.
         if (!separation.unloaded && is_unloaded(group, body, *context.loads))
           separation.unloaded = last_break;
         begin_steps();

@@ -31,14 +31,15 @@ class FixedPointMotion final : public MovingBody {
   using Force = mechanics::FixedPointForce<Real>;
   static constexpr std::int32_t nodes_per_block = Force::nodes_per_block;
   static constexpr std::int64_t steps_between_unwrapping = 16;
-  /// Of substeps that follow each other in one pass over the body.
+  /// Number of substeps combined in one pass over the body.
   static constexpr std::size_t forces_per_pass = 2;
-  /// More than any splitting has in a step.
+  /// An upper bound on the substeps of any splitting.
   static constexpr std::size_t max_substeps = 32;
-  /// State and force may use the integers' range up to here; the step to the end is the overflow's alarm.
+  /// State and force may use the integers' range up to this limit; the rest is a safety margin for detecting
+  /// overflow.
   static constexpr double limit = sizeof(Real) == 4 ? 0x1p30 : 0x1p50;
-  /// Below, the quantum of displacements resolves the stretch of an edge too coarsely: the energy is off by
-  /// some percent.
+  /// Below this strain the quantum of displacement resolves the stretch of an edge too coarsely: the energy
+  /// is off by a few percent.
   static constexpr double least_strain = sizeof(Real) == 4 ? 1e-5 : 1e-8;
 
 public:
@@ -78,7 +79,7 @@ public:
     substeps_of(stages, time_step, time, force_is_current_, substeps_);
     const std::span<const Substep> substeps = substeps_;
     if (force_is_current_ && !substeps.front().has_kick) clear_forces();
-    // Contact is not part of the edges' sweep, so it needs whole substeps.
+    // Contact is not part of the edge sweep, so it needs whole substeps.
     if (context_.body->has_contact()) {
       for (const Substep& substep : substeps) run_substep(substep);
     } else {
@@ -93,7 +94,8 @@ public:
     force_is_current_ = substeps.back().keeps_force;
     n_forces_ += std::ranges::count_if(substeps, &Substep::has_force);
     if (std::fetestexcept(FE_INVALID) != 0 || force_.has_overflown()) force_has_overflown_ = true;
-    // Where nodes are follows from their integers as long as they move less than half the integers' range.
+    // Node positions can be recovered from their integers as long as nodes move less than half the integers'
+    // range.
     const double way = furthest();
     ++n_steps_since_check_;
     if (way >= limit && n_steps_since_check_ <= steps_between_unwrapping) moves_too_far_ = true;
@@ -117,7 +119,7 @@ public:
     return overloaded_;
   }
 
-  /// From differences, which are exact, so that a shift of the whole body changes nothing.
+  /// From integer differences, which are exact, so that a translation of the whole body has no effect.
   mechanics::Symmetric strain(std::int32_t number) const override {
     return strain_of(
         number, [&](std::int32_t node) -> const auto& { return force_.nodes()[index(node)].displacement; });
@@ -165,7 +167,7 @@ public:
                              : "time.engine = \"petsc\", or raise the loads: they barely strain the body");
     if (force_has_overflown_ || !contacts_are_in_range_ || largest_force_ >= limit)
       return message("force on a node", scale_.force, "N");
-    // Edges are looked at only when the ends of one may have come that far apart.
+    // Edges are only checked once their ends may have separated that far.
     if (stretch_bound_ + 2 * furthest() >= limit) stretch_bound_ = force_.largest_stretch();
     if (stretch_bound_ >= limit) return message("stretch of an edge", scale_.displacement, "m");
     const auto velocity_message = [&] { return message("velocity of a node", scale_.velocity, "m/s"); };
@@ -204,12 +206,12 @@ public:
   }
 
 private:
-  /// For the dampers, in quanta.
+  /// Access for the dampers, in quanta.
   struct DampedNodes {
     std::span<kernels::NodeRecord<Real>> nodes;
     std::span<kernels::Velocity<Real>> velocities;
-    double half_drift;                     // of a velocity
-    kernels::Movement<double> movement{};  // that the changes make
+    double half_drift;                     // displacement per velocity
+    kernels::Movement<double> movement{};  // due to the changes
 
     double velocity(std::int32_t node, std::size_t c) const {
       return static_cast<double>(velocities[index(node)].value[c]);
@@ -226,7 +228,7 @@ private:
     }
   };
 
-  /// For the breaking check.
+  /// Updates the screening of the breaking check.
   void take_over(std::int32_t tetrahedron) {
     if (context_.body->is_broken(tetrahedron))
       screening_.exclude(tetrahedron);
@@ -260,7 +262,7 @@ private:
     return inverse;
   }
 
-  /// Bound of the change of any displacement component since the last breaking check, in quanta.
+  /// Bound on the change of any displacement component since the last breaking check, in quanta.
   double furthest() const {
     double furthest = 0;
     for (const auto& movement : movement_)
@@ -292,10 +294,10 @@ private:
     for (auto& node : force_.nodes()) std::ranges::fill(node.force, Integer(0));
   }
 
-  /// Rounds that follow each other through the body in one pass, each as closely as the edges between blocks
-  /// allow: so the coefficients come from memory once for all of them. What others need is sent as soon as a
-  /// substep has moved it, and waited for only where the next substep cannot do without.
-  /// @param substeps none but the first may lack a force
+  /// Several substeps run through the body in one pass, each following the previous one as closely as the
+  /// edges between blocks allow, so that the coefficients are loaded from memory only once. Ghost data are
+  /// sent as soon as a substep has updated them, and awaited only when the next substep needs them.
+  /// @param substeps only the first may lack a force
   void run_wavefront(std::span<const Substep> substeps) {
     const std::int32_t n = force_.n_blocks();
     auto& next_force = next_force_;
@@ -308,8 +310,8 @@ private:
       const auto& reach = force_.reach(next_force[r]);
       if (r == 0) return true;
       if (reach.last_owned >= next_update[r - 1]) return false;
-      // A block next to ghosts has nodes that are ghosts elsewhere, so the substep before is through with the
-      // ghosts' former values.
+      // A block with ghost neighbours has nodes that are ghosts elsewhere, so the previous substep no longer
+      // needs the ghosts' former values.
       return !reach.has_ghosts || next_update[r - 1] >= sent_blocks_;
     };
     const auto update = [&](std::size_t r) {
@@ -347,8 +349,8 @@ private:
     if (substep.has_drift) ghosts_.begin();
   }
 
-  /// What closed cuts from number `first` on hand on, tetrahedron by tetrahedron; corner 0 takes what the
-  /// others leave, so that the sum is exactly 0.
+  /// Adds the contact forces of cuts `first` onwards, tetrahedron by tetrahedron; corner 0 balances the
+  /// others, so that the sum is exactly 0.
   void add_contacts(std::size_t first) {
     const auto& residual_stiffness = context_.body->residual_stiffness();
     const auto nodes = force_.nodes();
@@ -363,8 +365,8 @@ private:
           const auto force = quantized<Integer>(t.volume * traction[i], scale_.force, contacts_are_in_range_);
           auto& one = nodes[index(t.nodes[a])].force[i];
           auto& other = nodes[index(t.nodes[0])].force[i];
-          // Forces of several contacts may wrap around where each of them fits. Those on ghosts are never
-          // used, and never cleared.
+          // The sum of several contact forces may overflow even if each of them fits. Forces on ghosts are
+          // never used, and never cleared.
           if (t.nodes[a] < subdomain_.layout.n_owned && __builtin_add_overflow(one, force, &one))
             contacts_are_in_range_ = false;
           if (t.nodes[0] < subdomain_.layout.n_owned && __builtin_sub_overflow(other, force, &other))
@@ -406,7 +408,7 @@ private:
     }
   }
 
-  /// @param movement of the block in the drift: widened by what the dampers make of it
+  /// @param movement of the block in the drift; extended by the effect of the dampers
   void slow_down(std::size_t first, std::size_t n, const Substep& substep,
                  kernels::Movement<double>& movement) {
     DampedNodes nodes{state_.nodes(), state_.velocity(),
@@ -432,21 +434,22 @@ private:
   ExternalWork work_;
   BoundaryNodes<Real> boundary_;
   Dampers dampers_;
-  std::vector<kernels::Movement<double>> movement_;  // of each block of nodes since the last breaking check
+  std::vector<kernels::Movement<double>> movement_;  // per block of nodes, since the last breaking check
   GhostDisplacements<Real> ghosts_;
   std::vector<std::int32_t> overloaded_;
-  // Of the step under way; with room for every step, which must not allocate.
+  // The substeps of the current step; reserved for the longest step, since steps must not allocate.
   std::vector<Substep> substeps_;
   std::vector<std::int32_t> next_force_, next_update_;
   bool force_is_current_ = false;
-  std::size_t n_contacts_ = 0;    // that the nodes' forces know of
-  std::int32_t sent_blocks_ = 1;  // behind the last block of nodes that are ghosts elsewhere
+  std::size_t n_contacts_ = 0;    // included in the nodal forces
+  std::int32_t sent_blocks_ = 1;  // one past the last block with nodes that are ghosts elsewhere
   bool force_has_overflown_ = false;
   bool moves_too_far_ = false;
   std::int64_t n_steps_since_check_ = 0;
   bool contacts_are_in_range_ = true;
   double largest_force_ = 0;
-  mutable double stretch_bound_ = limit;  // of every edge that carries, at the last breaking check, in quanta
+  mutable double stretch_bound_ =
+      limit;  // over all edges that carry load, at the last breaking check, in quanta
   std::int64_t n_steps_ = 0;
   std::int64_t n_forces_ = 0;
 };

@@ -17,8 +17,8 @@
 
 namespace crackle::dynamics {
 
-/// A number in quanta, rounded to nearest. What the type cannot hold is 0, and clears `in_range`, which is
-/// left as it is otherwise.
+/// A number in quanta, rounded to nearest. A value that does not fit the type gives 0 and clears `in_range`,
+/// which is otherwise unchanged.
 template <class Number>
 Number quantized(double value, double quantum, bool& in_range) {
   constexpr double limit = sizeof(Number) == 4 ? 0x1p31 - 1 : 0x1p62;
@@ -28,14 +28,14 @@ Number quantized(double value, double quantum, bool& in_range) {
   return 0;
 }
 
-/// The low digits of a displacement in quanta: what a node record holds of it.
+/// The low digits of a displacement in quanta, as stored in a node record.
 template <class Real>
 kernels::Integer<Real> low_digits(std::int64_t quanta) {
   return static_cast<kernels::Integer<Real>>(quanta);
 }
 
-/// Displacement and velocity in quanta. The displacements are in the node records that the force works on,
-/// which hold their low digits only; this keeps the others. Nothing here is collective.
+/// Displacement and velocity in quanta. The displacements are stored in the node records used by the force,
+/// which hold the low digits only; this class keeps the high ones. Nothing here is collective.
 template <class Real>
 class FixedPointState {
 public:
@@ -46,23 +46,24 @@ public:
   FixedPointState(const geometry::Subdomain& subdomain, const mechanics::FixedPointScale& scale,
                   std::span<kernels::NodeRecord<Real>> nodes, const MotionState& start);
 
-  /// Whether the format could hold the state at the start.
+  /// True if the initial state fits the format.
   bool starts_in_range() const { return starts_in_range_; }
 
   std::span<kernels::NodeRecord<Real>> nodes() const { return nodes_; }  ///< local
   std::span<kernels::Velocity<Real>> velocity() { return velocity_; }    ///< of owned nodes
   std::span<const kernels::Velocity<Real>> velocity() const { return velocity_; }
 
-  /// Component i % 3 of local node i / 3, in quanta, with the digits that its record has lost: those of the
-  /// last unwrap(), carried on by the movement since, which is small.
+  /// Component i % 3 of local node i / 3, in quanta, including the digits missing from its record: the value
+  /// at the last unwrap() plus the movement since, which is small.
   std::int64_t whole_displacement(std::size_t i) const {
     const std::int64_t last = whole_[i / 3][i % 3];
     return last + kernels::difference(nodes_[i / 3].displacement[i % 3], low_digits<Real>(last));
   }
 
-  /// Due before a step moves anything: what displacement_before() gives is now a step longer ago.
+  /// Call before a step moves anything: displacement_before() is then one step further back.
   void begin_step() { std::swap(before_[0], before_[1]); }
-  /// Notes where local nodes [first, last) are at the start of a step; due for all of them in every step.
+  /// Stores the displacements of local nodes [first, last) at the start of a step; required for all nodes in
+  /// every step.
   void keep_displacements(std::size_t first, std::size_t last) {
     for (std::size_t n = first; n < last; ++n)
       std::memcpy(before_[0][n].data(), &nodes_[n], sizeof before_[0][n]);
@@ -72,17 +73,16 @@ public:
     return before_[n_steps == 1 ? 0 : 1][node];
   }
 
-  /// Takes note of the digits that the records are about to lose; due before any displacement has moved on by
-  /// half of the records' range.
+  /// Updates the high digits; call before any displacement changes by half of the records' range.
   void unwrap();
 
   /// Copies the state in SI units: displacements with ghosts, velocities of owned nodes.
   void read(MotionState& state) const;
 
   /// Rows of a checkpoint for the owned nodes: displacement, velocity and displacement at the start of the
-  /// last step, and the force if it is asked for.
+  /// last step, and optionally the force.
   parallel::NumberedRows rows(bool with_force) const;
-  /// Takes them back.
+  /// Restores the state from these rows.
   /// @throws std::runtime_error when a local node is missing
   void restore(const parallel::NumberedRows& rows, bool with_force);
 
@@ -91,9 +91,10 @@ private:
   mechanics::FixedPointScale scale_;
   std::span<kernels::NodeRecord<Real>> nodes_;
   std::vector<kernels::Velocity<Real>> velocity_;
-  // Displacements of local nodes at the starts of steps; the fourth number makes the copy one move.
+  // Displacements of local nodes at the starts of steps; padded to four numbers so that a copy is a single
+  // move.
   std::array<std::vector<std::array<Integer, 4>>, 2> before_;
-  std::vector<std::array<std::int64_t, 3>> whole_;  // displacements at the last unwrapping, of local nodes
+  std::vector<std::array<std::int64_t, 3>> whole_;  // displacements of local nodes at the last unwrapping
   bool starts_in_range_ = true;
 };
 

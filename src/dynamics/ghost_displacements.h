@@ -14,14 +14,14 @@
 
 namespace crackle::dynamics {
 
-/// Displacements of ghosts in node records: sent as soon as their owners have moved, and waited for only
-/// where they are needed. Alone in a group nothing is ever sent.
+/// Exchanges ghost displacements in node records: they are sent as soon as their owners have moved, and
+/// awaited only when needed. A group of one rank never communicates.
 template <class Real>
 class GhostDisplacements {
 public:
   /// Collective. The references must outlive the object.
   /// @param nodes records of the local nodes
-  /// @param movement of each block of ghosts: what arrives is added to it
+  /// @param movement of each block of ghosts, extended by received updates
   GhostDisplacements(const parallel::Communicator& group, const parallel::NodeLayout& layout,
                      std::span<kernels::NodeRecord<Real>> nodes,
                      std::span<kernels::Movement<double>> movement, std::size_t nodes_per_block);
@@ -29,8 +29,8 @@ public:
   /// The owned nodes that are ghosts elsewhere, ascending.
   std::span<const std::int32_t> sent_nodes() const;
 
-  void begin();  ///< Collective. Ends the exchange before.
-  void end();    ///< Collective, if one is under way.
+  void begin();  ///< Collective. Ends the previous exchange first.
+  void end();    ///< Collective if an exchange is under way.
 
   ExchangeCost exchange_cost() const;
 

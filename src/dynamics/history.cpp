@@ -12,8 +12,8 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// Mean displacement of a condition's nodes: where it acts, or, where it has ended everywhere, of all.
-/// Collective.
+/// Mean displacement of a condition's nodes at which it still acts, or of all of them if it has ended
+/// everywhere. Collective.
 Vector mean_displacement(const parallel::Communicator& group, const mechanics::ConditionNodes& condition,
                          std::span<const double> displacement) {
   const bool acts = condition.acting_share > 0;

@@ -17,7 +17,7 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// How much further than the loads go in equilibria waves are trusted to take the stress.
+/// Maximum amplification of the static stress that waves are assumed to cause.
 constexpr double wave_amplification = 10;
 
 std::string text_of_load(double load) {

@@ -18,23 +18,23 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// A phase looks this often at most.
+/// Maximum number of checks in a phase.
 constexpr std::int64_t looks_per_phase = 200;
-/// One in so many of these looks is due after breaks anywhere.
+/// One in this many checks also considers breaks away from the loads.
 constexpr std::int64_t near_looks_per_far_look = 10;
 
-/// A condition's or a support's share in a piece.
+/// The share of a condition or support that acts on a piece.
 struct OnPiece {
   std::int64_t condition;
   std::int64_t piece;
-  std::int64_t share;  // of the loaded area that still acts, in 2^-48
-  std::int64_t held;   // bits of the components in which the piece is held
+  std::int64_t share;  // of the loaded area that is still active, in units of 2^-48
+  std::int64_t held;   // bit mask of the components in which the piece is held
 };
 
-/// Stands for supports, drives and absorbing faces.
+/// Represents supports, drives and absorbing faces.
 constexpr std::int64_t any_condition = -1;
 
-/// Components in which each condition loads the body, as bits.
+/// Bit mask of the components in which each condition loads the body.
 std::map<std::int64_t, std::int64_t> loaded_components(const mechanics::BoundaryLoads& loads) {
   std::map<std::int64_t, std::int64_t> components;
   for (const auto& pattern : loads.forces) components[pattern.condition] |= 1 << pattern.component;
@@ -50,7 +50,7 @@ std::vector<OnPiece> pieces_of_rank(const mechanics::BoundaryLoads& loads,
   };
   for (const auto& [c, components] : loaded_components(loads)) {
     const auto& condition = loads.conditions[index(c)];
-    // In integers, so that the sums do not depend on the ranks.
+    // Integers make the sums independent of the partition.
     for (std::size_t i = 0; i < condition.nodes.size(); ++i)
       if (condition.acts_at(i))
         on_piece(c, condition.nodes[i]).share += std::llrint(std::ldexp(condition.share[i], 48));
@@ -70,7 +70,7 @@ using Pieces = std::set<std::int64_t>;
 Pieces sound_pieces(const parallel::Communicator& group, const fracture::BreakableBody& body,
                     const std::vector<std::int64_t>& labels, const std::vector<OnPiece>& all) {
   const auto& mass = body.operators().node_mass;
-  // In integers, so that the sums do not depend on the ranks.
+  // Integers make the sums independent of the partition.
   const double scale = std::ldexp(1.0, 48) / parallel::exact_sum(group, mass);
   Pieces sound;
   std::vector<std::int64_t> masses;
@@ -93,12 +93,12 @@ Pieces sound_pieces(const parallel::Communicator& group, const fracture::Breakab
   return sound;
 }
 
-/// The pieces on which each condition goes on acting: those that are held, and the one with the largest
+/// The pieces on which each condition continues to act: those that are held, and the one with the largest
 /// share.
 std::map<std::int64_t, Pieces> bearing_pieces(const mechanics::BoundaryLoads& loads,
                                               const std::vector<OnPiece>& all, const Pieces& sound) {
   std::map<std::int64_t, std::int64_t> held;
-  std::map<std::int64_t, std::map<std::int64_t, std::int64_t>> shares;  // of conditions, of pieces
+  std::map<std::int64_t, std::map<std::int64_t, std::int64_t>> shares;  // by condition and piece
   for (const OnPiece& one : all) {
     if (one.condition == any_condition)
       held[one.piece] |= one.held;

@@ -11,8 +11,8 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// The peak is where the load first comes this near to its largest value: a force that is prescribed goes on
-/// while the body breaks.
+/// The peak is where the load first comes this close to its maximum: a prescribed force continues while the
+/// body breaks.
 constexpr double peak_share = 0.999;
 
 Load load_of_pressure(const mechanics::GoverningCondition& governing, const mechanics::BoundaryLoads& loads,
@@ -23,7 +23,7 @@ Load load_of_pressure(const mechanics::GoverningCondition& governing, const mech
   if (area == 0) return load;
   for (std::size_t k = 0; k < loads.forces.size(); ++k) {
     if (loads.forces[k].condition != governing.condition) continue;
-    load.force = sign * state.amplitude[k] * area;  // the same for all components
+    load.force = sign * state.amplitude[k] * area;  // equal for all components
     load.displacement += sign * state.position[k] / area;
   }
   return load;
@@ -48,7 +48,7 @@ Load load_of_condition(const mechanics::GoverningCondition& governing, const mec
   }
   for (std::size_t a = 0; a < loads.absorbers.size() && a < state.absorbed.size(); ++a)
     if (loads.absorbers[a].condition == governing.condition) force = state.absorbed[a];
-  // Nothing tells a direction where the only drive is a pressure from all sides.
+  // A pressure from all sides has no direction.
   if (governing.direction == Vector{}) return {norm(force), norm(displacement)};
   return {dot(force, governing.direction), dot(displacement, governing.direction)};
 }
@@ -57,7 +57,7 @@ bool is_after_separation(const HistoryRow& row, const SampleResult& result) {
   return row.phase > 0 && row.phase == result.counts.dynamic_phases && row.energy.time > result.separated_at;
 }
 
-/// The load of an equilibrium at the displacement of `row`, had nothing broken since `start`.
+/// The static load at the displacement of `row`, had nothing broken since `start`.
 double static_limit(const HistoryRow& start, const HistoryRow& row) {
   if (!(start.load_displacement > 0)) return start.load;
   return start.load * std::max(1.0, row.load_displacement / start.load_displacement);
@@ -88,8 +88,8 @@ double largest_load(const mechanics::BoundaryLoads& loads, const LoadState& stat
 LoadResults load_results(const SampleResult& result) {
   const bool has_inertia = result.load_is_reaction && !std::isnan(result.onset_force);
   LoadResults results;
-  std::vector<const HistoryRow*> rows;  // those that count for the peak
-  const HistoryRow* start = nullptr;    // of their dynamic phase
+  std::vector<const HistoryRow*> rows;  // rows that count for the peak
+  const HistoryRow* start = nullptr;    // start of their dynamic phase
   for (const HistoryRow& row : result.history) {
     if (is_after_separation(row, result)) break;
     results.work_of_fracture = row.energy.external;

@@ -23,21 +23,21 @@ namespace {
 using input::Boundary;
 using input::BoundaryKind;
 
-/// Thicknesses that a plate extends over before bending out of its plane counts.
+/// Extent of a plate, in thicknesses, from which out-of-plane bending matters.
 constexpr double slender = 5;
-/// Spacings through the thickness from which on bending is right to some 15 %.
+/// Spacings through the thickness that resolve bending to about 15 %.
 constexpr double resolving_cells = 4;
-/// Poisson's ratio up to which locking costs less than a few percent.
+/// Poisson's ratio up to which the error due to locking is below a few percent.
 constexpr double compressible = 0.4;
-/// Shares of an end that a plane of symmetry ahead of a crack holds: a support is smaller, a roller along the
-/// whole end larger.
+/// Range of the share of an end held by a plane of symmetry ahead of a crack: a support is smaller, a roller
+/// along the whole end larger.
 constexpr double least_ligament = 0.25, greatest_ligament = 0.98;
-/// Transits of a wave in which the loading is fast.
+/// Loading within this many wave transits is fast.
 constexpr double few_transits = 5;
 
 using Table = std::span<const std::pair<double, double>>;
 
-/// Linear between the entries, constant beyond them.
+/// Linear interpolation, constant beyond the ends of the table.
 double interpolated(Table table, double at) {
   if (at <= table.front().first) return table.front().second;
   for (std::size_t i = 1; i < table.size(); ++i) {
@@ -64,7 +64,7 @@ bool prescribes_motion(const Boundary& condition, std::size_t axis) {
   return is_motion && condition.components[axis];
 }
 
-/// True if a condition pushes the plate across its thickness.
+/// True if a condition acts across the thickness of the plate.
 bool acts_across(const Boundary& condition) {
   switch (condition.kind) {
     case BoundaryKind::pressure:
@@ -87,11 +87,11 @@ bool is_balanced(const Boundary& one, const std::vector<Boundary>& all) {
   });
 }
 
-/// Where the plate is meshed most coarsely [m].
+/// Coarsest mesh spacing of the plate [m].
 double greatest_spacing(const geometry::Body& body, const input::Mesh& mesh) {
   const geometry::SpacingField spacing(body, mesh);
   const geometry::Box& box = body.bounds();
-  constexpr int n = 40;  // points of a grid in the plane, along each axis
+  constexpr int n = 40;  // grid points in the plane along each axis
   double greatest = 0;
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j) {
@@ -140,7 +140,7 @@ std::string locking_warning(const input::Parameters& parameters) {
   return text + fmt::format("; use a material.poisson_ratio of at most {:.2g}", compressible);
 }
 
-/// The end of the body, at the lower (0) or upper (1) end of an axis, on whose plane faces a condition holds.
+/// The end of the body, lower (0) or upper (1) along an axis, on whose plane faces a condition holds.
 std::optional<std::pair<std::size_t, int>> end_of(const Boundary& condition, const geometry::Body& body) {
   std::optional<std::pair<std::size_t, int>> end;
   for (const auto id : body.faces_named(condition.on)) {
@@ -157,7 +157,7 @@ std::optional<std::pair<std::size_t, int>> end_of(const Boundary& condition, con
   return end;
 }
 
-/// Length of the part of an end that a condition holds on, along the end [m].
+/// Length of the held part of an end, along the end [m].
 double held_length(const Boundary& condition, const geometry::Body& body, std::size_t normal) {
   const std::size_t along = 3 - normal;
   double length = 0;
@@ -169,8 +169,8 @@ double held_length(const Boundary& condition, const geometry::Body& body, std::s
   return length;
 }
 
-/// A part of an end that is held along its normal alone, beside a free part: the ligament and the crack of a
-/// half model.
+/// Warns of an end that is held only along its normal next to a free part, like the ligament and the crack of
+/// a half model.
 std::string symmetry_warning(const input::Parameters& parameters, const geometry::Body& body) {
   const auto& all = parameters.boundaries;
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -182,7 +182,7 @@ std::string symmetry_warning(const input::Parameters& parameters, const geometry
     if (!all[i].components[normal] || all[i].components[along] || !covers(all[i], body.bounds(), 0)) continue;
     const double share = held_length(all[i], body, normal) / body.size()[along];
     if (share < least_ligament || share > greatest_ligament) continue;
-    // Held otherwise too, the end is a clamp, a drive, or supports.
+    // With other conditions on it, the end is a clamp, a drive or a support.
     const bool is_alone = std::ranges::none_of(all, [&](const Boundary& other) {
       return &other != &all[i] && end_of(other, body) == end &&
              (prescribes_motion(other, normal) || prescribes_motion(other, along));
@@ -199,7 +199,7 @@ std::string symmetry_warning(const input::Parameters& parameters, const geometry
 }  // namespace
 
 double bending_stiffness_ratio(double cells) {
-  // The excess, measured on cantilevers, falls with the square of the cells.
+  // The excess stiffness, measured on cantilevers, falls with the square of the number of cells.
   constexpr std::array<std::pair<double, double>, 4> excess{{{1, 2.9}, {2, 2.8}, {3, 2.7}, {4, 2.56}}};
   return 1 + interpolated(excess, cells) / (cells * cells);
 }

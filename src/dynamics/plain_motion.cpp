@@ -26,7 +26,7 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// By the plain loop over tetrahedra.
+/// Product by the plain loop over tetrahedra.
 class ReferenceProduct {
 public:
   explicit ReferenceProduct(const MotionContext& context) : force_(&context.body->force()) {}
@@ -42,7 +42,7 @@ private:
   const mechanics::InternalForce* force_;
 };
 
-/// By PETSc's matrix.
+/// Product by PETSc's matrix.
 class PetscProduct : public mechanics::PetscStiffness {
 public:
   explicit PetscProduct(const MotionContext& context)
@@ -50,8 +50,8 @@ public:
                        context.body->elasticity(), context.body->residual_stiffness()) {}
 };
 
-/// One operation after the other, in double precision, on the caller's state.
-/// @tparam Product of stiffness and displacement: apply() and assemble() are collective, update() is local
+/// All operations in sequence, in double precision, on the caller's state.
+/// @tparam Product stiffness times displacement: apply() and assemble() are collective, update() is local
 template <class Product>
 class PlainMotion final : public MovingBody {
 public:
@@ -72,7 +72,7 @@ public:
   }
 
   void step(std::span<const Stage> stages, double time_step, double time) override {
-    // Nothing here allocates: the ranks wait for each other.
+    // No allocations here: a rank that threw would leave the others waiting.
     std::swap(before_[0], before_[1]);
     std::ranges::copy(state_->displacement.local(), before_[0].begin());
     take_over_releases();
@@ -164,7 +164,7 @@ public:
     checkpoint.nodes = parallel::gather_rows(*context_.group, local);
     work_.save(checkpoint);
     dampers_.save(checkpoint);
-    // The force is evaluated again, which counts it again.
+    // The force is evaluated again after a restart, which counts it again.
     checkpoint.n_forces = n_forces_ - (force_is_kept ? 1 : 0);
     return checkpoint;
   }
@@ -186,7 +186,7 @@ public:
   }
 
 private:
-  /// For the dampers.
+  /// Access for the dampers.
   struct DampedNodes {
     std::span<double> displacements, velocities;
     double half_drift;
@@ -207,10 +207,10 @@ private:
     return ExternalWork(context, load_time, state, driven);
   }
 
-  /// Since the last step, on any rank. Collective.
+  /// True if any rank has released tetrahedra since the last step. Collective.
   bool is_released_anywhere() const { return parallel::any_of_all(*context_.group, has_released_); }
 
-  /// All ranks together, as the product needs them all.
+  /// On all ranks together, as assembly of the product is collective.
   void take_over_releases() {
     const bool is_due = is_released_anywhere();
     has_released_ = false;
@@ -227,7 +227,7 @@ private:
     }
     const auto f = std::as_const(force_).owned();
     const auto v = state_->velocity.owned();
-    // Loads act on few nodes: they enter after the sweep over the internal force.
+    // Loads act on few nodes and are added after the sweep over the internal force.
     for (std::size_t i = 0; i < v.size(); ++i) v[i] -= duration * inverse_mass_[i] * f[i];
     const auto& loads = *context_.loads;
     for (std::size_t k = 0; k < loads.forces.size(); ++k) {
@@ -261,7 +261,7 @@ private:
 
   MotionContext context_;
   MotionState* state_;
-  // Displacements of local nodes at the starts of the last step and of the one before.
+  // Displacements of local nodes at the starts of the last two steps.
   std::array<std::vector<double>, 2> before_;
   Product product_;
   parallel::NodeField force_;
@@ -269,7 +269,7 @@ private:
   ExternalWork work_;
   Dampers dampers_;
   std::vector<std::int32_t> overloaded_;
-  bool force_is_current_ = false;  // on every rank or on none
+  bool force_is_current_ = false;  // equal on all ranks
   bool has_released_ = false;      // since the last step, on this rank
   std::int64_t n_forces_ = 0;
 };

@@ -17,15 +17,15 @@ namespace {
 
 using Coordinates = std::array<double, 4>;  // barycentric
 
-/// A tetrahedron for a place, by its number in the realization.
+/// A candidate tetrahedron for a point, with its number in the realization.
 struct Found {
-  double inside = -infinity;  // least barycentric coordinate
+  double inside = -infinity;  // smallest barycentric coordinate
   std::int64_t number = std::numeric_limits<std::int64_t>::max();
 };
 
 Coordinates coordinates_of(const mechanics::TetrahedronOperator& t, const std::vector<geometry::Point>& nodes,
                            const geometry::Point& p) {
-  // Shape functions are linear and their gradients known.
+  // The shape functions are linear, with known gradients.
   Coordinates n{};
   double rest = 1;
   const geometry::Point from_first = p - nodes[index(t.nodes[0])];
@@ -63,7 +63,7 @@ Probes::Probes(const parallel::Communicator& group, const fracture::BreakableBod
     const double inside = parallel::all_reduce(group, mine.inside, MPI_MAX);
     const auto number = parallel::all_reduce(
         group, mine.inside == inside ? mine.number : std::numeric_limits<std::int64_t>::max(), MPI_MIN);
-    // A rank that owns one of its nodes holds it.
+    // Every rank that owns one of its nodes holds the tetrahedron.
     std::array<std::int32_t, 4> nodes{-1, -1, -1, -1};
     Coordinates weight{};
     if (const auto local = subdomain.local_number(number); local >= 0) {
@@ -77,7 +77,7 @@ Probes::Probes(const parallel::Communicator& group, const fracture::BreakableBod
     for (std::size_t a = 0; a < 4; ++a) {
       if (nodes[a] < 0 || nodes[a] >= subdomain.layout.n_owned) continue;
       places_[i].nodes.emplace_back(nodes[a], weight[a]);
-      // The owner of a node holds all tetrahedra round it.
+      // The owner of a node holds all tetrahedra around it.
       double volume = 0;
       for (const auto t : round_node[nodes[a]]) volume += operators.tetrahedra[index(t)].volume;
       for (const auto t : round_node[nodes[a]])

@@ -28,20 +28,20 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// Displacements above this share of the body's extent mean a mechanism: linear elasticity ends long before.
+/// Displacements above this share of the body's extent indicate a mechanism, far beyond linear elasticity.
 constexpr double mechanism_displacement = 0.2;
-/// A body that moves as far and offers less than this share of its intact stiffness is a mechanism.
+/// A body with such displacements and less than this share of its intact stiffness is a mechanism.
 constexpr double weak_share = 1e-3;
 
-/// Softening tetrahedra that come up to this share of the load of the most loaded one give way with it.
+/// Softening tetrahedra whose load is at least this share of the largest load soften together.
 constexpr double together = 0.9995;
-/// Softening goes on at an unchanged load for so many equilibria, and up to this load over the threshold,
-/// before it counts as unstable.
+/// Softening counts as unstable after this many equilibria at constant load, or above this load relative to
+/// the threshold.
 constexpr int patient_looks = 20;
 constexpr double slight_overload = 1.2;
 
-/// Accuracy of the equilibria between which tetrahedra soften. The load of the most loaded one is then right
-/// to 2e-4, less than what gives way together differs by, in a tenth of the iterations.
+/// Accuracy of the equilibria between softening events. The largest load is then accurate to 2e-4, less than
+/// the spread of loads that soften together, in a tenth of the iterations.
 constexpr mechanics::Accuracy softening_accuracy{.of_loads = 1e-5, .of_displacement = 1e-3};
 
 mechanics::HeldComponents held_components(const parallel::Communicator& group,
@@ -154,13 +154,13 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
   try {
     solve_unit_problems(body_->softens() ? softening_accuracy : mechanics::Accuracy{});
   } catch (const mechanics::NoEquilibrium&) {
-    no_equilibrium = std::current_exception();  // of every rank
+    no_equilibrium = std::current_exception();  // on every rank
   }
   group_->enter("quasi-static loading");
   combine(time_, displacement_);
   if (carries_nothing(!no_equilibrium)) {
     displacement_.assign(last);
-    residual_ = residual;  // of a solution that is not used
+    residual_ = residual;  // of a solution that is discarded
     return false;
   }
   if (no_equilibrium) std::rethrow_exception(no_equilibrium);
@@ -168,14 +168,14 @@ bool QuasiStaticLoading::update_after_breaks(bool may_separate) {
 }
 
 bool QuasiStaticLoading::carries_nothing(bool is_equilibrium) const {
-  // A part that hangs by a corner or an edge is a mechanism: forces move it without end, and prescribed
+  // A part that hangs by a corner or an edge is a mechanism: forces move it without bound, and prescribed
   // motions meet no resistance.
   const bool is_known = std::ranges::none_of(displacement_.owned(), [](double u) { return std::isnan(u); });
   parallel::agree(*group_);
   if (parallel::any_of_all(*group_, !is_known)) return false;
   const double share = carried_share_->at(time_, unit_);
   if (share < least_share || (share < weak_share && is_far(displacement_))) return true;
-  // Where there is no equilibrium, hinges keep the body from falling apart, but not from moving.
+  // Without an equilibrium, hinges keep the body together but allow it to move.
   return !is_equilibrium && !loads_are_held_by_faces(*group_, *body_, *loads_);
 }
 
@@ -219,8 +219,8 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
     if (place < 0) continue;
     const mechanics::Symmetric sigma = stress(t);
     const double strength = criterion_->strength(static_cast<std::size_t>(t));
-    // With room for rounding, or which of two nearly equal ones comes first would depend on what this rank
-    // has looked at before.
+    // The tolerance for rounding makes the choice between nearly equal loads independent of what this rank
+    // evaluated before.
     if (best.number >= 0 &&
         criterion_->stress().bound(sigma) < best.value * strength - 1e-12 * std::abs(best.value * strength) -
                                                 fracture::EquivalentStress::rounding(sigma))
@@ -240,7 +240,7 @@ QuasiStaticLoading::Critical QuasiStaticLoading::most_loaded() const {
 }
 
 QuasiStaticLoading::Critical QuasiStaticLoading::first_to_break(double until) const {
-  // The rate of the displacement, which is constant up to `until`.
+  // The rate of displacement, constant up to `until`.
   std::vector<double> rate(displacement_.local().size());
   superpose(
       rate, [this](const auto& amplitude) { return amplitude.slope(time_); },
@@ -285,7 +285,7 @@ std::vector<std::int32_t> QuasiStaticLoading::all_breaking(const Critical& criti
     if (const auto t = breaking(critical); t >= 0) all.push_back(t);
     return all;
   }
-  // Every rank that holds one comes to the same end.
+  // All ranks that hold a tetrahedron reach the same decision.
   const auto u = displacement_.local();
   const double share = n_overloads_ > 0 ? 1 : together;
   for (std::int32_t t = 0; t < body_->subdomain().n_tetrahedra(); ++t)
@@ -311,7 +311,7 @@ double QuasiStaticLoading::stress_share() const {
 }
 
 void QuasiStaticLoading::load_at_start(EnergyAccount& account) {
-  // The loads at the start are taken to have grown from nothing.
+  // The initial loads are taken to have grown from zero.
   const LoadState state = measure_loads(*group_, *body_, *loads_, displacement_, time_);
   const auto nothing = [](const std::vector<double>& like) { return std::vector<double>(like.size(), 0.0); };
   account.add_static_work(
@@ -323,7 +323,7 @@ void QuasiStaticLoading::load_at_start(EnergyAccount& account) {
 void QuasiStaticLoading::refuse_overload() const {
   const Critical most = most_loaded();
   if (most.number < 0 || most.value <= 1) return;
-  // The largest load of any condition: the machine's may be smaller.
+  // The largest load of any condition; the machine's may be smaller.
   const double load = largest_load(*loads_, measure_loads(*group_, *body_, *loads_, displacement_, time_));
   throw parallel::AgreedError(
       0,
@@ -356,7 +356,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(
     if (next.value > 1) ++n_overloads_;
     if (next.value < 1) {
       if (on_equilibrium) on_equilibrium(state);
-      // Load on: kink by kink of the programs until a tetrahedron reaches the limit.
+      // Increase the loads, kink by kink of the load curves, until a tetrahedron reaches the limit.
       for (;;) {
         const double kink = loads_->next_kink(time_);
         next = first_to_break(kink);
@@ -400,7 +400,7 @@ QuasiStaticEnd QuasiStaticLoading::advance(
     if (!update_after_breaks(n_breaks_ > n_before || has_lost_bridges)) return QuasiStaticEnd::separated;
     account.add_relaxation(0, before, displacement_);
     LoadState relaxed = measure_loads(*group_, *body_, *loads_, displacement_, time_);
-    // At an unchanged load work is done only by what still acts, on fragments that have not come loose.
+    // At constant load only the loads on fragments that have not come loose still do work.
     state = measure_loads(*group_, *body_, *loads_, before, time_);
     account.add_static_work(state, relaxed);
     state = std::move(relaxed);

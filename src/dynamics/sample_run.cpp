@@ -34,13 +34,13 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// What analysing and writing a sample takes besides what the sample holds [byte].
+/// Memory needed to analyse and write a sample, beyond the sample itself [byte].
 constexpr std::size_t room_for_keeping = std::size_t{64} << 20;
 
 /// Seconds between two lines about a running phase.
 constexpr double report_interval = 20;
 
-/// The checkpoint tells of another sample than this one.
+/// The checkpoint belongs to a different sample.
 class CheckpointMismatch : public std::runtime_error {
 public:
   using std::runtime_error::runtime_error;
@@ -48,7 +48,7 @@ public:
 
 constexpr const char* mismatch_text = "the quasi-static loading does not reproduce its dynamic phases";
 
-/// One sample on its way; the phases in the order in which they happen.
+/// A sample run; its phases in chronological order.
 class SampleRun {
 public:
   SampleRun(const parallel::Communicator& group, const input::Parameters& parameters,
@@ -80,7 +80,8 @@ public:
 
   SampleResult run() {
     try {
-      // Whatever fails on one rank fails here on all of them, which keep together what there is.
+      // A failure on one rank is thrown on all of them here, after they have saved the partial results
+      // together.
       parallel::together<NumberRangeExceeded, CheckpointMismatch>(group_, [&] {
         const bool is_parked =
             parameters_.time.start == input::Start::rest ? !move_from_rest() : !load_until_end();
@@ -109,7 +110,8 @@ private:
   /// @return false when the sample was parked
   bool move_from_rest() {
     MotionState state = at_rest();
-    // What moves at once, before the body can follow, strains the body: its drive supplies that energy.
+    // Displacements imposed instantaneously, before the body can follow, strain it; the drive supplies that
+    // energy.
     loads_.set_displacements(0, state.displacement.owned());
     parallel::agree(group_);
     state.displacement.update_ghosts();
@@ -204,15 +206,15 @@ private:
         return true;
       }
       result_.separated_at = SampleResult::none;
-      counted_time_ = infinity;  // the loading goes on from all that has broken
+      counted_time_ = infinity;  // loading continues from all breaks
     }
   }
 
-  /// Whether more phases have ended than the sample's checkpoint holds. Until then it tells of a later moment
-  /// than this run has reached.
+  /// True if this run has passed the state of the sample's checkpoint: more phases have ended than it
+  /// contains.
   bool is_past_checkpoint() const { return ended_.size() > (from_ == nullptr ? 0 : from_->ended.size()); }
 
-  /// Whether anything has broken. Collective.
+  /// True if anything has broken. Collective.
   bool has_broken() const {
     parallel::agree(group_);
     return parallel::any_of_all(group_, !body_.breaks().empty());
@@ -253,7 +255,7 @@ private:
         save(checkpoint(std::move(phase), energy, frames));
       };
     }
-    // Applied forces are known at any time; only reactions have to be recorded.
+    // Applied forces are known analytically; only reactions must be recorded.
     if (machine_reacts() && !has_broken()) {
       options.on_first_break = [&](double time, const MotionState& now) {
         LoadState loads = measure_loads(group_, body_, loads_, now.displacement, time, &now.velocity);
@@ -319,7 +321,7 @@ private:
     return phase;
   }
 
-  /// What an earlier run has computed of an arrested phase.
+  /// Restores an arrested phase computed by an earlier run.
   PhaseResult replay(const EndedPhase& ended, double load_time, MotionState& state) {
     const auto n_nodes = static_cast<std::size_t>(subdomain_.layout.n_global);
     if (ended.load_time != load_time || ended.displacement.numbers.size() != n_nodes)
@@ -385,7 +387,7 @@ private:
 
   parallel::NumberedRows memory() const { return gather_memory(group_, subdomain_, *criterion_); }
 
-  /// A checkpoint that cannot be kept is no reason to end the sample.
+  /// Failing to store a checkpoint does not end the sample.
   void save(const Checkpoint& checkpoint) {
     since_save_ = Stopwatch();
     if (!control_.save || !group_.is_root()) return;
@@ -412,7 +414,7 @@ private:
     result_.breaks = gather_breaks(group_, body_.breaks());
     result_.bridge_releases = gather_bridge_releases(group_, body_.bridge_releases());
     result_.tooth_falls = gather_tooth_falls(group_, body_.tooth_falls());
-    // What broke when the last phase's duration was over showed only that it was the last one.
+    // Breaks after the duration of the last phase only served to show that it was the last one.
     const bool is_last = std::ranges::none_of(
         result_.breaks, [&](const fracture::Break& one) { return one.load_time > result_.phase_start; });
     if (!is_last) counted_time_ = infinity;
@@ -443,16 +445,16 @@ private:
     }
   }
 
-  /// Of a sample that fails, in agreement. Collective.
+  /// Saves the partial results of a failed sample, if all ranks can. Collective.
   void keep_what_there_is() {
     if (!control_.failed) return;
     try {
       counted_time_ = infinity;
-      // Where it is memory that failed, there is none to keep anything with.
+      // After an allocation failure nothing can be saved.
       parallel::agree(group_, [] { parallel::check_room(room_for_keeping); });
       parallel::together(group_, [&] { finish(); });
       control_.failed(std::move(result_));
-    } catch (...) {  // the first failure is the one to be told
+    } catch (...) {  // report the first failure
     }
   }
 
@@ -480,9 +482,10 @@ private:
   Stopwatch since_save_;
 };
 
-/// The sample in the precision of the input, or in double where mixed numbers do not suffice. Collective.
+/// Runs the sample in the precision of the input, or in double if mixed precision is out of range.
+/// Collective.
 /// @param from nullptr: from the start
-/// @throws CheckpointMismatch on every rank when the checkpoint tells of another sample
+/// @throws CheckpointMismatch on every rank when the checkpoint belongs to a different sample
 SampleResult run_in_fitting_precision(const parallel::Communicator& group,
                                       const input::Parameters& parameters,
                                       const geometry::Subdomain& subdomain, const SampleControl& control,
@@ -515,13 +518,13 @@ SampleResult run_in_fitting_precision(const parallel::Communicator& group,
   return result;
 }
 
-/// The sample from its checkpoint, or from the start. Collective.
+/// Runs the sample from its checkpoint, or from the start. Collective.
 SampleResult run_from_checkpoint(const parallel::Communicator& group, const input::Parameters& parameters,
                                  const geometry::Subdomain& subdomain, const SampleControl& control) {
   group.enter("restoring");
   parallel::agree(group);
   if (parallel::share(group, !control.checkpoint.empty())) {
-    // Every rank has the same checkpoint, so all of them refuse it or none.
+    // Every rank has the same checkpoint, so either all reject it or none.
     std::optional<Checkpoint> from;
     try {
       try {

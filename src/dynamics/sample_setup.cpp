@@ -12,7 +12,7 @@ namespace crackle::dynamics {
 
 namespace {
 
-/// The trapezoidal rule follows the decay up to 1; from 4 on it would turn velocities round.
+/// The trapezoidal rule reproduces the decay up to 1; from 2 on it would reverse velocities.
 void refuse_overdamping(double rate, const TimeGrid& grid) {
   if (rate * grid.step <= 1) return;
   throw parallel::AgreedError(

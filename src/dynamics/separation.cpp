@@ -21,13 +21,13 @@ namespace {
 
 using Pieces = std::set<std::int64_t>;
 
-/// The pieces that each condition acts on: force patterns first, then prescribed motions. Collective.
+/// The pieces on which each condition acts: force patterns first, then prescribed motions. Collective.
 /// @param pieces_at calls its second argument with the label of every piece at an owned node
 template <class PiecesAt>
 std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
                                          const mechanics::BoundaryLoads& loads, const PiecesAt& pieces_at) {
   const std::size_t n_conditions = loads.forces.size() + loads.motions.size();
-  // Pieces are few, but their labels are known only where their nodes are: the ranks gather them.
+  // There are few pieces, but each label is known only on the ranks with its nodes, so gather them.
   const auto mine = parallel::agree(group, [&] {
     std::set<std::pair<std::int64_t, std::int64_t>> found;
     const auto add = [&](std::size_t condition, std::int32_t node) {
@@ -51,7 +51,7 @@ std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
   });
 }
 
-/// By edges that carry.
+/// Pieces connected by edges that still carry load.
 std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
                                          const mechanics::BoundaryLoads& loads,
                                          const std::vector<std::int64_t>& labels) {
@@ -59,7 +59,7 @@ std::vector<Pieces> pieces_of_conditions(const parallel::Communicator& group,
                               [&](std::int32_t node, const auto& see) { see(labels[index(node)]); });
 }
 
-/// By faces that carry: a node may belong to several pieces.
+/// Pieces connected by faces that still carry load: a node may belong to several.
 std::vector<Pieces> face_pieces_of_conditions(const parallel::Communicator& group,
                                               const fracture::BreakableBody& body,
                                               const mechanics::BoundaryLoads& loads) {
@@ -84,13 +84,13 @@ bool act_apart(const mechanics::BoundaryLoads& loads, const std::vector<Pieces>&
   };
   for (std::size_t a = 0; a < conditions.size(); ++a)
     for (std::size_t b = 0; b < a; ++b)
-      // The components of a load that has ended everywhere have no piece at all.
+      // The components of a load that has ended everywhere act on no piece at all.
       if (!have_common_piece(conditions[a], conditions[b]) && input_condition(a) != input_condition(b))
         return true;
   return false;
 }
 
-/// True if each condition acts on a piece that a motion holds: by fixing it, where any does.
+/// True if each condition acts on a piece held by a motion, or fixed if any motion is a fix.
 bool are_held(const mechanics::BoundaryLoads& loads, const std::vector<Pieces>& conditions) {
   const bool any_fixed = std::ranges::any_of(loads.motions, &mechanics::PrescribedMotion::is_fixed);
   Pieces held;
@@ -100,12 +100,12 @@ bool are_held(const mechanics::BoundaryLoads& loads, const std::vector<Pieces>& 
                              [&](const Pieces& pieces) { return have_common_piece(pieces, held); });
 }
 
-/// Volume of the largest piece but one, as a share of the body's. Collective.
+/// Volume of the second largest piece, as a share of the body's. Collective.
 double second_largest_share(const parallel::Communicator& group, const fracture::BreakableBody& body,
                             const std::vector<std::int64_t>& labels) {
   const auto& mass = body.operators().node_mass;
   const double total = parallel::exact_sum(group, mass);
-  // In integers, so that the sums do not depend on the ranks.
+  // Integers make the sums independent of the partition.
   const double scale = std::ldexp(1.0, 48) / total;
   const auto mine = parallel::agree(group, [&] {
     std::map<std::int64_t, std::int64_t> sums;

@@ -19,7 +19,7 @@ namespace crackle::dynamics {
 namespace {
 
 constexpr int max_lanczos_steps = 60;
-constexpr double lanczos_tolerance = 1e-3;  // of the squared frequency
+constexpr double lanczos_tolerance = 1e-3;  // relative to the squared frequency
 constexpr double fraction_of_stable_step = 0.9;
 
 }  // namespace

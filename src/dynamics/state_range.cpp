@@ -15,16 +15,17 @@ namespace crackle::dynamics {
 
 namespace {
 
-// Head room over the estimates below, for waves that meet and for stress at notches and crack fronts.
+// Safety factor over the estimates below, for superposed waves and stress concentrations at notches and crack
+// fronts.
 constexpr double load_concentration = 8;
-/// Strain of an edge in a body that is still whole.
+/// Strain of an edge in a body that is still intact.
 constexpr double largest_strain = 0.05;
-/// Small fragments, whose edges are the shortest, turn by radians while they fly away.
+/// Small fragments, which have the shortest edges, rotate by radians while they fly away.
 constexpr double largest_turn = 4;
 constexpr double velocity_room = 32;
 constexpr double force_room = 4;
 
-/// Largest magnitude of a program's quantity between two times: at their ends and at the kinks between.
+/// Largest magnitude of a load curve's quantity between two times: at the ends and at the kinks between.
 template <class Quantity>
 double peak(const mechanics::LoadCurve& curve, double from, double to, const Quantity& quantity) {
   double largest = std::max(std::abs(quantity(from)), std::abs(quantity(to)));
@@ -33,7 +34,7 @@ double peak(const mechanics::LoadCurve& curve, double from, double to, const Qua
   return largest;
 }
 
-/// What this rank sees; the largest over the ranks counts.
+/// This rank's extremes; reduced by the maximum over the ranks.
 struct Extremes {
   double velocity = 0;
   double prescribed_velocity = 0;
@@ -41,7 +42,7 @@ struct Extremes {
   double load_stress = 0;
   double stretch_force = 0;  // of an edge, per strain
   double longest_edge = 0;
-  double shortest_edge = -infinity;  // its negative, so that the largest counts
+  double shortest_edge = -infinity;  // negated, so that the maximum can be taken
   double strength = 0;
 
   void all_reduce(const parallel::Communicator& group) {
@@ -61,7 +62,7 @@ double largest_component(std::span<const double> values) {
   return largest;
 }
 
-/// What the loads can give a body that nothing holds [m/s].
+/// Velocity that the loads can give an unsupported body [m/s].
 double free_flight_velocity(const MotionContext& context, double from, double to) {
   const auto& loads = *context.loads;
   if (!loads.motions.empty() || loads.forces.empty()) return 0;
@@ -115,7 +116,7 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
     double square = 0;
     for (std::size_t k = 0; k < 3; ++k)
       square += std::pow(subdomain.nodes[index(a)][k] - subdomain.nodes[index(b)][k], 2);
-    // A bound of the coupling from its tetrahedra, broken ones included.
+    // Bound on the coupling from its tetrahedra, including broken ones.
     double stiffness = 0;
     for (const auto number : edges.round(static_cast<std::int32_t>(i))) {
       const auto& t = body.operators().tetrahedra[index(number)];
@@ -123,7 +124,7 @@ mechanics::StateRange expected_range(const MotionContext& context, double load_t
         const auto& g = t.gradient[index(std::ranges::find(t.nodes, node) - t.nodes.begin())];
         return norm(g);
       };
-      // The two gradients first: a and b change places from rank to rank.
+      // Multiply the two gradients first: a and b are swapped between ranks.
       stiffness += t.volume * (std::abs(lambda) + 2 * mu) * (gradient(a) * gradient(b));
     }
     e.stretch_force = std::max(e.stretch_force, stiffness * std::sqrt(square));

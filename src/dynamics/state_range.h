@@ -6,11 +6,11 @@
 
 namespace crackle::dynamics {
 
-/// What stretches, velocities and forces a dynamic phase can be expected to reach. The stress that drives
-/// it is the larger of the one in the starting state and the one that loads and prescribed motions send out,
-/// which breaking limits to the strength; a wave of that stress moves the material with stress / impedance.
-/// Free flight, and generous factors for focusing, are added; whatever exceeds the range is noticed and
-/// reported, never wrapped. Collective; equal bits for any number of ranks.
+/// Expected stretches, velocities and forces in a dynamic phase. The driving stress is the larger of that in
+/// the starting state and that of the waves emitted by loads and prescribed motions, limited by the strength;
+/// a wave of this stress moves the material with stress / impedance. Free flight and generous factors for
+/// focusing are added; out-of-range values are detected and reported, never wrapped. Collective; bitwise
+/// equal for any number of ranks.
 mechanics::StateRange expected_range(const MotionContext& context, double load_time, double duration,
                                      const MotionState& state);
 

@@ -9,13 +9,13 @@
 
 namespace crackle::dynamics {
 
-/// One force evaluation with the kick and the drift that follow it; any part may be missing.
+/// One force evaluation with the following kick and drift; any part may be missing.
 struct Substep {
   bool has_force = false;
   bool has_kick = false;
   bool has_drift = false;
   bool is_first_drift = false;  ///< of its step
-  bool keeps_force = false;     ///< for the next step, which begins with a kick from the same displacement
+  bool keeps_force = false;     ///< for the next step, which starts with a kick at the same displacement
   double kick = 0;              ///< duration [s]
   double kick_time = 0;
   double drift = 0;       ///< duration [s]
@@ -23,9 +23,9 @@ struct Substep {
   mechanics::StepSpan step;
 };
 
-/// The stages of one step as substeps, in place of what `substeps` holds.
+/// Splits the stages of one step into substeps, which replace the contents of `substeps`.
 /// @param time of the load curves at the beginning of the step [s]
-/// @param force_is_current the first kick needs no force of its own
+/// @param force_is_current the first kick needs no new force
 void substeps_of(std::span<const Stage> stages, double time_step, double time, bool force_is_current,
                  std::vector<Substep>& substeps);
 

@@ -33,9 +33,9 @@ namespace {
 using analysis::SampleStatus;
 using analysis::SampleSummary;
 
-/// Those of this run's samples that were under way when the ensemble stopped early: which ones depends on the
-/// schedule, so they are no part of it. What an earlier run has finished stays, and is left out, as is what
-/// cannot be removed, by whoever reads the folder.
+/// Deletes this run's samples that were under way when the ensemble stopped early: which ones depends on
+/// scheduling, so they are not part of the ensemble. Samples beyond the stopping point that an earlier run
+/// finished stay; readers ignore them, and any that could not be deleted.
 void remove_surplus_files(const analysis::Statistics& statistics, const SamplePlan& plan,
                           const std::filesystem::path& folder) {
   std::error_code ignored;
@@ -44,7 +44,7 @@ void remove_surplus_files(const analysis::Statistics& statistics, const SamplePl
     if (sample >= n_needed) std::filesystem::remove(io::sample_path(folder, sample), ignored);
 }
 
-/// How many samples are done, failed and pending.
+/// Numbers of samples done, failed and pending.
 using Counts = std::array<int, 3>;
 
 Counts counts_of(const std::optional<Progress>& progress) {
@@ -52,7 +52,7 @@ Counts counts_of(const std::optional<Progress>& progress) {
   return {progress->n_done(), progress->n_failed(), progress->n_left()};
 }
 
-/// Of the samples that are part of the ensemble.
+/// Counts only samples that are part of the ensemble.
 Counts counts_of(const Results& results) {
   Counts counts{};
   for (int i = 0; i < results.statistics.n_needed; ++i) {
@@ -62,15 +62,15 @@ Counts counts_of(const Results& results) {
   return counts;
 }
 
-/// The root's counts on every rank. Collective.
+/// Shares the root's counts with all ranks. Collective.
 RunOutcome share_counts(const parallel::Communicator& world, Counts counts) {
   counts = parallel::share(world, counts);
   return {.done = counts[0], .failed = counts[1], .left = counts[2], .stopped = false, .file_error = {}};
 }
 
-/// The pending samples, each reason in a line of its own.
+/// Logs the pending samples, one line per reason.
 void log_pending(RunLog& log, std::span<const SampleSummary> rows) {
-  std::map<std::string, std::vector<std::uint64_t>> samples;  // of each reason
+  std::map<std::string, std::vector<std::uint64_t>> samples;  // by reason
   for (std::size_t sample = 0; sample < rows.size(); ++sample)
     if (rows[sample].status == SampleStatus::pending) samples[rows[sample].error].push_back(sample);
   for (const auto& [reason, list] : samples)
@@ -83,7 +83,7 @@ void log_warnings(RunLog& log, std::size_t n_warnings) {
                        n_warnings == 1 ? "1 sample" : fmt::format("{} samples", n_warnings)));
 }
 
-/// Where no sample has broken, that is hardly what was meant.
+/// Warns if no sample has broken, which is rarely intended.
 void log_unbroken(RunLog& log, std::span<const SampleSummary> rows) {
   std::size_t n_done = 0, n_unbroken = 0;
   for (const SampleSummary& row : rows) {
@@ -128,7 +128,7 @@ void log_end(RunLog& log, const Results& results, const Progress& progress, cons
   log_next(log, options.next, outcome, true);
 }
 
-/// For a run of some samples of the ensemble.
+/// End of the log for a run of a range of samples.
 void log_end_of_range(RunLog& log, const MasterState& master, const RunOutcome& outcome,
                       const RunOptions& options, double seconds) {
   log.end_progress();
@@ -153,7 +153,7 @@ double seconds_now() {
 
 namespace {
 
-constexpr double look_interval = 10;  // [s] between two looks whether the folder is there
+constexpr double look_interval = 10;  // [s] between checks that the folder still exists
 
 SampleRange range_of(const input::Parameters& parameters, const RunOptions& options) {
   const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
@@ -294,7 +294,7 @@ void share_base(const parallel::Communicator& world, const GroupLayout& layout,
 
 namespace {
 
-/// What a run would miss when it continues.
+/// Restores files needed to resume the run.
 void restore_copy(const std::filesystem::path& folder, const input::Parameters& parameters, RunLog* log) {
   std::string line;
   try {
@@ -306,7 +306,7 @@ void restore_copy(const std::filesystem::path& folder, const input::Parameters& 
   if (log != nullptr) log->line(line);
 }
 
-/// Of a folder that was moved or removed: nothing more can be written.
+/// Ends a run whose folder was moved or removed: nothing more can be written.
 RunOutcome finish_lost_run(const parallel::Communicator& world, const MasterState& master,
                            const std::string& lost, RunLog* log, double seconds) {
   RunOutcome outcome = share_counts(world, counts_of(master.progress));

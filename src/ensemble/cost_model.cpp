@@ -17,7 +17,7 @@ namespace crackle::ensemble {
 
 namespace {
 
-/// Sums over the group in each look of a dynamic phase.
+/// Global reductions per poll of a dynamic phase.
 constexpr double sums_per_poll = 3;
 constexpr int most_ranks_per_sample = 64;
 

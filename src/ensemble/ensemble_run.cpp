@@ -64,18 +64,18 @@ RunOutcome run_ensemble(const parallel::Communicator& outer, const input::Parame
   ScheduleEvents events = make_events(master, log_or_null);
   events.finished = [&, tell = events.finished](const SampleReport& report) {
     tell(report);
-    // Further samples would be computed for nothing.
+    // Stop: further samples could not be stored.
     if (!report.stored && !loss(master.lock).empty()) stop.set();
   };
   events.parked = [&, tell = events.parked](const SampleReport& report) {
-    // A signal to all ranks may reach the group first; the log names it all the same.
+    // A signal sent to all ranks may reach the group first; poll here too, so that the log names it.
     if (!stop()) stop.set();
     tell(report);
   };
   schedule_samples(world, layout, master.plan.to_do, steps, events,
                    QueueLimits{.n_realizations = static_cast<std::size_t>(layout.n_groups) + 1},
                    parameters.ensemble.meshes);
-  // Whether the master was asked to stop, by a signal, the time limit or another rank.
+  // True if the master was asked to stop, by a signal, the time limit or another rank.
   const bool is_stopping = parallel::share(world, stop.is_set());
 
   return finish_run(world, parameters, options, master, base, is_stopping, log_or_null,

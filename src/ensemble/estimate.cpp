@@ -11,16 +11,16 @@ namespace crackle::ensemble {
 
 namespace {
 
-// Of samples of jobs/demo.toml and jobs/paper/clock-from-zero.toml, each for a dynamic phase that is not the
-// last one: cracks run for this many durations before the arrest window begins, and this many tetrahedra
-// break quasi-statically.
+// From samples of jobs/demo.toml and jobs/paper/clock-from-zero.toml, per dynamic phase except the last:
+// cracks run for this many durations before the arrest window begins, and this many tetrahedra break
+// quasi-statically.
 constexpr double running_durations = 0.4;
 constexpr double static_breaks_per_phase = 1.5;
 
-/// Tetrahedra that break in a sample, per tetrahedron of the mesh to the power 2/3: cracks are surfaces.
+/// Broken tetrahedra of a sample divided by (tetrahedra of the mesh)^(2/3), since cracks are surfaces.
 constexpr double breaks_per_section = 1.2;
 
-// Bytes in a sample's file after compression, of files of jobs/demo.toml and jobs/paper/clock-from-zero.toml.
+// Bytes in a sample file after compression, from files of jobs/demo.toml and jobs/paper/clock-from-zero.toml.
 constexpr double of_frame_node = 17;
 constexpr double of_node = 20;
 constexpr double of_tetrahedron = 4.7;  // boundary triangles included

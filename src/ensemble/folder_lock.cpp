@@ -33,20 +33,20 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::chrono::seconds touch_interval{30};
-/// For a run that was just killed to be gone.
+/// Time for a run that was just killed to disappear.
 constexpr double patience = 3;  // [s]
-/// Pauses between two looks at another's lock: a waiting process should not keep a file system busy.
+/// Pauses between two checks of another process' lock; long ones keep the load on the file system low.
 constexpr double short_wait = 3;  // [s] with short pauses
 constexpr std::chrono::milliseconds short_pause{100};
 constexpr std::chrono::milliseconds long_pause{1000};
 
-/// Of /proc; empty if the file does not exist.
+/// Contents of a file in /proc; empty if it does not exist.
 std::string kernel_text(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// Where a link of /proc leads; empty without one.
+/// Target of a link in /proc; empty if there is none.
 std::string link_target(const char* link) {
   std::error_code ignored;
   return fs::read_symlink(link, ignored).string();
@@ -55,10 +55,10 @@ std::string link_target(const char* link) {
 constexpr const char* unknown_start = "0";
 constexpr const char* ended = "ended";
 
-/// Clock ticks since the machine's start at which a process of this namespace started: tells it from a later
-/// one of the same number.
+/// Start time of a process of this namespace, in clock ticks since boot: distinguishes it from a later
+/// process with the same number.
 std::string start_of(long process) {
-  // /proc may be that of another process namespace, such as the one that a container was started from.
+  // /proc may belong to another PID namespace, such as that of the container's host.
   if (link_target("/proc/self") != std::to_string(::getpid())) return unknown_start;
   const std::string text = kernel_text(fmt::format("/proc/{}/stat", process));
   const auto name_end = text.rfind(')');
@@ -66,14 +66,14 @@ std::string start_of(long process) {
   std::istringstream fields(text.substr(name_end + 1));
   std::string field;
   fields >> field;
-  // A process that has ended stays as a zombie where nobody asks for its status.
+  // A process that has ended remains a zombie until its parent collects its status.
   if (field == "Z" || field == "X") return ended;
-  constexpr int starttime = 22 - 2;  // of the fields behind the name
+  constexpr int starttime = 22 - 2;  // index among the fields after the name
   for (int i = 1; i < starttime; ++i) fields >> field;
   return field.empty() ? unknown_start : field;
 }
 
-/// Whether a process of this host and namespace is at work.
+/// True if a process of this host and namespace is running.
 bool is_at_work(const LockOwner& owner) {
   if (::kill(static_cast<pid_t>(owner.process), 0) != 0 && errno == ESRCH) return false;
   const std::string start = start_of(owner.process);
@@ -81,13 +81,13 @@ bool is_at_work(const LockOwner& owner) {
   return start == unknown_start || owner.start == unknown_start || start == owner.start;
 }
 
-/// A word of the environment; `absent` without it.
+/// A word from the environment; `absent` if unset.
 std::string environment_word(const char* name, const char* absent) {
   const char* value = std::getenv(name);
   return value != nullptr && *value != 0 ? value : absent;
 }
 
-/// Owner of a file descriptor.
+/// RAII owner of a file descriptor.
 class OpenFile {
 public:
   explicit OpenFile(int id) : id_(id) {}
@@ -102,7 +102,7 @@ private:
   int id_;
 };
 
-/// @throws std::runtime_error when something else than a lock has its name
+/// @throws std::runtime_error when the name is taken by something other than a lock
 void require_lock(const fs::path& file) {
   std::error_code ignored;
   const bool is_link = fs::is_symlink(fs::symlink_status(file, ignored));
@@ -120,7 +120,7 @@ std::string lock_text(int folder, const std::string& name) {
   return {text.data(), length > 0 ? static_cast<std::size_t>(length) : 0};
 }
 
-/// What the file system's own clock says now. The file that tells is gone again at once.
+/// Current time on the file system's own clock, from a probe file that is removed at once.
 std::time_t time_of_folder(int folder, const std::string& probe) {
   struct stat status {};
   OpenFile file(::openat(folder, probe.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0666));
@@ -131,7 +131,7 @@ std::time_t time_of_folder(int folder, const std::string& probe) {
   return is_known ? status.st_mtime : 0;
 }
 
-/// Seconds from the last touch of a lock until `now`; 0 where either is unknown.
+/// Seconds from the last touch of a lock until `now`; 0 if either is unknown.
 double age(int folder, const std::string& name, std::time_t now) {
   struct stat status {};
   if (now == 0 || ::fstatat(folder, name.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0) return 0;
@@ -153,31 +153,31 @@ std::optional<SampleRange> range_of(const fs::path& file) {
 constexpr const char* probe_mark = ".probe-";
 constexpr const char* stale_mark = ".stale-";
 
-/// A name beside the lock that no other process uses, on whatever host and in whatever namespace.
+/// A name beside the lock that is unique to this process, across hosts and namespaces.
 std::string beside(const std::string& lock, const char* mark, const LockOwner& self) {
   return fmt::format("{}{}{}-{}-{}-{}", lock, mark, self.host, self.boot, self.pid_namespace, self.process);
 }
 
-/// @throws std::runtime_error: what is taken, by whom, and what to do
+/// @throws std::runtime_error naming what is taken, by whom, and what to do
 [[noreturn]] void refuse(const std::string& taken, const std::string& text, const fs::path& file) {
   const auto owner = LockOwner::parse(text);
   fail("{}: {}; wait until it ends, or remove {} if it is no longer running", taken,
        owner ? owner->describe() : "its lock names no owner", file.string());
 }
 
-/// Takes a stale lock away. It is renamed first and looked at again, so that of two runs that find it only
-/// one succeeds and a lock that was made meanwhile is put back.
+/// Removes a stale lock. It is renamed first and then checked again: if two runs find it, only one succeeds,
+/// and a lock created in between is put back.
 void remove_stale(int folder, const fs::path& file, const std::string& text, const LockOwner& self) {
   const std::string name = file.filename().string();
   const std::string aside = beside(name, stale_mark, self);
   if (::renameat(folder, name.c_str(), folder, aside.c_str()) != 0) return;
   if (lock_text(folder, aside) != text && ::linkat(folder, aside.c_str(), folder, name.c_str(), 0) != 0 &&
-      errno != EEXIST && errno != ENOENT)  // ENOENT: somebody has removed what this one was to look at
+      errno != EEXIST && errno != ENOENT)  // ENOENT: another process removed the renamed file
     fail("{}: {}", file.string(), std::strerror(errno));
   ::unlinkat(folder, aside.c_str(), 0);
 }
 
-/// @return the folder's descriptor; files are reached through it wherever the folder is moved
+/// @return descriptor of the folder; files are accessed through it even if the folder is moved
 int open_folder(const fs::path& folder) {
   const int id = ::open(folder.empty() ? "." : folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
   if (id < 0) fail("{}: {}", folder.string(), std::strerror(errno));
@@ -217,7 +217,7 @@ std::optional<LockOwner> LockOwner::parse(std::string_view text) {
     if (name == "restart") owner.restart = whole_number<std::uint64_t>(value).value_or(0);
     if (name == "step") owner.step = value;
   }
-  // The last lines may be missing where a disk is full.
+  // The last lines may be missing if the disk was full.
   if (owner.host.empty() || owner.process <= 0 || owner.start.empty() || owner.job.empty())
     return std::nullopt;
   return owner;
@@ -241,7 +241,7 @@ std::string LockOwner::describe() const {
 
 std::optional<std::string> why_stale(const std::optional<LockOwner>& owner, const LockOwner& self,
                                      double seconds_untouched) {
-  // What an earlier version has not told it took for the same.
+  // Fields missing from older lock files compare equal.
   const auto is_same = [](const std::string& theirs, const std::string& ours) {
     return theirs.empty() || theirs == ours;
   };
@@ -263,7 +263,8 @@ void LockMark::require() const {
     fail("{} is {}: it or its folder was moved or removed during the run", file.string(), state);
   };
   const fs::path parent = file.parent_path();
-  // Opened for reading, so that a network file system looks again. What else fails is no sign of a move.
+  // Opening the folder for reading makes a network file system refresh it. Other errors do not indicate a
+  // move.
   const OpenFile folder(::open(parent.empty() ? "." : parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!folder.is_open()) {
     if (errno == ENOENT || errno == ENOTDIR) refuse("gone");
@@ -371,7 +372,7 @@ void LockFile::keep_touching(const std::stop_token& stop) {
 
 MadeFolder::MadeFolder(fs::path folder) : folder_(std::move(folder)) {
   std::error_code error;
-  // With the folders above it that are made too.
+  // Includes missing parent folders, which are created too.
   for (fs::path missing = folder_; !missing.empty() && !fs::exists(missing, error);
        missing = missing.parent_path())
     made_.push_back(missing);
@@ -381,7 +382,7 @@ MadeFolder::MadeFolder(fs::path folder) : folder_(std::move(folder)) {
 
 MadeFolder::~MadeFolder() {
   for (const fs::path& made : made_)
-    if (::rmdir(made.c_str()) != 0) return;  // it is in use
+    if (::rmdir(made.c_str()) != 0) return;  // in use
 }
 
 FolderLock::FolderLock(const fs::path& folder, SampleRange range)
@@ -411,7 +412,7 @@ std::vector<std::string> owners_at_work(const fs::path& folder) {
     try {
       owner = LockOwner::parse(read_text_if_any(entry.path()));
     } catch (const std::runtime_error&) {
-      // Somebody else's, who lets nobody read it.
+      // Another user's unreadable lock.
     }
     const auto touched = fs::last_write_time(entry.path(), ignored);
     const std::chrono::duration<double> untouched = fs::file_time_type::clock::now() - touched;

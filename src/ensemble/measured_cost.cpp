@@ -19,14 +19,14 @@ namespace crackle::ensemble {
 
 namespace {
 
-/// Load of the measured phase over that of the first break: cracks run from all notches at once.
+/// Load of the measured phase relative to the first break: cracks run from all notches at once.
 constexpr double overload = 1.5;
-/// What costs most besides the forces, the breaking check, is due the more often the faster the nodes move. A
-/// phase begins at rest and ends with about as much kinetic as strain energy; the measured part of it starts
-/// with this share, all nodes alike.
+/// After the forces, the fracture check costs most, and it is due more often the faster the nodes move. A
+/// phase begins at rest and ends with roughly equal kinetic and strain energy; the measured part starts with
+/// this share, with the same velocity at all nodes.
 constexpr double kinetic_share = 0.5;
-/// Strain energy at which cracks run, over that of a body at its strength everywhere: 0.02 in both inputs of
-/// jobs/. For bodies that start without load.
+/// Strain energy at which cracks run, relative to that of a body at its strength everywhere: 0.02 in both
+/// inputs of jobs/. For bodies that start unloaded.
 constexpr double energy_of_running_cracks = 0.02;
 
 class Measurement {
@@ -57,7 +57,7 @@ public:
   }
 
   void measure_phase(MeasuredCost& cost, double seconds) {
-    // A lower strength under the load that is: the same as the load that much higher, but for the scale.
+    // Lower strength under the same load: equivalent, up to scale, to a higher load.
     auto weakened =
         fracture::tetrahedron_strengths(self_, parameters_, 0, subdomain_, setup_.body.operators());
     for (double& value : weakened) value /= overload;
@@ -81,7 +81,7 @@ public:
     options.grid = setup_.grid;
     if (parameters_.time.start != input::Start::rest)
       options.arrest_window = dynamics::arrest_window(parameters_);
-    // No frames are kept, but the energies that go with each.
+    // No frames are stored, but the energies of each are.
     options.n_energy_rows += parameters_.output.frames;
     options.request = [&] {
       measured = loop.seconds();
@@ -95,7 +95,7 @@ public:
       cost.n_steps = result.parked ? n_polls * dynamics::steps_per_poll : result.n_steps;
       if (!result.parked) measured = loop.seconds();
     } catch (const std::runtime_error&) {
-      // Such as small fragments that fly away; up to there the steps cost what they cost.
+      // For example fragments that fly away; the steps up to there are valid measurements.
       cost.n_steps = n_polls * dynamics::steps_per_poll;
       if (n_polls == 0) throw;
     }
@@ -150,7 +150,7 @@ MeasuredCost measure_cost(const input::Parameters& parameters, const geometry::R
   } catch (const dynamics::NumberRangeExceeded&) {
     if (parameters.time.precision == input::Precision::double_) throw;
   }
-  // As a sample that leaves the range of mixed numbers.
+  // As for a sample that leaves the range of mixed precision.
   input::Parameters in_double = parameters;
   in_double.time.precision = input::Precision::double_;
   return measured_cost(in_double, realization, seconds);

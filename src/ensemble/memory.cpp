@@ -22,18 +22,18 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Measured as the largest resident set, on bodies of 24,000 to 300,000 tetrahedra (tests/cli/test_memory.py).
-constexpr double libraries = 50e6;    // and the program, for each rank
-constexpr double openturns = 65e6;    // more of them for random inputs
-constexpr double computed = 640;      // each tetrahedron that a rank computes: operators, solver, motion
-constexpr double averaged = 150;      // more of them where the stress is averaged: neighbours, balls
-constexpr double kept = 30;           // each tetrahedron of a realization
-constexpr double made = 270;          // each tetrahedron of a realization being made
-constexpr double frame_kept = 24;     // each node of a frame
-constexpr double frame_written = 66;  // the same while the file is written, when no more is computed
-constexpr double tetrahedra_per_node = 5.5;  // of a Delaunay tessellation, its surface included
+// From the peak resident set on bodies of 24,000 to 300,000 tetrahedra (tests/cli/test_memory.py) [byte].
+constexpr double libraries = 50e6;           // and the program, per rank
+constexpr double openturns = 65e6;           // additional, with random inputs
+constexpr double computed = 640;             // per tetrahedron computed by a rank: operators, solver, motion
+constexpr double averaged = 150;             // additional, with averaged stress: neighbours, balls
+constexpr double kept = 30;                  // per tetrahedron of a realization
+constexpr double made = 270;                 // per tetrahedron of a realization being made
+constexpr double frame_kept = 24;            // per node of a frame
+constexpr double frame_written = 66;         // the same while the file is written, after the computation
+constexpr double tetrahedra_per_node = 5.5;  // of a Delaunay tessellation, including its surface
 
-/// First number behind `key` in a file of lines "key number ..."; nothing when there is none.
+/// First number after `key` in a file of lines "key number ..."; empty if there is none.
 std::optional<double> number_after(const fs::path& file, const std::string& key) {
   std::ifstream stream(file);
   for (std::string line; std::getline(stream, line);) {
@@ -45,7 +45,7 @@ std::optional<double> number_after(const fs::path& file, const std::string& key)
   return std::nullopt;
 }
 
-/// The only number in a file; nothing for "max" and the like.
+/// The only number in a file; empty for "max" and the like.
 std::optional<double> number_in(const fs::path& file) {
   std::ifstream stream(file);
   double number = 0;
@@ -53,7 +53,7 @@ std::optional<double> number_in(const fs::path& file) {
   return std::nullopt;
 }
 
-/// Names of the files of a version of control groups.
+/// File names of a version of control groups.
 struct GroupFiles {
   const char* mount;
   const char* limit;
@@ -64,7 +64,7 @@ constexpr GroupFiles version_2{"sys/fs/cgroup", "memory.max", "memory.current", 
 constexpr GroupFiles version_1{"sys/fs/cgroup/memory", "memory.limit_in_bytes", "memory.usage_in_bytes",
                                "total_inactive_file"};
 
-/// What the group and those above it leave. A container may see its own group as the mount's root.
+/// Memory left by the group and its ancestors. In a container, the mount's root may be its own group.
 void look_at_groups(const fs::path& root, const GroupFiles& files, const std::string& group,
                     AvailableMemory& least) {
   const fs::path mount = root / files.mount;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double unknown = not_a_number;
 
-/// The middle one of the sections that the crack of the first crack start can cross; of all where there is
+/// The middle one of the sections that the crack of the first notch can cross; of all sections if there is
 /// none.
 std::size_t middle_section(const input::Parameters& parameters) {
   const std::vector<input::Section> sections = parameters.sections.all();
@@ -48,7 +48,7 @@ void Progress::started(std::uint64_t sample, double now) {
 }
 
 void Progress::finished(const SampleReport& report, double now) {
-  // A sample whose realization could not be made was never handed out, and tells nothing about durations.
+  // A sample whose realization failed was never handed out and does not count towards durations.
   if (const auto start = running_.find(report.sample); start != running_.end()) {
     duration_sum_ += now - start->second;
     ++n_durations_;
@@ -74,8 +74,7 @@ double Progress::time_left(double now) const {
     work += rest;
     longest = std::max(longest, rest);
   }
-  // Neither can the groups be faster than all at work without a pause, nor can the end come before the sample
-  // that takes longest.
+  // Bounded below by all groups working without a pause, and by the longest remaining sample.
   return std::max(work / n_groups_, longest);
 }
 

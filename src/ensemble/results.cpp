@@ -25,10 +25,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Longer than a lock lives that nobody touches: a writer on another node may have been killed.
+/// Longer than the lifetime of an untouched lock: a writer on another node may have been killed.
 constexpr double lock_patience = LockFile::lifetime + 60;  // [s]
 
-/// This rank's share of the samples: from the first number to below the second.
+/// This rank's share of the samples, as [first, end).
 std::pair<std::size_t, std::size_t> share_of_samples(const parallel::Communicator& world,
                                                      const input::Parameters& parameters) {
   const auto n_samples = static_cast<std::size_t>(parameters.ensemble.samples);
@@ -53,7 +53,7 @@ void check_sample_files(const fs::path& folder) {
       folder.string());
 }
 
-/// Rows of samples that failed without a file, from the master to the rank that writes them. Collective.
+/// Sends rows of samples that failed without a file from the master to the rank that writes them. Collective.
 void complete_block(const parallel::Communicator& world,
                     const std::map<std::uint64_t, analysis::SampleSummary>& unstored,
                     io::EnsembleBlock& block) {
@@ -79,8 +79,8 @@ void complete_block(const parallel::Communicator& world,
   });
 }
 
-/// Rows of ensemble.h5 in place of those of the block that have no file. Damaged files are told of as ever.
-/// @throws std::runtime_error when ensemble.h5 cannot be read, or is of another input
+/// Fills rows of the block that have no sample file from ensemble.h5. Damaged files are still reported.
+/// @throws std::runtime_error when ensemble.h5 cannot be read, or belongs to another input
 void keep_rows(const fs::path& file, const input::Parameters& parameters, io::EnsembleBlock& block) {
   if (!is_taken(file)) return;
   auto known = io::read_ensemble(file, parameters).samples;
@@ -91,7 +91,7 @@ void keep_rows(const fs::path& file, const input::Parameters& parameters, io::En
   }
 }
 
-/// @pre nobody else writes ensemble.h5
+/// @pre no other process writes ensemble.h5
 void remove_partial_results(const fs::path& folder) {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
@@ -178,10 +178,10 @@ Results results_at(const parallel::Communicator& world, const input::Parameters&
     for (std::size_t sample = first; sample < end; ++sample) {
       io::StoredSample found = io::read_stored_sample(folder, parameters, sample);
       const bool is_done = found.summary.status == analysis::SampleStatus::done;
-      // Others may have no body.
+      // Other samples may have no body.
       const auto own = is_done ? inputs.of(sample)->body : nullptr;
       const geometry::Body& of_sample = own ? *own : *body;
-      if (is_done)  // files of version 2 do not hold it
+      if (is_done)  // not stored in files of version 2
         found.summary.leading_notch = analysis::leading_notch(of_sample, found.surface);
       stored.push_back(found.summary);
       measured.push_back(found.summary);

@@ -14,7 +14,7 @@ namespace {
 constexpr int share_tag = 1;
 constexpr const char* sharing_stage = "sharing";
 
-/// Calls work(array) for the arrays of a subdomain, in the order in which they are sent.
+/// Calls work(array) for each array of a subdomain, in the order of transmission.
 template <class Subdomain, class Work>
 void for_each_array(Subdomain& part, const Work& work) {
   work(part.nodes);

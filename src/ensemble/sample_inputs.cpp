@@ -9,7 +9,7 @@ namespace crackle::ensemble {
 
 SampleInputs::SampleInputs(const input::Parameters& parameters, const geometry::Body& body)
     : parameters_(parameters) {
-  // The body is someone else's.
+  // Non-owning pointer: the body belongs to the caller.
   if (parameters.random.empty())
     own_ = std::make_shared<const SampleInput>(SampleInput{parameters, {std::shared_ptr<void>(), &body}});
 }

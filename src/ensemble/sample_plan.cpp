@@ -42,7 +42,7 @@ bool holds_ensemble(const fs::path& folder) {
          holds_anything(sample_folder(folder));
 }
 
-/// A setting in two inputs; empty where it is absent.
+/// A setting in two inputs; empty if it is absent.
 struct Difference {
   std::string key;
   std::string expected;
@@ -52,7 +52,7 @@ struct Difference {
 /// The settings ("key = value") that differ, each once, in the order of their keys.
 std::vector<Difference> differences(const std::vector<std::string>& expected,
                                     const std::vector<std::string>& actual) {
-  std::map<std::string, std::pair<std::string, std::string>> values;  // of each key: expected, actual
+  std::map<std::string, std::pair<std::string, std::string>> values;  // by key: expected, actual
   const auto sort_in = [&](const std::vector<std::string>& settings, auto member) {
     for (const auto& setting : settings) {
       const auto equals = setting.find(" = ");
@@ -67,7 +67,7 @@ std::vector<Difference> differences(const std::vector<std::string>& expected,
   return found;
 }
 
-/// "mesh.spacing is 3 mm, not 2 mm" for each setting, one after the other.
+/// "mesh.spacing is 3 mm, not 2 mm" for each setting.
 std::string describe(const std::vector<Difference>& found) {
   std::string text;
   const auto shown = [](const std::string& value) { return value.empty() ? "absent" : value; };
@@ -81,7 +81,7 @@ std::string without_brackets(const std::string& list) {
   return list.substr(1, list.size() - 2);
 }
 
-/// The options of crackle stats for all lines of these settings: a line's start comes before its end.
+/// The options of crackle stats for all lines in these settings: a line's start precedes its end.
 std::string line_options(const std::vector<std::string>& settings) {
   std::string options;
   for (const auto& setting : settings) {
@@ -94,8 +94,8 @@ std::string line_options(const std::vector<std::string>& settings) {
   return options;
 }
 
-/// What to do about settings that differ. Neither sections nor frames change how a sample breaks, and whoever
-/// changes them wants the samples that are there.
+/// Advice on settings that differ. Neither sections nor frames affect how a sample breaks, so the existing
+/// samples can be kept when they change.
 /// @param wanted settings of the input that differs from the folder's
 std::string advice(const fs::path& folder, const std::vector<Difference>& found,
                    const std::vector<std::string>& wanted) {
@@ -123,8 +123,7 @@ std::string advice(const fs::path& folder, const std::vector<Difference>& found,
   return text;
 }
 
-/// How two inputs differ in what matters for samples that are there, and what to do about it; nothing when
-/// they do not.
+/// Differences between two inputs that matter for existing samples, with advice; empty if there are none.
 std::optional<std::string> difference(const fs::path& folder, const std::string& text, const fs::path& file,
                                       const input::Parameters& parameters) {
   if (text == parameters.text) return std::nullopt;
@@ -283,8 +282,9 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
 
 namespace {
 
-/// Of the samples in the range; all where that is the whole ensemble, because then no other run is at work.
-/// Those of ensemble.h5 stay, since whoever recomputes the statistics may be writing one (write_results).
+/// Removes temporary files of the samples in the range; all of them if the range is the whole ensemble, since
+/// then no other run is active. Those of ensemble.h5 stay: another process may be recomputing the statistics
+/// (write_results).
 void remove_partial_files(const fs::path& folder, const input::Parameters& parameters, SampleRange range) {
   const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
   const bool is_whole = range.first == 0 && range.last + 1 == n_samples;
@@ -336,8 +336,8 @@ std::vector<std::string> prepare_folder(const fs::path& folder, const input::Par
   std::error_code ignored;
   for (const auto& kept : plan.kept) fs::remove(io::checkpoint_path(folder, kept.sample), ignored);
   for (const auto sample : plan.anew) {
-    // The file goes last, so that a kill in between leaves nothing to continue from. Without it the sample is
-    // pending, and when it is parked --resume continues with it.
+    // The file is removed last, so that a kill in between leaves no checkpoint to continue from. Without the
+    // file the sample is pending; with a checkpoint it would be parked and --resume would continue it.
     fs::remove(io::checkpoint_path(folder, sample));
     fs::remove(io::sample_path(folder, sample));
   }

@@ -10,7 +10,7 @@ namespace crackle::ensemble {
 
 namespace {
 
-/// The word that a result's number stands for.
+/// The word encoded by a result's number.
 template <class Number>
 std::string word_of(const analysis::SampleSummary& row, Number analysis::SampleSummary::*wanted) {
   std::string word;
@@ -22,7 +22,7 @@ std::string word_of(const analysis::SampleSummary& row, Number analysis::SampleS
   return word;
 }
 
-/// "381.2 N": in the usual unit, unless the value is far from its size.
+/// "381.2 N": in the usual unit, unless the value is far outside its range.
 std::string shown_quantity(double value, const ShownUnit& usual, const std::string& si) {
   const ShownUnit unit = shown_unit(usual, si, std::abs(value));
   const double shown = value * unit.factor;
@@ -37,7 +37,7 @@ std::string length_text(double length) {
   return shown_quantity(length, {"mm", 1e3}, "m");
 }
 
-/// "onset 381.2 N", or where there is none "first break at 252.1 N".
+/// "onset 381.2 N" or, without an onset, "first break at 252.1 N".
 std::string loads_text(const analysis::SampleSummary& summary) {
   if (!std::isnan(summary.onset_force)) return fmt::format("onset {}, ", force_text(summary.onset_force));
   if (!std::isnan(summary.first_break_load))
@@ -45,7 +45,7 @@ std::string loads_text(const analysis::SampleSummary& summary) {
   return "";
 }
 
-/// The crack pattern, or of a body without crack starts where it broke first.
+/// The crack pattern or, for a body without notches, where it broke first.
 std::string pattern_text(const analysis::SampleSummary& summary) {
   const std::string pattern = word_of(summary, &analysis::SampleSummary::pattern);
   if (pattern == "none") return "no crack across";

@@ -28,17 +28,17 @@ constexpr int work_tag = 2;
 constexpr int stop_tag = 3;
 constexpr int progress_tag = 4;
 
-/// Root of a group to the master: asks for work, and reports the sample that was under way, if any.
+/// Root of a group to the master: requests work and reports its previous sample, if any.
 void send_request(const parallel::Communicator& world, const std::optional<SampleReport>& report) {
   parallel::send_array(world, report ? to_bytes(*report) : std::vector<std::byte>{}, master, request_tag);
 }
 
 struct Request {
-  int rank = 0;  ///< that asks
+  int rank = 0;  ///< requesting rank
   std::optional<SampleReport> report;
 };
 
-/// Master: a request that has arrived, or nothing.
+/// Master: a request that has arrived, or empty.
 std::optional<Request> poll_request(const parallel::Communicator& world) {
   const auto status = parallel::poll_message(world, MPI_ANY_SOURCE, request_tag);
   if (!status) return std::nullopt;
@@ -49,7 +49,7 @@ std::optional<Request> poll_request(const parallel::Communicator& world) {
   return request;
 }
 
-/// Master: answers a request with a sample whose realization the group is to make.
+/// Master: answers a request with a sample for the group to mesh.
 void send_sample(const parallel::Communicator& world, int rank, std::uint64_t sample) {
   Packer header;
   header.put(sample);
@@ -68,34 +68,34 @@ void send_work(const parallel::Communicator& world, int rank, const PreparedSamp
   parallel::send_array(world, prepared.realization.boundary, rank, work_tag);
 }
 
-/// Master: answers a request with the end of the work.
+/// Master: answers a request with the end of work.
 void send_no_work(const parallel::Communicator& world, int rank) {
   parallel::send_array(world, std::vector<std::byte>{}, rank, work_tag);
 }
 
-/// Master: asks a group that is at work to park its sample.
+/// Master: asks a busy group to park its sample.
 void send_stop(const parallel::Communicator& world, int rank) {
   parallel::check_mpi(MPI_Send(nullptr, 0, MPI_BYTE, rank, stop_tag, world.get()), "MPI_Send");
 }
 
-/// Root of a group: whether the master has asked for that.
+/// Root of a group: true if the master has asked it to park.
 bool is_asked_to_stop(const parallel::Communicator& world) {
   return parallel::poll_message(world, master, stop_tag).has_value();
 }
 
-/// Root of a group whose work has ended: takes a request that came too late.
+/// Root of a group whose work has ended: receives a stop request that came too late.
 void discard_stop(const parallel::Communicator& world) {
   if (!is_asked_to_stop(world)) return;
   parallel::check_mpi(MPI_Recv(nullptr, 0, MPI_BYTE, master, stop_tag, world.get(), MPI_STATUS_IGNORE),
                       "MPI_Recv");
 }
 
-/// Root of a group to the master: the line that says where its sample stands.
+/// Root of a group to the master: the status line of its sample.
 void send_progress(const parallel::Communicator& world, const std::string& line) {
   parallel::send_array(world, std::vector<char>(line.begin(), line.end()), master, progress_tag);
 }
 
-/// Master: such a line that has arrived, or nothing.
+/// Master: a status line that has arrived, or empty.
 std::optional<std::string> poll_progress(const parallel::Communicator& world) {
   const auto status = parallel::poll_message(world, MPI_ANY_SOURCE, progress_tag);
   if (!status) return std::nullopt;
@@ -103,8 +103,8 @@ std::optional<std::string> poll_progress(const parallel::Communicator& world) {
   return std::string(line.begin(), line.end());
 }
 
-/// Root of a group: sleeps until the answer comes; nothing when the work has ended.
-/// @param make what the master has not made
+/// Root of a group: sleeps until the answer comes; empty when the work has ended.
+/// @param make for samples without a realization from the master
 std::optional<PreparedSample> receive_work(const parallel::Communicator& world,
                                            const RealizationMaker& make) {
   const auto bytes = parallel::receive_array<std::byte>(world, master, work_tag);
@@ -143,19 +143,19 @@ void report_end(const ScheduleEvents& events, const SampleReport& report) {
 
 void serve_groups(const parallel::Communicator& world, int n_groups, RealizationQueue& queue,
                   const SampleSteps& steps, const ScheduleEvents& events, bool groups_make) {
-  std::deque<int> waiting;  // roots that ask for work, in order of asking
-  std::set<int> at_work;    // roots that compute a sample
+  std::deque<int> waiting;  // roots waiting for work, in order of their requests
+  std::set<int> at_work;    // roots computing a sample
   bool is_stopping = false;
   int n_ended = 0;
   parallel::BackOff back_off;
   while (n_ended < n_groups) {
     bool idle = true;
-    // Before the requests: what is told of a sample comes before its report.
+    // Before the requests: a sample's progress must be handled before its report.
     while (const auto line = poll_progress(world)) steps.progress(*line);
     while (const auto request = poll_request(world)) {
       if (request->report) {
         report_end(events, *request->report);
-        // A group that was asked to park speaks for all.
+        // A parked group means that everyone stops.
         is_stopping = is_stopping || request->report->parked;
       }
       at_work.erase(request->rank);
@@ -200,7 +200,7 @@ void serve_groups(const parallel::Communicator& world, int n_groups, Realization
       back_off.reset();
     }
   }
-  // What was told of the last samples and overtaken by their reports must not reach a later hand-out.
+  // Progress overtaken by the last reports must not reach a later schedule.
   while (poll_progress(world)) {
   }
 }
@@ -210,7 +210,7 @@ SampleReport lead_or_report(SampleGroup& group, const SampleSteps& steps, Prepar
   return lead_sample(group, steps, std::move(prepared));
 }
 
-/// @param tells_progress to the master
+/// @param tells_progress sends progress to the master
 void work_in_group(const parallel::Communicator& world, SampleGroup& group, SampleSteps steps,
                    bool tells_progress) {
   if (!group.is_root()) {
@@ -256,9 +256,9 @@ void schedule_samples(const parallel::Communicator& world, const GroupLayout& la
                       const std::vector<std::uint64_t>& samples, const SampleSteps& steps,
                       const ScheduleEvents& events, QueueLimits limits, input::MeshMakers makers) {
   const int group_number = layout.group_of(world.rank());
-  // Many groups' samples do not fit one line.
+  // One line cannot show the samples of many groups.
   const bool tells_progress = parallel::share(world, steps.progress && layout.n_groups == 1);
-  // Split colors are non-negative: the ranks without a group form one of their own, which has nothing to do.
+  // MPI_Comm_split colors must be non-negative: ranks without a group form an idle one of their own.
   const parallel::Communicator ranks =
       world.split(group_number >= 0 ? group_number : layout.n_groups, world.rank());
   if (layout.shared()) {

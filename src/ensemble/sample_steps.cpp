@@ -68,7 +68,7 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
   };
   const auto checkpoint = [folder](std::uint64_t sample) { return io::checkpoint_path(folder, sample); };
   steps.read_checkpoint = [&parameters, checkpoint](std::uint64_t sample) {
-    // Bad ones were set aside when the run began; one that has become bad since is of no use either.
+    // Bad checkpoints were renamed at the start of the run; one that has become unreadable since is ignored.
     try {
       const std::filesystem::path file = checkpoint(sample);
       if (std::filesystem::exists(file)) return io::read_checkpoint(file, parameters, sample);
@@ -89,7 +89,7 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
                                        analysis::SampleStatus::failed, reason);
     try {
       row.inputs = uncertainty::drawn_values(parameters, sample);
-    } catch (...) {  // which can be why the sample failed
+    } catch (...) {  // may be the cause of the failure
       row.inputs.assign(parameters.random.size(), not_a_number);
     }
     return row;

@@ -16,8 +16,8 @@ namespace crackle::ensemble {
 namespace {
 
 /// The mechanics on this rank of the group; either all ranks return or all throw AgreedError.
-/// @param partial takes what there is of a sample that fails
-/// @param checkpoint_error on the root: why the last checkpoint could not be kept; empty where it could
+/// @param partial receives the available results of a sample that fails
+/// @param checkpoint_error on the root: why the last checkpoint could not be written; empty on success
 dynamics::SampleResult compute_agreed(SampleGroup& group, const SampleSteps& steps, std::uint64_t sample,
                                       const geometry::Subdomain& subdomain,
                                       std::optional<dynamics::SampleResult>& partial,
@@ -62,14 +62,14 @@ dynamics::SampleResult compute_agreed(SampleGroup& group, const SampleSteps& ste
   return result;
 }
 
-/// Names the stages of a sample to who listens.
+/// Reports the stages of a sample to the hook.
 void begin(SampleGroup& group, const SampleSteps& steps, std::uint64_t sample) {
   parallel::Communicator::StageHook hook;
   if (steps.enter) hook = [&steps, sample](std::string_view stage) { steps.enter(sample, stage); };
   group.on_stage(std::move(hook));
 }
 
-/// A step's failure, with the step's name in front: the sample has failed, the run goes on.
+/// A step's failure, prefixed with the name of the step: the sample has failed, the run goes on.
 class StepError : public std::runtime_error {
 public:
   using std::runtime_error::runtime_error;
@@ -84,7 +84,7 @@ auto staged(const char* stage, Step&& step) {
   }
 }
 
-/// A step on this rank alone.
+/// Runs a step on this rank only.
 template <class Step>
 auto staged(const SampleGroup& group, const char* stage, Step&& step) {
   return staged(stage, [&] {
@@ -104,7 +104,7 @@ SampleReport report_failure(const SampleSteps& steps, std::uint64_t sample, cons
   try {
     steps.write_failure(sample, report.summary, partial);
     report.stored = true;
-    // What led to the failure is no start for another trial.
+    // A state that led to a failure must not be resumed.
     if (steps.remove_checkpoint) steps.remove_checkpoint(sample);
   } catch (...) {
     report.summary.error += "; this could not be written either: " + parallel::current_error();
@@ -158,7 +158,7 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
     if (!partial) return report_failure(steps, sample, failure.what(), clock.seconds());
     try {
       analysis = steps.analyse(sample, realization, *partial);
-    } catch (...) {  // its mesh, breaks and frames are worth keeping without
+    } catch (...) {  // keep mesh, breaks and frames without the analysis
     }
     const PartialSample kept{realization, *partial, analysis};
     return report_failure(steps, sample, failure.what(), clock.seconds(), &kept);

@@ -26,7 +26,7 @@ namespace crackle::ensemble {
 
 namespace {
 
-/// Refuses to replace what a file tells of the sample.
+/// Refuses to replace an existing file of the sample.
 void check_is_free(const std::filesystem::path& file, const input::Parameters& parameters,
                    std::uint64_t sample) {
   if (!std::filesystem::exists(std::filesystem::symlink_status(file))) return;
@@ -34,13 +34,13 @@ void check_is_free(const std::filesystem::path& file, const input::Parameters& p
   try {
     has_failed = summary_reader(parameters)(file, sample).status == analysis::SampleStatus::failed;
   } catch (const std::exception&) {
-    // A damaged file is not replaced without a word either.
+    // Damaged files are not silently replaced either.
   }
   fail("{} holds this sample already{}; keep it with --resume, or compute it again with {}--overwrite",
        file.string(), has_failed ? ", as one that failed" : "", has_failed ? "--retry-failed or " : "");
 }
 
-/// What there is to do for the sample; reads only.
+/// Plans the work on the sample; reads only.
 SamplePlan plan_sample(const input::Parameters& parameters, const SingleSampleOptions& options) {
   const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
   const std::uint64_t sample = options.sample;
@@ -90,7 +90,7 @@ SampleReport run_single_sample(const parallel::Communicator& ranks, const input:
     if (!plan.to_do.empty()) base = make_shared_points(*body, parameters, say);
     lock.emplace(options.folder, SampleRange{options.sample, options.sample});
     for (const auto& line : lock->taken_over()) say(line);
-    // Another run may have come and gone since the plan was made.
+    // Another run may have used the folder since the plan was made.
     plan = plan_sample(parameters, options);
     if (!plan.to_do.empty() && base.position.empty() && parameters.mesh.base == input::Base::shared)
       base = make_shared_points(*body, parameters, say);
@@ -123,7 +123,7 @@ SampleReport run_single_sample(const parallel::Communicator& ranks, const input:
     if (const auto fast = dynamics::fast_loading_warning(parameters, report.summary.first_break_time);
         !fast.empty())
       say("warning: " + fast);
-    // Another rank may have seen the time limit first; this one says why the sample was parked.
+    // Another rank may have seen the time limit first; poll here to log the reason.
     if (report.parked) stop();
     send_end(group);
   } else {

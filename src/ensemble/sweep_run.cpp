@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The lines of the input that base mother points, or with `of_mesh` realizations, follow from.
+/// The input lines that determine the base mother points or, with `of_mesh`, the realizations.
 std::string mesh_settings(const input::Parameters& parameters, bool of_mesh) {
   std::string settings = parameters.mesh.points_digest;
   for (const std::string& line : input::body_settings(parameters)) {
@@ -41,7 +41,7 @@ std::string mesh_settings(const input::Parameters& parameters, bool of_mesh) {
     if (of_mesh || !of_realization) settings += line + "\n";
   }
   for (const std::string& line : input::sample_settings(parameters)) {
-    // Geometry that is drawn may be anyone's own, and the plan decides what is drawn.
+    // With random geometry, meshes differ between draws, and the sampling plan determines the draws.
     const bool is_random = of_mesh && !parameters.random.empty() &&
                            (line.starts_with("random[") || line.starts_with("ensemble."));
     if (is_random || line.starts_with("ensemble.seed")) settings += line + "\n";
@@ -49,7 +49,7 @@ std::string mesh_settings(const input::Parameters& parameters, bool of_mesh) {
   return settings;
 }
 
-/// Base mother points, made once for all cases that have the same.
+/// Base mother points, made once for all cases with the same ones.
 class SharedBases {
 public:
   geometry::MotherPoints& of(const input::Parameters& parameters) {
@@ -62,7 +62,7 @@ private:
   std::map<std::string, geometry::MotherPoints> bases_;
 };
 
-/// The realization that was made last, for the next case with the same body.
+/// Caches the last realization, for the next case with the same body.
 class LastRealization {
 public:
   geometry::Realization of(const std::string& settings, std::uint64_t sample, const RealizationMaker& make) {
@@ -97,7 +97,7 @@ struct RunningCase {
   const input::Parameters& parameters() const { return of->parameters; }
 };
 
-/// Samples of all cases in one count: those of the same number follow each other.
+/// Numbers the samples of all cases; equal sample numbers of different cases are adjacent.
 struct Numbering {
   std::size_t n_cases;
 
@@ -106,7 +106,7 @@ struct Numbering {
   std::uint64_t sample_of(std::uint64_t number) const { return number / n_cases; }
 };
 
-/// The steps of a sample are those of its case.
+/// Forwards each step to the sample's case.
 SampleSteps dispatched(std::deque<RunningCase>& cases, const Numbering& numbering,
                        const std::shared_ptr<LastRealization>& last) {
   const auto at = [&cases, numbering](std::uint64_t number) -> RunningCase& {
@@ -153,7 +153,7 @@ SampleSteps dispatched(std::deque<RunningCase>& cases, const Numbering& numberin
   return steps;
 }
 
-/// How far all cases are, in one line.
+/// One progress line for all cases.
 class SweepProgress {
 public:
   SweepProgress(std::deque<RunningCase>& cases, int n_groups) : cases_(cases), n_groups_(n_groups) {}
@@ -222,7 +222,7 @@ ScheduleEvents dispatched_events(std::deque<RunningCase>& cases, const Numbering
   return events;
 }
 
-/// Refuses a folder that holds something else, and one with other cases.
+/// Refuses a folder with other contents or with other cases.
 void check_sweep_folder(const fs::path& folder, std::size_t n_cases, bool is_resumed) {
   if (is_taken(folder / "input.toml") || is_taken(results_file(folder)))
     fail("'{}' holds an ensemble; give another folder for a sweep", folder.string());
@@ -285,20 +285,20 @@ RunOutcome run_sweep(const parallel::Communicator& outer, const input::Parameter
   });
   parallel::agree_on_root(world, [&] {
     check_sweep_folder(options.folder, given.size(), options.plan.resume);
-    // Cases that a stopped run had not come to are begun by --resume.
+    // --resume starts cases that a stopped run had not reached.
     for (RunningCase& one : cases) plan_run(one.parameters(), one.options, one.master);
   });
   for (const RunningCase& one : cases)
     check_memory(world, one.parameters(), *one.body, layout, !one.master.plan.to_do.empty());
 
-  // Whoever listens to a case alone finds its log in its folder.
+  // Each case logs to its own folder only.
   std::ostream nowhere(nullptr);
   std::vector<std::uint64_t> to_do;
   parallel::agree_on_root(world, [&] {
     say(describe(layout));
     if (const auto notice = input::bits_notice(parameters.time.engine); !notice.empty()) say(notice);
     for (const auto& warning : input::sweep_warnings(given)) say("warning: " + warning);
-    std::set<std::string> warnings;  // that cases may share
+    std::set<std::string> warnings;  // may be common to several cases
     for (std::size_t i = 0; i < cases.size(); ++i) {
       RunningCase& one = cases[i];
       for (const auto& warning : dynamics::model_warnings(one.parameters(), *one.body))
@@ -350,11 +350,11 @@ RunOutcome run_sweep(const parallel::Communicator& outer, const input::Parameter
   const bool is_stopping = parallel::share(world, stop.is_set());
 
   RunOutcome all;
-  std::vector<CaseRows> rows;  // the root's
+  std::vector<CaseRows> rows;  // on the root
   for (std::size_t i = 0; i < cases.size(); ++i) {
     RunningCase& one = cases[i];
     geometry::MotherPoints& base = bases.of(one.parameters());
-    // Nothing was to do in any case with these points.
+    // No case with these points had anything to do.
     parallel::agree_on_root(world, [&] {
       if (base.position.empty() && one.parameters().mesh.base == input::Base::shared)
         base = base_points(one.options.folder, one.parameters());

@@ -23,7 +23,7 @@ namespace {
 using analysis::ResultInfo;
 using analysis::SampleSummary;
 
-/// One column of the table: a mean, or the share of samples of a kind, with its interval.
+/// One column of the table: a mean, or the share of samples in a category, with its interval.
 struct Cell {
   std::string name;
   ResultInfo info;
@@ -31,7 +31,7 @@ struct Cell {
   double value = not_a_number, lower = not_a_number, upper = not_a_number;
 };
 
-/// @param hits the samples that are of the kind
+/// @param hits number of samples in the category
 Cell share_cell(std::string name, const ResultInfo& info, int hits, int n) {
   Cell cell{std::move(name), info, true};
   if (n == 0) return cell;
@@ -94,12 +94,12 @@ const Cell& find_cell(const std::vector<Cell>& cells, const std::string& name) {
   return *std::ranges::find(cells, name, &Cell::name);
 }
 
-/// What people look at first.
+/// Columns of the text table.
 constexpr std::array shown{"onset_force",         "peak_load",
                            "pattern: two cracks", "bifurcations_projected: any",
                            "crack_area",          "crack_speed_max"};
 
-/// The unit of a column: by its largest value.
+/// The unit of a column, chosen by its largest value.
 ShownUnit unit_of(std::span<const CaseRows> cases, const Cell& head) {
   if (head.is_share) return {"%", 100};
   double largest = 0;

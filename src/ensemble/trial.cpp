@@ -11,7 +11,7 @@ namespace crackle::ensemble {
 
 namespace {
 
-/// Sets a sample up, and parks it there.
+/// Sets up a sample and parks it immediately.
 SampleFunction set_up_only(const input::Parameters& parameters) {
   return [&parameters](const parallel::Communicator& group, std::uint64_t sample,
                        const geometry::Subdomain& subdomain, const dynamics::SampleControl&) {

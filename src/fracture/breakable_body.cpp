@@ -37,7 +37,7 @@ int most_loaded_cut(const mechanics::TetrahedronOperator& tetrahedron, const Sym
 }
 
 mechanics::EdgeSet crossed_edges(int cut) {
-  // The group of corner 0 for the cuts 2|2; the single corner for the cuts 1|3.
+  // The group of corner 0 for 2|2 cuts; the single corner for 1|3 cuts.
   const unsigned group = cut < 4 ? 1U << cut : 1U | (1U << (cut - 3));
   unsigned crossed = 0;
   for (std::size_t k = 0; k < 6; ++k) {
@@ -180,7 +180,7 @@ std::vector<BreakableBody::BridgingEdge> BreakableBody::find_bridging_edges() co
 void BreakableBody::release_bridges(const parallel::Communicator& group, double load_time, double phase_time,
                                     const std::function<Symmetric(std::int32_t)>& strain) {
   if (release_ != input::Release::facet) return;
-  // Of an edge between two ghosts a rank does not see all tetrahedra: the others tell.
+  // A rank does not see all tetrahedra around an edge between two ghosts: others report it.
   auto bridging = parallel::gather_found<BridgingEdge>(group, [&] {
     auto found = find_bridging_edges();
     n_checked_ = order_.size();
@@ -215,7 +215,7 @@ std::vector<double> BreakableBody::strain_energies(std::span<const double> displ
     if (subdomain_->counted[i] == 0) continue;
     if (!residual_stiffness_.carries(t) && !residual_stiffness_.has_contact(t)) continue;
     const Symmetric e = strain(t, displacement);
-    // Nearly all of them, so it must not cost a call.
+    // Nearly all tetrahedra are intact, so avoid a function call.
     if (residual_stiffness_.is_intact(t))
       energies.push_back(0.5 * operators_.tetrahedra[i].volume * mechanics::contract(elasticity_(e), e));
     else

@@ -16,7 +16,7 @@ namespace crackle::fracture {
 
 namespace {
 
-/// True if all edges of the face opposite to a corner carry.
+/// True if all edges of the face opposite to a corner carry load.
 bool carries_face(mechanics::EdgeSet released, std::size_t corner) {
   for (std::size_t k = 0; k < 6; ++k) {
     const auto [a, b] = geometry::dual_facet_nodes[k];
@@ -25,11 +25,11 @@ bool carries_face(mechanics::EdgeSet released, std::size_t corner) {
   return true;
 }
 
-/// Joins the pieces' parts on several ranks: label by label the smallest one of its piece. Collective.
+/// Joins the parts of pieces on several ranks: maps each label to the smallest one of its piece. Collective.
 std::unordered_map<std::int64_t, std::int64_t> joined_labels(const parallel::Communicator& group,
                                                              const geometry::Subdomain& subdomain,
                                                              const std::vector<std::int64_t>& label) {
-  // Tetrahedra that other ranks hold too, with the label that each of them gives.
+  // Tetrahedra shared with other ranks, with the labels assigned by each.
   const auto mine = parallel::agree(group, [&] {
     std::vector<std::int64_t> pairs;
     for (std::size_t t = 0; t < label.size(); ++t) {
@@ -72,7 +72,7 @@ std::vector<std::int64_t> piece_labels(const parallel::Communicator& group, cons
   std::vector<std::int64_t> of_owner(label.size());
   parallel::GhostExchange<std::int64_t> exchange(group, subdomain.layout);
   for (bool changed = true; changed;) {
-    // Within the rank every piece takes its smallest label; then ghosts learn their owners' labels.
+    // Within the rank each piece takes its smallest label; then ghosts receive their owners' labels.
     std::vector<std::int64_t> smallest(label.size(), subdomain.layout.n_global);
     for (std::size_t n = 0; n < label.size(); ++n) {
       auto& value = smallest[pieces.smallest(n)];

@@ -33,9 +33,8 @@ double crossing(const EquivalentStress& value, const Symmetric& stress, const Sy
         growth;
     upper = std::max(upper, 1e-300);
   }
-  // The value is convex in s and starts below the strength, so it crosses once at most; by
-  // bisection. Next to the crossing its rounding decides, so the last bits depend on where a bisection
-  // starts.
+  // The value is convex in s and starts below the strength, so it crosses at most once; found by bisection.
+  // Close to the crossing rounding decides, so the last bits depend on the starting interval.
   if (excess(value, stress, rate, strength, upper) < 0) return infinity;
   double lower = 0;
   for (;;) {
@@ -48,8 +47,8 @@ double crossing(const EquivalentStress& value, const Symmetric& stress, const Sy
 bool FirstCrossing::comes_later(const Symmetric& stress, const Symmetric& rate, double strength) const {
   const double target = std::min(value_, limit_);
   if (!std::isfinite(target)) return false;
-  // Below the strength at 0 and at the target by more than rounding, and so, being convex, everywhere
-  // between: the search would end behind the target, if anywhere.
+  // Below the strength at 0 and at the target by more than rounding and hence, being convex, everywhere
+  // between: any crossing lies beyond the target.
   const double slack =
       EquivalentStress::rounding(stress) + target * EquivalentStress::rounding(rate) + 1e-13 * strength;
   const double room = strength - of_->bound(stress);

@@ -12,13 +12,13 @@ namespace crackle::fracture {
 
 namespace {
 
-/// cos(2 pi x) to 1e-9 for |x| < 2^40, in operations that vectorize and round alike on every processor.
+/// cos(2 pi x) to 1e-9 for |x| < 2^40, by operations that vectorize and round identically on every processor.
 inline double cosine_of_turns(double x) {
-  // Adding and taking away 1.5 2^52 rounds to the nearest integer.
+  // Adding and subtracting 1.5 2^52 rounds to the nearest integer.
   constexpr double rounder = 0x1.8p52;
   const double rest = x - ((x + rounder) - rounder);  // in [-1/2, 1/2]
   const double y = rest * rest;
-  // Taylor's series at 0, up to (2 pi x)^22.
+  // Taylor series at 0, up to (2 pi x)^22.
   constexpr std::array<double, 12> coefficient = [] {
     std::array<double, 12> c{};
     double term = 1;
@@ -39,7 +39,7 @@ double inner_uniform(RandomStream& stream) {
   return stream.uniform() + 0x1p-54;
 }
 
-/// Two independent standard normal numbers (Box and Muller).
+/// Two independent standard normal numbers (Box-Muller).
 std::array<double, 2> normals(RandomStream& stream) {
   const double radius = std::sqrt(-2 * std::log(inner_uniform(stream)));
   const double turn = stream.uniform();
@@ -52,7 +52,7 @@ GaussianField::GaussianField(RandomStream stream, double correlation_length, int
   const double scale = 1 / (2 * std::numbers::pi * correlation_length);
   for (int i = 0; i < n_waves; ++i) {
     RandomStream own = stream.substream(static_cast<std::uint64_t>(i));
-    // Matern's spectrum is that of a normal vector over the root of a chi-square, each with 3 degrees of
+    // The Matern spectrum is that of a normal vector over the root of a chi-square, each with 3 degrees of
     // freedom (Student's distribution in three dimensions).
     std::array<double, 6> normal{};
     for (std::size_t k = 0; k < 6; k += 2) {

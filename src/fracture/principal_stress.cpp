@@ -10,8 +10,8 @@ LargestPrincipalStress::LargestPrincipalStress() : EquivalentStress({1, 4.0 / 3.
 double largest_principal(const mechanics::Symmetric& tensor) {
   Eigen::Matrix3d matrix;
   matrix << tensor[0], tensor[5], tensor[4], tensor[5], tensor[1], tensor[3], tensor[4], tensor[3], tensor[2];
-  // The iterative solver, not computeDirect: that one needs trigonometric functions and loses digits where
-  // two principal values coincide, as they do at a crack front.
+  // The iterative solver, not computeDirect, which needs trigonometric functions and loses digits where two
+  // principal values coincide, as they do at a crack front.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(matrix, Eigen::EigenvaluesOnly);
   return solver.eigenvalues()[2];
 }

@@ -17,7 +17,7 @@ std::vector<SofteningLaw::Tooth> SofteningLaw::curve(double stretch) const {
     const double fallen = static_cast<double>(k) / n_teeth_;
     const double stress = 1 - fallen;
     const double opening = stretch * (curve_ == input::SofteningCurve::linear ? fallen : -std::log(stress));
-    // Logarithms may differ between processors in the last bit.
+    // Logarithms may differ between processors in the last bit, so round.
     const double threshold = std::ldexp(std::rint(std::ldexp(stress + opening, 40)), -40);
     teeth.push_back({stress / threshold, threshold});
   }
@@ -25,7 +25,7 @@ std::vector<SofteningLaw::Tooth> SofteningLaw::curve(double stretch) const {
 }
 
 std::vector<SofteningLaw::Tooth> SofteningLaw::teeth(double ductility) const {
-  const double least = 1;  // stretch from which on the strain does not fall with the stress
+  const double least = 1;  // smallest stretch for which the strain does not decrease with the stress
   if (!(ductility > dissipation(curve(least)))) return {{1, 1}};
   double lower = least, upper = 2 * least;
   while (dissipation(curve(upper)) < ductility) upper *= 2;

@@ -14,7 +14,7 @@ namespace crackle::fracture {
 
 namespace {
 
-/// Balls are forgotten when they hold more shares than this for each tetrahedron of the subdomain.
+/// Cached balls are dropped when they exceed this number of shares per tetrahedron of the subdomain.
 constexpr std::size_t kept_shares_per_tetrahedron = 8;
 constexpr double cells_per_length = 3;
 

@@ -14,10 +14,10 @@ namespace {
 
 constexpr std::size_t groups_per_chunk = 64;
 constexpr std::size_t chunk_size = 8 * groups_per_chunk;  // in tetrahedra
-/// For places without a tetrahedron: nothing ever happens there.
+/// For unused lanes, which never become due.
 constexpr double no_sensitivity = 1e-30;
 
-/// Of the smallest box that holds the changes of all nodes of these blocks.
+/// Half diagonal of the bounding box of the movements of all nodes in these blocks.
 double half_diagonal(std::span<const kernels::Movement<double>> movement,
                      std::span<const std::int32_t> blocks) {
   kernels::Movement<double> box = movement[index(blocks.front())];
@@ -146,7 +146,7 @@ void StressScreening<Real>::set_strength(std::int32_t tetrahedron, double streng
     for (std::size_t i = 0; i < 3; ++i)
       group.gradient[3 * (a - 1) + i][lane] =
           static_cast<Real>(gradient[a][i] * displacement_quantum_ * (reference_ / strength));
-  // Rounded up, since it is a bound.
+  // Rounded up, as it is an upper bound.
   group.sensitivity[lane] = static_cast<Real>(sensitivity(tetrahedron, strength) * (1 + 0x1p-20));
 }
 

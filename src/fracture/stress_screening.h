@@ -14,45 +14,45 @@
 
 namespace crackle::fracture {
 
-/// Finds the tetrahedra whose equivalent stress may be above the strength, without looking at all of
-/// them in every step.
+/// Finds the tetrahedra whose equivalent stress may exceed the strength, without evaluating all of them in
+/// every step.
 ///
-/// It changes by at most EquivalentStress::sensitivity() sum |u^a||b^a| when the corners move by u^a. So a
-/// look at a tetrahedron with stress to spare says how far its corners must move before it can matter, and
-/// the motion tells after each step between which bounds the nodes of each block moved: what all nodes
-/// around a tetrahedron have in common does not strain it. A tetrahedron above the strength is never missed:
-/// the bounds hold for every motion.
+/// The stress changes by at most EquivalentStress::sensitivity() sum |u^a||b^a| when the corners move by u^a.
+/// Hence the margin of a tetrahedron at its last evaluation determines how far its corners must move before
+/// it needs the next one. After each step the motion provides bounds on the movement of the nodes of each
+/// block; the common part of the movement causes no strain. No tetrahedron above the strength is ever missed,
+/// since the bounds hold for every motion.
 template <class Real>
 class StressScreening {
 public:
   /// @param strength of each tetrahedron [Pa]
-  /// @param share of its strength above which a tetrahedron must be looked at
+  /// @param share of its strength above which a tetrahedron must be reported
   /// @param displacement_quantum of the node records [m]
-  /// @param nodes_per_block blocks of nodes whose movement is reported; owned nodes and ghosts in blocks of
-  ///   their own
+  /// @param nodes_per_block blocks of nodes whose movement is reported; owned nodes and ghosts are in
+  ///   separate blocks
   StressScreening(const geometry::Subdomain& subdomain, const mechanics::PdsOperators& operators,
                   const mechanics::IsotropicElasticity& elasticity, const EquivalentStress& stress,
                   std::span<const double> strength, double share, double displacement_quantum,
                   std::int32_t nodes_per_block, InstructionSet instruction_set);
 
-  /// The tetrahedra that must be looked at after a step, ascending; among them all above the share of their
-  /// strength, and also broken ones.
+  /// The tetrahedra to be checked after a step, ascending: all those above the share of their strength, and
+  /// possibly others, including broken ones.
   /// @param movement of each block of nodes since the last call
   std::span<const std::int32_t> candidates(std::span<const kernels::NodeRecord<Real>> nodes,
                                            std::span<const kernels::Movement<double>> movement);
 
-  /// A broken tetrahedron is not looked at any more.
+  /// Excludes a broken tetrahedron from screening.
   void exclude(std::int32_t tetrahedron);
 
-  /// Takes over a strength [Pa] that has not become smaller.
+  /// Sets a strength [Pa] that has not decreased.
   void set_strength(std::int32_t tetrahedron, double strength);
 
 private:
   struct Chunk {
     std::size_t first_group, last_group;
-    std::vector<std::int32_t> blocks;  // of nodes, that its tetrahedra touch
-    double clock = 0;     // how far nodes have moved so far, seen from the middle of their bounds
-    double deadline = 0;  // smallest of its groups
+    std::vector<std::int32_t> blocks;  // of nodes touched by its tetrahedra
+    double clock = 0;                  // accumulated movement of nodes relative to the centre of their bounds
+    double deadline = 0;               // smallest of its groups
   };
 
   double sensitivity(std::int32_t tetrahedron, double strength) const;
@@ -62,12 +62,12 @@ private:
   std::int32_t n_tetrahedra_;
   const mechanics::PdsOperators* operators_;
   double displacement_quantum_;
-  double reference_;     // that the elastic constants are divided by [Pa]
+  double reference_;     // by which the elastic constants are divided [Pa]
   double per_gradient_;  // sensitivity at the reference strength
   InstructionSet instruction_set_;
   kernels::StressBound<Real> bound_;
-  // The tetrahedra of a chunk are in the order of falling sensitivity, so that few groups are due often.
-  std::vector<std::int16_t> tetrahedron_;  // at each place, 8 x group + lane: its number in the chunk
+  // The tetrahedra of a chunk are sorted by decreasing sensitivity, so that few groups are due often.
+  std::vector<std::int16_t> tetrahedron_;  // at each place (8 x group + lane): its number in the chunk
   std::vector<std::int16_t> place_;        // of each tetrahedron in its chunk
   std::vector<kernels::TetrahedronGroup<Real>> groups_;
   std::vector<double> deadline_;  // of each group, on its chunk's clock

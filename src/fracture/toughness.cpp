@@ -16,8 +16,8 @@ namespace crackle::fracture {
 
 namespace {
 
-/// Falls from `at_zero` with Poisson's ratio: the nearer it is to 0.5, the more the pressure of linear
-/// tetrahedra oscillates, and the earlier the most loaded ones break.
+/// Decreases from `at_zero` with Poisson's ratio: towards 0.5 the pressure of linear tetrahedra oscillates
+/// increasingly, and the most loaded ones break earlier.
 double fitted(double at_zero, double exponent, double poisson_ratio) {
   return at_zero * (1 + poisson_ratio) * std::pow(1 - 2 * poisson_ratio, exponent);
 }

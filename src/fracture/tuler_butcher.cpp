@@ -11,8 +11,8 @@ namespace crackle::fracture {
 
 namespace {
 
-/// Of the stress at a crack front, in a stable step and over the strength. What rises faster breaks a little
-/// later.
+/// Maximum rise of stress at a crack front per stable step, relative to the strength. Faster ones break
+/// slightly late.
 constexpr double fastest_rise = 0.4;
 
 }  // namespace
@@ -42,14 +42,14 @@ double TulerButcher::delay(std::size_t tetrahedron, double stress) const {
   return impulse_ / mean_rate(over, over);
 }
 
-/// The mean of x^beta where x > 0, and of 0 elsewhere, over x from one value to the other.
+/// Mean of max(x, 0)^beta while x goes linearly from one value to the other.
 double TulerButcher::mean_rate(double from, double to) const {
   const double low = std::min(from, to), high = std::max(from, to);
   if (!(high > 0)) return 0;
-  const double share = low < 0 ? high / (high - low) : 1;  // of the time
+  const double share = low < 0 ? high / (high - low) : 1;  // of the time with x > 0
   const double ratio = std::max(low, 0.0) / high;
   if (exponent_ == 2) return share * high * high * ((1 + ratio + ratio * ratio) / 3);
-  // (1 - ratio^n) / (1 - ratio), without the difference of nearly equal numbers
+  // (1 - ratio^n) / (1 - ratio), without cancellation
   const double n = exponent_ + 1;
   const double sum = ratio == 1 ? n : std::expm1(n * std::log(ratio)) / (ratio - 1);
   return share * std::pow(high, exponent_) * (sum / n);

@@ -16,7 +16,7 @@ namespace crackle::fracture {
 
 namespace {
 
-constexpr double least_factor = 0x1p-20;  ///< so that every strength stays positive
+constexpr double least_factor = 0x1p-20;  ///< keeps every strength positive
 
 double rounded(double factor) {
   int exponent = 0;

@@ -33,8 +33,8 @@ double measure(const Box& region) {
   return product;
 }
 
-/// Calls `visit` for boxes that fill a region of the patch and are small enough for the spacing to vary
-/// little in them, until it returns false.
+/// Calls `visit` for boxes that fill a region of the patch and are so small that the spacing varies little in
+/// them, until it returns false.
 template <class Visit>
 bool subdivide(const SpacingField& spacing, const Patch& patch, const Box& region, const Visit& visit) {
   const std::size_t longest = longest_axis(region);
@@ -74,8 +74,7 @@ SpacedPoints candidates(const SpacingField& spacing, const Patch& patch,
   return result;
 }
 
-/// How strongly two points at a distance from each other ask for the removal of one; 0 from `reach` local
-/// spacings on.
+/// Elimination weight of two points at a distance from each other; 0 from `reach` local spacings on.
 double weight(double distance, double spacing_sum, double reach) {
   const double x = 1 - 2 * distance / (spacing_sum * reach);
   if (x <= 0) return 0;
@@ -95,17 +94,17 @@ std::vector<Point> blue_noise(const SpacingField& spacing, const Patch& patch,
   pool.position.insert(pool.position.end(), fixed.position.begin(), fixed.position.end());
   pool.spacing.insert(pool.spacing.end(), fixed.spacing.begin(), fixed.spacing.end());
 
-  // Twice the radius of the densest packing of the wanted number of points, in local spacings. The roots of
-  // 2 / (sqrt(3) density) and sqrt(2) / density are taken by Newton's iteration, which every machine computes
-  // alike.
+  // Twice the radius of the densest packing of the required number of points, in local spacings. The roots of
+  // 2 / (sqrt(3) density) and sqrt(2) / density are computed by Newton's iteration, which is bitwise equal on
+  // every machine.
   const bool flat = is_flat(patch.domain);
   double reach = 1;
   for (int i = 0; i < 8; ++i)
     reach = flat ? (reach + 2 / (std::sqrt(3.0) * surface_density) / reach) / 2
                  : (2 * reach + std::sqrt(2.0) / interior_density / (reach * reach)) / 3;
 
-  // A neighbour at the distance d in reach has a spacing of at most spacing + growth d. Very steep growth is
-  // cut off at twice the reach, for both partners alike.
+  // A neighbour at distance d within reach has a spacing of at most spacing + growth d. Very steep growth is
+  // cut off at twice the reach, for both points of a pair.
   const double steepness = std::min(1.0, reach * spacing.largest_growth());
   const double search = reach / (1 - steepness / 2);
   const PointTree tree(pool.position);
@@ -128,7 +127,7 @@ std::vector<Point> blue_noise(const SpacingField& spacing, const Patch& patch,
     for_neighbours(i, [&](std::size_t, double w) { crowding[i] += w; });
     keys[i] = {crowding[i], static_cast<std::int64_t>(i)};
   }
-  // Crowding only falls, so an outdated key is too high: when it comes up, it is put back with its new value.
+  // Weights only decrease, so an outdated key is too high: when popped, it is pushed back with its new value.
   std::priority_queue<std::pair<double, std::int64_t>> queue({}, std::move(keys));
   std::vector<std::uint8_t> alive(n_candidates, 1);
   for (std::size_t n_alive = n_candidates; n_alive > n_wanted;) {
@@ -159,7 +158,7 @@ double expected_points(const SpacingField& spacing, const Patch& patch,
   const double density = flat ? surface_density : interior_density;
   double sum = 0;
   subdivide(spacing, patch, patch.domain, [&](const Box& cell) {
-    // The midpoints of 4 x 4 x 4 parts of the cell, or of 4 x 4 of a flat one.
+    // The midpoints of 4 x 4 x 4 parts of the cell, or of 4 x 4 parts of a flat one.
     double mean = 0;
     const unsigned n_parts = flat ? 16 : 64;
     for (unsigned part = 0; part < n_parts; ++part) {

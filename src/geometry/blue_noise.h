@@ -10,21 +10,21 @@
 
 namespace crackle::geometry {
 
-/// Points with the spacing that is wanted round them.
+/// Points with their target spacings.
 struct SpacedPoints {
   std::vector<Point> position;
   std::vector<double> spacing;
 };
 
-/// Points per spacing^2 on a surface and per spacing^3 in the interior, such that the edges of the
-/// tessellation have the spacing as their mean length.
+/// Points per spacing^2 on a surface and per spacing^3 in the interior, chosen so that the mean edge length
+/// of the tessellation is the spacing.
 inline constexpr double surface_density = 1.05;
 inline constexpr double interior_density = 1.07;
 
-/// Graded blue noise in a patch, which is flat for a face: as many points as the spacing asks for in the part
-/// of the patch that `accepts`, by weighted sample elimination (Yuksel 2015) from random
-/// candidates of the wanted density. The points keep away from each other and from `fixed` ones, and have no
-/// preferred directions.
+/// Graded blue noise in a patch, which is flat for a face: as many points as the spacing requires in the part
+/// of the patch that `accepts`, by weighted sample elimination (Yuksel 2015) from random candidates of the
+/// required density. The points keep a distance from each other and from `fixed` ones, and have no preferred
+/// directions.
 std::vector<Point> blue_noise(const SpacingField& spacing, const Patch& patch,
                               const std::function<bool(const Point&, double spacing)>& accepts,
                               const SpacedPoints& fixed, RandomStream stream);

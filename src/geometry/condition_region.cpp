@@ -30,13 +30,13 @@ std::array<std::size_t, 2> spanning_axes(const Patch& patch) {
   return axes;
 }
 
-/// Where a region's limits hold along an own axis of a patch.
+/// The limits of a region along an own axis of a patch.
 struct OwnInterval {
   Interval ends;
-  bool is_line;  ///< the region has no width there
+  bool is_line;  ///< the region has zero width
 };
 
-/// Nothing where the limits exclude each other.
+/// Empty if the limits exclude each other.
 std::optional<OwnInterval> own_interval(const Patch& patch, std::size_t axis, const input::Region& region,
                                         double near) {
   Interval interval = input::unbounded;
@@ -54,7 +54,7 @@ std::optional<OwnInterval> own_interval(const Patch& patch, std::size_t axis, co
   return OwnInterval{interval, is_line};
 }
 
-/// True if a face that is flat across a coordinate lies within the region's limits of it.
+/// True if a face normal to a coordinate axis lies within the region's limits along it.
 bool is_at_region(const Patch& patch, const std::array<std::size_t, 2>& axes, const input::Region& region,
                   double near) {
   const Point place = patch.at(patch.domain.lower);
@@ -65,8 +65,7 @@ bool is_at_region(const Patch& patch, const std::array<std::size_t, 2>& axes, co
   return true;
 }
 
-/// The part of an own interval that lies in a face, its ends moved onto those of the face where they are
-/// near.
+/// The part of an own interval that lies in a face, with its ends moved onto those of the face if close.
 std::optional<Interval> clipped(const OwnInterval& wanted, const Interval& own, double near) {
   const auto [first, last] = wanted.ends;
   if (last < own.first - near || first > own.second + near) return {};
@@ -77,7 +76,7 @@ std::optional<Interval> clipped(const OwnInterval& wanted, const Interval& own, 
   };
   const Interval part{moved(first), moved(last)};
   if (wanted.is_line) return Interval{part.first, part.first};
-  if (!(part.first < part.second)) return {};  // meets the face in its border only
+  if (!(part.first < part.second)) return {};  // meets only the face's border
   return part;
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 
-/// True when all points lie on the line through p and q or on the side of it that `sign` names.
+/// True if all points lie on the line through p and q or on the side of it given by `sign`.
 bool on_side(std::span<const PlanePoint> points, const PlanePoint& p, const PlanePoint& q, int sign) {
   const auto kernel_point = [](const PlanePoint& r) { return Kernel::Point_2(r[0], r[1]); };
   return std::all_of(points.begin(), points.end(), [&](const PlanePoint& point) {
@@ -24,7 +24,7 @@ bool on_side(std::span<const PlanePoint> points, const PlanePoint& p, const Plan
 }  // namespace
 
 bool overlap(const std::array<PlanePoint, 4>& points, std::span<const PlanePoint> polygon) {
-  // The lines along their sides are all that can separate two convex polygons.
+  // Two convex polygons can only be separated by a line along one of their sides.
   const auto separates = [&](const PlanePoint& p, const PlanePoint& q) {
     return p != q && ((on_side(points, p, q, 1) && on_side(polygon, p, q, -1)) ||
                       (on_side(points, p, q, -1) && on_side(polygon, p, q, 1)));

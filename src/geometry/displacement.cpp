@@ -9,8 +9,8 @@ Point displaced(const Body& body, const Point& centre, std::uint8_t movable, dou
                 RandomStream stream) {
   if (movable == 0 || radius == 0) return centre;
   const Directions directions = body.directions(centre, movable);
-  // The centre is in the body, so at least an eighth of the ball is: this many draws fail with probability
-  // 1e-30.
+  // The centre is in the body, so at least an eighth of the ball is too: this many draws all fail with
+  // probability below 1e-30.
   for (int draw = 0; draw < 1000; ++draw) {
     Point p = centre;
     double squared = 0;

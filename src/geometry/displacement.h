@@ -8,8 +8,8 @@
 
 namespace crackle::geometry {
 
-/// A point uniformly distributed within `radius` of `centre` in the directions in which that can move: in a
-/// ball, a disc or a segment. Positions outside the body or on another face are drawn again.
+/// A random point, uniform within `radius` of `centre` in its movable directions: in a ball, a disc or a
+/// segment. Positions outside the body or on another face are redrawn.
 Point displaced(const Body& body, const Point& centre, std::uint8_t movable, double radius,
                 RandomStream stream);
 

@@ -26,7 +26,7 @@ void for_components(const Visit& visit) {
         for (std::size_t l = 0; l < 3; ++l) visit(i, j, k, l);
 }
 
-/// The distinct node sets of one size (edges or faces), to number points that several tetrahedra share.
+/// The distinct node sets of one size (edges or faces), for numbering points shared by several tetrahedra.
 template <std::size_t n>
 class SharedEntities {
 public:

@@ -87,7 +87,7 @@ void ExtrudedPlate::add_crack_starts(const input::Specimen& specimen) {
   };
   for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
     const std::string part = fmt::format("notch-{}", i);
-    // The middle of its walls, away from the mouth.
+    // The mean position of its walls, away from the mouth.
     plane::Point middle{};
     double length = 0;
     for (const FaceId face : faces_named(part)) {

@@ -12,17 +12,17 @@
 
 namespace crackle::geometry {
 
-/// A plane shape extruded along x, from 0 to the thickness.
+/// A plane shape extruded along x from 0 to the thickness.
 ///
-/// Faces 0 and 1 are x-min and x-max, face 2 + s is the wall on side s of the shape. The faces x-min and
-/// x-max and walls across y or z are met by equal coordinates; coordinates of points on other walls are
+/// Faces 0 and 1 are x-min and x-max, face 2 + s is the wall on side s of the shape. Points on x-min, x-max
+/// and walls normal to y or z have exactly equal coordinates; coordinates of points on other walls are
 /// rounded, so there a point is on a wall, an edge or a corner within a tolerance of 1e-12 of the body's
-/// size. Tetrahedra whose corners all lie on one wall are flat but for rounding and no part of the body.
+/// size. Tetrahedra with all corners on one wall are flat up to rounding and not part of the body.
 ///
 /// Cracks start at each notch, at each hole and on the free surface.
 class ExtrudedPlate final : public Body {
 public:
-  /// @pre specimen.shape is what the other members of the specimen say
+  /// @pre specimen.shape is consistent with the other members of the specimen
   explicit ExtrudedPlate(const input::Specimen& specimen);
 
   bool contains(const Point& p) const override;

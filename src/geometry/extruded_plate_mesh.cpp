@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where points and tetrahedra lie in an extruded plate.
+// Location of points and tetrahedra in an extruded plate.
 #include "extruded_plate.h"
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace {
 constexpr unsigned along_x = 1;
 constexpr unsigned along_y = 2;
 constexpr unsigned along_z = 4;
-constexpr unsigned along_wall = 8;  ///< in the plane of the plate, on a wall that is across neither y nor z
+constexpr unsigned along_wall = 8;  ///< in the plane of the plate, on a wall normal to neither y nor z
 
 plane::Point in_plane(const Point& p) {
   return {p[1], p[2]};
@@ -32,7 +32,7 @@ bool ExtrudedPlate::in_face(FaceId face, const Point& p) const {
   if (index(face) < first_wall) return p[0] == (face == 0 ? 0 : thickness()) && index_.contains(in_plane(p));
   const plane::Side& side = side_of(face);
   if (p[0] < 0 || p[0] > thickness() || !index_.is_on(side, in_plane(p))) return false;
-  // Across an axis the coordinate is the same.
+  // On a wall normal to an axis the coordinates are equal.
   return (side.along[0] != 0 || p[1] == side.from[0]) && (side.along[1] != 0 || p[2] == side.from[1]);
 }
 
@@ -41,7 +41,7 @@ std::uint8_t ExtrudedPlate::movable(const Point& p) const {
   unsigned directions = along_y | along_z;
   index_.for_sides_at(in_plane(p), [&](std::size_t number) {
     const plane::Side& side = index_.sides()[number];
-    // A point within the tolerance of a wall across an axis, but not on it, is in the interior.
+    // A point within the tolerance of a wall normal to an axis, but not on it, is in the interior.
     if ((side.along[0] == 0 && p[1] != side.from[0]) || (side.along[1] == 0 && p[2] != side.from[1])) return;
     directions = direction_of(side);
     ++n_sides;
@@ -78,7 +78,7 @@ double ExtrudedPlate::distance_to_outline(FaceId face, const Point& p) const {
 
 std::optional<Point> ExtrudedPlate::passage(FaceId face, const Point& p, const Point& q,
                                             double margin) const {
-  if (index(face) < first_wall) return std::nullopt;  // nothing is beyond
+  if (index(face) < first_wall) return std::nullopt;  // nothing beyond
   const plane::Side& side = side_of(face);
   const double before = side.height(in_plane(p));
   const double after = side.height(in_plane(q));
@@ -88,7 +88,7 @@ std::optional<Point> ExtrudedPlate::passage(FaceId face, const Point& p, const P
   double x = meeting[0];
   double way = side.way(in_plane(meeting));
   if (way < 0 || way > side.length || x < 0 || x > thickness()) return std::nullopt;
-  // Onto the nearest edge, if that is near.
+  // Move onto the nearest edge, if close.
   const double nearest = std::min({x, thickness() - x, way, side.length - way});
   if (nearest < margin) {
     if (nearest == x)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where an extruded plate asks for a fine mesh, and how it can be turned.
+// Spacing sources and symmetries of an extruded plate.
 #include "crackle/geometry/mother_points.h"
 #include "extruded_plate.h"
 #include "reflection.h"
@@ -25,7 +25,7 @@ std::vector<SpacingSource> ExtrudedPlate::spacing_sources(const input::Mesh& mes
     sources.push_back(std::move(source));
   };
 
-  // The walls at the tips of slots: those in a half circle or a rectangle at the end.
+  // The walls at the tips of slots: those of a half circle or a rectangle at the end.
   for (std::size_t i = 0; i < notches_.size(); ++i) {
     const input::Notch& notch = notches_[i];
     std::vector<plane::Point> ends;
@@ -61,7 +61,7 @@ std::vector<SpacingSource> ExtrudedPlate::spacing_sources(const input::Mesh& mes
     for (const SpacingSource& source : sources) spacing = std::min(spacing, source.at(place));
     return spacing;
   };
-  // A wall's own length, and how near others come to each piece of it.
+  // The length of a wall, and the distance of others to each piece of it.
   const auto& sides = index_.sides();
   for (std::size_t s = 0; s < sides.size(); ++s) {
     const plane::Side& side = sides[s];
@@ -96,7 +96,7 @@ std::vector<SpacingSource> ExtrudedPlate::spacing_sources(const input::Mesh& mes
   return sources;
 }
 
-/// Reflections that map walls on walls, to the tolerance: those along x always.
+/// Reflections that map walls onto walls, to the tolerance; always including those along x.
 std::vector<Symmetry> ExtrudedPlate::symmetries() const {
   std::array<std::vector<double>, 3> planes;
   planes[0] = {0, thickness()};

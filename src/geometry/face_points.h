@@ -9,10 +9,10 @@
 
 namespace crackle::geometry {
 
-/// Points to add where tetrahedra reach through the surface: where their edges pass through a face, exactly
-/// in the face, or exactly on its outline when that is nearer than `margin` spacings. Points closer than half
-/// a spacing to an earlier one are left out.
-/// @param crossing the tetrahedra, as nodes of `points`; those that do not reach through are passed over
+/// Points to add where tetrahedra cross the surface: where their edges intersect a face, exactly in the face,
+/// or exactly on its outline if that is closer than `margin` spacings. Points closer than half a spacing to
+/// an earlier one are omitted.
+/// @param crossing the tetrahedra, as nodes of `points`; those that do not cross the surface are skipped
 std::vector<Point> missing_face_points(const Body& body, std::span<const Point> points,
                                        std::span<const double> spacing, std::span<const Tetrahedron> crossing,
                                        double margin);

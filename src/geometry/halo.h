@@ -12,14 +12,14 @@
 
 namespace crackle::geometry {
 
-/// Which parts have tetrahedra near a place.
+/// Finds the parts with tetrahedra near a point.
 class Halo {
 public:
   /// @param width [m]
   Halo(const Realization& realization, const Partition& partition, double width);
 
-  /// All parts with the first node of a tetrahedron whose centroid is nearer to `place` than the width, and
-  /// perhaps some that are less than 2 sqrt(3) widths away; ascending.
+  /// All parts that own the first node of a tetrahedron whose centroid is closer to `place` than the width,
+  /// and possibly some less than 2 sqrt(3) widths away; ascending.
   std::span<const std::int32_t> parts_near(const Point& place) const;
 
 private:
@@ -30,7 +30,7 @@ private:
   Cell cell_of(const Point& place) const;
 
   double width_;
-  std::unordered_map<Cell, std::vector<std::int32_t>, CellHash> near_;  // of cells that hold a centroid
+  std::unordered_map<Cell, std::vector<std::int32_t>, CellHash> near_;  // by cell containing a centroid
 };
 
 }  // namespace crackle::geometry

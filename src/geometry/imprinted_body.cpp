@@ -22,7 +22,7 @@ namespace crackle::geometry {
 
 namespace {
 
-/// Pieces into which a line is divided to measure how near others come.
+/// Maximum number of pieces of a line for measuring its distance to others.
 constexpr double most_pieces = 1000;
 
 bool meet(const Box& a, const Box& b) {
@@ -76,7 +76,8 @@ public:
   }
 
 private:
-  /// A border as a region asks for it, before it is cut at others: own coordinate `across` is `position`.
+  /// A border as requested by a region, before it is split by others: own coordinate `across` equals
+  /// `position`.
   struct Border {
     const FacePart* part;
     std::size_t condition;
@@ -89,7 +90,7 @@ private:
     return border.across == 0 ? plane::Point{border.position, along} : plane::Point{along, border.position};
   }
 
-  /// The borders of a part that lie within its face, and the ends of those that lie on its outline.
+  /// The borders of a part that lie within its face, and the ends of those on its outline.
   static std::vector<Border> borders_of(const FacePart& part, std::size_t condition) {
     std::vector<Border> borders;
     for (std::size_t k = 0; k < 2; ++k) {
@@ -103,7 +104,8 @@ private:
     return borders;
   }
 
-  /// Coordinates of planes that corners may lie in, so that those on different faces agree to the last bit.
+  /// Coordinates of planes that may contain corners, so that corners on different faces agree to the last
+  /// bit.
   void collect_known_coordinates() {
     for (const Point& corner : plain_.corners())
       for (std::size_t i = 0; i < 3; ++i) known_[i].insert(corner[i]);
@@ -130,11 +132,11 @@ private:
     return corners_.size() - 1;
   }
 
-  /// @return whether the part has anything of its face, which a hole may take away
+  /// @return false if the part has nothing of its face, for example because of a hole
   bool add(const FacePart& part, std::size_t condition) {
     const std::size_t n_before = borders_.size();
     for (Border border : borders_of(part, condition)) {
-      // Borders of other regions that come this near are the same line.
+      // Borders of other regions this close are the same line.
       for (const Border& other : borders_)
         if (other.part->face == part.face && other.across == border.across &&
             std::abs(other.position - border.position) <= merging_)
@@ -153,7 +155,7 @@ private:
          plain_.faces()[index(part.face)].names.front());
   }
 
-  /// Adds the pieces of a border inside the face's material and off its outline.
+  /// Adds the pieces of a border inside the face and off its outline.
   void add_clipped(const Border& border) {
     const FacePart& part = *border.part;
     std::vector<double> cuts{border.from, border.to};
@@ -183,8 +185,8 @@ private:
     }
   }
 
-  /// The corners of a part: those of a line on the face's outline, and points, end no border.
-  /// @return whether there are any
+  /// Adds the corners of a part that end no border: those of a line on the face's outline, and points.
+  /// @return true if there are any
   bool add_ends(const FacePart& part, std::size_t condition) {
     bool has_ends = false;
     for (const double first : {part.lower[0], part.upper[0]})
@@ -210,7 +212,7 @@ private:
     return {full[part.axis[0]], full[part.axis[1]]};
   }
 
-  /// The corners from number `first` on that lie between two points, in their order.
+  /// The corners from number `first` on that lie between two points, in order.
   std::vector<std::size_t> corners_on(const Point& from, const Point& to, std::size_t first) const {
     const double length = norm(to - from);
     const Vector along = (to - from) / length;
@@ -243,7 +245,7 @@ private:
     ways.push_back(last);
     for (std::size_t i = 1; i < ways.size(); ++i) {
       const auto [low, high] = std::minmax(ways[i - 1], ways[i]);
-      if (!made_.emplace(part.face, low, high).second) continue;  // two regions share this border
+      if (!made_.emplace(part.face, low, high).second) continue;  // border shared by two regions
       const Edge& edge = edges_.emplace_back(corners_[ways[i - 1]], corners_[ways[i]]);
       add({{edge.from(), edge.to()},
            {own(part, edge.from()), own(part, edge.to())},
@@ -401,7 +403,7 @@ Point ImprintedBody::snapped(const Point& p, double tolerance) const {
   return q;
 }
 
-/// True if a line of a face runs through the inside of a triangle in it.
+/// True if a line of a face crosses the interior of a triangle in it.
 bool ImprintedBody::crosses(const Imprint& imprint, const std::array<plane::Point, 3>& triangle) const {
   for (const Line& line : imprint.lines) {
     const std::size_t along = 1 - line.across;
@@ -512,7 +514,7 @@ std::vector<RegionRefinement> ImprintedBody::refinements(const input::Mesh& mesh
   return result;
 }
 
-/// Keeps the body's symmetries that map borders onto borders.
+/// Keeps those symmetries of the body that map borders onto borders.
 std::vector<Symmetry> ImprintedBody::symmetries() const {
   std::vector<Symmetry> all = plain_->symmetries();
   const double near = 4 * tolerance_;

@@ -11,23 +11,23 @@
 
 namespace crackle::geometry {
 
-/// Corners nearer to each other than this share of the body's size are one.
+/// Corners closer than this share of the body's size are merged.
 inline constexpr double merging_share = 1e-6;
 
 /// A body with the borders of loaded and held regions imprinted on its faces. Each border is an edge between
-/// corners, like those of the body: it has its own points, which move along it only, and no boundary triangle
-/// crosses it. So a region is a union of whole boundary triangles, or of whole edges, in every realization.
+/// corners, like those of the body: it has its own points, which move only along it, and no boundary triangle
+/// crosses it. Thus in every realization a region is a union of whole boundary triangles, or of whole edges.
 ///
-/// Faces are those of the body, undivided; lines lie along their own axes.
+/// Faces are those of the body, undivided; lines are parallel to the own axes of the faces.
 class ImprintedBody final : public Body {
 public:
-  /// True if any region is less than a whole face.
+  /// True if any region is smaller than a whole face.
   static bool is_needed(const Body& plain, std::span<const ConditionRegion> regions);
 
   /// @param regions of the conditions of the input, in their order
   ImprintedBody(std::unique_ptr<const Body> plain, std::span<const ConditionRegion> regions);
 
-  /// The conditions for which the mesh is finer than it would be without their regions.
+  /// The conditions whose regions make the mesh finer than it would be without them.
   std::vector<RegionRefinement> refinements(const input::Mesh& mesh) const;
 
   bool contains(const Point& p) const override { return plain_->contains(p); }
@@ -49,18 +49,18 @@ private:
   struct Line {
     std::array<Point, 2> end;
     std::array<plane::Point, 2> own;  ///< its ends in the own coordinates that span the face
-    std::size_t across;               ///< 0 or 1: the own coordinate that is constant along it
-    std::uint8_t movable;             ///< what a point on it keeps of its freedom
+    std::size_t across;               ///< the own coordinate (0 or 1) that is constant along it
+    std::uint8_t movable;             ///< remaining freedom of a point on it
     std::size_t condition;            ///< whose border it is
   };
   /// The lines of one face.
   struct Imprint {
     FaceId face;
     std::array<std::size_t, 2> axis;  ///< own axes that span the face
-    Box bounds;                       ///< of its lines, with the tolerance
+    Box bounds;                       ///< bounding box of its lines, including the tolerance
     std::vector<Line> lines;
   };
-  /// A piece of a line that asks for a finer mesh than the rest does.
+  /// A piece of a line that requires a finer mesh than the rest.
   struct LineSource {
     std::size_t condition;
     SpacingSource source;
@@ -77,7 +77,7 @@ private:
   std::unique_ptr<const Body> plain_;
   double tolerance_;
   std::vector<Imprint> imprints_;
-  std::vector<Point> new_corners_;  ///< besides those of the plain body
+  std::vector<Point> new_corners_;  ///< in addition to those of the plain body
 };
 
 }  // namespace crackle::geometry

@@ -23,11 +23,12 @@ namespace crackle::geometry {
 
 namespace {
 
-/// Points of a higher dimension keep this many local spacings away from edges and faces.
+/// Minimum distance of face and interior points from edges and faces, in local spacings.
 constexpr double outline_margin = 0.55;
 constexpr double surface_margin = 0.5;
 
-/// Random share of a cell by which points leave equal distances on an edge, so that opposite edges differ.
+/// Random offset of points from equal distances on an edge, as a share of a cell, so that opposite edges
+/// differ.
 constexpr double edge_jitter = 0.15;
 
 constexpr int relaxation_rounds = 6;
@@ -35,20 +36,20 @@ constexpr int improving_rounds = 20;
 constexpr int patience = 30;
 constexpr int final_rounds = 200;
 constexpr double improving_radius = 0.25;  ///< in local spacings
-constexpr double quality_goal = 0.5;       ///< of the base, so that few disturbed tetrahedra are bad
-constexpr int max_additions = 10;          ///< times that points may be added in faces
+constexpr double quality_goal = 0.5;       ///< of the base, so that few perturbed tetrahedra are bad
+constexpr int max_additions = 10;          ///< maximum number of passes that add points in faces
 constexpr double max_edge_length = 1e6;    ///< in spacings
 
 using input::max_mother_points;
 
 enum Stream : std::uint64_t { on_edges, in_faces, in_interior, improving, choosing };
 
-/// Collects points, each with the face that it lies in.
+/// Collects points, each with the face that contains it.
 struct Collection {
   const Body& body;
   const SpacingField& spacing;
   MotherPoints points;
-  std::vector<FaceId> face;  ///< for points that are placed in one, otherwise -1
+  std::vector<FaceId> face;  ///< for points placed in a face, otherwise -1
 
   void add(const Point& p, FaceId id) {
     points.position.push_back(p);
@@ -59,8 +60,8 @@ struct Collection {
   SpacedPoints all() const { return {points.position, points.spacing}; }
 };
 
-/// Number of spacings from the start of an edge to each of many equally distant positions on it.
-/// @throws std::runtime_error where these would be too many
+/// Number of spacings from the start of an edge to each of many equidistant positions on it.
+/// @throws std::runtime_error when these would be too many
 std::vector<double> n_edge_spacings(const SpacingField& spacing, const Edge& edge) {
   const double length = edge.length();
   const double finest = spacing.lower_bound(edge.bounds());
@@ -93,7 +94,7 @@ void place_on_edge(Collection& collection, const Edge& edge, RandomStream stream
   }
 }
 
-/// Whether a point is far enough from the outline of a face to be placed in it.
+/// True if a point is far enough from the outline of a face to be placed in it.
 auto accepts_in_face(const Body& body, FaceId id) {
   return [&body, id](const Point& p, double spacing) {
     return body.distance_to_outline(id, p) >= outline_margin * spacing;
@@ -139,9 +140,9 @@ void relax(Collection& collection) {
   }
 }
 
-/// Moves points at bad cells, first for a good shape as far as it goes, then until every cell is good.
-/// @return the cells that stay bad; nothing is moved when they are more than the points, which moves cannot
-/// cure
+/// Moves points of bad cells, first towards good shapes as far as possible, then until every cell is
+/// acceptable.
+/// @return the cells that stay bad; if there are more than points, which moves cannot cure, nothing is moved
 std::vector<Tetrahedron> improve(const Body& body, MotherPoints& points, double goal, double min_quality,
                                  const RandomStream& stream) {
   Tessellation tessellation(body, points.position, min_quality);
@@ -191,8 +192,8 @@ void generate(Collection& collection, const RandomStream& stream) {
   relax(collection);
 }
 
-/// A number that is surely needed, in the interior or in one face, from the coarsest spacing there: tells
-/// quickly what is far too much.
+/// A lower bound on the number of points, in the interior or in one face, from the coarsest spacing there:
+/// quickly detects excessive numbers.
 double least_n_points(const Body& body, const SpacingField& spacing) {
   const double coarsest = spacing.upper_bound(body.bounds());
   double n = interior_density * body.volume() / (coarsest * coarsest * coarsest);

@@ -36,7 +36,7 @@ Box slot_of(const SlotSection& section, const Point& size) {
   return slot;
 }
 
-/// @throws std::runtime_error unless the notch is a slot inside its face
+/// @throws std::runtime_error when the notch is not a slot inside its face
 void check_notch(const input::Notch& notch, const Point& size, std::size_t number) {
   const std::string name = fmt::format("notch {} ({})", number + 1, name_of(notch.face));
   if (axis_of(notch.face) == 0)
@@ -53,7 +53,7 @@ void check_notch(const input::Notch& notch, const Point& size, std::size_t numbe
     fail("{}: depth {} m cuts the body in two; it must be below {} m", name, notch.depth, depth_limit);
 }
 
-/// Area of the overlap of a slot's opening or cross-section with the face of the box at axis = position.
+/// Overlap area of a slot's opening or cross-section with the face of the box at axis = position.
 double opening(const Box& slot, int axis, double position) {
   if (slot.lower[index(axis)] > position || slot.upper[index(axis)] < position) return 0;
   const std::size_t i = index((axis + 1) % 3);
@@ -146,7 +146,7 @@ void NotchedBox::add_edges() {
         Point from{};
         from[i] = position_i;
         from[j] = position_j;
-        // The openings that interrupt this edge of the box, one after the other.
+        // The openings that interrupt this edge of the box, in order.
         std::vector<std::pair<double, double>> openings;
         for (const Box& slot : slots_)
           if (slot.lower[i] <= position_i && position_i <= slot.upper[i] && slot.lower[j] <= position_j &&
@@ -225,7 +225,7 @@ void NotchedBox::add_outline() {
     for (std::size_t i = 0; i < notches_.size(); ++i)
       if (notches_[i].face == face) slots.push_back(sections_[i]);
     std::ranges::sort(slots, {}, &SlotSection::lower);
-    // Along the face, into its slots and out, as coordinates along and across it.
+    // Along the face, into its slots and out again, in coordinates along and across it.
     Polygon way{{0, at_face}};
     for (const SlotSection& slot : slots)
       way.insert(way.end(), {{slot.lower, slot.mouth},
@@ -234,7 +234,7 @@ void NotchedBox::add_outline() {
                              {slot.upper, slot.mouth}});
     way.push_back({shape_.bounds.upper[index(position_axis(face))], at_face});
     if (is_backwards) std::ranges::reverse(way);
-    way.pop_back();  // the next face begins there
+    way.pop_back();  // start of the next face
     for (const auto& [along, across] : way)
       polygon.push_back(axis_of(face) == 1 ? std::array{across, along} : std::array{along, across});
   }

@@ -9,8 +9,8 @@
 
 namespace crackle::geometry {
 
-/// The slot of a notch as its cross-section, which is the same through the whole thickness x: the rectangle
-/// from `lower` to `upper` along axis `at_axis`, from the face to `tip` along axis `depth_axis`.
+/// The cross-section of a notch's slot, constant over the thickness x: the rectangle from `lower` to `upper`
+/// along axis `at_axis`, from the face to `tip` along axis `depth_axis`.
 struct SlotSection {
   int at_axis;
   int depth_axis;
@@ -18,11 +18,11 @@ struct SlotSection {
   double mouth, tip;    ///< coordinate of the face and of the tip along depth_axis [m]
 };
 
-/// A box with its lower corner in the origin, and slots cut into its faces.
+/// A box with its lower corner at the origin, and slots cut into its faces.
 ///
-/// Lengths are used as they are, so that walls, tips and faces are planes whose coordinate is one double. The
-/// faces 0..5 are those of the box in the order of input::Face; notch i has the faces 6 + 3 i (lower wall),
-/// 7 + 3 i (upper wall) and 8 + 3 i (tip). A crack starts at each notch's tip.
+/// Lengths are used unmodified, so that walls, tips and faces are planes with a single double as coordinate.
+/// Faces 0..5 are those of the box in the order of input::Face; notch i has the faces 6 + 3 i (lower wall), 7
+/// + 3 i (upper wall) and 8 + 3 i (tip). A crack starts at each notch's tip.
 class NotchedBox final : public Body {
 public:
   /// @throws std::runtime_error naming the notch and the reason when a notch is not a slot inside its face,
@@ -30,7 +30,7 @@ public:
   explicit NotchedBox(const input::Specimen& specimen);
 
   const std::vector<SlotSection>& sections() const { return sections_; }  ///< of all notches
-  /// The closed box that notch i removes.
+  /// The closed box removed by notch i.
   const Box& slot(int i) const { return slots_[index(i)]; }
 
   bool contains(const Point& p) const override;
@@ -59,7 +59,7 @@ private:
   std::vector<input::Notch> notches_;
   std::vector<SlotSection> sections_;
   std::vector<Box> slots_;
-  std::vector<int> axis_;  ///< of each face: the axis that it is flat along
+  std::vector<int> axis_;  ///< normal axis of each face
 };
 
 }  // namespace crackle::geometry

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where a notched box asks for a fine mesh, and how it can be turned.
+// Spacing sources and symmetries of a notched box.
 #include "notched_box.h"
 #include "reflection.h"
 
@@ -35,8 +35,8 @@ std::vector<SpacingSource> NotchedBox::spacing_sources(const input::Mesh& mesh) 
   return sources;
 }
 
-/// Those that map slots on slots, to the tolerance. A box has all eight, a plate with two anti-symmetric
-/// notches 0, x, yz and xyz.
+/// The reflections that map slots onto slots, to the tolerance. A box has all eight, a plate with two
+/// anti-symmetric notches has 0, x, yz and xyz.
 std::vector<Symmetry> NotchedBox::symmetries() const {
   const Point size = this->size();
   std::array<std::vector<double>, 3> planes;

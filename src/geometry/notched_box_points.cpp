@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where points and tetrahedra lie in a notched box.
+// Location of points and tetrahedra in a notched box.
 #include "convex_overlap.h"
 #include "notched_box.h"
 
@@ -17,7 +17,7 @@ Place place(const SlotSection& section, const std::array<Point, 4>& corners) {
   const double upper = std::max(section.mouth, section.tip);
   int n_below = 0;
   int n_above = 0;
-  int n_beyond = 0;  // the tip; beyond the mouth there is no body
+  int n_beyond = 0;  // beyond the tip; beyond the mouth there is no body
   int n_inside = 0;
   for (const Point& corner : corners) {
     const double a = corner[at_axis];

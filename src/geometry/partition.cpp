@@ -54,7 +54,7 @@ std::vector<std::int32_t> metis_parts(const Realization& realization, int n_part
   return {element_part.begin(), element_part.end()};
 }
 
-/// Numbers the parts in the order in which they first occur.
+/// Renumbers the parts in the order of their first occurrence.
 void renumber(std::vector<std::int32_t>& parts, int n_parts) {
   std::vector<std::int32_t> number(static_cast<std::size_t>(n_parts), -1);
   std::int32_t next = 0;
@@ -65,7 +65,7 @@ void renumber(std::vector<std::int32_t>& parts, int n_parts) {
 }
 
 std::vector<std::int32_t> node_parts(const Realization& realization, const Partition& partition) {
-  // The parts round each node, in the order of the tetrahedra, each once.
+  // The parts around each node, in the order of the tetrahedra, each once.
   std::vector<std::vector<std::int32_t>> candidates(realization.nodes.size());
   for (std::size_t i = 0; i < realization.tetrahedra.size(); ++i)
     for (const std::int32_t node : realization.tetrahedra[i]) {

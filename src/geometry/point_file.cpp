@@ -24,10 +24,10 @@ namespace crackle::geometry {
 namespace {
 
 constexpr double metres_per_unit = 1e-3;
-constexpr double snap_tolerance = 1e-9;  // of the body's largest size
+constexpr double snap_tolerance = 1e-9;  // relative to the body's largest size
 constexpr std::size_t max_messages = 20;
 
-/// The next blank-separated word of `line`, which is shortened by it.
+/// The next blank-separated word of `line`, which is removed from it.
 std::string_view next_word(std::string_view& line) {
   const char* const blanks = " \t\r,";
   line.remove_prefix(std::min(line.find_first_not_of(blanks), line.size()));

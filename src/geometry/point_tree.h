@@ -9,13 +9,13 @@
 
 namespace crackle::geometry {
 
-/// A balanced k-d tree over points that stay where they are, for queries by radius.
+/// A balanced k-d tree over fixed points, for queries by radius.
 class PointTree {
 public:
   /// Keeps a view of `points`.
   explicit PointTree(std::span<const Point> points);
 
-  /// Sets `found` to the numbers of the points nearer than `radius` to p, ascending.
+  /// Sets `found` to the numbers of the points closer than `radius` to p, ascending.
   void find(const Point& p, double radius, std::vector<std::int32_t>& found) const;
 
 private:
@@ -24,7 +24,8 @@ private:
                std::vector<std::int32_t>& found) const;
 
   std::span<const Point> points_;
-  std::vector<std::int32_t> order_;       ///< the root of a range is its middle, its children the two halves
+  std::vector<std::int32_t>
+      order_;  ///< the root of a range is its middle element, its children the two halves
   std::vector<std::uint8_t> split_axis_;  ///< at each root
 };
 

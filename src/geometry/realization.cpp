@@ -22,7 +22,7 @@ constexpr int max_rounds = 200;
 
 /// The same tetrahedron with its smallest node first and the smallest of the others second.
 Tetrahedron canonical(const Tetrahedron& t) {
-  // The even permutations that bring each corner to the front; then the other three turn.
+  // The even permutations that bring each corner to the front; the other three are then rotated.
   constexpr std::array<std::array<std::size_t, 4>, 4> to_front{
       {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 3, 0, 1}, {3, 2, 1, 0}}};
   const auto& order = to_front[index(std::min_element(t.begin(), t.end()) - t.begin())];
@@ -36,8 +36,8 @@ Triangle canonical(Triangle t) {
   return t;
 }
 
-/// Sorts cells, whose first node is their smallest, by their sorted nodes: first into the buckets of the
-/// first node, which is most of the work, then within them.
+/// Sorts cells, whose first node is their smallest, by their sorted nodes: first into buckets by first node,
+/// which is most of the work, then within the buckets.
 void sort_cells(std::vector<Tetrahedron>& cells, std::size_t n_nodes) {
   std::vector<std::size_t> begin(n_nodes + 1, 0);
   for (const Tetrahedron& cell : cells) ++begin[index(cell[0]) + 1];
@@ -57,7 +57,7 @@ void sort_cells(std::vector<Tetrahedron>& cells, std::size_t n_nodes) {
   cells.swap(sorted);
 }
 
-/// The symmetry of body and spacing by which a sample is set into the body.
+/// The symmetry of body and spacing applied to a sample.
 Symmetry chosen_symmetry(const Body& body, const input::Mesh& mesh, std::uint64_t seed,
                          std::uint64_t sample) {
   if (mesh.turn == input::Turn::none || mesh.perturbation == 0) return symmetry_of(body, 0);

@@ -71,8 +71,8 @@ public:
   }
 
 private:
-  /// Redraws one point of the cell; of its neighbourhood when the cell, or those before it at the same
-  /// points, has resisted for some time; at last sets growing neighbourhoods to amplitude 0.
+  /// Redraws one point of the cell; or of its neighbourhood, if this cell or earlier ones at the same points
+  /// have persisted for some time; finally sets growing neighbourhoods to amplitude 0.
   void treat(const Tetrahedron& cell) {
     int resistance = 0;
     for (const std::int32_t node : cell) resistance = std::max(resistance, resistance_[index(node)]++);
@@ -83,13 +83,13 @@ private:
       }
       return;
     }
-    // Rings are for single spots that resist, not where good cells are hardly to be had at all.
+    // Rings are for isolated persistent spots, not for meshes where good cells are generally hard to find.
     const int n_rings = n_bad_ < many_cells ? std::min(resistance / resistance_per_ring, max_rings) : 0;
     const std::vector<std::int32_t> pool = neighbourhood(cell, n_rings);
     if (!pool.empty()) redraw(choose(pool));
   }
 
-  /// The movable points of the cell and of some rings round it.
+  /// The movable points of the cell and of some rings around it.
   std::vector<std::int32_t> neighbourhood(const Tetrahedron& cell, int n_rings) const {
     std::vector<std::int32_t> pool(cell.begin(), cell.end());
     for (int ring = 0; ring < n_rings; ++ring) {
@@ -106,7 +106,7 @@ private:
     return pool;
   }
 
-  /// The point with the fewest attempts so far, one of more freedom first.
+  /// The point with the fewest attempts so far, preferring points with more freedom.
   std::int32_t choose(const std::vector<std::int32_t>& pool) {
     std::vector<std::int32_t> best;
     int lowest = std::numeric_limits<int>::max();
@@ -134,8 +134,7 @@ private:
         best = trial;
         position = candidate;
       }
-      // A good position is taken as it comes, so that among good ones the distribution stays that of the
-      // draw.
+      // The first good position is accepted, which preserves the distribution of the draw among good ones.
       if ((best.n_bad == 0 && !(rules_.only_improve && position == before)) || amplitude == 0) break;
     }
     tessellation_.put(position, next_);
@@ -146,8 +145,8 @@ private:
   const Draw& draw_;
   RandomStream choice_;
   const RedrawRules& rules_;
-  std::vector<int> resistance_;  ///< times that a bad cell was found at the point
-  std::vector<int> attempts_;    ///< times that the point was redrawn
+  std::vector<int> resistance_;  ///< number of times a bad cell was found at the point
+  std::vector<int> attempts_;    ///< number of times the point was redrawn
   std::vector<std::int32_t> draws_;
   std::vector<Tetrahedron> next_;
   std::size_t n_bad_ = 0;  ///< at the start of the round

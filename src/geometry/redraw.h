@@ -20,29 +20,31 @@ using Draw = std::function<Point(std::int32_t node, std::int32_t draw, double am
 
 struct RedrawRules {
   int max_rounds = 0;
-  /// Gives up after this many rounds without a tenth less bad cells; a tenth of that when there are many.
+  /// Gives up after this many rounds without a 10 % reduction of bad cells; after a tenth of that if there
+  /// are many.
   int patience = std::numeric_limits<int>::max();
-  /// True: a point only moves where that improves the cells round it. False: a redrawn point takes the best
-  /// of the new positions.
+  /// True: a point only moves if that improves the cells around it. False: a redrawn point takes the best of
+  /// the new positions.
   bool only_improve = false;
-  /// The amplitude of a point that is redrawn again and again shrinks. Unless points only move to improve,
-  /// growing neighbourhoods of cells that resist are in the end set to amplitude 0: so redrawing succeeds
-  /// whenever the points at amplitude 0 have good cells only.
+  /// The amplitude of a point shrinks with repeated redrawing. Unless points only move to improve, growing
+  /// neighbourhoods of persistent bad cells are finally set to amplitude 0: redrawing thus succeeds whenever
+  /// the points at amplitude 0 have good cells only.
   bool shrinking = true;
 };
 
 struct RedrawOutcome {
   int rounds = 0;
   std::int64_t redrawn_points = 0;
-  std::vector<Tetrahedron> remaining;  ///< bad cells that are left; empty on success
+  std::vector<Tetrahedron> remaining;  ///< bad cells left; empty on success
 };
 
-/// Draws points at bad cells again, one at a time, until every cell is good or the rounds are used up.
+/// Redraws points of bad cells, one at a time, until every cell is good or the maximum number of rounds is
+/// reached.
 ///
-/// A round goes through the bad cells in ascending order. One point of each is lifted and put where, of some
-/// draws, the fewest bad cells and then the best worst quality result; only the cells that this changes are
-/// examined. A cell that resists has its other points, then their neighbours redrawn.
-/// @param choice decides between points that are equally suitable
+/// A round visits the bad cells in ascending order. One point of each is lifted and placed where, among
+/// several draws, the fewest bad cells and then the best minimum quality result; only the affected cells are
+/// examined. If a cell remains bad, its other points and then their neighbours are redrawn.
+/// @param choice decides between equally suitable points
 RedrawOutcome redraw(Tessellation& tessellation, std::span<const std::uint8_t> movable, const Draw& draw,
                      RandomStream choice, const RedrawRules& rules);
 

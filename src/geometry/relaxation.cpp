@@ -61,8 +61,8 @@ void relax(const Body& body, MotherPoints& points, const MayMove& may_move) {
     const Pull pull = pull_of_tetrahedron(position(t[0]), position(t[1]), position(t[2]), position(t[3]));
     double local = 0;
     for (const std::int32_t node : t) local += points.spacing[index(node)] / 4;
-    // A cell pulls with volume times distance, spacing^4; this power makes neighbours of different size
-    // balance.
+    // A cell pulls with volume times distance, of order spacing^4; this power balances neighbours of
+    // different size.
     const double scale = 1 / (local * local * local * local);
     for (const std::int32_t node : t)
       if (freedom(node) == 3) add(node, t[0], pull, scale);

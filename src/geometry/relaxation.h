@@ -8,12 +8,12 @@
 
 namespace crackle::geometry {
 
-/// Decides whether point i may move to p.
+/// True if point i may move to p.
 using MayMove = std::function<bool(std::size_t i, const Point& p)>;
 
 /// One round of optimal Delaunay triangulation (Chen and Xu 2004): every point moves to the mean of the
-/// circumcentres of its tetrahedra, one on a surface to that of its boundary triangles, weighted such that
-/// the spacing is kept. Points on edges, and points at tetrahedra that reach through the surface, stay.
+/// circumcentres of its tetrahedra or, on a surface, of its boundary triangles, weighted such that the
+/// spacing is preserved. Points on edges, and points of tetrahedra that cross the surface, are not moved.
 void relax(const Body& body, MotherPoints& points, const MayMove& may_move);
 
 }  // namespace crackle::geometry

@@ -13,7 +13,7 @@ namespace crackle::geometry {
 
 namespace {
 
-/// Sorts by the first axis, cuts into layers of one mean spacing, and sorts each by the remaining axes.
+/// Sorts by the first axis, cuts into layers of one mean spacing, and sorts each layer by the remaining axes.
 void sort_in_layers(const MotherPoints& points, std::span<const std::size_t> axes,
                     std::span<std::int32_t> order) {
   const auto coordinate = [&](std::int32_t i) { return points.position[index(i)][axes[0]]; };

@@ -6,7 +6,7 @@
 namespace crackle::geometry {
 
 /// The points in slabs of about one local spacing across the longest edge of the body, each slab in strips
-/// across the second longest one, each strip along the shortest: neighbours in space get close numbers.
+/// across the second longest one, each strip along the shortest: neighbours in space get nearby numbers.
 MotherPoints in_slab_order(const MotherPoints& points, const Point& size);
 
 }  // namespace crackle::geometry

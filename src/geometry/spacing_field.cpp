@@ -18,7 +18,7 @@ double SpacingSource::at(const Point& p) const {
 
 namespace {
 
-/// Least and greatest distance between a box and a wall, by the circle round the box; not sharp.
+/// Bounds on the distance between a box and a wall, by the circle around the box; not sharp.
 std::pair<double, double> distances(const Box& box, const std::array<plane::Point, 2>& wall) {
   const plane::Point middle{(box.lower[1] + box.upper[1]) / 2, (box.lower[2] + box.upper[2]) / 2};
   const double radius = plane::norm({box.upper[1] - middle[0], box.upper[2] - middle[1]});
@@ -34,7 +34,7 @@ double SpacingSource::lower_bound(const Box& part) const {
 
 double SpacingSource::upper_bound(const Box& part) const {
   if (wall) return spacing + growth * distances(part, *wall).second;
-  // The distance of the corner that is farthest from the source.
+  // Distance of the corner farthest from the source.
   double sum = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     const double gap = std::max({region.lower[i] - part.lower[i], part.upper[i] - region.upper[i], 0.0});

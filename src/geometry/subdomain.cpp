@@ -30,9 +30,9 @@ void for_owning_parts(std::span<const std::int32_t> nodes, const std::vector<std
   }
 }
 
-/// Fills in the nodes of a subdomain, whose tetrahedra and triangles still have the realization's node
-/// numbers, and gives those local ones.
-/// @param local scratch, -1 for every node of the realization; left so
+/// Collects the nodes of a subdomain, whose tetrahedra and triangles still have the realization's node
+/// numbers, and converts these to local ones.
+/// @param local scratch, -1 for every node of the realization; restored on return
 void number_locally(const Realization& realization, std::vector<std::int32_t>& local, Subdomain& subdomain) {
   auto& numbers = subdomain.layout.number;  // the owned nodes so far
   for (std::size_t i = 0; i < numbers.size(); ++i) local[index(numbers[i])] = static_cast<std::int32_t>(i);

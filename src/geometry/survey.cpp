@@ -13,8 +13,8 @@ namespace crackle::geometry {
 
 namespace {
 
-constexpr double fine_factor = 2;  ///< largest spacing of the fine zone over the notch spacing
-constexpr double depth = 2;        ///< least distance of the fine zone from the surface, in spacings
+constexpr double fine_factor = 2;  ///< largest spacing of the fine zone relative to the notch spacing
+constexpr double depth = 2;        ///< minimum distance of the fine zone from the surface, in spacings
 
 std::array<DisplacementSums, 3> displacement_sums(const Body& body, const MotherPoints& base,
                                                   const Realization& realization, double perturbation) {

@@ -12,14 +12,14 @@ namespace crackle::geometry {
 
 namespace {
 
-constexpr double tolerance = 1e-12;  ///< of coordinates, in the body's largest size
+constexpr double tolerance = 1e-12;  ///< of coordinates, relative to the body's largest size
 
 }  // namespace
 
 std::vector<Symmetry> symmetries(const Body& body, const input::Mesh& mesh) {
   const Point size = body.size();
   const double near = tolerance * *std::ranges::max_element(size);
-  // Symmetries keep distances, so a box whose corners come to corners of another one comes to this one.
+  // Symmetries are isometries, so a box whose corners map onto corners of another box maps onto that box.
   const auto maps = [&](const Symmetry& symmetry, const input::MeshRegion& from,
                         const input::MeshRegion& to) {
     const auto corners = corners_of(box_of(to, body.bounds()));

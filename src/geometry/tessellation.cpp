@@ -25,7 +25,7 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using VertexBase = CGAL::Triangulation_vertex_base_with_info_3<std::int32_t, Kernel>;
 
 struct CellInfo {
-  std::int64_t trial = 0;      ///< the last trial that the cell would have given way to
+  std::int64_t trial = 0;      ///< the last trial that would have replaced the cell
   Place place = Place::solid;  ///< valid for finite cells
 };
 using CellBase = CGAL::Triangulation_cell_base_with_info_3<CellInfo, Kernel>;
@@ -67,10 +67,10 @@ struct Tessellation::Data {
   double min_quality_cubed = 0;
   Delaunay delaunay;
   std::vector<VertexHandle> vertices;
-  std::vector<std::uint8_t> on_surface;  // points keep to their surfaces
+  std::vector<std::uint8_t> on_surface;  // points stay on their surfaces
 
   std::int32_t lifted = -1;
-  std::vector<std::pair<CellHandle, Rating>> filling;  // cells that lifting has made
+  std::vector<std::pair<CellHandle, Rating>> filling;  // cells created by lifting
   mutable std::int64_t trial = 0;
   mutable std::vector<Facet> zone_boundary;
   mutable std::vector<CellHandle> zone;
@@ -91,7 +91,7 @@ struct Tessellation::Data {
         {points[index(cell[0])], points[index(cell[1])], points[index(cell[2])], points[index(cell[3])]});
   }
 
-  /// @param cell nodes ascending, so that equal cells get equal bits
+  /// @param cell nodes in ascending order, for bitwise equal ratings of equal cells
   Rating rate(const Tetrahedron& cell) const { return rate(cell, place_of(cell)); }
 
   Rating rate(const Tetrahedron& cell, Place place) const {
@@ -108,7 +108,7 @@ struct Tessellation::Data {
     return result;
   }
 
-  /// Enters a new cell's place; its nodes, when it is bad, are appended to `bad`.
+  /// Records a new cell's place; appends its nodes to `bad` if it is bad.
   Rating enter(CellHandle cell, std::vector<Tetrahedron>* bad) const {
     cell->info() = CellInfo{};
     if (delaunay.is_infinite(cell)) return {true, 1};
@@ -194,7 +194,7 @@ Tessellation::Trial Tessellation::try_at(const Point& p, const Trial& enough) co
   int j = 0;
   const Kernel::Point_3 position = kernel_point(p);
   const CellHandle cell = data.delaunay.locate(position, type, i, j, data.filling.front().first);
-  // A point on an oblique wall can lie outside the convex hull of the others by rounding.
+  // Due to rounding, a point on an oblique wall can lie outside the convex hull of the others.
   if (type == Delaunay::VERTEX || type == Delaunay::OUTSIDE_AFFINE_HULL) return hopeless;
 
   data.zone.clear();
@@ -237,7 +237,7 @@ Tessellation::Trial Tessellation::try_at(const Point& p, const Trial& enough) co
 void Tessellation::put(const Point& p, std::vector<Tetrahedron>& bad) {
   Data& data = *data_;
   const Trial worst;
-  // Marks the cells of the filling that remain; the others are about to be replaced.
+  // Marks the remaining cells of the filling; the others are about to be replaced.
   try_at(p, worst);
   std::vector<CellHandle> changed;
   for (const auto& [cell, rating] : data.filling)

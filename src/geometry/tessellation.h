@@ -17,15 +17,15 @@ struct TessellationContent {
   std::vector<Triangle> boundary;       ///< their faces without a neighbour, normal outwards
 };
 
-/// The Delaunay tessellation of points of a body, which points can be taken out of and put back into.
+/// The Delaunay tessellation of points of a body, supporting removal and reinsertion of points.
 ///
-/// A cell is good when it is no part of the body, or lies in the body with at least the quality that was
-/// asked for. Nothing that this class returns depends on the history of the tessellation, only on where the
-/// points are, except the order of lists that are documented as unordered.
+/// A cell is good if it is outside the body, or inside with at least the required quality. Results depend
+/// only on the current points, not on the history of the tessellation, except for the order of lists
+/// documented as unordered.
 class Tessellation {
 public:
-  /// Tessellates all points. Some 4 microseconds for each point.
-  /// @param points in the closed body, pairwise different, among them its corners
+  /// Tessellates all points, in about 4 microseconds per point.
+  /// @param points in the closed body, pairwise different, including its corners
   Tessellation(const Body& body, std::span<const Point> points, double min_quality);
   ~Tessellation();
   Tessellation(const Tessellation&) = delete;
@@ -43,8 +43,8 @@ public:
   /// The nodes that share a cell with `node`, ascending.
   std::vector<std::int32_t> neighbours(std::int32_t node) const;
 
-  /// What the tessellation would be like with the lifted node at some point: among the cells that differ from
-  /// those before the node was lifted, the number of bad ones, and the worst quality, as its third power.
+  /// Evaluation of the lifted node at some point: among the cells that differ from those before it was
+  /// lifted, the number of bad ones, and the worst quality, as its third power.
   struct Trial {
     int n_bad = std::numeric_limits<int>::max();
     double worst = -1;
@@ -53,15 +53,15 @@ public:
     }
   };
 
-  /// Takes a node out; the others are tessellated without it. One node at a time; not a corner of the body.
+  /// Removes a node; the others are tessellated without it. One node at a time; not a corner of the body.
   void lift(std::int32_t node);
-  /// @param enough the trial may be cut short as soon as it is known not to be better than this one
+  /// @param enough the trial may stop early once it is known not to be better than this one
   Trial try_at(const Point& p, const Trial& enough) const;
-  /// Puts the lifted node in at p. Appends the bad ones of the changed cells to `bad`, unordered.
+  /// Inserts the lifted node at p. Appends the bad ones among the changed cells to `bad`, unordered.
   void put(const Point& p, std::vector<Tetrahedron>& bad);
 
   /// The cells of the body, unordered.
-  /// @pre bad_cells() is empty, or cells that reach through the surface are counted as cells of the body
+  /// @pre bad_cells() is empty; otherwise cells that cross the surface are included
   TessellationContent content() const;
 
 private:

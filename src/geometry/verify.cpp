@@ -46,7 +46,7 @@ double check_tetrahedra(const Realization& realization, const Body& body, double
     const double own = signed_volume(corner[0], corner[1], corner[2], corner[3]);
     if (!(own > 0)) violation("tetrahedron {} has the volume {:g} m^3", i, own);
     volume.add(own);
-    // By ascending nodes, as when the tessellation was made, for the same bits.
+    // In ascending order of nodes, as in the tessellation, for bitwise equal results.
     Tetrahedron sorted = t;
     std::sort(sorted.begin(), sorted.end());
     const double quality = mean_ratio_cubed(nodes[index(sorted[0])], nodes[index(sorted[1])],
@@ -69,10 +69,10 @@ double check_tetrahedra(const Realization& realization, const Body& body, double
 constexpr std::array<std::array<std::size_t, 3>, 4> outward_face{
     {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
 
-/// The faces of all tetrahedra that have no counterpart of the opposite orientation: smallest node first,
-/// normal outwards, ascending.
+/// Faces of all tetrahedra without a counterpart of opposite orientation: smallest node first, normal
+/// outwards, ascending.
 std::vector<Triangle> unmatched_faces(const Realization& realization) {
-  // A face with the nodes a < b < c goes into the bucket of a as the key b, c, orientation.
+  // A face with nodes a < b < c goes into bucket a, with the key b, c, orientation.
   struct Face {
     std::int32_t a;
     std::uint64_t key;

@@ -26,7 +26,7 @@ bool prescribes_motion(const Boundary& condition) {
          condition.kind == BoundaryKind::displacement;
 }
 
-/// The face of the box that a condition holds on; nothing where its name is that of something else.
+/// The box face on which a condition acts; empty if its name is that of something else.
 std::optional<Face> box_face(const Boundary& condition, const Specimen& specimen) {
   if (!is_box(specimen)) return {};
   for (std::size_t i = 0; i < box_edges.size(); ++i)
@@ -42,7 +42,7 @@ struct Wall {
   std::vector<std::string> names;
 };
 
-/// All walls of a shape; of a box those of its notches.
+/// All walls of a shape; for a box those of its notches.
 std::vector<Wall> walls_of(const Specimen& specimen) {
   std::vector<Wall> walls;
   if (specimen.shape) {
@@ -65,7 +65,7 @@ std::vector<Wall> walls_of(const Specimen& specimen) {
   return walls;
 }
 
-/// The part of a wall that lies in a region, as shares of its length; nothing where none does.
+/// The part of a wall inside a region, as an interval of its length; empty if there is none.
 std::optional<std::pair<double, double>> share_in(const Wall& wall, const Region& region) {
   double first = 0;
   double last = 1;
@@ -86,7 +86,8 @@ std::optional<std::pair<double, double>> share_in(const Wall& wall, const Region
   return std::pair{first, last};
 }
 
-/// The part of its face that a condition holds on; along the face's normal the face's position twice.
+/// The part of its face on which a condition acts; along the face's normal both limits are the face's
+/// position.
 Region part_of_face(const Boundary& condition, Face face, const Vector& size) {
   Region part;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -99,15 +100,16 @@ Region part_of_face(const Boundary& condition, Face face, const Vector& size) {
   return part;
 }
 
-/// True if limits hold a part of an extent: more than its ends, but for a line that may be one of them.
+/// True if the limits include a part of an extent: more than its ends, except for a line, which may be one of
+/// them.
 bool meets(const std::pair<double, double>& limits, double lower, double upper) {
   if (limits.first == limits.second) return lower <= limits.first && limits.first <= upper;
   return limits.first < upper && limits.second > lower;
 }
 
-/// True if two intervals have more than an end in common; a line, that it lies within the other one or is the
-/// same.
-/// @param slack by which ends, and the two ends of a line, may differ
+/// True if two intervals share more than an end; for a line, if it lies within the other interval or
+/// coincides with it.
+/// @param slack tolerance for ends, and for the two ends of a line
 bool overlap(const std::pair<double, double>& one, const std::pair<double, double>& other, double slack) {
   const double first = std::max(one.first, other.first);
   const double last = std::min(one.second, other.second);
@@ -237,7 +239,7 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
     return;
   }
   if (is_side && !is_met) {
-    // A part within the face; whether it lies in a hole shows when the mesh is there.
+    // A part within the face; whether it lies in a hole is only known with the mesh.
     is_met = true;
     for (std::size_t i = 0; i < 2; ++i)
       is_met = is_met && meets(region[i + 1], bounds.lower[i], bounds.upper[i]);
@@ -248,7 +250,7 @@ void check_region(const Boundary& condition, const std::string& key, const Speci
                     show(bounds.upper[1]));
 }
 
-/// Whether two conditions hold on a common part of a box's faces, or of its walls.
+/// True if two conditions act on a common part of a box's faces, or of its walls.
 bool have_common_part(const Boundary& a, const Boundary& b, const Specimen& specimen,
                       const std::vector<Wall>& walls) {
   const auto face = box_face(a, specimen);
@@ -273,12 +275,12 @@ bool have_common_part(const Boundary& a, const Boundary& b, const Specimen& spec
     if (!has(a.on) || !has(b.on)) return false;
     const auto share = share_in(wall, a.region);
     const auto other = share_in(wall, b.region);
-    // Regions may share a border, which the slack of the shares widens; a line has no more than that.
+    // Regions may share a border, to which the tolerance gives some width; a line has no more than that.
     return share && other && overlap(*share, *other, 1e-6);
   });
 }
 
-/// Two conditions that prescribe the same component of the same points, other than to fix it twice.
+/// Reports two conditions that prescribe the same component at the same points, unless both fix it.
 void check_conflicts(const Parameters& parameters, std::size_t i, const std::vector<Wall>& walls,
                      Findings& findings) {
   const Boundary& condition = parameters.boundaries[i];
@@ -299,7 +301,7 @@ void check_conflicts(const Parameters& parameters, std::size_t i, const std::vec
   }
 }
 
-/// A face cannot absorb what another condition moves on the same points.
+/// Reports an absorbing face where another condition prescribes motion.
 void check_absorbs(const Parameters& parameters, std::size_t i, const std::vector<Wall>& walls,
                    Findings& findings) {
   const Boundary& condition = parameters.boundaries[i];

@@ -17,7 +17,7 @@ const char* kind_name(BoundaryKind kind) {
   return kind_names[static_cast<std::size_t>(kind)];
 }
 
-/// Whether components may be left free: motions are prescribed by component, loads as a whole.
+/// True if components may be left free: motions are prescribed by component, loads as vectors.
 bool may_be_free(BoundaryKind kind) {
   return kind == BoundaryKind::velocity || kind == BoundaryKind::displacement;
 }
@@ -43,7 +43,7 @@ struct Components {
   std::array<bool, 3> prescribed{};
 };
 
-/// Three quantities, each of which may be "free" where `free` allows it.
+/// Reads three quantities, each of which may be "free" if `free` allows it.
 std::optional<Components> read_components(const Source& source, const Dimension& dimension,
                                           const Range& range, bool free) {
   const auto elements = read_elements(source, 3, vector_form(dimension, free));
@@ -216,7 +216,7 @@ Key rate_key() {
           [](const Source& source, Parameters& parameters, std::size_t i) {
             Boundary& condition = boundary(parameters, i);
             const std::string table = source.key.substr(0, source.key.rfind('.'));
-            // With none or several kinds the dimension is not known; that is an error of its own.
+            // With none or several kinds the dimension is unknown; that is reported separately.
             if (kinds_given(source.context.findings, table).size() != 1) return;
             if (condition.kind == BoundaryKind::fix) {
               source.report("a fixed boundary does not change with time; give a displacement instead of fix");

@@ -49,15 +49,15 @@ void check_notch_in_body(const Notch& notch, const std::string& key, const Vecto
   }
 }
 
-/// Where a notch's crack can come, along the axis of its depth: from the tip to the opposite face, as it can
-/// pass beside another notch.
+/// The extent that a notch's crack can reach along the axis of its depth: from the tip to the opposite face,
+/// as it can pass another notch.
 std::pair<double, double> reach_of(const Notch& notch, const Vector& size) {
   const double extent = size[index(axis_of(notch.face))];
   return is_upper(notch.face) ? std::pair{0.0, extent - notch.depth} : std::pair{notch.depth, extent};
 }
 
-/// Where the cracks of the notches can come that advance along an axis, for advice: "between 6 mm and 24.5 mm
-/// (specimen.notch[0])", each extent once; empty where there is none.
+/// The extents that notch cracks advancing along an axis can reach, for advice: "between 6 mm and 24.5 mm
+/// (specimen.notch[0])", each extent once; empty if there are none.
 std::string describe_ligaments(const Specimen& specimen, int axis) {
   constexpr std::size_t max_shown = 4;
   std::vector<std::string> extents;
@@ -84,12 +84,12 @@ bool can_arrive(const Specimen& specimen, int axis, double position) {
   });
 }
 
-/// @param is_draw a section that the cracks of this sample cannot reach has no crossings in it
+/// @param is_draw parameters of a single sample; unreachable sections are allowed and have no crossings
 void check_sections_along(int axis, const std::vector<double>& positions, const std::string& name,
                           const Specimen& specimen, bool is_draw, Findings& findings) {
   const auto [lower, upper] = bounds_of(specimen)[index(axis)];
   const bool has_size = size_is_known(findings);
-  // A body without notches has no crack paths, wherever its sections are.
+  // A body without notches has no crack paths, so its sections are not checked.
   const bool has_notches =
       has_size && is_box(specimen) && !findings.faulty("specimen.notch") && !specimen.notches.empty();
   const std::string ligaments = has_notches ? describe_ligaments(specimen, axis) : "";
@@ -118,9 +118,9 @@ void check_sections_along(int axis, const std::vector<double>& positions, const 
   }
 }
 
-/// Whether a part of the line, more than a point, lies inside the body's box.
+/// True if a part of the line, more than a point, lies inside the body's box.
 bool meets_box(const SectionLine& line, const Region& bounds) {
-  double first = 0, last = 1;  // of the line, shares of its length
+  double first = 0, last = 1;  // part of the line, as shares of its length
   for (std::size_t k = 0; k < 2; ++k) {
     const double start = line.from[k], way = line.to[k] - start;
     const double gap = touching * (bounds[k + 1].second - bounds[k + 1].first);
@@ -226,7 +226,7 @@ void check_variation(Findings& findings, const Variation& variation) {
   }
 }
 
-/// Refuses a toughness where the strength that belongs to it is not known.
+/// Rejects a toughness if the corresponding strength is not known.
 void check_toughness(const Parameters& parameters, Findings& findings) {
   constexpr double least = least_measured_poisson_ratio;
   constexpr double greatest = greatest_measured_poisson_ratio;

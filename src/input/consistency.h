@@ -4,22 +4,22 @@
 #include "crackle/input/parameters.h"
 #include "findings.h"
 
-/// Contradictions between keys. Each check leaves out what depends on a key that is faulty itself.
+/// Contradictions between keys. Each check skips what depends on a faulty key.
 namespace crackle::input {
 
-/// Sides and planes nearer to each other than this part of the body's size count as touching.
+/// Sides and planes closer than this share of the body's size count as touching.
 inline constexpr double touching = 1e-6;
 
-/// Whether the extent of the body can be judged.
+/// True if the extent of the body is valid.
 bool size_is_known(const Findings& findings);
 
-/// Whether the body is a box, with slots cut into its faces at most.
+/// True for a box with at most slots cut into its faces.
 bool is_box(const Specimen& specimen);
-/// Checks that the keys of the specimen go together, and finds the size of an outline and the shape of a body
-/// that is no box. To be called before the checks.
+/// Checks that the keys of the specimen are consistent, and derives the size of an outline and the shape of a
+/// body other than a box. Call before the checks.
 void complete_specimen(Parameters& parameters, Findings& findings);
 
-/// Finds the toughness that a stress intensity stands for, by Irwin in plane strain. To be called before the
+/// Derives the toughness from a stress intensity, by Irwin's relation in plane strain. Call before the
 /// checks.
 void complete_fracture(Parameters& parameters, Findings& findings);
 
@@ -33,7 +33,7 @@ void check_output(const Parameters& parameters, Findings& findings);
 void check_random(const Parameters& parameters, Findings& findings);
 void check_sweeps(const Parameters& parameters, Findings& findings);
 
-/// The kinds that a [[boundary]] in the file names; it should name one.
+/// The kinds given by a [[boundary]] in the file; there should be one.
 std::vector<std::string> kinds_given(const Findings& findings, const std::string& table);
 
 }  // namespace crackle::input

@@ -50,7 +50,7 @@ std::vector<std::string> sample_settings(const Parameters& parameters) {
       "ensemble.samples",         "ensemble.ranks_per_sample", "ensemble.meshes", "ensemble.stop.half_width",
       "ensemble.stop.confidence", "ensemble.stop.min_samples", "mesh.points"};
   if (parameters.draw) return parameters.draw->settings;
-  // The layers of a Latin hypercube depend on how many there are.
+  // The layers of a Latin hypercube depend on their number.
   const bool samples_matter =
       !parameters.random.empty() && parameters.ensemble.plan == SamplingPlan::latin_hypercube;
   std::vector<std::string> settings;
@@ -89,7 +89,7 @@ std::string bits_notice(Engine engine) {
 
 std::string sample_identity(const Parameters& parameters) {
   std::vector<std::string> settings = sample_settings(parameters);
-  // Files from before there were these keys have the samples of their defaults.
+  // Files that predate these keys have the samples of their defaults.
   for (const char* const setting : {"mesh.base = shared", "time.engine = fixed-point"})
     std::erase(settings, setting);
   return fmt::format("FNV-1a {:016x}", checksum(fmt::format("{}", fmt::join(settings, "\n"))));

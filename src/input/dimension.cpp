@@ -86,7 +86,7 @@ Dimension with_example(Dimension dimension, std::string example) {
 }
 
 std::string format_number(double value) {
-  // Ten digits hide what the conversion between units rounds; a number that has more of them shows all.
+  // Ten digits hide the rounding of unit conversions; a number with more significant digits is shown in full.
   const std::string text = fmt::format("{:.10g}", value);
   double rounded = 0;
   std::from_chars(text.data(), text.data() + text.size(), rounded);
@@ -96,7 +96,7 @@ std::string format_number(double value) {
 }
 
 std::string format_quantity(double si_value, const Dimension& dimension) {
-  // A unit still fits a value that rounding has left a little below 1.
+  // A unit still fits a value that is slightly below 1 due to rounding.
   constexpr double rounding = 1e-12;
   const ReadableUnit* unit = &dimension.units.back();
   for (const ReadableUnit& candidate : dimension.units) {

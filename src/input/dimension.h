@@ -9,21 +9,21 @@
 
 namespace crackle::input {
 
-/// A unit that values are printed in.
+/// A unit for display.
 struct ReadableUnit {
   std::string name;
   double factor;    ///< SI value of one unit
-  double from = 0;  ///< smallest SI value that is printed in this unit; 0: one unit
+  double from = 0;  ///< smallest SI value displayed in this unit; 0: one unit
 };
 
-/// What a value with a unit measures.
+/// The physical dimension of a value.
 struct Dimension {
   std::string name;                 ///< with its article: "a length"
   std::string si_unit;              ///< as UDUNITS reads it: "m"
   std::string example;              ///< "1.0 mm"
-  double exponent = 0;              ///< beta of stress^beta time; 0 for every other dimension
+  double exponent = 0;              ///< beta of stress^beta time; 0 otherwise
   std::vector<ReadableUnit> units;  ///< largest first
-  /// The SI unit's square, for a unit with a root, which UDUNITS does not read; else empty.
+  /// The square of the SI unit, for a unit with a root, which UDUNITS cannot read; otherwise empty.
   std::string square = {};
 };
 
@@ -35,11 +35,12 @@ Dimension impulse_dimension(double exponent);
 
 inline constexpr std::array axis_names{"x", "y", "z"};
 
-/// Of the quantity that a boundary condition prescribes, and of its rate of change. @pre kind is not fix
+/// The dimensions of the quantity prescribed by a boundary condition, and of its rate of change. @pre kind is
+/// not fix
 const Dimension& value_dimension(BoundaryKind kind);
 const Dimension& rate_dimension(BoundaryKind kind);
 
-/// All dimensions that a key of the input may have; with an exponent other than 0, that of the impulse too.
+/// All dimensions of input keys; with a non-zero exponent, including that of the impulse.
 std::vector<Dimension> known_dimensions(double exponent);
 
 /// The dimension with another example for messages.
@@ -51,7 +52,7 @@ std::string format_quantity(double si_value, const Dimension& dimension);
 /// "24.5 mm": a length.
 std::string show(double length);
 
-/// A plain number, as short as ten digits allow.
+/// A dimensionless number, with at most ten digits.
 std::string format_number(double value);
 
 }  // namespace crackle::input

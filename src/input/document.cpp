@@ -20,7 +20,7 @@ namespace crackle::input {
 
 namespace {
 
-// What differs between the versions 3 and 4 of toml11.
+// Differences between toml11 versions 3 and 4.
 #if TOML11_VERSION_MAJOR >= 4
 struct SortedTables : toml::type_config {
   template <class Key, class Element>
@@ -69,7 +69,7 @@ const toml::source_location& place_of(const toml::syntax_error& error) {
 }
 #endif
 
-/// toml11 clamps numbers that are too large without a word, so their source is read a second time.
+/// toml11 silently clamps numbers that are too large, so their source is parsed again.
 bool fits(std::string source, ValueKind kind) {
   source.erase(std::remove(source.begin(), source.end(), '_'), source.end());
   const char* begin = source.data();
@@ -88,7 +88,7 @@ bool fits(std::string source, ValueKind kind) {
   return std::from_chars(begin, end, integer, base).ec == std::errc{};
 }
 
-/// The lines of an input. (What toml11 4 gives as the lines of a place is shortened to be shown.)
+/// The lines of an input. (The source lines provided by toml11 4 are shortened for display.)
 class SourceLines {
 public:
   explicit SourceLines(const std::string& text) {
@@ -96,13 +96,13 @@ public:
     for (std::string line; std::getline(stream, line);) lines_.push_back(std::move(line));
   }
 
-  /// The line that a place begins in; empty where there is none.
+  /// The line in which a location begins; empty if there is none.
   std::string_view line(const toml::source_location& place) const {
     const std::size_t number = line_of(place);
     return number >= 1 && number <= lines_.size() ? lines_[number - 1] : std::string_view();
   }
 
-  /// What stands at a place, up to the end of its first line.
+  /// The source at a location, up to the end of its first line.
   std::string source(const toml::source_location& place) const {
     const std::string_view whole = line(place);
     const std::size_t start = column_of(place) > 0 ? column_of(place) - 1 : 0;
@@ -290,7 +290,7 @@ std::string shortened(const std::string& text, std::size_t length) {
   }
   if (result.size() <= length) return result;
   result.resize(length);
-  // Do not cut an UTF-8 sequence in two.
+  // Do not split a UTF-8 sequence.
   while (!result.empty() && (static_cast<unsigned char>(result.back()) & 0xc0) == 0x80) result.pop_back();
   if (!result.empty() && static_cast<unsigned char>(result.back()) >= 0x80) result.pop_back();
   return result + "...";

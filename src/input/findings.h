@@ -11,18 +11,17 @@
 
 namespace crackle::input {
 
-/// Where the keys of a file stand, and what is wrong with them.
+/// Locations of the keys of a file, and the errors found.
 ///
-/// Keys are named by their full path, elements of arrays with their number from 0:
-/// "specimen.notch[1].depth".
+/// Keys are named by their full path, with array indices from 0: "specimen.notch[1].depth".
 class Findings {
 public:
   void locate(const std::string& key, int line) { lines_[key] = line; }
 
-  /// Whether the file has the key.
+  /// True if the file contains the key.
   bool given(const std::string& key) const { return lines_.contains(key); }
 
-  /// An error at the key's place, or at that of the nearest table above it.
+  /// Reports an error at the key's line, or at that of its nearest enclosing table.
   void report(const std::string& key, const std::string& message);
   void report(const std::string& key, int line, const std::string& message);
   template <class... Arguments>
@@ -30,14 +29,14 @@ public:
     report(key, fmt::format(message, std::forward<Arguments>(arguments)...));
   }
 
-  /// Whether there is an error at the key, at something inside it or at a table that it is in; values that
-  /// depend on it cannot be judged then.
+  /// True if there is an error at the key, inside it or at an enclosing table; values that depend on it
+  /// cannot be checked then.
   bool faulty(const std::string& key) const;
 
   bool empty() const { return findings_.empty(); }
 
-  /// "file:line: key: message" for each error (line 0, of a text without a file, is left out), in the
-  /// order of the lines; the last line counts those beyond the first hundred.
+  /// "file:line: key: message" for each error (line 0, for text without a file, is omitted), sorted by line;
+  /// the last line counts those beyond the first hundred.
   std::vector<std::string> messages(const std::filesystem::path& file) const;
 
 private:

@@ -14,7 +14,7 @@ namespace crackle::input {
 
 namespace {
 
-/// To two figures, for advice.
+/// Rounds to two significant digits, for advice.
 double two_figures(double value, double (*round)(double)) {
   const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
   return round(value / unit) * unit;
@@ -26,7 +26,7 @@ double rounded_down(double value) {
   return two_figures(value, std::floor);
 }
 
-/// Of what both boxes have [m^3]; 0 where they do not meet.
+/// Volume of the intersection of two boxes [m^3]; 0 if they do not intersect.
 double common_volume(const Region& a, const Region& b) {
   double volume = 1;
   for (std::size_t axis = 0; axis < 3; ++axis)
@@ -35,7 +35,7 @@ double common_volume(const Region& a, const Region& b) {
   return volume;
 }
 
-/// Of what a shape and a box have in common [m^2].
+/// Area of the intersection of a shape and a box [m^2].
 double common_area(const plane::Shape& shape, const Region& box) {
   const plane::Bounds bounds = plane::bounds_of(shape.loops.front().corners);
   plane::Point lower{};
@@ -51,7 +51,7 @@ double common_area(const plane::Shape& shape, const Region& box) {
   return common;
 }
 
-/// Of the body in a box, without its notches, which must not overlap [m^3].
+/// Volume of the body in a box, without its notches, which must not overlap [m^3].
 double material_volume(const Specimen& specimen, const Region& box) {
   const Vector& size = specimen.size;
   if (specimen.shape) {
@@ -64,8 +64,8 @@ double material_volume(const Specimen& specimen, const Region& box) {
   return volume;
 }
 
-/// Refuses a spacing with which more points than can be made stand in a box: at least one in each spacing^3;
-/// what is finer elsewhere is counted when the mesh is made.
+/// Rejects a spacing with too many points in a box: at least one per spacing^3; refinements elsewhere are
+/// counted when the mesh is made.
 void check_number(const Mesh& mesh, double spacing, double volume, const std::string& key,
                   Findings& findings) {
   const double n_points = volume / std::pow(spacing, 3);
@@ -75,7 +75,7 @@ void check_number(const Mesh& mesh, double spacing, double volume, const std::st
       show(spacing), n_points, max_mother_points, show(rounded_up(std::cbrt(volume / max_mother_points))));
 }
 
-/// Refuses a mesh that is nowhere fine enough for softening.
+/// Rejects a mesh that is nowhere fine enough for softening.
 void check_softening(const Parameters& parameters, Findings& findings) {
   const Fracture& fracture = parameters.fracture;
   if (fracture.release != Release::softening || fracture.strength == 0 || fracture.toughness == 0) return;

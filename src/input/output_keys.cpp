@@ -15,9 +15,9 @@ namespace crackle::input {
 
 namespace {
 
-/// The number of a boundary condition is an int; whether there is such a one is checked later.
+/// The number of a boundary condition is an int; its existence is checked later.
 constexpr int max_conditions = 1'000'000;
-/// Rows of a history in one dynamic phase.
+/// Maximum number of history rows in one dynamic phase.
 constexpr double max_history_rows = 100'000;
 
 Key probe_name_key() {
@@ -76,7 +76,7 @@ Key place_key() {
           }};
 }
 
-/// Whether a place in the plane of the plate lies in the material, or within `slack` of it.
+/// True if a point in the plane of the plate lies in the material, or within `slack` of it.
 bool in_shape(const plane::Shape& shape, const plane::Point& p, double slack) {
   bool is_inside = true;
   double nearest = infinity;
@@ -89,7 +89,7 @@ bool in_shape(const plane::Shape& shape, const plane::Point& p, double slack) {
   return is_inside || nearest <= slack;
 }
 
-/// Why a place is not in the body, or nothing.
+/// Why a point is not in the body; empty if it is.
 std::optional<std::string> reason_outside(const Specimen& specimen, const Vector& p) {
   const Region bounds = bounds_of(specimen);
   double extent = 0;
@@ -122,7 +122,7 @@ Table output_table() {
       "history", [](Parameters & parameters, std::size_t) -> auto& { return parameters.output.history; },
       "0.5 us",
       "time between two rows of a sample's history in dynamic phases; \"auto\" is a 200th of the duration");
-  // As if it had not been given.
+  // Treated as if not given.
   history.show = [show = history.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
     if (!parameters.output.history) return {};
     return show(parameters, i);
@@ -148,7 +148,7 @@ Table probe_table() {
 
 namespace {
 
-/// Conditions that can govern: "0 to 3, \"rollers\" or \"grip\"".
+/// Conditions that can be governing: "0 to 3, \"rollers\" or \"grip\"".
 std::string known_conditions(const std::vector<Boundary>& conditions) {
   std::vector<std::string> known{conditions.size() == 1 ? "0"
                                                         : fmt::format("0 to {}", conditions.size() - 1)};

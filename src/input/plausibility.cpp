@@ -15,21 +15,21 @@ namespace {
 
 constexpr double softest = 1e6, stiffest = 2e12;   // Young's moduli: of rubber, of diamond [Pa]
 constexpr double lightest = 10, heaviest = 23000;  // densities: of foams, of osmium [kg/m^3]
-/// What bonds carry at most, over Young's modulus.
+/// Maximum strength of atomic bonds, relative to Young's modulus.
 constexpr double ideal_strength = 0.1;
-/// Softer materials are gels and rubbers, which stretch far before they tear [Pa].
+/// Softer materials are gels and rubbers, which stretch far before failing [Pa].
 constexpr double brittle_modulus = 1e8;
-/// Strengths below this share of Young's modulus break under a body's own weight.
+/// With strengths below this share of Young's modulus a body breaks under its own weight.
 constexpr double least_strength = 1e-7;
 constexpr double many_transits = 1000;
-/// A slip between "m" and "M".
+/// Factor of a mix-up of "m" and "M".
 constexpr double milli_for_mega = 1e9;
 
 std::string shown_stress(double stress) {
   return quantity_text(stress, "Pa");
 }
 
-/// ": is 32 GPa meant, with MPa for mPa?" where that makes sense; empty elsewhere.
+/// ": is 32 GPa meant, with MPa for mPa?" if that is plausible; otherwise empty.
 std::string mega_is_meant(double stress, double least, double greatest) {
   const double meant = stress * milli_for_mega;
   if (meant < least || meant > greatest) return {};
@@ -72,7 +72,7 @@ std::string of_strength(const Parameters& parameters) {
   return {};
 }
 
-/// A toughness goes with a strength of about the root of toughness, modulus and one over spacing.
+/// A toughness corresponds to a strength of about sqrt(toughness * modulus / spacing).
 std::string of_toughness(const Parameters& parameters) {
   const Fracture& fracture = parameters.fracture;
   const double modulus = parameters.material.youngs_modulus;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// [[random]]: numbers of the input that each sample has another value of.
+// [[random]]: numbers of the input that vary between samples.
 #include "consistency.h"
 #include "schema.h"
 
@@ -32,7 +32,7 @@ constexpr std::array parameters_of_random{
 };
 constexpr Parameter shape_parameter{"shape", &RandomInput::shape, "of Weibull: its modulus"};
 
-/// Which parameters a distribution takes, in words of the keys.
+/// The parameters of a distribution, by key.
 struct Signature {
   std::vector<std::string_view> required;
   std::vector<std::string_view> optional;
@@ -54,7 +54,7 @@ bool contains(const std::vector<std::string_view>& names, std::string_view name)
   return std::ranges::find(names, name) != names.end();
 }
 
-/// The dimension that the values of a random input have. @pre it has a unit
+/// The dimension of a random input's values. @pre it has a unit
 Dimension dimension_of(const RandomInput& random) {
   if (random.exponent != 0) return impulse_dimension(random.exponent);
   for (const Dimension& dimension : known_dimensions(0))
@@ -64,7 +64,7 @@ Dimension dimension_of(const RandomInput& random) {
 
 constexpr std::array without_random{"ensemble", "sections", "output", "random", "sweep"};
 
-/// Whether a number at this path makes another set of base mother points.
+/// True if changing the number at this path changes the base mother points.
 bool moves_geometry(const std::string& path) {
   const bool of_region = path.starts_with("boundary[") && path.find(".region.") != std::string::npos;
   const bool of_body = path.starts_with("specimen.") || path.starts_with("mesh.") || of_region;
@@ -74,7 +74,7 @@ bool moves_geometry(const std::string& path) {
 const std::string accepted_random_key =
     "a number that the input gives, such as \"material.youngs_modulus\" or \"specimen.notch[0].depth\"";
 
-/// Finds what the key names.
+/// Finds the number named by the key.
 void resolve(const Source& source, RandomInput& random, double exponent) {
   const auto path = read_text(source, accepted_random_key);
   if (!path) return;
@@ -167,7 +167,7 @@ Key parameter_key(const Parameter& parameter) {
           }};
 }
 
-/// Checks that the parameters of one distribution make sense together.
+/// Checks that the parameters of one distribution are consistent.
 void check_distribution(const RandomInput& random, const std::string& table, Findings& findings) {
   const auto is_given = [](double value) { return !std::isnan(value); };
   const Signature& signature = signature_of(random.distribution);

@@ -54,7 +54,7 @@ void read_table(const Table& table, const Value& value, const std::string& name,
   }
 }
 
-/// Reads a table that the document does not have.
+/// Handles a table that is missing in the document.
 void read_missing_table(const Table& table, Parameters& parameters, Context& context) {
   std::vector<std::string> needed;
   for (const Key& key : table.keys)
@@ -83,10 +83,10 @@ void read_tables(const Table& table, const Value& root, Parameters& parameters, 
   }
 }
 
-/// The text with the points of the outline in place of the name of their file: what the body is stands in the
-/// input, wherever that goes.
-/// @param name of the file, as the document has it
-/// @return nothing where the name does not stand in the text as it is
+/// The text with the points of the outline in place of their file name, so that the input contains the whole
+/// body.
+/// @param name of the file, as in the document
+/// @return empty if the name does not occur verbatim in the text
 std::optional<std::string> with_outline(const std::string& text, const Value& name,
                                         const plane::Polygon& polygon) {
   std::size_t start = 0;
@@ -126,8 +126,8 @@ InputError::InputError(std::vector<std::string> messages)
 
 namespace {
 
-/// @param draw of a sample: random inputs have the values drawn. These need not be means that their
-/// distributions allow, and sections may lie where no crack can come.
+/// @param draw of a sample: random inputs have the drawn values. These need not be valid means of their
+///   distributions, and sections may lie outside the reach of cracks.
 Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points,
                  std::optional<Draw> draw) {
   Findings findings;

@@ -14,7 +14,7 @@ namespace crackle::input {
 
 namespace {
 
-/// The member of one of the groups of the parameters, such as `parameters.mesh.spacing`.
+/// Accessor of a member of one of the groups of the parameters, such as `parameters.mesh.spacing`.
 template <class Group, class T>
 Access<T> in(Group Parameters::*group, T Group::*member) {
   return [=](Parameters& parameters, std::size_t) -> T& { return parameters.*group.*member; };
@@ -31,8 +31,8 @@ std::string show_lengths(std::span<const double> lengths) {
   return bracketed(items);
 }
 
-/// Number of bytes and 64-bit FNV-1a hash of a file's content, as text: tells contents apart that differ by
-/// mistake, not by intent. Nothing when the file cannot be read.
+/// Size and 64-bit FNV-1a hash of a file's contents, as text: detects accidental, not deliberate differences.
+/// Empty if the file cannot be read.
 std::optional<std::string> content_digest(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) return std::nullopt;
@@ -92,7 +92,7 @@ Key impulse_key() {
           "above 0, such as \"1e-8 MPa^2 s\" for exponent = 2",
           "K_f of the Tuler-Butcher criterion",
           [=](const Source& source, Parameters& parameters, std::size_t) {
-            // Without the exponent the dimension is not known.
+            // Without a valid exponent the dimension is unknown.
             if (source.context.findings.faulty("fracture.exponent")) return;
             const Dimension dimension = impulse_dimension(parameters.fracture.exponent);
             if (const auto value = read_quantity(source, dimension, range)) {
@@ -155,7 +155,7 @@ Table line_table() {
           [](Parameters& parameters) { parameters.sections.lines.emplace_back(); }};
 }
 
-/// The key with nothing shown while its value is 0, which stands for one that is not given.
+/// The key, hidden while its value is 0, which means not given.
 Key hidden_at_zero(Key key, const Access<double>& access) {
   key.show = [=, show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
     if (access(parameters, i) == 0) return {};
@@ -164,7 +164,7 @@ Key hidden_at_zero(Key key, const Access<double>& access) {
   return key;
 }
 
-/// The key with nothing shown without softening, which it does not go with.
+/// The key, hidden without softening, to which it belongs.
 Key of_softening(Key key) {
   key.show = [show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
     if (parameters.fracture.release != Release::softening) return {};
@@ -173,7 +173,7 @@ Key of_softening(Key key) {
   return key;
 }
 
-/// The key with nothing shown without random inputs, which it says something about.
+/// The key, hidden without random inputs, to which it belongs.
 Key with_random_inputs(Key key) {
   key.show = [show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
     if (parameters.random.empty()) return {};
@@ -296,7 +296,7 @@ Table material_table() {
                         {0, 1e6, true}, required(), "mass density")}};
 }
 
-/// An energy; a stress intensity is sent to the key that takes one.
+/// An energy; for a stress intensity, the error refers to the corresponding key.
 Key toughness_key() {
   Key key =
       optional_quantity_key("toughness", in(&Parameters::fracture, &Fracture::toughness),

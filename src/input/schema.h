@@ -17,19 +17,19 @@
 #include <vector>
 
 /// The keys of the input file. Each is declared once, in schema.cpp; reading, checking, the echo of the
-/// resolved input and the table of keys all follow from that declaration.
+/// resolved input and the table of keys are all derived from that declaration.
 namespace crackle::input {
 
-/// The place of a value in the parameters; `index` is the number of the table in an array of tables.
+/// Access to a value in the parameters; `index` is the number of the table in an array of tables.
 template <class T>
 using Access = std::function<T&(Parameters& parameters, std::size_t index)>;
 
-/// What holds when a key is not given.
+/// Treatment of a missing key.
 struct Requirement {
   bool required = true;
-  std::string fallback;  ///< default as it would stand in the file; empty: the value stays unset
-  std::string unset;     ///< what an unset value means, for the table of keys
-  std::string instead;   ///< key of the same table with which a required one may be left out
+  std::string fallback;  ///< default as written in the file; empty: the value stays unset
+  std::string unset;     ///< meaning of an unset value, for the table of keys
+  std::string instead;   ///< key of the same table that can replace a required one
 };
 inline Requirement required() {
   return {};
@@ -45,13 +45,13 @@ inline Requirement optional(std::string meaning) {
 }
 
 struct Key {
-  std::string name;       ///< within its table; "region.y" for a member of a table inside it
+  std::string name;       ///< within its table; "region.y" for a member of a nested table
   std::string dimension;  ///< for the table of keys
   Requirement requirement;
   std::string accepted;
   std::string help;
   std::function<void(const Source&, Parameters&, std::size_t)> read;
-  /// Text for the echo; nothing where the key does not apply.
+  /// Text for the echo; empty if the key does not apply.
   std::function<std::optional<std::string>(Parameters&, std::size_t)> show;
 };
 
@@ -62,7 +62,7 @@ struct Table {
   Occurrence occurrence = Occurrence::once;
   std::string help;
   std::vector<Key> keys;
-  /// Number of these tables in the parameters, and a new one; for `once` there is always one.
+  /// Number of these tables in the parameters, and appending one; for `once` there is always one.
   std::function<std::size_t(const Parameters&)> count = [](const Parameters&) { return std::size_t{1}; };
   std::function<void(Parameters&)> append = [](Parameters&) {};
 };
@@ -72,11 +72,11 @@ inline std::string header_of(const Table& table) {
   return table.occurrence == Occurrence::many ? "[[" + table.path + "]]" : "[" + table.path + "]";
 }
 
-/// All tables with their keys, in the order in which they are read and shown.
+/// All tables with their keys, in the order of reading and display.
 const std::vector<Table>& schema();
 
-/// Reports every key and table of the document that the schema does not have, with the nearest known name,
-/// and tables that stand in the wrong form ([name] for [[name]], a number for a table).
+/// Reports every key and table of the document missing in the schema, with the nearest known name, and tables
+/// of the wrong form ([name] instead of [[name]], a number instead of a table).
 void report_unknown_keys(const Value& root, Findings& findings);
 
 /// [specimen], [[specimen.hole]] and [[specimen.notch]].
@@ -89,7 +89,7 @@ Table boundary_table();
 Table output_table();
 Table probe_table();
 
-/// [[random]] and [[sweep]], which name keys of other tables.
+/// [[random]] and [[sweep]], which refer to keys of other tables.
 Table random_table();
 Table sweep_table();
 
@@ -100,7 +100,7 @@ const Key* find_key(const std::string& path);
 
 Key quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
                  Requirement requirement, std::string help);
-/// A positive quantity that may be left out; then its value stays 0 and is not shown.
+/// A positive quantity that may be omitted; its value then stays 0 and is not shown.
 Key optional_quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
                           Requirement requirement, std::string help);
 /// A time or the word "auto", which leaves the value empty.
@@ -108,18 +108,18 @@ Key automatic_time_key(std::string name, Access<std::optional<double>> access, c
                        std::string help);
 Key number_key(std::string name, Access<double> access, Range range, Requirement requirement,
                std::string help);
-/// A positive number that may be left out; then its value stays 0 and is not shown.
+/// A positive number that may be omitted; its value then stays 0 and is not shown.
 Key optional_number_key(std::string name, Access<double> access, Range range, std::string unset,
                         std::string help);
-/// An interval of a coordinate that may be left out; then it stays unbounded and is not shown.
+/// An interval of a coordinate that may be omitted; it then stays unbounded and is not shown.
 /// @param example its two lengths
-/// @param whole what is meant without it
-/// @param may_be_empty whether its two lengths may be equal
+/// @param whole meaning of a missing interval
+/// @param may_be_empty allows two equal lengths
 Key range_key(std::string name, Access<std::pair<double, double>> access,
               const std::pair<std::string, std::string>& example, std::string whole, std::string help,
               bool may_be_empty = false);
 
-/// A key whose value `read` gives, if it is sound, and `show` writes.
+/// A key whose value is parsed by `read`, which may fail, and written by `show`.
 template <class T, class Read, class Show>
 Key value_key(std::string name, std::string dimension, Requirement requirement, std::string accepted,
               std::string help, Access<T> access, Read read, Show show) {
@@ -174,7 +174,7 @@ inline std::vector<std::pair<std::string, Face>> faces_from(Face first) {
   return choices;
 }
 
-// Ranges. The outer bounds only keep slips such as "5e300 mm" away from the arithmetic.
+// Ranges. The outer bounds only keep mistakes such as "5e300 mm" out of the arithmetic.
 
 inline constexpr Range positive_length{1e-9, 1e3};
 inline constexpr Range positive_time{1e-15, 1e6};

@@ -18,7 +18,7 @@ namespace crackle::input {
 
 namespace {
 
-/// Values that come from no file.
+/// Line number of values that do not come from a file.
 constexpr int no_line = 0;
 
 Value string_value(std::string_view text) {
@@ -37,7 +37,7 @@ Value empty_array() {
   return array;
 }
 
-/// Adds the texts between the commas to an array.
+/// Appends the texts between the commas to an array.
 void add_elements(std::string_view list, Value& array) {
   for (std::size_t start = 0; start <= list.size();) {
     const std::size_t end = std::min(list.find(',', start), list.size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Other values in the text of an input.
+// Replaces values in the text of an input.
 #include "crackle/common/whole_number.h"
 #include "crackle/input/reader.h"
 
@@ -19,14 +19,14 @@ namespace crackle::input {
 
 namespace {
 
-/// Bytes of a text and what stands there instead.
+/// A range of bytes of a text and its replacement.
 struct Change {
   std::size_t begin;
   std::size_t end;
   std::string text;
 };
 
-/// Byte at which a line begins; lines are counted from 1.
+/// Byte offset of a line; lines are counted from 1.
 std::size_t start_of_line(const std::string& text, int line) {
   std::size_t start = 0;
   for (int i = 1; i < line && start < text.size(); ++i)
@@ -44,8 +44,8 @@ std::pair<std::size_t, std::size_t> extent_of(const std::string& text, const Val
   return {begin, std::min(begin + value.length, text.size())};
 }
 
-/// Byte behind the line that begins a table: "[fracture]", or "[[boundary]]" for the second time for
-/// "boundary[1]". Nothing where the text does not have it in this form.
+/// Byte offset after the header line of a table: "[fracture]", or the second "[[boundary]]" for
+/// "boundary[1]". Empty if the text has no such line.
 std::optional<std::size_t> behind_header(const std::string& text, const std::string& path) {
   const auto bracket = path.find('[');
   std::size_t count = 0;
@@ -66,8 +66,8 @@ std::optional<std::size_t> behind_header(const std::string& text, const std::str
   return {};
 }
 
-/// A line for a key that the text does not have, behind the header of the nearest table that it is in; at the
-/// end, with a header of its own, where there is none.
+/// Insertion of a missing key, after the header of its nearest enclosing table; without one, at the end with
+/// its own header.
 Change added(const std::string& text, const Setting& setting) {
   for (auto dot = setting.key.rfind('.'); dot != std::string::npos && dot > 0;
        dot = setting.key.rfind('.', dot - 1)) {
@@ -107,7 +107,7 @@ std::string with_settings(const std::string& text, const std::vector<Setting>& s
     }
   }
   const std::string result = apply(text, changes);
-  // Positions are the parser's, and a table may be written in many ways: what was meant must have come out.
+  // The positions are the parser's, and a table can be written in many ways: verify the result.
   try {
     const Value changed = parse_document(result);
     for (const Setting& setting : settings) {

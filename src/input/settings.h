@@ -5,7 +5,7 @@
 
 namespace crackle::input {
 
-/// The text without its tables [[name]]. @throws InputError where they are written in another way
+/// The text without its tables [[name]]. @throws InputError when they are written in another form
 std::string without_tables(const std::string& text, const std::string& name);
 
 }  // namespace crackle::input

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the body is in the plane of the plate.
+// The shape of the body in the plane of the plate.
 #include "consistency.h"
 #include "dimension.h"
 
@@ -18,9 +18,9 @@ namespace crackle::input {
 
 namespace {
 
-/// Points this near to the surface, in the body's size, are on it.
+/// Points this close to the surface, relative to the body's size, are on it.
 constexpr double on_surface = 1e-9;
-/// A realization's worst tetrahedron is this much worse than the best one that fits a corner.
+/// Ratio of the best tetrahedron that fits a corner to a realization's worst one.
 constexpr double quality_reserve = 1.25;
 
 using plane::Point;
@@ -41,7 +41,7 @@ std::string show_place(const Point& p) {
   return fmt::format("({}, {})", input::show(p[0]), input::show(p[1]));
 }
 
-/// The distance of points that the mesh has without regard to the body's shape.
+/// The point distance required by the mesh, regardless of the body's shape.
 class MeshSpacing {
 public:
   explicit MeshSpacing(const Parameters& parameters) : mesh_(parameters.mesh) {
@@ -86,13 +86,13 @@ private:
   std::vector<Tip> tips_;
 };
 
-/// Something that is cut out of the outline.
+/// A figure cut out of the outline.
 struct Cutter {
   std::string key;  ///< in the input
   plane::Loop loop;
 };
 
-/// The polygon counter-clockwise.
+/// The polygon with counter-clockwise orientation.
 Polygon turned_left(Polygon polygon) {
   if (plane::signed_area(polygon) < 0) std::ranges::reverse(polygon);
   return polygon;
@@ -102,7 +102,7 @@ Polygon turned_left(Polygon polygon) {
 double best_quality(double angle) {
   if (angle >= std::numbers::pi / 3) return 1;
   const double half = std::sin(angle / 2);
-  const double square = 1 + half * half;  // of the edge's length in that of the legs
+  const double square = 1 + half * half;  // squared edge length relative to the legs
   return 2 * std::pow(std::sin(angle) / 2, 2.0 / 3) * std::pow(square, -2.0 / 3);
 }
 
@@ -110,8 +110,8 @@ struct Ellipse {
   Point centre, first, second;  ///< centre + cos(angle) first + sin(angle) second
 };
 
-/// Where a region's limits of y and z cross an ellipse, within its limits of the other one. Takes no more
-/// than square roots, as plane::arc does.
+/// Points where a region's limits of y or z cross an ellipse, within its limits of the other coordinate. Uses
+/// only square roots, like plane::arc.
 Polygon limits_on(const Ellipse& curve, const Region& region) {
   Polygon places;
   for (std::size_t i = 0; i < 2; ++i)
@@ -132,10 +132,10 @@ Polygon limits_on(const Ellipse& curve, const Region& region) {
   return places;
 }
 
-/// Makes a point of a curve a corner of its polygon: in place of one that is nearer than this share of the
-/// chord, unless that has to stay, else besides the others.
+/// Inserts a point of a curve as a corner of its polygon: it replaces a corner closer than this share of the
+/// chord, unless that one must stay.
 constexpr double replacing_share = 0.25;
-/// Points of a curve that are nearer to each other than this share of a chord are the same.
+/// Points of a curve closer than this share of a chord are identical.
 constexpr double same_share = 1e-6;
 
 void set_corner(Polygon& corners, const Point& p, const Polygon& stays) {
@@ -187,11 +187,11 @@ private:
     return static_cast<int>(shape_.parts.size()) - 1;
   }
 
-  /// A closed curve whose chords end where regions of conditions on it do.
+  /// A closed curve whose chords end at the limits of condition regions on it.
   Polygon ellipse(const Ellipse& curve, const std::string& name) const {
     Polygon corners = plane::arc(curve.centre, curve.first, curve.second, 4, spacing_);
     Polygon stays;
-    // A circle's extent along y and z is that of the body.
+    // The extent of a circle along y and z determines that of the body.
     if (name.starts_with("edge"))
       stays = {curve.centre + curve.first, curve.centre + curve.second, curve.centre - curve.first,
                curve.centre - curve.second};
@@ -226,7 +226,7 @@ private:
       for (std::size_t i = 0; i < loop.size(); ++i)
         loop.part.push_back(add_part(fmt::format("edge-{}", i), false));
     if (plane::signed_area(loop.corners) < 0) {
-      // Side i, from corner i to the next one, is the side that leads to corner i now.
+      // Side i, from corner i to the next one, is now the side that leads to corner i.
       std::ranges::reverse(loop.corners);
       std::ranges::reverse(loop.part);
       std::rotate(loop.part.begin(), loop.part.begin() + 1, loop.part.end());
@@ -279,7 +279,7 @@ private:
     return of_part(*polygon, part);
   }
 
-  /// A slot cut into a face of the box or of the least box round the outline.
+  /// A slot cut into a face of the box or of the bounding box of the outline.
   Polygon in_face(const Notch& given) const {
     const plane::Bounds bounds = plane::bounds_of(shape_.loops.front().corners);
     const std::size_t depth_axis = index(axis_of(given.face)) - 1;
@@ -313,7 +313,7 @@ private:
       return plane::arc(end - given.height / 2 * direction, -1.0 * left, given.height / 2 * direction, 2,
                         spacing_);
     }
-    // An open end goes on until it is outside over its whole height, and a little farther.
+    // An open end is extended until it is outside over its whole height, and slightly beyond.
     const Point step = given.height / 8 * direction;
     for (int i = 0; i < 64 && (is_in_body(end - left) || is_in_body(end + left)); ++i) end = end + step;
     end = end + step;
@@ -337,7 +337,7 @@ private:
     const Point direction = direction_of(to - from);
     Polygon polygon = slot_end(given, to, direction);
     for (const Point& p : slot_end(given, from, -1.0 * direction))
-      // Half circles of a slot as long as it is high share their ends.
+      // The half circles of a slot as long as it is high share their ends.
       if (p != polygon.back() && p != polygon.front()) polygon.push_back(p);
     return polygon;
   }
@@ -354,14 +354,14 @@ private:
     return true;
   }
 
-  /// Cuts out what lies inside the outline and apart from all else, which needs no set operation.
+  /// Cuts out a figure inside the outline and separate from all others, which needs no set operation.
   bool cut_hole(const Cutter& cutter) {
     const Polygon& corners = cutter.loop.corners;
     const Polygon& outline = shape_.loops.front().corners;
     if (plane::come_near(corners, outline, touching * size_) || !plane::holds(outline, corners[0]))
       return false;
     plane::Loop hole = cutter.loop;
-    std::ranges::reverse(hole.corners);  // all its sides belong to one part
+    std::ranges::reverse(hole.corners);  // all sides belong to one part
     shape_.loops.push_back(std::move(hole));
     return true;
   }
@@ -436,7 +436,7 @@ private:
   double size_ = 0;  ///< largest distance of two corners [m]
 };
 
-/// What holds between the keys of one table.
+/// Checks between the keys of one table.
 void check_holes(const Parameters& parameters, Findings& findings) {
   for (std::size_t i = 0; i < parameters.specimen.holes.size(); ++i) {
     const std::string key = fmt::format("specimen.hole[{}]", i);

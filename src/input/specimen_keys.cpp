@@ -12,7 +12,7 @@ namespace crackle::input {
 
 namespace {
 
-constexpr std::size_t max_corners = 1000;  ///< of a polygon, so that checks take less than a second
+constexpr std::size_t max_corners = 1000;  ///< of a polygon; limits the checks to less than a second
 constexpr double degree = std::numbers::pi / 180;
 
 const Dimension angle_dimension{"an angle", "radian", "30 degree", 0, {{"degree", degree}}};
@@ -66,7 +66,7 @@ std::optional<plane::Polygon> read_polygon(const Source& source) {
   return checked_polygon(source, std::move(polygon));
 }
 
-/// The points of a text file: two numbers "y z" in millimetres on each line; # begins a comment.
+/// Reads points from a text file: two numbers "y z" in millimetres per line; # begins a comment.
 std::optional<plane::Polygon> read_polygon_file(const Source& source) {
   const std::filesystem::path file = source.context.folder / source.value.string;
   const std::string name = shortened(file.string(), 200);
@@ -284,7 +284,7 @@ Slot& slot(Parameters& parameters, std::size_t i) {
   return *some.slot;
 }
 
-/// A key of slots in a face, which others do not show.
+/// A key of slots in a face, not shown for other slots.
 Key of_face(Key key) {
   key.show = [show = key.show](Parameters& parameters, std::size_t i) -> std::optional<std::string> {
     if (parameters.specimen.notches.at(i).slot) return {};

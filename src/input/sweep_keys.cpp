@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// [[sweep]]: keys whose values make the cases of a study.
+// [[sweep]]: keys whose values define the cases of a study.
 #include "consistency.h"
 #include "schema.h"
 #include "settings.h"
@@ -12,7 +12,7 @@ namespace crackle::input {
 namespace {
 
 constexpr std::size_t max_cases = 1000;
-/// What one run has for all of its cases.
+/// Keys common to all cases of one run.
 constexpr std::array same_for_all{"ensemble.ranks_per_sample", "ensemble.meshes"};
 
 const std::string accepted_sweep_key =
@@ -123,7 +123,7 @@ void check_sweeps(const Parameters& parameters, Findings& findings) {
 }
 
 std::vector<std::string> sweep_warnings(const std::vector<Case>& cases) {
-  std::map<std::string, std::vector<std::size_t>> equal;  // numbers of the cases with the same values
+  std::map<std::string, std::vector<std::size_t>> equal;  // numbers of the cases with equal values
   for (std::size_t number = 0; number < cases.size(); ++number)
     equal[echo(cases[number].parameters)].push_back(number);
   std::vector<std::string> warnings;
@@ -142,7 +142,7 @@ std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesyste
     Case one;
     bool has_points = false;
     std::size_t rest = number;
-    std::vector<std::vector<Setting>> parts;  // of each sweep, the last one first
+    std::vector<std::vector<Setting>> parts;  // for each sweep, the last one first
     for (auto swept = parameters.sweeps.rbegin(); swept != parameters.sweeps.rend(); ++swept) {
       const auto& row = swept->values[rest % swept->values.size()];
       rest /= swept->values.size();
@@ -152,7 +152,7 @@ std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesyste
     for (auto part = parts.rbegin(); part != parts.rend(); ++part)
       one.settings.insert(one.settings.end(), part->begin(), part->end());
     for (const Setting& setting : one.settings) has_points = has_points || setting.key == "mesh.points";
-    // At the end, so that lines have the numbers that they have in the file.
+    // At the end, so that line numbers match the file.
     const std::string text = with_settings(common, one.settings) +
                              fmt::format("\n# Case {} of {}: {}\n", number, n, to_string(one.settings));
     PointsFile points;

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t comment_width = 110;
 
-/// Lines of at most comment_width characters that begin with "# ".
+/// Lines of at most comment_width characters that start with "# ".
 std::string comment(const std::string& text) {
   std::string result, line = "#";
   std::istringstream words(text);
@@ -33,7 +33,7 @@ std::string comment(const std::string& text) {
   return result + line + "\n";
 }
 
-/// A value that the key could have: its default, or what the description of the accepted ones gives.
+/// A possible value of the key: its default, or one taken from the description of accepted values.
 std::string example_of(const Key& key) {
   if (!key.requirement.fallback.empty()) return key.requirement.fallback;
   const std::string& accepted = key.accepted;
@@ -41,7 +41,7 @@ std::string example_of(const Key& key) {
   constexpr std::string_view such_as = "such as ";
   if (const auto at = accepted.find(such_as); at != std::string::npos) {
     const std::string example = accepted.substr(at + such_as.size());
-    // Up to the end of the brackets or quotation marks.
+    // Up to the closing bracket or quotation mark.
     const char close = example[0] == '[' ? ']' : example[0] == '"' ? '"' : ' ';
     int depth = 0;
     for (std::size_t i = 0; i < example.size(); ++i) {
@@ -67,7 +67,7 @@ std::string explanation(const Key& key) {
       fmt::format("{}: {}{}", key.help, key.accepted, unset.empty() ? unset : "; left out: " + unset));
 }
 
-/// A key that an input does not give, as a comment.
+/// A missing key of an input, as a comment.
 std::string commented_out(const Key& key) {
   return explanation(key) + fmt::format("#{} = {}\n", key.name, example_of(key));
 }
@@ -97,7 +97,7 @@ const Value* first_value(const Value& root, const std::string& path) {
   return value;
 }
 
-/// The lines of an input by the table that they stand in; those before the first one under "".
+/// The lines of an input by table; those before the first table under "".
 std::map<std::string, std::vector<std::string>> blocks_of(const std::string& text) {
   std::map<std::string, std::vector<std::string>> blocks;
   std::string* block = &blocks[""].emplace_back();

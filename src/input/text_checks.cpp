@@ -32,7 +32,7 @@ void check_nesting(const std::string& text) {
   int line = 1;
   int depth = 0;
   int dots = 0;
-  char quote = 0;  // the delimiter of the string that the scan is in
+  char quote = 0;  // delimiter of the current string
   bool long_string = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];

@@ -18,16 +18,16 @@ namespace {
 using Unit = std::unique_ptr<ut_unit, void (*)(ut_unit*)>;
 using Converter = std::unique_ptr<cv_converter, void (*)(cv_converter*)>;
 
-/// Products, quotients and small integer powers of names, or one over them. UDUNITS reads far more as a unit
-/// ("mm 3", "m @ 5", "lg(re 1 m)", "s since 2000"), which in an input file can only be a slip.
+/// Products, quotients and small integer powers of names, or one over them. UDUNITS accepts far more as a
+/// unit ("mm 3", "m @ 5", "lg(re 1 m)", "s since 2000"), which in an input file can only be a mistake.
 bool looks_like_unit(const std::string& text) {
-  // Letters are those of ASCII and all bytes of others in UTF-8.
+  // Letters are those of ASCII and all non-ASCII bytes of UTF-8.
   static const std::regex units(
       R"((?:1 ?/ ?)?(?=[^)./* ])(?:(?:[^\x01-@[-`{-\x7f]|\))(?:\^?[-+]?[0-9]{1,2})?|[ ./*(])+)");
   return text.size() <= 80 && std::regex_match(text, units);
 }
 
-/// SI value of one `unit` [si_unit], 0 for something that is no unit, NaN for another dimension.
+/// SI value of one `unit` [si_unit]; 0 if it is not a unit, NaN for another dimension.
 double factor_to(ut_system* system, const std::string& unit, const std::string& si_unit) {
   if (!looks_like_unit(unit)) return 0;
   const Unit from(ut_parse(system, unit.c_str(), UT_UTF8), ut_free);
@@ -38,15 +38,16 @@ double factor_to(ut_system* system, const std::string& unit, const std::string& 
   if (!ut_are_convertible(from.get(), to.get())) return other_dimension;
   const Converter converter(ut_get_converter(from.get(), to.get()), cv_free);
   if (!converter) return other_dimension;
-  // UDUNITS also converts reciprocals (Hz to s), logarithms and offsets; only a factor is a change of unit.
+  // UDUNITS also converts reciprocals (Hz to s), logarithms and offsets; only a factor is a valid change of
+  // unit.
   const double one = cv_convert_double(converter.get(), 1.0);
   const bool proportional = cv_convert_double(converter.get(), 0.0) == 0 &&
                             std::abs(cv_convert_double(converter.get(), 2.0) - 2 * one) <= 1e-12 * one;
   return proportional ? one : other_dimension;
 }
 
-/// The square of a unit that may have roots, as UDUNITS reads it: "MPa^2 m^1" of "MPa m^0.5", "MPa sqrt(m)"
-/// or "MPa m^(1/2)". Empty where the text is none.
+/// The square of a unit that may contain roots, in UDUNITS syntax: "MPa^2 m^1" for "MPa m^0.5", "MPa sqrt(m)"
+/// or "MPa m^(1/2)". Empty if the text is not such a unit.
 std::string square_of(const std::string& unit) {
   if (unit.size() > 80) return {};
   static const std::regex factors(
@@ -87,7 +88,7 @@ Quantity UnitSystem::convert(double number, const std::string& unit, const Dimen
     const std::string square = square_of(unit);
     factor = square.empty() ? 0 : std::sqrt(factor_to(system_.get(), square, dimension.square));
   } else if (dimension.exponent != std::floor(dimension.exponent)) {
-    // UDUNITS has integer powers only: read "<stress>^<exponent> <time>" in its parts.
+    // UDUNITS has integer powers only: parse "<stress>^<exponent> <time>" in parts.
     const auto caret = unit.find('^');
     double exponent = 0;
     const char* const end = unit.data() + unit.size();

@@ -11,7 +11,7 @@ struct ut_system;
 
 namespace crackle::input {
 
-/// Why a text is not the wanted quantity.
+/// Why a text is not the expected quantity.
 enum class QuantityError { none, no_number, no_unit, unknown_unit, wrong_dimension, not_finite };
 
 struct Quantity {
@@ -20,16 +20,16 @@ struct Quantity {
   std::string unit;  ///< the unit's text
 };
 
-/// The unit data base of UDUNITS.
+/// The UDUNITS unit database.
 class UnitSystem {
 public:
-  /// @throws std::runtime_error when the data base cannot be read
+  /// @throws std::runtime_error when the database cannot be read
   UnitSystem();
 
   /// Reads "<number> <unit>" and converts it to the SI unit of `dimension`.
   Quantity read(const std::string& text, const Dimension& dimension) const;
 
-  /// The data base of the program, read once: that takes longer than reading an input.
+  /// The program's database, read once, since that takes longer than reading an input.
   static const UnitSystem& shared();
 
 private:
@@ -38,7 +38,7 @@ private:
   std::unique_ptr<ut_system, void (*)(ut_system*)> system_;
 };
 
-/// Without the blanks at both ends.
+/// Without leading and trailing blanks.
 std::string_view trimmed(std::string_view text);
 
 }  // namespace crackle::input

@@ -13,7 +13,7 @@ namespace crackle::input {
 
 namespace {
 
-/// A full path of the schema without numbers ("boundary.region.y") and what stands there.
+/// A full path of the schema without indices ("boundary.region.y") and its kind.
 struct Place {
   enum class Form { key, table, tables };
   std::string path;
@@ -68,8 +68,8 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-/// What to write instead of an unknown `name` in the table at `path`: a name that is spelled nearly so there,
-/// the same name in another table, or else all names that the table has.
+/// Suggests a replacement for an unknown `name` in the table at `path`: a similarly spelled name there, the
+/// same name in another table, or otherwise all names of the table.
 std::string advice(const std::vector<Place>& places, const std::string& path, const std::string& name) {
   std::vector<std::string> siblings;
   const Place* nearest = nullptr;
@@ -125,7 +125,7 @@ void visit(const Value& table, const std::string& path, const std::string& key,
   }
 }
 
-/// Without the numbers of list entries: "boundary.rate" of "boundary[1].rate[2]".
+/// Without array indices: "boundary.rate" of "boundary[1].rate[2]".
 std::string without_numbers(const std::string& path) {
   std::string result;
   int depth = 0;

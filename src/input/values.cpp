@@ -140,7 +140,7 @@ std::optional<std::string> read_name(const Source& source, const std::string& ex
   const auto name = read_text(source, accepted);
   if (!name) return {};
   if (name->size() > max_name) return source.report("has {} characters; give {}", name->size(), accepted);
-  // It becomes the name of a group in the sample files.
+  // The name is used for a group in the sample files.
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
   if (std::ranges::any_of(*name, is_control) || name->find('/') != std::string::npos || *name == "." ||
       *name == "..")

@@ -13,25 +13,25 @@
 #include <string>
 #include <vector>
 
-/// Typed values out of a document: each function either gives a value that keeps to what is accepted, or
-/// reports what is wrong and gives nothing.
+/// Typed values from a document: each function either returns an accepted value, or reports the error and
+/// returns nothing.
 namespace crackle::input {
 
 struct Context {
   const UnitSystem& units;
   Findings& findings;
-  std::filesystem::path folder;  ///< that relative file names start from
+  std::filesystem::path folder;  ///< base of relative file names
   const PointsFile& points;
-  const Value* root = nullptr;  ///< the whole document; null where there is none
+  const Value* root = nullptr;  ///< the whole document; may be null
 };
 
-/// A value under the name that messages give it.
+/// A value with its name in messages.
 struct Source {
   const Value& value;
   std::string key;
   Context& context;
 
-  /// @return nothing, for a function that has no value then
+  /// @return nullopt, for use in return statements
   std::nullopt_t report(const std::string& message) const {
     context.findings.report(key, value.line, message);
     return std::nullopt;
@@ -74,7 +74,7 @@ std::optional<std::string> read_name(const Source& source, const std::string& ex
 std::optional<std::size_t> read_choice(const Source& source, const std::vector<std::string>& names);
 
 /// The elements of an array.
-/// @param count how many there must be; 0: at least one
+/// @param count required number; 0: at least one
 std::optional<std::vector<Source>> read_elements(const Source& source, std::size_t count,
                                                  const std::string& accepted);
 

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::uint32_t schema = 9;
 
-/// What must agree, each with what is said when it does not.
+/// Items that must agree, each with its error message.
 std::vector<std::pair<std::string, std::string>> identity(const input::Parameters& parameters,
                                                           std::uint64_t sample) {
   return {{fmt::format("crackle checkpoint {}", schema), "is not a checkpoint of this format"},

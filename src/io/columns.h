@@ -13,7 +13,7 @@
 
 namespace crackle::io {
 
-/// The extents of fixed-size arrays within each other; none of a number.
+/// Appends the extents of nested fixed-size arrays; none for a number.
 template <class Value>
 void add_extents(hdf5::Shape& shape) {
   if constexpr (!std::is_arithmetic_v<Value>) {
@@ -22,7 +22,7 @@ void add_extents(hdf5::Shape& shape) {
   }
 }
 
-/// Writes one column of a table: what `value_of` gives of every row, a number or an array.
+/// Writes one column of a table: `value_of` applied to every row, a number or an array.
 template <class Value, class Row, class Of>
 void write_column(hid_t group, const std::string& name, const std::vector<Row>& rows, Of value_of,
                   const std::string& units = "", const std::string& meaning = "") {

@@ -27,11 +27,11 @@
 
 namespace crackle::io {
 
-// How the file is written. The root lays it out in memory, with every object, every attribute and the rows of
+// How the file is written: the root lays it out in memory, with every object, every attribute and the rows of
 // pending samples, and writes that to the partial file in one piece. Then all ranks open the file through
-// MPI-IO and put their rows into datasets whose place is already reserved. So no rank changes the file's
-// structure in parallel, the file cannot depend on the ranks, and a full disk shows on the root before any
-// collective call. The transfers are independent: they are a few kilobytes for each rank, and Open MPI's
+// MPI-IO and write their rows into preallocated datasets. Hence no rank changes the file's structure in
+// parallel, the file does not depend on the ranks, and a full disk is detected on the root before any
+// collective call. The transfers are independent: they are a few kilobytes per rank, and Open MPI's
 // collective writes (OMPIO's fcoll components) have hung.
 
 namespace {
@@ -44,7 +44,7 @@ std::int32_t status_of(const SampleSummary& row) {
   return static_cast<std::int32_t>(row.status);
 }
 
-/// Calls visit(dataset, info, value of a row) for every dataset with one value for each sample.
+/// Calls visit(dataset, info, value of a row) for every dataset with one value per sample.
 template <class Visit>
 void for_each_column(Visit&& visit) {
   visit("samples/status", status_info, status_of);
@@ -59,7 +59,7 @@ struct EnsembleShape {
   std::size_t n_samples;
   std::size_t n_notches;
   std::size_t n_sections;
-  std::size_t n_y_sections;  ///< the first ones
+  std::size_t n_y_sections;  ///< these come first
   std::vector<std::string> random_keys;
   std::size_t n_positions() const { return n_notches * n_sections; }
 };
@@ -70,7 +70,7 @@ EnsembleShape shape_of(const input::Parameters& parameters) {
           parameters.sections.y.size(), random_keys(parameters)};
 }
 
-/// The value of a random input; NaN where nothing is drawn yet.
+/// The value of a random input; NaN if nothing is drawn yet.
 double input_value(const SampleSummary& row, std::size_t k) {
   return k < row.inputs.size() ? row.inputs[k] : SampleSummary::none;
 }
@@ -78,8 +78,8 @@ double input_value(const SampleSummary& row, std::size_t k) {
 const ResultInfo y_position_info{
     "z", "m", "position at the sections y = const", analysis::Reduction::none, "z", "mm", 1e3, ".3f"};
 
-/// Calls visit(dataset, info, sections, values of a row) for every dataset with notches x sections values for
-/// each sample.
+/// Calls visit(dataset, info, sections, values of a row) for every dataset with notches x sections values per
+/// sample.
 template <class Visit>
 void for_each_position_table(const EnsembleShape& shape, Visit&& visit) {
   analysis::for_each_position_result([&](const ResultInfo& info, auto member) {
@@ -113,7 +113,8 @@ void check_block(const EnsembleBlock& block, const EnsembleShape& shape) {
   }
 }
 
-/// Blocks must not overlap. Collective; every rank sees all blocks, so all ranks come to the same verdict.
+/// Verifies that blocks do not overlap. Collective; every rank sees all blocks, so all ranks agree on the
+/// result.
 void check_disjoint(const parallel::Communicator& world, const EnsembleBlock& block) {
   using Rows = std::array<std::size_t, 2>;  // first, number
   const Rows mine{block.first, block.rows.size()};
@@ -128,7 +129,7 @@ void check_disjoint(const parallel::Communicator& world, const EnsembleBlock& bl
   parallel::agree_on_error(world, error);
 }
 
-/// A text of each sample, on the root. Collective.
+/// One text per sample, on the root. Collective.
 std::vector<std::string> gather_texts(const parallel::Communicator& world, const EnsembleBlock& block,
                                       std::string SampleSummary::*text, std::size_t n_samples) {
   const auto packed = parallel::agree(world, [&] {
@@ -221,7 +222,7 @@ void write_sections(hid_t file, const input::Sections& sections) {
                         "y and z of each line's start and end");
 }
 
-/// The group /samples/inputs, where there are random inputs; their values are those of pending samples.
+/// Creates the group /samples/inputs, if there are random inputs, with the values of pending samples.
 void lay_out_inputs(hid_t file, const input::Parameters& parameters) {
   if (parameters.random.empty()) return;
   const hdf5::Handle group = hdf5::create_group(file, "samples/inputs");
@@ -346,17 +347,18 @@ void write_block(hid_t file, const EnsembleBlock& block, const EnsembleShape& sh
   });
 }
 
-/// What MPI-IO and HDF5 allocate while the ranks wait for each other, at most [byte].
+/// Maximum allocation by MPI-IO and HDF5 while the ranks wait for each other [byte].
 constexpr std::size_t room_for_writing = std::size_t{64} << 20;
 
-/// All ranks put their rows into the file. Collective; a rank that fails still takes part in closing it.
+/// All ranks write their rows into the file. Collective; a rank that fails still takes part in closing it.
 void write_blocks(const parallel::Communicator& world, const std::filesystem::path& file,
                   const EnsembleBlock& block, const EnsembleShape& shape) {
   const hdf5::QuietErrors quiet;
-  // Opening is the one step that could leave ranks waiting, so first make sure that every rank can.
+  // Opening is the only step that could leave ranks waiting, so first make sure that every rank can open the
+  // file.
   parallel::agree(world, [&] {
     if (::access(file.c_str(), R_OK | W_OK) != 0) fail("rank {}: {}", world.rank(), std::strerror(errno));
-    // With memory for it too: MPI-IO loads its libraries when the first file is opened.
+    // Memory is needed too: MPI-IO loads its libraries when the first file is opened.
     try {
       parallel::check_room(room_for_writing);
       MPI_File alone = MPI_FILE_NULL;
@@ -395,10 +397,10 @@ void write_ensemble(const parallel::Communicator& world, const std::filesystem::
     check_disjoint(world, block);
     const Texts texts{gather_texts(world, block, &SampleSummary::error, shape.n_samples),
                       gather_texts(world, block, &SampleSummary::note, shape.n_samples)};
-    std::optional<PartialFile> partial;  // the root's: removes the file unless it became whole
+    std::optional<PartialFile> partial;  // on the root: removes the file unless it was committed
     parallel::agree(world, [&] {
       if (!world.is_root()) return;
-      // A run and whoever recomputes the statistics may write the same file.
+      // A run and a process that recomputes the statistics may write the same file.
       partial.emplace(file, tag_of_this_process());
       partial->write(lay_out(parameters, texts, statistics, base, world.size()));
     });

@@ -26,7 +26,7 @@ using analysis::ResultInfo;
 using analysis::SampleSummary;
 using hdf5::Shape;
 
-/// @param version of the file's format: what it does not have yet stays as in a row without results
+/// @param version of the file format: results that it lacks remain as in a row without results
 std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape, std::int64_t version) {
   const std::size_t n_samples = shape[0];
   const std::size_t n_positions = shape[1] * shape[2];
@@ -37,7 +37,7 @@ std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape, std::int
       version < 3 ? std::vector<std::string>(n_samples) : hdf5::read_texts(file, "samples/note");
   if (errors.size() != n_samples || notes.size() != n_samples)
     throw hdf5::Error("datasets samples/error and note: not one text for each sample");
-  // Results that an older version did not have stay empty.
+  // Results missing from an older version stay empty.
   std::vector<SampleSummary> samples(
       n_samples, analysis::empty_summary(static_cast<int>(shape[1]), static_cast<int>(shape[2]),
                                          analysis::SampleStatus::pending));
@@ -68,7 +68,7 @@ std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape, std::int
   return samples;
 }
 
-/// The values of the random inputs into the rows of samples that have ended.
+/// Reads the values of the random inputs into the rows of finished samples.
 void read_inputs(hid_t file, std::vector<SampleSummary>& samples) {
   if (H5Lexists(file, "samples/inputs", H5P_DEFAULT) <= 0) return;
   const hdf5::Handle group = hdf5::open_group(file, "samples/inputs");
@@ -123,7 +123,7 @@ EnsembleContent read_content(hid_t file, std::int64_t version) {
 
 constexpr const char* foreign = "was not written by crackle";
 
-/// Whether a file may be what is left of one in HDF5's format: nothing, zeros, or its first bytes.
+/// True if a file may be the remains of an HDF5 file: empty, zeros, or its first bytes.
 bool may_be_hdf5(std::istream& file) {
   constexpr std::array<char, 8> signature{'\x89', 'H', 'D', 'F', '\r', '\n', '\x1a', '\n'};
   std::array<char, 8> start{};
@@ -133,7 +133,7 @@ bool may_be_hdf5(std::istream& file) {
          std::all_of(start.begin(), end, [](char c) { return c == 0; });
 }
 
-/// The obstacle of a whole HDF5 file: every file of crackle tells its kind in a text.
+/// The obstacle of a complete HDF5 file: every file of crackle has a text attribute for its kind.
 std::string obstacle_of_kind(const hdf5::Handle& root) {
   try {
     if (H5Aexists(root, "kind") <= 0) return foreign;
@@ -162,7 +162,7 @@ std::string obstacle(const std::filesystem::path& file) {
     const hdf5::QuietErrors quiet;
     return obstacle_of_kind(hdf5::open_for_reading(file));
   } catch (const hdf5::Error&) {
-    return {};  // cut short or damaged
+    return {};  // truncated or damaged
   }
 }
 

@@ -19,7 +19,7 @@ namespace {
 constexpr unsigned deflate_level = 4;
 constexpr hsize_t chunk_bytes = 1 << 20;
 
-/// HDF5's innermost reason and what it was about, from the current error stack.
+/// The innermost reason in HDF5's current error stack, and its object.
 std::string stack_text() {
   std::vector<std::string> lines;
   const auto append = [](unsigned, const H5E_error2_t* entry, void* data) -> herr_t {
@@ -80,7 +80,7 @@ Handle creation_list(const Shape& shape, std::size_t value_size, Storage storage
   return list;
 }
 
-/// @param type of the values in the file, and also in memory unless `memory` is given
+/// @param type of the values in the file and, unless `memory` is given, in memory
 void create_attribute(hid_t object, const std::string& name, hid_t type, const Shape& shape,
                       const void* values, hid_t memory = H5I_INVALID_HID) {
   const Handle space = make_space(shape);
@@ -89,7 +89,7 @@ void create_attribute(hid_t object, const std::string& name, hid_t type, const S
   check(H5Awrite(attribute, memory < 0 ? type : memory, values), "attribute " + name);
 }
 
-/// An attribute of one value. @param kind "value" or "text"
+/// Opens an attribute with a single value. @param kind "value" or "text"
 Handle open_attribute(hid_t object, const std::string& name, const char* kind) {
   Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, "attribute " + name);
   const Handle space(H5Aget_space(attribute), H5Sclose, "attribute " + name);
@@ -97,7 +97,7 @@ Handle open_attribute(hid_t object, const std::string& name, const char* kind) {
   return attribute;
 }
 
-/// The texts that HDF5 has allocated, and frees them.
+/// Copies texts allocated by HDF5, and frees them.
 std::vector<std::string> take_texts(std::vector<char*>& data, hid_t type, hid_t space,
                                     const std::string& what) {
   std::vector<std::string> texts;

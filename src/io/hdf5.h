@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-/// Owners and checked calls for HDF5. Every failure is an Error whose text comes from HDF5's error stack.
+/// RAII owners and checked calls for HDF5. Every failure throws an Error with text from HDF5's error stack.
 namespace crackle::io::hdf5 {
 
 class Error : public std::runtime_error {
@@ -20,7 +20,7 @@ public:
   using std::runtime_error::runtime_error;
 };
 
-/// Switches HDF5's automatic error printing off while it lives.
+/// Disables HDF5's automatic error printing during its lifetime.
 class QuietErrors {
 public:
   QuietErrors();
@@ -54,7 +54,7 @@ public:
   Handle& operator=(const Handle&) = delete;
 
   operator hid_t() const { return id_; }
-  /// Closes now. @throws Error when that fails; a destructor can not tell
+  /// Closes now. @throws Error on failure, which the destructor cannot report
   void close(const std::string& what);
 
 private:
@@ -66,13 +66,13 @@ using Shape = std::vector<hsize_t>;
 
 /// How a dataset is stored.
 enum class Storage {
-  plain,       ///< contiguous, with its place in the file reserved when it is created
-  compressed,  ///< in chunks of about a megabyte, shuffled and deflated
+  plain,       ///< contiguous, allocated in the file on creation
+  compressed,  ///< in chunks of about a megabyte, with shuffle and deflate filters
 };
 
 Handle property_list(hid_t list_class);
 
-/// File access without locks: files are complete when they get their name, and locks fail on some parallel
+/// File access without locks: files are complete before they get their name, and locks fail on some parallel
 /// file systems.
 Handle unlocked_access();
 
@@ -84,7 +84,7 @@ Handle open_group(hid_t parent, const std::string& name);
 Handle open_dataset(hid_t parent, const std::string& name);
 
 void write_attribute(hid_t object, const std::string& name, const std::string& text);
-/// Value is one of those of write_dataset. An empty shape is a scalar.
+/// Value is one of the types of write_dataset. An empty shape is a scalar.
 template <class Value>
 void write_attribute(hid_t object, const std::string& name, std::span<const Value> values,
                      const Shape& shape);
@@ -93,27 +93,27 @@ requires std::is_arithmetic_v<Value>
 void write_attribute(hid_t object, const std::string& name, Value value) {
   write_attribute<Value>(object, name, std::span(&value, 1), {});
 }
-/// As text of a fixed length without end mark, which some readers ask for.
+/// As fixed-length text without terminator, required by some readers.
 void write_fixed_text_attribute(hid_t object, const std::string& name, const std::string& text);
 std::string read_text_attribute(hid_t object, const std::string& name);
 std::int64_t read_integer_attribute(hid_t object, const std::string& name);
 
-/// Creates and fills a dataset; an empty shape is a scalar. `units` become an attribute, "" for none.
+/// Creates and fills a dataset; an empty shape is a scalar. `units` is stored as an attribute, "" for none.
 /// Value is one of std::uint8_t, std::int32_t, std::int64_t, std::uint64_t, float, double.
-/// @throws std::invalid_argument when `values` has another size than `shape`
+/// @throws std::invalid_argument when the size of `values` does not match `shape`
 template <class Value>
 void write_dataset(hid_t parent, const std::string& name, const Shape& shape, std::span<const Value> values,
                    const std::string& units, Storage storage = Storage::plain);
 
-/// Text of any length, one for each entry.
+/// Variable-length texts.
 void write_texts(hid_t parent, const std::string& name, const std::vector<std::string>& texts);
 std::vector<std::string> read_texts(hid_t parent, const std::string& name);
 
 /// Names the dimensions of a dataset, as HDF5's dimension labels; a dataset may have fewer.
 void label_dimensions(hid_t dataset, std::span<const std::string> names);
 
-/// Names the dimensions of every dataset of a group, those of groups in it left out.
-/// @param scale dataset of the group that gives the places along the first dimension, as HDF5's dimension
+/// Names the dimensions of every dataset of a group, excluding subgroups.
+/// @param scale dataset of the group that holds the coordinates of the first dimension, as HDF5 dimension
 ///   scale; "" for none
 void label_datasets(hid_t group, const std::vector<std::string>& names, const std::string& scale = "");
 
@@ -136,7 +136,7 @@ Value read_scalar(hid_t parent, const std::string& name) {
   return read_dataset<Value>(parent, name, {}).front();
 }
 
-/// Adds the numbers in nested arrays one after the other.
+/// Appends the numbers in nested arrays one after the other.
 template <class Value, class From>
 void flatten(const From& from, std::vector<Value>& to) {
   if constexpr (std::is_arithmetic_v<From>) {
@@ -146,7 +146,7 @@ void flatten(const From& from, std::vector<Value>& to) {
   }
 }
 
-/// HDF5's type for Value in memory.
+/// HDF5's in-memory type for Value.
 template <class Value>
 hid_t memory_type();
 

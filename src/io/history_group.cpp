@@ -19,7 +19,7 @@ namespace {
 
 using dynamics::HistoryRow;
 
-/// A table of vectors, one for each moment and column: rows x `n_columns` x components.
+/// Writes a table of vectors, one per moment and column: rows x `n_columns` x components.
 /// @param value_of gives the vector of a column at a moment
 template <class Of>
 void write_vectors(hid_t group, const char* name, const std::vector<HistoryRow>& rows, std::size_t n_columns,
@@ -76,7 +76,7 @@ void write_conditions(hid_t group, const std::vector<input::Boundary>& condition
       "mean over the loaded area, or over the held nodes, of each condition (x, y, z)");
 }
 
-/// A group for each probe, by its name.
+/// Writes a group for each probe, by its name.
 void write_probes(hid_t history, const std::vector<input::Probe>& probes,
                   const std::vector<HistoryRow>& rows) {
   using dynamics::ProbeValue;

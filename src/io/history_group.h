@@ -13,7 +13,7 @@ namespace crackle::io {
 
 /// Writes the group /history of a sample file: one row for each moment.
 /// @param separated_at as in SampleResult
-/// @param cracks of the same rows; empty tables where there was no analysis
+/// @param cracks of the same rows; empty tables without analysis
 void write_history(hid_t file, const input::Parameters& parameters,
                    const std::vector<dynamics::HistoryRow>& rows, double separated_at,
                    const analysis::CrackHistory& cracks);

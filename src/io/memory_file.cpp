@@ -10,12 +10,12 @@ namespace crackle::io::hdf5 {
 
 namespace {
 
-constexpr std::size_t increment = 1 << 20;  // by which a file grows [bytes]
+constexpr std::size_t increment = 1 << 20;  // by which a file grows [byte]
 
 }  // namespace
 
-// The content of a file in memory is taken over when HDF5 frees it, after the file was closed: the image of
-// an open file (H5Fget_file_image, HDF5 1.10.8) has a wrong check sum in its superblock.
+// The contents of an in-memory file are taken over when HDF5 frees them, after the file was closed: the image
+// of an open file (H5Fget_file_image, HDF5 1.10.8) has a wrong checksum in its superblock.
 MemoryFile::MemoryFile() {
   const QuietErrors quiet;
   const Handle creation = property_list(H5P_FILE_CREATE);
@@ -42,7 +42,7 @@ MemoryFile::MemoryFile() {
   callbacks.udata_free = [](void*) -> herr_t { return 0; };
   callbacks.udata = &bytes_;
   check(H5Pset_file_image_callbacks(access, &callbacks), "file in memory");
-  // The 1.8 format has check sums in its metadata, so that a damaged file is noticed.
+  // The 1.8 format has metadata checksums, so that damage is detected.
   check(H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18), "HDF5 file format");
   file_ = Handle(H5Fcreate("in memory", H5F_ACC_TRUNC, creation, access), H5Fclose, "file in memory");
 }
@@ -54,7 +54,8 @@ std::vector<std::byte> MemoryFile::finish() {
   if (size < 48) check(-1, "file in memory");
   bytes_.resize(static_cast<std::size_t>(size));
   file_.close("file in memory");
-  // Closing may give unused space at the end back: the superblock (version 2) holds the end at byte 28.
+  // Closing may release unused space at the end: the superblock (version 2) stores the end of file at byte
+  // 28.
   constexpr std::size_t end_address = 28;
   std::uint64_t end = 0;
   std::memcpy(&end, bytes_.data() + end_address, sizeof end);

@@ -8,15 +8,15 @@
 
 namespace crackle::io::hdf5 {
 
-/// A file that is built in memory and then written in one piece, so that an error of the disk can neither
-/// leave a part of a file nor confuse HDF5. Its bytes depend on its content only: no times are stored.
+/// A file that is built in memory and then written in one piece, so that a disk error can neither leave a
+/// partial file nor confuse HDF5. Its bytes depend on its contents only: no times are stored.
 class MemoryFile {
 public:
   MemoryFile();
   MemoryFile(const MemoryFile&) = delete;
   MemoryFile& operator=(const MemoryFile&) = delete;
   operator hid_t() const { return file_; }
-  /// Ends the file and returns its bytes.
+  /// Closes the file and returns its bytes.
   std::vector<std::byte> finish();
 
 private:

@@ -24,7 +24,7 @@ namespace {
   throw std::runtime_error("cannot write '" + file.string() + "': " + std::strerror(error));
 }
 
-/// The file that is replaced: where a link leads, so that the link stays.
+/// The file to be replaced: for a link, its target, so that the link stays.
 std::filesystem::path target(std::filesystem::path file) {
   std::error_code error;
   if (!std::filesystem::is_symlink(std::filesystem::symlink_status(file, error))) return file;
@@ -32,7 +32,7 @@ std::filesystem::path target(std::filesystem::path file) {
   return error ? file : led_to;
 }
 
-/// Owner of a file descriptor.
+/// RAII owner of a file descriptor.
 class Descriptor {
 public:
   Descriptor(const std::filesystem::path& path, int flags)
@@ -59,13 +59,13 @@ PartialFile::~PartialFile() {
 }
 
 void PartialFile::write(std::span<const std::byte> bytes) {
-  // Giving the file its name would replace whatever is there.
+  // Renaming would replace whatever is there.
   if (const std::string kind = other_kind(file_); !kind.empty())
     throw std::runtime_error("cannot write '" + file_.string() + "': it is " + kind);
   const std::filesystem::path folder = file_.parent_path();
   std::error_code error;
   if (!folder.empty() && !std::filesystem::is_directory(folder, error))
-    std::filesystem::create_directory(folder, error);  // which clears the error
+    std::filesystem::create_directory(folder, error);  // also clears the error
   if (error) throw_failure(file_, error == std::errc::file_exists ? ENOTDIR : error.value());
   Descriptor descriptor(partial_, O_WRONLY | O_CREAT | O_TRUNC);
   if (descriptor.get() < 0) throw_failure(file_, errno);
@@ -87,7 +87,7 @@ void PartialFile::commit() {
   committed_ = true;
   const std::filesystem::path folder = file_.has_parent_path() ? file_.parent_path() : ".";
   Descriptor folder_descriptor(folder, O_RDONLY | O_DIRECTORY);
-  // Some file systems cannot bring a folder to the disk (EINVAL); the file itself is there already.
+  // Some file systems cannot sync a folder (EINVAL); the file itself is already on disk.
   if (folder_descriptor.get() < 0 || (::fsync(folder_descriptor.get()) != 0 && errno != EINVAL)) {
     throw_failure(file_, errno);
   }

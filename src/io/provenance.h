@@ -16,28 +16,28 @@ namespace crackle::io {
 inline constexpr const char* sample_kind = "crackle sample";
 inline constexpr const char* ensemble_kind = "crackle ensemble";
 
-/// Of the results at the sections: crack starts x sections.
+/// Shape of results at the sections: crack starts x sections.
 inline hdf5::Shape position_shape(const input::Parameters& parameters) {
   return {geometry::n_crack_starts(parameters.specimen), parameters.sections.size()};
 }
 
-/// Attributes of / that every result file carries: kind, schema_version, program_version, git_commit,
-/// library_versions, seed, input, points (the digest of mesh.points), input_identity,
-/// engine, same_bits (input::same_bits).
+/// Writes the root attributes of every result file: kind, schema_version, program_version, git_commit,
+/// library_versions, seed, input, points (the digest of mesh.points), input_identity, engine, same_bits
+/// (input::same_bits).
 void write_identity(hid_t file, const std::string& kind, std::int64_t schema_version,
                     const input::Parameters& parameters);
 
 /// @return the version of its format
-/// @throws OlderFormat when that is below `oldest`
-/// @throws hdf5::Error unless the file is of this kind, or when it is of a version above `newest`
+/// @throws OlderFormat when it is below `oldest`
+/// @throws hdf5::Error when the file is of another kind, or of a version above `newest`
 std::int64_t check_identity(hid_t file, const std::string& kind, std::int64_t oldest, std::int64_t newest);
 
-/// @throws hdf5::Error unless the file was made from an input with the same samples, input::sample_identity,
-/// and the same content of mesh.points
+/// @throws hdf5::Error unless the file was made from an input with the same samples (input::sample_identity)
+///   and the same contents of mesh.points
 void check_input(hid_t file, const input::Parameters& parameters);
 
-/// `read(root, version)` of a whole result file.
-/// @throws OlderFormat, std::runtime_error with the file's name in front
+/// Calls `read(root, version)` for a complete result file.
+/// @throws OlderFormat, std::runtime_error prefixed with the file's name
 template <class Read>
 auto read_results(const std::filesystem::path& file, const char* kind, std::int64_t oldest,
                   std::int64_t newest, Read&& read) {
@@ -45,7 +45,7 @@ auto read_results(const std::filesystem::path& file, const char* kind, std::int6
     return "cannot use '" + file.string() + "': " + error.what();
   };
   try {
-    // HDF5 must not see a damaged file: it can crash on one.
+    // HDF5 can crash on a damaged file, so check it first.
     if (kind == sample_kind) read_checked_file(file);
     const hdf5::QuietErrors quiet;
     const hdf5::Handle root = hdf5::open_for_reading(file);
@@ -57,7 +57,7 @@ auto read_results(const std::filesystem::path& file, const char* kind, std::int6
   }
 }
 
-/// The group /provenance: where and when the file was written, by how many ranks.
+/// Writes the group /provenance: where and when the file was written, by how many ranks.
 void write_provenance(hid_t file, int n_ranks);
 
 }  // namespace crackle::io

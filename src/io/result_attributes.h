@@ -10,21 +10,21 @@
 
 namespace crackle::io {
 
-/// What a reader has to know of a result's dataset, as its attributes: meaning, label, shown_units,
-/// shown_factor, format, and categories where its numbers stand for words. `units` are there already.
+/// Writes the metadata of a result's dataset as attributes: meaning, label, shown_units, shown_factor,
+/// format, and categories if its numbers encode words. `units` must be present already.
 void describe_result(hid_t parent, const std::string& dataset, const analysis::ResultInfo& info, int column);
 
-/// The attribute `meaning` of a dataset that is no result.
+/// Writes the attribute `meaning` of a dataset that is not a result.
 void describe_dataset(hid_t parent, const std::string& dataset, const std::string& meaning);
 
-/// Keys of the random inputs, in their order, as names of datasets.
+/// Keys of the random inputs, in their order, as dataset names.
 std::vector<std::string> random_keys(const input::Parameters& parameters);
-/// The attribute `keys` of the group that has these datasets: one in each line.
+/// Writes the attribute `keys` of the group with these datasets, one per line.
 void write_random_keys(hid_t group, const input::Parameters& parameters);
-/// SI unit of a random input's values; "1" for plain numbers.
+/// SI unit of a random input's values; "1" for dimensionless numbers.
 std::string units_of(const input::RandomInput& random);
 
-/// Writes the group /specimen: the members of geometry::for_each_member, for those who draw the body.
+/// Writes the group /specimen: the members of geometry::for_each_member, for drawing the body.
 void write_specimen(hid_t file, const geometry::Body& body);
 
 /// The dataset `status`: 0 pending, 1 done, 2 failed.

@@ -132,7 +132,7 @@ void write_crack_lines(hid_t file, const std::vector<analysis::CrackLine>& lines
   hdf5::label_datasets(table, {"line"});
 }
 
-/// What let go, and when: the first columns of every kind of release.
+/// Writes the tetrahedra and times of releases: the first columns of every kind of release.
 template <class Release>
 void write_moments(hid_t group, const std::vector<Release>& releases) {
   write_column<std::int64_t>(group, "tetrahedron", releases, &Release::tetrahedron);
@@ -183,7 +183,7 @@ void write_frames(hid_t file, const std::vector<dynamics::Frame>& frames, std::s
                   const input::Material& material) {
   using dynamics::Frame;
   const hdf5::Handle group = hdf5::create_group(file, "frames");
-  // With these, whoever has the displacement has the stress.
+  // Needed to compute the stress from the displacement.
   hdf5::write_attribute(group, "youngs_modulus", material.youngs_modulus);
   hdf5::write_attribute(group, "poisson_ratio", material.poisson_ratio);
   write_column<double>(group, "time", frames, &Frame::time, "s");
@@ -210,7 +210,7 @@ void write_counts(hid_t file, const dynamics::SampleCounts& counts) {
     hdf5::write_scalar<std::int64_t>(group, name, count, "");
 }
 
-/// Identity, status and the sample's row. @return the group /summary
+/// Writes identity, status and the sample's row. @return the group /summary
 hdf5::Handle write_row(hid_t file, const input::Parameters& parameters, std::uint64_t sample,
                        const SampleSummary& summary) {
   write_identity(file, sample_kind, sample_schema_version, parameters);
@@ -221,7 +221,7 @@ hdf5::Handle write_row(hid_t file, const input::Parameters& parameters, std::uin
   hdf5::write_attribute(file, "error", summary.error);
   hdf5::write_attribute(file, "note", summary.note);
   hdf5::Handle group = hdf5::create_group(file, "summary");
-  int n_columns = 1;  // behind the status
+  int n_columns = 1;  // after the status
   analysis::for_each_result([&](const ResultInfo& info, auto member) {
     hdf5::write_scalar(group, info.name, summary.*member, info.units);
     describe_result(group, info.name, info, n_columns++);
@@ -249,7 +249,7 @@ hdf5::Handle write_timing(hid_t file, const SampleSummary& summary) {
   return group;
 }
 
-/// Fills a file in memory and writes it; failures name the file.
+/// Fills a file in memory and writes it; errors name the file.
 template <class Fill>
 void write_file(const std::filesystem::path& path, Fill fill) {
   std::vector<std::byte> bytes;

@@ -28,7 +28,7 @@ auto read_file(const std::filesystem::path& file, std::int64_t oldest, Read&& re
   return read_results(file, sample_kind, oldest, sample_schema_version, read);
 }
 
-/// A pending sample's.
+/// The row of a pending sample.
 SampleSummary empty_row(const input::Parameters& parameters) {
   return analysis::empty_summary(static_cast<int>(geometry::n_crack_starts(parameters.specimen)),
                                  static_cast<int>(parameters.sections.size()),
@@ -40,7 +40,7 @@ SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters
   const std::int64_t number = hdf5::read_integer_attribute(root, "sample");
   if (number != static_cast<std::int64_t>(sample))
     fail<hdf5::Error>("holds sample {} instead of {}", number, sample);
-  // How an input is told from another one may have changed since an older version.
+  // Older versions may have identified inputs differently.
   if (version == sample_schema_version) check_input(root, parameters);
   SampleSummary row = empty_row(parameters);
   const std::int64_t status = hdf5::read_integer_attribute(root, "status");
@@ -70,7 +70,7 @@ SampleSummary read_row(hid_t root, std::int64_t version, const input::Parameters
   return row;
 }
 
-/// @throws OlderFormat unless the sample is of this program's model
+/// @throws OlderFormat when the sample is of another model
 void require_model(hid_t root) {
   const std::int64_t model =
       H5Aexists(root, "model_version") > 0 ? hdf5::read_integer_attribute(root, "model_version") : 1;
@@ -79,7 +79,7 @@ void require_model(hid_t root) {
                     model, hdf5::read_text_attribute(root, "program_version"), model_version);
 }
 
-/// `read(file)`; where there is no such file a pending row, and where it cannot be used one with the reason.
+/// `read(file)`; a pending row if there is no file or, with the reason, if it is unusable.
 template <class Read>
 SampleSummary row_or_reason(const std::filesystem::path& file, const input::Parameters& parameters,
                             Read&& read) {
@@ -92,7 +92,7 @@ SampleSummary row_or_reason(const std::filesystem::path& file, const input::Para
   return row;
 }
 
-/// One column of a table into a member of its rows.
+/// Reads one column of a table into a member of its rows.
 template <class Value, class Row, class Member>
 void read_column(hid_t group, const std::string& name, std::vector<Row>& rows, Member Row::*member) {
   const auto values = hdf5::read_dataset<Value>(group, name, {rows.size()});
@@ -141,13 +141,13 @@ std::vector<analysis::Fork> read_forks(hid_t root) {
   return forks;
 }
 
-/// Version of a whole file's format; nothing when it cannot be used.
+/// Format version of a complete file; empty if it is unusable.
 std::optional<std::int64_t> version_of(const std::filesystem::path& file, const char* kind,
                                        std::int64_t newest) {
   try {
     return read_results(file, kind, 0, newest, [](hid_t, std::int64_t version) { return version; });
   } catch (const std::exception&) {
-    return std::nullopt;  // whoever reads its results says what is wrong with it
+    return std::nullopt;  // reading its results reports the error
   }
 }
 
@@ -177,7 +177,7 @@ std::int64_t format_version(const std::filesystem::path& folder) {
   std::error_code ignored;
   std::int64_t oldest = version_of(folder / "ensemble.h5", ensemble_kind, ensemble_schema_version)
                             .value_or(sample_schema_version);
-  // No run goes on with files of an older version, so one file stands for all.
+  // Runs never continue with files of an older version, so checking one file is enough.
   for (const auto& entry : std::filesystem::directory_iterator(folder / "samples", ignored)) {
     if (entry.path().extension() != ".h5") continue;
     if (const auto version = version_of(entry.path(), sample_kind, sample_schema_version))
@@ -196,7 +196,7 @@ void check_model(const std::filesystem::path& folder) {
     } catch (const OlderFormat&) {
       throw;
     } catch (const std::exception&) {
-      // Whoever reads its results says what is wrong with it.
+      // Reading its results reports the error.
     }
   }
 }

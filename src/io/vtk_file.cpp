@@ -31,7 +31,7 @@ void write_list(hid_t group, const char* name, const std::vector<Value>& values)
   hdf5::write_dataset<Value>(group, name, {values.size()}, values, "");
 }
 
-/// A name with one value for each point or cell.
+/// A name with one value per point or cell.
 using Field = std::pair<const char*, std::variant<std::vector<double>, std::vector<std::int32_t>>>;
 
 struct Fields {
@@ -47,7 +47,7 @@ void write_fields(hid_t parent, const char* name, const std::vector<Field>& fiel
                field);
 }
 
-/// @param add writes what VTK does not read
+/// @param add writes additional data that VTK ignores
 void write_grid(const std::filesystem::path& path, const std::vector<geometry::Point>& points,
                 const std::vector<std::array<std::int32_t, 4>>& cells, std::uint8_t cell_type,
                 const Fields& fields, const std::function<void(hid_t)>& add = {}) {
@@ -82,7 +82,7 @@ void write_grid(const std::filesystem::path& path, const std::vector<geometry::P
   write_whole_file(path, file.finish());
 }
 
-/// The part of the body that each region covers, and its spacing.
+/// Writes the part of the body covered by each region, and its spacing.
 void write_regions(hid_t root, const geometry::Body& body, const input::Mesh& mesh) {
   const hdf5::Handle group = hdf5::create_group(root, "regions");
   std::vector<double> boxes;

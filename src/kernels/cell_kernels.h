@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The hot loops of the static solver's preconditioner. Compiled once for each instruction set; all give the
-// same bits.
+// The hot loops of the static solver's preconditioner. Compiled once for each instruction set; the results
+// are bitwise equal.
 #pragma once
 
 #include "crackle/common/instruction_set.h"
@@ -10,8 +10,8 @@
 
 namespace crackle::kernels {
 
-/// The rigid motions of a cell: three translations, three rotations. Each three have a fourth place that is
-/// padding, so that a register of four numbers holds them.
+/// The rigid motions of a cell: three translations, three rotations. Each triple is padded to four numbers,
+/// to fit a register.
 inline constexpr std::size_t n_motions = 6;
 constexpr std::size_t lane_of(std::size_t motion) {
   return motion < 3 ? motion : motion + 1;
@@ -23,11 +23,11 @@ struct alignas(64) CellIntegers {
   std::int64_t value[8];
 };
 
-/// Nodes belong to as many cells each; some have no weight.
+/// Number of cells per node; some may have zero weight.
 inline constexpr std::size_t n_shares = 4;
 struct CellGroup {
   std::int32_t cell[n_shares];
-  std::int32_t n_nodes;  ///< that belong to these cells
+  std::int32_t n_nodes;  ///< belonging to these cells
 };
 struct alignas(32) NodeInCells {
   float weight[n_shares];  ///< whole numbers
@@ -41,12 +41,12 @@ struct NodesInCells {
   const NodeInCells* nodes;
 };
 
-/// A corner's part in the motion of a cell.
+/// A corner's share in the motion of a cell.
 struct CornerShare {
   double gradient[3];
-  double free[3];  ///< the share's weight, and 0 for a component that is held
+  double free[3];  ///< the share's weight, or 0 for a held component
   double arm[3];   ///< from the cell's centre
-  int cell;        ///< place in the tetrahedron's cells
+  int cell;        ///< index among the tetrahedron's cells
 };
 
 struct CellKernels {
@@ -58,10 +58,10 @@ struct CellKernels {
   /// @return the bits of the largest magnitude in the result
   std::int32_t (*add_motions)(NodesInCells nodes, const float* load, const float* block,
                               const CellNumbers* motion, float* result);
-  /// The strains of a tetrahedron in the motions of its cells, by component, and the stresses in balance with
-  /// them.
-  /// @param strain, stress six for each cell
-  /// @param stiffness stress by strain, 6 x 6
+  /// The strains of a tetrahedron due to the motions of its cells, by component, and the corresponding
+  /// stresses.
+  /// @param strain, stress six per cell
+  /// @param stiffness stress per strain, 6 x 6
   void (*find_strains)(const CornerShare* shares, std::size_t n_shares, std::size_t n_cells,
                        const double (*stiffness)[6], CellNumbers* strain, CellNumbers* stress);
   /// block[m] += stress in motion m . strain in all motions, rounded to integers below 2^51.

@@ -90,7 +90,7 @@ void find_strains(const CornerShare* shares, std::size_t n_shares, std::size_t n
     const double* g = share->gradient;
     const double* f = share->free;
     const double* a = share->arm;
-    // The displacement in each of the motions.
+    // The displacement due to each motion.
     const Double8 x = f[0] * Double8{1, 0, 0, 0, 0, a[2], -a[1], 0};
     const Double8 y = f[1] * Double8{0, 1, 0, 0, -a[2], 0, a[0], 0};
     const Double8 z = f[2] * Double8{0, 0, 1, 0, a[1], -a[0], 0, 0};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The hot loops of explicit dynamics, in fixed point: state and sums are integers, so no sum depends on its
-// order. Compiled once for each instruction set; all give the same bits.
+// The hot loops of explicit dynamics, in fixed point: state and sums are integers, so sums do not depend on
+// their order. Compiled once for each instruction set; the results are bitwise equal.
 #pragma once
 
 #include "crackle/common/instruction_set.h"
@@ -11,30 +11,30 @@
 
 namespace crackle::kernels {
 
-/// The integers that go with a kind of real numbers: float is the format "mixed", double is "double".
+/// The integer type for a real type: float is the format "mixed", double is "double".
 template <class Real>
 using Integer = std::conditional_t<sizeof(Real) == 4, std::int32_t, std::int64_t>;
 
-/// a + b of numbers that wrap around.
+/// a + b with wrap-around.
 template <class Number>
 Number sum(Number a, Number b) {
   using Unsigned = std::make_unsigned_t<Number>;
   return static_cast<Number>(static_cast<Unsigned>(a) + static_cast<Unsigned>(b));
 }
 
-/// a - b of numbers that wrap around.
+/// a - b with wrap-around.
 template <class Number>
 Number difference(Number a, Number b) {
   using Unsigned = std::make_unsigned_t<Number>;
   return static_cast<Number>(static_cast<Unsigned>(a) - static_cast<Unsigned>(b));
 }
 
-/// What the force loop touches of a node, in one piece. Displacement and force are in quanta.
+/// Data of a node used by the force loop, stored contiguously. Displacement and force are in quanta.
 template <class Real>
 struct alignas(8 * sizeof(Real)) NodeRecord {
-  Integer<Real> displacement[3];  ///< the low digits of it, which wrap around
-  Real inverse_mass;              ///< times a mass that the kick's factor is divided by
-  Integer<Real> force[4];         ///< internal force so far; the last is 0
+  Integer<Real> displacement[3];  ///< low digits, which wrap around
+  Real inverse_mass;              ///< times a reference mass, by which the kick's factor is divided
+  Integer<Real> force[4];         ///< internal force; the last is 0
 };
 
 template <class Real>
@@ -42,17 +42,18 @@ struct alignas(4 * sizeof(Real)) Velocity {
   Integer<Real> value[4];  ///< in quanta; the last is 0
 };
 
-/// Bounds of the displacements' changes at some nodes, component by component, in quanta; the last is 0.
+/// Bounds on the displacement changes of some nodes, by component, in quanta; the last is 0.
 template <class Real>
 struct alignas(4 * sizeof(Real)) Movement {
   Real low[4];
   Real high[4];
 };
 
-/// Twice four edges; each four start at one owner node. Padding is an edge from its owner to itself.
+/// Eight edges in two groups of four; each group starts at one owner node. Padding is an edge from its owner
+/// to itself.
 struct EdgeEnds {
-  std::int32_t owner;         ///< of the first four
-  std::int16_t second_owner;  ///< of the last four; this and the targets are counted from the first owner
+  std::int32_t owner;         ///< of the first group
+  std::int16_t second_owner;  ///< of the second group; this and the targets are relative to the first owner
   std::int16_t target[8];
 };
 /// K_ab = S + [w]x, in quanta of force per quantum of displacement: S as xx, yy, zz, yz, xz, xy of each edge.
@@ -74,20 +75,18 @@ struct alignas(8 * sizeof(Real)) GeneralEdges {
   std::int32_t second[8];
 };
 
-/// Eight tetrahedra as the breaking check sees them.
+/// Eight tetrahedra, with the data of the breaking check.
 template <class Real>
 struct alignas(8 * sizeof(Real)) TetrahedronGroup {
-  /// b^1, b^2, b^3, times the displacement's quantum, times the reference strength over the tetrahedron's
-  /// own.
+  /// b^1, b^2, b^3, times the displacement quantum, times the reference strength over the tetrahedron's own.
   Real gradient[9][8];
-  /// Bound of the change of the equivalent stress over the strength when no corner moves further than one
-  /// quantum.
+  /// Bound on the change of equivalent stress over strength if no corner moves by more than one quantum.
   Real sensitivity[8];
   std::int32_t corner[4][8];
 };
 
-/// Factors of an upper bound of the equivalent stress over a reference strength: of tr(epsilon), and of
-/// sqrt(e : e / 2) of the strain's deviator e.
+/// Factors of an upper bound on the equivalent stress over a reference strength: of tr(epsilon), and of
+/// sqrt(e : e / 2) with the deviator e of the strain.
 template <class Real>
 struct StressBound {
   Real trace;
@@ -97,7 +96,7 @@ struct StressBound {
 template <class Real>
 struct Kernels {
   /// f_a += S (u_b - u_a), f_b -= the same.
-  /// @return largest contribution or half difference of displacement, where the kernels watch it; else 0
+  /// @return largest contribution or half difference of displacement if watched; otherwise 0
   Real (*add_symmetric_edges)(const EdgeEnds* ends, const EdgeSymmetric<Real>* symmetric, std::size_t n,
                               NodeRecord<Real>* nodes);
   /// f_a += S d + w x d, f_b += -S d + w x d, with d = u_b - u_a.
@@ -110,21 +109,21 @@ struct Kernels {
                bool keep_force);
   /// u += factor * v.
   /// @param n at least 1
-  /// @return bounds of the changes before they are rounded
+  /// @return bounds on the changes before rounding
   Movement<Real> (*drift)(NodeRecord<Real>* nodes, const Velocity<Real>* velocity, std::size_t n,
                           Real factor);
-  /// Looks at the groups whose deadline is not after `clock`. A group in which a tetrahedron's
-  /// equivalent stress may be above the strength is written to `suspects`; another gets a new deadline,
-  /// before which it cannot be while the clock counts at least how far its corners move, seen from any place
-  /// that moves along.
+  /// Checks the groups whose deadline is not after `clock`. A group in which a tetrahedron's equivalent
+  /// stress may exceed the strength is written to `suspects`; others get a new deadline, before which this
+  /// cannot happen as long as the clock counts at least the movement of their corners relative to some common
+  /// motion.
   /// @return number of suspects
   std::size_t (*check)(const TetrahedronGroup<Real>* groups, std::size_t n, const NodeRecord<Real>* nodes,
                        StressBound<Real> stress, double clock, double* deadline, std::uint32_t* suspects);
 };
 
 /// @pre the machine has the instruction set
-/// @param watches whether the edges' functions return the largest contribution. Those of double always do;
-///   with float, the processor's invalid flag tells of an overflow, at no cost
+/// @param watches the edge functions return the largest contribution. Those of double always do; for float,
+///   the processor's invalid flag indicates an overflow at no cost
 template <class Real>
 const Kernels<Real>& kernels(InstructionSet set, bool watches = false);
 

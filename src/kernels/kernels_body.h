@@ -18,7 +18,7 @@ using crackle::kernels::StressBound;
 using crackle::kernels::TetrahedronGroup;
 using crackle::kernels::Velocity;
 
-/// How many numbers a loop takes at once: what one register holds, at least 4.
+/// Number of lanes of a loop: the size of one register, but at least 4.
 template <class Real>
 constexpr int width() {
 #if defined(__AVX512F__)
@@ -41,7 +41,7 @@ inline void store(void* to, Vector v) {
   __builtin_memcpy(to, &v, sizeof(Vector));
 }
 
-/// Rows of the nodes' numbers (displacement or force): with 8 lanes of two nodes, with 4 of one.
+/// Rows of nodal numbers (displacement or force): two nodes with 8 lanes, one with 4.
 template <class Real, int n>
 struct Rows;
 
@@ -72,7 +72,7 @@ struct Rows<Real, 8> {
   }
 };
 
-/// The largest magnitude that a kernel met, where that is wanted.
+/// Tracks the largest magnitude met by a kernel, if enabled.
 template <class Real, class RealVector, bool is_on>
 struct Watch {
   RealVector largest{};
@@ -87,7 +87,7 @@ struct Watch {
   }
 };
 
-/// S d and w x d of N edges.
+/// S d and w x d for N edges.
 template <class Real, int N>
 struct Products {
   using R = typename Lanes<Real, N>::Real;
@@ -223,7 +223,7 @@ Movement<Real> drift(NodeRecord<Real>* nodes, const Velocity<Real>* velocity, st
     const R way = to_real(load<I>(velocity[i].value)) * factor;
     high = larger(high, way);
     back = larger(back, -way);
-    // The fourth number, the inverse mass, stays: that of the velocity is 0.
+    // The fourth number, the inverse mass, is unchanged, since that of the velocity is 0.
     store(nodes[i].displacement, load<I>(nodes[i].displacement) + rounded(way));
   }
   Movement<Real> movement;
@@ -232,7 +232,7 @@ Movement<Real> drift(NodeRecord<Real>* nodes, const Velocity<Real>* velocity, st
   return movement;
 }
 
-/// Asks for all cache lines of an object.
+/// Prefetches all cache lines of an object.
 template <class Object>
 inline void fetch(const Object* object) {
   constexpr std::size_t cache_line = 64;
@@ -247,11 +247,11 @@ std::size_t check(const TetrahedronGroup<Real>* groups, std::size_t n, const Nod
   using R = typename Lanes<Real, N>::Real;
   using I = typename Lanes<Real, N>::Integer;
   using Row = Rows<Real, N>;
-  // Rounding: some 20 operations on terms that are below sensitivity times the largest distance.
+  // Rounding errors: about 20 operations on terms smaller than sensitivity times the largest distance.
   constexpr Real slack = 128 * (sizeof(Real) == 4 ? 0x1p-24 : 0x1p-53);
   constexpr Real shortened = 1 - 0x1p-10;
   constexpr std::size_t fetched_ahead = 4;
-  // The groups that are due are scattered: they are listed first, so that they can be fetched ahead.
+  // The due groups are scattered: they are listed first, so that they can be prefetched.
   std::size_t n_due = 0;
   for (std::size_t i = 0; i < n; ++i) {
     suspects[n_due] = static_cast<std::uint32_t>(i);

@@ -54,8 +54,7 @@ inline Float8 to_real(Int8 v) {
   return __builtin_convertvector(v, Float8);
 }
 
-/// To the nearest integer, ties to even. Where an integer does not fit, the processor's invalid flag is
-/// raised.
+/// To the nearest integer, ties to even. Raises the processor's invalid flag if the integer does not fit.
 inline Int4 rounded(Float4 v) {
 #if defined(__SSE2__)
   return (Int4)_mm_cvtps_epi32((__m128)v);
@@ -74,7 +73,7 @@ inline Int8 rounded(Float8 v) {
 #endif
 }
 
-// Integers below 2^51 in magnitude are the last bits of a double near 1.5 * 2^52.
+// Integers below 2^51 in magnitude are the low bits of a double near 1.5 * 2^52.
 constexpr double shift = 6755399441055744.0;
 constexpr std::int64_t shift_bits = 0x4338000000000000;
 inline Double4 to_real(Long4 v) {
@@ -119,7 +118,7 @@ inline Vector8 square_root(Vector8 v) {
   return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
 }
 
-/// The larger of two numbers, in each lane; neither may be NaN.
+/// Maximum per lane; neither number may be NaN.
 template <class Vector>
 inline Vector larger(Vector a, Vector b) {
   return a > b ? a : b;

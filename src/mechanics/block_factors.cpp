@@ -24,7 +24,7 @@ SparseMatrix assemble(Eigen::Index size, const Triplets& entries) {
   return matrix;
 }
 
-/// An order of elimination that keeps the blocks whole.
+/// An elimination order that keeps the blocks together.
 std::vector<std::int32_t> elimination_order(std::int32_t n_rows,
                                             std::span<const PlacedBlock> lower_triangle) {
   Triplets entries;
@@ -46,7 +46,7 @@ void BlockFactors::factorize(std::span<const PlacedBlock> lower_triangle) {
     const std::int32_t row = place_[index(placed.row)], column = place_[index(placed.column)];
     for (int i = 0; i < 6; ++i) {
       for (int j = 0; j < 6; ++j) {
-        // Each pair of entries once: a block on the diagonal holds both.
+        // Each pair of entries once: a diagonal block holds both.
         if (row == column && j > i) continue;
         const bool is_below = row > column || (row == column && i >= j);
         const int m = 6 * row + i, n = 6 * column + j;
@@ -85,7 +85,7 @@ void BlockFactors::factorize(std::span<const PlacedBlock> lower_triangle) {
         block_[place](i, j) = entry.value();
       }
     }
-    // With ones in place of L's own block on the diagonal, and that taken into D.
+    // Scales L to identity diagonal blocks and moves the scaling into D.
     const Block inverse = on_diagonal.inverse();
     for (std::size_t b = first; b < block_.size(); ++b) block_[b] = (block_[b] * inverse).eval();
     const auto own = diagonal.segment<6>(6 * column);

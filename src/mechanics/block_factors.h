@@ -16,16 +16,16 @@ struct PlacedBlock {
   Block block = Block::Zero();
 };
 
-/// The factors L D L^T of a sparse symmetric matrix of 6 x 6 blocks. Eigen finds them; they are kept block by
-/// block, which makes a solution several times as fast.
+/// The L D L^T factorization of a sparse symmetric matrix of 6 x 6 blocks. Computed by Eigen and stored by
+/// block, which makes solves several times faster.
 class BlockFactors {
 public:
   explicit BlockFactors(std::int32_t n_rows);
 
-  /// @throws std::runtime_error for a matrix that has no such factors
+  /// @throws std::runtime_error for a matrix without such a factorization
   void factorize(std::span<const PlacedBlock> lower_triangle);
 
-  /// In place: six numbers of each row of blocks, from the right-hand side to the solution. Does not
+  /// In place: six numbers per row of blocks, right-hand side on entry, solution on return. Does not
   /// allocate.
   void solve(std::span<double> numbers);
 
@@ -34,10 +34,10 @@ private:
   Eigen::Map<Row> row(std::int32_t i) { return Eigen::Map<Row>(permuted_.data() + 6 * i); }
 
   std::int32_t n_rows_;
-  std::vector<std::int32_t> place_;  // of each row in the order of elimination
-  std::vector<std::int32_t> first_;  // of each column's blocks below the diagonal
+  std::vector<std::int32_t> place_;  // of each row in the elimination order
+  std::vector<std::int32_t> first_;  // per column, its first block below the diagonal
   std::vector<std::int32_t> row_of_block_;
-  std::vector<Block> block_;             // of L, whose diagonal is one
+  std::vector<Block> block_;             // of L, with identity diagonal blocks
   std::vector<Block> inverse_diagonal_;  // of D
   std::vector<double> permuted_;
 };

@@ -33,14 +33,14 @@ TriangleGeometry measure(const geometry::Subdomain& subdomain, const geometry::T
   return {(a + b + c) / 3, norm(cross(b - a, c - a)) / 2};
 }
 
-/// The rank that owns a triangle's lowest node counts the triangle.
+/// A triangle is counted by the rank that owns its lowest node.
 bool counts(const geometry::Subdomain& subdomain, const geometry::Triangle& nodes) {
   const auto lowest = *std::ranges::min_element(
       nodes, {}, [&](std::int32_t node) { return subdomain.layout.number[index(node)]; });
   return lowest < subdomain.layout.n_owned;
 }
 
-/// What a condition holds on.
+/// Region and faces of a condition.
 struct Surfaces {
   geometry::ConditionRegion region;
   std::vector<Vector> outward;  // unit normal of every face of the body
@@ -62,12 +62,12 @@ std::vector<std::int32_t> held_nodes(const geometry::ConditionRegion& region,
 struct LoadedFace {
   std::vector<std::int32_t> nodes;
   std::vector<double> area;
-  double total_area = 0;  // of magnitudes, over all ranks
+  double total_area = 0;  // sum of magnitudes over all ranks
   double resultant = 0;   // with signs
 };
 
-/// The edges of the mesh that make up a region that is a line, as numbers of their nodes in the realization:
-/// each once, though triangles share them, in the same order on every rank.
+/// The mesh edges that form a line region, as pairs of node numbers in the realization: each once, though
+/// shared by triangles, in the same order on every rank.
 using LineEdges = std::map<std::pair<std::int64_t, std::int64_t>, std::array<std::int32_t, 2>>;
 
 LineEdges line_edges(const geometry::ConditionRegion& region, const geometry::Subdomain& subdomain) {
@@ -86,7 +86,7 @@ LineEdges line_edges(const geometry::ConditionRegion& region, const geometry::Su
   return edges;
 }
 
-/// A region that is a line, with lengths for areas, or one of points, with their number. Collective.
+/// A line region, with lengths instead of areas, or a point region, with the number of points. Collective.
 LoadedFace loaded_line(const parallel::Communicator& group, const geometry::ConditionRegion& region,
                        const geometry::Subdomain& subdomain) {
   std::map<std::int32_t, double> tributary;
@@ -149,14 +149,14 @@ ConditionNodes equal_shares(const parallel::Communicator& group, const std::vect
   return {nodes, std::vector<double>(nodes.size(), 1 / static_cast<double>(n))};
 }
 
-/// The whole region, whatever its direction. Collective.
+/// The whole region, regardless of direction. Collective.
 LoadedFace loaded_region(const parallel::Communicator& group, const geometry::ConditionRegion& region,
                          const geometry::Subdomain& subdomain) {
   if (region.n_dimensions < 2) return loaded_line(group, region, subdomain);
   return loaded_face(group, region, subdomain, [](geometry::FaceId) { return 1.0; });
 }
 
-/// Shares of the loaded area or length, whatever its direction. Collective.
+/// Shares of the loaded area or length, regardless of direction. Collective.
 ConditionNodes area_shares(const parallel::Communicator& group, const geometry::ConditionRegion& region,
                            const geometry::Subdomain& subdomain) {
   LoadedFace face = loaded_region(group, region, subdomain);
@@ -177,14 +177,14 @@ std::vector<std::int32_t> tetrahedra_at(const std::vector<PrescribedMotion>& mot
   return tetrahedra;
 }
 
-/// Collective.
+/// Dashpots on the nodes of a region, with their impedances. Collective.
 Absorber make_absorber(const parallel::Communicator& group, const Surfaces& surfaces,
                        const geometry::Subdomain& subdomain, const input::Material& material) {
   const auto& [region, outward] = surfaces;
   const double along = material.density * dilatational_speed(material);
   const double across = material.density * shear_speed(material);
   std::map<std::int32_t, Symmetric> impedance;
-  // A component of it at a time, by the tributary areas times that component of each face.
+  // One component at a time, by the tributary areas weighted with that component of each face.
   for (std::size_t k = 0; k < 6; ++k) {
     const LoadedFace part =
         loaded_face(group, region, subdomain, [&, &normals = outward](geometry::FaceId id) {
@@ -201,7 +201,7 @@ Absorber make_absorber(const parallel::Communicator& group, const Surfaces& surf
   return absorber;
 }
 
-/// The governing conditions, pressures with the area that they act on. Collective.
+/// The governing conditions, with the loaded area of pressures. Collective.
 std::vector<GoverningCondition> governing_with_areas(const parallel::Communicator& group,
                                                      const input::Parameters& parameters,
                                                      const std::vector<Surfaces>& all_surfaces,
@@ -213,8 +213,8 @@ std::vector<GoverningCondition> governing_with_areas(const parallel::Communicato
   return all;
 }
 
-/// Leaves each component of a node to one motion, drops motions that others leave nothing, and marks where
-/// forces meet one. Collective.
+/// Assigns each component of a node to one motion, drops motions left without nodes, and marks loads on
+/// driven components. Collective.
 void settle_shared_components(const parallel::Communicator& group, std::size_t n_owned,
                               BoundaryLoads& loads) {
   std::vector<std::uint8_t> taken(3 * n_owned);
@@ -234,9 +234,9 @@ void settle_shared_components(const parallel::Communicator& group, std::size_t n
     for (const auto node : pattern.nodes) pattern.is_driven.push_back(taken[index(node, pattern.component)]);
 }
 
-/// Dashpots move nothing that a condition moves.
+/// Removes dashpots from components prescribed by a condition.
 void leave_out_prescribed(const std::vector<PrescribedMotion>& motions, std::vector<Absorber>& absorbers) {
-  // Of xx, yy, zz, yz, xz, xy, those with x, y and z.
+  // Indices in xx, yy, zz, yz, xz, xy that involve x, y and z.
   constexpr std::array<std::array<std::size_t, 3>, 3> with{{{0, 4, 5}, {1, 3, 5}, {2, 3, 4}}};
   for (Absorber& absorber : absorbers) {
     for (const auto& motion : motions) {
@@ -297,7 +297,7 @@ double LoadCurve::next_kink(double time) const {
 }
 
 bool LoadCurve::has_kink(const StepSpan& step) const {
-  // The times of the kicks at its end may be rounded up.
+  // The times of kicks at the end of the step may be rounded up.
   return next_kink(step.begin) <= step.end + 1e-6 * (step.end - step.begin);
 }
 
@@ -327,7 +327,7 @@ void BoundaryLoads::end_loads(const parallel::Communicator& group, const NodesOf
   const auto ends = [&](int condition, std::int32_t node) {
     return std::ranges::binary_search(nodes[index(condition)], node);
   };
-  // Sums over what is left, so that it makes no difference at how many moments the rest has ended.
+  // Sums over what is left, so that the result does not depend on the sequence in which loads ended.
   for (ForcePattern& pattern : forces) {
     for (std::size_t i = 0; i < pattern.nodes.size(); ++i)
       if (ends(pattern.condition, pattern.nodes[i])) pattern.weight[i] = 0;
@@ -370,7 +370,7 @@ void BoundaryLoads::set_displacements(double time, std::span<double> displacemen
 
 BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
                                   const geometry::Subdomain& subdomain) {
-  // Of each condition.
+  // By condition.
   const std::vector<Surfaces> all_surfaces = parallel::agree(group, [&] {
     const auto body = geometry::make_body(parameters.specimen);
     std::vector<Vector> outward;

@@ -23,14 +23,14 @@ using kernels::lane_of;
 using kernels::n_motions;
 using kernels::n_shares;
 
-/// Stiffness added to every coarse unknown, over the largest entry: cells whose nodes lie on a line, or have
-/// come loose, leave the matrix singular.
+/// Stiffness added to every coarse unknown, relative to the largest entry: cells whose nodes are collinear or
+/// have come loose make the matrix singular.
 constexpr double regularization = 1e-10;
-/// Digits of the coarse matrix's integers, below the largest term: thousands of terms fit 64 bits.
+/// Bits of the coarse matrix's integers below the largest term: thousands of terms fit 64 bits.
 constexpr int matrix_digits = 36;
 constexpr double whole = NodeCells::whole;
 
-/// A block of the coarse matrix while its terms are summed.
+/// A block of the coarse matrix during summation.
 using BlockSum = std::array<CellIntegers, n_motions>;
 
 /// The lower triangle of the coarse matrix, in rows of cells.
@@ -82,8 +82,7 @@ BlockSums sum_of_all(const parallel::Communicator& group, const BlockSums& mine,
   return sums;
 }
 
-/// Twice the contraction of shear components is part of the stiffness: so that stress . strain is the
-/// energy's double.
+/// Includes the factor 2 of shear components, so that stress . strain is twice the energy.
 using StiffnessMatrix = std::array<double[6], 6>;
 template <class StressOfStrain>
 StiffnessMatrix stiffness_matrix(const StressOfStrain& stress, double factor) {
@@ -97,7 +96,7 @@ StiffnessMatrix stiffness_matrix(const StressOfStrain& stress, double factor) {
   return matrix;
 }
 
-/// The cells that a tetrahedron's corners have shares of.
+/// The cells in which a tetrahedron's corners have shares.
 struct CornerShares {
   std::vector<kernels::CornerShare> shares;
   std::vector<std::int32_t> cells;
@@ -140,7 +139,7 @@ CoarseSpace::CoarseSpace(const parallel::Communicator& group, const geometry::Su
   }
   parallel::agree(group);
   if (!weight.empty()) parallel::all_reduce(group, weight, MPI_SUM);
-  // A sum of integers that a double holds is exact in every order. A moment is below twice the force.
+  // Sums of integers that fit a double are exact in any order. A moment is less than twice the force.
   const std::int64_t heaviest = weight.empty() ? 1 : std::ranges::max(weight);
   digits_ = 52 - static_cast<int>(std::bit_width(static_cast<std::uint64_t>(heaviest)));
 }
@@ -167,7 +166,8 @@ void CoarseSpace::order_nodes() {
 
 void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasticity& elasticity,
                             const ResidualStiffness& residual_stiffness) {
-  // A tetrahedron's coarse entries are below its stiffness bound times the motions, which are of order 1.
+  // A tetrahedron's coarse entries are bounded by its stiffness bound times the motions, which are of order
+  // 1.
   parallel::agree(*group_);
   const double stiffest = parallel::largest_of_all(*group_, stiffness_bound(operators, elasticity));
   const double scale = std::ldexp(1.0, matrix_digits - std::ilogb(stiffest));
@@ -200,7 +200,7 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
       }
     }
     const std::size_t n_cells = corners.cells.size();
-    if (n_cells == 1 && corners.is_free) continue;  // it moves as a whole
+    if (n_cells == 1 && corners.is_free) continue;  // moves rigidly
     strain.resize(6 * n_cells);
     stress.resize(6 * n_cells);
     const double factor = scale * t.volume;
@@ -239,11 +239,11 @@ void CoarseSpace::factorize(const PdsOperators& operators, const IsotropicElasti
 void CoarseSpace::find_motions(std::span<const float> residual) {
   largest_load_ = parallel::largest_magnitude(*group_, residual);
   std::ranges::fill(numbers_, CellNumbers{});
-  // What is not finite has no integer; the other part of the preconditioner hands it on.
+  // Non-finite values have no integer; the other part of the preconditioner propagates them.
   if (largest_load_ == 0 || !std::isfinite(largest_load_)) return;
   const double scale = std::ldexp(1.0, digits_ - std::max(std::ilogb(largest_load_), -900) - 1);
 
-  // Forces and moments about the middle of the body; the cells' own follow from them.
+  // Forces and moments about the centre of the body; those about the cell centres follow from them.
   const auto n_cells = index(cells_.size());
   kernels_->add_loads(nodes(), residual.data(), scale, numbers_.data());
   for (std::size_t c = 0; c < n_cells; ++c)

@@ -19,10 +19,10 @@
 
 namespace crackle::mechanics {
 
-/// A coarse problem for the static solver: the rigid motions of cells of nodes, blended where cells overlap.
+/// The coarse problem of the static solver: rigid motions of cells of nodes, blended where cells overlap.
 ///
-/// All sums are sums of integers, so the correction has the same bits for every partition. Every rank holds
-/// and factorizes the whole coarse matrix.
+/// All sums are over integers, so the correction is bitwise equal for every partition. Every rank holds and
+/// factorizes the whole coarse matrix.
 class CoarseSpace {
 public:
   /// Collective. The references must outlive the object.
@@ -30,7 +30,7 @@ public:
   CoarseSpace(const parallel::Communicator& group, const geometry::Subdomain& subdomain, const Edges& edges,
               std::span<const std::uint8_t> held);
 
-  /// The coarse matrix A of what the tetrahedra carry, and its factors. Collective.
+  /// Assembles and factorizes the coarse matrix A of the current stiffness. Collective.
   void factorize(const PdsOperators& operators, const IsotropicElasticity& elasticity,
                  const ResidualStiffness& residual_stiffness);
 
@@ -38,12 +38,12 @@ public:
   /// Collective; does not allocate.
   /// @param residual 3 n_owned, 0 at held components
   /// @param block B of the owned node at each position
-  /// @param result 3 n_owned, as if nothing were held
-  /// @return a bound of this rank's products of a residual and its result
+  /// @param result 3 n_owned, ignoring constraints
+  /// @return an upper bound on this rank's products of a residual and its result
   double precondition(std::span<const float> residual, std::span<const std::array<float, 6>> block,
                       std::span<float> result);
 
-  /// Where an owned node stands in the order of the cells.
+  /// Index of an owned node in the order of the cells.
   std::size_t position(std::int32_t owned_node) const { return index(position_[index(owned_node)]); }
 
   std::int32_t n_cells() const { return cells_.size(); }
@@ -60,13 +60,13 @@ private:
   NodeCells cells_;
   std::vector<kernels::CellGroup> groups_;
   std::vector<kernels::NodeInCells>
-      nodes_;                           // owned; places are from the middle of the body, over half its length
+      nodes_;  // owned; positions relative to the centre of the body, in units of half its length
   std::vector<std::int32_t> position_;  // of each owned node in `nodes_`
   std::vector<Vector> centre_;          // of each cell, likewise
   std::vector<double> magnification_;   // of each cell: half the body's length over the cell's
-  int digits_ = 0;                      // of the integers that are summed
-  // Of each cell: loads while they are summed, then motions: the translation at the middle of the body, the
-  // rotation.
+  int digits_ = 0;                      // of the summed integers
+  // Per cell: first the loads during summation, then the motions, as translation at the centre of the body
+  // and rotation.
   std::vector<kernels::CellNumbers> numbers_;
   std::vector<double> packed_;  // the same without padding
   double largest_load_ = 0;     // of all ranks

@@ -11,8 +11,8 @@
 
 namespace crackle::mechanics {
 
-/// Preconditioned conjugate gradients in single precision, as KSPCG with the natural norm computes, but with
-/// the same bits for every partition where the system has that.
+/// Preconditioned conjugate gradients in single precision, equivalent to KSPCG with the natural norm, but
+/// bitwise equal for every partition if the system is.
 ///
 /// @tparam System has
 ///   std::span<float> direction()  the owned values of the direction, at a place of the system's own;
@@ -33,15 +33,15 @@ public:
     bool has_converged;
     int n_iterations;
   };
-  /// Where a run begins: with the preconditioned residual, or with what of it is conjugate to the last
-  /// direction of the run before. So a run whose residual was computed anew goes on as if there had been no
+  /// How a run starts: with the preconditioned residual, or with its part conjugate to the last direction of
+  /// the previous run. The latter continues after recomputing the residual as if there had been no
   /// interruption (Strzodka and Goeddeke 2006).
   enum class Start { afresh, beside_the_last };
 
   /// Solves from zero until the norm of the residual r in the preconditioner's scalar product, sqrt(r . M^-1
   /// r), is at most `tolerance` or NaN, or the matrix turns out not to be positive definite.
   /// Allocates nothing. Collective; does not agree() before.
-  /// @param residual the right-hand side on entry, what is left of it on return
+  /// @param residual the right-hand side on entry, the residual on return
   Outcome solve(std::span<float> residual, std::span<float> solution, double tolerance, int max_iterations,
                 Start start = Start::afresh) {
     const std::span<float> p = system_->direction();
@@ -61,7 +61,7 @@ public:
         for (std::size_t i = 0; i < p.size(); ++i) p[i] = z[i];
       else
         for (std::size_t i = 0; i < p.size(); ++i) p[i] = z[i] + ratio * p[i];
-      // The last direction is not quite at right angles to a residual that was computed anew.
+      // The last direction is not exactly orthogonal to a recomputed residual.
       const double slope = n == 0 && goes_on ? dot(p, residual) : beta;
       last_curvature_ = system_->multiply(w);
       if (!(last_curvature_ > 0)) return {false, n + 1};
@@ -82,7 +82,7 @@ private:
   const parallel::Communicator* group_;
   System* system_;
   std::vector<float> preconditioned_, image_;
-  double last_curvature_ = 0;  // direction . K direction; 0 before there is one
+  double last_curvature_ = 0;  // direction . K direction; 0 before the first one
 };
 
 }  // namespace crackle::mechanics

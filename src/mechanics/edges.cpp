@@ -11,7 +11,7 @@ namespace crackle::mechanics {
 
 namespace {
 
-/// One side of a tetrahedron on its way to its edge.
+/// One side of a tetrahedron, before it is assigned to its edge.
 struct Side {
   std::int32_t larger;
   std::int32_t place;  // 6 x tetrahedron + number of the side
@@ -90,8 +90,8 @@ EdgeCoupling edge_coupling(const PdsOperators& operators, const IsotropicElastic
     if (!residual_stiffness.is_intact(number)) {
       is_whole = false;
       if (!residual_stiffness.carries(number)) continue;
-      // Which of the two nodes has the smaller local number differs from rank to rank, and with it the order
-      // of the coupling's sums: the tetrahedron's own order counts. The other block is the transposed one.
+      // Which node has the smaller local number differs between ranks, and with it the order of summation:
+      // use the tetrahedron's own order. The other block is the transpose.
       const auto [i, j] = std::minmax({corner(first), corner(second)});
       const Matrix m = residual_stiffness.partial(number).coupling(i, j);
       const double half = 0.5 * t.volume;

@@ -17,8 +17,8 @@ using kernels::NodeRecord;
 
 namespace {
 
-/// Gives each edge to one of its nodes so that nearly all nodes own a multiple of four: a node keeps as many
-/// of the edges to later nodes as that allows and leaves the rest to them.
+/// Assigns each edge to one of its nodes such that nearly all nodes own a multiple of four: a node keeps as
+/// many edges to later nodes as that allows and leaves the rest to them.
 /// @return the edges of each owned node
 template <class IsChosen>
 std::vector<std::vector<std::int32_t>> owned_edges(const Edges& edges, std::int32_t n_owned,
@@ -32,7 +32,7 @@ std::vector<std::vector<std::int32_t>> owned_edges(const Edges& edges, std::int3
       if (is_chosen(static_cast<std::int32_t>(end))) candidates.push_back(static_cast<std::int32_t>(end));
     begin = end;
     auto& mine = of_node[index(node)];
-    // Ghosts own nothing: their edges are kept.
+    // Ghosts own no edges, so edges to ghosts are kept.
     const auto is_kept = [&](std::int32_t edge) { return edges.nodes[index(edge)][1] >= n_owned; };
     std::stable_partition(candidates.begin(), candidates.end(), is_kept);
     const auto n_kept = static_cast<std::size_t>(std::ranges::count_if(candidates, is_kept));
@@ -141,7 +141,7 @@ void FixedPointForce<Real>::number_blocks() {
 template <class Real>
 void FixedPointForce<Real>::lay_out_pairs(std::int32_t block,
                                           std::span<const std::vector<std::int32_t>> owned_edges) {
-  std::size_t lane = 0;  // of the open pair; 0 when there is none
+  std::size_t lane = 0;  // lane of the open pair; 0 if there is none
   const auto put = [&](std::int32_t node) {
     ends_.back().target[lane++] = static_cast<std::int16_t>(node - ends_.back().owner);
   };
@@ -168,7 +168,7 @@ void FixedPointForce<Real>::append_general(std::int32_t edge) {
   Block& block = blocks_[index(block_of_edge_[index(edge)])];
   const auto lane = index(block.n_general % 8);
   if (lane == 0) {
-    // Free places are edges of a node with itself.
+    // Free slots are filled with edges from a node to itself.
     auto& fresh = block.general.emplace_back();
     std::ranges::fill(fresh.first, edges_->nodes[index(edge)][0]);
     std::ranges::fill(fresh.second, edges_->nodes[index(edge)][0]);
@@ -270,7 +270,7 @@ void FixedPointForce<Real>::evaluate() {
   };
   const auto n_local = static_cast<std::int32_t>(nodes_.size());
   clear(subdomain_->layout.n_owned, n_local);
-  // A block is cleared just before it is touched first, while its nodes are needed anyway.
+  // A block is cleared just before it is first touched, when its nodes are needed in cache anyway.
   std::int32_t n_clear = 0;
   for (std::int32_t b = 0; b < n_blocks(); ++b) {
     for (; n_clear <= reach(b).last_owned; ++n_clear)
@@ -334,7 +334,7 @@ double FixedPointForce<Real>::padding() const {
 template <class Real>
 double FixedPointForce<Real>::largest_stretch() const {
   double largest = 0;
-  // The magnitude itself, the same in both directions of an edge: which one is taken differs between ranks.
+  // The magnitude, which is equal for both directions of an edge: ranks may use different ones.
   const auto look = [&](std::int32_t a, std::int32_t b) {
     for (std::size_t i = 0; i < 3; ++i) {
       const Integer d =

@@ -18,33 +18,33 @@
 namespace crackle::mechanics {
 
 /// The internal force of a subdomain edge by edge, in fixed point: six numbers for an inner edge, nine for
-/// one at the surface or at a tetrahedron that was released. What an edge hands on depends on its own
-/// coefficients and the difference of two integers only, and the sums are integers: the force has the same
-/// bits for every numbering, partition and instruction set.
+/// one at the surface or at a released tetrahedron. The contribution of an edge depends only on its
+/// coefficients and the difference of two integers, and the sums are over integers: the force is bitwise
+/// equal for every numbering, partition and instruction set.
 ///
-/// The edges are laid out in blocks of nodes, each edge in the block of its owner, so that a sweep can work
-/// on a part of the body that fits the cache. Blocks are numbered in the order of a sweep: those next to
-/// ghosts come last, so that a sweep reaches them when the ghosts' values have arrived.
+/// The edges are stored by blocks of nodes, each edge in the block of its owner, so that a sweep works on
+/// parts of the body that fit the cache. Blocks are numbered in sweep order: those next to ghosts come last,
+/// to give the ghosts' values time to arrive.
 template <class Real>
 class FixedPointForce {
 public:
   using Integer = kernels::Integer<Real>;
   static constexpr std::int32_t nodes_per_block = 64;
-  /// Largest difference of node numbers that a pair of edges can hold.
+  /// Largest difference of node numbers that fits a pair of edges.
   static constexpr std::int32_t largest_reach = std::numeric_limits<std::int16_t>::max() - nodes_per_block;
 
-  /// Which blocks of nodes the edges of a block of edges touch. Ghosts are in blocks of their own, behind
-  /// those of the owned nodes.
+  /// The blocks of nodes touched by the edges of a block. Ghosts are in separate blocks, after those of the
+  /// owned nodes.
   struct Reach {
-    std::int32_t last_owned;  ///< last block of owned nodes that is touched
+    std::int32_t last_owned;  ///< last block of owned nodes touched
     bool has_ghosts;
   };
 
   /// The references must outlive the object.
   /// @param inverse_mass of each owned node, relative
   /// @param residual_stiffness may change, see update()
-  /// @param watches whether take_largest_contribution() is wanted of the 32-bit format
-  /// @param pair_reach edges between numbers further apart take the general form, which is slower
+  /// @param watches enables take_largest_contribution() in the 32-bit format
+  /// @param pair_reach edges between nodes further apart in numbering use the general form, which is slower
   FixedPointForce(const geometry::Subdomain& subdomain, const PdsOperators& operators,
                   const IsotropicElasticity& elasticity, const Edges& edges,
                   const ResidualStiffness& residual_stiffness, std::span<const double> inverse_mass,
@@ -64,40 +64,40 @@ public:
   /// The last block whose edges touch a node of this block.
   std::int32_t last_contributor(std::int32_t block) const { return blocks_[index(block)].last_contributor; }
 
-  /// Adds what the edges of a block hand on to the nodes' forces.
+  /// Adds the contributions of a block's edges to the nodal forces.
   void add_block(std::int32_t block);
-  /// The nodes' forces from their displacements, in one sweep.
+  /// Computes the nodal forces from the displacements, in one sweep.
   void evaluate();
 
-  /// Coefficients anew for the edges of tetrahedra that carry less from now on; the cost does not depend on
+  /// Recomputes the coefficients of the edges of tetrahedra that lost stiffness; the cost does not depend on
   /// the size of the body.
-  /// @param force_is_current the nodes hold the force of the present displacement: it is corrected
+  /// @param force_is_current the nodes hold the force of the current displacement: it is corrected
   void update(std::span<const std::int32_t> tetrahedra, bool force_is_current);
 
-  /// Bytes that one force evaluation moves: coefficients and numbers of the edges, and each node's record in
-  /// and out once.
+  /// Memory traffic of one force evaluation [byte]: coefficients and numbers of the edges, and each node's
+  /// record once in and out.
   std::int64_t bytes_per_sweep() const;
 
-  /// Places without an edge over the edges that have a place in groups of four from one owner.
+  /// Unused slots relative to the edges stored in groups of four from one owner.
   double padding() const;
 
-  /// Largest difference of displacement along an edge that carries, in quanta, as long as none has wrapped
-  /// around.
+  /// Largest difference of displacement along an edge that carries load, in quanta; valid as long as none has
+  /// wrapped around.
   double largest_stretch() const;
 
-  /// Whether a contribution was larger than the format can hold, in add_block() or update(), since the
-  /// object was made. The 32-bit format has the processor's invalid flag for that, which the caller reads.
+  /// True if a contribution in add_block() or update() has ever exceeded the format. For the 32-bit format
+  /// the caller reads the processor's invalid flag instead.
   bool has_overflown() const { return !(largest_contribution_ < contribution_limit); }
 
   /// Largest contribution, or half of the largest difference of displacement if that is larger, since the
-  /// last call, in quanta. The 64-bit format always knows it.
+  /// last call, in quanta. Always available in the 64-bit format.
   double take_largest_contribution() {
     return static_cast<double>(std::exchange(largest_contribution_, Real(0)));
   }
 
 private:
-  /// Pairs of four edges: first those with six numbers, then those with nine; then what became general or
-  /// reaches too far for a pair.
+  /// Pairs of four edges: first those with six numbers, then those with nine; finally edges that became
+  /// general or exceed the reach of a pair.
   struct Block {
     std::int32_t first_node = 0;
     std::size_t first_pair = 0, first_skew_pair = 0, last_pair = 0;
@@ -118,8 +118,8 @@ private:
   Coefficients scaled(const EdgeCoupling& coupling) const;
   Coefficients coefficients(std::int32_t edge);
   void set_coefficients(std::int32_t edge, const Coefficients& values);
-  /// The nine numbers' places of edge `edge` in its pair, w only if it has a place there; and -1 where the
-  /// pair has the edge the other way round.
+  /// Location of the nine numbers of edge `edge` in its pair, w only if stored there; direction is -1 if the
+  /// pair stores the reversed edge.
   struct PairPlace {
     kernels::EdgeSymmetric<Real>* symmetric;
     kernels::EdgeSkew<Real>* skew;  // or nullptr
@@ -143,7 +143,7 @@ private:
   std::vector<kernels::EdgeSymmetric<Real>> symmetric_;
   std::vector<kernels::EdgeSkew<Real>> skew_;
   std::vector<Block> blocks_;
-  std::vector<std::int32_t> block_number_;  // of each nodes_per_block owned nodes
+  std::vector<std::int32_t> block_number_;  // per nodes_per_block owned nodes
   std::vector<std::int32_t> block_of_edge_;
   std::vector<std::int32_t> pair_place_;     // 8 x pair + lane, or -1
   std::vector<std::int32_t> general_place_;  // 8 x number + lane in the block's general edges, or -1

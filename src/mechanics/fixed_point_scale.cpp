@@ -7,7 +7,7 @@ namespace crackle::mechanics {
 
 namespace {
 
-/// The power of two with 2^bits of it at least `range`.
+/// The smallest power of two q with 2^bits q at least `range`.
 double quantum(double range, int bits) {
   return std::ldexp(1.0, std::ilogb(range) + 1 - bits);
 }

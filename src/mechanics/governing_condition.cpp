@@ -39,7 +39,7 @@ Vector drive_direction(const Boundary& condition) {
   const bool is_by_value =
       condition.rate == Vector{} || (condition.kind == BoundaryKind::velocity && condition.value != Vector{});
   Vector direction = is_by_value ? condition.value : condition.rate;
-  // Scaled first, since squares of what is very small are nothing.
+  // Scale first, since squares of very small numbers underflow.
   double largest = 0;
   for (const double component : direction) largest = std::max(largest, std::abs(component));
   for (double& component : direction) component /= largest;

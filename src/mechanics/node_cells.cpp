@@ -15,15 +15,15 @@ namespace crackle::mechanics {
 
 namespace {
 
-/// More nodes make a cell to be halved again. Larger cells make the coarse problem cheaper and weaker.
+/// Cells with more nodes are halved again. Larger cells make the coarse problem cheaper and weaker.
 constexpr std::int64_t nodes_per_cell = 240;
-/// A larger body has larger cells: its coarse matrix is on every rank.
+/// Larger bodies have larger cells, since the coarse matrix is replicated on every rank.
 constexpr std::int64_t usual_cells = 2000;
-/// Halvings of the bounding box at most.
+/// Maximum number of bisections of the bounding box.
 constexpr int max_depth = 20;
-/// How often a node takes the mean of its neighbours' shares, in cells of the usual size.
+/// Number of times that a node takes the mean of its neighbours' shares, for cells of the usual size.
 constexpr double usual_smoothings = 3;
-/// A share below one part in so many is forgotten.
+/// Shares below one part in this number are dropped.
 constexpr std::int64_t smallest_share = 20;
 
 using Shares = NodeCells::Shares;
@@ -32,11 +32,11 @@ using Shares = NodeCells::Shares;
 struct Division {
   std::vector<std::int32_t> cell;
   std::int32_t n_cells;
-  int n_smoothings;  ///< that make cells of this size overlap
+  int n_smoothings;  ///< number of smoothings that make cells of this size overlap
 };
 Division divide(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                 const geometry::Box& box) {
-  // Every box of a level has the same shape, so each level halves one axis: the longest.
+  // Every box of a level has the same shape, so each level bisects the longest axis.
   Vector side = box.upper - box.lower;
   std::array<int, 3> halvings{};
   std::array<std::size_t, max_depth> axis_of_level{};
@@ -65,7 +65,7 @@ Division divide(const parallel::Communicator& group, const geometry::Subdomain& 
   std::ranges::sort(all);
   const std::int64_t most = std::max(nodes_per_cell, std::ssize(all) / usual_cells);
 
-  // Cells as ranges of codes: halved while they hold too many nodes.
+  // Cells as ranges of codes, bisected while they contain too many nodes.
   std::vector<std::int64_t> first_code;
   const auto halve = [&](const auto& self, std::int64_t first, int level) -> void {
     const std::int64_t width = std::int64_t{1} << (max_depth - level);
@@ -90,11 +90,11 @@ Division divide(const parallel::Communicator& group, const geometry::Subdomain& 
   return division;
 }
 
-/// Sums of integer weights by cell, cut down to the largest and scaled to a whole.
+/// Sums of integer weights by cell, reduced to the largest ones and normalized.
 Shares shares_of(std::vector<std::pair<std::int64_t, std::int32_t>>& sums) {
   std::int64_t total = 0;
   for (const auto& [weight, cell] : sums) total += weight;
-  // The heaviest first; of equal ones the lower cell.
+  // The heaviest first; the lower cell if equal.
   std::ranges::sort(sums, [](const auto& a, const auto& b) {
     return a.first != b.first ? a.first > b.first : a.second < b.second;
   });

@@ -12,12 +12,12 @@ using parallel::check_petsc;
 
 namespace {
 
-/// What PETSc needs for a block, for a node and for the rest of a matrix at most [byte].
+/// Upper bound on PETSc's memory per block, per node and for the rest of a matrix [byte].
 constexpr std::size_t bytes_per_block = 2 * (9 * sizeof(double) + sizeof(PetscInt));
 constexpr std::size_t bytes_per_node = 512;
 constexpr std::size_t bytes_per_matrix = 1 << 20;
 
-/// V B^T C B of corners a and b, over the volume: lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I.
+/// V B^T C B of corners a and b, per volume: lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I.
 Matrix intact_coupling(const TetrahedronOperator& t, const IsotropicElasticity& elasticity, std::size_t a,
                        std::size_t b) {
   const Vector &g = t.gradient[a], &h = t.gradient[b];
@@ -66,9 +66,9 @@ PetscStiffness::PetscStiffness(const parallel::Communicator& group, const geomet
     for (std::int32_t node = 0; node < n_owned_; ++node) set_row(node);
   });
   assemble();
-  // From here on PETSc need not look for new places in the matrix, which takes messages.
+  // From here on PETSc need not search for new nonzeros, which requires communication.
   check_petsc(MatSetOption(matrix_.get(), MAT_NEW_NONZERO_LOCATION_ERR, PETSC_TRUE), "MatSetOption");
-  // The first product allocates, the later ones do not.
+  // The first product allocates, later ones do not.
   parallel::NodeField nothing(group, layout), result(group, layout);
   apply(nothing, result);
 }
@@ -102,7 +102,7 @@ void PetscStiffness::find_columns(std::int32_t node) {
   columns_.erase(std::unique(columns_.begin(), columns_.end()), columns_.end());
 }
 
-/// Sums over what the tetrahedra round the node carry, in ascending order.
+/// Sums over the residual stiffness of the tetrahedra around the node, in ascending order.
 void PetscStiffness::set_row(std::int32_t node) {
   find_columns(node);
   const std::size_t n = columns_.size();

@@ -15,10 +15,10 @@
 
 namespace crackle::mechanics {
 
-/// The stiffness of a body as PETSc's symmetric block matrix, with blocks of three, whose rows belong to the
-/// ranks that own the nodes. Contact is no part of it.
+/// The stiffness of a body as PETSc's symmetric block matrix, with blocks of three; rows belong to the ranks
+/// that own the nodes. Contact is not included.
 ///
-/// PETSc adds up in the order of its columns, so the bits of a product depend on the partition.
+/// PETSc sums in the order of its columns, so products are not bitwise independent of the partition.
 class PetscStiffness {
 public:
   /// Assembles the matrix. Collective; agrees before its messages. The references must outlive the object.
@@ -31,11 +31,11 @@ public:
   /// @throws std::runtime_error with PETSc's message
   void apply(parallel::NodeField& displacement, parallel::NodeField& force) const;
 
-  /// Once tetrahedra carry less: computes the rows of their nodes again, to the bits of a matrix assembled
-  /// from scratch. Local; assemble() must follow before the next product.
+  /// Recomputes the rows of nodes whose tetrahedra lost stiffness, bitwise as in a newly assembled matrix.
+  /// Local; assemble() must follow before the next product.
   void update(std::span<const std::int32_t> tetrahedra);
 
-  /// Takes over what update() has changed on any rank. Collective; does not agree() before.
+  /// Completes the updates of all ranks. Collective; does not agree() before.
   void assemble();
 
 private:
@@ -46,10 +46,10 @@ private:
   IsotropicElasticity elasticity_;
   const ResidualStiffness* residual_stiffness_;
   std::int32_t n_owned_;
-  std::vector<PetscInt> number_;  // of each local node, in the order of the matrix
+  std::vector<PetscInt> number_;  // per local node, in the order of the matrix
   NodeTetrahedra round_node_;
   parallel::MatOwner matrix_;
-  // Of the row at hand: block columns from the diagonal on, and their values row by row.
+  // The current row: block columns from the diagonal on, and their values row by row.
   std::vector<PetscInt> columns_;
   std::vector<double> values_;
 };

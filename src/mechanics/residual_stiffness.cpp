@@ -11,7 +11,7 @@ constexpr bool contains(EdgeSet set, std::size_t edge) {
   return ((set >> edge) & 1) != 0;
 }
 
-/// Corner positions from corner 0: the inverse of the matrix of gradients.
+/// Corner positions relative to corner 0: the inverse of the gradient matrix.
 std::array<Vector, 4> corners(const TetrahedronOperator& t) {
   const auto& g = t.gradient;
   const double determinant = dot(g[1], cross(g[2], g[3]));
@@ -30,7 +30,7 @@ EdgeStiffness edge_stiffness(const TetrahedronOperator& t, const IsotropicElasti
   for (std::size_t k = 0; k < 6; ++k) {
     const auto [i, j] = geometry::dual_facet_nodes[k];
     result.edge[k] = x[j] - x[i];
-    // The strain in which only this edge is stretched, by d . eps . d = 1.
+    // The strain that stretches only this edge, with d . eps . d = 1.
     stretch[k] = symmetric_product(t.gradient[i], t.gradient[j]);
     for (double& component : stretch[k]) component = -component;
   }
@@ -39,7 +39,7 @@ EdgeStiffness edge_stiffness(const TetrahedronOperator& t, const IsotropicElasti
     const Symmetric sigma = elasticity(stretch[p]);
     for (std::size_t q = 0; q <= p; ++q) k[p][q] = k[q][p] = contract(sigma, stretch[q]);
   }
-  // One released edge after the other takes the value that makes its force vanish.
+  // One released edge after the other takes the strain at which its force vanishes.
   for (std::size_t r = 0; r < 6; ++r) {
     if (!contains(released, r)) continue;
     const auto row = k[r];
@@ -128,7 +128,7 @@ double ResidualStiffness::energy(std::int32_t tetrahedron, const Symmetric& stra
 void ResidualStiffness::release(std::int32_t tetrahedron, EdgeSet edges) {
   const auto i = index(tetrahedron);
   const auto now = static_cast<EdgeSet>(released(tetrahedron) | edges);
-  // Made before anything says that it is there: it may fail.
+  // Create it before recording the release, as allocation may fail.
   if (now != no_edge && now != all_edges)
     make_partial(tetrahedron) = edge_stiffness(operators_->tetrahedra[i], elasticity_, now);
   released_[i] = now;

@@ -14,7 +14,7 @@ namespace {
 
 using Motions = Eigen::Matrix<double, 6, 1>;  // three translations, three rotations
 
-/// What each rigid motion moves a point by in one component.
+/// Displacement component of a point in each rigid motion.
 Motions motions_at(const geometry::Point& p, int component) {
   Motions motions = Motions::Zero();
   motions[component] = 1;
@@ -61,7 +61,7 @@ std::vector<std::string> free_rigid_motions(const parallel::Communicator& group,
     }
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(gram);
-  // A strip of a thousandth of the body's size holds it: 1e-6. Rounding leaves 1e-16.
+  // A held strip of a thousandth of the body's size gives 1e-6; rounding gives 1e-16.
   constexpr double negligible = 1e-12;
   Motions freedom = Motions::Zero();  // share of each motion that is free
   for (int k = 0; k < 6; ++k)
@@ -69,7 +69,7 @@ std::vector<std::string> free_rigid_motions(const parallel::Communicator& group,
   std::vector<std::string> found;
   for (int k = 3; k < 6; ++k)
     if (freedom[k] > negligible) found.push_back(std::string("turn about ") + "xyz"[k - 3]);
-  if (!found.empty()) return found;  // the centre of the held nodes may move with it
+  if (!found.empty()) return found;  // the centre of the held nodes may move as a result
   for (int k = 0; k < 3; ++k)
     if (freedom[k] > negligible) found.push_back(std::string("move along ") + "xyz"[k]);
   return found;

@@ -19,20 +19,19 @@ namespace crackle::mechanics {
 
 namespace {
 
-/// The conjugate gradients multiply in single precision, so the residual that they carry along drifts from
-/// the true one. It is computed anew, in double precision, when it has become smaller by this factor.
+/// Conjugate gradients multiply in single precision, so the recurrence residual drifts from the true one. It
+/// is recomputed in double precision whenever it has decreased by this factor.
 constexpr double reduction_per_run = 1e-2;
-/// What it may differ by at the end.
+/// Accepted drift of the residual at the end.
 constexpr double drift_allowance = 3;
-/// After so many runs the residual is held against rounding_allowance.
+/// After this many runs the residual is compared with rounding_allowance.
 constexpr int max_runs = 20;
 constexpr int max_iterations = 4000;
-/// The coarse matrix is made anew when a run needs this many times the iterations it needed when it was
-/// fresh.
+/// The coarse matrix is rebuilt when a run needs this many times the iterations of the first run with it.
 constexpr double wear_limit = 1.5;
 
-/// The inverse of a symmetric positive definite 3 x 3 matrix on its components that are not held; zero where
-/// the node carries nothing.
+/// The inverse of a symmetric positive definite 3 x 3 matrix on its free components; zero if the node has no
+/// stiffness.
 Symmetric inverse_on_free(const Symmetric& k, const std::uint8_t* held) {
   Symmetric m = k;
   if (held[0] != 0) m[4] = m[5] = 0;
@@ -45,7 +44,7 @@ Symmetric inverse_on_free(const Symmetric& k, const std::uint8_t* held) {
   const double determinant = m[0] * c0 + m[5] * c5 + m[4] * c4;
   Symmetric inverse{};
   if (!(determinant > 1e-12 * m[0] * m[1] * m[2])) {
-    // A node that hangs by one or two bars: any positive block will do.
+    // A node held by one or two bars only: any positive block will do.
     const double trace = k[0] + k[1] + k[2];
     for (std::size_t i = 0; i < 3; ++i)
       if (held[i] == 0 && trace > 0) inverse[i] = 1 / trace;
@@ -101,14 +100,14 @@ public:
 
   int solve(std::span<const double> force, parallel::NodeField& displacement, const Accuracy& accuracy) {
     refresh_coarse();
-    // From here on every rank waits for messages of the others, and no rank allocates.
+    // From here on ranks wait for each other's messages, so none may allocate.
     parallel::agree(*group_);
-    // The reference is the residual of a body whose free components have not moved.
+    // The reference is the residual with no free component displaced.
     for (std::size_t i = 0; i < held_.size(); ++i)
       unmoved_.local()[i] = held_[i] != 0 ? displacement.local()[i] : 0;
     const double reference = find_residual(force, unmoved_);
     final_residual_ = 0;
-    if (reference == 0) {  // so it is in equilibrium, whatever the guess was
+    if (reference == 0) {  // in equilibrium, whatever the initial guess
       displacement.assign(unmoved_);
       return 0;
     }
@@ -116,7 +115,7 @@ public:
     double residual = find_residual(force, displacement);
     for (int run = 0;; ++run) {
       final_residual_ = residual / reference;
-      // Equal on every rank. An infinite reference would make an equilibrium of any residual.
+      // Equal on every rank. With an infinite reference any residual would be accepted.
       if (!std::isfinite(residual) || !std::isfinite(reference))
         fail<NoEquilibrium>(
             "static equilibrium: the residual is {:.1e} and that of the load {:.1e} after {} "
@@ -144,7 +143,8 @@ public:
       displacement.update_ghosts();
       const double last_residual = std::exchange(residual, find_residual(force, displacement));
       if (!has_converged) {
-        // A run that asks too much may end in rounding: what it began with is the better equilibrium then.
+        // A run with too tight a tolerance may end in rounding errors; its initial state is then the better
+        // equilibrium.
         if (!(residual <= last_residual) && last_residual <= rounding_allowance * reference) {
           std::ranges::copy(last_, result.begin());
           residual = find_residual(force, displacement);
@@ -155,7 +155,7 @@ public:
         }
         if (iterations >= max_iterations)
           fail<NoEquilibrium>("static equilibrium: no convergence in {} iterations", iterations);
-        // Otherwise the next run begins afresh.
+        // Otherwise restart the next run.
       }
     }
     if (fresh_iterations_ == 0)
@@ -166,14 +166,14 @@ public:
   }
 
 private:
-  /// Into residual_: f - K u on the free components, over a unit that suits single precision; into
-  /// energy_norm_: that of the displacement.
-  /// @return its norm in the preconditioner's scalar product
+  /// Computes residual_: f - K u on the free components, scaled for single precision; and energy_norm_, that
+  /// of the displacement.
+  /// @return norm of the residual in the preconditioner's scalar product
   double find_residual(std::span<const double> force, parallel::NodeField& displacement) {
     displacement.update_ghosts();
     try {
       product_.apply(displacement.local(), product_result_);
-    } catch (const std::runtime_error& error) {  // what it refuses, it refuses on every rank
+    } catch (const std::runtime_error& error) {  // thrown on every rank
       fail<NoEquilibrium>("static equilibrium: {}", error.what());
     }
     const double twice_energy =
@@ -196,7 +196,7 @@ private:
     fresh_iterations_ = 0;
   }
 
-  /// Sum over what the node's tetrahedra carry, in ascending order, of its diagonal block.
+  /// Sums the diagonal block of a node over its tetrahedra's residual stiffness, in ascending order.
   void update_block(std::int32_t node) {
     Symmetric k{};
     for (const auto number : round_node_[node]) {
@@ -226,7 +226,7 @@ private:
                            [](double x) { return static_cast<float>(x); });
   }
 
-  // What conjugate gradients see: the operator and the preconditioner on the free components.
+  // Interface for conjugate gradients: the operator and the preconditioner on the free components.
   friend ConjugateGradients<Problem>;
 
   std::span<float> direction() { return {direction_.data()->data(), 3 * inverse_block_.size()}; }
@@ -257,12 +257,12 @@ private:
   std::vector<std::array<float, 6>> inverse_block_;  // of the owned nodes, in the order of the coarse space
   std::vector<std::size_t> held_components_;         // of owned nodes
   std::vector<double> product_result_;
-  double energy_norm_ = 0;  // of the displacement that the residual is of
+  double energy_norm_ = 0;  // of the displacement to which the residual belongs
   double unit_ = 1;         // of residual and correction
   std::vector<float> residual_;
   std::vector<float> correction_;
-  std::vector<double> last_;     // owned displacement before a run
-  parallel::NodeField unmoved_;  // the displacement while no free component has moved
+  std::vector<double> last_;     // owned displacement at the start of a run
+  parallel::NodeField unmoved_;  // the displacement with no free component displaced
   using Numbers = std::array<float, 3>;
   std::vector<Numbers> direction_;  // of each local node
   parallel::GhostExchange<Numbers> ghosts_;

@@ -14,16 +14,16 @@ namespace crackle::mechanics {
 
 namespace {
 
-/// Exponents of the integers of a format.
+/// Exponents of a format's integers.
 template <class Real>
 struct Exponents;
 
-/// Contributions and half differences are converted below 2^50; aiming lower leaves room for an operand whose
-/// gain is larger than that of the last one. Displacements are kept below 2^60: what the conversion makes of
-/// a difference that is too large for it is then still a number, and above 2^50.
+/// Contributions and half differences are converted below 2^50; aiming lower leaves room for an operand with
+/// a larger gain than the last one. Displacements are kept below 2^60, so that even differences too large for
+/// the conversion give a number, above 2^50.
 template <>
 struct Exponents<double> {
-  static constexpr int unit = 4;  // of the force quantum per displacement quantum, over the stiffness
+  static constexpr int unit = 4;  // force quantum per displacement quantum, relative to the stiffness
   static constexpr int converted = 50;
   static constexpr int displacement = 60;
   static constexpr int safe = 48;
@@ -33,8 +33,8 @@ struct Exponents<double> {
   static constexpr bool is_known_when_too_large = false;
 };
 
-/// Contributions stay below 2^28, so that their sum at a node does not wrap around, nor does a difference of
-/// displacements.
+/// Contributions stay below 2^28, so that neither their sum at a node nor a difference of displacements wraps
+/// around.
 template <>
 struct Exponents<float> {
   static constexpr int unit = 0;
@@ -48,7 +48,7 @@ struct Exponents<float> {
 };
 constexpr int retreat = 4;
 
-/// What the stiffness of an edge is hardly above: some ten tetrahedra meet at one.
+/// Approximate upper bound on the stiffness of an edge: about ten tetrahedra meet at one.
 double stiffest(const parallel::Communicator& group, const PdsOperators& operators,
                 const IsotropicElasticity& elasticity) {
   parallel::agree(group);
@@ -95,15 +95,15 @@ double StiffnessProduct<Real>::apply(std::span<const Real> displacement, std::sp
       std::ranges::fill(nodes[n].force, Integer(0));
     }
     for (std::int32_t b = 0; b < force_.n_blocks(); ++b) force_.add_block(b);
-    // Where all contributions fit, the largest is that of an edge of the body, with the same bits on every
-    // rank that has it, for either direction of the edge. Where one does not, the number that `double` gives
-    // is rubbish that depends on the direction, and so on the partition: then nothing but the fact is used.
+    // If all contributions fit, the largest is that of an edge of the body, bitwise equal on every rank that
+    // has the edge, in either direction. If one does not fit, the resulting number depends on the direction
+    // and hence on the partition: then only the overflow itself is used.
     const double contribution = parallel::largest_of_all(*group_, force_.take_largest_contribution());
     if (!(contribution < std::ldexp(1.0, Exponents::converted))) {
       gain_exponent_.reset();
       if (Exponents::is_known_when_too_large && std::isfinite(contribution))
         top = Exponents::aimed - (std::ilogb(contribution) + 1 - top);
-      else  // The safe scale is so for the coefficients that the body had at first.
+      else  // The safe scale refers to the body's initial coefficients.
         top = top > Exponents::safe ? Exponents::safe : top - retreat;
       if (top < Exponents::least)
         throw std::runtime_error("stiffness product: a coefficient is not finite, or has grown out of range");

@@ -9,12 +9,12 @@
 
 namespace crackle::mechanics {
 
-/// K u through the fast edge loop, with the same bits for every partition. The scale of the fixed-point
-/// numbers follows the operand, from product to product: by its largest component and by the largest
-/// contribution of an edge of the body, which do not depend on the partition.
+/// K u by the fast edge loop, bitwise equal for every partition. The scale of the fixed-point numbers is
+/// adapted from product to product to the operand's largest component and to the largest contribution of an
+/// edge of the body, which do not depend on the partition.
 ///
-/// @tparam Real double is as exact as an explicit matrix; float rounds coefficients and differences of the
-///   operand to 24 bits, and is several times as fast
+/// @tparam Real double is as accurate as an explicit matrix; float rounds coefficients and differences of the
+///   operand to 24 bits, and is several times faster
 template <class Real>
 class StiffnessProduct {
 public:
@@ -30,14 +30,14 @@ public:
   /// @throws std::runtime_error on every rank when the operand is not finite
   double apply(std::span<const Real> displacement, std::span<Real> force);
 
-  /// After tetrahedra were broken. Local.
+  /// Updates the coefficients after tetrahedra have broken. Local.
   void update(std::span<const std::int32_t> tetrahedra) { force_.update(tetrahedra, false); }
 
 private:
   const parallel::Communicator* group_;
   double unit_ = 0;  // force quantum per displacement quantum [N/m]
   FixedPointForce<Real> force_;
-  // Of the largest contribution over the largest displacement, last time; empty where that is not known.
+  // Exponent of largest contribution over largest displacement in the last product; empty if unknown.
   std::optional<int> gain_exponent_;
 };
 

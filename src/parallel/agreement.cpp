@@ -33,7 +33,7 @@ void agree_on_error(const Communicator& group, const std::optional<std::string>&
   if (first == group.size()) return;
   std::uint64_t length = error ? error->size() : 0;
   check_mpi(MPI_Bcast(&length, 1, MPI_UINT64_T, first, group.get()), "MPI_Bcast");
-  // What failed may be an allocation, so none may be needed before all have the message.
+  // The failure may be a failed allocation, so no allocation is allowed before all ranks have the message.
   std::string message;
   std::array<char, 1024> piece{};
   for (std::size_t begin = 0; begin < length; begin += piece.size()) {

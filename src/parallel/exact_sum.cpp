@@ -17,11 +17,11 @@ namespace {
 constexpr int bits_per_digit = 32;
 constexpr std::int64_t digit_mask = (std::int64_t{1} << bits_per_digit) - 1;
 constexpr int lowest_exponent = -1074;  // of the smallest subnormal double
-// A term adds less than 2^32 to a digit, so this many terms leave an int64 digit far from its limits.
+// A term adds less than 2^32 to a digit, so an int64 digit stays far from its limits for this many terms.
 constexpr std::int64_t max_terms_before_carry = std::int64_t{1} << 30;
 
-/// The sum of what add_terms(sum) adds on each rank. No rank enters the reduction when a term is refused on
-/// another. Collective.
+/// The sum of the terms added by add_terms(sum) on each rank. If a term is invalid on one rank, no rank
+/// enters the reduction. Collective.
 template <class AddTerms>
 double agreed_sum(const Communicator& group, const AddTerms& add_terms) {
   ExactSum sum = agree(group, [&] {
@@ -59,7 +59,8 @@ void ExactSum::add(double term) {
 }
 
 void ExactSum::carry() {
-  // Arithmetic shift rounds down, so all digits but the last become non-negative: a unique form of the sum.
+  // Arithmetic shift rounds down, so all digits but the last become non-negative, which makes the
+  // representation unique.
   for (std::size_t d = 0; d + 1 < n_digits; ++d) {
     digit_[d + 1] += digit_[d] >> bits_per_digit;
     digit_[d] &= digit_mask;
@@ -75,7 +76,7 @@ double ExactSum::value() const {
     for (auto& digit : normal.digit_) digit = -digit;
     normal.carry();
   }
-  // Three leading digits hold at least 65 significant bits; what follows cannot change the result by an ulp.
+  // Three leading digits hold at least 65 significant bits; the rest cannot change the result by an ulp.
   int top = n_digits - 1;
   while (top > 0 && normal.digit_[index(top)] == 0) --top;
   double sum = 0;

@@ -7,7 +7,7 @@ namespace crackle::parallel {
 
 namespace {
 
-/// What PETSc needs for a node that is sent or received at most, and for the rest of an exchange [byte].
+/// Upper bounds on PETSc's memory per sent or received node, and for the rest of an exchange [byte].
 constexpr std::size_t bytes_per_local_node = 256;
 constexpr std::size_t bytes_per_object = 1 << 18;
 
@@ -22,7 +22,7 @@ void set_graph(PetscSF forest, std::size_t n_roots, std::vector<PetscSFNode>& le
 
 GhostForest::GhostForest(const Communicator& group, const NodeLayout& layout)
     : n_ghosts_(layout.ghosts.size()) {
-  // First among all owned nodes, to learn which of them are ghosts elsewhere; then among those only.
+  // First an exchange over all owned nodes, to find which are ghosts elsewhere; then over those only.
   std::vector<PetscSFNode> leaves;
   std::vector<PetscInt> place, ghost_place;
   PetscOwner<PetscSF, PetscSFDestroy> all;

@@ -11,7 +11,7 @@ namespace crackle::parallel {
 
 namespace {
 
-/// What PETSc needs for a node's values, and for a ghost's place in the exchange at most [byte].
+/// Upper bounds on PETSc's memory per node for values, and per ghost for the exchange [byte].
 constexpr std::size_t bytes_per_node = 3 * sizeof(double);
 constexpr std::size_t bytes_per_ghost = 256;
 constexpr std::size_t bytes_per_vector = 1 << 18;
@@ -33,11 +33,11 @@ NodeField::NodeField(const Communicator& group, const NodeLayout& layout) {
   check_petsc(VecSet(ghosted_, 0), "VecSet");
   double* values = nullptr;
   check_petsc(VecGetArray(ghosted_, &values), "VecGetArray");
-  // PETSc keeps the storage in place for the vector's life; the array is returned at once so that PETSc's own
-  // operations on the vector find it free.
+  // PETSc does not move the storage during the vector's lifetime; the array is restored at once so that
+  // PETSc's own operations can access the vector.
   values_ = {values, 3 * layout.number.size()};
   check_petsc(VecRestoreArray(ghosted_, &values), "VecRestoreArray");
-  // The first exchange allocates, the later ones do not.
+  // The first exchange allocates, later ones do not.
   update_ghosts();
 }
 
@@ -57,7 +57,7 @@ void NodeField::update_ghosts() {
 }
 
 void NodeField::mark_changed() {
-  // Returning an array makes PETSc forget the norms that it keeps with a vector.
+  // Restoring an array invalidates the norms that PETSc caches with a vector.
   double* values = nullptr;
   check_petsc(VecGetArray(global_.get(), &values), "VecGetArray");
   check_petsc(VecRestoreArray(global_.get(), &values), "VecRestoreArray");

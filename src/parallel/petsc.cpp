@@ -15,7 +15,7 @@ void check_petsc(PetscErrorCode code, const char* call) {
 }
 
 void check_room(std::size_t n_bytes) {
-  // Not a new-expression, which a compiler may leave out.
+  // Not a new-expression, which a compiler may optimize away.
   ::operator delete(::operator new(n_bytes));
 }
 

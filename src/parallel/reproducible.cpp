@@ -15,7 +15,7 @@ namespace crackle::parallel {
 namespace {
 
 constexpr int bits_per_part = 36;
-/// The last bits of a double near this are an integer below 2^51 in magnitude.
+/// The low bits of a double near this value are an integer below 2^51 in magnitude.
 constexpr double shift = 6755399441055744.0;
 constexpr std::int64_t shift_bits = 0x4338000000000000;
 
@@ -34,8 +34,9 @@ std::array<std::int64_t, 2> sum_parts(std::span<const Real> a, std::span<const R
   return {high, low};
 }
 
-/// The largest magnitude that each(see) shows. Bits of magnitudes are ordered as the magnitudes are, with
-/// those of NaN above infinity: unlike a comparison of doubles, this loses no NaN, here or between ranks.
+/// The largest magnitude passed to see() by each(see). The bits of magnitudes are ordered like the
+/// magnitudes, with NaN above infinity: unlike a comparison of doubles, this never loses a NaN, here or
+/// between ranks.
 template <class Each>
 double largest_of(const Each& each) {
   std::int64_t largest = 0;

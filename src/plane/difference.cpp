@@ -19,7 +19,7 @@ using Kernel = CGAL::Exact_predicates_exact_constructions_kernel;
 using ExactPolygon = CGAL::Polygon_2<Kernel>;
 using ExactShape = CGAL::Polygon_with_holes_2<Kernel>;
 
-/// Rounding of corners, in the largest coordinate.
+/// Rounding of corners, relative to the largest coordinate.
 constexpr double rounding = 1e-13;
 
 ExactPolygon exact(const Polygon& polygon) {
@@ -44,7 +44,7 @@ Polygon rounded(const ExactPolygon& polygon) {
   return result;
 }
 
-/// Gives the sides of new polygons the parts of the old sides on which they lie.
+/// Assigns to the sides of new polygons the parts of the old sides on which they lie.
 class Parts {
 public:
   Parts(const Shape& shape, const Loop& cutter) : loops_(shape.loops) {

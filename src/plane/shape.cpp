@@ -54,7 +54,7 @@ bool holds(const Polygon& polygon, const Point& p) {
 }
 
 double signed_area(const Polygon& corners) {
-  // From the first corner, which keeps the digits of a small polygon far from the origin.
+  // Relative to the first corner, which preserves the digits of a small polygon far from the origin.
   double twice = 0;
   for (std::size_t i = 1; i + 1 < corners.size(); ++i)
     twice += cross(corners[i] - corners[0], corners[i + 1] - corners[0]);
@@ -86,7 +86,7 @@ double distance(const Point& from, const Point& to, const Point& other_from, con
 
 namespace {
 
-/// The ellipse at the angle whose half has the tangent t.
+/// The point of the ellipse at the angle whose half has the tangent t.
 Point on_ellipse(const Point& centre, const Point& first, const Point& second, double t) {
   const double scale = 1 / (1 + t * t);
   return centre + (1 - t * t) * scale * first + 2 * t * scale * second;
@@ -95,10 +95,10 @@ Point on_ellipse(const Point& centre, const Point& first, const Point& second, d
 /// Tangent of the half of 45 degrees.
 const double middle = std::sqrt(2.0) - 1;
 
-/// The corners of a part of an ellipse from angle 0 to 45 degrees, in axes of the lengths of the semi-axes,
-/// without the end.
+/// The corners of an ellipse from angle 0 to 45 degrees, with axes as long as the semi-axes, excluding the
+/// end.
 Polygon half_quarter(const Point& centre, const Point& first, const Point& second, const Spacing& spacing) {
-  // The number of spacings up to equally distant parameters.
+  // The number of spacings up to equidistant parameters.
   constexpr std::size_t n_steps = 2048;
   const auto at = [&](double step) {
     return on_ellipse(centre, first, second, middle * step / static_cast<double>(n_steps));
@@ -120,8 +120,8 @@ Polygon half_quarter(const Point& centre, const Point& first, const Point& secon
   return corners;
 }
 
-/// The corners of a quarter of an ellipse without its end. From both ends alike, so that reflections map
-/// circles on themselves.
+/// The corners of a quarter of an ellipse excluding its end, symmetric about its middle, so that reflections
+/// map circles onto themselves.
 Polygon quarter(const Point& centre, const Point& first, const Point& second, const Spacing& spacing) {
   Polygon corners = half_quarter(centre, first, second, spacing);
   corners.push_back(on_ellipse(centre, first, second, middle));
@@ -150,7 +150,7 @@ Polygon arc(const Point& centre, const Point& first, const Point& second, int n_
 
 namespace {
 
-/// Whether two boxes are farther apart than `limit` along an axis.
+/// True if two boxes are farther apart than `limit` along an axis.
 bool are_apart(const Bounds& a, const Bounds& b, double limit) {
   for (std::size_t i = 0; i < 2; ++i)
     if (a.lower[i] > b.upper[i] + limit || b.lower[i] > a.upper[i] + limit) return true;

@@ -14,7 +14,7 @@ constexpr double cells_per_side = 16;
 constexpr double fewest_cells = 1024;
 constexpr double most_cells = 1 << 18;
 
-/// Whether a segment comes into a square.
+/// True if a segment intersects a square.
 bool meets(const Side& side, const Point& centre, double half_size) {
   for (std::size_t i = 0; i < 2; ++i) {
     const auto [low, high] = std::minmax(side.from[i], side.to[i]);
@@ -70,7 +70,7 @@ SideIndex::Cell SideIndex::cell_of(const Point& p) const {
   return {clamped(0), clamped(1)};
 }
 
-/// Of no use on a side.
+/// Undefined on a side.
 bool SideIndex::contains_open(const Point& p) const {
   bool inside = false;
   for (const std::int32_t s : of_row_[cell_of(p).row]) {
@@ -100,7 +100,7 @@ double SideIndex::distance(const Point& p) const {
       nearest = std::min(nearest, plane::distance(p, side.from, side.to));
     }
   };
-  // Rings of cells, until what is farther out cannot be nearer.
+  // Search rings of cells until those farther out cannot be closer.
   const std::size_t most = std::max(n_[0], n_[1]);
   for (std::size_t ring = 0; ring <= most; ++ring) {
     if (ring > 0 && nearest <= (static_cast<double>(ring) - 1) * cell_size_) break;
@@ -148,7 +148,7 @@ Cover SideIndex::cover(const std::array<Point, 4>& points) const {
         }
         is_flat = is_flat || (n_left == 0 && n_right == 0);
         if (n_left == 0 || n_right == 0) continue;
-        // The part of the side's line in the hull, by ways along the line.
+        // The part of the side's line in the hull, as an interval along the line.
         double from = infinity;
         double to = -infinity;
         const auto include = [&](double way) {

@@ -9,7 +9,7 @@ namespace crackle::uncertainty {
 
 namespace {
 
-/// Looked for in the run path of the program.
+/// Searched in the run path of the program.
 const OpenTurns& load() {
   void* const module = dlopen(openturns_file, RTLD_NOW | RTLD_LOCAL);
   void* const entry = module ? dlsym(module, openturns_entry) : nullptr;

@@ -9,10 +9,10 @@
 
 namespace crackle::uncertainty {
 
-/// What random inputs take from OpenTURNS. Every function throws std::runtime_error where OpenTURNS fails.
+/// Functions provided by OpenTURNS. Each throws std::runtime_error if OpenTURNS fails.
 class OpenTurns {
 public:
-  /// The value below which a share of a distribution lies [SI].
+  /// The quantile of a distribution [SI].
   virtual double quantile(const input::RandomInput& random, double probability) const = 0;
   /// Point `number` of the sequence in the unit cube.
   virtual std::vector<double> sobol_point(std::size_t n_dimensions, std::uint64_t number) const = 0;
@@ -25,12 +25,12 @@ protected:
   ~OpenTurns() = default;
 };
 
-/// OpenTURNS, loaded when it is first needed: it comes with a hundred libraries, which would take each rank
-/// 65 MB and a fifth of a second when the program starts.
+/// OpenTURNS, loaded on first use: its hundred libraries would cost each rank 65 MB and a fifth of a second
+/// at startup.
 /// @throws std::runtime_error when it cannot be loaded
 const OpenTurns& openturns();
 
-/// Name of the function of the module that gives it, and of the module's file.
+/// Name of the module's entry function, and of its file.
 inline constexpr const char* openturns_entry = "crackle_openturns";
 inline constexpr const char* openturns_file = "crackle_openturns.so";
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A module of its own, which is loaded when an input has random numbers (openturns.h).
+// A separate module, loaded if an input has random numbers (openturns.h).
 #include "openturns.h"
 
 #include "crackle/common/failure.h"
@@ -37,7 +37,7 @@ double or_else(double value, double otherwise) {
 OT::Distribution distribution_of(const RandomInput& random) {
   const double mean = or_else(random.mean, random.own);
   const double deviation = random.standard_deviation;
-  // A normal distribution has nothing out there.
+  // Width in standard deviations beyond which a normal distribution is negligible.
   constexpr double everything = 30;
   switch (random.distribution) {
     case RandomDistribution::normal:
@@ -62,7 +62,7 @@ OT::Distribution distribution_of(const RandomInput& random) {
   fail("unknown distribution");
 }
 
-/// The variable that polynomials are made for, and these.
+/// The variable of the polynomials, and the polynomials.
 struct Family {
   OT::OrthogonalUniVariatePolynomialFamily polynomials;
   std::function<double(double value)> variable;
@@ -85,7 +85,7 @@ Family family_of(const RandomInput& random) {
     default:
       break;
   }
-  // Values near 1 keep the recurrence's numbers in range.
+  // Normalized values keep the numbers of the recurrence in range.
   const OT::Distribution distribution = distribution_of(random);
   const double center = distribution.getMean()[0], width = distribution.getStandardDeviation()[0];
   const OT::Distribution standard = (distribution - center) / width;
@@ -93,7 +93,7 @@ Family family_of(const RandomInput& random) {
           [center, width](double x) { return (x - center) / width; }};
 }
 
-/// `work()` with OpenTURNS, one thread at a time; its errors become std::runtime_error.
+/// Runs `work()` with OpenTURNS, one thread at a time; its errors become std::runtime_error.
 template <class Work>
 auto with_openturns(Work&& work) {
   static std::mutex mutex;

@@ -24,9 +24,9 @@ using input::RandomInput;
 
 constexpr int n_bits = 53;
 
-/// The middle of one of 2^53 equal intervals of the unit interval.
+/// The midpoint of one of 2^53 equal subintervals of the unit interval.
 double middle_of(std::uint64_t interval) {
-  // The last middles would round to 1.
+  // The last midpoints would round to 1.
   return std::min(std::ldexp(static_cast<double>(interval) + 0.5, -n_bits), 1 - 0x1p-53);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How many samples per second a run hands out to groups that only pretend to compute, with meshes that the
-// master makes and with meshes that the groups make; and what is left of that for 1,000 groups, of which each
-// rank stands for 250: it sleeps for a 250th of a sample and pretends to make its mesh too.
+// Samples per second handed out by a run to groups that only pretend to compute, with meshes made by the
+// master and with meshes made by the groups; and the rate per group extrapolated to 1,000 groups, where each
+// rank represents 250: it sleeps for 1/250 of a sample and pretends to make its mesh too.
 //
 //   mpirun -n 5 benchmark_hand_out INPUT [N]
 #include "crackle/common/stopwatch.h"
@@ -26,9 +26,9 @@ namespace {
 using namespace crackle;
 
 constexpr double groups_per_rank = 250;
-constexpr double sample_seconds = 13;  // of jobs/paper/clock-from-zero.toml with `verlet` and `auto`
+constexpr double sample_seconds = 13;  // for jobs/paper/clock-from-zero.toml with `verlet` and `auto`
 
-/// Steps of samples that cost their realization and, asleep, some seconds.
+/// Steps of mock samples that make their realization and then sleep for some seconds.
 ensemble::SampleSteps pretended(ensemble::RealizationMaker make, double seconds) {
   ensemble::SampleSteps steps;
   steps.make = std::move(make);

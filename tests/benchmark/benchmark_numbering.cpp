@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How the numbering of nodes and tetrahedra decides over the speed of the force loop: the same realization
-// numbered as crackle does (slabs), as CGAL's tessellation holds it (Hilbert curve), and at random.
+// Effect of the numbering of nodes and tetrahedra on the speed of the force loop: the same realization with
+// the numbering of crackle (slabs), that of CGAL's tessellation (Hilbert curve), and a random one.
 //
 //   benchmark_numbering INPUT [options of Google Benchmark]
 #include "crackle/common/random.h"
@@ -29,13 +29,13 @@ std::size_t index(std::int32_t number) {
   return static_cast<std::size_t>(number);
 }
 
-/// The part of a realization that the force loop sees.
+/// The part of a realization used by the force loop.
 struct Numbering {
   std::vector<geometry::Point> nodes;
   std::vector<Tetrahedron> tetrahedra;
 };
 
-/// The order in which CGAL holds nodes and cells; cells that fill notches are left out.
+/// CGAL's order of nodes and cells, without the cells that fill notches.
 Numbering of_tessellation(const Realization& realization) {
   const geometry::PlainDelaunay plain = geometry::plain_delaunay(realization.nodes);
   std::map<geometry::Point, std::int32_t> number;
@@ -72,7 +72,7 @@ Numbering at_random(const Realization& realization) {
   return result;
 }
 
-/// The force of one rank that holds the whole body.
+/// The force on one rank that holds the whole body.
 void evaluate_forces(benchmark::State& state, const Numbering& numbering, const input::Material& material) {
   Realization realization;
   realization.nodes = numbering.nodes;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the time loop costs beside what the machine and PETSc can do, side by side in one run.
+// Cost of the time loop compared with the machine's limits and with PETSc, side by side in one run.
 //
 //   mpirun -n 2 benchmark_time_loop INPUT [--rounds N] [--json FILE]
 //
-// Every figure is the median over rounds in which all candidates take turns. Rank 0 measures; rank 1 sleeps,
-// until both run the time loop at once, each on a body of its own.
+// Every figure is the median over rounds in which all candidates take turns. Rank 0 measures while rank 1
+// sleeps; finally both run the time loop at once, each on a separate body.
 #include "crackle/common/stopwatch.h"
 #include "crackle/dynamics/breaking_check.h"
 #include "crackle/dynamics/moving_body.h"
@@ -40,11 +40,11 @@ namespace {
 
 using namespace crackle;
 
-/// Seconds of each candidate in each round.
+/// Seconds per candidate and round.
 class Rounds {
 public:
   void add(const std::string& name, double seconds) { seconds_[name].push_back(seconds); }
-  /// Runs `work` `repeats` times and notes the seconds of one.
+  /// Runs `work` `repeats` times and records the seconds per run.
   void time(const std::string& name, int repeats, const std::function<void()>& work) {
     const Stopwatch watch;
     for (int i = 0; i < repeats; ++i) work();
@@ -60,7 +60,7 @@ private:
   std::map<std::string, std::vector<double>> seconds_;
 };
 
-/// The body of an input's sample 0 with everything that a sample needs.
+/// The body of an input's sample 0 with all data of a sample.
 struct Sample {
   parallel::Communicator self{MPI_COMM_SELF};
   input::Parameters parameters;
@@ -99,7 +99,7 @@ double triad(std::vector<double>& a, const std::vector<double>& b, const std::ve
   return watch.seconds() / repeats;
 }
 
-/// PETSc's product with the assembled stiffness in one of its formats.
+/// PETSc's product with the assembled stiffness, in one of its formats.
 class PetscProduct {
 public:
   PetscProduct(Sample& sample, MatType type) {
@@ -167,7 +167,7 @@ private:
   mechanics::FixedPointForce<Real> force_;
 };
 
-/// The time loop as a sample runs it, in the course of breaking: from the first instability's equilibrium
+/// The time loop as in a sample, during fracture: starting from the equilibrium of the first instability
 /// under `overload` times its load.
 class BreakingLoop {
 public:
@@ -223,8 +223,8 @@ private:
   int n_ = 0;
 };
 
-/// The first static solution of a fresh body, with all that it needs, and the one after the break of the
-/// tetrahedron that is stretched most along z.
+/// The first static solution of an intact body, including set-up, and the one after breaking the tetrahedron
+/// with the largest strain along z.
 class StaticSolutions {
 public:
   explicit StaticSolutions(Sample& sample)
@@ -398,7 +398,7 @@ void measure(const parallel::Communicator& world, const Options& options) {
     results["base_points_seconds"] = rounds.median("base points");
     results["broken_during_measurement"] = static_cast<double>(mixed4.n_broken() - n_broken_before);
   }
-  // Both at once against one alone.
+  // Both ranks at once compared with one alone.
   parallel::barrier_asleep(world);
   for (int round = 0; round < std::max(3, options.rounds / 2); ++round) {
     if (measures) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A command whose last rank fails without the others' knowledge, while these wait for it.
+// A command whose last rank fails unnoticed while the others wait for it.
 #include "parallel_command.h"
 
 #include <mpi.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Prints the stress of every tetrahedron at every frame of a sample file, as the program itself has it:
-// frames x tetrahedra x 6 numbers in native doubles.
+// Prints the stress of every tetrahedron at every frame of a sample file, as computed by the program: frames
+// x tetrahedra x 6 numbers in native doubles.
 #include "crackle/fracture/breakable_body.h"
 #include "crackle/input/reader.h"
 
@@ -25,7 +25,7 @@ std::vector<Value> read(hid_t file, const std::string& name) {
   return hdf5::read_dataset<Value>(file, name, hdf5::read_shape(file, name));
 }
 
-/// A file with what it says of one sample.
+/// A file and its data on one sample.
 struct Sample {
   explicit Sample(hid_t file)
       : parameters(input::parse(hdf5::read_text_attribute(file, "input"), "input")),

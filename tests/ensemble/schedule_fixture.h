@@ -14,17 +14,17 @@
 #include <string>
 #include <vector>
 
-/// The core of the runtime with injected steps whose answers are known.
+/// The scheduler with injected steps whose results are known.
 namespace crackle::ensemble {
 
 using analysis::SampleStatus;
 
-/// What a rank's steps were called for.
+/// Records the calls of a rank's steps.
 struct Calls {
   std::vector<std::uint64_t> made, computed, written, failures_written;
 };
 
-/// Steps with a known answer: the onset force is the sum over the nodes of all ranks, 100 sample + 45.
+/// Steps with a known result: the onset force is the sum over the nodes of all ranks, 100 sample + 45.
 inline SampleSteps make_steps(Calls& calls) {
   SampleSteps steps;
   steps.make = [&](std::uint64_t sample) {
@@ -114,7 +114,8 @@ protected:
     schedule_samples(world_, layout_, samples, steps_, events, {.n_realizations = 2}, makers_);
   }
 
-  /// Samples `failing` have failed with `reason`, all others of 0..n-1 have the known answer.
+  /// Expects that samples `failing` have failed with `reason`, and that all others of 0..n-1 have the known
+  /// result.
   void expect_only_failing(std::uint64_t n, const std::set<std::uint64_t>& failing,
                            const std::string& reason) {
     if (!world_.is_root()) return;

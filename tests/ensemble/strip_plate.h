@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-/// A small plate, and a cheap rule in place of the mechanics.
+/// A small plate, with a cheap rule instead of the mechanics.
 namespace crackle::ensemble {
 
 /// @param more further lines of the input, after [ensemble]
@@ -67,8 +67,8 @@ y = ["6 mm", "10 mm", "14 mm"]
                       "plate.toml");
 }
 
-/// The tetrahedra whose centroid lies in a strip behind the first notch are broken, in the order of their
-/// numbers: the same for any partition.
+/// Breaks the tetrahedra whose centroid lies in a strip behind the first notch, in the order of their
+/// numbers: equal for any partition.
 inline dynamics::SampleResult break_strip(const parallel::Communicator& group, std::uint64_t sample,
                                           const geometry::Subdomain& subdomain) {
   std::vector<std::int64_t> mine;

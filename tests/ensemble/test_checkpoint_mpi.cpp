@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A sample that is parked and continued again and again, on changing numbers of ranks, ends with the same
-// bits as an undisturbed one.
+// A sample that is parked and continued repeatedly, on changing numbers of ranks, ends bitwise equal to an
+// undisturbed one.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/checkpoint.h"
 #include "crackle/dynamics/sample_run.h"
@@ -22,8 +22,8 @@ namespace {
 using input::BoundaryKind;
 using input::Face;
 
-/// A bar that is torn apart from rest: loads that change with time, and an end that is moved. It ends before
-/// what is torn off becomes faster than mixed numbers can tell.
+/// A bar torn apart from rest, with time-dependent loads and a driven end. It ends before fragments exceed
+/// the range of mixed precision.
 input::Parameters torn_bar() {
   input::Parameters parameters;
   parameters.specimen.size = {0.002, 0.004, 0.012};
@@ -42,7 +42,7 @@ input::Parameters torn_bar() {
   return parameters;
 }
 
-/// Loaded slowly, with so short a patience that dynamic phases arrest and the load rises again.
+/// Loaded slowly, with so little patience that dynamic phases arrest and loading continues.
 input::Parameters pulled_bar() {
   auto parameters = torn_bar();
   parameters.time.start = input::Start::quasi_static;
@@ -53,7 +53,7 @@ input::Parameters pulled_bar() {
   return parameters;
 }
 
-/// Leaves the range of mixed numbers, as its halves are pulled apart.
+/// Leaves the range of mixed precision, as its halves are pulled apart.
 input::Parameters torn_bar_for_longer() {
   auto parameters = torn_bar();
   parameters.time.step = 4e-8;
@@ -61,8 +61,8 @@ input::Parameters torn_bar_for_longer() {
   return parameters;
 }
 
-/// As pulled_bar, but once a phase has arrested the load grows within a step to 500 times what the body
-/// bears: the next phase leaves the range of mixed numbers.
+/// As pulled_bar, but after a phase has arrested the load grows within a step to 500 times the strength of
+/// the body: the next phase leaves the range of mixed precision.
 input::Parameters jerked_bar() {
   auto parameters = pulled_bar();
   auto& load = parameters.boundaries.back();
@@ -78,7 +78,7 @@ protected:
     return geometry::split(mesh_, geometry::partition(mesh_, group.size()), halo_)[index(group.rank())];
   }
 
-  /// The sample in pieces, each asked to park when it has been looked at often enough. Complete on rank 0.
+  /// The sample in pieces, each parked after a number of polls. Complete on rank 0.
   /// @param on_fewer every second piece is computed on rank 0 alone
   SampleResult in_pieces(const input::Parameters& parameters, bool on_fewer) {
     std::vector<std::byte> saved;
@@ -89,7 +89,7 @@ protected:
       const parallel::Communicator& group = on_fewer && piece % 2 == 1 ? self_ : world_;
       int n_looks = 0;
       SampleControl control;
-      // The last rank of the group asks: the others must follow.
+      // The last rank of the group requests it: the others must follow.
       control.stop = [&] { return group.rank() == group.size() - 1 && ++n_looks > 5 * (piece + 1); };
       control.save = [&](std::span<const std::byte> bytes) {
         saved.assign(bytes.begin(), bytes.end());
@@ -129,7 +129,7 @@ protected:
     EXPECT_GE(n_on_in_double_, 1);
   }
 
-  /// The bytes saved when the sample is asked to park at its `n`th look. On the root.
+  /// The checkpoint saved when the sample is asked to park at its `n`th poll. On the root.
   std::vector<std::byte> parked_at_poll(int n, const input::Parameters& parameters) const {
     std::vector<std::byte> saved;
     int n_looks = 0;
@@ -215,7 +215,7 @@ TEST_F(Checkpoints, KeepThatMixedNumbersDidNotSuffice) {
   }
 }
 
-/// The bar is one that mixed numbers would do for: no alarm tells that a phase has the wrong ones.
+/// Mixed precision would suffice for this bar, so no alarm reveals a phase with the wrong precision.
 TEST_F(Checkpoints, GoOnInTheirOwnPrecision) {
   const auto mixed = pulled_bar();
   auto in_double = mixed;
@@ -259,8 +259,8 @@ TEST_F(Checkpoints, GoOnInTheirOwnPrecision) {
   }
 }
 
-/// A run that is asked to park in the quasi-static loading, between a phase that it took from its checkpoint
-/// and the phase that the checkpoint continues.
+/// A run asked to park during quasi-static loading, between a phase restored from its checkpoint and the
+/// phase that the checkpoint continues.
 TEST_F(Checkpoints, StayWhereARunDoesNotReachThem) {
   const auto parameters = pulled_bar();
   const auto whole = run_sample(world_, parameters, part(world_));

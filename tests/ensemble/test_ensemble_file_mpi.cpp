@@ -77,7 +77,7 @@ protected:
     const auto begin = rows.begin() + static_cast<std::ptrdiff_t>(first);
     return {first, {begin, begin + static_cast<std::ptrdiff_t>(count)}};
   }
-  /// Rows spread evenly, the first ranks taking one more.
+  /// Evenly distributed rows, with one more on the first ranks.
   EnsembleBlock even_block(const parallel::Communicator& group) const {
     const auto n = rows.size();
     const auto size = static_cast<std::size_t>(group.size());
@@ -172,7 +172,7 @@ TEST_F(EnsembleFile, ReadsBackEverythingThatWasWritten) {
 }
 
 TEST_F(EnsembleFile, IsTheSameForAnyNumberOfRanks) {
-  // Written by one rank alone and by all, spread evenly or all rows on the last rank.
+  // Written by one rank alone and by all, with rows evenly distributed or all on the last rank.
   const fs::path alone = shared_folder / "alone.h5";
   const fs::path together = shared_folder / "together.h5";
   const fs::path last = shared_folder / "last.h5";
@@ -183,11 +183,11 @@ TEST_F(EnsembleFile, IsTheSameForAnyNumberOfRanks) {
   write_ensemble(world, last, parameters, block(0, is_last ? 7 : 0), statistics(), base);
   EXPECT_THAT(differences(alone, together), testing::IsEmpty());
   EXPECT_THAT(differences(alone, last), testing::IsEmpty());
-  // The comparison itself sees a changed row.
+  // The comparison detects a changed row.
   rows[3].onset_time = std::nextafter(rows[3].onset_time, 0);
   write_ensemble(world, last, parameters, even_block(world), statistics(), base);
   EXPECT_THAT(differences(alone, last), testing::ElementsAre("/samples/onset_time"));
-  // And a mother point that has moved.
+  // And a moved mother point.
   if (world.is_root()) base.position[1][1] = std::nextafter(base.position[1][1], 0);
   write_ensemble(world, last, parameters, even_block(world), statistics(), base);
   EXPECT_THAT(differences(together, last),
@@ -250,7 +250,7 @@ TEST_F(EnsembleFile, FailuresAreTheSameOnAllRanks) {
   std::string message = agreed_failure(file, is_last ? EnsembleBlock{5, block(0, 4).rows} : block(0, 0));
   EXPECT_THAT(message, testing::HasSubstr("rows 5 to 9: the ensemble has 7 samples"));
 
-  // A row of another shape, on one rank only.
+  // A row of the wrong shape, on one rank only.
   EnsembleBlock wrong = block(0, is_last ? 1 : 0);
   if (is_last) wrong.rows[0].position.pop_back();
   message = agreed_failure(file, wrong);
@@ -262,7 +262,7 @@ TEST_F(EnsembleFile, FailuresAreTheSameOnAllRanks) {
     EXPECT_THAT(message, testing::HasSubstr("row 0 is held by two ranks"));
   }
 
-  // A place that cannot be written; only the root tries.
+  // An unwritable location; only the root tries.
   if (world.is_root()) std::ofstream(shared_folder / "plain") << "a file, not a folder";
   MPI_Barrier(world.get());
   message = agreed_failure(shared_folder / "plain/ensemble.h5", even_block(world));

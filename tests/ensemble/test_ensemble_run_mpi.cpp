@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whole ensembles with real meshes and files, and a cheap rule in place of the mechanics.
+// Whole ensembles with real meshes and files, and a cheap rule instead of the mechanics.
 #include "crackle/ensemble/ensemble_run.h"
 #include "crackle/ensemble/single_sample.h"
 #include "crackle/io/checkpoint_file.h"
@@ -33,7 +33,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-/// ensemble.h5 and all sample files are the same but for times and provenance.
+/// Expects ensemble.h5 and all sample files to be equal except for times and provenance.
 void expect_same_ensemble(const fs::path& a, const fs::path& b, std::uint64_t n_samples) {
   EXPECT_THAT(io::differences(a / "ensemble.h5", b / "ensemble.h5"), IsEmpty());
   for (std::uint64_t sample = 0; sample < n_samples; ++sample) {
@@ -72,7 +72,7 @@ protected:
                         function);
   }
 
-  /// The samples that a function was called for on the roots of groups, over all ranks.
+  /// The samples for which a function was called on the roots of groups, over all ranks.
   std::vector<std::uint64_t> computed() {
     std::vector<int> counts(20, 0);
     for (const auto sample : computed_here_) ++counts.at(sample);
@@ -90,7 +90,7 @@ protected:
     };
   }
 
-  /// Four samples on all ranks, on one, one sample by itself, and an ensemble of which one sample is lost.
+  /// Four samples on all ranks, on one, a single sample, and an ensemble that has lost one sample.
   void expect_same_alone_on_many_ranks_and_resumed(const input::Parameters& parameters) {
     EXPECT_EQ(run("all", parameters, false).done, 4);
     const auto report =
@@ -143,7 +143,7 @@ TEST_F(EnsembleRun, SameEnsembleOnAnyNumberOfRanks) {
   EXPECT_EQ(content.base.movable, base.movable);
   EXPECT_GT(content.samples[0].crack_area, 0);
   EXPECT_NE(content.samples[0].crack_area, content.samples[1].crack_area) << "samples differ";
-  // What the master merged while samples ended is what the file says.
+  // The statistics merged by the master match those in the file.
   const double median = analysis::quantile({380, 381, 382, 383, 384}, 0.5);
   EXPECT_THAT(log_.str(),
               HasSubstr(fmt::format(
@@ -169,7 +169,7 @@ TEST_F(EnsembleRun, SameEnsembleWithTwoRanksPerSample) {
   expect_same_ensemble(root_ / "all", root_ / "alone", 3);
 }
 
-/// The same plate, each sample with base points of its own.
+/// The same plate, with separate base points for each sample.
 input::Parameters with_own_base(const input::Parameters& parameters) {
   std::string text = parameters.text;
   const std::string table = "[mesh]\n";
@@ -233,7 +233,7 @@ TEST_F(EnsembleRun, PoisonedSampleFailsAlone) {
 
 TEST_F(EnsembleRun, FailedSampleLeavesNoCheckpointAndIsTriedAgainFromItsBeginning) {
   const auto parameters = plate(3, 1);
-  std::size_t found = 0;  // bytes of checkpoints to continue from, on this rank
+  std::size_t found = 0;  // size of the checkpoints to continue from, on this rank [byte]
   const auto checkpointed = [&](bool fails) -> SampleFunction {
     return [&found, fails](const auto& group, auto sample, const auto& subdomain,
                            const dynamics::SampleControl& control) {
@@ -247,7 +247,7 @@ TEST_F(EnsembleRun, FailedSampleLeavesNoCheckpointAndIsTriedAgainFromItsBeginnin
   EXPECT_EQ(run("retried", parameters, false, checkpointed(true)).failed, 1);
   if (world_.is_root()) {
     EXPECT_FALSE(fs::exists(io::checkpoint_path(root_ / "retried", 1)));
-    // As a kill leaves it between the two, or a program that kept it.
+    // As left by a kill between the two.
     io::write_checkpoint(io::checkpoint_path(root_ / "retried", 1), parameters, 1,
                          std::vector<std::byte>(100));
   }
@@ -304,7 +304,7 @@ TEST_F(EnsembleRun, ResumeComputesWhatIsMissing) {
 TEST_F(EnsembleRun, StopsWhenTheMeanPathIsKnownWhateverFinishesFirst) {
   const auto parameters =
       plate(16, 1, "[ensemble.stop]\nhalf_width = \"5 mm\"\nconfidence = 0.9\nmin_samples = 4\n");
-  // Early samples take longest, so that later ones end before them.
+  // Early samples take longest, so that later ones end first.
   const auto slow_first = [](const auto& group, auto sample, const auto& subdomain, const auto&) {
     std::this_thread::sleep_for(std::chrono::milliseconds(sample < 3 ? 200 - 40 * sample : 1));
     return break_strip(group, sample, subdomain);

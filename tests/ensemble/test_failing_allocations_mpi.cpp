@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// An allocation that fails on one rank, wherever it is in a sample, ends the sample on all ranks of its
-// group. The allocations of this program's own code fail one after the other, each in a run of its own; those
-// of libraries do not.
+// A failed allocation on one rank, anywhere in a sample, ends the sample on all ranks of its group. The
+// allocations of this program's own code fail one after the other, each in a separate run; those of libraries
+// do not.
 #include "crackle/parallel/agreement.h"
 
 #include "support/box_mesh.h"
@@ -29,14 +29,14 @@ extern char __executable_start, etext;  // NOLINT: the linker's names
 
 namespace {
 
-/// Counts the allocations of the thread that computes.
+/// Counts the allocations of the computing thread.
 struct Allocations {
   bool counts = false;
   bool records = false;
   std::int64_t n = 0;
   std::int64_t failing = -1;
-  void* failed_for = nullptr;        // the code that got no memory
-  std::vector<std::int64_t> places;  // the first allocation of each place in the code
+  void* failed_for = nullptr;        // the code whose allocation failed
+  std::vector<std::int64_t> places;  // the first allocation at each place in the code
   std::set<std::uint64_t> known;
 
   bool fails(void* caller) {
@@ -77,7 +77,7 @@ void* operator new(std::size_t size) {
 void* operator new[](std::size_t size) {
   return allocate(size, __builtin_return_address(0));
 }
-// Inlined beside a new that is not, they would be warned of.
+// If inlined next to a new that is not, the compiler would warn.
 [[gnu::noinline]] void operator delete(void* memory) noexcept {
   std::free(memory);
 }
@@ -91,7 +91,7 @@ void* operator new[](std::size_t size) {
   std::free(memory);
 }
 
-/// Of this program's own code only, which is Eigen's: what libraries do without memory is theirs.
+/// For this program's own code only, which is Eigen's: allocation failures inside libraries are not tested.
 extern "C" void* malloc(std::size_t size) {
   char* const caller = static_cast<char*>(__builtin_return_address(0));
   if (caller >= &__executable_start && caller < &etext && allocations.fails(caller)) {
@@ -129,16 +129,16 @@ TEST_P(FailingAllocation, EndsTheSampleOnAllRanks) {
   if (world.size() > 3) GTEST_SKIP() << "groups of one, two and three ranks are enough";
   auto parameters = pulled_bar();
   parameters.time.engine = GetParam();
-  // Balls that reach into other parts, in one of the two.
+  // In one of the two cases, balls that extend into other parts.
   if (GetParam() == input::Engine::petsc) parameters.fracture.length = 1.5e-3;
   const auto mesh =
       test::make_box({.size = parameters.specimen.size, .cells = {2, 3, 6}, .disturbance = 0.2});
   const auto part = geometry::split(mesh, geometry::partition(mesh, world.size()),
                                     parameters.fracture.length)[index(world.rank())];
   void* first = nullptr;
-  backtrace(&first, 1);  // allocates at its first call
+  backtrace(&first, 1);  // allocates on its first call
 
-  // One sample; true when it failed, which must be so on all ranks or on none.
+  // Runs one sample; true if it failed, which must agree on all ranks.
   std::string message;
   const auto run = [&] {
     const parallel::Communicator group(world.get());
@@ -164,7 +164,7 @@ TEST_P(FailingAllocation, EndsTheSampleOnAllRanks) {
   allocations.records = allocations.counts = true;
   ASSERT_FALSE(run()) << message;
   allocations.records = false;
-  // Every place in the code on two ranks; elsewhere some on each rank, unless all are asked for.
+  // Every place in the code on two ranks; otherwise some on each rank, unless all are requested.
   const bool is_told = std::getenv("CRACKLE_ALL_ALLOCATIONS") != nullptr;
   const bool is_thorough = world.size() == 2 || is_told;
   constexpr std::int64_t n_tried = 20;
@@ -192,7 +192,7 @@ TEST_P(FailingAllocation, EndsTheSampleOnAllRanks) {
   }
   allocations.failing = -1;
   EXPECT_FALSE(run()) << message;
-  // The others are those without which a checkpoint is not kept, or a line is not logged.
+  // The other failures only lose a checkpoint or a line of the log.
   EXPECT_GT(n_failed, n_runs / 2);
   if (world.is_root()) std::printf("%d allocations failed, %d of them ended the sample\n", n_runs, n_failed);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What fails on one rank in the middle of a step ends the phase on all ranks of the group, soon and with the
-// same words.
+// A failure on one rank in the middle of a step soon ends the phase on all ranks of the group, with the same
+// message.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/fracture/toughness.h"
@@ -25,7 +25,7 @@ using input::Face;
 
 enum class Place { stages, check, strain, release };
 
-/// A motion in which something fails at one step on one rank.
+/// A motion that fails at one step on one rank.
 class FailingMotion final : public MovingBody {
 public:
   FailingMotion(MovingBody& motion, Place place, std::int64_t step)
@@ -116,7 +116,7 @@ TEST_P(FailingRank, EndsThePhaseOnAllRanks) {
       EXPECT_EQ(error.failing_rank(), world.size() - 1);
     }
     EXPECT_EQ(message, "time steps: the disk of rank r is on fire") << "at place " << static_cast<int>(place);
-    // All ranks have done the same steps, and not many more.
+    // All ranks have done the same steps, and few more.
     std::int64_t least = failing.n_steps(), most = failing.n_steps();
     MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPI_INT64_T, MPI_MIN, world.get());
     MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT64_T, MPI_MAX, world.get());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whatever stage of a sample fails on whichever rank of its group: the sample fails with stage and reason,
-// the other samples of the ensemble have the bits of an undisturbed run, and nothing waits for ever.
+// Any stage of a sample may fail on any rank of its group: the sample fails with stage and reason, the other
+// samples of the ensemble are bitwise equal to those of an undisturbed run, and nothing deadlocks.
 #include "crackle/common/index.h"
 #include "crackle/ensemble/ensemble_run.h"
 #include "crackle/input/reader.h"
@@ -36,7 +36,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A bar that is pulled slowly until it breaks, arrests, and breaks on.
+/// A bar pulled slowly until it breaks, arrests, and breaks again.
 input::Parameters bar(int samples, int ranks_per_sample) {
   return input::parse(fmt::format(R"([ensemble]
 samples = {}
@@ -83,7 +83,7 @@ frames = 2
                       "bar.toml");
 }
 
-/// Ends the program when a rank of the group has entered no stage for long, and says what was under way.
+/// Aborts the program when a rank of the group has entered no stage for long, and reports what was under way.
 class Watchdog {
 public:
   explicit Watchdog(int rank) : thread_([this, rank](const std::stop_token& stop) { watch(stop, rank); }) {}
@@ -114,7 +114,7 @@ private:
   std::condition_variable_any changed_;
   std::string what_ = "the start";
   bool is_new_ = false;
-  std::jthread thread_;  // last: it ends before what it uses
+  std::jthread thread_;  // last member: joined before the others are destroyed
 };
 
 constexpr int n_kinds = 3;
@@ -146,12 +146,12 @@ protected:
 
   struct Fault {
     int rank;      // in the group, or all_ranks
-    int kind;      // of words
-    bool is_late;  // comes when the stage is entered for the last time, not for the first
+    int kind;      // of the fault's message
+    bool is_late;  // occurs when the stage is entered for the last time, not for the first
   };
 
-  /// The faults of samples 1, 2, ... while a stage is tried; before and behind them is an undisturbed sample.
-  /// Every kind on every rank of a group of two; in a larger group, which takes longer, a kind for each rank.
+  /// The faults of samples 1, 2, ... in the test of a stage; before and after them is an undisturbed sample.
+  /// Every kind on every rank of a group of two; in a larger group, which takes longer, one kind per rank.
   std::vector<Fault> faults_in(std::size_t number_of_stage) const {
     std::vector<Fault> faults;
     for (int rank = 0; rank < group_size(); ++rank) {

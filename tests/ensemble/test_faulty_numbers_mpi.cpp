@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Numbers that are not finite, on one rank: no sum loses them, no rank waits for another, no solver takes
-// them for an equilibrium.
+// Non-finite numbers on one rank: no sum loses them, no rank deadlocks, no solver accepts them as an
+// equilibrium.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/mechanics/boundary_loads.h"
@@ -35,7 +35,7 @@ class FaultyNumbers : public testing::Test {
 protected:
   bool is_last() const { return world_.rank() == world_.size() - 1; }
 
-  /// Twenty numbers on every rank, on the last one `fault` among them.
+  /// Twenty numbers on every rank, including `fault` on the last one.
   std::vector<double> numbers(double fault, std::size_t place) const {
     std::vector<double> values(20);
     for (std::size_t i = 0; i < values.size(); ++i)
@@ -86,7 +86,7 @@ TEST_F(FaultyNumbers, InTheMassEndTheSearchForTheStableStep) {
 TEST_F(FaultyNumbers, InTheMeshEndTheLoads) {
   input::Parameters parameters;
   parameters.boundaries.push_back(test::boundary(Face::x_min, BoundaryKind::traction, {}, {1, 0, 0}));
-  // Far out, so that the triangle is within every region, and its area is not finite.
+  // Far away, so that the triangle is within every region, and its area is not finite.
   if (is_last()) {
     for (const auto& triangle : part_.boundary)
       for (const auto node : triangle.nodes) part_.nodes[index(node)][1] *= 1e200;
@@ -122,16 +122,16 @@ TEST_F(FaultyNumbers, AreNoEquilibrium) {
     EXPECT_NE(message, "") << "a force of " << fault;
     if (world_.is_root()) std::printf("force %g: %s\n", fault, message.c_str());
   }
-  // A guess that is no number, as a solver leaves that has diverged.
+  // A NaN guess, as left by a solver that has diverged.
   parallel::NodeField displacement(world_, part_.layout);
   if (is_last() && free < 3 * n_owned) displacement.owned()[free] = nan;
   EXPECT_THROW(solver.solve(good, displacement), mechanics::NoEquilibrium);
-  // The solver is none the worse for it.
+  // The solver still works afterwards.
   parallel::NodeField fresh(world_, part_.layout);
   EXPECT_GT(solver.solve(good, fresh), 0);
 }
 
-/// A multiple of one, which needs no preconditioner.
+/// A multiple of the identity, which needs no preconditioner.
 struct Diagonal {
   const parallel::Communicator& group;
   float value;
@@ -151,8 +151,7 @@ struct Diagonal {
   }
 };
 
-/// Conjugate gradients end at a number that is none, on all ranks alike, and at a matrix that is not
-/// definite.
+/// Conjugate gradients stop at NaN, consistently on all ranks, and at a matrix that is not definite.
 TEST_F(FaultyNumbers, ConjugateGradientsEnd) {
   std::vector<float> solution(20);
   const auto solve = [&](float value, float last) {

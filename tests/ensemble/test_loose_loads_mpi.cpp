@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Loads end on fragments that come loose, with the same bits on any number of ranks and after an
-// interruption.
+// Loads end on fragments that come loose, bitwise equally on any number of ranks and after an interruption.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/parallel/collectives.h"
@@ -21,7 +20,7 @@ namespace {
 using input::BoundaryKind;
 using input::Face;
 
-/// A block under a blast on a part of one face, held at the opposite one: the pressure crushes the face.
+/// A block under a blast on part of one face, held at the opposite one: the pressure crushes the face.
 input::Parameters blasted_block() {
   input::Parameters parameters;
   parameters.specimen.size = {0.003, 0.008, 0.012};
@@ -40,7 +39,7 @@ input::Parameters blasted_block() {
   return parameters;
 }
 
-/// Pulled at its end, a part of which is a finger on a thin neck: that tears off first.
+/// Pulled at its end, part of which is a finger on a thin neck, which tears off first.
 input::Parameters bar_with_finger() {
   auto parameters = blasted_block();
   parameters.specimen.size = {0.003, 0.006, 0.012};
@@ -67,7 +66,7 @@ protected:
       test::make_box({.size = blasted_block().specimen.size, .cells = {4, 10, 15}, .disturbance = 0.2});
 };
 
-/// The largest component of the load that a condition exerts.
+/// The largest component of the load exerted by a condition.
 double load(const HistoryRow& row, std::size_t condition) {
   double largest = 0;
   for (const double component : row.force[condition]) largest = std::max(largest, std::abs(component));

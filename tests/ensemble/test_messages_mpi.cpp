@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Arrays in pieces, shares of a group, waits that sleep, failures of the root that all ranks throw.
+// Arrays sent in pieces, shares of a group, sleeping waits, failures of the root thrown on all ranks.
 #include "crackle/common/packing.h"
 #include "crackle/ensemble/sample_group.h"
 #include "crackle/parallel/agreement.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Dynamics by PETSc's matrix and vectors: held against the plain loop over tetrahedra and against the
+// Dynamics with PETSc's matrix and vectors, compared with the plain loop over tetrahedra and with the
 // fixed-point engine, on any number of ranks and after restarts.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/checkpoint.h"
@@ -31,7 +31,7 @@ using input::BoundaryKind;
 using input::Engine;
 using input::Face;
 
-/// A bar that is torn apart from rest: loads that change with time, and an end that is moved.
+/// A bar torn apart from rest, with time-dependent loads and a driven end.
 input::Parameters torn_bar() {
   input::Parameters parameters;
   parameters.specimen.size = {0.002, 0.004, 0.012};
@@ -50,7 +50,7 @@ input::Parameters torn_bar() {
   return parameters;
 }
 
-/// Loaded slowly, with so short a patience that dynamic phases arrest and the load rises again.
+/// Loaded slowly, with so little patience that dynamic phases arrest and loading continues.
 input::Parameters pulled_bar() {
   auto parameters = torn_bar();
   parameters.time.start = input::Start::quasi_static;
@@ -71,7 +71,7 @@ protected:
     return run_sample(world_, parameters, part(world_));
   }
 
-  /// The largest difference of owned values over the largest value. Collective.
+  /// The largest difference of owned values relative to the largest value. Collective.
   double difference(std::span<const double> a, std::span<const double> b) const {
     double worst = 0, largest = 0;
     for (std::size_t i = 0; i < a.size(); ++i) {
@@ -88,7 +88,7 @@ protected:
     return all;
   }
 
-  /// The sample in pieces, each parked when it has been looked at often enough. Complete on rank 0.
+  /// The sample in pieces, each parked after a number of polls. Complete on rank 0.
   /// @param on_fewer every second piece is computed on rank 0 alone
   SampleResult in_pieces(const input::Parameters& parameters, bool on_fewer) {
     std::vector<std::byte> saved;
@@ -118,7 +118,7 @@ protected:
   int n_parked_ = 0;
 };
 
-/// With tetrahedra that are broken altogether or in part, before the matrix is assembled and after.
+/// With fully or partly broken tetrahedra, before and after the matrix is assembled.
 TEST_F(PetscEngine, MultipliesAsThePlainLoopDoes) {
   double worst = 0;
   for (const auto release : {input::Release::element, input::Release::facet}) {
@@ -159,7 +159,7 @@ TEST_F(PetscEngine, MultipliesAsThePlainLoopDoes) {
   EXPECT_LT(worst, 1e-13);
 }
 
-/// The same phase by both; a break that comes in another step would show in all that follows.
+/// The same phase with both; a break in a different step would affect everything after it.
 TEST_F(PetscEngine, MovesAsTheDefinitionDoes) {
   const auto parameters = torn_bar();
   const auto subdomain = part(world_);

@@ -27,7 +27,7 @@ PreparedSample take(RealizationQueue& queue) {
   }
 }
 
-/// Waits until the count stands at `expected`, and gives it time to go beyond.
+/// Waits until the count reaches `expected`, and gives it time to exceed that.
 void expect_settles(const std::atomic<int>& count, int expected) {
   for (int i = 0; i < 2000 && count < expected; ++i) std::this_thread::sleep_for(1ms);
   std::this_thread::sleep_for(20ms);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One sample shared by the ranks of a group: the same bits as on one rank.
+// One sample shared by the ranks of a group: bitwise equal to that on one rank.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/fracture/connectivity.h"
@@ -26,7 +26,7 @@ namespace {
 using input::BoundaryKind;
 using input::Face;
 
-/// A bar that is torn apart from rest by a sudden traction: it breaks in many places.
+/// A bar torn apart from rest by a sudden traction: it breaks in many places.
 input::Parameters torn_bar() {
   input::Parameters parameters;
   parameters.specimen.size = {0.002, 0.004, 0.012};
@@ -44,7 +44,7 @@ geometry::Partition by_metis(const geometry::Realization& mesh, int n_parts) {
   return geometry::partition(mesh, n_parts);
 }
 
-/// The sample on all ranks and on one: equal to the last bit.
+/// Compares the sample on all ranks and on one: bitwise equal.
 /// @return the sample on one rank; on the root only
 dynamics::SampleResult compare(const input::Parameters& parameters, const geometry::Realization& mesh,
                                std::size_t least_breaks,
@@ -79,7 +79,7 @@ dynamics::SampleResult compare(const input::Parameters& parameters, const geomet
   return alone;
 }
 
-/// Of a box.
+/// For a box.
 dynamics::SampleResult compare(const input::Parameters& parameters, std::size_t least_breaks,
                                const test::MakePartition& make_partition = by_metis) {
   return compare(parameters,
@@ -87,7 +87,7 @@ dynamics::SampleResult compare(const input::Parameters& parameters, std::size_t 
                  least_breaks, make_partition);
 }
 
-/// Two blocks of 4 x 4 x 12 mm that share a line of nodes, and a column beside it or not.
+/// Two blocks of 4 x 4 x 12 mm that share a line of nodes, with or without an adjacent column.
 geometry::Realization hinged_blocks(bool has_column) {
   return test::make_box(
       {.size = {0.004, 0.004, 0.012}, .cells = {4, 4, 12}, .removed = [=](const geometry::Point& p) {
@@ -97,7 +97,7 @@ geometry::Realization hinged_blocks(bool has_column) {
        }});
 }
 
-/// The upper block is moved along one edge: nothing resists once the column is broken.
+/// The upper block is driven along one edge: nothing resists once the column is broken.
 TEST(HingeOnManyRanks, EndsTheSampleAsOnOneRank) {
   auto parameters = torn_bar();
   parameters.specimen.size = {0.004, 0.004, 0.012};
@@ -145,7 +145,7 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankFromQuasiStaticLoadingOn) {
   compare(parameters, 20);
 }
 
-/// A ring, pressed from within and pulled by a pin in another hole.
+/// A ring under internal pressure, pulled by a pin in another hole.
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankOnAPlateOfAnyOutline) {
   test::PlateText text{R"(thickness = "2 mm"
 outline = "circle"
@@ -176,7 +176,7 @@ rate = ["0 N/s", "-1 N/s", "0 N/s"]
   compare(parameters, test::realization(parameters), 20);
 }
 
-/// Balls that reach across several parts, and from one end of a part to the other.
+/// Balls that extend across several parts, and from one end of a part to the other.
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithAveragedStress) {
   auto parameters = torn_bar();
   parameters.time.precision = GetParam();
@@ -202,7 +202,7 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithSoftening) {
   compare(parameters, 20, test::hostile_partitions(parameters.specimen.size)[2].make);
 }
 
-/// A random field of the strength, with a correlation length and without.
+/// A random field of the strength, with and without a correlation length.
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithAVaryingStrength) {
   auto parameters = torn_bar();
   parameters.time.precision = GetParam();
@@ -216,7 +216,7 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithAVaryingStrength) {
   compare(parameters, 50);
 }
 
-/// Dashpots at nodes that several parts share, and damping of all of them.
+/// Dashpots at nodes shared by several parts, and damping of all of them.
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithDampingAndAbsorbingFaces) {
   auto parameters = torn_bar();
   parameters.time.precision = GetParam();
@@ -236,8 +236,8 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithDampingAndAbsorbingFaces) {
   compare(parameters, 20, test::hostile_partitions(parameters.specimen.size)[2].make);
 }
 
-/// Facets and the bridging rule, whose edges may lie between two ghosts, and a strength that differs from one
-/// tetrahedron to the next.
+/// Release by facets with the bridging rule, whose edges may lie between two ghosts, and a strength that
+/// varies between tetrahedra.
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithFacetsAndToughness) {
   auto parameters = torn_bar();
   parameters.time.precision = GetParam();
@@ -250,8 +250,7 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithFacetsAndToughness) {
   compare(parameters, 20);
 }
 
-/// Opened facets that close again when the bar is pushed together behind them; contact needs a start from
-/// rest.
+/// Opened facets that close again when the bar is pushed together; contact requires a start from rest.
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithContact) {
   auto parameters = torn_bar();
   parameters.time.precision = GetParam();
@@ -262,7 +261,7 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankWithContact) {
   compare(parameters, 50);
 }
 
-/// Parts that a partitioner would not make. The bar breaks across its axis, and part by part along it.
+/// Partitions that no partitioner would make. The bar breaks across its axis, and part by part along it.
 TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankForAnyPartition) {
   auto parameters = torn_bar();
   parameters.time.precision = GetParam();
@@ -282,8 +281,8 @@ TEST_P(SampleOnManyRanks, HasTheBitsOfOneRankForAnyPartition) {
   }
 }
 
-/// Loading that is taken up again and again: many static solves, most of them of a body that is broken in
-/// part, whose break times follow from what all ranks have looked at.
+/// Loading that is resumed many times: many static solves, mostly of a partly broken body, whose break times
+/// depend on what all ranks have evaluated.
 class SampleInManyPhases : public ::testing::TestWithParam<int> {};
 
 input::Parameters in_many_phases(int number) {
@@ -294,7 +293,7 @@ input::Parameters in_many_phases(int number) {
   parameters.boundaries.pop_back();
   auto& boundaries = parameters.boundaries;
   switch (number) {
-    case 0:  // one load, and a strength that differs from one tetrahedron to the next
+    case 0:  // one load, and a strength that varies between tetrahedra
       boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::force, {}, {}, {0, 0.3, 10}));
       parameters.fracture.strength = 0;
       parameters.fracture.toughness = 117;
@@ -312,7 +311,7 @@ input::Parameters in_many_phases(int number) {
       boundaries.back().region[2] = {0.005, 0.007};
       parameters.fracture.memory = input::Memory::step;
       break;
-    default:  // the same by facets, with toughness and a force along
+    default:  // the same by facets, with toughness and a longitudinal force
       boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::fix, {true, true, true}));
       boundaries.push_back(
           test::boundary(Face::y_max, BoundaryKind::displacement, {false, true, false}, {}, {0, -1e-6, 0}));
@@ -329,7 +328,7 @@ TEST_P(SampleInManyPhases, HasTheBitsOfOneRank) {
   const auto parameters = in_many_phases(GetParam());
   const parallel::Communicator world(MPI_COMM_WORLD);
   const auto hostile = test::hostile_partitions(parameters.specimen.size);
-  // Bent bodies take a hundred static solves: one partition each, and not METIS's, is enough for them.
+  // Bent bodies take a hundred static solves: one partition each, other than METIS's, is enough for them.
   const bool is_bent = GetParam() >= 2;
   std::vector<test::NamedPartition> cases = {hostile[is_bent ? index(GetParam()) : 2]};
   if (!is_bent && world.size() > 1) cases.insert(cases.end(), {{"by METIS", by_metis}, hostile[3]});
@@ -344,8 +343,8 @@ TEST_P(SampleInManyPhases, HasTheBitsOfOneRank) {
 
 INSTANTIATE_TEST_SUITE_P(Loads, SampleInManyPhases, ::testing::Range(0, 4));
 
-/// One exchange for each drift, of three integers for each ghost: for the force after it, or for the breaking
-/// check where a step ends with it.
+/// One exchange per drift, of three integers per ghost: for the following force, or for the breaking check at
+/// the end of a step.
 TEST_P(SampleOnManyRanks, ExchangesGhostsOnceForEachForce) {
   auto parameters = torn_bar();
   parameters.time.precision = GetParam();

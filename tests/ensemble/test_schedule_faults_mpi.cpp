@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What fails in one sample fails alone, wherever it happens.
+// A failure in one sample affects no other, wherever it happens.
 #include "crackle/parallel/agreement.h"
 #include "schedule_fixture.h"
 

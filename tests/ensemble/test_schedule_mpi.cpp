@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Every sample is handed out once, to whichever group asks, and who waits sleeps.
+// Every sample is handed out once, to whichever group asks, and waiting ranks sleep.
 #include "crackle/parallel/sleeping_wait.h"
 #include "schedule_fixture.h"
 #include "support/cpu_time.h"
@@ -40,7 +40,7 @@ TEST_F(Schedule, GroupsMakeTheirOwnRealizations) {
 }
 
 TEST_F(Schedule, AGroupDoesNotWaitForARealization) {
-  // The master's first realization is ready when all other samples have ended: the groups make those.
+  // The master's first realization is ready only after all other samples have ended: the groups make those.
   makers_ = input::MeshMakers::automatic;
   constexpr std::uint64_t n = 23;
   auto make = steps_.make;
@@ -111,7 +111,7 @@ TEST_F(Schedule, NothingToDo) {
 
 TEST_F(Schedule, LongSampleKeepsNoOtherWaiting) {
   if (world_.size() < 3) GTEST_SKIP() << "needs 2 groups";
-  // Sample 0 ends only when all others have been computed, elsewhere.
+  // Sample 0 ends only after all others have been computed elsewhere.
   const parallel::Communicator tokens(MPI_COMM_WORLD);
   constexpr std::uint64_t n = 9;
   auto compute = steps_.compute;
@@ -146,7 +146,7 @@ TEST_F(Schedule, LongSampleKeepsNoOtherWaiting) {
 TEST_F(Schedule, MasterServesWhileItMakesARealization) {
   if (world_.size() < 3) GTEST_SKIP() << "needs 2 groups";
   // The second realization is not ready before the first sample is reported: while one group waits for it,
-  // the other one's report is taken.
+  // the other's report is received.
   std::atomic<bool> reported = false;
   auto make = steps_.make;
   steps_.make = [&](std::uint64_t sample) {
@@ -179,7 +179,7 @@ TEST_F(Schedule, WhoWaitsSleeps) {
   };
   const auto start = std::chrono::steady_clock::now();
   const double before = test::cpu_seconds();
-  run(1, {0});  // of several groups only one has work
+  run(1, {0});  // only one of several groups has work
   const double used = test::cpu_seconds() - before;
   const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   std::printf("rank %d of %d (%s): %.3f s of CPU time in %.3f s\n", world_.rank(), world_.size(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The input reader under libFuzzer: any bytes either give parameters whose echo can be made, or an InputError
+// The input reader under libFuzzer: any bytes either give parameters that can be echoed, or an InputError
 // with messages of one printable line each. tools/fuzz-input builds and runs it.
 #include "crackle/input/reader.h"
 
@@ -10,7 +10,7 @@
 
 namespace {
 
-/// Begins with the file's name, and fits a terminal.
+/// Starts with the file name, and fits a terminal.
 bool is_sound(const std::string& message) {
   if (message.rfind("fuzz.toml:", 0) != 0 || message.size() > 700) return false;
   for (const char c : message) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A family of random bodies with meshes, and the reasons to refuse one, found independently of the geometry.
+// A family of random bodies with meshes, and the reasons to refuse one, determined independently of the
+// geometry.
 #pragma once
 
 #include "crackle/common/random.h"
@@ -18,9 +19,9 @@ struct MeshProblem {
   input::Mesh mesh;
 };
 
-/// Bodies from 0.1 mm to 8 mm thick with up to five notches in all four faces, a few of which lie wrong;
-/// spacings coarse and fine, perturbations from 0 to 0.35.
-/// @param absurd with a notch so thin, or a spacing so small, that hardly any computer could mesh it
+/// Bodies from 0.1 mm to 8 mm thick with up to five notches in all four faces, a few of them invalid; coarse
+/// and fine spacings, perturbations from 0 to 0.35.
+/// @param absurd with a notch so thin, or a spacing so small, that meshing is practically impossible
 inline MeshProblem random_problem(RandomStream stream, bool absurd) {
   const auto log_uniform = [&](double lower, double upper) {
     return lower * std::exp(stream.uniform(0, std::log(upper / lower)));
@@ -73,7 +74,7 @@ inline std::array<std::array<double, 2>, 2> slot_in_plane(const input::Notch& no
   }
 }
 
-/// Why no such body exists, or nothing.
+/// Why no such body exists; empty if it does.
 inline std::string impossible(const input::Specimen& specimen) {
   const auto& notches = specimen.notches;
   for (std::size_t i = 0; i < notches.size(); ++i) {
@@ -94,7 +95,7 @@ inline std::string impossible(const input::Specimen& specimen) {
   return "";
 }
 
-/// The number of points that a body asks for, to a factor of three: in the whole at the coarsest spacing, or
+/// The number of points required by a body, to a factor of three: in the whole at the coarsest spacing, or
 /// along the two walls of one of its slots, with the layers that grow away from them.
 inline double rough_number_of_points(const MeshProblem& problem) {
   const auto& [specimen, mesh] = problem;

@@ -7,8 +7,8 @@
 
 namespace crackle::test {
 
-/// A body that consists of what an instance knows once it is made, all that the analysis asks for; it refuses
-/// every other question.
+/// A body that only has the fixed data of an instance, which is all that the analysis needs; other members
+/// throw.
 class BodyOfShape : public geometry::Body {
 public:
   bool contains(const geometry::Point&) const override { return refuse(), false; }

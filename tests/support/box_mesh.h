@@ -14,13 +14,13 @@
 #include <map>
 #include <vector>
 
-/// Small meshes whose exact solutions tests know: a box of cells, each cut into six tetrahedra.
+/// Small meshes with known exact solutions: a box of cells, each cut into six tetrahedra.
 namespace crackle::test {
 
 struct BoxMesh {
   geometry::Point size{1, 1, 1};
   std::array<int, 3> cells{1, 1, 1};
-  double disturbance = 0;  ///< of the nodes, in cell sizes; nodes on a face move in the face
+  double disturbance = 0;  ///< of the nodes, in cell sizes; nodes on a face stay in the face
   std::function<bool(const geometry::Point& centre)> removed = [](const geometry::Point&) { return false; };
 };
 
@@ -70,7 +70,7 @@ inline geometry::Realization make_box(const BoxMesh& box) {
       }
     }
   }
-  // Only nodes that a tetrahedron uses stay.
+  // Keep only nodes used by a tetrahedron.
   std::vector<std::int32_t> renumbered(grid.size(), -1);
   for (const auto& t : mesh.tetrahedra) {
     for (const auto node : t) renumbered[index(node)] = 0;
@@ -97,7 +97,7 @@ inline geometry::Realization make_box(const BoxMesh& box) {
   }
   for (const auto& [key, entry] : faces) {
     if (entry.first != 1) continue;
-    geometry::FaceId surface = 6;  // a cut-out's wall
+    geometry::FaceId surface = 6;  // wall of a cut-out
     for (std::size_t axis = 0; axis < 3; ++axis) {
       for (const double side : {0.0, 1.0}) {
         const bool on_side = std::ranges::all_of(
@@ -130,7 +130,8 @@ inline input::Boundary boundary(input::Face face, input::BoundaryKind kind,
   return condition;
 }
 
-/// Pulled along z by a force that grows by 1 N/s, with symmetry on three faces: a bar's stress is uniform.
+/// Pulled along z by a force that grows by 1 N/s, with symmetry on three faces: the stress is uniform, as in
+/// a bar.
 inline std::vector<input::Boundary> uniform_pull() {
   using input::BoundaryKind;
   using input::Face;

@@ -5,7 +5,7 @@
 
 namespace crackle::test {
 
-/// CPU time that this process has taken, all threads together [s].
+/// CPU time used by this process, over all threads [s].
 inline double cpu_seconds() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);

@@ -6,13 +6,13 @@
 
 namespace crackle::test {
 
-/// Tuler-Butcher with the input's strength everywhere.
+/// Tuler-Butcher with uniform strength from the input.
 inline fracture::TulerButcher tuler_butcher(const input::Fracture& parameters,
                                             const geometry::Subdomain& subdomain, double time_step = 5e-9) {
   return {parameters, std::vector<double>(subdomain.tetrahedra.size(), parameters.strength), time_step};
 }
 
-/// One that nothing breaks by.
+/// A criterion by which nothing breaks.
 inline fracture::TulerButcher unbreakable(const geometry::Subdomain& subdomain, double strength = 1e15) {
   return tuler_butcher({.strength = strength, .exponent = 2, .impulse = 1e4}, subdomain);
 }

@@ -15,21 +15,21 @@
 
 namespace crackle::test {
 
-/// Which of a realization's tetrahedra break.
+/// Selects the tetrahedra of a realization that break.
 struct Cutting {
-  /// The part of the body that a point lies in; the crack runs between parts.
+  /// The part of the body that contains a point; the crack runs between parts.
   std::function<int(const geometry::Point&)> label;
-  /// By its centroid and the labels of its nodes, whether a tetrahedron between parts breaks.
+  /// Decides whether a tetrahedron between parts breaks, from its centroid and the labels of its nodes.
   std::function<bool(const geometry::Point&, const std::array<int, 4>&)> is_cracked;
   /// Share of the tetrahedra touching the crack that break with it.
   double touching = 0;
-  /// Whether a tetrahedron away from the crack breaks on its own.
+  /// Decides whether a tetrahedron away from the crack breaks.
   std::function<bool(const geometry::Point&, RandomStream&)> is_stray = {};
   /// Share of the broken tetrahedra that open by any of the seven cuts instead of the one along the crack.
   double random_cuts = 1;
 };
 
-/// The crack surface when all break at time 0, as the program would open it.
+/// The crack surface if all break at time 0, as computed by the program.
 inline analysis::CrackSurface cut(const geometry::Body& body, const geometry::Realization& realization,
                                   const Cutting& cutting, RandomStream random) {
   const auto& tetrahedra = realization.tetrahedra;

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <vector>
 
-/// Samples held against the distributions that they should come from.
+/// Compares samples with their expected distributions.
 namespace crackle::test {
 
-/// The greatest distance between the values' empirical distribution and an expected one.
+/// The largest distance between the values' empirical distribution and the expected one (Kolmogorov-Smirnov).
 template <class Distribution>
 double kolmogorov_distance(std::vector<double> values, const Distribution& expected) {
   std::ranges::sort(values);
@@ -16,19 +16,19 @@ double kolmogorov_distance(std::vector<double> values, const Distribution& expec
   double distance = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double p = expected(values[i]);
-    if (!(p >= 0 && p <= 1)) return 1;  // a value that is not a number
+    if (!(p >= 0 && p <= 1)) return 1;  // a value is NaN
     const auto rank = static_cast<double>(i);
     distance = std::max({distance, p - rank / n, (rank + 1) / n - p});
   }
   return distance;
 }
 
-/// Which one sample of n in a thousand exceeds (Kolmogorov).
+/// Limit exceeded by one sample of n in a thousand (Kolmogorov).
 inline double kolmogorov_limit(std::size_t n) {
   return 1.95 / std::sqrt(static_cast<double>(n));
 }
 
-/// Weibull's modulus and scale by greatest likelihood.
+/// Weibull modulus and scale by maximum likelihood.
 struct WeibullFit {
   double modulus, scale;
   double standard_error;  ///< of the modulus
@@ -40,7 +40,7 @@ inline WeibullFit fit_weibull(const std::vector<double>& values) {
   for (const double value : values) mean_log += std::log(value) / n;
   const double unit = std::exp(mean_log);
   double modulus = 5;
-  for (int i = 0; i < 50; ++i) {  // Newton on the derivative of the likelihood
+  for (int i = 0; i < 50; ++i) {  // Newton's method for the derivative of the likelihood
     double s = 0, s_log = 0, s_log_log = 0;
     for (const double value : values) {
       const double log = std::log(value / unit);

@@ -17,7 +17,7 @@
 
 namespace crackle::test {
 
-/// A sample of a body without notches, on the program's own mesh.
+/// The mesh of a sample of a body without notches, as made by the program.
 inline geometry::Realization irregular_box(const geometry::Point& size, double spacing,
                                            std::uint64_t sample = 0) {
   input::Parameters parameters;
@@ -34,10 +34,10 @@ inline geometry::Realization irregular_box(const geometry::Point& size, double s
   return realization(parameters, sample);
 }
 
-/// A body that does not break, in motion in fixed-point numbers of 64 bits on one rank.
+/// Motion of an unbreakable body in fixed-point numbers of 64 bits on one rank.
 class ElasticMotion {
 public:
-  /// @param parameters their material, damping and boundary list count
+  /// @param parameters only their material, damping and boundary list are used
   ElasticMotion(const geometry::Realization& mesh, const input::Parameters& parameters,
                 input::Integrator integrator = input::Integrator::bilateral4)
       : density_(parameters.material.density),
@@ -51,7 +51,7 @@ public:
         stable_step_(map_.stability_limit /
                      dynamics::largest_frequency(self_, subdomain_, body_.operators(), body_.force())) {}
 
-  /// Begins at the present state(); at most `duration` follows [s].
+  /// Starts at the current state(); the motion lasts at most `duration` [s].
   void start(double duration) {
     const dynamics::MotionContext context{&self_,      &body_, &loads_, density_,
                                           &criterion_, 1,      nullptr, damping_rate_};

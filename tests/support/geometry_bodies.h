@@ -40,7 +40,7 @@ inline input::MeshRegion region(input::Region box_mm, double spacing_mm) {
   return {box_mm, spacing_mm * mm};
 }
 
-/// The plate of the paper, shortened, with its two anti-symmetric notches: some 6,000 nodes with
+/// The plate of the paper, shortened, with its two anti-symmetric notches: about 6,000 nodes with
 /// plate_mesh().
 inline geometry::NotchedBox short_plate() {
   return body({3, 16, 24}, {notch(input::Face::y_min, 9, 4, 0.6), notch(input::Face::y_max, 15, 4, 0.6)});
@@ -49,7 +49,7 @@ inline input::Mesh plate_mesh() {
   return mesh(1.5, 0.3, 0.12);
 }
 
-/// A notch in each of the four faces that can have one.
+/// A notch in each of the four possible faces.
 inline geometry::NotchedBox four_notches() {
   return body({2, 10, 12}, {notch(input::Face::y_min, 6, 2, 0.5), notch(input::Face::y_max, 5, 3, 0.8),
                             notch(input::Face::z_min, 5, 2, 0.4), notch(input::Face::z_max, 4, 1, 1.5)});

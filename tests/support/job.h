@@ -13,12 +13,12 @@
 
 namespace crackle::test {
 
-/// An input file of the folder jobs.
+/// An input file from the folder jobs.
 inline input::Parameters job(const std::string& file) {
   return input::read(std::filesystem::path(CRACKLE_SOURCE_DIR) / "jobs" / file);
 }
 
-/// The mesh that the program makes for a sample.
+/// The mesh made by the program for a sample.
 inline geometry::Realization realization(const input::Parameters& parameters, std::uint64_t sample = 0) {
   const auto body = geometry::make_body(parameters);
   const auto base = geometry::make_mother_points(*body, parameters.mesh, parameters.ensemble.seed);

@@ -15,7 +15,7 @@
 
 namespace crackle::test {
 
-/// Held below and pulled by 1 MPa above.
+/// Held at the bottom and pulled by 1 MPa at the top.
 inline constexpr const char* pulled_plate = R"([[boundary]]
 on = "z-min"
 fix = ["x", "y", "z"]
@@ -41,7 +41,7 @@ struct LoadedPlate {
     return mechanics::make_operators(subdomain, parameters.material.density);
   }
 
-  /// Of the equilibrium under the loads at t = 0, three components per node [m].
+  /// Equilibrium under the loads at t = 0, three components per node [m].
   std::vector<double> displacement() {
     fracture::BreakableBody breakable(subdomain, parameters.material);
     const auto loads = mechanics::make_boundary_loads(self, parameters, subdomain);

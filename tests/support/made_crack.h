@@ -24,9 +24,9 @@ inline double normal(RandomStream& stream) {
 }
 
 /// A crack with a known path and front in a plate 24.5 mm wide, from a notch 5.5 mm deep at y-min to the
-/// opposite face. The tetrahedra are those of a structured mesh whose nodes are displaced at random.
+/// opposite face, in a structured mesh of tetrahedra whose nodes are displaced at random.
 ///
-/// The mesh's cubes have edges of 1 m; lengths here are in mm, of which there are mm() in a cube's edge.
+/// The mesh's cubes have edges of 1 m; lengths here are in mm, and a cube's edge is mm() long.
 class MadeCrack {
 public:
   static constexpr double width = 24.5;  // [mm]
@@ -34,16 +34,16 @@ public:
   using Path = std::function<double(double advance)>;
 
   struct Tetrahedron {
-    double x;        ///< centroid's share of the thickness
+    double x;        ///< relative position of the centroid in the thickness
     double advance;  ///< of the centroid from the tip [mm]
-    double least;    ///< of its first node [mm]
+    double least;    ///< smallest advance of its nodes [mm]
   };
-  /// When a tetrahedron breaks [s]; it does not when negative.
+  /// When a tetrahedron breaks [s]; negative: it does not.
   using Time = std::function<double(const Tetrahedron&, RandomStream& noise)>;
 
   /// @param spacing mean local spacing of the facets [mm]
   /// @param path z - plane over the advance from the tip [mm]
-  /// @param low,high least and greatest z - plane [mm]
+  /// @param low,high smallest and largest z - plane [mm]
   MadeCrack(
       double spacing, double thickness, std::uint64_t seed, Path path = [](double) { return 0.0; },
       double low = 0, double high = 0)
@@ -55,7 +55,7 @@ public:
                 std::ceil((tilt * thickness / 2 + high) / mm_) + plane_ + 4.5},
                {{input::Face::y_min, plane_, std::round(depth / mm_), 1}}},
               [&](const geometry::Point& centre) {
-                // Cubes at the notch and along the path: in steep parts a path passes several in a row.
+                // Cubes at the notch and along the path: where the path is steep it passes several in a row.
                 const double advance = advance_of(centre);
                 if (advance < 0) return std::abs(centre[2] - plane_) < 3;
                 const auto ends = std::minmax({z_of(centre[0], advance - 1.5 * mm_), z_of(centre[0], advance),
@@ -98,8 +98,9 @@ public:
   }
 
 private:
-  static constexpr double spacing_of_cube = 1.3;  // mean local spacing of the facets over the cubes' edge
-  /// Of the crack through the thickness, by which it meets the cubes' layers at all heights.
+  static constexpr double spacing_of_cube =
+      1.3;  // mean local spacing of the facets relative to the cubes' edge
+  /// Tilt of the crack through the thickness, so that it meets the cube layers at all heights.
   static constexpr double tilt = 0.3;
 
   double advance_of(const geometry::Point& p) const { return (p[1] - std::round(depth / mm_)) * mm_; }
@@ -107,7 +108,7 @@ private:
     return plane_ + path_(std::max(advance, 0.0)) / mm_ + tilt * (x - body().size()[0] / 2);
   }
 
-  /// Uniform in a cube; no node leaves the plate's sides or the notch.
+  /// Displaced uniformly in a cube; no node leaves the plate's sides or the notch.
   geometry::Point displaced(geometry::Point p) const {
     constexpr double largest = 0.25;
     if (advance_of(p) <= 0) return p;

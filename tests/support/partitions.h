@@ -20,7 +20,7 @@ struct NamedPartition {
   MakePartition make;
 };
 
-/// Each tetrahedron's part from its centre, its number and the number of parts.
+/// Assigns each tetrahedron to a part from its centre, its number and the number of parts.
 inline MakePartition by_position(const std::function<int(const geometry::Point&, std::size_t, int)>& part) {
   return [part](const geometry::Realization& mesh, int n_parts) {
     std::vector<std::int32_t> parts;
@@ -34,7 +34,7 @@ inline MakePartition by_position(const std::function<int(const geometry::Point&,
   };
 }
 
-/// METIS' partitions and others that no partitioner would make, of a box that starts at the origin.
+/// METIS partitions and others that no partitioner would make, of a box that starts at the origin.
 inline std::vector<NamedPartition> hostile_partitions(const geometry::Point& size) {
   const auto slab = [size](const geometry::Point& p, std::size_t axis, int n) {
     return std::min(n - 1, static_cast<int>(n * p[axis] / size[axis]));

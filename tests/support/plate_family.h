@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Inputs of plates with any outline, a family of random ones, and the reasons to refuse one, found on a
+// Inputs of plates with any outline, a family of random ones, and the reasons to refuse one, determined on a
 // raster of points without the program's geometry.
 #pragma once
 
@@ -23,7 +23,7 @@ inline double from_environment(const char* name, double fallback) {
   return text != nullptr ? std::strtod(text, nullptr) : fallback;
 }
 
-/// An input of a plate: the keys of its tables as they stand in a file.
+/// An input of a plate: the keys of its tables as written in a file.
 struct PlateText {
   std::string specimen;
   std::vector<std::string> holes = {};
@@ -77,7 +77,7 @@ struct RandomPlate : PlateText {
       const Place along{(to[0] - from[0]) / length, (to[1] - from[1]) / length};
       const double way = along[0] * (p[0] - from[0]) + along[1] * (p[1] - from[1]);
       const double side = along[0] * (p[1] - from[1]) - along[1] * (p[0] - from[0]);
-      // The middle of a half circle is half a height before its end.
+      // The centre of a half circle is half a height before its end.
       const double before = height / 2 - way;
       const double beyond = way - (length - height / 2);
       if (is_round[0] && before > 0 && std::hypot(before, side) >= height / 2 + margin) return false;
@@ -86,7 +86,7 @@ struct RandomPlate : PlateText {
     }
   };
 
-  std::vector<Place> corners;  ///< of the outline; empty for a circle of 10 round (10, 10)
+  std::vector<Place> corners;  ///< of the outline; empty for a circle of radius 10 around (10, 10)
   std::vector<Ellipse> ellipses;
   std::vector<Slot> slots;
   double min_quality = 0.2;
@@ -108,7 +108,7 @@ struct RandomPlate : PlateText {
   static constexpr double cell = 22.0 / n_raster;
   static Place place(int i, int j) { return {-1 + (i + 0.5) * cell, -1 + (j + 0.5) * cell}; }
 
-  /// Of the raster points in the plate, the number of each connected piece's, largest first.
+  /// The number of raster points in each connected piece of the plate, largest first.
   std::vector<int> pieces() const {
     std::vector<int> state(n_raster * n_raster, 0);
     for (int i = 0; i < n_raster; ++i)
@@ -141,13 +141,13 @@ struct RandomPlate : PlateText {
     return sizes;
   }
 
-  /// [m^2], by counting.
+  /// [m^2], by counting raster points.
   double area() const {
     int n = 0;
     for (const int size : pieces()) n += size;
     return n * cell * cell * 1e-6;
   }
-  /// A raster misses a cell's width along half of the boundary; chords cut off a little more.
+  /// A raster is off by one cell's width along half of the boundary; chords cut off slightly more.
   double area_tolerance() const { return (0.02 * 400 + 0.5 * cell * 150) * 1e-6; }
 
   template <class One, class Other>
@@ -187,17 +187,17 @@ struct RandomPlate : PlateText {
     return std::ranges::any_of(slots, is_outside) || std::ranges::any_of(ellipses, is_outside);
   }
 
-  /// Why no such plate exists, beyond what a raster can doubt; or nothing.
+  /// Why no such plate exists, as far as a raster can tell; empty if it does.
   std::string impossible() const {
     const std::vector<int> sizes = pieces();
     if (sizes.size() > 1 && sizes[1] > 12) return "in two pieces";
-    // Chords leave up to a tenth of a curve's radius.
+    // Chords deviate by up to a tenth of a curve's radius.
     if (cutters_come_near(-0.3)) return "cutters overlap";
     if (hole_leaves(-0.3)) return "a hole reaches over the edge";
     return "";
   }
 
-  /// The true reason of a refusal, by the words of its message; nothing when the reason is not true.
+  /// The true reason for a refusal, identified by its message; empty if the message is wrong.
   std::string true_reason(const std::string& refusal) const {
     const auto says = [&](const char* words) { return refusal.find(words) != std::string::npos; };
     const double doubt = 2 * cell;
@@ -210,7 +210,7 @@ struct RandomPlate : PlateText {
     return "";
   }
 
-  /// The sharpest corner of the outline, or between a slot and an edge that it cuts at any angle [degrees].
+  /// The sharpest angle of the outline, or between a slot and an edge that it cuts [degrees].
   double sharpest() const {
     if (!slots.empty()) return 0;
     double least = 360;

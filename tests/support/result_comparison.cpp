@@ -16,7 +16,7 @@ namespace crackle::io {
 
 namespace {
 
-/// Everything comparable in a file: for each object and attribute its kind, type, shape and bits.
+/// Everything comparable in a file: kind, type, shape and bits of each object and attribute.
 using Content = std::map<std::string, std::string>;
 
 /// Reads all values through `read(memory type, buffer)` and returns them as bytes.
@@ -55,7 +55,7 @@ void add_attributes(hid_t object, const std::string& name, Content& content) {
   };
   hdf5::check(H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, nullptr, append, &names), name);
   for (const std::string& attribute_name : names) {
-    // References between datasets and their dimension scales.
+    // References between datasets and their dimension scales are not compared.
     if (attribute_name == "DIMENSION_LIST" || attribute_name == "REFERENCE_LIST") continue;
     const std::string full_name = name + "@" + attribute_name;
     const hdf5::Handle attribute(H5Aopen(object, attribute_name.c_str(), H5P_DEFAULT), H5Aclose, full_name);
@@ -111,7 +111,7 @@ Content read_content(const std::filesystem::path& file) {
 std::vector<std::string> differences(const std::filesystem::path& a, const std::filesystem::path& b) {
   const Content first = read_content(a);
   const Content second = read_content(b);
-  // A name that both have with other content stands in it twice.
+  // A name with different contents in both occurs twice.
   std::vector<std::pair<std::string, std::string>> either;
   std::ranges::set_symmetric_difference(first, second, std::back_inserter(either));
   std::vector<std::string> names;

@@ -15,8 +15,8 @@
 
 namespace crackle::test {
 
-/// The numbers that tell how a sample broke and ended have the same bits, NaN included, and its history the
-/// same rows.
+/// Expects bitwise equality of the numbers that describe how a sample broke and ended, including NaN, and of
+/// the history.
 inline void expect_same_end(const dynamics::SampleResult& a, const dynamics::SampleResult& b) {
   using Result = dynamics::SampleResult;
   EXPECT_EQ(a.outcome, b.outcome);
@@ -43,7 +43,7 @@ void expect_same_rows(const char* name, const std::vector<Row>& a, const std::ve
   for (std::size_t i = 0; i < a.size(); ++i) ASSERT_EQ(fields(a[i]), fields(b[i])) << name << ' ' << i;
 }
 
-/// What the samples went through has the same bits, from the first break to the last frame.
+/// Expects bitwise equality of the samples' course, from the first break to the last frame.
 inline void expect_same_course(const dynamics::SampleResult& a, const dynamics::SampleResult& b) {
   expect_same_end(a, b);
   expect_same_rows("break", a.breaks, b.breaks, [](const fracture::Break& r) {

@@ -16,12 +16,12 @@
 
 namespace crackle::test {
 
-/// A notched box of unit cubes [m], each cut into six tetrahedra round a space diagonal (Kuhn's subdivision),
-/// and breaks along chosen surfaces in it. The subdivision is symmetric to the cubes' centres, so the crack
-/// along a plane through them has its mean position exactly on that plane.
+/// A notched box of unit cubes [m], each cut into six tetrahedra around a space diagonal (Kuhn's
+/// subdivision), and breaks along given surfaces in it. The subdivision is symmetric about the cube centres,
+/// so a crack along a plane through them has its mean position exactly on that plane.
 class StructuredMesh {
 public:
-  /// @param keep by a cube's centre, whether the box has this cube; all without it
+  /// @param keep selects cubes of the box by their centre; all without it
   explicit StructuredMesh(input::Specimen specimen,
                           const std::function<bool(const geometry::Point&)>& keep = {})
       : specimen_(specimen), body_(specimen) {
@@ -48,7 +48,7 @@ public:
   const geometry::Body& body() const { return body_; }
   const geometry::Realization& realization() const { return realization_; }
 
-  /// Moves every node; breaks are still chosen by the positions before.
+  /// Moves every node; breaks are still selected by the original positions.
   void map_nodes(const std::function<geometry::Point(geometry::Point)>& map) {
     for (std::size_t i = 0; i < reference_.size(); ++i) realization_.nodes[i] = map(reference_[i]);
   }
@@ -61,8 +61,8 @@ public:
     return c;
   }
 
-  /// Every tetrahedron whose nodes have different labels breaks, with the cut that separates the nodes of
-  /// the lowest label; a negative time means that it does not break.
+  /// Breaks every tetrahedron whose nodes have different labels, with the cut that separates the nodes of the
+  /// lowest label; a negative time means no break.
   std::vector<fracture::Break> break_between(
       const std::function<int(const geometry::Point&)>& label,
       const std::function<double(const geometry::Point&)>& time_at_centroid) const {
@@ -81,7 +81,7 @@ public:
     return breaks;
   }
 
-  /// The cut that separates the nodes with the lowest label from the others; -1 when all are equal.
+  /// The cut that separates the nodes with the lowest label from the others; -1 if all are equal.
   static int cut_between(const std::array<int, 4>& labels) {
     const int lowest = *std::min_element(labels.begin(), labels.end());
     std::vector<int> low;
@@ -130,7 +130,7 @@ private:
     } while (std::next_permutation(axes.begin(), axes.end()));
   }
 
-  /// Boundary triangles on the notches; the others play no part in the analysis.
+  /// Boundary triangles on the notches; the analysis needs no others.
   void add_notch_surfaces() {
     std::map<std::array<std::int32_t, 3>, std::pair<int, int>> faces;  // notch and number of tetrahedra
     for (const auto& t : realization_.tetrahedra) {

@@ -9,7 +9,7 @@
 
 namespace crackle::test {
 
-/// A new folder that is removed with its content at the end of the test.
+/// A new folder that is removed with its contents at the end of the test.
 class TemporaryFolder {
 public:
   TemporaryFolder() {

@@ -29,7 +29,7 @@ inline std::vector<InputTable> minimal_tables() {
           {"[sections]", {{"y", R"(["12.25 mm"])"}}}};
 }
 
-/// Gives a key of the table another value; adds what is not there.
+/// Sets a key of the table; adds whatever is missing.
 inline void set_key(std::vector<InputTable>& tables, const std::string& header, const std::string& key,
                     const std::string& value) {
   for (InputTable& table : tables) {

@@ -18,7 +18,7 @@ using test::StructuredMesh;
 
 constexpr double thickness = 4, energy = 0.3;  // of each tetrahedron [J]
 
-/// A plate 40 wide with a notch 4 deep at each side, and cracks from there.
+/// A plate 40 wide with a notch 4 deep at each side, and cracks from these.
 class Histories : public testing::Test {
 protected:
   CrackHistory history(const std::function<double(const Point&)>& time, double last,
@@ -58,7 +58,7 @@ TEST_F(Histories, OfASteadyCrackGrowLinearlyAtItsSpeedAndToughness) {
                 speed * time, found.speed[2 * i], found.release_rate[2 * i]);
     EXPECT_NEAR(found.length[2 * i], speed * time, 1.2);
     EXPECT_NEAR(found.speed[2 * i], speed, 0.1 * speed);
-    // The crack's first and last spacings have less of a window.
+    // At the first and last spacings of the crack the window is truncated.
     if (i > 4 && i < 17) {
       EXPECT_NEAR(found.release_rate[2 * i], released / (30 * thickness), 0.12 * released / (30 * thickness));
     }

@@ -18,7 +18,7 @@ namespace {
 using geometry::Point;
 using test::StructuredMesh;
 
-/// The plate of the tests of crack paths, 40 wide: notch 0 has its tip at y = 4 and its plane at z = 8.5.
+/// The plate of the crack path tests, 40 wide: notch 0 has its tip at y = 4 and its plane at z = 8.5.
 class Lines : public testing::Test {
 protected:
   static input::Specimen wide_plate() {
@@ -54,7 +54,7 @@ TEST_F(Lines, AStraightCrackIsAStraightLine) {
 }
 
 TEST_F(Lines, AKinkIsSharpAndABendIsNot) {
-  // A turn of 45 degrees at y = 20, at once and along an arc of radius 25.
+  // A turn of 45 degrees at y = 20, abrupt or along an arc of radius 25.
   const auto kinked = [](double y) { return std::max(0.0, y - 20); };
   const auto bent = [](double y) {
     const double s = std::min(std::max(0.0, y - 8), 25 / std::sqrt(2.0));
@@ -93,7 +93,7 @@ TEST_F(Lines, ABranchLeavesItsParent) {
   EXPECT_NEAR(found[1].points.back().z, 14.5, 0.2);
 }
 
-/// A path made of pieces of constant curvature [mm].
+/// A path of pieces with constant curvature [mm].
 class Pieces {
 public:
   struct Piece {

@@ -111,9 +111,9 @@ TEST_F(CrackPath, TheLeadingNotchFollowsFromCrossingsWhereTheyTellItApart) {
   EXPECT_EQ(found({8, 8, no, no, 15, 15}), std::nullopt) << "both came as far";
   EXPECT_EQ(found({8, 8, 8, 15, 15, 15}), std::nullopt) << "both came to the last section";
   EXPECT_EQ(found({no, no, no, no, no, no}), std::nullopt);
-  // A hole in the path changes nothing.
+  // A gap in the path changes nothing.
   EXPECT_EQ(found({8, no, 8, no, 15, 15}), 0);
-  // What the crossings tell is what the surface tells.
+  // The crossings and the surface give the same result.
   for (const auto& [end_0, end_1] : {std::pair{14.0, 7.0}, {6.0, 2.0}, {12.0, 8.0}}) {
     const CrackSurface cracks = two_cracks(end_0, end_1);
     std::vector<double> z;
@@ -125,8 +125,8 @@ TEST_F(CrackPath, TheLeadingNotchFollowsFromCrossingsWhereTheyTellItApart) {
 }
 
 TEST_F(CrackPath, CrossingsFollowASkewedCrack) {
-  // An affine map takes sections to sections and means to means: z = 8.5 + 0.3 y at x = 2, and the slope
-  // over the thickness drops out of the mean.
+  // An affine map maps sections to sections and means to means: z = 8.5 + 0.3 y at x = 2, and the slope over
+  // the thickness cancels in the mean.
   mesh.map_nodes([](const Point& p) { return Point{p[0], p[1], p[2] + 0.3 * p[1] + 0.2 * (p[0] - 2)}; });
   const CrackSurface cracks = straight(16);
   for (const double y : {4.5, 8.5, 12.5, 15.5}) {
@@ -134,7 +134,7 @@ TEST_F(CrackPath, CrossingsFollowASkewedCrack) {
     std::printf("y = %g: z = %.15g, expected %.15g\n", y, found.position, plane_0 + 0.3 * y);
     EXPECT_NEAR(found.position, plane_0 + 0.3 * y, 1e-12);
     EXPECT_EQ(found.arms.size(), 1U);
-    // 0.2 (x - 2) over x = 0..4, on top of what the cubes' own roughness adds.
+    // 0.2 (x - 2) over x = 0..4, in addition to the roughness of the cubes.
     EXPECT_GT(found.spread, 0.8 / std::sqrt(12.0) - 1e-12);
     EXPECT_LT(found.spread, 0.8 / std::sqrt(12.0) + 0.05);
   }
@@ -149,7 +149,8 @@ TEST_F(CrackPath, MeanAndSpreadOfPlaneFacetsAreExact) {
   std::printf("slanted: z = %.15g, spread %.15g\n", found.position, found.spread);
   EXPECT_NEAR(found.position, 8.4, 1e-12);
   EXPECT_NEAR(found.spread, 0.8 / std::sqrt(12.0), 1e-12);
-  // A level one over its half x < 2, at 9: the mean of both goes from 8.5 to 8.7 there, beside 8.4 to 8.8.
+  // A horizontal one over its half x < 2, at 9: there the mean of both goes from 8.5 to 8.7, elsewhere from
+  // 8.4 to 8.8.
   cracks.facets.push_back({{Point{0, 6, 9}, {2, 6, 9}, {2, 7, 9}, {0, 7, 9}}, 2, 0, 0, 0});
   found = crossing(cracks, 0, 6.5);
   std::printf("two over each other: z = %.15g, spread %.15g\n", found.position, found.spread);
@@ -159,7 +160,7 @@ TEST_F(CrackPath, MeanAndSpreadOfPlaneFacetsAreExact) {
 
 TEST_F(CrackPath, TheMeanIsTakenOverTheThicknessCovered) {
   // A step at mid-thickness (z = 8.5 and 9.5, joined by a wall along y) is one crossing; its mean lies
-  // between, and stays when one half is meshed so that it has the same cover.
+  // between, and does not change when one half is remeshed with the same coverage.
   const CrackSurface cracks = surface([](const Point& p) { return p[2] > (p[0] < 2.5 ? 8.5 : 9.5) ? 1 : 0; },
                                       [](const Point& p) { return p[1] > 4 ? 0.0 : -1.0; });
   const SectionCrossing found = crossing(cracks, 0, 8.5);
@@ -169,7 +170,7 @@ TEST_F(CrackPath, TheMeanIsTakenOverTheThicknessCovered) {
 }
 
 TEST_F(CrackPath, ACrackOverASmallPartOfTheThicknessHasNotArrived) {
-  // Full thickness up to y = 8, then only the part x < 1 or x < 2 of four.
+  // Full thickness up to y = 8, then only the part x < 1 or x < 2 of the thickness of four.
   for (const double width : {1.0, 2.0}) {
     const CrackSurface cracks =
         surface([](const Point& p) { return p[2] > plane_0 ? 1 : 0; },
@@ -291,9 +292,9 @@ TEST_F(CrackPath, PatternsFollowTheSharesOfTheLigaments) {
 }
 
 TEST_F(CrackPath, OverlapIsTheShareInWhichOnePathIsTheOtherTurned) {
-  // A band of 1.6 m, a tenth of the width, counts as over each other.
+  // Within a band of 1.6 m, a tenth of the width, paths overlap.
   struct Case {
-    double end_0, end_1, shift;  // notch 1's path runs beside its plane by this
+    double end_0, end_1, shift;  // notch 1's path is offset from its plane by this
     double expected;
   };
   for (const Case& c : {Case{16, 0, 0, 1}, Case{16, 6, 0, 0.5}, Case{10, 6, 0, 1}, Case{16, 12, 0, 0},
@@ -309,7 +310,7 @@ TEST_F(CrackPath, OverlapIsTheShareInWhichOnePathIsTheOtherTurned) {
         });
     const double found = path_overlap(mesh.body(), cracks, 0, 1);
     std::printf("up to y = %g and %g, %g beside: overlap %.2f\n", c.end_0, c.end_1, c.shift, found);
-    EXPECT_NEAR(found, c.expected, 0.09);  // stations, and the step beside the tip
+    EXPECT_NEAR(found, c.expected, 0.09);  // discrete stations, and the step beside the tip
     EXPECT_EQ(path_overlap(mesh.body(), cracks, 1, 0), found);
     EXPECT_EQ(pattern_overlap(mesh.body(), cracks), found);
     if (c.shift == 3) {
@@ -323,7 +324,7 @@ TEST_F(CrackPath, OverlapIsTheShareInWhichOnePathIsTheOtherTurned) {
 }
 
 TEST_F(CrackPath, OverlapTurnsAndDoesNotMirror) {
-  // Steps by the same height: once both along +z, once as each other's image.
+  // Steps of equal height: once both along +z, once anti-symmetric.
   for (const double sign : {1.0, -1.0}) {
     const CrackSurface cracks = surface(
         [&](const Point& p) {
@@ -348,7 +349,7 @@ TEST_F(CrackPath, ACrackAwayFromTheNotchesIsAnotherPattern) {
 TEST_F(CrackPath, BifurcationsAreForksWithLongBranches) {
   struct Case {
     const char* name;
-    double fork, end;  // the second branch leaves at y = fork and ends at y = end
+    double fork, end;  // the second branch starts at y = fork and ends at y = end
     int expected;
   };
   for (const Case& c : {Case{"none", 20, 20, 0}, Case{"long", 7.5, 16, 1}, Case{"short", 7.5, 9, 0}}) {
@@ -401,7 +402,7 @@ TEST_F(CrackPath, ACrackThatTurnsBackIsNoBifurcation) {
 }
 
 TEST_F(CrackPath, SpeedOfAnEvenFrontIsExact) {
-  // One layer of cubes after the other, in even intervals.
+  // One layer of cubes after another, at equal intervals.
   const double speed = 250;
   const CrackSurface cracks =
       surface([](const Point& p) { return p[2] > plane_0 ? 1 : 0; },
@@ -427,11 +428,11 @@ TEST_F(CrackPath, SpeedIsTheLargestOfAWindowAndLeavesTheStartOut) {
   auto breaks = mesh.break_between([](const Point& p) { return p[2] > plane_0 ? 1 : 0; }, time);
   for (auto& broken : breaks) broken.load_time = -10;
   EXPECT_EQ(max_crack_speed(mesh.body(), make_crack_surface(mesh.body(), mesh.realization(), breaks, 0)), 0);
-  EXPECT_EQ(max_crack_speed(mesh.body(), straight(16)), 0);  // all at once: before the dynamic phase
+  EXPECT_EQ(max_crack_speed(mesh.body(), straight(16)), 0);  // all at once, before the dynamic phase
   EXPECT_EQ(max_crack_speed(mesh.body(), CrackSurface{}), 0);
 }
 
-/// A plate whose crack runs 36 layers of cubes far through a thickness of several columns.
+/// A plate whose crack runs through 36 layers of cubes, with a thickness of several columns.
 double speed_through_long_plate(const std::function<double(const Point& p, double layer)>& time) {
   const double plane = 8.5;
   const StructuredMesh mesh(input::Specimen{{8, 40, 16}, {{input::Face::y_min, plane, 4, 1}}});
@@ -453,7 +454,7 @@ TEST(CrackSpeed, IsNotThatOfABreakFarAheadThatTheFrontJoinsLater) {
 }
 
 TEST(CrackSpeed, LeavesOutTheJumpOverALongIslandButNotTheWayBehindIt) {
-  // Twelve layers open early; behind them the front is twice as fast.
+  // Twelve layers open early; beyond them the front is twice as fast.
   EXPECT_NEAR(speed_through_long_plate([](const Point&, double layer) {
                 if (layer >= 12 && layer < 24) return 1.0 / 250;
                 return layer < 12 ? layer / 250 : 14.0 / 250 + (layer - 24) / 500;
@@ -467,13 +468,13 @@ TEST(CrackSpeed, OfAFrontThatLeadsFarOnOneSideIsExact) {
               250, 1e-6);
 }
 
-/// Measured over true speeds of made fronts, less 1.
+/// Relative error of the measured speed of synthetic fronts.
 class MadeFronts : public testing::Test {
 protected:
-  using Arrival = std::function<double(double advance)>;  // time [s] at which the front is there [mm]
+  using Arrival = std::function<double(double advance)>;  // arrival time [s] of the front at an advance [mm]
   enum class Rule { centroid, first_node };
 
-  /// @param scatter standard deviation of the place where a tetrahedron breaks [spacings]
+  /// @param scatter standard deviation of the position where a tetrahedron breaks [spacings]
   void measure(const Arrival& arrival, const std::function<double(double window)>& speed, double spacing,
                double thickness, Rule rule, double scatter, int n_samples = 6) {
     double sum = 0;
@@ -514,7 +515,7 @@ TEST_F(MadeFronts, AtConstantSpeed) {
           at(500), [](double) { return 500; }, spacing, thickness, Rule::centroid, scatter);
       EXPECT_LT(worst, 0.01);
     }
-    // With the scatter of the mesh alone, and with much more than fronts have.
+    // With the scatter of the mesh alone, and with far more than real fronts have.
     measure(
         at(500), [](double) { return 500; }, spacing, thickness, Rule::first_node, 0);
     EXPECT_LT(std::abs(bias), 0.01);
@@ -549,7 +550,7 @@ TEST_F(MadeFronts, WithConstantAcceleration) {
 }
 
 TEST_F(MadeFronts, ThatAreFastInTheMiddle) {
-  // 500 m/s between 6 and 12 mm, 200 m/s before and behind.
+  // 500 m/s between 6 and 12 mm, 200 m/s before and after.
   const auto arrival = [](double place) {
     return std::min(place, 6.0) / 200 + std::clamp(place - 6, 0.0, 6.0) / 500 +
            std::max(place - 12, 0.0) / 200;
@@ -564,7 +565,7 @@ TEST_F(MadeFronts, ThatAreFastInTheMiddle) {
 }
 
 TEST_F(MadeFronts, ThatJumpOverWhatOpenedAhead) {
-  // What lies between 8 and 12 mm opens when the front is at 2 mm.
+  // Facets between 8 and 12 mm open when the front is at 2 mm.
   const auto arrival = [](double place) {
     return place > 8 && place < 12 ? 2.0 / 500 : (place < 8 ? place : place - 3.8) / 500;
   };
@@ -586,8 +587,8 @@ TEST_F(MadeFronts, DoNotDependOnTheOrderOfWhatBreaksAtOneTime) {
   EXPECT_NEAR(max_crack_speed(crack.body(), surface), found, 1e-9 * found);
 }
 
-/// A plate 24 wide (y) and 16 long (z) with notches 4 deep and 1 high: notch 0 in z-min with its plane y
-/// = 8.5, notch 1 in y-max with its plane z = 11.5. Their cracks have come to z = 9 and to y = 12.
+/// A plate 24 wide (y) and 16 long (z) with notches 4 deep and 1 high: notch 0 in z-min with its plane y =
+/// 8.5, notch 1 in y-max with its plane z = 11.5. Their cracks have reached z = 9 and y = 12.
 class CrackPathAtZFace : public testing::Test {
 protected:
   StructuredMesh mesh{
@@ -610,7 +611,7 @@ TEST_F(CrackPathAtZFace, CrossesTheSectionsAlongItsWay) {
   ASSERT_EQ(crossings.size(), 10u);
   for (const SectionCrossing& found : crossings)
     std::printf("position %.15g, branches %zu\n", found.position, found.arms.size());
-  // Of notch 0 the sections z = 6.5 and 8.5, at y; of notch 1 the section y = 14.5, at z.
+  // For notch 0 the sections z = 6.5 and 8.5, at y; for notch 1 the section y = 14.5, at z.
   for (std::size_t i = 0; i < crossings.size(); ++i) {
     const bool arrived = i == 2 || i == 3 || i == 6;
     EXPECT_EQ(crossings[i].arms.size(), arrived ? 1 : 0) << i;

@@ -177,7 +177,7 @@ protected:
     return result;
   }
 
-  /// Whether a tetrahedron shares an edge with one of the others.
+  /// True if a tetrahedron shares an edge with one of the others.
   bool touches(std::int64_t tetrahedron, const std::vector<std::int64_t>& others) const {
     const auto& all = mesh.realization().tetrahedra;
     const auto& nodes = all[index(tetrahedron)];
@@ -193,8 +193,8 @@ protected:
 };
 
 TEST_F(CrackOrigin, BreaksThatShareOnlyANodeAreSeparateCracks) {
-  // The tetrahedra of cubes (x, y, z) and (x, y + 1, z + 1) share at least the edge along x between the
-  // cubes when they hold it; those of (x, y, z) and (x + 1, y + 1, z + 1) share the corner only.
+  // The tetrahedra of cubes (x, y, z) and (x, y + 1, z + 1) share at least the edge along x between the cubes
+  // if they contain it; those of (x, y, z) and (x + 1, y + 1, z + 1) share the corner only.
   const auto touching = cracks_of({in_cube(1, 8, 10), in_cube(2, 9, 11)});
   EXPECT_EQ(notches(touching), (std::vector{-1, -1}));
   const auto same = cracks_of({in_cube(1, 8, 10, 0), in_cube(1, 8, 10, 3)});
@@ -209,7 +209,7 @@ TEST_F(CrackOrigin, CracksTakeTheNotchTheyTouch) {
 }
 
 TEST_F(CrackOrigin, ACrackAheadJoinsTheOneThatReachesItAndKeepsTheFirstNumber) {
-  auto order = row(8, 9, 8);  // ahead of notch 0, first; then a stray one; then from the tip up to it
+  auto order = row(8, 9, 8);  // first ahead of notch 0; then a stray one; then from the tip up to it
   order.push_back(in_cube(2, 8, 20));
   const auto rest = row(4, 8, 8);
   order.insert(order.end(), rest.begin(), rest.end());
@@ -222,7 +222,7 @@ TEST_F(CrackOrigin, ACrackAheadJoinsTheOneThatReachesItAndKeepsTheFirstNumber) {
 
 TEST_F(CrackOrigin, CracksOfTwoNotchesStayApartAndTheRunningOneTakesTheMeetingPlace) {
   for (const bool upper_runs : {false, true}) {
-    // Both cracks in the plane of notch 1 would not meet: bring the one of notch 0 over to it.
+    // In the plane of notch 1 the cracks would not meet: extend the one of notch 0 towards it.
     std::vector<std::int64_t> lower = row(4, 8, 8);
     for (int z = 9; z < 15; ++z) {
       for (std::size_t k = 0; k < 6; ++k) lower.push_back(in_cube(0, 7, z, k));

@@ -39,7 +39,7 @@ Vector direction(double degrees) {
   return {0, std::cos(angle), std::sin(angle)};
 }
 
-/// What the analysis asks of a plate with a slanted slot, whose tip alone matters, an octagonal hole and a
+/// The analysis data of a plate with a slanted slot, of which only the tip matters, an octagonal hole and a
 /// free surface.
 class PlateWithHole : public test::BodyOfShape {
 public:
@@ -86,7 +86,7 @@ public:
   }
 
 private:
-  /// A rectangle through the thickness with this middle.
+  /// Adds a rectangle through the thickness with this centre.
   void add_side(const Point& middle, const Vector& outward, double extent) {
     const Vector along{0, -outward[2], outward[1]};
     shape_.faces.push_back(
@@ -103,10 +103,10 @@ public:
   static constexpr double step = 0.2 * mm;  // of the squares
   static constexpr double spacing = 3 * std::numbers::sqrt2 * step;
 
-  /// A crack of its own: then further pieces belong to it.
+  /// Starts a new crack, to which further pieces belong.
   void begin(std::int32_t start) { surface_.cracks.push_back({start, 0, 0, 0}); }
 
-  /// A plane piece through the thickness that starts at a time and grows from `from` on.
+  /// A plane piece through the thickness that starts at a time and grows away from `from`.
   /// @return the time at its end
   double add(const Point& from, double degrees, double extent, double speed, double time) {
     const Vector along = direction(degrees);
@@ -141,7 +141,7 @@ private:
   CrackSurface surface_;
 };
 
-/// Of the hole's side that faces this way.
+/// Point on the hole's side facing in this direction.
 Point rim(double degrees) {
   return hole + hole_radius * direction(degrees);
 }
@@ -150,7 +150,7 @@ input::Sections lines(std::vector<input::SectionLine> given) {
   return {.y = {}, .z = {}, .lines = std::move(given)};
 }
 
-/// A line across the direction, through a point, from 7 mm on one of its sides to 5 mm on the other.
+/// A line through a point, normal to the direction, from 7 mm on one side to 5 mm on the other.
 input::SectionLine line_across(const Point& place, double degrees) {
   const Vector across = direction(degrees + 90);
   const Point from = place - 7 * mm * across;
@@ -277,7 +277,7 @@ TEST_F(CrackWays, AKinkedCrackIsMeasuredTowardsItsEnd) {
 }
 
 TEST_F(CrackWays, ACrackFromAHoleToBothSidesIsTwo) {
-  // Connected, as where the rim between them has broken.
+  // Connected, as if the rim between them had broken.
   made.begin(round_hole);
   made.add(rim(0), 0, 22 * mm, 400, 0);
   made.add(rim(180), 180, 12 * mm, 200, 1e-5);
@@ -361,7 +361,7 @@ public:
 
 TEST(CrackStarts, TheFreeSurfaceHasWhatTouchesNoOtherOne) {
   const test::StructuredMesh mesh(test::notched_plate());
-  // Cracks in the planes of both notches, and one of the second that does not touch it.
+  // Cracks in the planes of both notches, and one of the second notch that does not touch it.
   const auto breaks = mesh.break_between(
       [](const Point& p) { return p[2] > 15.5  ? 2
                                   : p[2] > 8.5 ? 1
@@ -386,7 +386,7 @@ TEST(CrackStarts, TheFreeSurfaceHasWhatTouchesNoOtherOne) {
   starts.push_back(free_surface);
   EXPECT_EQ(owners(starts), (Owners{0, 2, 1}));
   EXPECT_EQ(owners({starts[0], free_surface}), (Owners{0, 1, 1}));
-  // Without a ligament any touch counts, far behind the tip too.
+  // Without a ligament any contact counts, even far behind the tip.
   CrackStart any = starts[1];
   EXPECT_FALSE(any.claims(any.faces[0], any.tip - 2 * any.reach * any.direction * any.along));
   any.is_straight = false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How many of the forks that there are are found, and how many that are not: on tetrahedra of disturbed
-// Delaunay tessellations that made surfaces cut.
+// Detection rates and false positives of forks, on perturbed Delaunay tessellations cut by synthetic
+// surfaces.
 #include "crackle/analysis/forks.h"
 #include "crackle/common/index.h"
 #include "crackle/geometry/mother_points.h"
@@ -22,13 +22,13 @@ namespace {
 
 using geometry::Point;
 
-// In spacings: a plate 8 thick, 34 wide and 40 long, whose notch ends at y = 4, z = 20.
+// In spacings: a plate 8 thick, 34 wide and 40 long, with a notch that ends at y = 4, z = 20.
 constexpr double thickness = 8;
 constexpr double tip = 3;
 constexpr double width = 28;
 constexpr double plane = 18;
-constexpr double spacing = 0.5e-3;  // mean length of the tetrahedra's edges [m]
-/// Spacing of points whose tetrahedra have edges of that length.
+constexpr double spacing = 0.5e-3;  // mean edge length of the tetrahedra [m]
+/// Spacing of points whose tetrahedra have that mean edge length.
 constexpr double of_points = spacing / 1.16;
 
 /// A random smooth surface height over x and y [spacings].
@@ -56,29 +56,29 @@ private:
   std::vector<Wave> waves_;
 };
 
-/// A crack along z = plane with arms that leave it; lengths in spacings, angles in degrees.
+/// A synthetic crack along z = plane with arms; lengths in spacings, angles in degrees.
 struct Made {
   const char* name = "";
   int arms = 2;             ///< 1: no fork
   double length = 10;       ///< of the shorter arms
   double half_angle = 20;   ///< between neighbouring arms
-  double share = 1;         ///< of the thickness that the shorter arms cross
-  double roughness = 0.2;   ///< standard deviation of the surfaces' heights
-  double touching = 0.1;    ///< share of the tetrahedra beside the crack that break
-  double strays = 0;        ///< single breaks for each spacing of the crack's way
-  double distance = 0;      ///< the arms run side by side at this distance instead of at an angle
+  double share = 1;         ///< of the thickness, covered by the shorter arms
+  double roughness = 0.2;   ///< standard deviation of the surface heights
+  double touching = 0.1;    ///< share of the tetrahedra next to the crack that break
+  double strays = 0;        ///< single breaks per spacing of crack advance
+  double distance = 0;      ///< non-zero: the arms are parallel at this distance instead of at an angle
   double s_shape = 0;       ///< amplitude of the path
   double tilt = 0;          ///< of the crack through the thickness
-  bool is_twisted = false;  ///< each half of the thickness has one of the arms
+  bool is_twisted = false;  ///< each half of the thickness contains one of the arms
   bool has_spurs = false;   ///< arms of 2 spacings at several places
-  bool meets = false;       ///< arms side by side that meet once on their way
+  bool meets = false;       ///< parallel arms that meet once
 };
 
 struct Counts {
   int samples = 0;
-  int projected = 0;  ///< samples with as many forks as were made
+  int projected = 0;  ///< samples in which the correct number of forks was found
   int in_space = 0;
-  int any_projected = 0;  ///< samples with a fork
+  int any_projected = 0;  ///< samples with any fork
   int any_in_space = 0;
 };
 
@@ -115,7 +115,7 @@ protected:
     const double fork = made.has_spurs ? 6 : random.uniform(5, 8);
     const double above = random.uniform(-0.5, 0.5);
     const double phase = random.uniform(0, 2 * std::numbers::pi);
-    const bool is_up = random.uniform() < 0.5;  // which one of two arms is the shorter
+    const bool is_up = random.uniform() < 0.5;  // selects the shorter one of two arms
     const double covered = made.share * thickness;
     const double first_x = random.uniform(0, thickness - covered);
     std::vector<Roughness> surface;
@@ -126,7 +126,7 @@ protected:
       return plane + above + made.tilt * (x - thickness / 2) +
              made.s_shape * (std::sin(2 * std::numbers::pi * (y - tip) / 30 + phase) - std::sin(phase));
     };
-    // Heights of the arms in ascending order; arms meet where the roughness makes them cross.
+    // Heights of the arms in ascending order; arms meet where they cross due to roughness.
     const auto heights = [&](const Point& p) {
       const double x = p[0] / spacing;
       const double y = p[1] / spacing;
@@ -136,7 +136,7 @@ protected:
       std::array<double, 3> z{};
       for (int i = 0; i < made.arms; ++i) {
         const auto k = static_cast<std::size_t>(i);
-        // Before the fork all are the same surface; from there on each becomes rough on its own.
+        // Before the fork all are the same surface; beyond it each has its own roughness.
         const double own = std::min(way / 2, 1.0);
         const double rough_z = (1 - own) * surface[0](x, y) + own * surface[k](x, y);
         z[k] = trunk(x, y) + rough_z + (2.0 * i - (made.arms - 1)) * half;
@@ -183,7 +183,7 @@ protected:
       cutting.is_stray = [&](const Point& p, RandomStream& stream) {
         const double y = p[1] / spacing;
         if (y < tip || std::abs(p[2] / spacing - trunk(p[0] / spacing, y)) > 4) return false;
-        // There are some 9 tetrahedra to a cube of one spacing.
+        // There are about 9 tetrahedra per cube of one spacing.
         return stream.uniform() < made.strays / (9 * 8 * thickness);
       };
     }
@@ -216,14 +216,14 @@ protected:
   static inline std::vector<geometry::Realization> realizations;
 };
 
-// In spacings. The rows say which share of them must be found right, in the projection and in space [%].
+// In spacings. Each row gives the minimum share of correct results, in the projection and in space [%].
 struct Row {
   Made made;
   double projected;
   double in_space;
 };
 
-// Arms that are two spacings and more apart over four: these are found.
+// Arms at least two spacings apart over a length of four: these are found.
 const std::vector<Row> forks{
     {{.name = "half angle 20 degrees, 7 long", .length = 6.9}, 90, 95},
     {{.name = "half angle 30 degrees, 6 long", .length = 6, .half_angle = 30}, 95, 95},
@@ -238,7 +238,7 @@ const std::vector<Row> forks{
     {{.name = "tilted by 1:2", .tilt = 0.5}, 0, 95},
 };
 
-// Where the arms' own thickness and roughness close the gap; stated, not asserted.
+// The arms' own thickness and roughness close the gap; reported, not asserted.
 const std::vector<Row> at_the_limit{
     {{.name = "half angle 10 degrees, 9.8 long", .length = 9.8, .half_angle = 10}, 0, 0},
     {{.name = "half angle 20 degrees, 4 long", .length = 4}, 0, 0},
@@ -286,7 +286,7 @@ TEST_F(MadeForks, WhoseArmsMeetAndPartAgainHaveTheirWholeLength) {
   for (std::uint64_t i = 0; i < n; ++i) {
     const Made made{.length = 9.5, .distance = 4, .meets = true};
     const CrackArms arms = find_forks(*body, make(made, i));
-    // From the first parting on; either part alone is shorter.
+    // From the first branching on; either part alone is shorter.
     n_whole += std::ranges::any_of(
         arms.forks, [](const Fork& fork) { return fork.is_in_projection && fork.length > 7 * spacing; });
   }
@@ -301,7 +301,7 @@ TEST_F(MadeForks, OfATwistedCrackAreInTheProjectionOnly) {
   EXPECT_EQ(found.any_projected, 10);
 }
 
-// All rows with 200 samples each: some minutes.
+// All rows with 200 samples each: takes minutes.
 TEST_F(MadeForks, DISABLED_Table) {
   head();
   for (const auto* rows : {&forks, &at_the_limit, &no_forks})

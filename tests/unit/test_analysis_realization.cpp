@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Crack paths on disturbed Delaunay tessellations, where crack surfaces are as rough as those of the
+// Crack paths on perturbed Delaunay tessellations, where crack surfaces are as rough as those of the
 // mechanics.
 #include "crackle/analysis/crack_path.h"
 #include "crackle/geometry/mother_points.h"
@@ -23,7 +23,7 @@ using geometry::Point;
 constexpr double mm = 1e-3;
 constexpr double spacing = 0.6 * mm;
 
-/// The middle of the paper's plate, with its notches, at z = 15 mm and 25 mm.
+/// The centre of the paper's plate, with its notches, at z = 15 mm and 25 mm.
 class CrackOnRealization : public testing::Test {
 protected:
   static void SetUpTestSuite() {
@@ -46,9 +46,9 @@ protected:
     body.reset();
   }
 
-  /// The crack between points of different labels; each break with a random one of the seven cuts, as where
-  /// neighbouring tetrahedra choose differently, and with stray breaks: a share of the tetrahedra that touch
-  /// the crack breaks too.
+  /// The crack between points of different labels; each break has a random one of the seven cuts, as if
+  /// neighbouring tetrahedra chose differently, and there are stray breaks: a share of the tetrahedra that
+  /// touch the crack breaks too.
   static CrackSurface crack(const std::function<int(const Point&)>& label,
                             const std::function<bool(const Point&)>& is_cracked, double stray_share) {
     return test::cut(*body, *realization,
@@ -62,7 +62,7 @@ protected:
   static inline std::unique_ptr<geometry::Realization> realization;
 };
 
-/// From the tip of notch 0 up and bending away from its plane.
+/// From the tip of notch 0 upwards, bending away from its plane.
 double bent_path(double y) {
   return 15 * mm + 0.012 / mm * (y - 6 * mm) * (y - 6 * mm);
 }
@@ -90,7 +90,8 @@ TEST_F(CrackOnRealization, RoughCracksAreReadAsOnePath) {
 }
 
 TEST_F(CrackOnRealization, ARoughForkIsOneBifurcation) {
-  // At y = 10 mm a second branch leaves by 40 degrees; it ends there, or too short at 12 mm, or at 20 mm.
+  // At y = 10 mm a second branch leaves at 40 degrees; it ends there, or at 12 mm, which is too short, or at
+  // 20 mm.
   const double fork = 10 * mm;
   const auto branch = [&](double y) { return 15 * mm - 0.84 * (y - fork); };
   for (const double end : {10 * mm, 12 * mm, 20 * mm}) {
@@ -123,7 +124,7 @@ TEST_F(CrackOnRealization, TwoRoughCracksAreThePatternOfTwo) {
             0.1);
   const auto shares = crossed_shares(*body, surface);
   std::printf("shares %.2f and %.2f of 0.59 and 0.57\n", shares[0], shares[1]);
-  constexpr double local_spacing = 1 / 18.5;  // at the cracks' ends, over the ligament
+  constexpr double local_spacing = 1 / 18.5;  // at the ends of the cracks, relative to the ligament
   EXPECT_NEAR(shares[0], 11 / 18.5, local_spacing);
   EXPECT_NEAR(shares[1], 10.5 / 18.5, local_spacing);
   EXPECT_EQ(classify(*body, surface), Pattern::two_cracks);

@@ -63,7 +63,7 @@ TEST(SampleSummary, SummarisesASampleWithTwoCracks) {
   EXPECT_THAT(row.branches, testing::ElementsAre(1, 0, 1, 0));
 }
 
-/// A row in which every result has a value of its own.
+/// A row in which every result has a different value.
 SampleSummary some_row() {
   SampleSummary row = empty_summary(2, 2, SampleStatus::done, "a reason");
   row.note = "a note";

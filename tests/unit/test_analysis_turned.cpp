@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A body and its cracks turned in the y-z plane: nothing that the analysis measures may depend on the axes.
+// A body and its cracks rotated in the y-z plane: no measure of the analysis may depend on the axes.
 #include "crackle/analysis/crack_line.h"
 #include "crackle/analysis/crack_path.h"
 #include "support/body_of_shape.h"
@@ -17,7 +17,7 @@ namespace {
 
 using geometry::Point;
 
-/// By 35 degrees, with a shift that keeps the body at positive coordinates.
+/// Rotated by 35 degrees, with a shift that keeps the body at positive coordinates.
 Vector turned(const Vector& v) {
   const double c = std::cos(0.61);
   const double s = std::sin(0.61);
@@ -28,7 +28,7 @@ Point moved(const Point& p) {
   return {q[0], q[1] + 30, q[2] + 1};
 }
 
-/// What the analysis asks of a body, turned.
+/// The analysis data of a body, rotated.
 class TurnedBody final : public test::BodyOfShape {
 public:
   explicit TurnedBody(const geometry::Body& body) {
@@ -97,7 +97,7 @@ TEST_F(Turned, LinesAreTurnedToo) {
   }
 }
 
-// The crossing lies where the plane of the section meets the plane of the crack.
+// The crossing lies at the intersection of the section's plane and the crack's plane.
 TEST_F(Turned, SectionsCutAcrossTheLigament) {
   const CrackSurface surface = moved_surface(cracks(8, 12));
   const Point place = moved({0, 6, 8.5});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a node and its control groups leave, from made-up trees of /proc and /sys.
+// Memory left by a node and its control groups, from mock trees of /proc and /sys.
 #include "crackle/ensemble/memory.h"
 #include "crackle/ensemble/realization_queue.h"
 #include "crackle/geometry/mother_points.h"
@@ -82,7 +82,7 @@ TEST(MemoryDemand, MakingAMeshTakesNoFramesAndNoOtherRanks) {
   parameters.output.frames = 100000;
   const double mesh = expected_mesh_memory(parameters, body);
   EXPECT_LT(mesh, 1e-3 * expected_memory_demand(parameters, body, one_group(1)).root);
-  // 270 bytes for each of 5.5 tetrahedra of each node.
+  // 270 bytes for each of 5.5 tetrahedra per node.
   EXPECT_NEAR(mesh, 50e6 + 270 * 5.5 * geometry::estimate_n_points(body, parameters.mesh), 1e3);
 }
 

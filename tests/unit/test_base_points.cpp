@@ -42,7 +42,7 @@ input::Parameters small_plate(input::Base base) {
 
 TEST(BasePoints, AreSharedOrEachSamplesOwn) {
   const auto nodes = [](input::Base base, std::uint64_t sample, int attempt = 0) {
-    const auto parameters = small_plate(base);  // undisturbed: the nodes are the base points
+    const auto parameters = small_plate(base);  // unperturbed: the nodes are the base points
     const geometry::NotchedBox body(parameters.specimen);
     const auto shared = make_shared_points(body, parameters);
     EXPECT_EQ(shared.size() == 0, base == input::Base::own);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What breaks at the ends of steps, with stresses that follow a script.
+// Breaking at the ends of steps, with scripted stresses.
 #include "crackle/dynamics/breaking_check.h"
 
 #include "support/box_mesh.h"
@@ -22,7 +22,7 @@ namespace {
 constexpr double strength = 35e6, stable_step = 6e-8;
 constexpr std::int32_t loaded = 2;
 
-/// One tetrahedron under uniaxial tension that depends on time alone, the others without load.
+/// One tetrahedron under time-dependent uniaxial tension, the others unloaded.
 class ScriptedMotion final : public MovingBody {
 public:
   ScriptedMotion(const fracture::BreakableBody& body, std::function<double(double)> stress, double share)
@@ -73,8 +73,8 @@ protected:
     double impulse;
   };
 
-  /// @param stress as a function of time; from time 0 on
-  /// @param restart the check is made anew after this many steps
+  /// @param stress as a function of time, starting at 0
+  /// @param restart recreates the check after this many steps
   End run(const std::function<double(double)>& stress, double step, int n_steps, double impulse = 1e4,
           int restart = -1) const {
     const auto mesh = test::make_box({.cells = {1, 1, 1}});
@@ -105,7 +105,7 @@ protected:
 
 TEST_F(ScriptedBreaking, OfConstantRateIsAtTheEndOfAStepNearestToTheMomentOfFailure) {
   const double rate = 3e6 / 5e-8;
-  const double needed = std::cbrt(3 * 1e4 / (rate * rate));  // from the strength on
+  const double needed = std::cbrt(3 * 1e4 / (rate * rate));  // after reaching the strength
   for (const double step : {1e-9, 5e-9, 1.3e-8, 2.7e-8, 5.4e-8}) {
     double mean = 0;
     const int n_phases = 40;
@@ -117,12 +117,13 @@ TEST_F(ScriptedBreaking, OfConstantRateIsAtTheEndOfAStepNearestToTheMomentOfFail
       mean += late / n_phases;
     }
     std::printf("step %4.1f ns: %+.4f steps late on average\n", 1e9 * step, mean / step);
-    EXPECT_NEAR(mean, 0, 0.03 * step);  // 40 phases
+    EXPECT_NEAR(mean, 0, 0.03 * step);  // 40 phase shifts
   }
 }
 
 TEST_F(ScriptedBreaking, ForeseesAStressThatRisesFasterAndFaster) {
-  // At rest 5 MPa below the strength, and some 200 ns later past it at 3.5 MPa in 50 ns, as at a crack front.
+  // Constant at 5 MPa below the strength, then after about 200 ns 3.5 MPa above it within 50 ns, as at a
+  // crack front.
   const double step = 5.4e-8;
   double mean = 0;
   const int n_phases = 40;
@@ -139,7 +140,7 @@ TEST_F(ScriptedBreaking, ForeseesAStressThatRisesFasterAndFaster) {
 }
 
 TEST_F(ScriptedBreaking, CountsTheStepInWhichTheStressFalls) {
-  // From 5 MPa below the strength up to 2 MPa above and down again.
+  // From 5 MPa below the strength to 2 MPa above and back.
   const double rate = 7e6 / 3e-8;
   const auto stress = [&](double t) { return strength + 2e6 - rate * std::abs(t - 3e-8); };
   const double expected = 2 * std::pow(2e6, 3) / (3 * rate);

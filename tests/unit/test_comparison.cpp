@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Comparison of ensembles: intervals and probabilities by hand, against published examples, and how often
-// they hold.
+// Comparison of ensembles: intervals and p-values by hand, against published examples, and their coverage.
 #include "crackle/analysis/comparison.h"
 #include "crackle/common/random.h"
 
@@ -16,14 +15,14 @@ namespace crackle::analysis {
 namespace {
 
 TEST(Comparison, PermutationsOfAFewValuesByHand) {
-  // Of the 20 ways to choose three of six values, these two are the farthest apart.
+  // Among the 20 ways to choose three of six values, these two have the largest difference.
   EXPECT_DOUBLE_EQ(permutation_probability({{1, 2, 3}, {4, 5, 6}}), 0.1);
   EXPECT_DOUBLE_EQ(permutation_probability({{4, 5, 6}, {1, 2, 3}}), 0.1) << "two-sided";
-  // Of pairs with differences of one sign, 2 of 2^5 have the greatest mean.
+  // For pairs with differences of one sign, 2 of 2^5 have the largest mean.
   EXPECT_DOUBLE_EQ(permutation_probability({{1, 2, 3, 4, 5}, {2, 4, 6, 5, 8}, true}), 2.0 / 32);
   EXPECT_DOUBLE_EQ(permutation_probability({{1, 1}, {1, 1}}), 1);
   EXPECT_DOUBLE_EQ(permutation_probability({{}, {1}}), 1);
-  // Every one of 126 ways: as Fisher's exact test of 4 of 4 against 0 of 5.
+  // One of 126 ways: as Fisher's exact test of 4 of 4 against 0 of 5.
   EXPECT_DOUBLE_EQ(permutation_probability({{1, 1, 1, 1}, {0, 0, 0, 0, 0}}), 1.0 / 126);
 }
 
@@ -36,7 +35,7 @@ TEST(Comparison, MeansByHand) {
   EXPECT_DOUBLE_EQ(welch.value, 1.7);
   EXPECT_NEAR(welch.lower, -3.5012378177939056, 1e-9);
   EXPECT_NEAR(welch.upper, 6.901237817793907, 1e-9);
-  // Of pairs with differences 1, 2 and 6: as in test_statistics for 2 degrees of freedom.
+  // For pairs with differences 1, 2 and 6: as in test_statistics for 2 degrees of freedom.
   const Difference paired = difference_of_means({{0, 0, 0}, {1, 2, 6}, true}, 0.95);
   EXPECT_DOUBLE_EQ(paired.value, 3);
   EXPECT_NEAR((paired.upper - paired.lower) / 2, 4.302652729749464 * std::sqrt(7.0 / 3), 1e-10);
@@ -59,7 +58,7 @@ TEST(Comparison, SharesAsInNewcombesTables) {
   const Difference extreme = difference_of_shares({ones(0, 20), ones(10, 10)}, 0.95);
   EXPECT_NEAR(extreme.lower, 0.6791, 5e-5);
   EXPECT_NEAR(extreme.upper, 1, 1e-12);
-  // Of pairs, ibid. 2635: 1 - 1 in all of them has both ends at the ends of Wilson's intervals.
+  // For pairs, ibid. 2635: 1 - 1 in all of them has both ends at the ends of Wilson's intervals.
   TwoSamples pairs{ones(0, 10), ones(10, 10), true};
   const Difference paired = difference_of_shares(pairs, 0.95);
   EXPECT_EQ(paired.value, 1);
@@ -86,17 +85,17 @@ TEST(Comparison, EnergyDistanceByHand) {
   EXPECT_DOUBLE_EQ(found.probability, 2.0 / 6);
   const EnergyDistance same = energy_distance({{{0, 1}, {2, 5}}, {{0, 1}, {2, 5}}});
   EXPECT_NEAR(same.value, 0, 1e-12);
-  // The section that one path does not reach counts for none of its pairs.
+  // The section that one path does not reach is excluded from all its pairs.
   EXPECT_DOUBLE_EQ(energy_distance({{{0, none}, {1, none}}, {{3, 7}, {4, 8}}}).value, 5);
   EXPECT_TRUE(std::isnan(energy_distance({{{0}}, {{3}, {4}}}).value));
-  // Differences 1 and 2: |D + D'| is 2, 3, 3 and 4, |D - D'| 0, 1, 1 and 0. Of four signs two are as far
-  // apart.
+  // Differences 1 and 2: |D + D'| is 2, 3, 3 and 4, |D - D'| 0, 1, 1 and 0. Of four sign combinations two are
+  // as far apart.
   const EnergyDistance paired = energy_distance({{{0}, {50}}, {{1}, {52}}, true});
   EXPECT_DOUBLE_EQ(paired.value, 2 * (12 - 2) / 4.0);
   EXPECT_DOUBLE_EQ(paired.probability, 0.5);
 }
 
-/// Normal numbers, the second group with another scatter.
+/// Normal numbers, with a different scatter in the second group.
 class DrawnComparison : public ::testing::Test {
 protected:
   std::vector<double> normal(std::size_t n, double mean, double deviation, std::uint64_t trial,
@@ -123,7 +122,7 @@ TEST_F(DrawnComparison, IntervalsHoldAsOftenAsTheySay) {
     TwoSamples null{samples.first, samples.second};
     for (double& value : null.second) value -= 1;
     n_significant += permutation_probability(null) <= 0.05 ? 1 : 0;
-    // Pairs whose first halves have a scatter of their own that they share.
+    // Pairs whose first components share additional scatter.
     TwoSamples pairs{normal(12, 0, 5, trial, "c"), normal(12, 0, 1, trial, "d"), true};
     for (std::size_t i = 0; i < 12; ++i) pairs.second[i] += pairs.first[i];
     n_pairs += holds(difference_of_means(pairs, 0.95), 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Loads and supports on parts of faces: where they act is the same in every realization, to the last digits.
+// Loads and supports on parts of faces: their location is equal in every realization, to the last digits.
 #include "crackle/geometry/condition_region.h"
 #include "crackle/geometry/symmetry.h"
 #include "crackle/mechanics/boundary_loads.h"
@@ -28,7 +28,7 @@ input::Parameters parsed(PlateText plate, const std::string& boundaries) {
   return parameters;
 }
 
-/// Area or length of a region, resultant of a condition over its amplitude, and moment about the origin.
+/// Area or length of a region, and resultant and moment about the origin of a condition, per amplitude.
 struct Wrench {
   double size = 0;
   Vector force{};
@@ -54,7 +54,7 @@ Wrench wrench_of(const input::Parameters& parameters, int condition, std::uint64
   return wrench;
 }
 
-/// Of a load of 1 along `direction` spread evenly over a size whose centroid is given.
+/// For a load of 1 along `direction`, uniform over a size with the given centroid.
 void expect_wrench(const input::Parameters& parameters, int condition, double size, const Vector& centroid,
                    const Vector& direction) {
   for (std::uint64_t sample = 0; sample < 3; ++sample) {
@@ -136,10 +136,10 @@ region = { z = ["0 mm", "0.3 mm"] }
 fix = ["x", "y", "z"]
 )" + traction_on("edge-0", R"({ z = ["19.7 mm", "20 mm"] })"));
   const Wrench first = wrench_of(parameters, 1, 0);
-  // The arc is 2 R acos(1 - 0.3 / 10) long; chords are a little shorter.
+  // The arc length is 2 R acos(1 - 0.3 / 10); chords are slightly shorter.
   const double arc = 20 * std::acos(1 - 0.03) * 3;
   std::printf("arc %.6f mm^2, chords %.6f mm^2\n", arc, first.size / mm / mm);
-  // Of four chords, cut off at 0.3 mm exactly.
+  // Four chords, cut off at exactly 0.3 mm.
   EXPECT_NEAR(first.size / mm / mm, arc, 0.01 * arc);
   EXPECT_LT(first.size / mm / mm, arc);
   for (std::uint64_t sample = 1; sample < 4; ++sample) {
@@ -245,7 +245,7 @@ TEST(ConditionRegion, IsNotCrossedByBoundaryTriangles) {
       << "beside it";
   EXPECT_EQ(body->place({at(1.2, 7, 39.5), at(1.8, 7, 40), at(1.5, 8, 40), below}), Place::solid)
       << "with an edge on the face only";
-  // The border's points move along it, its corners not at all.
+  // The border's points move along it, its corners are fixed.
   EXPECT_EQ(body->movable(at(1.5, 7.5, 40)), 1);
   EXPECT_EQ(body->movable(at(1, 9, 40)), 2);
   EXPECT_EQ(body->movable(at(1, 7.5, 40)), 0);

@@ -29,7 +29,7 @@ TEST(CostModel, SharesAreThoseOfThePartition) {
   const RankWork two = largest_rank_work(bar(), 2);
   std::printf("2 ranks: %ld tetrahedra, %ld ghosts, %d neighbours\n", static_cast<long>(two.tetrahedra),
               static_cast<long>(two.ghosts), two.neighbours);
-  // Half of them and one layer of the halo; one cross-section of 11 x 11 nodes and what METIS adds.
+  // Half of them plus one layer of the halo; a cross-section of 11 x 11 nodes plus METIS's overhead.
   EXPECT_GE(two.tetrahedra, 30000);
   EXPECT_LE(two.tetrahedra, 32500);
   EXPECT_GE(two.ghosts, 121 / 2);
@@ -67,7 +67,7 @@ TEST(CostModel, ASampleIsItsForcesItsStaticPartAndTheRootsWork) {
   machine.root_updates_per_second = 60000;
   const auto all = plans(17, 200, machine);
   EXPECT_DOUBLE_EQ(all[0].sample_seconds, 80000 * 60000.0 / 1e8 + 1.5 + 1);
-  // Ranks share what is static as they work the forces.
+  // Static solves scale with ranks like force evaluations.
   const double faster = all[0].force.total() / all[1].force.total();
   EXPECT_GT(faster, 1.5);
   EXPECT_DOUBLE_EQ(all[1].sample_seconds, (80000 * 60000.0 / 1e8 + 1.5) / faster + 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A motion that has become worthless is noticed by its energies.
+// An invalid motion is detected by its energies.
 #include "crackle/dynamics/energy_account.h"
 
 #include <gmock/gmock.h>

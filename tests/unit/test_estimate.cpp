@@ -29,7 +29,7 @@ TEST(Estimate, CountsStepsAndForceEvaluations) {
   auto phase = phase_work(parameters, 40e-9);
   EXPECT_EQ(phase.grid.step, 5e-9);
   EXPECT_EQ(phase.grid.n_steps, 20000);
-  // Eight kicks in two steps, of which the last shares its force with the first of the next two.
+  // Eight kicks in two steps, the last of which shares its force with the first of the next two.
   EXPECT_EQ(phase.force_evaluations, 70000);
   parameters.time.integrator = input::Integrator::verlet;
   phase = phase_work(parameters, 40e-9);
@@ -69,7 +69,7 @@ TEST(Estimate, ArrestedPhasesAndEquilibriaCount) {
   EXPECT_GT(three.full_durations, 1 + 2 * share);
   EXPECT_LT(three.full_durations, 1 + 2 * (share + 1));
   EXPECT_GT(three.solves, 2 + 3);
-  parameters.time.duration = 1e-6;  // an arrest takes as long as a phase may go on
+  parameters.time.duration = 1e-6;  // an arrest takes as long as a phase may last
   EXPECT_EQ(sample_work(parameters, 3).full_durations, 1 + 2 * dynamics::max_phase_durations);
   parameters.time.start = input::Start::rest;
   EXPECT_EQ(sample_work(parameters, 3).phases, 1);
@@ -100,7 +100,7 @@ TEST(Estimate, CostIsTheSumOfItsParts) {
 TEST(Estimate, OutputGrowsWithFramesNodesAndTetrahedra) {
   auto parameters = paper_like();
   const double with_frames = sample_file_size(parameters, 54695, 293700);
-  // Of sample 0 of jobs/paper/clock-from-zero.toml.
+  // For sample 0 of jobs/paper/clock-from-zero.toml.
   EXPECT_NEAR(with_frames, 13.27e6, 0.25 * 13.27e6);
   parameters.output.frames = 0;
   const double without = sample_file_size(parameters, 54695, 293700);

@@ -31,7 +31,7 @@ input::Parameters parsed(const PlateText& plate) {
   return input::parse(plate.text(), "plate.toml");
 }
 
-/// Bodies with oblique walls, arcs and reflex corners.
+/// Bodies with oblique walls, arcs and re-entrant corners.
 std::vector<PlateText> some_plates() {
   PlateText compact{R"(thickness = "2 mm"
 outline = [["0 mm", "0 mm"], ["25 mm", "0 mm"], ["25 mm", "24 mm"], ["0 mm", "24 mm"]])"};
@@ -147,7 +147,7 @@ TEST(ExtrudedPlate, NamesOfFaces) {
   EXPECT_EQ(body->crack_starts()[0].faces, body->faces_named("notch-0"));
   EXPECT_EQ(body->crack_starts()[1].faces, body->faces_named("hole-0"));
   EXPECT_TRUE(body->crack_starts()[3].is_free_surface);
-  // The round tip is where the slot was to end.
+  // The round tip is at the end of the slot.
   double tip = 0;
   for (const FaceId face : body->crack_starts()[0].faces)
     tip = std::max(tip, body->faces()[index(face)].patch.bounds().upper[1]);
@@ -192,7 +192,7 @@ TEST(ExtrudedPlate, Symmetries) {
 }
 
 TEST(ExtrudedPlate, ASlotThatIsTheNewEndHasItsPlaceInTheSymmetries) {
-  // A disk with a flat on top: the slot's wall is z-max as well.
+  // A disk with a flat at the top: the slot's wall is z-max as well.
   PlateText disk{R"(thickness = "3 mm"
 outline = "circle"
 radius = "25 mm")"};

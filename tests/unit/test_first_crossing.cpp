@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which tetrahedron reaches its strength first, in whatever order and shares they are looked at.
+// Which tetrahedron first reaches its strength, for any order and distribution of tetrahedra.
 #include "crackle/common/random.h"
 #include "crackle/fracture/principal_stress.h"
 
@@ -31,8 +31,7 @@ mechanics::Symmetric random_tensor(RandomStream& stream, double size) {
   return tensor;
 }
 
-/// Many that cross within a small share of each other, some that are as good as at their strength, and some
-/// that do not cross.
+/// Many that cross nearly at the same time, some practically at their strength, and some that do not cross.
 std::vector<Loaded> loaded(std::uint64_t number, double spread) {
   auto stream = RandomStream(5, 0, "crossing").substream(number);
   std::vector<Loaded> all;
@@ -59,7 +58,7 @@ FirstCrossing look(const std::vector<Loaded>& all, const std::vector<std::int64_
   return first;
 }
 
-/// The bits of the time at which a tetrahedron breaks must not tell which others the rank has seen before it.
+/// The bits of the break time must not depend on which other tetrahedra the rank has seen before.
 TEST(FirstCrossing, IsTheSameInEveryOrderAndShare) {
   int n_searched = 0;
   for (std::uint64_t number = 0; number < 17; ++number) {
@@ -69,7 +68,7 @@ TEST(FirstCrossing, IsTheSameInEveryOrderAndShare) {
       std::vector<std::int64_t> order(all.size());
       std::iota(order.begin(), order.end(), 0);
       const FirstCrossing reference = look(all, order, limit);
-      // Every one searched for by itself.
+      // Each searched for separately.
       double smallest = infinity;
       for (const auto& one : all)
         smallest = std::min(smallest, crossing(of, one.stress, one.rate, strength, limit));
@@ -106,7 +105,7 @@ TEST(FirstCrossing, MeetsTheStrength) {
   }
 }
 
-/// Of tetrahedra that cross at the same time to the last bit the smallest number counts.
+/// Among tetrahedra that cross at exactly the same time the smallest number wins.
 TEST(FirstCrossing, TakesTheSmallestNumberOfEqualOnes) {
   const Loaded one{{1e6, 0, 0, 0, 0, 0}, {1e5, 0, 0, 0, 0, 0}};
   FirstCrossing first(of, infinity);

@@ -17,7 +17,7 @@
 namespace crackle::mechanics {
 namespace {
 
-/// A disturbed block with some broken tetrahedra, in small strain and far from where it was made.
+/// A perturbed block with some broken tetrahedra, under small strain and far from its initial position.
 class FixedPointForceTest : public ::testing::Test {
 protected:
   FixedPointForceTest()
@@ -227,7 +227,7 @@ TEST_F(FixedPointForceTest, OwnersHaveGroupsOfFourWithLittlePadding) {
   const auto force = make<float>(subdomain_, body_);
   const double padding = force.padding();
   std::printf("padding: %.2f %% of the edges in pairs\n", 100 * padding);
-  // The small block has few inner edges for each node.
+  // The small block has few inner edges per node.
   EXPECT_LT(padding, 0.15);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Who may take over whose lock: owners on other hosts, in other process namespaces, and in other starts and
-// steps of a SLURM job.
+// Takeover of locks: owners on other hosts, in other process namespaces, and in other starts and steps of a
+// SLURM job.
 #include "crackle/common/whole_number.h"
 #include "crackle/ensemble/folder_lock.h"
 
@@ -128,7 +128,7 @@ TEST(FolderLock, LocksOfEarlierVersionsAreUnderstood) {
   EXPECT_EQ(why_stale(owner, first, just_touched), std::nullopt) << "it may be another step of this start";
   EXPECT_TRUE(why_stale(owner, first, forgotten));
   EXPECT_TRUE(why_stale(owner, in_job(first, "56", 1, "0"), just_touched));
-  // On this host they are looked up, as those versions did.
+  // On this host the process is looked up, as those versions did.
   LockOwner here = dead();
   here.boot = here.pid_namespace = "";
   EXPECT_TRUE(why_stale(here, first, just_touched));
@@ -147,7 +147,7 @@ TEST(FolderLock, ALockThatWasTakenOverIsNotRemovedByItsFormerOwner) {
   EXPECT_TRUE(std::filesystem::exists(file));
 }
 
-/// What is said when a file is to be written into the folder of a lock; empty when it may be.
+/// The error on writing a file into the folder of a lock; empty if allowed.
 std::string loss(const LockMark& mark) {
   try {
     mark.require();
@@ -212,7 +212,7 @@ TEST(FolderLock, IsARegularFile) {
 
 TEST(FolderLock, RangesAreDigitsOnly) {
   const test::TemporaryFolder folder;
-  // The first two are no locks of ranges; the last one is, of another host, and overlaps.
+  // The first two are not locks of ranges; the last one is, from another host, and overlaps.
   for (const char* name : {"lock-0--1", "lock-+0-2", "lock-1-2"})
     std::ofstream(folder.path() / name) << on_host(dead(), "elsewhere").text();
   EXPECT_NO_THROW(FolderLock(folder.path(), {0, 0}));

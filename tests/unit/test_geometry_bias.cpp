@@ -20,18 +20,18 @@ OrientationMoments moments_in(const Realization& realization, const Box& region)
 
 using testing::mm;
 
-/// Bounds on the bias of one realization: for some 10,000 tetrahedra, chance alone gives about half of them.
+/// Bounds on the bias of one realization: for about 10,000 tetrahedra, chance alone gives about half of them.
 constexpr double second_order_bound = 0.02;
 constexpr double fourth_order_bound = 0.02;
 
-/// Bound on the bias of the mean over 20 realizations, of both orders, where chance is small. Disturbed
+/// Bound on the bias of the mean over 20 realizations, for both orders; chance contributes little. Perturbed
 /// lattices have 3 to 8 times as much in the fourth order.
 constexpr double mean_bound = 0.01;
 
 const NotchedBox box = testing::body({5, 5, 5});
 const Box interior{{0.8 * mm, 0.8 * mm, 0.8 * mm}, {4.2 * mm, 4.2 * mm, 4.2 * mm}};
 
-/// A cubic or body-centred lattice with the number of points of the blue noise.
+/// A cubic or body-centred lattice with as many points as the blue noise.
 MotherPoints lattice(bool body_centred) {
   const int n = body_centred ? 10 : 13;
   MotherPoints points;
@@ -84,8 +84,8 @@ TEST(Bias, LatticesHaveMuch) {
     }
 }
 
-/// The bias of second and fourth order of the mean moments of 20 realizations.
-/// @param bases mother points of the realizations in turn
+/// The second- and fourth-order bias of the mean moments of 20 realizations.
+/// @param bases mother points, used by the realizations in turn
 std::array<double, 2> mean_bias(const char* name, double perturbation, double min_quality,
                                 const std::vector<MotherPoints>& bases) {
   constexpr std::size_t n_realizations = 20;
@@ -117,17 +117,16 @@ TEST(Bias, MeanOverRealizations) {
   }
 }
 
-// The measure itself, on facets whose moments are known.
+// Tests the measure itself, on facets with known moments.
 TEST(Bias, MomentsOfKnownFacets) {
-  // The dual facets of the regular tetrahedron have its six edges as normals, isotropic to the second order
-  // only.
+  // The normals of the regular tetrahedron's dual facets are its six edges, isotropic to second order only.
   Realization regular;
   regular.nodes = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
   regular.tetrahedra = {{0, 2, 1, 3}};
   const OrientationMoments moments = moments_in(regular, {{-1, -1, -1}, {1, 1, 1}});
   EXPECT_NEAR(second_order_bias(moments), 0, 1e-14);
-  // Edges along (1,1,0) and its five like: <n_x^4> = 4/6 * 1/4 = 1/6, <n_x^2 n_y^2> = 2/6 * 1/4 = 1/12;
-  // isotropic are 1/5 and 1/15.
+  // Edges along (1,1,0) and its five equivalents: <n_x^4> = 4/6 * 1/4 = 1/6, <n_x^2 n_y^2> = 2/6 * 1/4 =
+  // 1/12; isotropic are 1/5 and 1/15.
   EXPECT_NEAR(moments.fourth[0][0][0][0], 1.0 / 6, 1e-14);
   EXPECT_NEAR(moments.fourth[0][0][1][1], 1.0 / 12, 1e-14);
   const double deviation = 3 * std::pow(1.0 / 6 - 1.0 / 5, 2) + 18 * std::pow(1.0 / 12 - 1.0 / 15, 2);
@@ -135,7 +134,7 @@ TEST(Bias, MomentsOfKnownFacets) {
   EXPECT_NEAR(fourth_order_bias(moments), std::sqrt(deviation / isotropic), 1e-13);
 }
 
-// S^ab by its definition: the vector area of the quadrilateral of edge midpoint, face centroids and centroid.
+// S^ab by definition: the vector area of the quadrilateral of edge midpoint, face centroids and centroid.
 TEST(DualFacets, AreTheQuadrilateralsOfTheBarycentricDual) {
   Realization one;
   one.nodes = {{0.1, 0.2, 0}, {1.3, 0.1, 0.2}, {0.3, 0.9, -0.1}, {0.4, 0.3, 1.1}};

@@ -52,7 +52,7 @@ TEST(Body, NotchOnEachFace) {
   EXPECT_NEAR(faces[0].area, (10 * 12 - slots / 2) * mm * mm, 1e-18);  // x-min
   EXPECT_NEAR(faces[2].area, (2 * 12 - 2 * 0.5) * mm * mm, 1e-18);     // y-min
   EXPECT_NEAR(faces[5].area, (2 * 10 - 2 * 1.5) * mm * mm, 1e-18);     // z-max
-  // The notch in y-max: walls across z, tip across y at 10 - 3 mm with the body below it.
+  // The notch in y-max: walls normal to z, tip normal to y at 10 - 3 mm with the body below it.
   EXPECT_EQ(faces[9].outward, (Vector{0, 0, 1}));
   EXPECT_EQ(faces[10].outward, (Vector{0, 0, -1}));
   EXPECT_EQ(faces[11].outward, (Vector{0, 1, 0}));
@@ -61,7 +61,7 @@ TEST(Body, NotchOnEachFace) {
   EXPECT_EQ(faces[11].names[0], "notch[1] tip");
 }
 
-/// As those of an outline that begins at the origin, counter-clockwise.
+/// Named like those of an outline that starts at the origin, counter-clockwise.
 TEST(Body, FacesOfABoxAreItsEdgesToo) {
   const NotchedBox box = testing::four_notches();
   const std::array<const char*, 4> faces{"z-min", "y-max", "z-max", "y-min"};
@@ -98,7 +98,7 @@ TEST(Body, SurfacesEncloseTheVolume) {
       EXPECT_NEAR(flux, 0, 1e-12 * any.faces()[0].area);
       EXPECT_NEAR(volume, any.volume(), 1e-12 * any.volume());
     }
-    // The same of the outline, in the plane.
+    // The same for the outline, in the plane.
     double twice = 0;
     for (const Polygon& polygon : any.outline())
       for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -132,7 +132,7 @@ TEST(Body, ThreeEdgesEndAtEachCorner) {
 }
 
 TEST(Body, PatchAnywhereInSpace) {
-  // A rectangle of 3 by 2 that stands on the direction (4, 3) / 5 of the y-z plane.
+  // A rectangle of 3 by 2 oriented along (4, 3) / 5 in the y-z plane.
   const Patch patch{{{0, 0, 0}, {3, 2, 0}}, {1, 1, 1}, {{{1, 0, 0}, {0, 0.8, 0.6}, {0, -0.6, 0.8}}}};
   const Point far = patch.at({3, 2, 0});
   EXPECT_EQ(far[0], 4);
@@ -176,7 +176,7 @@ TEST(Body, ALigamentEndsAtTheNextNotch) {
   EXPECT_DOUBLE_EQ(starts[3].end[2], 14.9 * mm) << "the side of a slot in another face";
 }
 
-// A ligament that lies between the axes.
+// A ligament oblique to the axes.
 TEST(Body, ObliqueCrackStart) {
   CrackStart start{};
   start.tip = {0, 1, 2};
@@ -225,7 +225,7 @@ TEST(Body, PlacesTetrahedra) {
   EXPECT_EQ(with(mm, 6 * mm), Place::cavity);
   EXPECT_EQ(with(mm, slot.upper), Place::cavity);
   EXPECT_EQ(with(mm, 7 * mm), Place::crossing);
-  // Past the edge of tip and wall, whose diagonals alone tell them apart.
+  // Across the edge of tip and wall, distinguishable only by their diagonals.
   const auto diagonal = [&](double y) {
     return notched.place(
         {{{mm, y, 6.2 * mm}, {0, y, 6.2 * mm}, {mm, 1.8 * mm, 6.5 * mm}, {0, 1.8 * mm, 7 * mm}}});
@@ -244,7 +244,7 @@ TEST(Body, Movable) {
   EXPECT_EQ(notched.movable({2 * mm, y, slot.upper}), 2);
   EXPECT_EQ(notched.movable({mm, slot.tip, 6 * mm}), 5);
   EXPECT_EQ(notched.movable({mm, slot.tip, slot.upper}), 1);
-  EXPECT_EQ(notched.movable({mm, 3 * mm, slot.lower}), 7);  // beyond the tip: no surface there
+  EXPECT_EQ(notched.movable({mm, 3 * mm, slot.lower}), 7);  // beyond the tip there is no surface
   EXPECT_EQ(notched.movable({mm, std::nextafter(slot.tip, 1), 6 * mm}), 7);
 }
 
@@ -289,7 +289,7 @@ TEST(Body, RefusesWhatIsNoNotchedBox) {
         body({2, 10, 12}, {notch(Face::y_min, 6, 2, 0)});
       },
       ThrowsMessage<std::runtime_error>(HasSubstr("must be positive")));
-  // Overlap, contact, and a cut through the body by two notches of opposite faces.
+  // Overlap, contact, and two notches in opposite faces that cut through the body.
   EXPECT_THAT(
       [] {
         body({2, 10, 12}, {notch(Face::y_min, 6, 2, 1), notch(Face::y_min, 6.5, 1, 1)});

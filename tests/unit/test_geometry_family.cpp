@@ -30,12 +30,12 @@ double from_environment(const char* name, double fallback) {
   return text != nullptr ? std::strtod(text, nullptr) : fallback;
 }
 
-/// What came of one body.
+/// Result for one body.
 struct Verdict {
-  std::string refusal;  ///< the message; empty when the body was meshed
+  std::string refusal;  ///< the message; empty if the body was meshed
   int n_notches = 0;
   std::size_t n_points = 0;
-  double worst = 1;  ///< quality
+  double worst = 1;  ///< lowest quality
   int rounds = 0;
 };
 
@@ -53,7 +53,7 @@ MeshProblem draw(std::uint64_t number, double max_points) {
       const double n_points = estimate_n_points(NotchedBox(problem.specimen), problem.mesh);
       if (absurd ? n_points > input::max_mother_points : n_points <= max_points) return problem;
     } catch (const std::runtime_error&) {
-      return problem;  // that make_mother_points must refuse likewise
+      return problem;  // make_mother_points must refuse it for the same reason
     }
   }
 }
@@ -81,7 +81,7 @@ Verdict mesh(const MeshProblem& problem, std::uint64_t seed) {
   return verdict;
 }
 
-/// The true reason of a refusal, by the words of its message; nothing when the reason is not true.
+/// The true reason for a refusal, identified by its message; empty if the message is wrong.
 std::string true_reason(const MeshProblem& problem, const std::string& refusal) {
   const auto says = [&](const char* words) { return refusal.find(words) != std::string::npos; };
   const std::string impossible = testing::impossible(problem.specimen);

@@ -58,10 +58,10 @@ TEST(SpacingField, IsFineInRegionsAndGrowsFromThem) {
                         testing::region({input::unbounded, input::unbounded, {70, 200}}, 2),
                         testing::region({input::unbounded, {20, 30}, {70, 80}}, 3)};
   const SpacingField spacing(notched, parameters);
-  EXPECT_DOUBLE_EQ(spacing({mm, 10 * mm, 40 * mm}), 0.5 * mm);  // a notch stays as fine as it is
+  EXPECT_DOUBLE_EQ(spacing({mm, 10 * mm, 40 * mm}), 0.5 * mm);  // a notch keeps its finer spacing
   EXPECT_DOUBLE_EQ(spacing({mm, 40 * mm, 30 * mm}), 1 * mm);
   EXPECT_DOUBLE_EQ(spacing({mm, 53 * mm, 54 * mm}), 1.5 * mm);
-  EXPECT_DOUBLE_EQ(spacing({mm, 25 * mm, 75 * mm}), 2 * mm);  // the finer one of two
+  EXPECT_DOUBLE_EQ(spacing({mm, 25 * mm, 75 * mm}), 2 * mm);  // the finer of the two
   EXPECT_DOUBLE_EQ(spacing({mm, 59 * mm, 65 * mm}), 2.5 * mm);
   EXPECT_DOUBLE_EQ(spacing({mm, 59 * mm, 1 * mm}), 4 * mm);
 }
@@ -118,7 +118,7 @@ TEST_F(Plate, NumberIsTheEstimate) {
   EXPECT_NEAR(estimate / static_cast<double>(points().size()), 1, 0.05);
 }
 
-// Two cells over the height of the notch: one point inside each of the two upright edges of a tip.
+// Two cells over the height of the notch: one point inside each of the two vertical edges of a tip.
 TEST_F(Plate, TwoCellsOverTheNotchHeight) {
   for (int i = 0; i < 2; ++i) {
     const SlotSection& slot = plate.sections()[index(i)];
@@ -144,7 +144,7 @@ TEST(MotherPoints, CellsOverTheNotchHeight) {
   }
 }
 
-// Blue noise: no two points are close, and none is alone.
+// Blue noise: no two points are close, and none is isolated.
 TEST_F(Plate, NearestNeighboursAreOneSpacingAway) {
   std::vector<double> ratio;
   for (std::size_t i = 0; i < points().size(); ++i) {
@@ -163,7 +163,8 @@ TEST_F(Plate, NearestNeighboursAreOneSpacingAway) {
   EXPECT_LT(ratio.back(), 1.3);
 }
 
-// Slab order: neighbours have close numbers. Against a random order, whose mean difference is a third of all.
+// Slab order: neighbours have nearby numbers, unlike in a random order, where the mean difference is a third
+// of all.
 TEST_F(Plate, NeighboursHaveCloseNumbers) {
   double sum = 0;
   double pairs = 0;
@@ -203,10 +204,10 @@ TEST(MotherPoints, KeepTheSpacingOfARegion) {
   std::vector<double> inside, beyond;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double z = points.position[i][2] / mm;
-    // Here the notches, at 9 and 15 mm, ask for coarser points.
+    // Here the notches, at 9 and 15 mm, require coarser points.
     if (points.position[i][1] < 6 * mm && z > 17.25 && z < 19.75)
       inside.push_back(nearest_neighbour(points, i));
-    if (points.position[i][1] < 6 * mm && z > 21.5 && z < 23)  // 0.8 to 1.1 mm are asked for
+    if (points.position[i][1] < 6 * mm && z > 21.5 && z < 23)  // 0.8 to 1.1 mm are required
       beyond.push_back(nearest_neighbour(points, i) / points.spacing[i]);
   }
   std::sort(inside.begin(), inside.end());

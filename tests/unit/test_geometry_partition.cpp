@@ -81,7 +81,7 @@ TEST(Partition, PartsAreBalancedAndOwnTheirNodes) {
     EXPECT_EQ(edge_cut(plate(), parts), faces_between_parts(plate(), parts));
     std::printf("%d parts: edge cut %ld, imbalance %.4f\n", n_parts,
                 static_cast<long>(edge_cut(plate(), parts)), parts.imbalance);
-    EXPECT_LT(edge_cut(plate(), parts), 200 * n_parts);  // cuts across the plate, not through all of it
+    EXPECT_LT(edge_cut(plate(), parts), 200 * n_parts);  // cuts across the plate, not along it
     EXPECT_EQ(parts.tetrahedron_part.front(), 0);
   }
 }
@@ -121,7 +121,7 @@ TEST(Subdomain, OnePartIsTheRealization) {
   EXPECT_EQ(parts[0].layout.first_owned, (std::vector<std::int64_t>{0, parts[0].n_local()}));
 }
 
-/// Whether a part has one of its tetrahedra near to a place.
+/// True if a part counts a tetrahedron near a point.
 bool counts_near(const Realization& realization, const Subdomain& part, const Point& place, double distance) {
   for (std::size_t i = 0; i < part.tetrahedra.size(); ++i) {
     if (part.counted[i] == 0) continue;

@@ -55,7 +55,7 @@ std::vector<Case> cases() {
   return list;
 }
 
-// Realizations are verified when they are made; this looks at them again, with other means where possible.
+// Realizations are verified when they are made; this verifies them again, by other means if possible.
 TEST(Realization, ConformsToTheBody) {
   for (const Case& each : cases()) {
     SCOPED_TRACE(each.name);
@@ -186,8 +186,8 @@ TEST_F(PlateRealization, IsNumberedCanonically) {
                              [](const auto& a, const auto& b) { return a.nodes < b.nodes; }));
 }
 
-// The same tessellation in another place of the body, so that what the base has at one notch is as often at
-// the other.
+// The same tessellation with another orientation in the body, so that features of the base at one notch occur
+// equally often at the other.
 TEST_F(PlateRealization, IsSetIntoTheBodyInEachWayThatFits) {
   input::Mesh as_it_lies = testing::plate_mesh();
   as_it_lies.turn = input::Turn::none;
@@ -259,7 +259,7 @@ TEST(Symmetry, OfAMeshIsThatOfItsRegionsToo) {
   EXPECT_EQ(with({testing::region(low, 0.3), testing::region(high, 0.3)}), (List{0, 1, 6, 7}));
   EXPECT_EQ(with({testing::region(low, 0.3), testing::region(high, 0.4)}), (List{0, 1}));
 
-  // So a sample is never turned away from where its mesh is to be fine.
+  // Thus a sample's refined mesh regions always stay in place.
   const NotchedBox small = testing::short_plate();
   input::Mesh fine = testing::mesh(1.5, 0.5, 0.3);
   fine.regions = {testing::region({input::unbounded, input::unbounded, {18, 24}}, 0.5)};
@@ -283,7 +283,7 @@ TEST(Symmetry, MapsCrackStarts) {
   EXPECT_THROW(symmetry_of(plate, 2), std::invalid_argument);
 }
 
-// Walls whose coordinates are no round numbers of the machine: what lies on one stays on its image exactly.
+// Walls whose coordinates are not exact in binary: points on a wall stay exactly on its image.
 TEST(Symmetry, MapsPlanesExactly) {
   const NotchedBox plate =
       testing::body({5, 24.5, 140}, {testing::notch(input::Face::y_min, 67.3, 5.3, 0.7),
@@ -297,8 +297,7 @@ TEST(Symmetry, MapsPlanesExactly) {
     }
 }
 
-/// Positive where e lies inside the sphere through the corners of a positive tetrahedron, relative to its
-/// size.
+/// Positive if e lies inside the circumsphere of a positive tetrahedron, relative to its size.
 double in_sphere(const std::array<Point, 4>& corner, const Point& e) {
   std::array<std::array<long double, 4>, 4> m{};
   for (std::size_t k = 0; k < 4; ++k) {
@@ -318,7 +317,7 @@ double in_sphere(const std::array<Point, 4>& corner, const Point& e) {
   return static_cast<double>(determinant) / size;
 }
 
-// Local redrawing changes the tessellation piece by piece; it must still be the Delaunay one.
+// Local redrawing changes the tessellation locally; the result must still be Delaunay.
 TEST_F(PlateRealization, IsDelaunay) {
   const Realization made = make(2012, 2, 0.35);
   EXPECT_GT(made.report.redrawn_points, 10);
@@ -343,7 +342,7 @@ TEST_F(PlateRealization, IsDelaunay) {
     if (both.size() == 2) deepest = std::max(deepest, in_sphere(both[0].corner, both[1].opposite));
   std::printf("deepest intrusion into a circumsphere: %.2e\n", deepest);
   EXPECT_LE(deepest, 1e-9);
-  // The measure sees an intrusion: the centroid of a tetrahedron lies inside its sphere.
+  // The measure detects an intrusion: the centroid of a tetrahedron lies inside its circumsphere.
   const auto& [corner, opposite] = sides.begin()->second[0];
   Point centre{};
   for (const Point& p : corner)
@@ -351,7 +350,7 @@ TEST_F(PlateRealization, IsDelaunay) {
   EXPECT_GT(in_sphere(corner, centre), 1e-3);
 }
 
-// After redrawing: mean zero and the covariance of a uniform ball, amplitude^2 / 5, with no preferred
+// After redrawing: zero mean and the covariance of a uniform ball, amplitude^2 / 5, without a preferred
 // direction.
 TEST_F(PlateRealization, DisplacementsAreUnbiased) {
   constexpr int n_samples = 40;

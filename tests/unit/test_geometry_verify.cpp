@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Realizations that are broken on purpose: each must be refused for the right reason.
+// Deliberately broken realizations: each must be rejected for the right reason.
 #include "crackle/geometry/quality.h"
 #include "crackle/geometry/realization.h"
 #include "support/geometry_bodies.h"
@@ -69,7 +69,7 @@ TEST_F(Verify, MissingTetrahedron) {
   expect("the tetrahedra have the volume");
 }
 
-// The hole's surface as additional boundary does not help.
+// Adding the hole's surface as boundary does not help.
 TEST_F(Verify, TetrahedronTwiceInsteadOfAnother) {
   broken.tetrahedra[inner_tetrahedron() + 1] = broken.tetrahedra[inner_tetrahedron()];
   EXPECT_THROW(verify(broken, plate, 0.2), std::runtime_error);
@@ -152,7 +152,7 @@ TEST_F(Verify, BoundaryList) {
   expect("does not lie exactly on surface");
 }
 
-// A body of another size: nodes in the right places for the wrong body.
+// A body of another size: right nodes for the wrong body.
 TEST_F(Verify, AnotherBody) {
   const NotchedBox longer = testing::body(
       {3, 16, 24.000001},

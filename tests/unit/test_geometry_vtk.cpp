@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The VTK files, read back by VTK itself where its Python module is installed.
+// The VTK files, read back by VTK itself if its Python module is installed.
 #include "crackle/common/index.h"
 #include "crackle/geometry/quality.h"
 #include "crackle/io/vtk_file.h"
@@ -31,7 +31,7 @@ geometry::NotchedBox small_body() {
   return testing::body({1, 4, 5}, {testing::notch(input::Face::y_min, 2, 1.5, 0.5)});
 }
 
-/// With two regions, of which the second one holds the first.
+/// With two regions, the second of which contains the first.
 input::Mesh small_mesh() {
   input::Mesh mesh = testing::mesh(0.7, 0.25);
   mesh.regions = {testing::region({input::unbounded, {3, 4}, {3, 4}}, 0.3),
@@ -45,7 +45,7 @@ geometry::Realization small() {
   return geometry::make_realization(body, geometry::make_mother_points(body, mesh, 1), mesh, 1, 0);
 }
 
-/// The system's Python, for which Debian's VTK module is.
+/// The system's Python, which has Debian's VTK module.
 constexpr const char* interpreter = "/usr/bin/python3";
 
 class VtkFile : public ::testing::Test {
@@ -56,7 +56,7 @@ protected:
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  /// What a Python program prints; it gets the file name as its argument.
+  /// Output of a Python program; its argument is the file name.
   std::string python(const std::string& program, const std::filesystem::path& file) const {
     const std::filesystem::path script = folder_ / "read.py";
     std::ofstream(script) << program;

@@ -30,7 +30,7 @@ public:
     const std::lock_guard lock(mutex_);
     return lines_;
   }
-  /// However slow the machine is.
+  /// Works on slow machines.
   void wait_for(std::size_t n) {
     while (all().size() < n) std::this_thread::sleep_for(1ms);
   }
@@ -48,7 +48,7 @@ TEST(Heartbeat, SaysAgainAndAgainWhatGoesOn) {
     lines.wait_for(2);
     heartbeat.begin("solving");
     const auto n = lines.all().size();
-    lines.wait_for(n + 2);  // one may have been said before
+    lines.wait_for(n + 2);  // one may have been written before
   }
   EXPECT_THAT(lines.all().front(), StartsWith("placing points: "));
   EXPECT_THAT(lines.all().back(), StartsWith("solving: "));
@@ -68,7 +68,7 @@ TEST(Heartbeat, WaitsAfterWhatIsSaidBesides) {
   {
     Heartbeat heartbeat(lines.collector(), 2s);
     heartbeat.begin("placing points");
-    for (int i = 0; i < 25; ++i) {  // longer than the interval in all
+    for (int i = 0; i < 25; ++i) {  // longer than the interval in total
       heartbeat.say("2 of 20 samples");
       std::this_thread::sleep_for(100ms);
     }

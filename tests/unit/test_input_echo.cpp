@@ -19,7 +19,7 @@
 namespace crackle::test {
 namespace {
 
-/// An input that has every key but those of [ensemble.stop] and the file of points.
+/// An input with all keys except those of [ensemble.stop] and the points file.
 std::vector<InputTable> full_tables() {
   return {{"[ensemble]",
            {{"samples", "17"},
@@ -111,7 +111,7 @@ std::vector<InputTable> full_tables() {
             {"shape", "12.5"}}}};
 }
 
-/// Plates with an outline, with every key that a box has not.
+/// Plates with an outline, with every key that a box does not have.
 std::vector<std::vector<InputTable>> plates() {
   const std::vector<InputTable> holes{
       {"[[specimen.hole]]", {{"center", R"(["30 mm", "40 mm"])"}, {"radius", R"("3 mm")"}}},
@@ -138,7 +138,7 @@ std::vector<std::vector<InputTable>> plates() {
   return all;
 }
 
-/// A value of the echo as it stands in an input file: everything but plain numbers and "true" in quotes.
+/// A value of the echo as written in an input file: everything but plain numbers and "true" in quotes.
 std::string as_written(const std::string& shown) {
   std::string text;
   std::string item;
@@ -271,7 +271,7 @@ TEST(InputEcho, TheIdentityIsThatOfFilesFromBeforeSomeKeys) {
             fmt::format("FNV-1a {:016x}", checksum(fmt::format("{}", fmt::join(settings, "\n")))));
 }
 
-/// Which must not change while a law that an input does not ask for gets keys of its own.
+/// It must not change when a law that an input does not use gets new keys.
 TEST(InputEcho, TheIdentityHasTheKeysOfTheLawThatIsAskedFor) {
   const auto mentions = [](const input::Parameters& parameters, const std::string& key) {
     return std::ranges::any_of(input::sample_settings(parameters),

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Wrong inputs as the reader sees them; the table of wrong inputs of the whole program is tests/cli.
+// Invalid inputs at the level of the reader; the table of invalid inputs of the whole program is in
+// tests/cli.
 #include "crackle/input/reader.h"
 #include "unit/input_samples.h"
 
@@ -45,7 +46,7 @@ TEST(InputErrors, TextOfTheExceptionHasOneLineForEach) {
 }
 
 TEST(InputErrors, ValuesThatDependOnAWrongOneAreNotJudged) {
-  // Without a size nothing can be said about sections, notches and regions.
+  // Without a size, sections, notches and regions cannot be checked.
   auto tables = minimal_tables();
   set_key(tables, "[specimen]", "size", R"(["5 mm", "24.5 kg", "140 mm"])");
   set_key(tables, "[sections]", "y", R"(["30 mm"])");
@@ -140,7 +141,7 @@ TEST(InputErrors, AToughnessIsForTheMeasuredPoissonsRatios) {
                 ElementsAre(AllOf(HasSubstr("material.poisson_ratio: " + std::string(nu)),
                                   HasSubstr("from 0 to 0.45"), HasSubstr("fracture.strength"))));
   }
-  // Both are given with softening, and no strength follows from the toughness.
+  // With softening both are given, and no strength is derived from the toughness.
   set_key(tables, "[fracture]", "strength", R"("1 MPa")");
   set_key(tables, "[fracture]", "toughness", R"("3 kN/m")");
   set_key(tables, "[fracture]", "release", R"("softening")");
@@ -184,7 +185,7 @@ TEST(InputErrors, BoundsAreOpenOrClosedAsDocumented) {
 }
 
 TEST(InputErrors, UnitsThatUdunitsReadsOtherwiseAreRefused) {
-  // Each of these is a valid unit to UDUNITS, and convertible by its rules.
+  // Each of these is a valid unit in UDUNITS, and convertible by its rules.
   for (const char* value : {R"("3 1/m")", R"("3 m-1")", R"("3 mm @ 5")", R"("3 mm 4")", R"("3 -4 mm")",
                             "\"3 lg(re 1 m)\"", R"("3 * mm")"}) {
     const auto errors = errors_with("[mesh]", "spacing", value);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Inputs of plates of any outline.
+// Inputs of plates with any outline.
 #include "input_samples.h"
 #include "support/plate_family.h"
 #include "support/temporary_folder.h"
@@ -74,7 +74,7 @@ TEST(InputPlates, EveryKeyIsPartOfTheIdentity) {
     }
 }
 
-// The text that goes into result files needs no other file.
+// The text stored in result files needs no other file.
 TEST(InputPlates, OutlineFromAFileBecomesPartOfTheText) {
   const test::TemporaryFolder folder;
   const auto write = [&](const std::string& text) { std::ofstream(folder.path() / "edge.txt") << text; };
@@ -112,7 +112,7 @@ TEST(InputPlates, OutlineFromAFileBecomesPartOfTheText) {
   EXPECT_EQ(error("0 0\r\n20 0\r\n20 20\r\n"), "");
 }
 
-// Conditions that hold the same wall twice, whatever it is called.
+// Conditions that hold the same wall twice, under any of its names.
 TEST(InputPlates, ConflictsAreFoundByWall) {
   const auto errors = [](const std::string& first, const std::string& second) {
     std::string text = square().text();
@@ -133,7 +133,7 @@ TEST(InputPlates, ConflictsAreFoundByWall) {
                    "on = \"z-max\"\nregion = { y = [\"5 mm\", \"15 mm\"] }")
                 .size(),
             1u);
-  // Regions that share a border share no piece of the wall.
+  // Regions with a common border have no common part of the wall.
   EXPECT_EQ(errors("on = \"edge-2\"\nregion = { y = [\"-5 mm\", \"5 mm\"] }",
                    "on = \"z-max\"\nregion = { y = [\"5 mm\", \"15 mm\"] }")
                 .size(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Values that are accepted and hardly meant, and stress intensities in the units that people write them in.
+// Valid but implausible values, and stress intensities in common units.
 #include "crackle/input/plausibility.h"
 #include "crackle/uncertainty/random_inputs.h"
 #include "unit/input_samples.h"
@@ -19,7 +19,7 @@ std::vector<std::string> warnings_with(const std::string& header, const std::str
   return input::plausibility_warnings(parse_with(header, key, value));
 }
 
-/// The minimal input with a toughness in place of its strength.
+/// The minimal input with a toughness instead of its strength.
 std::vector<InputTable> tough_tables(const std::string& key, const std::string& value) {
   auto tables = minimal_tables();
   for (auto& table : tables)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The content of the file of mesh.points is part of the input.
+// The contents of the file of mesh.points are part of the input.
 #include "input_samples.h"
 #include "support/temporary_folder.h"
 

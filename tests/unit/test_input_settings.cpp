@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Other values in the text of an input, and the cases of a sweep.
+// Replacing values in the text of an input, and the cases of a sweep.
 #include "crackle/input/reader.h"
 
 #include "input_samples.h"

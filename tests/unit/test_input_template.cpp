@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The template that `crackle init` writes: the input it is made from, with every other key as a comment.
+// The template written by `crackle init`: the original input, with every other key as a comment.
 #include "crackle/input/reader.h"
 
 #include <gmock/gmock.h>
@@ -32,7 +32,7 @@ TEST(InputTemplate, IsTheInputItIsMadeFrom) {
 
 TEST(InputTemplate, ExplainsEveryKeyAndGivesItAValueOfTheRightForm) {
   const std::string text = annotated(text_of("demo.toml"));
-  // Key and table are on each line of the table of keys.
+  // Each line of the table of keys has key and table.
   std::istringstream rows(key_table());
   int n_keys = 0;
   for (std::string row; std::getline(rows, row);) {
@@ -47,7 +47,7 @@ TEST(InputTemplate, ExplainsEveryKeyAndGivesItAValueOfTheRightForm) {
     parse(all, "all.toml");
     FAIL() << "keys that exclude each other were accepted";
   } catch (const InputError& error) {
-    // What is wrong are contradictions, not names and forms.
+    // The remaining errors are contradictions, not names or types.
     for (const std::string& message : error.messages()) std::printf("%s\n", message.c_str());
     EXPECT_THAT(error.what(), Not(HasSubstr("unknown")));
     EXPECT_THAT(error.what(), Not(HasSubstr("expected")));

@@ -26,7 +26,7 @@ using ::testing::IsNan;
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-/// The paper's plate: a half-turn maps one notch on the other.
+/// The paper's plate: a half-turn maps one notch onto the other.
 const input::Specimen specimen{{5 * mm, 24.5 * mm, 140 * mm},
                                {notch(Face::y_min, 67.5, 5.5, 0.6), notch(Face::y_max, 72.5, 5.5, 0.6)}};
 
@@ -34,7 +34,7 @@ geometry::NotchedBox plate() {
   return geometry::NotchedBox(specimen);
 }
 
-/// 7 and 17.5 mm are each other's image, 12.25 mm its own, 9 mm has none.
+/// 7 and 17.5 mm are images of each other, 12.25 mm is its own, 9 mm has none.
 const input::Sections sections{.y = {7 * mm, 9 * mm, 12.25 * mm, 17.5 * mm}, .z = {}};
 
 input::Parameters parameters(int samples) {
@@ -55,7 +55,7 @@ SampleSummary row(int leading, std::vector<double> z_mm, Pattern pattern = Patte
   return summary;
 }
 
-/// The same sample turned by 180 degrees.
+/// The same sample rotated by 180 degrees.
 SampleSummary turned(const SampleSummary& sample) {
   SampleSummary summary = sample;
   summary.leading_notch = 1 - sample.leading_notch;
@@ -90,14 +90,14 @@ TEST(LeaderFrame, AHalfTurnMapsTheNotchesOfThePlateOnEachOther) {
 }
 
 TEST(LeaderFrame, ReflectionsMapTheNotchesOfOtherBodies) {
-  // Opposite each other: reflected in y alone, z stays.
+  // Opposite each other: reflected in y only, z unchanged.
   const auto opposite = body({3, 16, 24}, {notch(Face::y_max, 9, 4, 0.6), notch(Face::y_min, 9, 4, 0.6)});
   const input::Sections y{.y = {4 * mm, 12 * mm}, .z = {}};
   const LeaderFrame in_y(opposite, y);
   EXPECT_THAT(in_y.reference(), ElementsAre(0, 0));
   EXPECT_EQ(in_y.source(1, 0, 0)->section, 1);
   EXPECT_FALSE(in_y.source(1, 0, 0)->extent);
-  // In one face: reflected in z alone, sections stay, also where they have no image.
+  // In one face: reflected in z only, sections unchanged, even without an image.
   const auto beside = body({3, 16, 24}, {notch(Face::y_min, 7, 4, 0.6), notch(Face::y_min, 17, 4, 0.6)});
   const LeaderFrame in_z(beside, {.y = {5 * mm}, .z = {}});
   EXPECT_THAT(in_z.reference(), ElementsAre(0, 0));
@@ -111,8 +111,8 @@ TEST(LeaderFrame, ReflectionsMapTheNotchesOfOtherBodies) {
 }
 
 TEST(LeaderFrame, LinesAreTurnedIntoTheirImages) {
-  // The half turn takes (5, 60) to (19.5, 80) mm.
-  const input::SectionLine own{{5 * mm, 60 * mm}, {19.5 * mm, 80 * mm}};  // its own image the other way round
+  // The half-turn maps (5, 60) to (19.5, 80) mm.
+  const input::SectionLine own{{5 * mm, 60 * mm}, {19.5 * mm, 80 * mm}};  // its own image, reversed
   const input::SectionLine one{{8 * mm, 50 * mm}, {9 * mm, 70 * mm}};
   const input::SectionLine image{{16.5 * mm, 90 * mm}, {15.5 * mm, 70 * mm}};
   const input::SectionLine lonely{{8 * mm, 50 * mm}, {9 * mm, 71 * mm}};
@@ -132,7 +132,7 @@ TEST(LeaderFrame, LinesAreTurnedIntoTheirImages) {
 }
 
 TEST(LeaderFrame, SectionsAcrossZAreTurnedLikeThoseAcrossY) {
-  // A half turn of notches in z-faces: z sections go to length - z, positions y to width - y.
+  // A half-turn of notches in z-faces: z sections go to length - z, positions y to width - y.
   const auto upright = body({5, 140, 24}, {notch(Face::z_min, 60, 5, 0.6), notch(Face::z_max, 80, 5, 0.6)});
   const input::Sections both{.y = {70 * mm, 30 * mm}, .z = {8 * mm, 10 * mm, 16 * mm}};
   const LeaderFrame frame(upright, both);
@@ -146,7 +146,7 @@ TEST(LeaderFrame, SectionsAcrossZAreTurnedLikeThoseAcrossY) {
   EXPECT_EQ(frame.source(1, 0, 2)->extent, 140 * mm);
   EXPECT_FALSE(frame.source(1, 0, 3)) << "no section at z = 14 mm";
   EXPECT_FALSE(frame.source(0, 0, 3)->extent);
-  // In one face: reflected in y alone, sections across z stay.
+  // In one face: reflected in y only, z sections unchanged.
   const auto beside = body({5, 140, 24}, {notch(Face::z_min, 60, 5, 0.6), notch(Face::z_min, 80, 5, 0.6)});
   const LeaderFrame in_y(beside, {.y = {}, .z = {10 * mm}});
   EXPECT_EQ(in_y.source(1, 0, 0)->section, 0);
@@ -188,7 +188,7 @@ TEST(LeaderStatistics, TurnedSamplesCountAsTheirImage) {
   EXPECT_THAT(s.follower.notch, ElementsAre(1));
   EXPECT_THAT(s.follower.reached, ElementsAre(0, 0, 1, 2));
   EXPECT_NEAR(s.follower.z_mean[3], 73.1 * mm, 1e-12);
-  // All cracks of a notch, whatever they lead.
+  // All cracks of a notch, leading or not.
   EXPECT_THAT(s.reached, ElementsAre(3, 1, 2, 1, 0, 0, 1, 2));
 }
 
@@ -291,7 +291,7 @@ TEST(LeaderStatistics, LeadersThatAreNoNotchAreRefused) {
 }
 
 TEST(LeaderStatistics, TheRuleToStopLooksAtLeaders) {
-  // Leaders of either notch lie close together, followers do not.
+  // Leaders of both notches are close together, followers are not.
   const int n = 100;
   const auto rows = [&](double of_leaders, double of_followers) {
     RandomStream random(7, 0, "test");

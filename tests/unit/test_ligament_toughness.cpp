@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The toughness that one strength has along the way of the cracks.
+// The range of toughness of a uniform strength along the crack paths.
 #include "crackle/fracture/toughness.h"
 #include "support/geometry_bodies.h"
 #include "support/job.h"
@@ -20,7 +20,7 @@ TEST(LigamentToughness, GrowsWithTheSpacingOfAGradedMesh) {
   const Range range = along_ligaments(parameters);
   EXPECT_DOUBLE_EQ(range.least,
                    toughness_of(parameters, parameters.fracture.strength, parameters.mesh.notch_spacing));
-  // The point that is farthest from both tips: in the middle between them, 5 mm apart along the length.
+  // The point farthest from both tips: midway between them, 5 mm apart along the length.
   EXPECT_NEAR(range.greatest / range.least, 1 + 0.03 * 7.6 / 0.3, 0.05);
 }
 
@@ -29,7 +29,7 @@ TEST(LigamentToughness, IsEvenInACorridor) {
   parameters.mesh.regions = {testing::region({input::unbounded, input::unbounded, {60, 80}}, 0.3)};
   const Range range = along_ligaments(parameters);
   EXPECT_DOUBLE_EQ(range.greatest, range.least);
-  // One that leaves out a part of the thickness is none.
+  // A region that excludes part of the thickness does not count.
   parameters.mesh.regions = {testing::region({{{0, 2}, input::unbounded, {60, 80}}}, 0.3)};
   EXPECT_GT(along_ligaments(parameters).greatest, 1.1 * range.greatest);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the mesh cannot represent is said, with its number, and nothing is said of inputs that it represents.
+// Warnings about what the mesh cannot represent, with the size of the error; no warnings for inputs that it
+// represents.
 #include "crackle/dynamics/model_limits.h"
 #include "crackle/input/reader.h"
 
@@ -164,7 +165,7 @@ TEST(ModelLimits, NothingIsSaidOfTheJobs) {
     if (entry.path().extension() != ".toml") continue;
     const auto file = std::filesystem::relative(entry.path(), jobs).string();
     const input::Parameters parameters = test::job(file);
-    // Bodies that are not to break have a strength that no bond carries.
+    // Bodies that must not break have a strength above that of atomic bonds.
     if (parameters.fracture.strength >= 1e11)
       EXPECT_THAT(warnings(parameters), ElementsAre(HasSubstr("which no bond carries"))) << file;
     else

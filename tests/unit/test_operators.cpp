@@ -28,7 +28,7 @@ Point midpoint(const std::vector<Point>& points) {
   return sum;
 }
 
-/// Vector area of a polygon, as half the sum of its fan's cross products.
+/// Vector area of a polygon, as half the sum of the cross products of its fan.
 Vector vector_area(const std::vector<Point>& corners) {
   Vector area{};
   for (std::size_t i = 1; i + 1 < corners.size(); ++i) {
@@ -78,7 +78,7 @@ TEST(Operators, FacetFormEqualsGradientForm) {
         if (a == b) continue;
         const Vector area = dual_facet_area(t, a, b);
         for (std::size_t i = 0; i < 3; ++i) sum[i] += area[i];
-        // The quadrilateral itself: edge midpoint, face centroid, tetrahedron centroid, face centroid.
+        // The quadrilateral: edge midpoint, face centroid, tetrahedron centroid, face centroid.
         std::vector<std::size_t> others;
         for (std::size_t c = 0; c < 4; ++c) {
           if (static_cast<int>(c) != a && static_cast<int>(c) != b) others.push_back(c);

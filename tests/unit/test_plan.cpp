@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which samples a run computes, and what it refuses to start on.
+// The samples that a run computes, and the folders that it refuses.
 #include "crackle/ensemble/sample_plan.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/checkpoint_file.h"
@@ -50,7 +50,7 @@ protected:
     parameters_.ensemble.samples = 5;
   }
 
-  /// Sample files of the test hold one word.
+  /// In this test sample files contain a single word.
   SummaryReader reader() const {
     return [](const fs::path& file, std::uint64_t) {
       const std::string word = text_of(file);
@@ -166,7 +166,7 @@ TEST_F(Plan, FailedSamplesThatAreTriedAgainBeginAnew) {
   EXPECT_TRUE(fs::exists(checkpoint)) << "a plan writes nothing";
   prepare_folder(folder_, parameters_, plan);
   EXPECT_FALSE(fs::exists(checkpoint));
-  // What is parked from now on is gone on with by --resume.
+  // Samples parked from now on are continued by --resume.
   EXPECT_THAT(this->plan(true).to_do, ElementsAre(0, 1, 2, 3, 4));
 }
 
@@ -266,7 +266,7 @@ TEST_F(Plan, ResumeWithOtherSectionsOrFramesIsToldWhatIsPossible) {
           "absent; keep the folder's sections, or use another folder; look at other sections afterwards, "
           "with crackle stats " +
           folder_.string() + " --sections line=\"1 mm, 2 mm; 3 mm, 4 mm\"");
-  // What is no section of the other input leaves nothing to look at.
+  // Settings that are not sections of the other input yield no sections to show.
   EXPECT_EQ(
       changed({{"face = \"y-min\"", "face = \"z-min\""}, {"y = [\"3 mm\", \"4 mm\"]", "z = [\"3 mm\"]"}}),
       of_another +

@@ -53,7 +53,7 @@ TEST(Plane, ArcsHaveTheirCornersOnTheCurveAndChordsUpToTheSpacing) {
     EXPECT_GE(longest, 0.8);
     EXPECT_NEAR(signed_area(corners), std::numbers::pi * a * b, 0.01 * std::numbers::pi * a * b);
   }
-  // An octagon at least, whatever the spacing.
+  // At least an octagon, for any spacing.
   EXPECT_EQ(arc({0, 0}, {1, 0}, {0, 1}, 4, [](const Point&) { return 100.0; }).size(), 8u);
   EXPECT_EQ(arc({0, 0}, {1, 0}, {0, 1}, 4, [](const Point&) { return 1e-9; }).size(), 8 * max_chords);
   const Polygon half = arc({0, 0}, {1, 0}, {0, 1}, 2, [](const Point&) { return 100.0; });
@@ -67,7 +67,7 @@ TEST(Plane, DifferenceKeepsPartsAndArea) {
   EXPECT_GT(signed_area(shape.loops[0].corners), 0);
   EXPECT_LT(signed_area(shape.loops[1].corners), 0);
   EXPECT_THAT(shape.loops[1].part, Each(4));
-  // The slot's part in the square, by hand: a parallelogram's height times what of it is right of y = 0.
+  // The slot's area in the square, by hand: height of a parallelogram times its part right of y = 0.
   const Point along{6, 3};
   const double length = norm(along);
   const double height = cross(along, Point{-0.1, 0.2}) / length;
@@ -81,7 +81,7 @@ TEST(Plane, DifferenceKeepsPartsAndArea) {
   // A band through the middle leaves two pieces, one over everything none.
   EXPECT_EQ(difference(square(10), of_part({{-1, 4}, {11, 4}, {11, 5}, {-1, 5}}, 5)).size(), 2u);
   EXPECT_TRUE(difference(square(10), of_part({{-1, -1}, {11, -1}, {11, 11}, {-1, 11}}, 5)).empty());
-  // Corners in the middle of a straight edge stay.
+  // Corners in the middle of a straight edge are kept.
   Shape divided = square(10);
   divided.loops[0].corners.insert(divided.loops[0].corners.begin() + 1, Point{4, 0});
   divided.loops[0].part = {0, 1, 1, 2, 3};
@@ -98,7 +98,7 @@ TEST(Plane, SidesAreCalledByTheirPartAndTheEndThatTheyLieAt) {
       if (names_of_side(shape, 0, i)[0] == "edge-3") at_left.push_back(name);
   EXPECT_THAT(at_left, UnorderedElementsAre("edge-3", "y-min", "edge-3", "y-min"));
   EXPECT_THAT(names_of_side(shape, 1, 0), ElementsAre("hole-0"));
-  // A circle ends in a corner: the chords there.
+  // The corner of a circle's end: the chords there.
   Shape circle{{of_part(arc({5, 5}, {5, 0}, {0, 5}, 4, [](const Point&) { return 1.0; }), 0)},
                {{"edge-0", true}}};
   int n_top = 0;
@@ -122,7 +122,7 @@ TEST(Plane, FindsTheSmallestGapAndTheSharpestCorner) {
   EXPECT_THAT(sharpest_corner(wedge).place, ElementsAre(0, 0));
 }
 
-/// Whether a point is in the shape, by the angle under which it sees the sides.
+/// True if a point is in the shape, by its winding number.
 bool winds(const Shape& shape, const Point& p) {
   double angle = 0;
   for (const Loop& loop : shape.loops)
@@ -152,7 +152,7 @@ TEST(SideIndex, FindsWhatASearchOfAllSidesFinds) {
       EXPECT_NEAR(sides.distance(p), nearest(shape, p), 1e-12);
     }
   }
-  // On sides and corners, as rounding has them.
+  // On sides and corners, within rounding.
   for (const Side& side : sides.sides())
     for (const double share : {0.0, 0.3, 1.0}) {
       const Point p = side.from + share * side.length * side.along;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What people see of a run: counts, time left, means; the line on a terminal and in a log.
+// Progress shown to the user: counts, time left, means; the line on a terminal and in a log.
 #include "crackle/ensemble/group_layout.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/run_log.h"
@@ -56,7 +56,7 @@ Progress make_progress(std::size_t n_to_do, int n_groups, std::size_t n_notches 
   input::Parameters parameters;
   parameters.ensemble.samples = 200;
   parameters.specimen.size = {0.005, 0.0245, 0.14};
-  // Of different depths: no symmetry maps one on the other.
+  // With different depths: no symmetry maps one onto the other.
   for (std::size_t i = 0; i < n_notches; ++i)
     parameters.specimen.notches.push_back(
         crackle::testing::notch(i == 0 ? input::Face::y_min : input::Face::y_max, 65, 5 + double(i), 0.6));
@@ -116,7 +116,7 @@ TEST(Progress, TimeLeftFollowsFromMeanDurationAndGroups) {
   progress.finished(done(0, 400, 0.07), 10);
   progress.started(1, 10);
   progress.started(2, 10);
-  // 6 left of 10 s each, and 2 running with 6 s to go: 72 s of work for 2 groups.
+  // 6 left with 10 s each, and 2 running with 6 s to go: 72 s of work for 2 groups.
   EXPECT_DOUBLE_EQ(progress.time_left(14), 36);
 }
 
@@ -223,7 +223,7 @@ TEST(RunLog, LogHasPlainLinesAndProgressAtMostEvery30Seconds) {
   screen.log.line("sample 0 done");
   EXPECT_EQ(screen.take(), "sample 0 done\n");
   screen.time = 30;
-  screen.log.show(progress, false);  // the news of second 29 is still to be told
+  screen.log.show(progress, false);  // the news from second 29 are still pending
   EXPECT_THAT(screen.take(), HasSubstr("10 left"));
   screen.time = 90;
   screen.log.show(progress, false);
@@ -263,7 +263,7 @@ TEST(RunLog, AnyLineRenewsItselfAndIsMadeOnlyWhenItIsShown) {
   EXPECT_EQ(screen.take(), "10 %\r    \r20 %\r    \r30 %");
 }
 
-/// A sweep keeps as many as it has cases, up to 1000.
+/// A sweep keeps one per case, up to 1000.
 TEST(RunLog, KeptLogsHoldNoFilesOpen) {
   const test::TemporaryFolder folder;
   const auto n_open = [] {

@@ -14,7 +14,7 @@ namespace {
 
 using Counter = std::array<std::uint32_t, 4>;
 
-// The known answers that come with Random123 (kat_vectors, philox4x32 with 10 rounds).
+// The known answers distributed with Random123 (kat_vectors, philox4x32 with 10 rounds).
 TEST(Philox, KnownAnswers) {
   EXPECT_EQ(philox_4x32_10({0, 0, 0, 0}, {0, 0}), (Counter{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8}));
   EXPECT_EQ(philox_4x32_10({0xffffffff, 0xffffffff, 0xffffffff, 0xffffffff}, {0xffffffff, 0xffffffff}),
@@ -23,7 +23,7 @@ TEST(Philox, KnownAnswers) {
             (Counter{0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1}));
 }
 
-// Fixes the numbers of a stream: samples of old ensembles must stay reproducible.
+// Fixes the numbers of a stream, so that old ensembles stay reproducible.
 TEST(RandomStream, NumbersStayTheSame) {
   RandomStream stream(2012, 3, "disturbance");
   RandomStream again(2012, 3, "disturbance");

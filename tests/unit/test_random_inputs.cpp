@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Random inputs: distributions against their closed forms, plans, draws and the inputs that they make.
+// Random inputs: distributions against their closed forms, sampling plans, draws and the resulting inputs.
 #include "crackle/input/reader.h"
 #include "crackle/uncertainty/random_inputs.h"
 
@@ -138,8 +138,8 @@ TEST(RandomInputs, ALatinHypercubeHasOnePointInEachLayer) {
 }
 
 TEST(RandomInputs, SobolPointsFillTheBoxesOfANet) {
-  // 64 points of two dimensions: one in each box of 1/64 of the area, whatever its sides (a (0, 6, 2)-net),
-  // and also under the random shift.
+  // 64 points in two dimensions: one in each box of 1/64 of the area, for any aspect ratio (a (0, 6, 2)-net),
+  // also under the random shift.
   for (const int columns : {1, 2, 8, 32, 64}) {
     std::set<int> boxes;
     for (std::uint64_t i = 0; i < 64; ++i) {
@@ -147,7 +147,7 @@ TEST(RandomInputs, SobolPointsFillTheBoxesOfANet) {
       const int rows = 64 / columns;
       boxes.insert(static_cast<int>(p[0] * columns) * rows + static_cast<int>(p[1] * rows));
     }
-    // OpenTURNS leaves out the sequence's first point, the origin: one box has another one's point.
+    // OpenTURNS omits the first point of the sequence, the origin: one box contains another one's point.
     EXPECT_GE(boxes.size(), 63u) << columns;
   }
 }
@@ -183,7 +183,7 @@ TEST(RandomInputs, ADrawIsAnInputWithOtherValues) {
   EXPECT_EQ(std::stod(fmt::format("{:.6g}", values[0])), values[0]) << "six digits";
 }
 
-/// The value drawn stands in place of the input's own, which is the mean where none is given.
+/// The drawn value replaces the input's own, which is the default mean.
 TEST(RandomInputs, ADrawNeedNotBeAMeanOfItsDistribution) {
   auto tables = test::minimal_tables();
   test::set_key(tables, "[material]", "youngs_modulus", "\"3300 MPa\"");

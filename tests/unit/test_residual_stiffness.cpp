@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What broken tetrahedra carry with release by facets: nothing in rigid rotations, symmetric and positive
-// semi-definite, never more energy, and nothing at all across a crack that is through.
+// Residual stiffness with release by facets: stress-free in rigid rotations, symmetric and positive
+// semi-definite, never more energy, and zero across a through crack.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/energy_account.h"
 #include "crackle/fracture/connectivity.h"

@@ -134,13 +134,13 @@ TEST_F(SampleFile, IsTheSameForTheSameContentExceptTimingAndProvenance) {
 }
 
 TEST_F(SampleFile, HoldsNoTimesOutsideProvenance) {
-  // Written in two different seconds, the files differ in the text of the time in /provenance only.
+  // Written in two different seconds, the files differ only in the time in /provenance.
   const fs::path a = folder.path() / "a.h5";
   const fs::path b = folder.path() / "b.h5";
   write(a);
   std::this_thread::sleep_for(std::chrono::milliseconds(1100));
   write(b);
-  // The last 32 bytes are the check sum.
+  // The last 32 bytes are the checksum.
   const std::string first = bytes_of(a).substr(0, fs::file_size(a) - 32);
   const std::string second = bytes_of(b).substr(0, fs::file_size(b) - 32);
   ASSERT_EQ(first.size(), second.size());
@@ -295,7 +295,7 @@ TEST_F(SampleFile, SamplesWithoutResultHaveNoCrackSurface) {
   const StoredSample failed = read_stored_sample(folder.path(), parameters, 3);
   EXPECT_EQ(failed.summary.error, "reason");
   EXPECT_TRUE(failed.surface.facets.empty());
-  write(sample_path(folder.path(), 3), 2);  // holds another number
+  write(sample_path(folder.path(), 3), 2);  // contains another number
   const StoredSample refused = read_stored_sample(folder.path(), parameters, 3);
   EXPECT_EQ(refused.summary.status, SampleStatus::pending);
   EXPECT_THAT(refused.summary.error, testing::HasSubstr("holds sample 2 instead of 3"));
@@ -356,7 +356,7 @@ TEST_F(SampleFile, ForeignFilesAreRefusedWithTheReason) {
 }
 
 TEST(Schema, IsRaisedWithTheColumns) {
-  std::map<std::int64_t, std::string> names;  // by the version that has them first
+  std::map<std::int64_t, std::string> names;  // by the first version that has them
   const auto add = [&](const analysis::ResultInfo& info, auto) {
     names[info.since] += std::string(info.name) + " ";
   };
@@ -437,7 +437,7 @@ TEST_F(SampleFile, OneBitFlippedAnywhereIsNoticed) {
   const fs::path file = folder.path() / "a.h5";
   write(file);
   const std::string whole = bytes_of(file);
-  // All bytes of both ends, and a prime stride between them.
+  // All bytes of both ends, and those at a prime stride in between.
   int n_flips = 0;
   for (std::size_t i = 0; i < whole.size(); i += i < 600 || i + 100 > whole.size() ? 1 : 149) {
     std::string damaged = whole;
@@ -472,7 +472,7 @@ TEST_F(SampleFile, UnwritablePlacesAreErrorsThatNameTheFile) {
 TEST_F(SampleFile, AFullDiskLeavesTheOldFileAndNoPart) {
   const fs::path file = folder.path() / "a.h5";
   write_failed_sample(file, parameters, 3, analysis::empty_summary(2, 3, SampleStatus::failed, "old"));
-  // A limit on the size of files stops a write half-way, as a full disk does.
+  // A file size limit interrupts a write, like a full disk.
   rlimit old_limit{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &old_limit), 0);
   const rlimit limit{20'000, old_limit.rlim_max};
@@ -503,7 +503,7 @@ TEST_F(SampleFile, SummariesOfAFolderAreCompleteWithPendingRows) {
   write(sample_path(folder.path(), 1), 1);
   write_failed_sample(sample_path(folder.path(), 2), parameters, 2,
                       analysis::empty_summary(2, 3, SampleStatus::failed, "reason"));
-  write(sample_path(folder.path(), 3), 2);  // holds another number
+  write(sample_path(folder.path(), 3), 2);  // contains another number
   const auto rows = read_summaries(folder.path(), parameters, 1, 4);
   ASSERT_EQ(rows.size(), 4u);
   EXPECT_EQ(rows[0].status, SampleStatus::done);

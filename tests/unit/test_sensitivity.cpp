@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Sensitivities of results with known ones, written into the rows of samples, and how often intervals hold.
+// Sensitivities of results with known values, written into the rows of samples, and the coverage of
+// intervals.
 #include "crackle/analysis/sensitivity.h"
 #include "crackle/common/random.h"
 #include "crackle/input/reader.h"
@@ -23,7 +24,7 @@ using ::testing::HasSubstr;
 
 constexpr std::array keys{"material.youngs_modulus", "material.density", "fracture.strength"};
 
-/// Three inputs of one distribution, whose parameters are in units of GPa, kg/m^3 and MPa.
+/// Three inputs with the same distribution, with parameters in units of GPa, kg/m^3 and MPa.
 input::Parameters study(int samples, int replicates, const std::string& distribution,
                         const std::array<std::string, 3>& parameters, int seed = 0,
                         const std::string& plan = "sobol") {
@@ -59,7 +60,7 @@ Sensitivity of_peak_load(const input::Parameters& parameters, const std::vector<
 }
 
 TEST(Sensitivity, OfIshigamisFunction) {
-  // Ishigami and Homma (1990), a = 7, b = 0.1: inputs uniform from -pi to pi, here about 1000 of each unit.
+  // Ishigami and Homma (1990), a = 7, b = 0.1: inputs uniform from -pi to pi, here around 1000 of each unit.
   const std::array<std::string, 3> around{"lower = \"999 GPa\"\nupper = \"1001 GPa\"",
                                           "lower = \"999 kg/m^3\"\nupper = \"1001 kg/m^3\"",
                                           "lower = \"999 MPa\"\nupper = \"1001 MPa\""};
@@ -82,12 +83,12 @@ TEST(Sensitivity, OfIshigamisFunction) {
   EXPECT_TRUE(std::isnan(found.mesh.value)) << "no replicates";
 }
 
-/// Additive, with shares 0.5, 0.2 and 0 of the inputs and 0.3 of a normal scatter that each sample has of its
-/// own: the mesh's part.
+/// Additive, with shares 0.5, 0.2 and 0 of the inputs and 0.3 of independent normal scatter per sample,
+/// representing the mesh.
 double additive(const input::Parameters& parameters, const std::vector<double>& v, std::uint64_t sample) {
   const double x = (v[0] / 1e9 - 100) / 1, y = v[1] - 1000;
   const RandomStream stream(parameters.ensemble.seed, sample, "scatter of a test");
-  double scatter = -6;  // a sum of twelve uniform numbers is about normal
+  double scatter = -6;  // a sum of twelve uniform numbers is approximately normal
   for (std::uint64_t i = 0; i < 12; ++i) scatter += stream.substream(i).uniform();
   return std::sqrt(0.5) * x + std::sqrt(0.2) * y + std::sqrt(0.3) * scatter;
 }
@@ -136,7 +137,7 @@ TEST(Sensitivity, OfAResultThatOwesNothingToTheInputs) {
   const Sensitivity found = of_peak_load(parameters, rows);
   EXPECT_GT(found.mesh.value, 0.6);
   for (const InputEffect& input : found.inputs) EXPECT_LT(input.total.value, 0.15);
-  // A constant predicts best, and an interval without width would say that the index is 0 for sure.
+  // A constant predicts best, and an interval of zero width would claim that the index is exactly 0.
   EXPECT_EQ(found.degree, 0);
   for (const InputEffect& input : found.inputs) {
     EXPECT_EQ(input.total.value, 0);
@@ -147,7 +148,7 @@ TEST(Sensitivity, OfAResultThatOwesNothingToTheInputs) {
 
 TEST(Sensitivity, OfAResultThatFewSamplesHaveTakesFewTerms) {
   const auto parameters = study(512, 1, "normal", normal_inputs);
-  // All 512 draws bear the 10 terms up to squares; the 18 that have a value do not, though they would fit.
+  // All 512 draws support the 10 terms up to squares; the 18 with a value do not, although they would fit.
   const auto found_with = [&](std::uint64_t every) {
     const auto rows = rows_of(parameters, [&](const auto& v, std::uint64_t i) {
       return i % every == 0 ? v[0] * v[0] : not_a_number;
@@ -169,7 +170,7 @@ TEST(Sensitivity, NeedsDrawsAndRandomInputs) {
 
 TEST(Exceedance, CountsSamplesAndKnowsThatReplicatesAreAlike) {
   const auto parameters = study(64, 2, "normal", normal_inputs);
-  // Replicates with the same value: as many independent samples as draws.
+  // Replicates with equal values: as many independent samples as draws.
   const auto alike =
       rows_of(parameters, [&](const auto&, std::uint64_t i) { return i / 2 % 4 == 0 ? 600.0 : 400.0; });
   const Exceedance of_draws = exceedance("peak_load > 0.5 kN", parameters, alike);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The saw-tooth law, and the energy that single tetrahedra dissipate by it.
+// The saw-tooth law, and the energy dissipated by single tetrahedra.
 #include "crackle/fracture/principal_stress.h"
 #include "crackle/fracture/softening.h"
 
@@ -26,7 +26,8 @@ constexpr double strength = 35e6;
 constexpr auto curves = {SofteningCurve::linear, SofteningCurve::exponential};
 
 double exact_peak(SofteningCurve curve, double opening, double ductility) {
-  // The area below the curve is half the ductility, in strengths times the elastic strain at the strength.
+  // The area under the curve is half the ductility, in units of strength times elastic strain at the
+  // strength.
   return curve == SofteningCurve::linear ? 1 - opening / ductility : std::exp(-opening / (ductility / 2));
 }
 
@@ -78,10 +79,10 @@ TEST(SofteningLaw, BreaksAtOnceWhatWouldSnapBack) {
   EXPECT_EQ(SofteningLaw(SofteningCurve::exponential, 10).teeth(1.5).size(), 1U);
 }
 
-/// A tetrahedron that is stretched further and further in one direction of strain.
+/// A tetrahedron stretched increasingly in one strain direction.
 class OneTetrahedron : public testing::Test {
 protected:
-  /// @return the strain, in multiples of that at which its stress is at the strength, at each tooth
+  /// @return the strain at each tooth, as a multiple of that at which the stress reaches the strength
   std::vector<double> stretch(const Symmetric& direction, const SofteningLaw& law, double dissipation) {
     body_.soften(law, std::vector<double>(6, dissipation));
     const Symmetric unit = scaled(direction, strength / value_(body_.elasticity()(direction)));
@@ -93,7 +94,7 @@ protected:
       body_.release(0, scaled(unit, strain), 0, 0);
       update_strengths(criterion_, body_, body_.changes().subspan(n_changes));
       at.push_back(strain);
-      // Unloading goes back to the origin, with the stiffness that is left.
+      // Unloading returns to the origin, with the remaining stiffness.
       for (const double back : {0.7, 0.2}) {
         const Symmetric less = scaled(unit, back * strain);
         const double share = body_.is_broken(0) ? 0 : body_.tooth_falls().back().share;
@@ -122,7 +123,7 @@ protected:
   LargestPrincipalStress value_;
 };
 
-/// Of strains that the fronts of cracks have, and of one with shear.
+/// For strains as at crack fronts, and one with shear.
 class InAnyStrain : public OneTetrahedron, public testing::WithParamInterface<Symmetric> {};
 
 TEST_P(InAnyStrain, DissipatesItsToughnessForTheWidthOfItsBand) {
@@ -133,7 +134,7 @@ TEST_P(InAnyStrain, DissipatesItsToughnessForTheWidthOfItsBand) {
   std::printf("%zu teeth at %.3f to %.3f of the strain at the strength: %.3f J/m^2 of %.0f\n", at.size(),
               at.front(), at.back(), found, toughness);
   EXPECT_NEAR(at.front(), 1, 2e-3);
-  EXPECT_NEAR(found, toughness, 2e-3 * toughness);  // strains grow in steps of 1e-3
+  EXPECT_NEAR(found, toughness, 2e-3 * toughness);  // strains increase in steps of 1e-3
   EXPECT_EQ(body_.tooth_falls().size() + 1, at.size());
 }
 
@@ -150,7 +151,7 @@ TEST_F(OneTetrahedron, BreaksAtOnceWhereItHoldsMoreThanTheToughness) {
   EXPECT_NEAR(released(), held * body_.operators().tetrahedra[0].volume, 5e-3 * released());
 }
 
-/// What records tell is enough to go on.
+/// The records suffice for continuing.
 TEST_F(OneTetrahedron, GoesOnFromItsRecords) {
   body_.soften({SofteningCurve::exponential, 7}, std::vector<double>(6, 1e7));
   const Symmetric strain = scaled({-0.38, -0.38, 1, 0, 0, 0}, strength / test::epoxy().youngs_modulus);
@@ -166,7 +167,7 @@ TEST_F(OneTetrahedron, GoesOnFromItsRecords) {
   EXPECT_TRUE(std::ranges::equal(restored.changes(), body_.changes()));
 }
 
-/// After the first tooth the criterion does not wait any more.
+/// After the first tooth the criterion has no more delay.
 TEST_F(OneTetrahedron, GivesWayWithoutDelayOnceItHasBegunTo) {
   const double over = 1.0001;
   EXPECT_FALSE(criterion_.advance(0, over * strength, over * strength, over * strength));

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The parts of the static solver: factors by blocks, conjugate gradients that are interrupted, cells of
-// nodes.
+// Parts of the static solver: block factors, interrupted conjugate gradients, cells of nodes.
 #include "crackle/common/index.h"
 #include "crackle/fracture/breakable_body.h"
 
@@ -61,7 +60,7 @@ TEST(BlockFactors, SolveAsEigenDoes) {
   EXPECT_LT(error, 1e-14);
 }
 
-/// -1, 2, -1 without a preconditioner: it takes as many iterations as it has unknowns.
+/// -1, 2, -1 without a preconditioner: takes as many iterations as there are unknowns.
 struct Chain {
   std::vector<float> values = std::vector<float>(60);
 

@@ -80,7 +80,7 @@ TEST(Statistics, TheInputSetsShapeAndConfidence) {
 }
 
 TEST(Statistics, DeviationsOfEqualValuesAreZero) {
-  // Squares and their sum cancel to the last bit.
+  // The squares and the squared sum cancel to the last bit.
   std::vector<SampleSummary> samples;
   for (int i = 0; i < 7; ++i) samples.push_back(done({0.065123456789}));
   EXPECT_EQ(make_statistics(samples, 1, 1).z_std[0], 0);
@@ -135,7 +135,7 @@ TEST(Statistics, OnlyDoneSamplesThatArrivedCount) {
   std::vector<SampleSummary> samples{empty_summary(2, 2, SampleStatus::pending), done({3, none, 5, none}),
                                      empty_summary(2, 2, SampleStatus::failed, "broke"),
                                      done({none, none, 7, none}), done({4, none, 9, 1})};
-  samples[2].position = {100, 100, 100, 100};  // values of a failed sample mean nothing
+  samples[2].position = {100, 100, 100, 100};  // values of a failed sample are ignored
   samples[2].pattern = 2;
   const Statistics s = make_statistics(samples, 2, 2);
   EXPECT_EQ(s.n_samples, 5);
@@ -152,7 +152,7 @@ TEST(Statistics, OnlyDoneSamplesThatArrivedCount) {
   EXPECT_EQ(s.z_mean[3], 1);
   for (const auto& of : {s.z_std, s.z_half_width}) {
     EXPECT_TRUE(std::isnan(of[1]));
-    EXPECT_TRUE(std::isnan(of[3]));  // one value has no deviation
+    EXPECT_TRUE(std::isnan(of[3]));  // a single value has no deviation
   }
   EXPECT_THAT(s.running_mean, ::testing::ElementsAre(::testing::IsNan(), ::testing::IsNan(),
                                                      ::testing::IsNan(), ::testing::IsNan(),        //
@@ -176,7 +176,7 @@ TEST(Statistics, WilsonIntervalsOfShares) {
   EXPECT_NEAR(s.pattern_upper[1], 0.7634, 1e-4);
   EXPECT_EQ(s.pattern_lower[0], 0);
   EXPECT_NEAR(s.pattern_upper[0], 0.2775, 1e-4);
-  // 8 of 20: 0.2188 to 0.6134, which does not lie round 0.4.
+  // 8 of 20: 0.2188 to 0.6134, which is not centred on 0.4.
   std::vector<SampleSummary> twenty;
   for (int i = 0; i < 20; ++i) twenty.push_back(done({1}, i < 8 ? Pattern::one_crack : Pattern::other));
   EXPECT_NEAR(make_statistics(twenty, 1, 1).pattern_lower[1], 0.2188, 1e-4);

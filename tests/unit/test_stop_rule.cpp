@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Ensembles that stop early: their interval must keep its confidence although it is looked at again and
-// again.
+// Ensembles that stop early: their interval must keep its confidence despite repeated looks.
 #include "crackle/analysis/running_statistics.h"
 #include "crackle/analysis/stop_rule.h"
 #include "crackle/common/random.h"
@@ -36,7 +35,7 @@ SampleSummary row(std::vector<double> z) {
   return summary;
 }
 
-/// So that NaN equals NaN.
+/// Bit patterns, so that NaN equals NaN.
 std::vector<std::uint64_t> bits(const std::vector<double>& values) {
   std::vector<std::uint64_t> result;
   for (const double value : values) result.push_back(std::bit_cast<std::uint64_t>(value));
@@ -55,7 +54,7 @@ TEST(StopRule, LooksGrowByHalf) {
 }
 
 TEST(StopRule, SaysHowManySamplesAHalfWidthTakes) {
-  // At the second section every other sample arrives, with the larger deviation; at the third hardly any.
+  // At the second section every other sample arrives, with larger deviation; at the third hardly any.
   const auto p = parameters(40, 0.1, 3);
   std::vector<SampleSummary> rows;
   for (int i = 0; i < 40; ++i)
@@ -136,7 +135,7 @@ TEST(StopRule, EverySectionThatIsOftenReachedMustBeKnown) {
   EXPECT_EQ(never.statistics().n_needed, 400) << "without cracks nothing is known";
 }
 
-/// Share of ensembles whose interval holds the true mean 0, and the mean number of samples at the end.
+/// Share of ensembles whose interval contains the true mean 0, and the mean number of samples at the end.
 std::pair<double, double> coverage(const std::function<double(RandomStream&)>& draw, int trials) {
   const auto p = parameters(500, 0.25);
   int n_hold = 0;
@@ -174,8 +173,7 @@ TEST(StopRule, KeepsItsConfidence) {
 }
 
 TEST(StopRule, LookingAfterEverySampleWithoutCorrectionWouldNot) {
-  // What the schedule of looks is there for: with a plain interval at every look, some look is wrong too
-  // often.
+  // Why the schedule of looks is needed: with a plain interval at every look, some look is wrong too often.
   constexpr int trials = 400;
   int n_hold = 0;
   for (int trial = 0; trial < trials; ++trial) {
@@ -194,7 +192,7 @@ TEST(StopRule, LookingAfterEverySampleWithoutCorrectionWouldNot) {
   std::printf("plain intervals at 471 looks all hold in %.3f of the cases, nominal 0.95\n", held);
   EXPECT_LT(held, 0.85);
 
-  // With the schedule the intervals of all looks hold together.
+  // With the schedule the intervals of all looks hold jointly.
   n_hold = 0;
   for (int trial = 0; trial < trials; ++trial) {
     RandomStream random(4, static_cast<std::uint64_t>(trial), "naive");

@@ -21,7 +21,7 @@ using mechanics::Symmetric;
 
 constexpr double strength = 35e6, length = 2.5e-3;
 
-/// A block of 8 x 8 x 8 mm in cells of 1 mm, with strengths that differ.
+/// A block of 8 x 8 x 8 mm in cells of 1 mm, with varying strengths.
 class Block : public testing::Test {
 protected:
   std::vector<double> make_strengths() const {
@@ -79,8 +79,8 @@ TEST_F(Block, AveragesOverTheStrengthWithTheBellOfTheDistance) {
   }
 }
 
-/// In the middle of the block the average of a stress that grows linearly is the stress there, and of one
-/// that grows as x^2 it is more by l^2 / 9: the second moment of the bell, 1/3 of int r^4 w / int r^2 w.
+/// In the centre of the block the average of a linear stress is the local stress, and that of a stress
+/// growing as x^2 is larger by l^2 / 9: the second moment of the bell function, 1/3 of int r^4 w / int r^2 w.
 TEST_F(Block, OfALinearStressIsTheStressThere) {
   std::fill(strengths_.begin(), strengths_.end(), 1.0);
   StressAverage average(body_, strengths_, length);
@@ -111,13 +111,13 @@ TEST_F(Block, SeesNothingAcrossACrack) {
     sees_crack_side = sees_crack_side || centroid(t)[2] > 3.5e-3;
   }
   EXPECT_TRUE(sees_crack_side);
-  // The crack's rim is in the ball, and free of stress.
+  // The boundary of the crack is in the ball, and stress-free.
   std::printf("beside a crack the unbroken have %.3f of the weight\n", sum_of_shares(below));
   EXPECT_LT(sum_of_shares(below), 0.95);
   EXPECT_GT(sum_of_shares(below), 0.5);
 }
 
-/// A crack that ends in the ball is looked round, as far as the ball goes.
+/// A crack that ends in the ball is bypassed around its front, within the ball.
 TEST_F(Block, LooksRoundTheFrontOfACrack) {
   cut(4e-3);
   const auto below = nearest({4e-3, 3.8e-3, 3.7e-3});
@@ -127,7 +127,7 @@ TEST_F(Block, LooksRoundTheFrontOfACrack) {
   EXPECT_TRUE(sees_other_side);
 }
 
-/// Nothing is kept that a break has changed.
+/// No cached ball may be used after a break in it.
 TEST_F(Block, IsThatOfTheBodyAsItIsNow) {
   std::vector<std::int32_t> centres;
   for (std::int32_t t = 0; t < subdomain_.n_tetrahedra(); t += 7) centres.push_back(t);
@@ -160,7 +160,7 @@ TEST_F(Block, BreaksTheMostStressedForItsStrength) {
     most = t;
   }
   EXPECT_EQ(average_.most_stressed(centre, value, stress), most);
-  // The bound that the breaking check rests on.
+  // The bound on which the breaking check relies.
   EXPECT_LE(value(average_(centre, stress)), largest);
 }
 

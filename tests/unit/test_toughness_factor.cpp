@@ -18,7 +18,7 @@ constexpr double greatest = input::greatest_measured_poisson_ratio;
 using input::Release;
 
 TEST(ToughnessFactor, IsTheOneThatWasMeasured) {
-  // Of single tetrahedra, by jobs/verification/verify toughness: load over the predicted one, squared.
+  // For single tetrahedra, from jobs/verification/verify toughness: measured over predicted load, squared.
   for (const auto& [nu, measured] :
        {std::pair{0.0, 0.92}, std::pair{0.2, 0.87}, std::pair{0.38, 0.67}, std::pair{0.45, 0.45}})
     EXPECT_NEAR(toughness_factor(Release::element, nu), measured, 0.04 * measured) << nu;
@@ -44,7 +44,7 @@ TEST(ToughnessFactor, LinksStrengthAndToughness) {
   EXPECT_NEAR(strength, 31.8e6, 0.05e6);  // as jobs/paper/README.md says
   EXPECT_NEAR(toughness_of(epoxy, strength, 0.3e-3), 60, 1e-10);
   EXPECT_NEAR(toughness_of(epoxy, 2 * strength, 0.6e-3), 8 * 60, 1e-9);
-  // Facets take somewhat more, so the same toughness asks for less strength.
+  // Release by facets dissipates somewhat more, so the same toughness requires less strength.
   epoxy.fracture.release = Release::facet;
   EXPECT_LT(strength_of(epoxy, 60, 0.3e-3), strength);
   EXPECT_GT(strength_of(epoxy, 60, 0.3e-3), 0.96 * strength);

@@ -64,7 +64,7 @@ TEST(TulerButcher, RampFailsAtTheCubeRoot) {
 }
 
 TEST(TulerButcher, IntegralOfAStressThatChangesInProportionToTimeIsExact) {
-  // Up from below the threshold, down again with another rate, and up over a step that begins above it.
+  // Up from below the threshold, down again at another rate, and up over a step that starts above it.
   const double up = 2e6 / 1e-8, down = 3e6 / 1e-8;
   const auto over = [&](double t) {
     const double top = up * 4e-8 - 1e6;
@@ -94,8 +94,8 @@ TEST(TulerButcher, IntegralOfAStressThatChangesInProportionToTimeIsExact) {
 }
 
 TEST(TulerButcher, BreaksAtTheEndOfAStepNearestToTheMomentOfFailure) {
-  // Of a ramp that passes the threshold at time 0: with some of these steps it fails before the first end of
-  // a step above the threshold.
+  // For a ramp that passes the threshold at time 0: with some of these steps it breaks before the first end
+  // of a step above the threshold.
   const double rate = 1e6 / 1e-8;
   for (const double exponent : {1.0, 2.0, 3.0}) {
     input::Fracture parameters = epoxy_fracture();
@@ -143,7 +143,7 @@ TEST(TulerButcher, StepMemoryIsAStrengthThatFollowsFromTheStep) {
   const double needed = std::sqrt(1e4 / dt);
   const auto criterion = one_tetrahedron(dt, input::Memory::step);
   std::printf("strength %.4f MPa\n", 1e-6 * criterion->strength(0));
-  EXPECT_NEAR(criterion->strength(0), 36.41e6, 0.01e6);  // 1.41 MPa over the threshold
+  EXPECT_NEAR(criterion->strength(0), 36.41e6, 0.01e6);  // 1.41 MPa above the threshold
   const auto run = [&](double over) {
     return breaking_time(
         one_tetrahedron(dt, input::Memory::step), [&](double) { return 35e6 + over; }, dt, 10000);
@@ -168,7 +168,7 @@ TEST(TulerButcher, StepMemoryAddsToTheStrengthOfEachTetrahedron) {
 }
 
 TEST(TulerButcher, CumulativeMemoryKeepsEarlierImpulse) {
-  // Over the threshold for half the impulse, below it for long, over it again for the other half.
+  // Above the threshold for half the impulse, below it for a long time, then above it for the other half.
   const double half = 0.5 * 1e4 / 1e12;
   const double dt = half / 500;
   const auto stress = [&](double t) { return t <= half || t > 10 * half ? 36e6 : 20e6; };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Random fields of the material: moments, correlation, marginal distributions, and that a factor belongs to
-// its place and not to who asks.
+// Random fields of the material: moments, correlation, marginal distributions, and independence of a factor
+// from the partition.
 #include "crackle/fracture/gaussian_field.h"
 #include "crackle/fracture/variation.h"
 
@@ -45,7 +45,7 @@ TEST(GaussianField, IsStandardNormalWithMaternsCorrelation) {
   EXPECT_LT(error, test::kolmogorov_limit(n_fields));
   for (std::size_t k = 0; k < distances.size(); ++k) {
     const double expected = matern_correlation(distances[k] * length, length);
-    // The product of two normal numbers with this correlation has the variance 1 + expected^2.
+    // The product of two normal numbers with this correlation has variance 1 + expected^2.
     const double standard_error = std::sqrt((1 + expected * expected) / n_fields);
     std::printf("correlation at %.2f lengths: %.4f, expected %.4f +- %.4f\n", distances[k], products[k],
                 expected, standard_error);
@@ -136,7 +136,7 @@ TEST(Variation, OfTheToughnessIsTheSquareOfTheStrengths) {
   }
 }
 
-/// Softening has a strength and a toughness: each can vary by the field, or both in step.
+/// Softening has a strength and a toughness: either can vary with the field, or both together.
 TEST(Variation, MultipliesStrengthAndToughnessOfSofteningOnTheirOwn) {
   const auto mesh = test::make_box({.size = {2e-3, 2e-3, 4e-3}, .cells = {2, 2, 4}});
   const TetrahedronSpan all{mesh.nodes, mesh.tetrahedra};
@@ -160,7 +160,7 @@ TEST(Variation, BelongsToThePlaceAndTheSample) {
   const auto mesh = test::make_box({.size = {2e-3, 2e-3, 4e-3}, .cells = {3, 3, 6}, .disturbance = 0.1});
   for (const auto& variation : {weibull_without_length(), weibull_with_length(), lognormal()}) {
     const auto whole = variation_factors(varied(variation), 3, {mesh.nodes, mesh.tetrahedra});
-    // The tetrahedra of a part, which knows their numbers in the realization.
+    // The tetrahedra of a part, with their numbers in the realization.
     std::vector<geometry::Tetrahedron> some;
     std::vector<std::int64_t> numbers;
     for (std::size_t t = 1; t < mesh.tetrahedra.size(); t += 7) {

@@ -10,7 +10,7 @@ namespace crackle::mechanics {
 namespace {
 
 TEST(WaveSpeeds, AreThoseOfTheTextbook) {
-  // Steel, tabulated in many places: 5.9 and 3.2 km/s, Rayleigh's wave 0.926 of the latter.
+  // Steel, common table values: 5.9 and 3.2 km/s, Rayleigh wave at 0.926 of the latter.
   const input::Material steel{210e9, 0.29, 7850};
   EXPECT_NEAR(dilatational_speed(steel), 5920, 10);
   EXPECT_NEAR(shear_speed(steel), 3220, 10);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The boundary list at work in dynamics: motions of a part of a face, loads with a history, free flight.
+// Boundary conditions in dynamics: motions of part of a face, loads with a history, free flight.
 #include "crackle/common/real.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/mechanics/boundary_loads.h"
@@ -47,7 +47,7 @@ public:
   Vector momentum() const {
     return sum_over_nodes([&](std::size_t n) { return times_mass(n, velocity_of(n)); });
   }
-  /// About the origin, with the undeformed positions: that is what linear elasticity keeps exactly.
+  /// About the origin, with the undeformed positions, as exactly conserved by linear elasticity.
   Vector angular_momentum() const {
     return sum_over_nodes(
         [&](std::size_t n) { return times_mass(n, cross(subdomain().nodes[n], velocity_of(n))); });
@@ -73,7 +73,7 @@ private:
 TEST(FreeFlight, KeepsMomentumAndAngularMomentum) {
   Block block({});
   for (std::size_t n = 0; n < block.subdomain().nodes.size(); ++n) {
-    // Flies, turns slowly, and vibrates.
+    // Translates, rotates slowly, and vibrates.
     const auto& p = block.subdomain().nodes[n];
     const Vector turning = cross({1, 2, -1}, p);
     for (std::size_t i = 0; i < 3; ++i)
@@ -102,7 +102,7 @@ TEST(Traction, WithAHistoryGivesItsImpulse) {
   const Vector found = block.momentum();
   std::printf("momentum %.6e, %.6e N s; impulse of the pulse %.6e, %.6e N s\n", found[1], found[2],
               expected[1], expected[2]);
-  // The splitting's weights integrate the linear pieces up to their kinks.
+  // The splitting's weights integrate the linear pieces exactly, up to their kinks.
   for (std::size_t i = 1; i < 3; ++i) EXPECT_NEAR(found[i], expected[i], 1e-3 * expected[i]);
   EXPECT_NEAR(found[0], 0, 1e-9 * expected[1]);
 }
@@ -208,7 +208,7 @@ TEST(Motions, ThatMeetOnAnEdgeShareNoComponent) {
   }
 }
 
-/// A bar that is held below, starts from rest and does not break: the error of its energy account.
+/// A bar held at the bottom that starts from rest and does not break: the error of its energy balance.
 double energy_error_of(const char* what, std::vector<input::Boundary> boundaries, input::Engine engine,
                        input::Integrator integrator) {
   boundaries.insert(boundaries.begin(), test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
@@ -243,7 +243,7 @@ TEST(Kinks, InsideATimeStepCloseTheEnergyAccount) {
   for (const auto engine : {input::Engine::fixed_point, input::Engine::petsc}) {
     for (const auto integrator : {input::Integrator::verlet, input::Integrator::bilateral4}) {
       auto loaded = test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, 10});
-      // Up over half the time, and down to a half within a fifth of a step.
+      // Up over half the time, then down to a half within a fifth of a step.
       loaded.history = {{0, 0}, {1.003e-5, 1}, {1.004e-5, 0.5}};
       EXPECT_LT(energy_error_of("force", {loaded}, engine, integrator), 1e-2);
       loaded = test::boundary(Face::z_max, BoundaryKind::displacement, {false, false, true}, {0, 0, 1e-5});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The static and a transient solution on the same mesh by another program: CalculiX with its linear
-// tetrahedron C3D4, to which the stiffness of PDS-FEM is identical.
+// The static and a transient solution compared with CalculiX on the same mesh; its linear tetrahedron C3D4
+// has the same stiffness as PDS-FEM.
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/stable_step.h"
@@ -46,9 +46,9 @@ input::Parameters notched_plate() {
   return parameters;
 }
 
-/// Writes the problem in CalculiX's input format. Millimetres, newtons, megapascals, tonnes: its output has
-/// few digits, which small numbers in metres would not change but which people read more easily so.
-/// @param step the lines after *STEP that say what is solved
+/// Writes the problem in CalculiX's input format, in mm, N, MPa and tonnes, which are easier to read;
+/// CalculiX's output has few digits in any unit.
+/// @param step the lines after *STEP that define the analysis
 void write_input(const std::filesystem::path& file, const input::Parameters& parameters,
                  const geometry::Realization& mesh, const std::vector<double>& nodal_force,
                  const std::string& step, const std::string& output) {
@@ -153,7 +153,8 @@ std::vector<std::pair<double, double>> read_history(const std::filesystem::path&
 }
 
 TEST(CalculiX, GivesTheSameDisplacementHistory) {
-  // A load that grows for 30 us and stays; CalculiX integrates implicitly, with a consistent mass matrix.
+  // A load that grows for 30 us and then stays constant; CalculiX integrates implicitly, with a consistent
+  // mass matrix.
   auto parameters = notched_plate();
   parameters.boundaries.back() = test::boundary(Face::z_max, BoundaryKind::force, {}, {0, 0, 100});
   parameters.boundaries.back().history = {{0, 0}, {30e-6, 1}};

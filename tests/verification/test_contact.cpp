@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A bar is broken in two and pushed together again: with contact the crack carries compression, and only
-// that.
+// A bar is broken in two and pushed together again: with contact the crack carries compression, and nothing
+// else.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/stable_step.h"
@@ -23,11 +23,12 @@ using input::Contact;
 using input::Face;
 
 struct Pushed {
-  double reaction;      ///< at the moved end, over that of a free bar without a crack
+  double reaction;      ///< at the driven end, relative to an intact bar
   double energy_error;  ///< relative to the work
 };
 
-/// Moves the end of a bar that is broken in its middle by `strain` times its length, slowly for its waves.
+/// Moves the end of a bar that is broken in the middle by `strain` times its length, slowly compared with its
+/// waves.
 Pushed push(double strain, Contact contact, input::Release release, bool is_broken = true) {
   input::Parameters parameters;
   const geometry::Point size{0.002, 0.002, 0.01};
@@ -63,7 +64,7 @@ Pushed push(double strain, Contact contact, input::Release release, bool is_brok
   const EnergyAccount account(self, body);
   const auto motion = make_fixed_point_motion(context, input::Precision::double_, 0, duration, state);
   auto phase = run_explicit_phase(context, *motion, map, account, 0, options, state);
-  // The energy of the prior breaks is no part of this motion.
+  // The energy of the prior breaks is not part of this motion.
   for (auto& row : phase.energy) row.released = 0;
   const double unbroken = parameters.material.youngs_modulus * size[0] * size[1] * std::abs(strain);
   return {std::abs(measure_loads(self, body, loads, state.displacement, duration).reaction.back()) / unbroken,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Damping and absorbing faces against exact solutions: the decay of free motion and of a vibration, and what
-// Lysmer and Kuhlemeyer's dashpots reflect of plane waves.
+// Damping and absorbing faces against exact solutions: the decay of free motion and of a vibration, and the
+// reflection of plane waves by Lysmer and Kuhlemeyer's dashpots.
 #include "crackle/mechanics/elasticity.h"
 
 #include "support/box_mesh.h"
@@ -46,7 +46,7 @@ TEST(Damping, LetsFreeMotionDecayHoweverSlow) {
   auto criterion = test::unbreakable(subdomain);
   const double rate = 5000, step = 2e-8;
   const MotionContext context{&self, &body, &loads, test::epoxy().density, &criterion, 1, nullptr, rate};
-  // In mixed numbers the last component loses far less than a quantum in a step.
+  // In mixed precision the last component loses far less than a quantum per step.
   const std::array<double, 3> start{10, -3, 1e-4};
   double mass = 0;
   for (const double m : body.operators().node_mass) mass += m;
@@ -69,7 +69,7 @@ TEST(Damping, LetsFreeMotionDecayHoweverSlow) {
     const double imbalance = std::abs(at_start - kinetic - motion->dissipated_energy()) / at_start;
     std::printf("%s: after %.2f of 1/rate off the exact decay by %.1e, energy by %.1e\n", format,
                 rate * 5000 * step, error, imbalance);
-    // The slow component has a few hundred quanta in mixed numbers.
+    // In mixed precision the slow component has a few hundred quanta.
     EXPECT_LT(error, std::string(format) == "mixed" ? 0.01 : 1e-7);
     EXPECT_LT(imbalance, std::string(format) == "mixed" ? 1e-6 : 1e-12);
   }
@@ -77,7 +77,7 @@ TEST(Damping, LetsFreeMotionDecayHoweverSlow) {
 
 constexpr double length = 0.012;
 
-/// A column with walls that let plane waves along z pass.
+/// A column with walls that let plane waves pass along z.
 /// @param axis of the motion: 2 for P waves, 0 for S waves
 input::Parameters column(int axis) {
   input::Parameters parameters;
@@ -159,14 +159,14 @@ TEST(AbsorbingFace, IsLeftByPulsesThatMeetItStraightOn) {
 
 using Complex = std::complex<double>;
 
-/// What dashpots of impedances rho c_p and rho c_s reflect of a plane wave's energy, exactly.
+/// The exact share of a plane wave's energy reflected by dashpots of impedances rho c_p and rho c_s.
 /// @param angle between the wave's direction and the face's normal
 double reflected_share(const input::Material& material, bool is_shear, double angle) {
   const mechanics::IsotropicElasticity elasticity(material);
   const double cp = mechanics::dilatational_speed(material), cs = mechanics::shear_speed(material);
   const double slowness = std::sin(angle) / (is_shear ? cs : cp);  // along the face
   const auto cosine = [&](double c) { return std::sqrt(Complex(1 - slowness * slowness * c * c)); };
-  // Traction less the dashpots' on the face z = 0, over i omega, of a wave with unit amplitude.
+  // Traction minus that of the dashpots on the face z = 0, over i omega, for a wave of unit amplitude.
   const auto residual = [&](double c, Complex y, Complex z, Complex uy, Complex uz) {
     const Complex normal =
         ((elasticity.lambda + 2 * elasticity.mu) * z * uz + elasticity.lambda * y * uy) / c;
@@ -187,7 +187,7 @@ double reflected_share(const input::Material& material, bool is_shear, double an
   return (std::norm(amplitude[0]) * flux_p + std::norm(amplitude[1]) * flux_s) / (is_shear ? flux_s : flux_p);
 }
 
-/// The mean over the directions that a beam with a Gaussian profile consists of.
+/// The mean over the directions contained in a beam with a Gaussian profile.
 /// @param spread standard deviation of its energy over the angle
 double reflected_share_of_beam(const input::Material& material, bool is_shear, double angle, double spread) {
   double sum = 0, weight = 0;
@@ -203,10 +203,10 @@ double reflected_share_of_beam(const input::Material& material, bool is_shear, d
 
 constexpr double wavelength = 6e-3, half_length = 3e-3, half_width = 6e-3;
 
-/// The share of its energy that a beam of waves keeps when it meets an absorbing face.
+/// The share of its energy that a wave beam retains after hitting an absorbing face.
 /// @param angle between its direction and the face's normal
 double reflected_share_on_mesh(const input::Material& material, bool is_shear, double angle, double spacing) {
-  // From where its middle starts to the face, and to where it ends.
+  // From the start of its centre to the face, and from there to the end.
   constexpr double way = 0.025;
   const std::array<double, 2> along{std::sin(angle), std::cos(angle)}, across{along[1], -along[0]};
   const auto cells = [&](double extent) { return static_cast<int>(std::ceil(extent / spacing)); };
@@ -215,7 +215,7 @@ double reflected_share_on_mesh(const input::Material& material, bool is_shear, d
   input::Parameters parameters;
   parameters.specimen.size = {spacing, width, height};
   parameters.material = material;
-  // In plane strain.
+  // Plane strain.
   for (const Face face : {Face::x_min, Face::x_max})
     parameters.boundaries.push_back(test::boundary(face, BoundaryKind::fix, {true, false, false}));
   parameters.boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::absorbing));
@@ -228,7 +228,7 @@ double reflected_share_on_mesh(const input::Material& material, bool is_shear, d
     const auto& node = motion.subdomain().nodes[n];
     const double y = node[1] - width / 2, z = node[2] - height;
     const double s = along[0] * y + along[1] * z + way, w = across[0] * y + across[1] * z;
-    // From a wave's potential, so that it is of one kind; it moves on with its speed.
+    // From a wave potential, so that it is of a single type; it travels at its wave speed.
     const Complex q(-s / (half_length * half_length), wave_number);
     const double r = -w / (half_width * half_width);
     const Complex potential =

@@ -215,7 +215,7 @@ TEST(Dynamics, TimeGridCoversTheDurationInWholeCycles) {
 
 TEST(Dynamics, WaveInASlenderBarArrivesWithTheBarSpeed) {
   // A bar 2 mm x 2 mm x 200 mm, suddenly pulled at its end: half of the velocity behind the front is reached
-  // at the middle after 100 mm / sqrt(E/rho).
+  // in the middle after 100 mm / sqrt(E/rho).
   const double length = 0.2, width = 0.002, stress = 1e6;
   const auto mesh = test::make_box({.size = {width, width, length}, .cells = {2, 2, 200}});
   const auto subdomain = test::whole(mesh);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The energy account of a whole sample of the demo: external work = kinetic + strain + released + dissipated
+// The energy balance of a whole sample of the demo: external work = kinetic + strain + released + dissipated
 // at every output.
 #include "crackle/dynamics/energy_account.h"
 #include "crackle/dynamics/sample_run.h"
@@ -49,7 +49,7 @@ TEST_P(WholeSample, ClosesTheEnergyAccount) {
       static_cast<long long>(result.counts.range_restarts));
   EXPECT_GT(result.breaks.size(), 500U);
   EXPECT_EQ(result.counts.range_restarts, 0);
-  // Far below what is required, so that a small fault of one part shows.
+  // Far below the requirement, so that a small fault in one part is detected.
   EXPECT_LT(result.energy_error, 5e-6);
   EXPECT_GT(n_quiet, 5);
   EXPECT_LT(between, 1e-6);

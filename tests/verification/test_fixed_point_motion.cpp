@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The fast dynamics in integers: reversible to the last bit, the same with every instruction set, true to the
-// plain double-precision dynamics, and no overloaded tetrahedron missed.
+// The fast dynamics in integers: reversible to the last bit, equal with every instruction set, consistent
+// with the plain double-precision dynamics, and no overloaded tetrahedron missed.
 #include "crackle/dynamics/explicit_phase.h"
 #include "crackle/dynamics/stable_step.h"
 #include "crackle/fracture/principal_stress.h"
@@ -31,7 +31,7 @@ constexpr const char* name(Precision precision) {
   return precision == Precision::mixed ? "mixed" : "double";
 }
 
-/// A block that vibrates and flies.
+/// A block that vibrates and translates.
 class VibratingBlock : public ::testing::Test {
 protected:
   VibratingBlock()
@@ -139,7 +139,7 @@ TEST_F(VibratingBlock, HasTheSameBitsWithEveryInstructionSet) {
 
 TEST_F(VibratingBlock, FollowsThePlainDynamicsOverManySteps) {
   const int n_steps = 20000;
-  // What the plain dynamics change by the integrator's own error is subtracted.
+  // Changes in the reference motion due to the integrator's own error are subtracted.
   const auto energy_and_momentum = [&](const MotionState& state) {
     const auto v = state.velocity.owned();
     double energy = 0, momentum = 0, scale = 0;
@@ -215,7 +215,7 @@ TEST_F(VibratingBlock, KnowsTheStrainAtTheStartsOfItsLastTwoSteps) {
       return all;
     };
     auto now = strains(), before = now;
-    for (int step = 0; step < 40; ++step) {  // past two unwrappings
+    for (int step = 0; step < 40; ++step) {  // beyond two unwrappings
       const auto earlier = std::exchange(before, now);
       motion.step(step % 2 == 0 ? map.even : map.odd, dt_, step * dt_);
       now = strains();
@@ -274,7 +274,7 @@ TEST_F(VibratingBlock, AStateThatOutgrowsItsNumbersIsReported) {
   EXPECT_NE(motion->failure()->find("time.precision"), std::string::npos);
 }
 
-// Numbers far out of the range, of which many would look harmless when they were wrapped around to 32 bits.
+// Numbers far out of range, many of which would look harmless when wrapped to 32 bits.
 
 TEST_F(VibratingBlock, LoadsAndMotionsBeyondTheRangeAreReported) {
   loads_.forces.push_back({.component = 0,
@@ -315,7 +315,7 @@ TEST(FixedPointContact, ForcesBeyondTheRangeAreReported) {
   const auto fails = [&](double closing) {
     fracture::BreakableBody body(subdomain, test::epoxy(), input::Release::element,
                                  input::Contact::frictionless);
-    // A crack through everything: the range follows from what is whole.
+    // A crack through everything: the range is determined by the intact part.
     for (std::int32_t t = 0; t < subdomain.n_tetrahedra(); ++t) body.release(t, {1e-3, 0, 0, 0, 0, 0}, 0, 0);
     MotionState state{parallel::NodeField(self, subdomain.layout),
                       parallel::NodeField(self, subdomain.layout)};

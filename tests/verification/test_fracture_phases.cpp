@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Run-away and arrest, each on a case designed for it.
+// Unstable growth and arrest, each in a case designed for it.
 #include "crackle/dynamics/sample_run.h"
 #include "support/box_mesh.h"
 
@@ -38,7 +38,7 @@ SampleResult run(const input::Parameters& parameters, const geometry::Realizatio
   return result;
 }
 
-/// A bar that is held below and pulled above, the load growing by 10 N/s.
+/// A bar held at the bottom and pulled at the top, with the load growing by 10 N/s.
 input::Parameters pulled_bar() {
   auto parameters = epoxy_parameters();
   parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));
@@ -73,7 +73,7 @@ TEST(RunAway, WithStepMemoryIsAtTheStrengthOfOneStep) {
   const auto result = run(parameters, mesh);
   EXPECT_EQ(result.outcome, Outcome::separated);
   EXPECT_EQ(result.counts.dynamic_phases, 1);
-  // 1.41 MPa more than 35 MPa, as the paper's time step asks for.
+  // 1.41 MPa more than 35 MPa, as required by the paper's time step.
   const double ratio = result.breaks.front().load_time / cumulative.breaks.front().load_time;
   std::printf("first break at %.6f times the load of cumulative memory, expected %.6f\n", ratio,
               1 + std::sqrt(2.0) / 35);
@@ -87,7 +87,7 @@ TEST(RunAway, BreaksAtTheSameStressesForLargeAndSmallSteps) {
   const auto mesh =
       test::make_box({.size = parameters.specimen.size, .cells = {6, 12, 36}, .disturbance = 0.2});
   struct Stress {
-    double mean = 0, error = 0;  // over the strength [Pa]
+    double mean = 0, error = 0;  // relative to the strength [Pa]
   };
   const auto over_strength = [&](std::optional<double> step) {
     parameters.time.step = step;
@@ -110,7 +110,7 @@ TEST(RunAway, BreaksAtTheSameStressesForLargeAndSmallSteps) {
 
 TEST(Arrest, WedgeOpenedStripCracksInManySteps) {
   // A strip with a slot along half its length, opened by prescribed displacements: the crack unloads itself
-  // as it grows, so every pop-in arrests and needs a wider opening to go on.
+  // as it grows, so every pop-in arrests and needs a wider opening to continue.
   auto parameters = epoxy_parameters();
   const double width = 0.012, length = 0.03;
   parameters.specimen.size = {0.001, width, length};

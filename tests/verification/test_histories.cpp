@@ -19,7 +19,7 @@ using input::Face;
 
 constexpr double length = 0.04, width = 0.004, thickness = 0.002;
 
-/// A bar without lateral contraction, in which waves are one-dimensional.
+/// A laterally constrained bar with one-dimensional waves.
 class HistoryOfABar : public testing::Test {
 protected:
   HistoryOfABar() {
@@ -83,7 +83,7 @@ TEST_F(HistoryOfABar, InEquilibriumIsTheExactOne) {
 }
 
 TEST_F(HistoryOfABar, FollowsAWave) {
-  // Pulled ever faster at one end: v = a (t - (L - z) / c), stress = rho c v.
+  // Pulled with constant acceleration at one end: v = a (t - (L - z) / c), stress = rho c v.
   parameters.time.start = input::Start::rest;
   parameters.output.history = 5e-7;
   const double acceleration = 1e5;
@@ -100,7 +100,7 @@ TEST_F(HistoryOfABar, FollowsAWave) {
     EXPECT_EQ(row.phase, 1);
     EXPECT_GT(t, previous);
     previous = t;
-    // Nothing has come back from the free end before.
+    // Until then nothing has returned from the free end.
     if (t > length / c) break;
     for (std::size_t i = 0; i < 2; ++i) {
       const double since = std::max(0.0, t - (length - parameters.output.probes[i].at[2]) / c);
@@ -128,7 +128,7 @@ TEST_F(HistoryOfABar, FollowsAWave) {
 }
 
 TEST_F(HistoryOfABar, TellsTheForceOfAnAbsorbingFace) {
-  // As above; the wave leaves by the other end, which takes rho c v of each area.
+  // As above; the wave leaves through the other end, which absorbs rho c v per area.
   parameters.time.start = input::Start::rest;
   parameters.time.integrator = input::Integrator::verlet;
   parameters.time.duration = 6e-5;

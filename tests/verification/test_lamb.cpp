@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Lamb's problem: a force at one place of the free surface of a half space, against the closed form of
-// Pekeris (1955) and Mooney (1974) for Poisson's ratio 1/4.
+// Lamb's problem: a point force on the free surface of a half-space, against the closed form of Pekeris
+// (1955) and Mooney (1974) for Poisson's ratio 1/4.
 #include "crackle/common/index.h"
 
 #include "support/elastic_motion.h"
@@ -20,8 +20,8 @@ using input::Face;
 
 const double root3 = std::sqrt(3.0);
 
-/// Integral over tau from 0 of the surface's vertical displacement under a vertical unit step force at the
-/// distance r, times pi mu r; tau is the time over that of a shear wave, c_S t / r.
+/// Integral over tau from 0 of the surface's vertical displacement due to a vertical unit step force at
+/// distance r, times pi mu r; tau is the time in units of the shear wave's travel time, c_S t / r.
 ///
 /// Mooney's displacement, times 32: 6 - sqrt(3) / sqrt(tau^2 - 1/4) - a / sqrt(g^2 - tau^2)
 /// + b / sqrt(tau^2 - k^2) from the P to the S wave, 12 - 2 a / sqrt(g^2 - tau^2) to the Rayleigh wave, 12
@@ -43,14 +43,15 @@ double pekeris_integral(double tau) {
   return sum / 32;
 }
 
-/// A quarter of a block of stone with the force at its corner (0, 0, top); two walls are planes of symmetry,
-/// the others reflect later than what is compared.
+/// A quarter of a block of stone with the force at its corner (0, 0, top); two walls are symmetry planes, the
+/// others reflect after the compared times.
 class Block {
 public:
   explicit Block(double spacing)
       : motion_(test::irregular_box(size, spacing), parameters(), input::Integrator::verlet) {}
 
-  /// @return largest difference to the closed form over surface nodes and times, over its largest value
+  /// @return largest difference from the closed form over surface nodes and times, relative to its largest
+  ///   value
   double error() {
     motion_.start(duration);
     constexpr int n_moments = 60;
@@ -84,7 +85,7 @@ public:
 
   static constexpr geometry::Point size{0.018, 0.018, 0.0135};
   static constexpr double nearest = 0.006, farthest = 0.008;
-  /// The P wave comes back from the far walls after (2 * 18 - 8 - 1) mm / c_P = 4.6 us, from below later.
+  /// The P wave returns from the far walls after (2 * 18 - 8 - 1) mm / c_P = 4.6 us, later from the bottom.
   static constexpr double duration = 4.6e-6;
   static constexpr double rise = 1.5e-6;
 
@@ -107,7 +108,7 @@ private:
   /// A smooth growth to 1.
   static double history(int i) { return std::pow(std::sin(std::acos(-1.0) / 2 * i / n_pieces), 2); }
 
-  /// Sum over the loaded nodes and their mirror images, each with the force that the mesh gives it.
+  /// Sum over the loaded nodes and their mirror images, each with its nodal force in the mesh.
   double closed_form(std::size_t node, double time) const {
     const mechanics::IsotropicElasticity elasticity({70e9, 0.25, 2500});
     const double c = std::sqrt(elasticity.mu / 2500);
@@ -119,7 +120,7 @@ private:
       for (const double sx : {-1.0, 1.0}) {
         for (const double sy : {-1.0, 1.0}) {
           const double r = std::hypot(x[0] - sx * at[0], x[1] - sy * at[1]);
-          // The force is a sum of ramps, which begin where its slope changes.
+          // The force is a sum of ramps, which start where its slope changes.
           double of_ramps = 0, slope = 0;
           for (int k = 0; k <= n_pieces; ++k) {
             const double next = k == n_pieces ? 0 : (history(k + 1) - history(k)) * n_pieces / rise;
@@ -142,7 +143,7 @@ private:
 };
 
 TEST(LambsProblem, SurfaceMovesAsInTheClosedForm) {
-  // Boussinesq's displacement (1 - nu) / (2 pi mu r) in the end.
+  // In the limit Boussinesq's displacement (1 - nu) / (2 pi mu r).
   EXPECT_NEAR(pekeris_integral(9) - pekeris_integral(8), 3.0 / 8, 1e-12);
   std::vector<double> errors;
   for (const double spacing : {1e-3, 0.7e-3, 0.5e-3, 0.35e-3}) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Bodies that all fracture laws have one answer for: a bar without a notch fails at the strength, and breaks
-// by an averaged stress attach to the crack.
+// Bodies for which all fracture laws agree: a bar without a notch fails at the strength, and breaks by an
+// averaged stress attach to the crack.
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/geometry/centroid.h"
 
@@ -65,7 +65,7 @@ TEST(Laws, ABarWithoutANotchFailsAtTheStrength) {
   const parallel::Communicator self(MPI_COMM_SELF);
   for (const auto& [name, fracture] : laws()) {
     auto parameters = pulled(size, fracture);
-    parameters.time.step = 5e-9;  // the energy error of sudden releases falls with its square
+    parameters.time.step = 5e-9;  // the energy error of sudden releases decreases with its square
     const auto result = run_sample(self, parameters, subdomain, {});
     const double stress = result.onset_force / (size[0] * size[1]);
     std::printf("%-22s runs away at %.4f of the strength, %zu tetrahedra broken, energy error %.1e\n",
@@ -76,7 +76,7 @@ TEST(Laws, ABarWithoutANotchFailsAtTheStrength) {
   }
 }
 
-/// The known fault of averages is that breaks open ahead of the crack, where the average is largest.
+/// The known defect of averaging is that breaks open ahead of the crack, where the average is largest.
 TEST(Laws, BreaksByAnAveragedStressAttachToTheCrack) {
   const Vector size{1e-3, 6e-3, 6e-3};
   const auto in_slot = [](const geometry::Point& p) { return p[1] < 2e-3 && std::abs(p[2] - 3e-3) < 0.2e-3; };

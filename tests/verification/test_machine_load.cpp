@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a testing machine records: of which conditions, with which sign, and up to when.
+// The record of a testing machine: from which conditions, with which sign, and until when.
 #include "crackle/dynamics/machine_load.h"
 #include "crackle/dynamics/sample_run.h"
 
@@ -110,7 +110,7 @@ TEST(LoadResults, AreUnknownWithoutAHistory) {
   EXPECT_TRUE(std::isnan(load_results({}).work_of_fracture));
 }
 
-/// A bar of 2 x 4 x 12 mm that is pulled until it breaks.
+/// A bar of 2 x 4 x 12 mm pulled until it breaks.
 class PulledBar : public testing::Test {
 protected:
   PulledBar() {
@@ -146,7 +146,7 @@ TEST_F(PulledBar, HasItsPeakBeforeItReboundsFromTheGrip) {
   EXPECT_GT(found.displacement_at_peak, 0);
   EXPECT_LT(std::ranges::min_element(result.history, {}, &HistoryRow::load)->load, 0)
       << "pieces push back against their grips";
-  // The triangle below the curve of a body that is linear up to its break.
+  // The triangle under the curve of a body that is linear up to its break.
   EXPECT_NEAR(found.work_of_fracture, 0.5 * found.peak_load * found.displacement_at_peak,
               0.1 * found.work_of_fracture);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is measured for the estimate of a sample's cost; not how long it took.
+// The measurement of a sample's cost; its results, not the times.
 #include "crackle/ensemble/measured_cost.h"
 
 #include "crackle/dynamics/explicit_phase.h"
@@ -15,7 +15,7 @@ namespace {
 using input::BoundaryKind;
 using input::Face;
 
-/// A slotted strip that is pulled until it breaks.
+/// A slotted strip pulled until it breaks.
 input::Parameters strip() {
   input::Parameters parameters;
   parameters.specimen.size = {0.002, 0.01, 0.02};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How samples end, and what is their first break and their onset.
+// Outcomes of samples, their first break and their onset.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/dynamics/separation.h"
@@ -86,7 +86,7 @@ TEST_F(Bar, PulledByVelocitiesAtBothEndsComesApart) {
   EXPECT_EQ(result.phase_start, 0);
   EXPECT_GT(result.first_break_time, 0);
   EXPECT_LT(result.first_break_time, 4e-5);
-  // At the clamped ends, when the stress wave has been there: E v / c against the strength.
+  // At the clamped ends, once the stress wave arrives: E v / c reaches the strength.
   EXPECT_GT(result.first_break_load, 0.2 * 35e6 * 0.002 * 0.004);
   EXPECT_LT(result.first_break_load, 2 * 35e6 * 0.002 * 0.004);
   EXPECT_THAT(log, testing::Not(testing::Contains(HasSubstr("instability"))));
@@ -160,7 +160,7 @@ TEST_F(Bar, StartsFromAnOverloadedEquilibrium) {
   EXPECT_EQ(result.onset_time, 0);
   EXPECT_NEAR(result.first_break_load, 400, 1e-9);
   EXPECT_LT(result.first_break_time, 5e-6);
-  // Many places are over the strength, and all of them break at once.
+  // Many places exceed the strength, and all of them break at once.
   EXPECT_GT(result.breaks.size(), 50U);
   EXPECT_LT(result.energy_error, 1e-3);
 }
@@ -219,7 +219,7 @@ protected:
 };
 
 TEST_F(WedgedStrip, AShortDurationDoesNotMakeAnArrestedPhaseTheLast) {
-  // A break 2 us before the end of the phase: whether it has arrested shows only afterwards.
+  // A break 2 us before the end of the phase: whether it has arrested is only known later.
   parameters.time.duration = 6e-5;
   const auto full = run();
   ASSERT_GE(full.counts.dynamic_phases, 3);
@@ -235,7 +235,7 @@ TEST_F(WedgedStrip, WhatHasNotArrestedWithinThreeDurationsIsUndecided) {
   const auto result = run();
   EXPECT_EQ(result.outcome, Outcome::undecided);
   ASSERT_FALSE(result.breaks.empty());
-  // Outputs keep to the duration.
+  // Outputs are limited to the duration.
   for (const auto& one : result.breaks) EXPECT_LE(one.phase_time, 6e-6 * (1 + 1e-12));
   EXPECT_NEAR(result.energy.back().time, 6e-6, 1e-12);
   EXPECT_EQ(result.energy.back().broken, static_cast<std::int64_t>(result.breaks.size()));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Every sum, product, bound and solve that ranks share: the bits of one rank for any partition, with numbers
-// that do not add up exactly, and bodies in which some tetrahedra are broken in part.
+// Every sum, product, bound and solve shared by ranks is bitwise equal to that on one rank for any partition,
+// with inexact sums and bodies in which some tetrahedra are partly broken.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/moving_body.h"
 #include "crackle/dynamics/stable_step.h"
@@ -50,7 +50,7 @@ input::Parameters held_and_loaded(double poisson_ratio) {
   return parameters;
 }
 
-/// A body as one group holds it.
+/// A body as held by one group.
 struct Share {
   Share(MPI_Comm communicator, const geometry::Realization& mesh, const test::MakePartition& partition,
         double poisson_ratio = 0.38)
@@ -64,7 +64,7 @@ struct Share {
     return RandomStream(3, 0, name).substream(static_cast<std::uint64_t>(number));
   }
 
-  /// Breaks some tetrahedra, the same in every partition. Collective.
+  /// Breaks some tetrahedra, the same ones in every partition. Collective.
   /// @return local numbers
   std::vector<std::int32_t> break_some(std::int64_t first) {
     const auto strain = [&](std::int32_t t) {
@@ -81,7 +81,7 @@ struct Share {
     return {changes.begin(), changes.end()};
   }
 
-  /// A field's values, from the realization's node number and the position; ghosts up to date. Collective.
+  /// A field's values, from the realization's node number and the position; with current ghosts. Collective.
   template <class Value>
   NodeField field(const Value& value) const {
     NodeField result(group, subdomain.layout);
@@ -107,7 +107,7 @@ struct Share {
   mechanics::BoundaryLoads loads;
 };
 
-/// Operands unlike each other in size and kind, so that the scale of one does not suit the next.
+/// Operands of very different size and kind, so that the scale of one does not suit the next.
 std::array<double, 3> operand(int number, std::int64_t node, const Point& p) {
   auto stream = RandomStream(11, 0, "operand")
                     .substream(static_cast<std::uint64_t>(number))
@@ -121,9 +121,9 @@ std::array<double, 3> operand(int number, std::int64_t node, const Point& p) {
       return {scale * (p[0] + 3 * p[1]) / size[1], -scale * p[1] / size[1], scale * p[2] / size[2]};
     case 2:  // at one node only
       return {node == 40 ? scale : 0, 0, node == 41 ? -0.3 * scale : 0};
-    case 3:  // nearly a shift: hardly any force
+    case 3:  // nearly a translation: hardly any force
       return {scale, -0.7 * scale, scale * (1 + 1e-7 * noise())};
-    case 4: {  // as rough as can be, after one with next to no force
+    case 4: {  // extremely rough, after one with almost no force
       const auto sign = [&] { return noise() < 0 ? -0.985 : 0.985; };
       return {scale * sign(), scale * sign(), scale * sign()};
     }
@@ -136,7 +136,7 @@ class PartitionBits : public ::testing::Test {
 protected:
   PartitionBits() : mesh_(test::make_box({.size = size, .cells = {3, 5, 14}, .disturbance = 0.2})) {}
 
-  /// Calls compare(as all ranks share the body, as this rank alone has it).
+  /// Calls compare(body as shared by all ranks, body as held by this rank alone).
   template <class Compare>
   void on_partitions(const Compare& compare) {
     for (const auto& [name, make] : test::hostile_partitions(size)) {
@@ -193,7 +193,7 @@ std::vector<Real> converted(std::span<const double> values) {
 }
 
 /// Products of many operands, of the body as it breaks.
-/// @param accuracy of a force, over modulus times length times the largest displacement
+/// @param accuracy of a force, relative to modulus times length times the largest displacement
 template <class Real>
 void PartitionBits::compare_products(Share& shared, Share& alone, double accuracy) {
   shared.break_some(4);
@@ -213,7 +213,7 @@ void PartitionBits::compare_products(Share& shared, Share& alone, double accurac
     const std::vector<double> exact(force.begin(), force.end()),
         whole_exact(whole_force.begin(), whole_force.end());
     EXPECT_EQ(n_different(shared, exact, alone, whole_exact), 0) << "operand " << number;
-    // And it is the product: a force that an overflow has spoilt may well be the same everywhere.
+    // It must also be the correct product: a force spoilt by overflow could well be equal everywhere.
     std::vector<double> plain(all.size());
     alone.body.force().evaluate(std::vector<double>(all.begin(), all.end()), plain);
     double largest = 0, error = 0;
@@ -301,7 +301,7 @@ TEST_F(PartitionBits, CoarseCorrections) {
 TEST_F(PartitionBits, Sums) {
   on_partitions([&](Share& shared, Share& alone) {
     for (int number = 0; number < 12; ++number) {
-      // Terms of all sizes, which nearly cancel.
+      // Terms of all sizes that nearly cancel.
       const auto first = [&](std::int64_t node, const Point& p) {
         auto values = operand(number, node, p);
         for (double& value : values) value *= std::pow(10.0, static_cast<double>(node % 19) - 9);
@@ -320,7 +320,7 @@ TEST_F(PartitionBits, Sums) {
   });
 }
 
-/// Numbers that scales are chosen from.
+/// Numbers from which scales are chosen.
 TEST_F(PartitionBits, Bounds) {
   on_partitions([&](Share& shared, Share& alone) {
     shared.break_some(4);
@@ -348,7 +348,7 @@ TEST_F(PartitionBits, Bounds) {
   });
 }
 
-/// The largest is that of one edge, whose rounding differs from material to material.
+/// The largest is that of one edge, whose rounding differs between materials.
 TEST_F(PartitionBits, RangesOfManyMaterials) {
   for (const auto& [name, make] : test::hostile_partitions(size)) {
     SCOPED_TRACE(name);

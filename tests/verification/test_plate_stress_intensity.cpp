@@ -18,7 +18,7 @@ using std::numbers::pi;
 
 constexpr double width = 40e-3, thickness = 1.6e-3, load = 100;  // of the compact tension specimen [m, m, N]
 
-/// With a slot of `depth` [m] from the line of the load on, as ASTM E399 has it.
+/// With a slot of `depth` [m] from the load line, according to ASTM E399.
 double energy_of_compact_tension(double spacing, double depth) {
   test::PlateText text{R"(thickness = "1.6 mm"
 outline = [["0 mm", "0 mm"], ["50 mm", "0 mm"], ["50 mm", "48 mm"], ["0 mm", "48 mm"]])"};
@@ -85,8 +85,8 @@ TEST(PlateStressIntensity, OfACompactTensionSpecimenIsSrawleys) {
 /// In the plane of the plate: component i, derivative along j.
 using Gradient = std::array<std::array<double, 2>, 2>;
 
-/// Displacement near a crack's tip at the origin, ahead along the first axis, for K_I = 1 or K_II = 1 at nu =
-/// 0 (Williams 1957) [m].
+/// Displacement near a crack tip at the origin, where the first axis points ahead, for K_I = 1 or K_II = 1 at
+/// nu = 0 (Williams 1957) [m].
 std::array<double, 2> near_tip(int mode, double youngs_modulus, double x, double y) {
   const double half = std::atan2(y, x) / 2;
   const double c = std::cos(half), s = std::sin(half);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Loads on plates of any outline, beside exact solutions.
+// Loads on plates with any outline, against exact solutions.
 #include "support/loaded_plate.h"
 
 #include <gtest/gtest.h>
@@ -23,8 +23,8 @@ end = "round")"};
   return plate;
 }
 
-// Under the same pressure from all sides a body of any shape only shrinks. It is held where the planes of the
-// symmetric solution about a corner are its faces.
+// Under uniform pressure from all sides a body of any shape only shrinks. It is held on those faces that are
+// symmetry planes of the solution about a corner.
 TEST(Plates, PressureFromAllSidesShrinksAnyShape) {
   auto text = crooked();
   text.boundaries = R"([[boundary]]
@@ -96,7 +96,7 @@ rate = "2 MPa/s"
   EXPECT_NEAR(outward, 2 * area * 0.003, 1e-9 * area);
 }
 
-/// sigma_zz at nu = 0 of the tetrahedra that touch a place [Pa]: the mean.
+/// Mean sigma_zz at nu = 0 of the tetrahedra that touch a point [Pa].
 double stress_at(const test::LoadedPlate& plate, const std::vector<double>& u, double y, double z) {
   double sum = 0;
   double volumes = 0;
@@ -112,8 +112,8 @@ double stress_at(const test::LoadedPlate& plate, const std::vector<double>& u, d
   return sum / volumes;
 }
 
-// Howland (1930): at a hole of a fifth of the width the stress is 3.14 times that far away; Kirsch (1898) has
-// 3 in an endless plate. The means over the tetrahedra at the hole come nearer in proportion to the spacing.
+// Howland (1930): at a hole of a fifth of the width the stress is 3.14 times the remote stress; Kirsch (1898)
+// has 3 for an infinite plate. The means over the tetrahedra at the hole converge linearly with the spacing.
 TEST(Plates, StressBesideAHoleIsHowlands) {
   constexpr double howland = 3.14;
   std::vector<double> errors;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Quasi-static loading where it is hard: hundreds of stable breaks, loose tetrahedra, parts that hang by an
-// edge.
+// Difficult quasi-static loading: hundreds of stable breaks, loose tetrahedra, parts that hang by an edge.
 #include "crackle/common/index.h"
 #include "crackle/dynamics/quasi_static.h"
 #include "crackle/dynamics/sample_run.h"
@@ -31,7 +30,7 @@ input::Parameters epoxy_parameters() {
   return parameters;
 }
 
-/// Pieces of a body that is released by elements, after these breaks.
+/// Pieces of a body after these breaks, with release by elements.
 std::set<std::int64_t> pieces_after(const geometry::Subdomain& subdomain,
                                     std::span<const fracture::Break> breaks) {
   const parallel::Communicator self(MPI_COMM_SELF);
@@ -65,7 +64,7 @@ TEST_P(StableBreaks, ByTheHundredCloseTheEnergyAccount) {
   const parallel::Communicator self(MPI_COMM_SELF);
   const auto subdomain = test::whole(mesh);
   const auto result = run_sample(self, parameters, subdomain);
-  // Loose tetrahedra, which make the static problem singular, come up on the way.
+  // Loose tetrahedra, which make the static problem singular, occur on the way.
   std::size_t n_pieces = 0;
   for (std::size_t n = 0; n < result.breaks.size(); n += 10)
     n_pieces = std::max(n_pieces, pieces_after(subdomain, std::span(result.breaks).first(n)).size());
@@ -89,8 +88,8 @@ INSTANTIATE_TEST_SUITE_P(Releases, StableBreaks,
                          });
 
 TEST(Hinge, ThatIsLeftOverEndsTheSampleAsSeparated) {
-  // Two blocks that share a line of nodes and a column beside it. When the column breaks, the blocks are
-  // still in one piece, but the load turns one about the other.
+  // Two blocks that share a line of nodes and an adjacent column. When the column breaks, the blocks are
+  // still in one piece, but the load rotates one about the other.
   auto parameters = epoxy_parameters();
   parameters.specimen.size = {0.004, 0.004, 0.012};
   parameters.time.arrest = 1e-30;
@@ -118,7 +117,7 @@ TEST(Hinge, ThatIsLeftOverEndsTheSampleAsSeparated) {
   EXPECT_LT(result.energy_error, 1e-6);
 }
 
-/// Conditions under which the hinge of the blocks offers nothing.
+/// Conditions under which the hinge of the blocks offers no resistance.
 struct Drive {
   const char* name;
   BoundaryKind kind;
@@ -128,7 +127,7 @@ struct Drive {
 class LastHinge : public ::testing::TestWithParam<Drive> {};
 
 TEST_P(LastHinge, EndsTheHistoryAtTheLastBreak) {
-  // As above, but driven along one edge of the upper end, which leaves the upper block free to turn.
+  // As above, but driven along one edge of the upper end, which leaves the upper block free to rotate.
   auto parameters = epoxy_parameters();
   parameters.specimen.size = {0.004, 0.004, 0.012};
   parameters.time.arrest = 1e-30;
@@ -166,7 +165,7 @@ INSTANTIATE_TEST_SUITE_P(Drives, LastHinge,
                          [](const auto& info) { return std::string(info.param.name); });
 
 TEST(RigidMotion, ThatConditionsPrescribeIsNoMechanism) {
-  // Both ends move to the side alike, which strains nothing, while a force pulls the bar apart.
+  // Both ends move sideways together, which causes no strain, while a force pulls the bar apart.
   auto parameters = epoxy_parameters();
   parameters.specimen.size = {0.002, 0.004, 0.012};
   parameters.time.arrest = 1e-30;
@@ -186,7 +185,7 @@ TEST(RigidMotion, ThatConditionsPrescribeIsNoMechanism) {
   EXPECT_NEAR(moving.breaks.back().load_time, at_rest.breaks.back().load_time, 1e-6);
 }
 
-/// A pulled bar of which some tetrahedra are broken beforehand.
+/// A pulled bar with some tetrahedra broken beforehand.
 class DamagedBar : public ::testing::Test {
 protected:
   DamagedBar()
@@ -259,8 +258,8 @@ TEST_F(DamagedBar, HasAnEquilibriumWithLooseTetrahedraInside) {
 
 TEST_F(DamagedBar, HasAnEquilibriumWithTetrahedraThatHangByAnEdgeOrACorner) {
   const double intact = elongation();
-  isolate(tetrahedron_at({0.002, 0.002, 0.003}), 3);  // neighbours by edges and corners stay
-  isolate(tetrahedron_at({0.002, 0.002, 0.009}), 2);  // neighbours by corners stay
+  isolate(tetrahedron_at({0.002, 0.002, 0.003}), 3);  // neighbours across edges and corners stay
+  isolate(tetrahedron_at({0.002, 0.002, 0.009}), 2);  // neighbours across corners stay
   const double damaged = elongation();
   std::printf("elongation %.6g -> %.6g mm\n", 1e3 * intact, 1e3 * damaged);
   EXPECT_GT(damaged, intact);

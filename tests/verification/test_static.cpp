@@ -24,7 +24,7 @@ using input::Face;
 
 constexpr double length = 0.02, width = 0.006, thickness = 0.004;
 
-/// A bar whose loads are added by the test; everything that a quasi-static phase needs.
+/// A bar whose loads are added by the test, with all parts of a quasi-static phase.
 struct Bar {
   input::Parameters parameters;
   parallel::Communicator self{MPI_COMM_SELF};
@@ -40,7 +40,7 @@ struct Bar {
     parameters.fracture = {.strength = 35e6, .exponent = 2, .impulse = 1e4};
   }
 
-  /// Six components at three corners: holds the body without any stress under balanced loads.
+  /// Six components at three corners: holds the body without stress under balanced loads.
   void hold_at_corners() {
     const auto hold = [&](double y, double z, std::array<bool, 3> components) {
       auto corner = test::boundary(Face::x_min, BoundaryKind::fix, components);
@@ -85,7 +85,7 @@ TEST(Static, BarInTensionHasTheExactDisplacement) {
   EXPECT_NEAR(energy, 0.5 * stress * strain * length * width * thickness, 1e-8 * energy);
 }
 
-/// A bar that is held at the nodes which `is_held` names, without its history.
+/// A bar held at the nodes selected by `is_held`, without its history.
 class HeldBar {
 public:
   template <class IsHeld>
@@ -122,7 +122,7 @@ TEST(Static, WithoutLoadsTheGuessIsForgotten) {
   EXPECT_EQ(std::ranges::count(displacement.local(), 0.0), std::ssize(displacement.local()));
 }
 
-/// While nothing else has moved, the layer of the mesh next to a moving face has all the strain: energy and
+/// As long as nothing else has moved, the mesh layer next to a moving face has all the strain: energy and
 /// residual are far above those of the equilibrium.
 TEST(Static, AccuracyUnderPrescribedMotionsIsThatOfTheDisplacement) {
   const Bar bar({.size = {0.001, 0.001, 0.1}, .cells = {2, 2, 200}, .disturbance = 0.2});
@@ -146,7 +146,8 @@ TEST(Static, AccuracyUnderPrescribedMotionsIsThatOfTheDisplacement) {
   EXPECT_LT(error({.of_loads = 1e-3, .of_displacement = 1e-3}), 2e-2);
 }
 
-/// A long thin beam moves far under little load, so the product's rounding leaves more than the tolerance.
+/// A long thin beam has large displacements under small loads, so the product's rounding exceeds the
+/// tolerance.
 TEST(Static, RoundingIsNoLackOfEquilibrium) {
   Bar beam({.size = {0.001, 0.001, 0.1}, .cells = {1, 1, 100}, .disturbance = 0.2});
   beam.parameters.boundaries.push_back(test::boundary(Face::z_min, BoundaryKind::fix, {true, true, true}));

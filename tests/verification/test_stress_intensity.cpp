@@ -32,7 +32,7 @@ double strain_energy(double spacing, double depth, std::uint64_t sample) {
   return parallel::exact_sum(self, body.strain_energies(loading.displacement().local()));
 }
 
-/// K^2 (1 - nu^2) / E, integrated over the notch's growth: what the strain energy gains at constant load.
+/// K^2 (1 - nu^2) / E, integrated over the notch's growth: the gain of strain energy at constant load.
 double handbook_energy() {
   const auto parameters = test::job("verification/notched-strip.toml");
   const double stress = parameters.boundaries.back().value[2];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The load that a cracked strip bears, with a toughness and with a strength, at three spacings.
+// The failure load of a cracked strip, with a toughness and with a strength, at three spacings.
 #include "crackle/dynamics/sample_run.h"
 #include "crackle/fracture/toughness.h"
 #include "crackle/mechanics/elasticity.h"
@@ -18,7 +18,7 @@ namespace {
 using input::BoundaryKind;
 using input::Face;
 
-/// A strip between rigid grips, cracked along half of its middle.
+/// A strip between rigid grips, with a crack along half of its mid-plane.
 input::Parameters strip() {
   input::Parameters parameters;
   parameters.material = {32e9, 0.2, 2450};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Plane waves on irregular meshes: P and S waves travel with their speeds, with an error of order 2 in space.
+// Plane waves on irregular meshes: P and S waves travel at their speeds, with a second-order error in space.
 #include "support/elastic_motion.h"
 
 #include <algorithm>
@@ -18,8 +18,8 @@ constexpr double length = 0.012;
 
 /// A standing wave u_i = A cos(pi z / L) over one period of its exact frequency.
 ///
-/// At the end of the period the wave is at a turning point, where an error of its frequency shows in second
-/// order only; so the error is looked at all along the period.
+/// At the end of the period the wave is at a turning point, where a frequency error appears in second order
+/// only; hence the error is evaluated over the whole period.
 /// @param axis of the motion: 2 for the P wave, 0 for the S wave
 /// @return root mean square over 16 moments of the mass norm of the error, relative to that of the amplitude
 double error_of_standing_wave(int axis, double spacing, std::uint64_t sample) {

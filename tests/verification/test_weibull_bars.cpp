@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Bars of Weibull's material under uniform tension: the load at the first break has Weibull's distribution of
-// the bar's volume, whatever its mesh, and the modulus is found again from it and from the size effect.
+// Bars of Weibull material under uniform tension: the load at the first break has the Weibull distribution
+// for the bar's volume, for any mesh, and the modulus is recovered from it and from the size effect.
 #include "crackle/dynamics/sample_run.h"
 
 #include "support/box_mesh.h"
@@ -23,7 +23,7 @@ constexpr double width = 1e-3;             // [m]
 
 struct Bars {
   std::vector<double> first_break, fracture;  // stresses [Pa]
-  double scale;                               // that Weibull's law gives the first break [Pa]
+  double scale;                               // predicted by Weibull's law for the first break [Pa]
 };
 
 /// @param cells over the width of a bar

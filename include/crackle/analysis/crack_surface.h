@@ -15,25 +15,24 @@ namespace crackle::analysis {
 /// One opened dual facet: the plane, convex quadrilateral edge midpoint, face centroid, tetrahedron centroid,
 /// face centroid.
 struct CrackFacet {
-  std::array<geometry::Point, 4> corner;  ///< in order round the quadrilateral [m]
+  std::array<geometry::Point, 4> corner;  ///< in order around the quadrilateral [m]
   double area;                            ///< [m^2]
-  double time;  ///< since the start of the last dynamic phase; zero or negative before it [s]
+  double time;  ///< opening time since the start of the last dynamic phase; zero or negative before it [s]
   std::int64_t tetrahedron;
   std::int32_t crack;  ///< sample-local crack id: index into CrackSurface::cracks
 };
 
-/// Local mesh spacing at a facet: the length of its tetrahedron's edge opposite to the one the facet cuts
-/// [m].
+/// Local mesh spacing at a facet: the length of the edge opposite to the one that the facet cuts [m].
 double local_spacing(const CrackFacet& facet);
 
 /// A connected crack.
 ///
 /// Broken tetrahedra that share an edge are connected. In order of breaking, a tetrahedron joins the cracks
-/// it touches, which makes them one crack, with one exception: cracks of different starts stay apart, and
-/// the tetrahedron at which they meet joins the one whose latest break it touches (the running one). A crack
-/// belongs to the crack start that it touched first, either with a tetrahedron that has a node which the
-/// start claims (geometry::CrackStart), or by joining a crack of that start. What
-/// touches none belongs to the free surface, where the body has that for a start.
+/// it touches and merges them, with one exception: cracks of different starts remain separate, and the
+/// tetrahedron at which they meet joins the one whose latest break it touches (the running one). A crack
+/// belongs to the crack start that it touched first, either with a tetrahedron that has a node claimed by the
+/// start (geometry::CrackStart), or by joining a crack of that start. A crack that touches no start belongs
+/// to the free surface, if that is a crack start of the body.
 struct Crack {
   std::int32_t notch;  ///< number of the crack start that it belongs to, or -1
   double area;         ///< [m^2]
@@ -45,18 +44,18 @@ struct CrackSurface {
   std::vector<CrackFacet> facets;    ///< in order of breaking
   std::vector<Crack> cracks;         ///< in order of their first break
   double area() const;               ///< sum over all facets [m^2]
-  double area_before_phase() const;  ///< of those that opened before the last dynamic phase [m^2]
+  double area_before_phase() const;  ///< of facets that opened before the last dynamic phase [m^2]
 };
 
-/// The load time that facets' times are counted from [s]: the last dynamic phase's start, or where that is
-/// NaN (there was none) the last break.
+/// The load time that is time zero of the facets [s]: the start of the last dynamic phase or, if that is NaN
+/// (there was none), the last break.
 double start_of_times(std::span<const fracture::Break> breaks, double phase_start);
 
 /// The crack surface: for every break the dual facets of its most loaded cut (three for a cut 1|3, four for a
 /// cut 2|2).
 /// @param breaks in order of breaking
 /// @param phase_start see start_of_times
-/// @throws std::invalid_argument for a break that the realization does not have
+/// @throws std::invalid_argument for a break outside the realization
 CrackSurface make_crack_surface(const geometry::Body& body, const geometry::Realization& realization,
                                 std::span<const fracture::Break> breaks, double phase_start);
 

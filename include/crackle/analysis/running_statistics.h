@@ -11,8 +11,8 @@
 
 namespace crackle::analysis {
 
-/// Mean and deviation of values that come one after the other. The sums are exact, so neither depends on the
-/// order, bit by bit.
+/// Mean and standard deviation of a sequence of values. The sums are exact, so the results are bitwise
+/// independent of the order.
 class Moments {
 public:
   /// @throws std::domain_error for a value that is not finite
@@ -27,38 +27,38 @@ private:
   parallel::ExactSum second_;  ///< of their squares
 };
 
-/// The statistics of an ensemble under way: rows are merged as samples end, in any order, and the result is
-/// at any time the same bits as make_statistics over the rows so far. With [ensemble.stop] it also tells when
-/// the ensemble has enough samples.
+/// Statistics of an ensemble in progress: rows are added as samples end, in any order; at any time the result
+/// is bitwise that of make_statistics over the rows so far. With [ensemble.stop] it also decides when the
+/// ensemble has enough samples.
 class RunningStatistics {
 public:
-  /// @throws std::runtime_error when the specimen is no body
+  /// @throws std::runtime_error when the specimen is not a valid body
   explicit RunningStatistics(const input::Parameters& parameters);
-  /// Without a rule to stop, of a body without symmetry.
+  /// Without a stopping rule, for a body without symmetry.
   RunningStatistics(std::size_t n_samples, int n_notches, int n_sections, double confidence);
 
-  /// Merges the row of a sample; a pending one changes nothing.
-  /// @throws std::invalid_argument when the sample is not of the ensemble or in already, or when the row of a
-  /// sample that is done has another shape
+  /// Adds the row of a sample; a pending one changes nothing.
+  /// @throws std::invalid_argument when the sample is outside the ensemble or already added, or when the row
+  ///   of a completed sample has the wrong shape
   void add(std::size_t sample, SampleSummary row);
 
   int n_done() const { return statistics_.n_done; }
-  /// Mean over the leading cracks of the class (see LeaderFrame) of which most arrived at the section [m];
-  /// NaN while none did.
+  /// Mean over the leading cracks of the class (see LeaderFrame) with most arrivals at the section [m]; NaN
+  /// if none arrived yet.
   double mean_leader_position(int section) const;
   double median_onset_force() const;  ///< [N]; NaN while no sample broke
 
-  /// The first number n at which the samples 0 to n - 1 are enough, see StopRule; nothing while that is open.
-  /// A row added later never changes it.
+  /// The smallest number n for which the samples 0 to n - 1 are enough, see StopRule; empty while undecided.
+  /// Never changed by rows added later.
   std::optional<std::size_t> stopped_at() const { return stopped_at_; }
 
-  /// Makes the samples 0 to n - 1 enough, whatever the rule says of the rows: it has spoken elsewhere.
+  /// Declares the samples 0 to n - 1 enough, overriding the rule, if the decision was made elsewhere.
   /// @throws std::invalid_argument when the ensemble has fewer
   void stop_at(std::size_t n);
 
   const std::vector<SampleSummary>& rows() const { return rows_; }
 
-  /// Over the rows so far; over the first n only when stopped_at() is n.
+  /// Over the rows so far; over the first n once stopped_at() is n.
   Statistics statistics() const;
 
 private:
@@ -68,7 +68,7 @@ private:
   LeaderFrame frame_;
   Statistics statistics_;  ///< shape and counts
   std::vector<SampleSummary> rows_;
-  std::vector<Moments> leader_moments_;  ///< as Statistics::leader
+  std::vector<Moments> leader_moments_;  ///< as in Statistics::leader
   std::optional<input::EnsembleStop> stop_;
   std::vector<std::size_t> looks_;
   std::size_t n_ended_ = 0;    ///< samples 0 to n_ended_ - 1 have ended

@@ -9,47 +9,47 @@
 #include <string>
 #include <string_view>
 
-/// The one list of what a sample yields as numbers. Messages between ranks, result files, `crackle stats`,
-/// the report and the table in jobs/results.md follow from it: a new result is one member of SampleSummary,
-/// one entry here, and the line that computes it. What load, displacement and separation mean is defined in
-/// crackle/dynamics/machine_load.h.
+/// The single list of a sample's numerical results. Messages between ranks, result files, `crackle stats`,
+/// the report and the table in jobs/results.md are generated from it: a new result needs one member of
+/// SampleSummary, one entry here, and the line that computes it. crackle/dynamics/machine_load.h defines
+/// load, displacement and separation.
 namespace crackle::analysis {
 
-/// What a table over all samples shows of a result.
+/// How a table over all samples summarizes a result.
 enum class Reduction {
   none,       ///< nothing
-  quantiles,  ///< least, quartiles, median, greatest
-  places,     ///< the same, for bodies without crack starts: with them, cracks start there
-  counts,     ///< mean, and the share of samples that have any
-  shares,     ///< how many samples have each of its categories
+  quantiles,  ///< minimum, quartiles, median, maximum
+  places,     ///< the same, but only for bodies without crack starts, as cracks otherwise begin at these
+  counts,     ///< mean, and share of samples with a non-zero value
+  shares,     ///< number of samples in each category
 };
 
-/// How a result is called, stored and shown.
+/// Metadata of a result.
 struct ResultInfo {
   const char* name;     ///< /summary/<name> of a sample file, /samples/<name> of the ensemble's
-  const char* units;    ///< SI; "" for numbers of things
+  const char* units;    ///< SI; "" for counts
   const char* meaning;  ///< one phrase
   Reduction reduction;
-  const char* label;                ///< head of its column, for people
-  const char* shown_units;          ///< that people read it in
-  double shown_factor;              ///< from SI to these
-  const char* format;               ///< of the shown value, as in fmt and Python
-  const char* categories = "";      ///< of a number that stands for a word: "0 none, 1 ..."
-  std::int64_t since = 2;           ///< version of the file format that has it first
-  const char* name_in_2 = nullptr;  ///< in files of version 2, where it had another one
+  const char* label;                ///< column heading for display
+  const char* shown_units;          ///< units for display
+  double shown_factor;              ///< from SI to shown_units
+  const char* format;               ///< of the shown value, in the syntax of fmt and Python
+  const char* categories = "";      ///< for a number that encodes a word: "0 none, 1 ..."
+  std::int64_t since = 2;           ///< first version of the file format with this result
+  const char* name_in_2 = nullptr;  ///< its different name in files of version 2
 
-  /// What people read values up to this size in; the same for bodies of millimetres.
+  /// The display unit for values up to this size; the same for bodies of millimetres.
   ShownUnit unit_for(double largest) const { return shown_unit({shown_units, shown_factor}, units, largest); }
   const char* name_in(std::int64_t version) const { return version == 2 && name_in_2 ? name_in_2 : name; }
 };
 
-/// Whether a result tells how a sample broke, and not how well it was computed.
+/// True for results that describe how a sample broke, rather than the quality of the computation.
 inline bool is_of_the_body(const ResultInfo& info) {
   const std::string_view name = info.name;
   return name != "energy_error" && name != "equilibrium_residual";
 }
 
-/// Words for SampleStatus, as the files carry them.
+/// Words for SampleStatus, as stored in the files.
 inline constexpr const char* status_categories = "0 pending, 1 done, 2 failed";
 
 /// Calls visit(info, member) for every scalar result of a sample, in the order of tables and messages.
@@ -152,8 +152,8 @@ void for_each_result(Visit&& visit) {
       &Row::equilibrium_residual);
 }
 
-/// Calls visit(info, member) for every result with notches x sections values for each sample:
-/// /summary/<name> of a sample file, /crack_path/<name> of the ensemble's.
+/// Calls visit(info, member) for every result with notches x sections values per sample: /summary/<name> of a
+/// sample file, /crack_path/<name> of the ensemble's.
 template <class Visit>
 void for_each_position_result(Visit&& visit) {
   using Row = SampleSummary;
@@ -179,7 +179,7 @@ void for_each_position_result(Visit&& visit) {
         &Row::branches);
 }
 
-/// Visits every field of a row, for a Packer: messages between ranks of one machine type.
+/// Visits every field of a row, for a Packer: messages between ranks of the same architecture.
 void for_each_field(std::derived_from<SampleSummary> auto& row, const auto& visit) {
   visit(row.status, row.error, row.note, row.inputs);
   for_each_result([&](const ResultInfo&, auto member) { visit(row.*member); });
@@ -187,14 +187,14 @@ void for_each_field(std::derived_from<SampleSummary> auto& row, const auto& visi
   visit(row.wall_time);
 }
 
-/// The words of categories: category_name("0 none, 1 one crack", 1) is "one crack"; the number itself where
-/// there is no word.
+/// The word of a category: category_name("0 none, 1 one crack", 1) is "one crack"; the number itself if it
+/// has no word.
 std::string category_name(const char* categories, std::int64_t value);
 
 /// Number of categories.
 int n_categories(const char* categories);
 
-/// All results as a Markdown table, that of jobs/results.md.
+/// All results as the Markdown table of jobs/results.md.
 std::string result_table();
 
 }  // namespace crackle::analysis

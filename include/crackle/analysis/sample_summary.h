@@ -17,14 +17,14 @@ namespace crackle::analysis {
 
 enum class SampleStatus : std::int32_t { pending = 0, done = 1, failed = 2 };
 
-/// One sample's row in the ensemble; sample_results.h says what each number means. Of a sample that is not
-/// done all results are NaN, 0 or -1.
+/// One sample's row in the ensemble; sample_results.h defines the results. For samples that are not done all
+/// results are NaN, 0 or -1.
 struct SampleSummary {
   static constexpr double none = not_a_number;
 
   SampleStatus status = SampleStatus::pending;
-  std::string error;           ///< reason of a failed sample; why a pending one's file was refused; or empty
-  std::string note;            ///< what else is to be known of a sample that is done; or empty
+  std::string error;  ///< why a sample failed, or why a pending one's file was rejected; may be empty
+  std::string note;   ///< remarks on a completed sample; may be empty
   std::vector<double> inputs;  ///< values of the random inputs, in their order [SI]
   double first_break_time = none;
   double first_break_load = none;
@@ -57,10 +57,10 @@ struct SampleSummary {
   std::vector<double> z_spread;        ///< likewise
   std::vector<double> arrival_time;    ///< likewise
   std::vector<std::int32_t> branches;  ///< likewise
-  double wall_time = 0;                ///< that the sample took [s]; the only field that differs between runs
+  double wall_time = 0;                ///< of the sample [s]; the only field that differs between runs
 };
 
-/// A row for a sample without results: NaN and 0 of the right shape.
+/// A row for a sample without results: NaN and 0 in the right shape.
 SampleSummary empty_summary(int n_notches, int n_sections, SampleStatus status, std::string error = {});
 
 /// @param lines crack_lines of the same surface
@@ -71,19 +71,19 @@ SampleSummary summarize(const geometry::Body& body, const dynamics::SampleResult
                         const CrackArms& arms, const std::vector<SectionCrossing>& crossings,
                         const input::Material& material);
 
-/// Replaces the row's crossings by those with other sections.
+/// Replaces the row's crossings by those at other sections.
 void measure_crossings(const geometry::Body& body, const CrackSurface& surface,
                        const input::Sections& sections, SampleSummary& row);
 
-/// The rows of all ranks, in the order of the ranks, on the root; none elsewhere. Collective.
+/// The rows of all ranks, in rank order, on the root; empty elsewhere. Collective.
 /// @throws parallel::AgreedError on every rank when they are too large for one message
 std::vector<SampleSummary> gather_on_root(const parallel::Communicator& group,
                                           std::span<const SampleSummary> rows);
 
-/// "warning: sample 3: ..." for a sample whose crack was faster than the Rayleigh speed; else nothing.
+/// "warning: sample 3: ..." for a sample whose crack exceeded the Rayleigh speed; empty otherwise.
 std::optional<std::string> sample_warning(std::uint64_t sample, const SampleSummary& summary);
 
-/// The warnings of an ensemble, given from sample 0 on.
+/// The warnings of an ensemble; samples start at number 0.
 std::vector<std::string> sample_warnings(std::span<const SampleSummary> samples);
 
 }  // namespace crackle::analysis

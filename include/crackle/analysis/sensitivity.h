@@ -18,54 +18,54 @@ struct Estimate {
   double upper = not_a_number;
 };
 
-/// What a result owes to one random input.
+/// Effect of one random input on a result.
 struct InputEffect {
   Estimate rank_correlation;  ///< Spearman's
-  Estimate first;             ///< Sobol' index of first order: the share of the variance due to it alone
-  Estimate total;             ///< of first order and of all interactions that it takes part in
+  Estimate first;             ///< first-order Sobol' index: the share of the variance due to this input alone
+  Estimate total;             ///< total Sobol' index: first order plus all interactions of this input
 };
 
-/// What a result owes to the random inputs and to the mesh.
+/// Effects of the random inputs and of the mesh on a result.
 struct Sensitivity {
   ResultInfo info{};
   std::string share_of =
-      {};            ///< "two cracks": of whether a sample is of this kind; empty for the number itself
-  int notch = -1;    ///< of the position at a section; -1 for other results
+      {};  ///< category, such as "two cracks", whose occurrence is analysed; empty for the number itself
+  int notch = -1;    ///< for the position at a section; -1 for other results
   int section = -1;  ///< likewise
-  int n_values = 0;  ///< samples that have the result
-  /// Share of the variance that samples with the same draw have among each other: what the mesh alone and
-  /// together with the inputs explains. NaN without replicates.
+  int n_values = 0;  ///< number of samples with this result
+  /// Share of the variance among samples with the same draw: explained by the mesh alone and together with
+  /// the inputs. NaN without replicates.
   Estimate mesh = {};
   int degree = 0;                        ///< of the chaos expansion
-  double predicted = not_a_number;       ///< share of the variance that it predicts in draws left out
+  double predicted = not_a_number;       ///< share of the variance predicted in cross-validation
   std::vector<InputEffect> inputs = {};  ///< in the order of Parameters::random
 };
 
 struct Sensitivities {
   double confidence = default_confidence;
-  int n_draws = 0;    ///< of the random inputs, with a sample that is done
-  int n_samples = 0;  ///< that are done
+  int n_draws = 0;    ///< random draws with at least one completed sample
+  int n_samples = 0;  ///< completed samples
   std::vector<Sensitivity> results = {};
 };
 
-/// What every result that differs between samples owes to the random inputs. Sobol' indices are shares of a
-/// result's whole variance, that due to the mesh included. They come from a polynomial chaos expansion by
-/// least squares, whose degree predicts draws left out best, less what scatter adds to its squared
-/// coefficients (Sudret 2008, Reliab. Eng. Syst. Saf. 93, 964). Intervals are of 400 bootstrap samples of the
-/// draws, the same in every call.
-/// @param rows of the samples, with their inputs; those that are not done are left out
+/// Effects of the random inputs on every result that varies between samples. Sobol' indices are shares of a
+/// result's total variance, including that due to the mesh. They come from a least-squares polynomial chaos
+/// expansion, whose degree minimizes the cross-validation error, corrected for the bias of its squared
+/// coefficients due to scatter (Sudret 2008, Reliab. Eng. Syst. Saf. 93, 964). Intervals are from 400
+/// bootstrap samples of the draws, the same in every call.
+/// @param rows of the samples, with their inputs; samples that are not done are ignored
 /// @return no results without random inputs, or with too few draws
 Sensitivities sensitivities(const input::Parameters& parameters, std::span<const SampleSummary> rows,
                             double confidence = default_confidence);
 
-/// As a table to read. Empty without results.
+/// As a readable table; empty without results.
 std::string to_text(const Sensitivities& sensitivities, const input::Parameters& parameters);
 
-/// The share of samples in which a result passes a limit, with Wilson's interval for as many independent
-/// samples as tell as much: samples of one draw are not independent.
+/// The share of samples in which a result exceeds a limit, with Wilson's interval for the effective number of
+/// independent samples, since samples of one draw are correlated.
 struct Exceedance {
   ResultInfo info{};
-  bool is_above = true;         ///< the limit, rather than below
+  bool is_above = true;         ///< above the limit, rather than below
   double limit = not_a_number;  ///< [SI]
   int n_hits = 0;
   int n_values = 0;
@@ -73,7 +73,7 @@ struct Exceedance {
 };
 
 /// @param condition such as "peak_load > 500 N": a result, > or <, and a value with its unit
-/// @throws std::runtime_error for a condition that cannot be read, with what is accepted
+/// @throws std::runtime_error for an invalid condition, naming what is accepted
 Exceedance exceedance(const std::string& condition, const input::Parameters& parameters,
                       std::span<const SampleSummary> rows, double confidence = default_confidence);
 

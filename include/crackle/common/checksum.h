@@ -11,7 +11,7 @@ namespace crackle {
 inline constexpr std::uint64_t empty_checksum = 0xCBF29CE484222325u;
 
 /// FNV-1a in 64 bits. Every step is a bijection of the state, so one changed byte always changes the value.
-/// @param value of the bytes before these, to continue from
+/// @param value checksum of the preceding bytes, to continue from
 inline std::uint64_t checksum(std::span<const std::byte> bytes, std::uint64_t value = empty_checksum) {
   for (const std::byte byte : bytes) value = (value ^ static_cast<std::uint64_t>(byte)) * 0x00000100000001B3u;
   return value;

@@ -8,8 +8,8 @@
 
 namespace crackle {
 
-/// A partition of 0..size-1 into sets that are joined two at a time. The smallest member stands for its set,
-/// so the outcome does not depend on the order of the joins.
+/// A partition of 0..size-1 into sets that are joined two at a time. The smallest member represents its set,
+/// so the result does not depend on the order of the joins.
 class DisjointSets {
 public:
   explicit DisjointSets(std::size_t size) : parent_(size) {

@@ -10,21 +10,21 @@
 
 namespace crackle {
 
-/// Keeps long work from being silent: as long as it lives, a line every so often says what is going on and
-/// for how long, unless something else was said meanwhile.
+/// Reports long work at intervals during its lifetime: a line says what is going on and for how long, unless
+/// something else was said recently.
 class Heartbeat {
 public:
   using Say = std::function<void(const std::string& line)>;
 
-  /// @param say called from a thread of the object's own too, never twice at a time; may be empty
+  /// @param say also called from the object's own thread, never concurrently; may be empty
   explicit Heartbeat(Say say, std::chrono::milliseconds interval = std::chrono::seconds(10));
   ~Heartbeat();
   Heartbeat(const Heartbeat&) = delete;
   Heartbeat& operator=(const Heartbeat&) = delete;
 
-  /// What goes on from now on, such as "placing the mother points".
+  /// Sets the current work, such as "placing the mother points".
   void begin(const std::string& work);
-  /// Says a line, and is silent for the next interval.
+  /// Says a line, which restarts the interval.
   void say(const std::string& line);
 
 private:
@@ -38,7 +38,7 @@ private:
   std::string work_;  ///< empty before begin()
   Clock::time_point began_ = Clock::now();
   Clock::time_point spoke_ = began_;
-  std::jthread thread_;  ///< the last member: it uses the others
+  std::jthread thread_;  ///< last member, as it uses the others
 };
 
 }  // namespace crackle

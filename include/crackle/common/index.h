@@ -7,14 +7,14 @@
 
 namespace crackle {
 
-/// A number, such as that of a node or of a face, as the place in an array. @pre number >= 0
+/// Converts a number, such as that of a node or of a face, to an array index. @pre number >= 0
 template <class Number>
 requires std::integral<Number> || std::is_enum_v<Number>
 constexpr std::size_t index(Number number) {
   return static_cast<std::size_t>(number);
 }
 
-/// The place of a node's component in an array of three values for each node.
+/// Array index of a node's component, with three values per node.
 constexpr std::size_t index(std::integral auto node, std::integral auto component) {
   return 3 * index(node) + index(component);
 }

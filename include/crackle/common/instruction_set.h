@@ -6,10 +6,10 @@
 
 namespace crackle {
 
-/// Which vector instructions the hot loops use; the results are the same bits.
+/// Vector instructions used by the hot loops; the results are bitwise equal.
 enum class InstructionSet { generic, avx2, avx512 };
 
-/// What this machine has, from `generic` to the best.
+/// Those supported by this machine, from `generic` to the best.
 std::vector<InstructionSet> available_instruction_sets();
 InstructionSet best_instruction_set();
 std::string_view to_string(InstructionSet set);

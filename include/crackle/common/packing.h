@@ -11,10 +11,9 @@
 #include <type_traits>
 #include <vector>
 
-/// Small mixed values as one run of bytes between ranks of the same architecture: numbers, strings, and of
-/// anything that can be packed vectors, optionals and structures. A structure names its members once, for
-/// both directions, in a function that is found with it: for_each_field(structure, visit) calls
-/// visit(members...).
+/// Serializes small mixed values for ranks of the same architecture: numbers, strings, and vectors, optionals
+/// and structures of anything packable. A structure names its members once, for both directions, in a
+/// function found by argument-dependent lookup: for_each_field(structure, visit) calls visit(members...).
 namespace crackle {
 
 template <class T>
@@ -58,7 +57,7 @@ private:
   std::vector<std::byte> bytes_;
 };
 
-/// Takes values out in the order in which they were put in.
+/// Extracts values in the order in which they were put in.
 /// @throws std::runtime_error when the bytes end too early
 class Unpacker {
 public:

@@ -15,20 +15,20 @@ std::array<std::uint32_t, 4> philox_4x32_10(std::array<std::uint32_t, 4> counter
 ///
 /// Counter-based (Philox 4x32-10): the k-th number of a stream is a function of the key, the stream's path of
 /// substreams and k. The substreams of one stream never overlap; streams for different seeds, samples or
-/// purposes, and deeper substreams, differ by 64-bit hashes. Copies continue independently from where they
-/// are.
+/// purposes, and deeper substreams, differ by 64-bit hashes. Copies continue independently from their current
+/// state.
 class RandomStream {
 public:
-  /// @param purpose what the numbers are for, so that two uses in one sample are independent
+  /// @param purpose label that makes different uses in one sample independent
   RandomStream(std::uint64_t seed, std::uint64_t sample, std::string_view purpose);
 
-  /// The independent stream of item `index` (a mother point, a draw), always from its first number, however
-  /// many numbers this stream has given. May be nested.
+  /// The independent stream of item `index` (a mother point, a draw), always from its first number,
+  /// regardless of the state of this stream. May be nested.
   RandomStream substream(std::uint64_t index) const;
 
   std::uint64_t bits();  ///< 64 uniform random bits
   double uniform();      ///< in [0, 1), 53 bits
-  /// In [lower, upper), or upper itself where rounding leads there.
+  /// In [lower, upper), or `upper` itself due to rounding.
   double uniform(double lower, double upper) { return lower + (upper - lower) * uniform(); }
 
 private:
@@ -36,7 +36,7 @@ private:
   std::array<std::uint32_t, 4>
       counter_{};  ///< words 0, 1: number of the block; words 2, 3: path of substreams
   std::array<std::uint32_t, 4> block_{};
-  int used_ = 4;  ///< words of the block that have been given
+  int used_ = 4;  ///< words of the block already used
 };
 
 }  // namespace crackle

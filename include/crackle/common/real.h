@@ -6,7 +6,7 @@
 namespace crackle {
 
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
-/// Stands for a number that there is none of.
+/// Represents a missing number.
 inline constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace crackle

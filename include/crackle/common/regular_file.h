@@ -4,21 +4,21 @@
 #include <filesystem>
 #include <string>
 
-/// What may be opened: a named pipe or a device in the place of a file would keep the program waiting.
+/// Restricts opening to regular files: a named pipe or a device in place of a file would block the program.
 namespace crackle {
 
-/// What stands at a path where it is no regular file: "a folder", "a named pipe", "a link that leads
-/// nowhere". Empty for a regular file, which a link may lead to, and where there is nothing.
+/// Kind of an object at a path other than a regular file: "a folder", "a named pipe", "a link that leads
+/// nowhere". Empty for a regular file, also through a link, and if there is nothing.
 std::string other_kind(const std::filesystem::path& file);
 
-/// Whether there is anything at a path, be it a link that leads nowhere.
+/// True if there is anything at a path, including a dangling link.
 bool is_taken(const std::filesystem::path& file);
 
-/// Refuses to open what is no regular file. Where there is nothing, opening says so.
+/// Refuses to open anything but a regular file. A missing file is left to the open call.
 /// @throws std::runtime_error "X is a named pipe, not a file"
 void require_regular(const std::filesystem::path& file);
 
-/// The content of a file; empty where there is none.
+/// The contents of a file; empty if there is none.
 /// @throws std::runtime_error as require_regular, or when the file cannot be read
 std::string read_text_if_any(const std::filesystem::path& file);
 

@@ -7,7 +7,7 @@
 
 namespace crackle {
 
-/// Wall-clock time since it was made.
+/// Wall-clock time since construction.
 class Stopwatch {
 public:
   double seconds() const {
@@ -18,7 +18,7 @@ private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// Time that this thread has computed since it was made, whatever else the machine does.
+/// CPU time of this thread since construction, independent of other load.
 class ThreadClock {
 public:
   double seconds() const { return now() - start_; }

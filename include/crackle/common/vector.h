@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-/// Vectors of three numbers. Every function fixes its order of operations, so results have the same bits
+/// Vectors of three numbers. Every function has a fixed order of operations, so results are bitwise equal
 /// wherever they are computed.
 namespace crackle {
 

@@ -9,8 +9,8 @@
 
 namespace crackle {
 
-/// The whole number that all of a text is: digits, and a minus sign in front where the type has one. Nothing
-/// for any other text (blanks, a plus sign, "0x10") and for numbers out of the type's range.
+/// Parses a text that consists entirely of a whole number: digits, with a leading minus sign for signed
+/// types. Empty for any other text (blanks, a plus sign, "0x10") and for numbers out of the type's range.
 template <std::integral Integer>
 std::optional<Integer> whole_number(std::string_view text) {
   Integer value{};

@@ -9,9 +9,10 @@
 
 namespace crackle::dynamics {
 
-/// What breaks at the ends of steps. The criterion gets the stresses at both ends of the last step and a step
-/// earlier. Nothing is remembered that the motion does not know, from one step to the next, or else beyond
-/// the steps whose number `free_interval` divides: there a checkpoint needs nothing of it.
+/// Decides which tetrahedra break at the end of each step. The criterion gets the stresses at both ends of
+/// the last step and one step earlier. No state that cannot be recomputed from the motion is kept from one
+/// step to the next, or beyond steps whose number is a multiple of `free_interval`; checkpoints at those
+/// steps need no data of the check.
 class BreakingCheck {
 public:
   static constexpr std::int64_t free_interval = 8;
@@ -21,18 +22,19 @@ public:
   BreakingCheck(const BreakingCheck&) = delete;
   BreakingCheck& operator=(const BreakingCheck&) = delete;
 
-  /// Notes which tetrahedra are above their strength; due before the first step. Local.
+  /// Records which tetrahedra are above their strength; call before the first step. Local.
   virtual void start() = 0;
 
-  /// The local tetrahedra that break at the end of the step that the motion has just done, ascending. The
-  /// body must release them before the next step. The step's number counts from 1. Collective where the
-  /// context averages the stress; what it throws on one rank, it throws when its messages are complete.
+  /// The local tetrahedra that break at the end of the step just completed, ascending. The body must release
+  /// them before the next step. Steps count from 1. Collective if the context averages the stress; a rank
+  /// throws only after its communication is complete.
   virtual std::span<const std::int32_t> end_step(std::int64_t step) = 0;
 };
 
-/// That of the context's criterion, which sees the tetrahedra's own stress or the context's average.
+/// The check for the context's criterion, which uses either each tetrahedron's own stress or the context's
+/// average.
 /// @param context, motion must outlive the result
-/// @param motion of the context's body, at the start of a phase or where it continues from a checkpoint
+/// @param motion of the context's body, at the start of a phase or restored from a checkpoint
 std::unique_ptr<BreakingCheck> make_breaking_check(const MotionContext& context, MovingBody& motion);
 
 }  // namespace crackle::dynamics

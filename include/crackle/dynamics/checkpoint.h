@@ -17,17 +17,17 @@
 
 namespace crackle::dynamics {
 
-/// What a MovingBody needs to continue, besides what it is made from: by node number, so that it fits any
-/// partition. Integers as they are, floating-point numbers by their bits.
+/// Restart data of a MovingBody, besides what it is constructed from; keyed by node number, hence independent
+/// of the partition. Integers are stored as such, floating-point numbers by their bits.
 struct MotionCheckpoint {
-  /// Of each node: displacement, velocity, displacement at the start of the last step, force (if current).
+  /// Per node: displacement, velocity, displacement at the start of the last step, force (if current).
   parallel::NumberedRows nodes;
   bool has_force = false;                             ///< nodes have twelve words instead of nine
-  std::vector<parallel::NumberedRows> rate_work;      ///< of each force pattern, at its nodes
-  std::vector<parallel::NumberedRows> reaction_work;  ///< of each prescribed motion, at its nodes
+  std::vector<parallel::NumberedRows> rate_work;      ///< per force pattern, at its nodes
+  std::vector<parallel::NumberedRows> reaction_work;  ///< per prescribed motion, at its nodes
   std::vector<parallel::NumberedRows>
-      remainder;  ///< of each force pattern: what rounding kept from its nodes
-  /// Of each damped node: what rounding kept from its velocity (three words), and the energy taken out.
+      remainder;  ///< per force pattern: accumulated rounding remainder at its nodes
+  /// Per damped node: accumulated rounding remainder of the velocity (three words) and the dissipated energy.
   parallel::NumberedRows damped;
   std::int64_t n_steps = 0;
   std::int64_t n_forces = 0;
@@ -36,36 +36,36 @@ struct MotionCheckpoint {
 /// A dynamic phase that has arrested.
 struct EndedPhase {
   double load_time = 0;  ///< at its start [s]
-  double time = 0;       ///< it lasted [s]
+  double time = 0;       ///< duration [s]
   double kinetic = 0;
   double external_work = 0;
   double dissipated = 0;
   double separated_at = not_a_number;  ///< as in PhaseResult [s]
-  double last_break = 0;               ///< likewise [s]
+  double last_break = 0;               ///< as in PhaseResult [s]
   std::int64_t n_steps = 0;
   std::int64_t n_forces = 0;
   fracture::Releases releases;
-  parallel::NumberedRows displacement;  ///< of each node at its end, by bits
+  parallel::NumberedRows displacement;  ///< of each node at the end of the phase, by bits
   std::vector<HistoryRow> history;
-  /// Nodes at which the loads have ended, for each condition; empty when none has.
+  /// Nodes at which loads have ended, by condition; empty if there are none.
   std::vector<parallel::NumberedRows> ended_loads = {};
 };
 
-/// Steps at which a dynamic phase looked for, and found, the body's separation.
+/// Steps at which a dynamic phase checked for, and found, separation of the body.
 struct Separation {
-  std::int64_t looked_at = 0;         ///< step
-  std::optional<std::int64_t> found;  ///< step at which the body was found apart
-  /// Step of the last break before the conditions were found to share no piece any more.
+  std::int64_t looked_at = 0;         ///< step of the last check
+  std::optional<std::int64_t> found;  ///< step at which the body was found separated
+  /// Step of the last break before the conditions were found to act on separate pieces.
   std::optional<std::int64_t> unloaded;
 };
 
-/// Steps at which a dynamic phase last looked for loads on loose fragments.
+/// Steps relevant to the checks of a dynamic phase for loads on loose fragments.
 struct LoadLook {
   std::int64_t looked_at = 0;
   std::int64_t broke_at = 0;  ///< last break of a tetrahedron at a loaded node
 };
 
-/// A dynamic phase on its way, between two steps.
+/// A dynamic phase in progress, between two steps.
 struct RunningPhase {
   double load_time = 0;
   std::int64_t step = 0;
@@ -75,20 +75,20 @@ struct RunningPhase {
   MotionCheckpoint motion;
   std::vector<HistoryRow> history = {};  ///< so far
   LoadLook load_look = {};
-  std::vector<parallel::NumberedRows> ended_loads = {};  ///< as of an ended phase
+  std::vector<parallel::NumberedRows> ended_loads = {};  ///< as in EndedPhase
 };
 
-/// A sample on its way: its dynamic phases. The quasi-static loading between them is computed again, which
-/// gives the same bits.
+/// Checkpoint of a sample: its dynamic phases. The quasi-static loading between them is recomputed, bit for
+/// bit.
 struct Checkpoint {
-  /// That the phases were computed in: double for a mixed input whose numbers have not sufficed.
+  /// Precision of the phases: double if a mixed-precision run left its number range.
   input::Precision precision = input::Precision::mixed;
   input::Engine engine = input::Engine::fixed_point;  ///< likewise
-  /// The machine's reaction at the first break, where that was in a dynamic phase [N].
+  /// The machine's reaction at the first break, if that was in a dynamic phase [N].
   double first_break_reaction = 0;
   std::vector<EndedPhase> ended;
   std::optional<RunningPhase> running;
-  parallel::NumberedRows memory;  ///< of the criterion, where it is not 0, by bits
+  parallel::NumberedRows memory;  ///< non-zero memory of the criterion, by bits
   std::vector<EnergyRow> energy;  ///< of the last phase
   std::vector<Frame> frames;      ///< of the last phase; root only
 };
@@ -97,21 +97,22 @@ struct Checkpoint {
 std::vector<std::byte> to_bytes(const Checkpoint& checkpoint);
 
 /// The root's bytes as a checkpoint on every rank, frames on the root only. Collective.
-/// @throws std::runtime_error on every rank when the bytes hold none
+/// @throws std::runtime_error on every rank when the bytes are not a checkpoint
 Checkpoint share_checkpoint(const parallel::Communicator& group, std::span<const std::byte> bytes);
 
-/// The breaks of all ranks on the root, in order of time, then of tetrahedron number. Collective.
+/// Gathers the breaks of all ranks on the root, sorted by time, then by tetrahedron number. Collective.
 std::vector<fracture::Break> gather_breaks(const parallel::Communicator& group,
                                            std::span<const fracture::Break> local);
-/// As gather_breaks, for what the bridging rule released.
+/// As gather_breaks, for releases by the bridging rule.
 std::vector<fracture::BridgeRelease> gather_bridge_releases(const parallel::Communicator& group,
                                                             std::span<const fracture::BridgeRelease> local);
 
-/// As gather_breaks, for the teeth of softening tetrahedra; those of each in the order in which they fell.
+/// As gather_breaks, for the teeth of softening tetrahedra; those of one tetrahedron in the order in which
+/// they fell.
 std::vector<fracture::ToothFall> gather_tooth_falls(const parallel::Communicator& group,
                                                     std::span<const fracture::ToothFall> local);
 
-/// Marks a moment in a body's breaking, to gather what is released from then on.
+/// Marks a point in a body's fracture history, to gather the releases after it.
 class ReleasesSince {
 public:
   explicit ReleasesSince(const fracture::BreakableBody& body)
@@ -119,7 +120,7 @@ public:
         n_breaks_(body.breaks().size()),
         n_bridge_releases_(body.bridge_releases().size()),
         n_tooth_falls_(body.tooth_falls().size()) {}
-  /// Those of all ranks on the root. Collective.
+  /// Gathers the releases of all ranks on the root. Collective.
   fracture::Releases gather(const parallel::Communicator& group) const;
 
 private:
@@ -127,7 +128,7 @@ private:
   std::size_t n_breaks_, n_bridge_releases_, n_tooth_falls_;
 };
 
-/// Impulses of all tetrahedra on the root. Collective.
+/// Gathers the impulses of all tetrahedra on the root. Collective.
 parallel::NumberedRows gather_memory(const parallel::Communicator& group,
                                      const geometry::Subdomain& subdomain,
                                      const fracture::Criterion& criterion);

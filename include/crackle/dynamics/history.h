@@ -16,8 +16,8 @@
 
 namespace crackle::dynamics {
 
-/// Collects the moments of a sample's history. All members are collective unless they say otherwise; the rows
-/// are equal on every rank, and have the same bits for any number of ranks.
+/// Records a sample's history. All members are collective unless stated otherwise; the rows are equal on
+/// every rank, bitwise for any number of ranks.
 class HistoryRecorder {
 public:
   /// The references must outlive the object.
@@ -30,19 +30,19 @@ public:
   void record_equilibrium(double load_time, const LoadState& loads, const parallel::NodeField& displacement);
 
   /// A moment of a dynamic phase.
-  /// @param phase its number, from 1 on
+  /// @param phase its number, counted from 1
   /// @param load_time at the start of the phase [s]
-  /// @param energy then
-  /// @param displacement with ghosts up to date
+  /// @param energy at that moment
+  /// @param displacement with current ghosts
   void record_motion(std::int32_t phase, double load_time, const EnergyRow& energy,
                      const parallel::NodeField& displacement, const parallel::NodeField& velocity);
 
-  /// Goes on behind rows of an earlier run. Local.
+  /// Continues after rows of an earlier run. Local.
   void append(std::span<const HistoryRow> rows) { rows_.insert(rows_.end(), rows.begin(), rows.end()); }
 
   /// Local.
   const std::vector<HistoryRow>& rows() const { return rows_; }
-  /// Those of one dynamic phase. Local.
+  /// The rows of one dynamic phase. Local.
   std::vector<HistoryRow> rows_of_phase(std::int32_t phase) const;
 
 private:

@@ -13,27 +13,27 @@
 
 namespace crackle::dynamics {
 
-/// Places of the body at which its state is followed. Displacement and velocity are interpolated linearly in
-/// the tetrahedron round the place; so is the stress, between nodes that have the mean of their tetrahedra by
-/// volume.
+/// Points of the body at which its state is recorded. Displacement and velocity are interpolated linearly in
+/// the tetrahedron containing the point; so is the stress, from nodal values that are volume-weighted means
+/// over the adjacent tetrahedra.
 class Probes {
 public:
-  /// Finds the places in this realization; one that a curve's chords leave outside is moved to the nearest
-  /// tetrahedron. Collective. The body must outlive the object.
+  /// Locates the points in this realization; a point left outside by the faceted surface is moved to the
+  /// nearest tetrahedron. Collective. The body must outlive the object.
   Probes(const parallel::Communicator& group, const fracture::BreakableBody& body,
          const std::vector<input::Probe>& probes);
 
-  /// The values at all places, equal bits on every rank for any partition. Collective.
-  /// @param displacement with ghosts up to date
+  /// The values at all points, bitwise equal on every rank and for any partition. Collective.
+  /// @param displacement with current ghosts
   /// @param velocity of a moving body, or nullptr
   std::vector<ProbeValue> read(const parallel::NodeField& displacement,
                                const parallel::NodeField* velocity) const;
 
 private:
-  /// What this rank adds to the values at one place.
+  /// This rank's contribution to the values at one point.
   struct Place {
-    std::vector<std::pair<std::int32_t, double>> nodes;       ///< owned, with their weights
-    std::vector<std::pair<std::int32_t, double>> tetrahedra;  ///< round these nodes, likewise
+    std::vector<std::pair<std::int32_t, double>> nodes;       ///< owned nodes with their weights
+    std::vector<std::pair<std::int32_t, double>> tetrahedra;  ///< tetrahedra around these nodes, likewise
   };
 
   const parallel::Communicator* group_;

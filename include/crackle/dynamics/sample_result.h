@@ -12,9 +12,9 @@
 
 namespace crackle::dynamics {
 
-/// The energy account at one time of the last dynamic phase [J]. external = kinetic + strain + released +
-/// dissipated, each counted from the unloaded body; what arrested phases and quasi-static breaks left in
-/// motion and what damping and absorbing faces took is in `dissipated`.
+/// The energy balance at one time of the last dynamic phase [J]: external = kinetic + strain + released +
+/// dissipated, each counted from the unloaded body. `dissipated` includes the residual motion of arrested
+/// phases and quasi-static breaks, damping and absorbing faces.
 struct EnergyRow {
   double time;  ///< since the start of the phase [s]
   double kinetic;
@@ -26,28 +26,28 @@ struct EnergyRow {
   bool operator==(const EnergyRow&) const = default;
 };
 
-/// What a probe shows at one moment.
+/// Values at a probe at one moment.
 struct ProbeValue {
   Vector displacement{};          ///< [m]
   Vector velocity{};              ///< [m/s]; 0 in quasi-static loading
-  mechanics::Symmetric stress{};  ///< xx, yy, zz, yz, xz, xy: what the material carries [Pa]
+  mechanics::Symmetric stress{};  ///< xx, yy, zz, yz, xz, xy: stress carried by the material [Pa]
   bool operator==(const ProbeValue&) const = default;
 };
 
-/// One moment of a sample's history: an equilibrium of quasi-static loading, or a moment of a dynamic phase.
+/// One entry of a sample's history: an equilibrium of quasi-static loading, or a moment of a dynamic phase.
 struct HistoryRow {
   double load_time = 0;              ///< of the load curves [s]
-  std::int32_t phase = 0;            ///< number of the dynamic phase, from 1 on; 0 in quasi-static loading
-  EnergyRow energy{};                ///< its time is that since the start of the dynamic phase
+  std::int32_t phase = 0;            ///< number of the dynamic phase, from 1; 0 in quasi-static loading
+  EnergyRow energy{};                ///< its time counts from the start of the dynamic phase
   double load = 0;                   ///< of the testing machine (machine_load.h) [N]
   double load_displacement = 0;      ///< likewise [m]
-  std::vector<Vector> force;         ///< that each boundary condition exerts on the body [N]
+  std::vector<Vector> force;         ///< exerted on the body by each boundary condition [N]
   std::vector<Vector> displacement;  ///< mean of each condition's nodes [m]
   std::vector<ProbeValue> probes;    ///< in the order of the input
   bool operator==(const HistoryRow&) const = default;
 };
 
-/// A picture of the fields during the last dynamic phase; on the group's root only.
+/// A snapshot of the fields during the last dynamic phase; on the group's root only.
 struct Frame {
   double time;                      ///< since the start of the phase [s]
   std::vector<float> displacement;  ///< n_nodes x 3, in the realization's numbering [m]
@@ -55,20 +55,21 @@ struct Frame {
   std::int64_t broken;              ///< the first `broken` entries of SampleResult::breaks are open
 };
 
-/// How a sample ended; separated as is_separated has it.
+/// How a sample ended; separated as defined by is_separated.
 enum class Outcome {
   unbroken = 0,   ///< nothing broke
-  arrested = 1,   ///< breaking came to rest and the load can grow no further
-  separated = 2,  ///< the body came apart
-  running = 3,    ///< in one piece when the duration was over
-  undecided = 4,  ///< breaking has not come to rest within max_phase_durations durations, in one piece
+  arrested = 1,   ///< breaking stopped and the load cannot grow further
+  separated = 2,  ///< the body separated
+  running = 3,    ///< in one piece at the end of the duration
+  undecided = 4,  ///< in one piece, but still breaking after max_phase_durations durations
 };
 
-/// A dynamic phase after quasi-static loading that breaks on when its duration is over goes on to at most
-/// this many durations, to show whether it arrests: then the load rises on, and it was not the last one.
+/// A dynamic phase after quasi-static loading in which breaking continues beyond its duration is extended to
+/// at most this many durations, to see whether it arrests: if so, loading continues, and it was not the last
+/// phase.
 inline constexpr int max_phase_durations = 3;
 
-/// Work that a sample took; equal on every machine.
+/// Work counts of a sample; equal on every machine.
 struct SampleCounts {
   std::int64_t quasi_static_breaks = 0;
   std::int64_t static_solves = 0;
@@ -76,17 +77,18 @@ struct SampleCounts {
   std::int64_t dynamic_phases = 0;
   std::int64_t steps = 0;  ///< of all dynamic phases
   std::int64_t force_evaluations = 0;
-  std::int64_t range_restarts = 0;  ///< 1: the mixed numbers did not suffice, all was done again in double
+  std::int64_t range_restarts =
+      0;  ///< 1: mixed precision was out of range and everything was recomputed in double
 };
 
-/// What the ranks of a group send each other in dynamic phases.
+/// Communication within a group during dynamic phases.
 struct ExchangeCost {
   std::int64_t n_exchanges = 0;         ///< of ghost displacements
-  std::int64_t bytes_per_exchange = 0;  ///< that this rank receives
+  std::int64_t bytes_per_exchange = 0;  ///< received by this rank
   double seconds = 0;                   ///< spent beginning and ending them [s]
 };
 
-/// Wall-clock times and messages; differ between runs and numbers of ranks.
+/// Wall-clock times and communication; differ between runs and numbers of ranks.
 struct SampleTimings {
   double mesh = 0;
   double setup = 0;
@@ -96,32 +98,32 @@ struct SampleTimings {
   ExchangeCost exchange_cost{};
 };
 
-/// What the mechanics of one sample yields. Complete on the group's root; elsewhere breaks, bridge releases
-/// and frames are empty.
+/// Result of the mechanics of one sample. Complete on the group's root; elsewhere breaks, bridge releases and
+/// frames are empty.
 struct SampleResult {
   static constexpr double none = not_a_number;
 
-  bool parked = false;  ///< stopped on the way as asked; the rest is undefined
+  bool parked = false;  ///< stopped part-way on request; the rest is undefined
   Outcome outcome = Outcome::unbroken;
-  std::string note;  ///< what else is to be known of the end; mostly empty
-  /// Load time at the first break [s] and the machine's load then [N]; NaN where nothing broke.
+  std::string note;  ///< remarks about the end; usually empty
+  /// Load time at the first break [s] and the machine's load then [N]; NaN if nothing broke.
   double first_break_time = none;
   double first_break_load = none;
-  /// Load time at the start of the last dynamic phase [s] and the machine's load then [N]; NaN where no
-  /// dynamic phase followed quasi-static loading.
+  /// Load time at the start of the last dynamic phase [s] and the machine's load then [N]; NaN if no dynamic
+  /// phase followed quasi-static loading.
   double onset_time = none;
   double onset_force = none;
   double phase_start = none;  ///< load time at the start of the last dynamic phase [s], 0 with start = "rest"
-  /// Time since that start at which no load could pass from one condition to another any more [s]; NaN where
-  /// that did not come about in the last dynamic phase.
+  /// Time since phase_start from which no load can be transferred between conditions [s]; NaN if this did not
+  /// happen in the last dynamic phase.
   double separated_at = none;
-  bool load_is_reaction = false;  ///< of the machine's load, at least in part
-  double time_step = 0;           ///< used [s]
-  double stable_step = 0;         ///< of the intact body and the integrator [s]
+  bool load_is_reaction = false;  ///< the machine's load is, at least in part, a reaction
+  double time_step = 0;           ///< used in the run [s]
+  double stable_step = 0;         ///< of the integrator on the intact body [s]
   double energy_error = 0;        ///< largest imbalance over the outputs, relative to the work done
   double equilibrium_residual =
-      none;  ///< largest of the static solves, relative to the load; NaN without any
-  std::vector<fracture::Break> breaks;  ///< in order of time, then of tetrahedron number
+      none;  ///< largest residual of the static solves, relative to the load; NaN without any
+  std::vector<fracture::Break> breaks;  ///< sorted by time, then by tetrahedron number
   std::vector<fracture::BridgeRelease>
       bridge_releases;                           ///< in the same order; empty with release by elements
   std::vector<fracture::ToothFall> tooth_falls;  ///< in the same order; empty without softening

@@ -19,41 +19,41 @@ namespace crackle::dynamics {
 /// only.
 using SampleLog = std::function<void(const std::string& line)>;
 
-/// What a sample on its way does besides the mechanics.
+/// Control and output of a running sample, apart from the mechanics.
 struct SampleControl {
-  std::uint64_t sample = 0;  ///< its number, which the random field of the material depends on
+  std::uint64_t sample = 0;  ///< its number, on which the material's random field depends
   SampleLog log;             ///< may be empty
-  /// The line that says where the sample stands, which replaces the one before, many times in a phase; in
-  /// place of the log's lines about a running phase. Called on the root; may be empty.
+  /// Status line of the sample, updated many times in a phase and replacing the previous one; used instead of
+  /// the log's lines about a running phase. Called on the root; may be empty.
   SampleLog progress;
-  std::function<bool()> stop;  ///< whether this rank was asked to park the sample; may be empty
-  /// Keeps a checkpoint; given on every rank or on none, called on the root. What it throws is logged, and
-  /// the sample goes on.
+  std::function<bool()> stop;  ///< true if this rank was asked to park the sample; may be empty
+  /// Stores a checkpoint; given on every rank or on none, called on the root. An exception is logged, and the
+  /// sample continues.
   std::function<void(std::span<const std::byte> checkpoint)> save;
   std::vector<std::byte>
-      checkpoint;  ///< on the root: what was saved last, to continue from; empty: from the start
-  double checkpoint_interval = infinity;  ///< wall time between two saves [s]
-  /// Takes what there is of a sample that fails, before the failure is thrown; called on every rank or on
-  /// none.
+      checkpoint;  ///< on the root: last checkpoint to continue from; empty: from the start
+  double checkpoint_interval = infinity;  ///< minimum wall time between checkpoints [s]
+  /// Receives the partial results of a failing sample, before the failure is thrown; given on every rank or
+  /// on none.
   std::function<void(SampleResult partial)> failed = {};
 };
 
-/// Time without a break after which a dynamic phase has arrested [s]: the input's, or what a longitudinal
-/// wave in a bar takes along the body's longest extent. A crack half-way has heard by then how both ends
-/// answered its last break; what comes later has been reflected again.
+/// Time without a break after which a dynamic phase counts as arrested [s]: from the input, or the time that
+/// a longitudinal bar wave takes along the body's longest extent. By then a crack half-way along has received
+/// the response of both ends to its last break; later arrivals have been reflected again.
 double arrest_window(const input::Parameters& parameters);
 
-/// One body's way from the unloaded state to its end: quasi-static loading, instability, dynamic breaking,
-/// arrest. Collective over the group; a failure on one rank is thrown on all.
+/// Computes one sample from the unloaded state to its end: quasi-static loading, instability, dynamic
+/// fracture, arrest. Collective over the group; a failure on one rank is thrown on all.
 ///
-/// When any rank is asked to, the sample is parked: within 32 steps of a dynamic phase, or between two
-/// quasi-static breaks. From a checkpoint it goes on, on any number of ranks, to the same bits as without an
-/// interruption: quasi-static loading is computed again, dynamic phases are not. With Engine::petsc the bits
-/// are the same on the same number of ranks. A checkpoint that does not fit the sample is logged and not
-/// used.
+/// If any rank is asked to, the sample is parked within 32 steps of a dynamic phase, or between two
+/// quasi-static breaks. Continuing from a checkpoint, on any number of ranks, gives bitwise the same results
+/// as an uninterrupted run: quasi-static loading is recomputed, dynamic phases are not. With Engine::petsc
+/// this holds for the same number of ranks only. A checkpoint that does not match the sample is logged and
+/// ignored.
 ///
-/// A sample that leaves the range of mixed numbers is computed again in double from its start, and from then
-/// on its checkpoints go on in double.
+/// A sample that leaves the range of mixed precision is recomputed in double from its start; its later
+/// checkpoints are in double as well.
 /// @param subdomain this rank's part of the realization
 SampleResult run_sample(const parallel::Communicator& group, const input::Parameters& parameters,
                         const geometry::Subdomain& subdomain, const SampleControl& control = {});

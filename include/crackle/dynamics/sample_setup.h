@@ -18,21 +18,21 @@
 
 namespace crackle::dynamics {
 
-/// What a sample starts from: its intact body, loads, strengths and time step. Whoever computes a sample, or
-/// only asks whether it can be computed, starts with this.
+/// The initial state of a sample: intact body, loads, strengths and time step. Shared by sample runs and by
+/// checks of whether a sample can be computed.
 struct SampleSetup {
   /// Collective. The references must outlive the object.
-  /// @param sample its number, which the random field of the material depends on
-  /// @throws std::runtime_error where a boundary condition has no place on the mesh, the input's time step is
-  ///   above the stable one, or the damping is too strong for the time step
+  /// @param sample its number, on which the material's random field depends
+  /// @throws std::runtime_error when a boundary condition selects no part of the mesh, the input's time step
+  ///   exceeds the stable one, or the damping is too strong for the time step
   SampleSetup(const parallel::Communicator& group, const input::Parameters& parameters,
               const geometry::Subdomain& subdomain, std::uint64_t sample);
 
-  /// The rigid motions that nothing holds, such as "turn about x". Collective.
+  /// The unconstrained rigid-body motions, such as "turn about x". Collective.
   std::vector<std::string> free_motions() const;
 
-  /// @throws parallel::AgreedError on every rank when free_motions() has any: there is no equilibrium then.
-  ///   Collective.
+  /// Collective. @throws parallel::AgreedError on every rank when free_motions() is not empty, since there is
+  /// no equilibrium then
   void refuse_free_body() const;
 
   const parallel::Communicator& group;

@@ -10,32 +10,31 @@
 
 namespace crackle::dynamics {
 
-/// A loose piece of at least this share of the volume means that the body has come apart; smaller ones are
+/// A loose piece of at least this share of the volume means that the body has separated; smaller ones are
 /// splinters.
 inline constexpr double separated_share = 0.01;
 
-/// True if two loads or motions act on no common piece, joined by faces: at most hinges pass a load between
-/// them. With fewer than two of them as is_separated. Equal on every rank. Collective.
+/// True if two loads or motions act on no common face-connected piece: only hinges could transfer a load
+/// between them. With fewer than two of them, as is_separated. Equal on every rank. Collective.
 bool is_unloaded(const parallel::Communicator& group, const fracture::BreakableBody& body,
                  const mechanics::BoundaryLoads& loads);
 
-/// True if the body has come apart: two loads or motions act on no common piece, or
-/// besides the largest piece there is another one of at least separated_share of the volume. Equal on every
-/// rank. Collective.
+/// True if the body has separated: two loads or motions act on no common piece, or there is a second piece of
+/// at least separated_share of the volume. Equal on every rank. Collective.
 /// @param labels of the pieces, see fracture::piece_labels()
 bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
                   const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels);
 bool is_separated(const parallel::Communicator& group, const fracture::BreakableBody& body,
                   const mechanics::BoundaryLoads& loads);
 
-/// Whether every load still acts on a piece that a prescribed motion holds, so that there is an equilibrium;
-/// where nothing is held, whether the body is in one piece. Pieces are joined by edges that carry, so a hinge
-/// is enough. Equal on every rank. Collective.
+/// True if every load still acts on a piece held by a prescribed motion, so that an equilibrium exists; if
+/// nothing is held, true if the body is in one piece. Pieces are connected by edges that still carry load, so
+/// a hinge is enough. Equal on every rank. Collective.
 /// @param labels of the pieces, see fracture::piece_labels()
 bool loads_are_held(const parallel::Communicator& group, const fracture::BreakableBody& body,
                     const mechanics::BoundaryLoads& loads, const std::vector<std::int64_t>& labels);
 
-/// The same of pieces that are joined by faces all of whose edges carry.
+/// The same for pieces connected by faces all of whose edges still carry load.
 bool loads_are_held_by_faces(const parallel::Communicator& group, const fracture::BreakableBody& body,
                              const mechanics::BoundaryLoads& loads);
 

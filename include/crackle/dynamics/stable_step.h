@@ -10,9 +10,9 @@
 
 namespace crackle::dynamics {
 
-/// Largest circular eigenfrequency of M^-1 K of the body as it is, by the Lanczos method on the force itself;
-/// the estimate's residual is added, so that the value is not below the true one in practice. Held components
-/// only lower it. Collective; equal bits for any number of ranks. [1/s]
+/// Largest circular eigenfrequency of M^-1 K of the unconstrained body, by the Lanczos method on the force
+/// itself; the residual of the estimate is added, so that the result is an upper bound in practice.
+/// Constraints only lower it. Collective; bitwise equal for any number of ranks. [1/s]
 double largest_frequency(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                          const mechanics::PdsOperators& operators, const mechanics::InternalForce& force);
 
@@ -28,9 +28,9 @@ struct TimeGrid {
   double duration() const { return static_cast<double>(n_steps) * step; }  ///< [s]
 };
 
-/// The input's step, or with "auto" the largest that stays below 0.9 of the stable one and divides the
-/// duration.
-/// @throws std::runtime_error naming the stable step when the input's step is above it
+/// The input's step or, with "auto", the largest step that divides the duration and is below 0.9 of the
+/// stable one.
+/// @throws std::runtime_error naming the stable step when the input's step exceeds it
 TimeGrid choose_time_grid(const input::Time& time, double stable_step);
 
 }  // namespace crackle::dynamics

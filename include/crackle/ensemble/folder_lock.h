@@ -13,21 +13,20 @@
 
 namespace crackle::ensemble {
 
-/// The process that holds a lock, as the lock file names it. Files of earlier versions lack boot, namespace,
-/// restart and step.
+/// The process that holds a lock, as recorded in the lock file. Files of earlier versions lack boot,
+/// namespace, restart and step.
 struct LockOwner {
   std::string host;
-  std::string boot;           ///< id of the kernel's start; empty: not told
-  std::string pid_namespace;  ///< in which `process` is a process number; empty: not told
+  std::string boot;           ///< boot id of the kernel; empty: not recorded
+  std::string pid_namespace;  ///< PID namespace of `process`; empty: not recorded
   long process = 0;
-  std::string start;          ///< clock ticks at which the process started; "0": not known
-  std::string job;            ///< of SLURM; "-" outside
+  std::string start;          ///< start time of the process [clock ticks]; "0": unknown
+  std::string job;            ///< SLURM job; "-" outside SLURM
   std::uint64_t restart = 0;  ///< how often SLURM has requeued the job
-  std::string step = "-";     ///< of the job; "-" in the job's script
+  std::string step = "-";     ///< job step; "-" in the batch script
 
-  /// This process.
   static LockOwner self();
-  /// Nothing when the text names no process.
+  /// Empty if the text names no process.
   static std::optional<LockOwner> parse(std::string_view text);
   std::string text() const;
   std::string describe() const;
@@ -35,36 +34,36 @@ struct LockOwner {
   bool operator==(const LockOwner&) const = default;
 };
 
-/// Why a lock's owner cannot be at work any more; nothing when it may be. Process numbers are looked up where
-/// they are those of `self`'s host and process namespace, and decide. Elsewhere the owner has ended when it
-/// belongs to an earlier start of `self`'s SLURM job (two steps of one start may both be at work), or when it
-/// has not touched the lock for LockFile::lifetime.
-/// @param owner nothing: of a lock that names none
+/// Why the owner of a lock cannot be running any more; empty if it may be. If the owner is on `self`'s host
+/// and in its PID namespace, its process number decides. Otherwise the owner has ended if it belongs to an
+/// earlier start of `self`'s SLURM job (two steps of the same start may both be running), or if it has not
+/// touched the lock for LockFile::lifetime.
+/// @param owner empty: the lock names none
 std::optional<std::string> why_stale(const std::optional<LockOwner>& owner, const LockOwner& self,
                                      double seconds_untouched);
 
-/// A lock as another rank finds it.
+/// A lock as seen by another rank.
 struct LockMark {
   std::filesystem::path file;
   std::string text;
 
-  /// Refuses to write into a folder that is no longer the locked one: who holds a lock looks before it makes
-  /// files, which would make a folder anew that was moved away.
-  /// @throws std::runtime_error when the lock is not there or names another owner
+  /// Refuses to write into a folder that is no longer the locked one. Call it before creating files:
+  /// otherwise a folder that was moved away would be recreated.
+  /// @throws std::runtime_error when the lock is missing or names another owner
   void require() const;
 };
 
-/// A file that names its owner and is created exclusively: one process has it at a time. Its owner touches it
-/// every 30 s; a stale one (why_stale) is taken over. A lock whose folder is moved goes with it.
+/// A file that names its owner and is created exclusively, so that only one process holds it at a time. The
+/// owner touches it every 30 s; a stale one (why_stale) is taken over. The lock moves along with its folder.
 class LockFile {
 public:
   static constexpr double lifetime = 600;  ///< [s]
 
-  /// @param file in a folder that exists
-  /// @param taken what it means that another process has it, for the message: "another run is at work in out"
-  /// @param patience for how long another process' file is waited for [s]
-  /// @throws std::runtime_error naming the file and its owner, when another process keeps it; when something
-  ///   else has its name; or when it cannot be written
+  /// @param file in an existing folder
+  /// @param taken message when another process holds it: "another run is at work in out"
+  /// @param patience how long to wait for another process' lock [s]
+  /// @throws std::runtime_error naming the file and its owner, when another process keeps it; when the name
+  ///   is taken by something other than a lock; or when it cannot be written
   LockFile(std::filesystem::path file, const std::string& taken, double patience);
   /// Removes the file, unless another process has taken it over.
   ~LockFile();
@@ -78,16 +77,16 @@ public:
   /// @throws std::runtime_error as the constructor, when it is not
   void clear(const std::filesystem::path& other, const std::string& taken);
 
-  /// One line for each stale lock that was taken over.
+  /// One line for each stale lock taken over.
   const std::vector<std::string>& taken_over() const { return taken_over_; }
 
 private:
-  /// False if there is one.
+  /// False if the lock exists already.
   bool try_to_create() const;
   void create(const std::string& taken, double patience);
-  /// What processes that were killed while they waited for the lock have left.
+  /// Removes files of processes that were killed while waiting for the lock.
   void remove_leftovers() const;
-  /// Whether the process that has made a file beside the lock is gone.
+  /// True if the process that created a file beside the lock is gone.
   bool is_left_over(const std::string& name, const char* mark) const;
   void keep_touching(const std::stop_token& stop);
 
@@ -98,7 +97,7 @@ private:
   std::vector<std::string> taken_over_;
   std::mutex mutex_;
   std::condition_variable_any ends_;
-  std::jthread thread_;  ///< last: it ends before what it uses
+  std::jthread thread_;  ///< last member: joined before the others are destroyed
 };
 
 /// Samples first..last of an ensemble.
@@ -107,10 +106,11 @@ struct SampleRange {
   std::uint64_t last = 0;
 };
 
-/// A folder that is there while this lives; one that was made for this and is empty in the end goes again.
+/// A folder that exists at least as long as this object; if created by it and empty at the end, it is
+/// removed.
 class MadeFolder {
 public:
-  /// @throws std::runtime_error naming the folder that cannot be made
+  /// @throws std::runtime_error naming the folder that cannot be created
   explicit MadeFolder(std::filesystem::path folder);
   ~MadeFolder();
   MadeFolder(const MadeFolder&) = delete;
@@ -121,16 +121,16 @@ private:
   std::vector<std::filesystem::path> made_;  ///< innermost first
 };
 
-/// Keeps other runs away from samples of a folder while it lives: a lock file "lock-<first>-<last>". Runs of
-/// ranges that do not overlap do not mind each other.
+/// Locks a range of samples of a folder against other runs, with a lock file "lock-<first>-<last>". Runs on
+/// disjoint ranges can proceed concurrently.
 class FolderLock {
 public:
-  /// Makes the folder if needed.
-  /// @throws std::runtime_error naming the lock's file and its owner, when another run has it; or when the
+  /// Creates the folder if needed.
+  /// @throws std::runtime_error naming the lock file and its owner, when another run holds it; or when the
   ///   lock cannot be written
   FolderLock(const std::filesystem::path& folder, SampleRange range);
 
-  /// One line for each stale lock that was taken over.
+  /// One line for each stale lock taken over.
   const std::vector<std::string>& taken_over() const { return lock_.taken_over(); }
   LockMark mark() const { return lock_.mark(); }
 
@@ -139,7 +139,7 @@ private:
   LockFile lock_;
 };
 
-/// The processes at work in a folder, as the locks say that a killed run has not left behind.
+/// Processes at work in a folder, according to its locks; stale locks are ignored.
 std::vector<std::string> owners_at_work(const std::filesystem::path& folder);
 
 }  // namespace crackle::ensemble

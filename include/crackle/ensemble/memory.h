@@ -10,54 +10,52 @@
 #include <optional>
 #include <string>
 
-/// The memory that a run takes, and whether it is there.
+/// Memory demand of a run, and whether it can be met.
 namespace crackle::ensemble {
 
-/// Largest memory that one rank takes [byte], the program included.
+/// Peak memory of one rank [byte], including the program itself.
 struct MemoryDemand {
-  double master;  ///< makes realizations; where the layout is shared it computes too
+  double master;  ///< makes realizations; with a shared layout it also computes
   double root;    ///< of a group
   double member;  ///< of a group, not its root
 };
 
-/// The layout of a sample that all ranks share.
+/// The layout in which all ranks share one sample.
 GroupLayout one_group(int n_ranks);
 
-/// Within a quarter of what is measured, for bodies that take more than the program itself.
-/// @param n_tetrahedra of one realization, and the nodes that they have
+/// Accurate to 25 % for bodies that need more memory than the program itself.
+/// @param n_nodes, n_tetrahedra of one realization
 MemoryDemand memory_demand(const input::Parameters& parameters, double n_nodes, double n_tetrahedra,
                            const GroupLayout& layout);
 
-/// As memory_demand, before any mesh is made: from the number of mother points that are expected, or that
-/// the file of mesh.points has.
+/// As memory_demand, before any mesh exists: from the expected number of mother points, or the number in the
+/// file of mesh.points.
 MemoryDemand expected_memory_demand(const input::Parameters& parameters, const geometry::Body& body,
                                     const GroupLayout& layout);
 
-/// Of a program that makes one realization and does no more with it [byte]; before any mesh is made.
+/// Memory of a program that only makes one realization [byte]; before any mesh exists.
 double expected_mesh_memory(const input::Parameters& parameters, const geometry::Body& body);
 
-/// Memory that processes may still take on this node, and what limits it.
+/// Memory that processes can still allocate on this node, and what limits it.
 struct AvailableMemory {
-  double bytes;       ///< infinity where nothing can be found out
+  double bytes;       ///< infinity if unknown
   std::string limit;  ///< "memory of the node", "control group /slurm/..."
 };
 
-/// MemAvailable, or what the control group of this process or one above it (SLURM, containers) leaves, where
-/// that is less. Cached files do not count as taken.
-/// @param root of the file system with /proc and /sys
+/// MemAvailable, or less if the control group of this process or one of its ancestors (SLURM, containers)
+/// leaves less. The page cache does not count as used.
 AvailableMemory available_memory(const std::filesystem::path& root = "/");
 
-/// A message with both numbers, when `needed` bytes more are not available; nothing when they are.
+/// A message with both numbers if `needed` more bytes are not available; empty otherwise.
 /// @param whose "making the mesh", "3 ranks on node7"
 std::optional<std::string> shortage(double needed, const std::string& whose,
                                     const AvailableMemory& available);
 
-/// @throws std::runtime_error with what shortage says and what to do, when there is one
+/// @throws std::runtime_error with the message of shortage and advice, when memory is short
 void check_available(double needed, const std::string& whose, const AvailableMemory& available);
 
-/// Refuses a run whose ranks together need more than is available on one of their nodes. Collective.
-/// @param has_work on the root: whether there is anything to compute; otherwise nothing is refused
-/// @throws the same parallel::AgreedError on every rank, naming the node and both numbers
+/// Refuses a run whose ranks together need more memory than is available on one of their nodes. Collective.
+/// @param has_work on the root: false skips the check, as there is nothing to compute
 void check_memory(const parallel::Communicator& world, const input::Parameters& parameters,
                   const geometry::Body& body, const GroupLayout& layout, bool has_work);
 

@@ -14,50 +14,51 @@
 
 namespace crackle::ensemble {
 
-/// Where an ensemble stands: counts, the time left, and the statistics over the samples done so far. Times
-/// are seconds on any clock of the caller.
+/// Progress of an ensemble: counts, time left, and statistics of the samples done so far. Times are seconds
+/// on any clock of the caller.
 class Progress {
 public:
-  /// @param n_to_do samples of this run
+  /// @param n_to_do samples to compute in this run
   Progress(std::size_t n_to_do, int n_groups, const input::Parameters& parameters);
 
-  /// A sample that an earlier run has ended.
+  /// A sample that finished in an earlier run.
   void kept(std::uint64_t sample, const analysis::SampleSummary& summary);
   void started(std::uint64_t sample, double now);
   void finished(const SampleReport& report, double now);
-  /// A sample that was under way is left for another run.
+  /// A sample under way is left for a later run.
   void parked(std::uint64_t sample) { running_.erase(sample); }
-  /// Where the only sample that is running stands.
+  /// Status line of the only running sample.
   void at_work(const std::string& where) { where_ = where; }
 
   int n_done() const { return n_done_; }
   int n_failed() const { return n_failed_; }
   int n_running() const { return static_cast<int>(running_.size()); }
-  int n_left() const;  ///< neither ended nor running, and needed
+  int n_left() const;  ///< pending: neither finished nor running, and still needed
 
-  /// Seconds until the last sample ends, from the mean duration and the groups; NaN before the first one has.
+  /// Seconds until the last sample ends, from the mean duration and the number of groups; NaN until the first
+  /// one has ended.
   double time_left(double now) const;
-  /// Of the leading cracks at the middle one of the sections that the crack of notch 0 can cross [m], see
-  /// RunningStatistics; NaN when none arrived.
+  /// Mean position [m] of the leading cracks at the middle one of the sections that the crack of notch 0 can
+  /// cross, see RunningStatistics; NaN if none arrived.
   double mean_position() const { return statistics_.mean_leader_position(static_cast<int>(watched_)); }
-  /// Of the samples that have ended; tells whether more are needed.
+  /// Over the finished samples; decides whether more are needed.
   const analysis::RunningStatistics& statistics() const { return statistics_; }
 
-  /// Mean position and median onset, or nothing while there are none.
+  /// Mean position and median onset; empty while there are none.
   std::string means() const;
-  /// One line: done, failed, running, left, time left, where a single running sample stands, mean position
-  /// and median onset.
+  /// One line: done, failed, running, left, time left, status of a single running sample, mean position and
+  /// median onset.
   std::string line(double now) const;
 
 private:
   std::size_t n_to_do_;
   int n_groups_;
   std::vector<input::Section> sections_;
-  std::size_t watched_ = 0;                  ///< section of the mean position
-  std::map<std::uint64_t, double> running_;  ///< sample, time of its start
-  std::string where_;                        ///< that the running sample stands; may be empty
+  std::size_t watched_ = 0;                  ///< section used for the mean position
+  std::map<std::uint64_t, double> running_;  ///< sample, start time
+  std::string where_;                        ///< status of the running sample; may be empty
   int n_done_ = 0, n_failed_ = 0;
-  std::size_t n_ended_here_ = 0;  ///< in this run
+  std::size_t n_ended_here_ = 0;  ///< samples ended in this run
   double duration_sum_ = 0;
   int n_durations_ = 0;
   analysis::RunningStatistics statistics_;

@@ -12,7 +12,7 @@
 
 namespace crackle::ensemble {
 
-/// The ranks that share a sample. The runtime's own messages and the sample's are on separate communicators.
+/// The ranks that share a sample. Control messages and the sample's computation use separate communicators.
 class SampleGroup {
 public:
   /// Collective over `ranks`, which is duplicated twice.
@@ -27,8 +27,8 @@ public:
   /// Calls `hook` at every stage of the sample's local work on this rank, until renew().
   void on_stage(parallel::Communicator::StageHook hook) { computation_.on_stage(std::move(hook)); }
 
-  /// Replaces the computation's communicator, so that messages which a failed sample left behind cannot meet
-  /// the next sample. Collective.
+  /// Replaces the communicator of the computation, so that stale messages of a failed sample cannot reach the
+  /// next one. Collective.
   void renew() { computation_ = parallel::Communicator(control_.get()); }
 
 private:
@@ -36,29 +36,29 @@ private:
   parallel::Communicator computation_;
 };
 
-/// What a rank other than the root learns of its part of a sample before it gets it.
+/// Header sent to a non-root rank before its part of a sample.
 struct ShareHeader {
   std::uint64_t sample = 0;
   std::int64_t n_nodes_global = 0;
   std::int64_t n_tetrahedra_global = 0;
   std::int64_t n_owned = 0;
-  std::array<std::uint64_t, 9> lengths{};  ///< of the subdomain's arrays
+  std::array<std::uint64_t, 9> lengths{};  ///< lengths of the subdomain's arrays
 };
 
 /// Root: sends every other rank its part of a sample. Collective, with receive_header() and receive_share()
 /// on the other ranks.
-/// @param parts one for each rank; emptied, but for the root's
-/// @throws AgreedError on every rank when one has no memory for its part
+/// @param parts one for each rank; emptied, except for the root's
+/// @throws AgreedError on every rank when one cannot allocate its part
 void send_shares(const SampleGroup& group, std::uint64_t sample, std::span<geometry::Subdomain> parts);
 
-/// Root: tells the other ranks that no more samples come.
+/// Root: informs the other ranks that no more samples come.
 void send_end(const SampleGroup& group);
 
-/// Other ranks: sleeps until the root sends a share; nothing when no more come.
+/// Other ranks: sleeps until the root sends a share; empty when no more come.
 std::optional<ShareHeader> receive_header(const SampleGroup& group);
 
 /// Other ranks: the share that follows its header.
-/// @throws AgreedError on every rank when one has no memory for its part
+/// @throws AgreedError on every rank when one cannot allocate its part
 geometry::Subdomain receive_share(const SampleGroup& group, const ShareHeader& header);
 
 }  // namespace crackle::ensemble

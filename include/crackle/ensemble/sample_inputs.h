@@ -13,20 +13,20 @@
 
 namespace crackle::ensemble {
 
-/// What a sample is computed with.
+/// Input and body of one sample.
 struct SampleInput {
   input::Parameters parameters;
   std::shared_ptr<const geometry::Body> body;
 };
 
-/// The input and the body of each sample: the ensemble's own or, with random inputs, those of its draw. May
-/// be asked by several threads.
+/// The input and the body of each sample: the ensemble's own or, with random inputs, those of its draw.
+/// Thread-safe.
 class SampleInputs {
 public:
   /// @param parameters, body of the ensemble; both must outlive this
   SampleInputs(const input::Parameters& parameters, const geometry::Body& body);
 
-  /// @throws std::runtime_error when the values drawn make no sound input
+  /// @throws std::runtime_error when the drawn values make an invalid input
   std::shared_ptr<const SampleInput> of(std::uint64_t sample) const;
 
 private:

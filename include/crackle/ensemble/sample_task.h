@@ -17,14 +17,14 @@
 
 namespace crackle::ensemble {
 
-/// The mechanics of one sample, as dynamics::run_sample; a parameter so that tests can inject faults.
-/// Collective over the group. Where a rank fails, no other rank may wait for it: either all ranks throw, or
-/// the others return.
+/// The mechanics of one sample, normally dynamics::run_sample; a parameter so that tests can inject faults.
+/// Collective over the group. If a rank fails, no other rank may wait for it: either all ranks throw, or the
+/// others return.
 using SampleFunction = std::function<dynamics::SampleResult(
     const parallel::Communicator& group, std::uint64_t sample, const geometry::Subdomain& subdomain,
     const dynamics::SampleControl& control)>;
 
-/// What a sample's mechanics mean for the ensemble.
+/// Results of a sample derived from its mechanics.
 struct SampleAnalysis {
   analysis::CrackSurface surface;
   std::vector<analysis::CrackLine> lines;
@@ -34,24 +34,24 @@ struct SampleAnalysis {
   analysis::CrackHistory history;
 };
 
-/// What there is of a sample that failed on its way.
+/// Available data of a sample that failed part-way.
 struct PartialSample {
   const geometry::Realization& realization;
   const dynamics::SampleResult& result;
   const SampleAnalysis& analysis;
 };
 
-/// What is done with one sample, step by step. An exception in a step fails the sample and nothing else.
+/// The steps of processing one sample. An exception in a step fails that sample only.
 struct SampleSteps {
-  /// The realization; the master calls it from a thread of its own.
+  /// Makes the realization; the master calls it from a separate thread.
   RealizationMaker make;
-  /// One subdomain for each rank of the group; on the group's root.
+  /// Makes one subdomain for each rank of the group; on the group's root.
   std::function<std::vector<geometry::Subdomain>(std::uint64_t sample,
                                                  const geometry::Realization& realization, int n_parts)>
       split;
   /// The mechanics, on all ranks of the group.
   SampleFunction compute;
-  /// Crack surface and row of the ensemble that follow from the mechanics; on the group's root.
+  /// Derives the crack surface and the ensemble row from the mechanics; on the group's root.
   std::function<SampleAnalysis(std::uint64_t sample, const geometry::Realization& realization,
                                const dynamics::SampleResult& result)>
       analyse;
@@ -59,8 +59,8 @@ struct SampleSteps {
   std::function<void(std::uint64_t sample, const geometry::Realization& realization,
                      const dynamics::SampleResult& result, const SampleAnalysis& analysis)>
       write;
-  /// Writes a failure to the sample's file, with what there is of its mechanics (nullptr: nothing); on the
-  /// group's root, or on the master when no realization was made.
+  /// Writes a failure to the sample's file, with the available mechanics (nullptr: none); on the group's
+  /// root, or on the master if no realization was made.
   std::function<void(std::uint64_t sample, const analysis::SampleSummary& failure,
                      const PartialSample* partial)>
       write_failure;
@@ -68,15 +68,15 @@ struct SampleSteps {
   std::function<analysis::SampleSummary(std::uint64_t sample, const std::string& reason)> failure_row;
   /// Lines about the progress of a sample; on the group's root.
   dynamics::SampleLog log;
-  /// See dynamics::SampleControl. schedule_samples() brings it from the root of a single group to rank 0.
+  /// See dynamics::SampleControl. schedule_samples() forwards it from the root of a single group to rank 0.
   dynamics::SampleLog progress;
-  /// Called where a stage of a sample's local work begins, on every rank that does it; what it throws fails
-  /// the sample. For tests; may be empty.
+  /// Called at the start of each stage of a sample's local work, on every rank that does it; an exception
+  /// fails the sample. For tests; may be empty.
   std::function<void(std::uint64_t sample, std::string_view stage)> enter;
-  /// Whether this rank was asked to park its sample; may be empty.
+  /// True if this rank was asked to park its sample; may be empty.
   std::function<bool()> stop;
-  /// Checkpoints of samples on their way; all three on the group's root, and empty on every rank or on none.
-  /// An empty one stands for none.
+  /// Checkpoints of samples under way; all three on the group's root, and either all set on every rank or all
+  /// empty. An empty checkpoint means none.
   std::function<std::vector<std::byte>(std::uint64_t sample)> read_checkpoint;
   std::function<void(std::uint64_t sample, std::span<const std::byte> checkpoint)> write_checkpoint;
   std::function<void(std::uint64_t sample)> remove_checkpoint;
@@ -85,21 +85,22 @@ struct SampleSteps {
 
 /// The steps of a real sample: geometry, crack surface and summary, files in `folder`/samples.
 /// The references must outlive the steps.
-/// @param base points that all samples share; not looked at with mesh.base own
-/// @param n_ranks of a group, for the files' provenance
+/// @param base points shared by all samples; unused with mesh.base = "own"
+/// @param n_ranks of a group, recorded in the files
 SampleSteps make_sample_steps(const input::Parameters& parameters, const geometry::Body& body,
                               const geometry::MotherPoints& base, const std::filesystem::path& folder,
                               int n_ranks, SampleFunction compute);
 
-/// Report of a sample that failed, kept in its file where that can be written; its checkpoint goes then.
+/// Reports a failed sample and, if possible, records the failure in its file and removes its checkpoint.
 /// @param seconds spent on the sample
-/// @param partial what there is of it; nullptr: nothing
+/// @param partial available data; nullptr: none
 SampleReport report_failure(const SampleSteps& steps, std::uint64_t sample, const std::string& reason,
                             double seconds, const PartialSample* partial = nullptr);
 
-/// Root of the group: one sample from its realization to its file. Collective over the group, together with
-/// follow_samples on the other ranks. A sample that cannot be written is reported as failed and leaves no
-/// file, so that a resumed run computes it again. One that was asked to park is reported as parked.
+/// Root of the group: processes one sample from its realization to its file. Collective over the group,
+/// together with follow_samples on the other ranks. A sample that cannot be written is reported as failed and
+/// leaves no file, so that a resumed run recomputes it. A sample that was asked to park is reported as
+/// parked.
 SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedSample prepared);
 
 /// Other ranks of the group: takes part in every sample that the root leads, until send_end.

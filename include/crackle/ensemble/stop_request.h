@@ -5,37 +5,37 @@
 #include <optional>
 #include <string>
 
-/// Why a run may have to stop before it is complete.
+/// Requests to stop a run before it is complete.
 namespace crackle::ensemble {
 
-/// Tells whether and why this rank was asked to stop; once it has a reason it keeps it. Local, cheap.
+/// Returns the reason if this rank was asked to stop; once set, the reason persists. Local, cheap.
 using StopRequest = std::function<std::optional<std::string>()>;
 
-/// From now on the first SIGTERM, SIGINT or SIGUSR1 asks to stop, and a second one ends the process at once,
+/// From now on the first SIGTERM, SIGINT or SIGUSR1 requests a stop; a second one ends the process at once
 /// with status 3.
 void watch_stop_signals();
 
-/// The request by a signal.
+/// The stop request by signal.
 std::optional<std::string> stop_signal();
 
-/// Seconds from now to the end of the time that this process has: the smaller one of the limit and what
-/// SLURM_JOB_END_TIME leaves; nothing without either.
+/// Seconds until this process runs out of time: the smaller of the limit and the time left until
+/// SLURM_JOB_END_TIME; empty without either.
 std::optional<double> time_left(std::optional<double> limit);
 
-/// How long before the end of its time a run of `seconds` begins to park: a minute, or a tenth if that is
+/// How long before its end a run of `seconds` begins to park: one minute, or a tenth of the run if that is
 /// less.
 double parking_reserve(double seconds);
 
-/// The request by a signal, or by the end of the time coming near.
+/// Stop request by signal or by the approaching time limit.
 StopRequest make_stop_request(std::optional<double> limit);
 
-/// Whether this rank stops: asks until there is a reason, tells it once, and says yes from then on.
+/// Latched stop request: polls until there is a reason, reports it once, and returns true from then on.
 class StopLatch {
 public:
   /// @param request, tell may be empty
   StopLatch(StopRequest request, std::function<void(const std::string& line)> tell);
   bool operator()();
-  /// Stops for a reason that is known elsewhere.
+  /// Stops for a reason known elsewhere.
   void set() { is_set_ = true; }
   bool is_set() const { return is_set_; }
 

@@ -11,24 +11,24 @@
 
 namespace crackle::ensemble {
 
-/// How far a trial goes.
+/// Extent of a trial.
 enum class TrialDepth {
-  setup,  ///< mesh, loads, strengths, and whether the conditions hold the body
-  start,  ///< and the first equilibrium, or the first steps of a sample that starts from rest
+  setup,  ///< mesh, loads, strengths, and whether the body is sufficiently supported
+  start,  ///< also the first equilibrium, or the first steps of a sample that starts from rest
 };
 
-/// Begins samples by the code that `crackle run` computes them with, and writes nothing: what would make one
-/// fail that early is known before the run.
+/// Starts samples with the same code as `crackle run`, without writing anything, to detect early failures
+/// before the run.
 class Trial {
 public:
   /// The references must outlive the object.
-  /// @param base points that all samples share; not looked at with mesh.base own
+  /// @param base points shared by all samples; unused with mesh.base = "own"
   Trial(const input::Parameters& parameters, const geometry::Body& body, const geometry::MotherPoints& base,
         TrialDepth depth);
 
-  /// The reason that the run would give for the sample's failure; empty where it begins well. Not collective.
+  /// The reason for which the sample would fail in a run; empty if it starts successfully. Not collective.
   std::string failure(std::uint64_t sample);
-  /// The same for a sample whose mesh is made.
+  /// The same for a sample with a mesh.
   std::string failure(PreparedSample prepared);
 
 private:

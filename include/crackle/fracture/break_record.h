@@ -14,34 +14,34 @@ inline constexpr int n_cuts = 7;
 /// One broken tetrahedron.
 struct Break {
   std::int64_t tetrahedron;  ///< number in the realization
-  double load_time;          ///< time of the quasi-static equilibrium, or of the dynamic phase's start [s]
-  double phase_time;         ///< time since then; 0 for a quasi-static break [s]
-  double principal_stress;   ///< largest principal stress when it broke [Pa]
-  double released_energy;    ///< strain energy taken out of the body [J]
-  std::int32_t cut;          ///< the most loaded of the seven cuts: its dual facets are the crack
+  double load_time;   ///< time of the quasi-static equilibrium, or of the start of the dynamic phase [s]
+  double phase_time;  ///< time since then; 0 for a quasi-static break [s]
+  double principal_stress;  ///< largest principal stress when it broke [Pa]
+  double released_energy;   ///< strain energy released from the body [J]
+  std::int32_t cut;         ///< the most loaded of the seven cuts: its dual facets form the crack
 };
 
-/// Edges that a tetrahedron broken by facets let go of besides those of its cut; its times are those of the
+/// Edges released from a tetrahedron broken by facets, besides those of its cut; the times are those of the
 /// break that caused it.
 struct BridgeRelease {
   std::int64_t tetrahedron;  ///< number in the realization
   double load_time;          ///< as in Break [s]
   double phase_time;         ///< as in Break [s]
-  double released_energy;    ///< strain energy taken out of the body [J]
+  double released_energy;    ///< strain energy released from the body [J]
   std::uint32_t edges;       ///< mechanics::EdgeSet
 };
 
-/// One tooth of a softening tetrahedron that has fallen (fracture::SofteningLaw); the last one is a Break.
+/// One fallen tooth of a softening tetrahedron (fracture::SofteningLaw); the last tooth is a Break.
 struct ToothFall {
   std::int64_t tetrahedron;  ///< number in the realization
   double load_time;          ///< as in Break [s]
   double phase_time;         ///< as in Break [s]
-  double released_energy;    ///< strain energy taken out of the body [J]
-  double share;              ///< of the stiffness, from then on
-  double ductility;          ///< of SofteningLaw::teeth(); the same for all teeth of a tetrahedron
+  double released_energy;    ///< strain energy released from the body [J]
+  double share;              ///< remaining share of the stiffness
+  double ductility;          ///< argument of SofteningLaw::teeth(); equal for all teeth of a tetrahedron
 };
 
-/// What a body has let go of.
+/// All releases of a body.
 struct Releases {
   std::vector<Break> breaks;
   std::vector<BridgeRelease> bridge_releases;

@@ -25,25 +25,26 @@ namespace crackle::fracture {
 /// The seven cuts' vector areas of a tetrahedron: V b^a, then V (b^0 + b^k) for k = 1, 2, 3 [m^2].
 std::array<Vector, n_cuts> cut_areas(const mechanics::TetrahedronOperator& tetrahedron);
 
-/// The cut with the largest normal traction n . sigma . n; ties go to the lower number.
+/// The cut with the largest normal traction n . sigma . n; the lower number if equal.
 int most_loaded_cut(const mechanics::TetrahedronOperator& tetrahedron, const mechanics::Symmetric& sigma);
 
-/// The edges that a cut crosses.
+/// The edges crossed by a cut.
 mechanics::EdgeSet crossed_edges(int cut);
 
-/// With release by facets, a broken tetrahedron also lets go of an edge when the dual facets of the unbroken
-/// tetrahedra round that edge are at most this share of all. With 0 it waits until all round the edge are
+/// With release by facets, a broken tetrahedron also releases an edge when the dual facets of the unbroken
+/// tetrahedra around that edge are at most this share of all. With 0 all tetrahedra around the edge must be
 /// broken.
 inline constexpr double bridging_share = 0.0;
 
-/// A body that can break: its constant operators, its internal force and its broken set, on one subdomain.
+/// A body that can break: its constant operators, its internal force and its set of broken tetrahedra, on one
+/// subdomain.
 ///
-/// Release by elements: a broken tetrahedron carries nothing. Release by facets: it lets go of the edges that
-/// its most loaded cut crosses (mechanics::EdgeStiffness), and of further ones by the bridging rule, without
+/// Release by elements: a broken tetrahedron carries no load. Release by facets: it releases the edges
+/// crossed by its most loaded cut (mechanics::EdgeStiffness), and further ones by the bridging rule, without
 /// which neighbouring tetrahedra with different cuts would bridge the crack forever.
 ///
-/// Ranks that hold the same tetrahedron see the same stress bits, so they break it together without a
-/// message.
+/// Ranks that hold the same tetrahedron compute bitwise the same stress, so they break it consistently
+/// without communication.
 class BreakableBody {
 public:
   /// @param subdomain must outlive the object
@@ -59,60 +60,60 @@ public:
   const mechanics::Edges& edges() const { return edges_; }
   const mechanics::InternalForce& force() const { return force_; }
   const mechanics::ResidualStiffness& residual_stiffness() const { return residual_stiffness_; }
-  /// Whether broken tetrahedra resist being closed again.
+  /// True if broken tetrahedra resist closing.
   bool has_contact() const { return contact_ != input::Contact::none; }
 
   bool is_broken(std::int32_t tetrahedron) const { return broken_[index(tetrahedron)] != 0; }
-  /// For each local tetrahedron and corner the one across the opposite face, broken or not; -1 where none is.
-  /// Found when first asked for.
+  /// For each local tetrahedron and corner the neighbour across the opposite face, broken or not; -1 if there
+  /// is none. Computed on first use.
   const std::vector<std::array<std::int32_t, 4>>& face_neighbours() const;
   /// Local tetrahedra in order of breaking.
   std::span<const std::int32_t> broken_tetrahedra() const { return order_; }
-  /// Whether tetrahedra soften before they break.
+  /// True if tetrahedra soften before they break.
   bool softens() const { return softening_.has_value(); }
-  /// The stress at the strain of a tetrahedron, over that at which it first gave way, that makes it give way
-  /// further; 1 while it is intact. Both stresses are those of the intact material.
+  /// The stress at which a tetrahedron softens or breaks next, relative to that at which it first softened; 1
+  /// while it is intact. Both stresses are those of the intact material at the same strain.
   double threshold(std::int32_t tetrahedron) const;
-  /// Local tetrahedra whose stiffness was reduced, in order; some more than once.
+  /// Local tetrahedra whose stiffness was reduced, in order; repeated for each reduction.
   std::span<const std::int32_t> changes() const { return changes_; }
-  /// Records of the breaks that this rank counts, in order of breaking.
+  /// Breaks counted by this rank, in order of breaking.
   std::span<const Break> breaks() const { return records_; }
-  /// Teeth of softening tetrahedra that this rank counts, in order of falling.
+  /// Fallen teeth of softening tetrahedra counted by this rank, in order.
   std::span<const ToothFall> tooth_falls() const { return tooth_falls_; }
-  /// What the bridging rule released of tetrahedra that this rank counts.
+  /// Releases by the bridging rule of tetrahedra counted by this rank.
   std::span<const BridgeRelease> bridge_releases() const { return bridge_releases_; }
 
   mechanics::Symmetric strain(std::int32_t tetrahedron, std::span<const double> displacement) const {
     return mechanics::strain(operators_.tetrahedra[index(tetrahedron)], displacement);
   }
-  /// Stress of the unbroken material at the strain of a tetrahedron.
+  /// Stress of the intact material at the strain of a tetrahedron.
   mechanics::Symmetric stress(std::int32_t tetrahedron, std::span<const double> displacement) const {
     return elasticity_(strain(tetrahedron, displacement));
   }
 
-  /// From now on tetrahedra soften before they break.
-  /// @param dissipation of each local tetrahedron, over its volume [J/m^3]
+  /// Enables softening of tetrahedra before they break.
+  /// @param dissipation of each local tetrahedron, per volume [J/m^3]
   void soften(const SofteningLaw& law, std::vector<double> dissipation);
 
-  /// Breaks a tetrahedron, or takes one tooth from a softening one; the record's energy and cut follow from
-  /// the strain it had. Local; every rank that holds it does the same.
+  /// Breaks a tetrahedron, or drops one tooth of a softening one; the recorded energy and cut are computed
+  /// from the given strain. Local; every rank that holds it must do the same.
   void release(std::int32_t tetrahedron, const mechanics::Symmetric& strain, double load_time,
                double phase_time);
 
-  /// Opens tetrahedra as records of an earlier run tell: all that this rank holds, counted or not.
+  /// Restores releases recorded by an earlier run: all that this rank holds, counted or not.
   void restore(const Releases& releases);
 
-  /// Applies the bridging rule after breaks since the last call; nothing with release by elements.
-  /// Collective; does not agree() before. Where a rank fails before its messages, it throws and the others do
-  /// nothing.
+  /// Applies the bridging rule after breaks since the last call; no effect with release by elements.
+  /// Collective; does not agree() before. A rank that fails before its communication throws; the others then
+  /// do nothing.
   /// @param load_time, phase_time of these breaks, for the records
-  /// @param strain of a local tetrahedron now
+  /// @param strain current strain of a local tetrahedron
   void release_bridges(const parallel::Communicator& group, double load_time, double phase_time,
                        const std::function<mechanics::Symmetric(std::int32_t)>& strain);
 
-  /// Strain energies of the tetrahedra that this rank counts [J], one for each.
+  /// Strain energy of each tetrahedron counted by this rank [J].
   std::vector<double> strain_energies(std::span<const double> displacement) const;
-  /// Energies taken out by the breaks, bridge releases and teeth that this rank counts [J].
+  /// Energies released by the breaks, bridge releases and teeth counted by this rank [J].
   std::vector<double> released_energies() const;
 
 private:
@@ -122,7 +123,7 @@ private:
     std::int64_t edge;
     auto operator<=>(const BridgingEdge&) const = default;
   };
-  /// Teeth of a tetrahedron that have fallen.
+  /// Softening state of a tetrahedron.
   struct Softened {
     int n_fallen = 0;
     double ductility = 0;
@@ -147,15 +148,15 @@ private:
   std::vector<std::int32_t> order_;
   std::vector<std::int32_t> changes_;
   std::optional<SofteningLaw> softening_;
-  std::vector<double> dissipation_;  // of each tetrahedron while it softens, over its volume [J/m^3]
+  std::vector<double> dissipation_;  // of each softening tetrahedron, per volume [J/m^3]
   std::unordered_map<std::int32_t, Softened> softened_;
   std::vector<ToothFall> tooth_falls_;
-  std::size_t n_checked_ = 0;  // of order_, those whose edges were looked at
+  std::size_t n_checked_ = 0;  // number of entries in order_ whose edges were checked
   std::vector<BridgeRelease> bridge_releases_;
   std::vector<Break> records_;
 };
 
-/// Tells a criterion at which stress softened tetrahedra give way next.
+/// Informs a criterion of the stresses at which softened tetrahedra give way next.
 /// @param changed local tetrahedra whose stiffness was reduced
 void update_strengths(Criterion& criterion, const BreakableBody& body, std::span<const std::int32_t> changed);
 

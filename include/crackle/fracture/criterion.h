@@ -14,12 +14,12 @@
 
 namespace crackle::fracture {
 
-/// When tetrahedra break: what is watched of their stress, the strength it is compared with, and what each
-/// remembers of its past.
+/// Fracture criterion: the equivalent stress, the strength with which it is compared, and the memory of each
+/// tetrahedron.
 ///
-/// Under slowly growing load a tetrahedron breaks as soon as its equivalent stress reaches the strength; so
-/// there is nothing to remember between two breaks of quasi-static loading. In a dynamic phase advance()
-/// decides at the end of each step.
+/// Under slowly growing load a tetrahedron breaks as soon as its equivalent stress reaches the strength, so
+/// quasi-static loading needs no memory between breaks. In a dynamic phase advance() decides at the end of
+/// each step.
 class Criterion {
 public:
   /// @param strengths of each tetrahedron [Pa]
@@ -31,13 +31,13 @@ public:
 
   const EquivalentStress& stress() const { return *stress_; }
 
-  /// The equivalent stress up to which the tetrahedron never breaks, and at which slowly growing load
-  /// breaks it [Pa].
+  /// The equivalent stress below which the tetrahedron never breaks, and at which it breaks under slowly
+  /// growing load [Pa].
   double strength(std::size_t tetrahedron) const { return strengths_[tetrahedron]; }
   std::span<const double> strengths() const { return strengths_; }
 
-  /// From now on the tetrahedron gives way at this multiple of the strength that it had at first, and without
-  /// delay: what the criterion waits for has happened.
+  /// From now on the tetrahedron gives way at this multiple of its initial strength, without delay, since the
+  /// criterion has already been met once.
   void soften(std::size_t tetrahedron, double threshold) {
     if (first_strengths_.empty()) {
       first_strengths_ = strengths_;
@@ -50,39 +50,39 @@ public:
     return !is_softened_.empty() && is_softened_[tetrahedron] != 0;
   }
 
-  /// Goes on by one time step, in which the equivalent stress went from `before` to `after`. Called for the
-  /// unbroken tetrahedra that are above the watched share of their strength at either end.
-  /// @param earlier a step before `before`
-  /// @return whether the tetrahedron breaks, or softens further, at the end of this step
+  /// Advances by one time step, in which the equivalent stress changed from `before` to `after`. Called for
+  /// unbroken tetrahedra above the screening share of their strength at either end.
+  /// @param earlier one step before `before`
+  /// @return true if the tetrahedron breaks, or softens further, at the end of this step
   bool advance(std::size_t tetrahedron, double earlier, double before, double after) {
-    // At the end of a step that is nearest to the moment.
+    // Breaks at the end of the step that is closest to the crossing.
     if (is_softened(tetrahedron)) return after + (after - before) / 2 > strengths_[tetrahedron];
     return integrate(tetrahedron, earlier, before, after);
   }
 
-  /// The share of its strength above which a tetrahedron must be shown to advance() at the end of a step.
-  /// @param stable_step in which a wave crosses the smallest tetrahedra [s]
+  /// The share of its strength above which a tetrahedron must be passed to advance() at the end of a step.
+  /// @param stable_step time for a wave to cross the smallest tetrahedra [s]
   virtual double screening_share([[maybe_unused]] double stable_step) const { return 1; }
 
-  /// Time to failure under constant stress from now on, without regard to the past [s]; infinity where it is
-  /// over the strength by rounding only.
+  /// Time to failure under constant stress, ignoring the past [s]; infinity if the strength is exceeded by
+  /// rounding only.
   double time_to_failure(std::size_t tetrahedron, double stress) const {
     if (!is_over(tetrahedron, stress)) return infinity;
     return is_softened(tetrahedron) ? 0 : delay(tetrahedron, stress);
   }
 
-  /// What each tetrahedron remembers, 0 at first; empty for a criterion without memory. Checkpoints keep it.
+  /// State of each tetrahedron, initially 0; empty for a criterion without memory. Stored in checkpoints.
   std::span<const double> memory() const { return memory_; }
   void set_memory(std::size_t tetrahedron, double value) { memory_[tetrahedron] = value; }
 
 protected:
-  /// advance() of one that is intact.
+  /// advance() for an intact tetrahedron.
   virtual bool integrate(std::size_t tetrahedron, double earlier, double before, double after) = 0;
-  /// time_to_failure() of an intact one that is over the strength.
+  /// time_to_failure() for an intact tetrahedron above its strength.
   virtual double delay(std::size_t tetrahedron, double stress) const = 0;
 
-  /// Whether a stress is above the strength by more than the rounding of a stress from displacements in 32
-  /// bits.
+  /// True if a stress exceeds the strength by more than the rounding of a stress computed from 32-bit
+  /// displacements.
   bool is_over(std::size_t tetrahedron, double stress) const {
     constexpr double rounding = 1e-5;
     return stress > strengths_[tetrahedron] * (1 + rounding);
@@ -93,13 +93,13 @@ protected:
   std::vector<double> memory_;
 
 private:
-  std::vector<double> first_strengths_;    // empty while nothing has softened
+  std::vector<double> first_strengths_;    // empty as long as nothing has softened
   std::vector<std::uint8_t> is_softened_;  // likewise
 };
 
-/// The criterion that the input asks for.
-/// @param strengths sigma_0 of each tetrahedron, or what follows from the input's toughness [Pa]
-/// @param time_step that advance() will be called with [s]
+/// Makes the criterion selected by the input.
+/// @param strengths sigma_0 of each tetrahedron, or strengths derived from the input's toughness [Pa]
+/// @param time_step with which advance() will be called [s]
 std::unique_ptr<Criterion> make_criterion(const input::Parameters& parameters, std::vector<double> strengths,
                                           double time_step);
 

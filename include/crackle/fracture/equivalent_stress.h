@@ -8,23 +8,24 @@
 
 namespace crackle::fracture {
 
-/// The scalar of a stress that a criterion compares with a strength, such as the largest principal stress.
+/// The scalar measure of stress that a criterion compares with a strength, such as the largest principal
+/// stress.
 ///
-/// It must be isotropic, convex, and proportional to the stress (f(a sigma) = a f(sigma) for a >= 0): the
-/// search for the first break under growing load and the bounds of the breaking check rest on this.
+/// It must be isotropic, convex and positively homogeneous (f(a sigma) = a f(sigma) for a >= 0): the search
+/// for the first break under growing load and the bounds of the breaking check rely on this.
 class EquivalentStress {
 public:
-  /// Factors of an upper bound: f(sigma) <= mean tr(sigma) / 3 + sqrt(j2 J2). The bound settles most
-  /// tetrahedra without the value, in the vectorized breaking check too.
+  /// Factors of an upper bound: f(sigma) <= mean tr(sigma) / 3 + sqrt(j2 J2). For most tetrahedra the bound
+  /// decides without evaluating f, also in the vectorized breaking check.
   struct Bound {
     double mean;
-    double j2;  ///< not negative
+    double j2;  ///< non-negative
   };
 
   explicit EquivalentStress(Bound bound) : bound_(bound) {}
   virtual ~EquivalentStress() = default;
 
-  /// Must have the same bits with every mathematical library.
+  /// Must be bitwise equal with every mathematical library.
   virtual double operator()(const mechanics::Symmetric& stress) const = 0;
 
   const Bound& bound_factors() const { return bound_; }
@@ -36,21 +37,21 @@ public:
     return bound_.mean * mean + std::sqrt(bound_.j2 * j2);
   }
 
-  /// Far above what rounding does to the value and to its bound.
+  /// Tolerance far above the rounding errors of the value and its bound.
   static double rounding(const mechanics::Symmetric& s) {
     double sum = 0;
     for (const double component : s) sum += std::abs(component);
     return 1e-13 * sum;
   }
 
-  /// Whether the value is above `strength` (not negative); the bound settles most tensors.
+  /// True if the value exceeds `strength` (non-negative); for most tensors the bound decides.
   bool exceeds(const mechanics::Symmetric& stress, double strength) const {
-    // The bound holds up to rounding, hence the last digits' slack.
+    // The bound holds up to rounding, hence the tolerance.
     return bound(stress) > strength * (1 - 1e-12) && (*this)(stress) > strength;
   }
 
-  /// A bound c of the change of the value by a strain sym(u b): c |u| |b|. There tr(sigma) / 3 is at most
-  /// K |u| |b| and sqrt(J2) at most sqrt(4/3) mu |u| |b|.
+  /// A constant c that bounds the change of the value due to a strain sym(u b) by c |u| |b|. For this strain
+  /// tr(sigma) / 3 is at most K |u| |b| and sqrt(J2) at most sqrt(4/3) mu |u| |b|.
   double sensitivity(const mechanics::IsotropicElasticity& elasticity) const {
     return std::abs(bound_.mean) * elasticity.bulk_modulus() + std::sqrt(bound_.j2 * 4 / 3) * elasticity.mu;
   }

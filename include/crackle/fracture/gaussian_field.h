@@ -9,18 +9,18 @@
 
 namespace crackle::fracture {
 
-/// A Gaussian random field of mean 0 and variance 1 in space, whose correlation at a distance r is Matern's
-/// with smoothness 3/2: (1 + s) exp(-s), s = sqrt(3) r / correlation_length.
+/// A Gaussian random field in space with mean 0, variance 1 and the Matern correlation of smoothness 3/2 at
+/// distance r: (1 + s) exp(-s), s = sqrt(3) r / correlation_length.
 ///
 /// A sum of plane waves with random wave vectors from the spectrum and random Rayleigh amplitudes and phases
-/// (Shinozuka; Mantoglou and Wilson 1982): at every point it is exactly normal, over all fields its
-/// correlation is exact, and its value at a point depends neither on a mesh nor on who asks. Wave by wave
-/// nothing but additions and multiplications is done at a point, so that all processors give the same bits
-/// for the same waves.
+/// (Shinozuka; Mantoglou and Wilson 1982): at every point it is exactly normal, its correlation over the
+/// ensemble is exact, and its value at a point is independent of mesh and rank. The evaluation uses only
+/// additions and multiplications, so all processors give the same bits for the same waves.
 class GaussianField {
 public:
   /// @param correlation_length [m]
-  /// @param n_waves the correlation within one field is that of the ensemble but for some 1 / sqrt(n_waves)
+  /// @param n_waves the correlation within one field differs from that of the ensemble by about 1 /
+  ///   sqrt(n_waves)
   GaussianField(RandomStream stream, double correlation_length, int n_waves = default_n_waves);
 
   /// The field's values at points [m].

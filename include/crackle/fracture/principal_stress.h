@@ -6,7 +6,7 @@
 namespace crackle::fracture {
 
 /// Largest principal value of a symmetric tensor, by additions, multiplications, divisions and square roots
-/// only, so that it has the same bits with every mathematical library.
+/// only, so that it is bitwise equal with every mathematical library.
 double largest_principal(const mechanics::Symmetric& tensor);
 
 /// Bounded by tr/3 + sqrt(4/3 J2), which is attained in uniaxial tension.

@@ -14,24 +14,25 @@
 
 namespace crackle::fracture {
 
-/// Stress over strength, averaged over a ball of fixed radius round a tetrahedron's centroid.
+/// Stress over strength, averaged over a ball of fixed radius around a tetrahedron's centroid.
 ///
-/// The weight of a tetrahedron with volume V at the distance r is V (1 - r^2 / l^2)^2 (Bazant and
-/// Jirasek, Nonlocal integral formulations of plasticity and damage, J. Eng. Mech. 128, 2002).
-/// The ball holds what can be reached from its centre through common faces of unbroken tetrahedra inside it,
-/// so that no stress is seen across a free surface or a crack. Broken tetrahedra at its rim count as free of
-/// stress.
+/// The weight of a tetrahedron with volume V at the distance r is V (1 - r^2 / l^2)^2 (Bazant and Jirasek,
+/// Nonlocal integral formulations of plasticity and damage, J. Eng. Mech. 128, 2002). The ball contains the
+/// unbroken tetrahedra that can be reached from its centre through common faces inside it, so that no stress
+/// is averaged across a free surface or a crack. Broken tetrahedra at its boundary count as stress-free.
 ///
-/// An average over a strength needs a tetrahedron over its own in the ball: the equivalent stress is convex.
+/// An average can only exceed the strength if some tetrahedron in the ball exceeds its own, since the
+/// equivalent stress is convex.
 ///
-/// Averages change little within a fraction of the radius, so one ball stands for each cell of a grid whose
-/// cells are a third of the radius wide: what balls cost does not grow when the mesh becomes finer than
-/// that.
+/// Averages vary little over a fraction of the radius, so one ball represents each cell of a grid with a cell
+/// size of a third of the radius: beyond that resolution the number of balls does not grow with mesh
+/// refinement.
 class StressAverage {
 public:
   struct Share {
     std::int32_t tetrahedron;
-    double weight;  ///< over the strength [1/Pa]; weights times strengths add up to 1 where nothing is broken
+    double weight;  ///< relative to the strength [1/Pa]; weights times strengths add up to 1 if nothing is
+                    ///< broken
   };
 
   /// @param body, strengths must outlive the object
@@ -39,18 +40,18 @@ public:
   /// @param length radius of the ball [m]
   StressAverage(const BreakableBody& body, std::span<const double> strengths, double length);
 
-  /// The centre of the ball that stands for the cell of a tetrahedron: of those that are unbroken, the one
-  /// whose centroid is nearest to the cell's middle.
+  /// The centre of the ball that represents the cell of a tetrahedron: the unbroken tetrahedron whose
+  /// centroid is nearest to the centre of the cell.
   /// @pre unbroken, and the rank counts a tetrahedron in the same cell
   std::int32_t centre(std::int32_t tetrahedron);
 
-  /// The unbroken tetrahedra in the ball round one of those that this rank counts, in an order that is the
-  /// same on all ranks. Valid until the next call.
+  /// The unbroken tetrahedra in the ball around one that this rank counts, in the same order on all ranks.
+  /// Valid until the next call.
   /// @pre the subdomain has a halo of this length, see geometry::split()
   std::span<const Share> ball(std::int32_t centre);
 
   /// @param stress of a local tetrahedron: a mechanics::Symmetric [Pa]
-  /// @return over the strength; a tensor, whose equivalent stress is 1 when the ball is at its strength
+  /// @return relative to the strength; a tensor whose equivalent stress is 1 when the ball is at its strength
   template <class Stress>
   mechanics::Symmetric operator()(std::int32_t centre, const Stress& stress) {
     mechanics::Symmetric sum{};
@@ -61,9 +62,9 @@ public:
     return sum;
   }
 
-  /// What breaks when the ball round `centre` does: the tetrahedron in it with the largest equivalent stress
-  /// over its strength, of equal ones that with the lowest number. So breaks attach to the crack, and no
-  /// bridges stay behind its tip.
+  /// The tetrahedron that breaks when the ball around `centre` fails: the one with the largest equivalent
+  /// stress over strength, or the lowest number if equal. Thus breaks attach to the crack, and no bridges
+  /// remain behind its tip.
   template <class Stress>
   std::int32_t most_stressed(std::int32_t centre, const EquivalentStress& value, const Stress& stress) {
     const auto all = ball(centre);
@@ -79,7 +80,7 @@ public:
     for (const auto& [t, weight] : all) {
       const mechanics::Symmetric& sigma = stress(t);
       const double strength = strengths_[index(t)];
-      // Settles nearly all of them, and leaves room for rounding.
+      // The bound rules out nearly all of them; tolerance for rounding.
       if (value.bound(sigma) < largest * strength * (1 - 1e-9) - EquivalentStress::rounding(sigma)) continue;
       const double load = value(sigma) / strength;
       if (load < largest || (load == largest && t >= most)) continue;
@@ -100,18 +101,17 @@ private:
   std::vector<geometry::Point> centroid_;
   std::vector<std::int32_t> cell_;         // of each tetrahedron
   std::vector<std::int32_t> in_cell_;      // tetrahedra, cell by cell
-  std::vector<std::int32_t> first_;        // place in in_cell_ of each cell's first one, and one more
-  std::vector<std::int32_t> cell_centre_;  // of each cell, the tetrahedron; -1: not looked for since a break
+  std::vector<std::int32_t> first_;        // index in in_cell_ of the first one of each cell, plus one entry
+  std::vector<std::int32_t> cell_centre_;  // centre of each cell; -1: not searched since the last break
   std::vector<std::array<std::int32_t, 4>> neighbour_;  // across the face opposite to each corner; -1: none
-  std::vector<std::int32_t> reached_by_;                // number of the search that got there last
+  std::vector<std::int32_t> reached_by_;  // number of the last search that reached the tetrahedron
   std::int32_t n_searches_ = 0;
-  std::unordered_map<std::int32_t, std::vector<Share>>
-      balls_;               // of centres, as long as nothing breaks in them
-  std::size_t n_kept_ = 0;  // shares in balls_
+  std::unordered_map<std::int32_t, std::vector<Share>> balls_;  // of centres, until something breaks in them
+  std::size_t n_kept_ = 0;                                      // number of shares in balls_
   std::size_t n_breaks_seen_ = 0;
 };
 
-/// That of the input; nothing where it averages no stress.
+/// The average selected by the input; null if stress is not averaged.
 /// @param body, strengths must outlive the result
 std::unique_ptr<StressAverage> make_stress_average(const input::Fracture& parameters,
                                                    const BreakableBody& body,

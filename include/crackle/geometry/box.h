@@ -10,7 +10,7 @@
 
 namespace crackle::geometry {
 
-/// The closed box lower <= p <= upper, by coordinate.
+/// The axis-aligned box lower <= p <= upper.
 struct Box {
   Point lower;
   Point upper;
@@ -19,7 +19,7 @@ struct Box {
            p[2] <= upper[2];
   }
 
-  /// Extends the box to hold a point.
+  /// Extends the box to include a point.
   void include(const Point& p) {
     for (std::size_t i = 0; i < 3; ++i) {
       lower[i] = std::min(lower[i], p[i]);
@@ -28,20 +28,20 @@ struct Box {
   }
 };
 
-/// Holds no point.
+/// The empty box.
 inline constexpr Box nowhere{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
 
-/// The first of the axes along which the box is longest.
+/// The first axis along which the box is longest.
 std::size_t longest_axis(const Box& box);
 
-/// Bit i of a corner's number is set where it is at the upper end of axis i.
+/// Bit i of a corner's number is set if it is at the upper end of axis i.
 std::array<Point, 8> corners_of(const Box& box);
 
-/// Euclidean distances [m]; 0 where the sets meet.
+/// Euclidean distances [m]; 0 if the sets intersect.
 double distance(const Point& p, const Box& box);
 double distance(const Box& a, const Box& b);
 
-/// The box of the points between two boxes: along each axis their common interval or the gap between them.
+/// The box between two boxes: along each axis their common interval or the gap between them.
 Box between(const Box& a, const Box& b);
 
 }  // namespace crackle::geometry

@@ -24,19 +24,19 @@ struct CrossPlane {
   Vector normal;
   Vector across;             ///< the direction of the plane in the y-z plane
   double position;           ///< [m]
-  double origin = 0;         ///< dot(p, across) where the coordinate across is 0 [m]
-  double length = infinity;  ///< where not infinite, the plane ends at the coordinates 0 and this [m]
+  double origin = 0;         ///< dot(p, across) at coordinate 0 [m]
+  double length = infinity;  ///< if finite, the plane ends at the coordinates 0 and this [m]
 
-  /// How far a point is across, along the plane [m].
+  /// Coordinate of a point across, along the plane [m].
   double coordinate(const Point& p) const { return dot(p, across) - origin; }
-  /// The place in the plane at this coordinate across; x is 0.
+  /// The point of the plane at this coordinate across; x is 0.
   Point at(double coordinate) const { return position * normal + (coordinate + origin) * across; }
   bool holds(double coordinate) const {
     return length == infinity || (coordinate >= 0 && coordinate <= length);
   }
 };
 
-/// The plane of a section; coordinates across are z where y is const, y where z is const, and the distance
+/// The plane of a section; the coordinate across is z if y is constant, y if z is constant, and the distance
 /// from its start on a line.
 inline CrossPlane plane_of(const input::Section& section) {
   if (section.axis == 0) {
@@ -53,38 +53,38 @@ inline CrossPlane plane_of(const input::Section& section) {
   return plane;
 }
 
-/// A place where cracks start, and the straight way on which they are followed from there through the body:
-/// its ligament. Its number, the index into Body::crack_starts(), is called `notch` in the result files.
+/// A place where cracks start, and the straight line along which they are followed through the body: its
+/// ligament. Its number, the index into Body::crack_starts(), is called `notch` in the result files.
 ///
-/// From a hole, or anywhere on the surface, cracks can run in any direction. Such a start has no ligament:
-/// is_straight is false, and of the members only name, tip and faces have a meaning. analysis::crack_ways
-/// tells along which ways its cracks are followed.
+/// From a hole, or from the free surface, cracks can run in any direction. Such a start has no ligament:
+/// is_straight is false, and only the members name, tip and faces are meaningful. analysis::crack_ways finds
+/// the lines along which its cracks are followed.
 struct CrackStart {
-  std::string name;  ///< as messages show it
-  Point tip;         ///< in the middle of the thickness [m]; where there is no ligament, for drawing
+  std::string name;  ///< as shown in messages
+  Point tip;         ///< at mid-thickness [m]; without a ligament, for drawing only
   Point end;         ///< of the ligament, on the surface ahead of the tip [m]
-  /// Unit vectors in the y-z plane along the ligament and across it. `along` points from the tip to the end
-  /// where `direction` is 1 and back where it is -1: so both can be axes of the coordinates, and coordinates
-  /// along them those of points, bit by bit.
+  /// Unit vectors in the y-z plane along and across the ligament. `along` points from the tip to the end if
+  /// `direction` is 1, and back if it is -1: thus both can be coordinate axes, with coordinates bitwise equal
+  /// to those of points.
   Vector along;
   Vector across;
   double direction;
   double ligament;            ///< its length [m]
-  std::vector<FaceId> faces;  ///< a crack starts here that touches one of these faces ...
-  double reach;               ///< ... no further behind the tip than this [m]
-  bool is_straight = true;    ///< whether it has a ligament
-  /// Whether it has all cracks that touch no other start, those that begin inside the body too. Its faces
-  /// claim nothing. @pre !is_straight
+  std::vector<FaceId> faces;  ///< cracks that touch one of these faces start here ...
+  double reach;               ///< ... if no farther behind the tip than this [m]
+  bool is_straight = true;    ///< true if it has a ligament
+  /// True if all cracks that touch no other start belong to it, including those that begin inside the body.
+  /// Its faces claim nothing. @pre !is_straight
   bool is_free_surface = false;
 
-  /// How far a point is ahead of the tip, along the ligament [m].
+  /// Distance of a point ahead of the tip, along the ligament [m].
   double advance(const Point& p) const { return direction * (dot(p, along) - dot(tip, along)); }
 
   /// The plane across the ligament at this advance.
   CrossPlane plane_at(double advance) const { return {along, across, dot(tip, along) + direction * advance}; }
 
-  /// The advance at which the line of the ligament meets a plane [m]; nothing where it makes less than 45
-  /// degrees with the plane, so that a crack runs along the plane more than across it.
+  /// The advance at which the line of the ligament intersects a plane [m]; empty at less than 45 degrees,
+  /// when a crack runs along the plane rather than across it.
   /// @pre is_straight
   std::optional<double> advance_to(const CrossPlane& plane) const {
     const double slope = direction * dot(plane.normal, along);
@@ -92,7 +92,7 @@ struct CrackStart {
     return (plane.position - dot(plane.normal, tip)) / slope;
   }
 
-  /// Whether a crack that touches the surface in this point of this face starts here.
+  /// True if a crack that touches the surface at this point of this face starts here.
   bool claims(FaceId face, const Point& p) const {
     if (is_free_surface || (is_straight && -advance(p) > reach)) return false;
     return std::find(faces.begin(), faces.end(), face) != faces.end();

@@ -10,7 +10,7 @@
 
 namespace crackle::geometry {
 
-/// For each tetrahedron and corner the tetrahedron across the opposite face; -1 where there is none.
+/// For each tetrahedron and corner the tetrahedron across the opposite face; -1 if there is none.
 std::vector<std::array<std::int32_t, 4>> face_neighbours(std::span<const Tetrahedron> tetrahedra);
 
 }  // namespace crackle::geometry

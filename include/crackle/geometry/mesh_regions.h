@@ -12,20 +12,20 @@
 
 namespace crackle::geometry {
 
-/// The part of a box that a region covers.
+/// The part of a box covered by a region.
 Box box_of(const input::MeshRegion& region, const Box& bounds);
 
-/// The first region that holds each point, -1 where none does.
+/// The first region that contains each point; -1 if there is none.
 std::vector<std::int32_t> region_numbers(std::span<const Point> points, const Body& body,
                                          const input::Mesh& mesh);
 
-/// What of a mesh is in one region.
+/// Mesh contents of one region.
 struct RegionContent {
   std::int64_t nodes = 0;
   std::int64_t tetrahedra = 0;  ///< by their centroids
 };
 
-/// Content of each region and, last, of what none of them holds.
+/// Contents of each region and, last, of the rest of the body.
 std::vector<RegionContent> region_contents(const Realization& realization, const Body& body,
                                            const input::Mesh& mesh);
 

@@ -7,7 +7,7 @@
 
 namespace crackle::geometry {
 
-/// Smallest value, the value below which 1 % lie, the median and the largest value.
+/// Minimum, 1 % quantile, median and maximum.
 struct Quantiles {
   double smallest = 0;
   double one_percent = 0;
@@ -15,7 +15,7 @@ struct Quantiles {
   double largest = 0;
 };
 
-/// All 0 for no values.
+/// All 0 without values.
 Quantiles quantiles(std::vector<double> values);
 
 /// Figures that describe a realization.

@@ -10,20 +10,20 @@
 
 namespace crackle::geometry {
 
-/// The body as its projection on the y-z plane shows it, for drawing. Lengths in m.
+/// The projection of the body on the y-z plane, for drawing. Lengths in m.
 struct Outline {
-  std::vector<double> size;         ///< of the box along x, y and z
+  std::vector<double> size;         ///< of the bounding box along x, y and z
   std::vector<double> points;       ///< y, z of the polygons' corners, one polygon after the other
-  std::vector<std::int32_t> first;  ///< corner of each polygon, and one past the last of all
+  std::vector<std::int32_t> first;  ///< index of each polygon's first corner, and one past the last of all
   std::vector<std::string> names;   ///< of each crack start: notch-0, hole-0, free surface
   std::vector<double> tips;         ///< y, z of each crack start's tip; crack starts are notches in the files
-  std::vector<double> slots;        ///< of each start's faces least and greatest y, least and greatest z
-  std::vector<std::int32_t> axis;  ///< of each start: 1 y, 2 z, along which its crack advances most; 0 in any
+  std::vector<double> slots;        ///< min and max y, min and max z of each start's faces
   std::vector<std::int32_t>
-      direction;  ///< of each start: 1 or -1, in which its crack advances along the axis; 0 in any
+      axis;  ///< per start: axis along which its crack mainly advances, 1 for y, 2 for z; 0 if any
+  std::vector<std::int32_t> direction;  ///< per start: 1 or -1, direction of advance along the axis; 0 if any
 };
 
-/// What the body says of itself (Body::outline, Body::crack_starts), as lists.
+/// Body::outline and Body::crack_starts as lists.
 Outline outline_of(const Body& body);
 
 /// Calls visit(name, shape, values, units, meaning) for every list of an outline: the members of /specimen in

@@ -12,12 +12,12 @@ namespace crackle::geometry {
 struct Partition {
   int n_parts = 1;
   std::vector<std::int32_t> tetrahedron_part;
-  std::vector<std::int32_t> node_part;  ///< a part that owns a tetrahedron round the node
-  double imbalance = 1;                 ///< largest number of tetrahedra of a part over the mean
+  std::vector<std::int32_t> node_part;  ///< one of the parts that own a tetrahedron around the node
+  double imbalance = 1;                 ///< largest number of tetrahedra of a part divided by the mean
 };
 
-/// METIS k-way partition of the dual graph (fixed options). Results never depend on it; speed does. All
-/// tetrahedra weigh the same.
+/// METIS k-way partition of the dual graph (fixed options), with equal weights of all tetrahedra. Results
+/// never depend on it; speed does.
 ///
 /// Parts are numbered in the order of their smallest tetrahedron. With more parts than tetrahedra the last
 /// parts are empty.
@@ -25,8 +25,8 @@ struct Partition {
 /// @throws std::runtime_error with METIS's error code; std::invalid_argument for n_parts < 1
 Partition partition(const Realization& realization, int n_parts, int seed = 1);
 
-/// The partition with these parts of the tetrahedra; any may be empty or in pieces. A node goes to the part
-/// with the fewest nodes so far of those that own a tetrahedron round it.
+/// The partition with the given parts of the tetrahedra; parts may be empty or disconnected. A node goes to
+/// the part with the fewest nodes so far among those that own a tetrahedron around it.
 Partition partition_of(const Realization& realization, std::vector<std::int32_t> tetrahedron_part,
                        int n_parts);
 

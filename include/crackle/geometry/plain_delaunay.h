@@ -8,14 +8,14 @@
 
 namespace crackle::geometry {
 
-/// A Delaunay tessellation of points as CGAL makes it: what realizations are compared with.
+/// A Delaunay tessellation of points as made by CGAL, for comparison with realizations.
 struct PlainDelaunay {
-  std::vector<Point> nodes;             ///< in the order in which CGAL holds them [m]
+  std::vector<Point> nodes;             ///< in CGAL's order [m]
   std::vector<Tetrahedron> tetrahedra;  ///< likewise; of the convex hull, so notches are filled
-  double seconds = 0;  ///< of one core for the tessellation alone, with CGAL's spatial sorting
+  double seconds = 0;                   ///< on one core, tessellation only, with CGAL's spatial sorting
 };
 
-/// @param points pairwise different, not all in one plane
+/// @param points pairwise different, not all coplanar
 PlainDelaunay plain_delaunay(std::span<const Point> points);
 
 }  // namespace crackle::geometry

@@ -13,8 +13,8 @@
 
 namespace crackle::geometry {
 
-/// The inside of the finely meshed zone, where cracks start and orientations are measured: the spacing is at
-/// most twice the notch spacing, and the surface is at least two spacings away.
+/// The interior of the finely meshed zone, where cracks start and orientations are measured: the spacing is
+/// at most twice the notch spacing, and the surface at least two spacings away.
 class FineZone {
 public:
   FineZone(const Body& body, const input::Mesh& mesh);
@@ -27,7 +27,7 @@ private:
 };
 
 /// Sums over the displacements of points of one kind, in units of the amplitude perturbation x spacing; only
-/// coordinates that can move are counted.
+/// movable coordinates count.
 struct DisplacementSums {
   std::array<double, 3> n{};    ///< displacements along each axis
   std::array<double, 3> sum{};  ///< of the coordinates
@@ -42,27 +42,27 @@ struct DisplacementSums {
 /// The figures of one realization. Equal on every machine, except the times.
 struct SurveyRow {
   std::uint64_t sample = 0;
-  std::string error;  ///< why there is no conforming realization; then the rest is empty
+  std::string error;  ///< why there is no conforming realization; the other members are then empty
   std::int64_t n_nodes = 0;
   std::int64_t n_tetrahedra = 0;
   RealizationReport report;
   MeshStatistics mesh;
   OrientationMoments orientation;  ///< of the candidate facets in the fine zone
-  /// By the number of movable coordinates: along edges (0), in faces (1), in the interior (2).
+  /// By number of movable coordinates: along edges (0), in faces (1), in the interior (2).
   std::array<DisplacementSums, 3> displacement;
-  double seconds = 0;           ///< of one core for making and checking the realization
-  double delaunay_seconds = 0;  ///< of a plain CGAL tessellation of the same points
+  double seconds = 0;           ///< one-core time to make and check the realization
+  double delaunay_seconds = 0;  ///< one-core time of a plain CGAL tessellation of the same points
 };
 
 /// Measures realizations one by one.
 class Survey {
 public:
   /// The references must outlive the survey.
-  /// @param base of all samples; with `mesh.base` own that of sample 0, the others make theirs
+  /// @param base of all samples; with mesh.base = "own" that of sample 0, the others make their own
   Survey(const Body& body, const MotherPoints& base, const input::Mesh& mesh, std::uint64_t seed);
-  /// @param look called with the realization, if that conforms
+  /// @param look called with the realization, if it conforms
   SurveyRow measure(std::uint64_t sample, const std::function<void(const Realization&)>& look = {}) const;
-  /// The orientation of the candidates of the base mesh, without disturbance.
+  /// The orientation of the candidate facets in the unperturbed base mesh.
   OrientationMoments base_orientation() const;
 
 private:

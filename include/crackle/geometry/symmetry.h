@@ -9,12 +9,12 @@
 
 namespace crackle::geometry {
 
-/// The symmetries of the body that also map the regions of the mesh on regions of the same spacing, to 1e-12
-/// of the body's largest size.
+/// The symmetries of the body that also map the mesh regions onto regions of the same spacing, to 1e-12 of
+/// the body's largest size.
 std::vector<Symmetry> symmetries(const Body& body, const input::Mesh& mesh);
 
-/// The body's symmetry of this code.
-/// @throws std::invalid_argument where it has none
+/// The body's symmetry with this code.
+/// @throws std::invalid_argument when there is none
 Symmetry symmetry_of(const Body& body, std::uint8_t code);
 
 }  // namespace crackle::geometry

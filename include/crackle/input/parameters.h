@@ -35,21 +35,21 @@ constexpr int axis_of(Face face) {
   return static_cast<int>(face) / 2;
 }
 
-/// Whether it is the face at the upper end of its axis.
+/// True for the face at the upper end of its axis.
 constexpr bool is_upper(Face face) {
   return static_cast<int>(face) % 2 == 1;
 }
 
-/// The axis in the y-z plane along which the position of a notch in this face is given.
+/// The axis in the y-z plane along which a notch in this face is positioned.
 constexpr int position_axis(Face face) {
   return axis_of(face) == 1 ? 2 : 1;
 }
 
-/// Base mother points, one for each node, that are made at most: a mesh of so many takes some 30 GB while it
-/// is made, and its numbers of tetrahedra and facets stay far below 2^31.
+/// Maximum number of base mother points, one per node: making such a mesh takes about 30 GB, and its numbers
+/// of tetrahedra and facets stay far below 2^31.
 inline constexpr double max_mother_points = 2e7;
 
-/// Closed intervals of x, y and z [m]; infinite where a coordinate is not bounded.
+/// Closed intervals of x, y and z [m]; infinite if a coordinate is unbounded.
 using Region = std::array<std::pair<double, double>, 3>;
 inline constexpr std::pair<double, double> unbounded{-infinity, infinity};
 inline constexpr Region everywhere{unbounded, unbounded, unbounded};
@@ -60,20 +60,20 @@ struct EnsembleStop {
   int min_samples;
 };
 
-/// Who makes the realizations of a run with several ranks. They have the same bits.
+/// Which ranks make the realizations of a parallel run. The results are bitwise equal.
 enum class MeshMakers {
-  automatic,  ///< the master, ahead of need; a group for which none is ready makes its own
+  automatic,  ///< the master, ahead of need; a group makes its own if none is ready
   master,
-  groups,  ///< each its own
+  groups,  ///< each group its own
 };
 
-/// How the points of random inputs are spread.
+/// Sampling plan of the random inputs.
 enum class SamplingPlan {
   independent,      ///< at random
-  latin_hypercube,  ///< one in each of as many layers of every input
-  sobol,            ///< Sobol's sequence under a random digital shift
+  latin_hypercube,  ///< one in each of equally many layers of every input
+  sobol,            ///< Sobol sequence with a random digital shift
 };
-/// As in the input.
+/// As spelled in the input.
 inline constexpr std::array plan_names{"independent", "latin-hypercube", "sobol"};
 
 struct Ensemble {
@@ -82,10 +82,10 @@ struct Ensemble {
   int ranks_per_sample = 1;
   MeshMakers meshes = MeshMakers::automatic;
   SamplingPlan plan = SamplingPlan::independent;
-  int replicates = 1;  ///< meshes on which each draw of the random inputs is computed
+  int replicates = 1;  ///< number of meshes for each draw of the random inputs
   std::optional<EnsembleStop> stop = {};
 
-  /// Which draw of the random inputs a sample has.
+  /// The draw of the random inputs used by a sample.
   std::uint64_t input_of(std::uint64_t sample) const {
     return sample / static_cast<std::uint64_t>(replicates);
   }
@@ -93,13 +93,13 @@ struct Ensemble {
   std::uint64_t n_inputs() const { return input_of(static_cast<std::uint64_t>(samples) - 1) + 1; }
 };
 
-/// How a slot ends in the body.
+/// Shape of a slot's end in the body.
 enum class SlotEnd {
   square,
-  round,  ///< in a half circle, which touches the end point from within
+  round,  ///< a half circle that touches the end point from inside
 };
 
-/// A slot between two points of the plane of the plate. An end on the surface or beyond it is open.
+/// A slot between two points in the plane of the plate. An end on the surface or outside is open.
 struct Slot {
   plane::Point from{};  ///< y and z [m]
   plane::Point to{};
@@ -120,64 +120,64 @@ struct Notch {
 struct Hole {
   plane::Point center{};     ///< y and z [m]
   plane::Point semi_axes{};  ///< equal for a circle; 0 for a polygon [m]
-  double angle = 0;          ///< of the first semi-axis from y towards z [rad]
+  double angle = 0;          ///< of the first semi-axis, from y towards z [rad]
   plane::Polygon polygon;    ///< counter-clockwise
 };
 
-/// The edge of a plate that is not a box.
+/// The outline of a plate that is not a box.
 struct Outline {
   plane::Polygon polygon;  ///< counter-clockwise; empty for a circle
-  double radius = 0;       ///< of a circle round (radius, radius) [m]
+  double radius = 0;       ///< of a circle around (radius, radius) [m]
 };
 
 struct Specimen {
-  Vector size{};  ///< of the box, or of the least box round an outline [m]
+  Vector size{};  ///< of the box, or of the bounding box of an outline [m]
   std::vector<Notch> notches;
   std::optional<Outline> outline = {};
   std::vector<Hole> holes = {};
-  /// Of a body that is not a box with slots cut into its faces: what it is in the plane of the plate, curves
-  /// as chords. Follows from the other members and the spacings of the mesh.
+  /// For a body other than a box with slots cut into its faces: its shape in the plane of the plate, with
+  /// curves as chords. Derived from the other members and the mesh spacings.
   std::optional<plane::Shape> shape = {};
 };
 
-/// The least box round the body, from x = 0 on.
+/// The bounding box of the body, starting at x = 0.
 Region bounds_of(const Specimen& specimen);
 
-/// The closed intervals of x, y and z that a slot in a face of a box removes.
+/// The closed intervals of x, y and z removed by a slot in a face of a box.
 Region slot_of(const Notch& notch, const Vector& size);
 
-/// Where the straight way on from the tip of a slot in a face of a box ends: at the opposite face, or at
-/// another slot before it; the coordinate along the axis of its depth [m].
+/// End of the straight extension of a slot in a face of a box: at the opposite face, or at another slot
+/// before it; as the coordinate along the axis of its depth [m].
 double ligament_end(const std::vector<Notch>& notches, std::size_t i, const Vector& size);
 
-/// How realizations are set into a body that fits onto itself in several ways.
+/// How realizations are oriented in a body with symmetries.
 enum class Turn {
-  random,  ///< each in one of these ways
-  none,    ///< all as the base distribution lies
+  random,  ///< each by a random symmetry
+  none,    ///< all as the base distribution
 };
 
-/// Whose base mother points a sample disturbs.
+/// Base mother points of the samples.
 enum class Base {
   shared,  ///< one set for all samples
-  own,     ///< each sample's own, so that samples are independent
+  own,     ///< separate for each sample, so that samples are independent
 };
 
-/// A box in which the mesh is fine.
+/// A box with a refined mesh.
 struct MeshRegion {
   Region box = everywhere;
-  double spacing = 0;  ///< at most, inside [m]
+  double spacing = 0;  ///< maximum inside [m]
 };
 
 struct Mesh {
   double spacing = 0;        ///< far from notches and regions [m]
   double notch_spacing = 0;  ///< at the notch tips [m]
   double growth = 0;         ///< increase of spacing per unit distance from a notch tip or a region
-  double perturbation = 0;   ///< amplitude of the disturbance in local spacings
-  double min_quality = 0;    ///< mean-ratio quality that every tetrahedron keeps
+  double perturbation = 0;   ///< amplitude of the perturbation, in local spacings
+  double min_quality = 0;    ///< minimum mean-ratio quality of every tetrahedron
   Turn turn = Turn::random;
   Base base = Base::shared;
-  std::optional<std::filesystem::path> points;  ///< base mother points from a file instead
-  std::string points_digest;  ///< of that file's content, which is part of the input; empty without a file
+  std::optional<std::filesystem::path> points;  ///< file with base mother points, to be used instead
+  std::string points_digest;  ///< of that file's contents, which are part of the input; empty without a file
   std::vector<MeshRegion> regions;
 };
 
@@ -189,12 +189,13 @@ struct Material {
 
 enum class Memory { cumulative, step };
 enum class Release { element, facet, softening };
-/// Of stress over opening.
+/// Shape of the curve of stress over opening.
 enum class SofteningCurve { linear, exponential };
 enum class Contact { none, frictionless };  ///< of opened facets that close again
 
-/// What the material's random field multiplies. A strength criterion's toughness goes as the strength
-/// squared, so one field f is behind both: with `toughness` the strength is multiplied by its root.
+/// The quantity multiplied by the material's random field. The toughness of a strength criterion is
+/// proportional to the strength squared, so both share one field f: with `toughness` the strength is
+/// multiplied by its square root.
 enum class Varies { strength, toughness, both };
 enum class Distribution { weibull, lognormal };
 
@@ -203,37 +204,38 @@ struct Variation {
   Varies of = Varies::strength;
   Distribution distribution = Distribution::weibull;
   double modulus = 0;                   ///< of Weibull
-  double reference_volume = 0;          ///< in which strength or toughness are Weibull's scale [m^3]
+  double reference_volume = 0;          ///< for which the strength or toughness equals Weibull's scale [m^3]
   double coefficient_of_variation = 0;  ///< of the lognormal distribution, whose mean is the input's value
-  double correlation_length = 0;        ///< [m]; 0: each tetrahedron has its own
+  double correlation_length = 0;        ///< [m]; 0: independent for each tetrahedron
 };
 
 struct Fracture {
-  double strength = 0;  ///< sigma_0 [Pa]; 0 when it follows from the toughness
+  double strength = 0;  ///< sigma_0 [Pa]; 0 if derived from the toughness
   double exponent = 2;  ///< beta
   double impulse = 0;   ///< K_f [Pa^beta s]
   Memory memory = Memory::cumulative;
   Release release = Release::element;
   SofteningCurve softening = SofteningCurve::linear;
-  int teeth = 10;  ///< steps in which a tetrahedron's stiffness falls
+  int teeth = 10;  ///< steps in which a tetrahedron's stiffness decreases
   Contact contact = Contact::none;
-  /// Energy per crack area [J/m^2]: what the strength follows from, and 0 when that is given; with softening,
-  /// besides the strength.
+  /// Energy per crack area [J/m^2], from which the strength is derived; 0 if the strength is given. With
+  /// softening, given in addition to the strength.
   double toughness = 0;
-  double fracture_toughness = 0;  ///< K_Ic that the toughness follows from [Pa m^0.5]; 0: it is given itself
-  double length = 0;              ///< radius of the ball over which the stress is averaged [m]; 0: it is not
+  double fracture_toughness =
+      0;              ///< K_Ic from which the toughness is derived [Pa m^0.5]; 0: toughness given directly
+  double length = 0;  ///< radius of the ball for averaging the stress [m]; 0: no averaging
   std::optional<Variation> variation = {};
 };
 
-/// What a boundary condition prescribes.
+/// The quantity prescribed by a boundary condition.
 enum class BoundaryKind {
   fix,           ///< zero displacement of the chosen components
-  force,         ///< total force, spread by area [N]
+  force,         ///< total force, distributed by area [N]
   traction,      ///< [Pa]
   velocity,      ///< [m/s]
   displacement,  ///< [m]
   pressure,      ///< against the outward normal, in value[0] [Pa]
-  absorbing,     ///< nothing: waves leave the body here
+  absorbing,     ///< nothing: waves leave the body
 };
 
 /// By BoundaryKind, as the keys of [[boundary]].
@@ -246,28 +248,29 @@ constexpr const char* name_of(BoundaryKind kind) {
 
 /// One prescribed quantity on a face or on a box region of it.
 ///
-/// The prescribed vector at time t is value + rate t or, with a history, value times the factor that is
-/// interpolated linearly in the history (constant before its first and after its last entry).
+/// The prescribed vector at time t is value + rate t or, with a history, value times the factor interpolated
+/// linearly in the history (constant before its first and after its last entry).
 struct Boundary {
   std::string on = name_of(Face::z_min);  ///< name of one or several faces
   Region region = everywhere;
   BoundaryKind kind = BoundaryKind::fix;
-  std::array<bool, 3> components{};  ///< the components that are prescribed (fix, velocity, displacement)
+  std::array<bool, 3> components{};  ///< the prescribed components (fix, velocity, displacement)
   Vector value{};
   Vector rate{};
   std::vector<std::pair<double, double>> history;  ///< (time [s], factor), times ascending
-  std::string name = {};  ///< conditions of one name add up to one load of the machine; empty: none
+  std::string name = {};  ///< conditions with the same name add up to one load of the machine; empty: none
 };
 
 enum class Start { quasi_static, equilibrium, rest };
 enum class Integrator { bilateral4, verlet };
-/// What computes the dynamic phases. Samples by PETSc have the same bits on the same number of ranks only.
+/// Implementation of the dynamic phases. With PETSc, samples are bitwise reproducible on the same number of
+/// ranks only.
 enum class Engine { fixed_point, petsc };
-/// As in the input.
+/// As spelled in the input.
 constexpr const char* to_string(Engine engine) {
   return engine == Engine::petsc ? "petsc" : "fixed-point";
 }
-/// Of the dynamic phase: fixed point in 32 or in 64 bits; double_ with Engine::petsc.
+/// Number format of dynamic phases: fixed point in 32 or in 64 bits; double_ with Engine::petsc.
 enum class Precision { mixed, double_ };
 
 struct Time {
@@ -277,15 +280,15 @@ struct Time {
   double duration = 0;         ///< of the dynamic phase [s]
   Integrator integrator = Integrator::bilateral4;
   Precision precision = Precision::mixed;
-  /// Time without a break after which a dynamic phase has arrested [s]; empty: what a bar's longitudinal wave
-  /// takes along the body's longest extent ("auto").
+  /// Time without a break after which a dynamic phase counts as arrested [s]; empty: the time of a
+  /// longitudinal bar wave along the body's longest extent ("auto").
   std::optional<double> arrest;
   double after_separation =
-      0;  ///< a dynamic phase ends this long after the body came apart [s]; 0: it does not
+      0;  ///< a dynamic phase ends this long after separation of the body [s]; 0: it does not
 };
 
 struct Damping {
-  double mass = 0;  ///< of the force against the velocity, over mass and velocity [1/s]
+  double mass = 0;  ///< damping force / (mass * velocity) [1/s]
 };
 
 /// A straight line in the y-z plane.
@@ -295,7 +298,7 @@ struct SectionLine {
   bool operator==(const SectionLine&) const = default;
 };
 
-/// A plane through the thickness at which crack paths are measured: y = const, z = const, or over a line.
+/// A plane through the thickness at which crack paths are measured: y = const, z = const, or through a line.
 struct Section {
   int axis = 0;         ///< 1: y, 2: z, 0: a line
   double position = 0;  ///< of the plane, along that axis [m]; 0 for a line
@@ -309,17 +312,17 @@ struct Sections {
   std::vector<SectionLine> lines = {};
 
   std::size_t size() const { return y.size() + z.size() + lines.size(); }
-  /// In the order of their numbers: y first, then z, then lines.
+  /// In numbering order: y first, then z, then lines.
   std::vector<Section> all() const;
 };
 
 /// "y = 12.25 mm", "line from (1 mm, 2 mm) to (3 mm, 4 mm)"
 std::string name_of(const Section& section);
 
-/// How the coordinate of positions along the section is called: "z", "y", and "distance" from a line's start.
+/// Name of the coordinate along the section: "z", "y", or "distance" from a line's start.
 const char* coordinate_of(const Section& section);
 
-/// A place of the body whose state is followed in time.
+/// A point of the body at which its state is recorded over time.
 struct Probe {
   std::string name;
   Vector at{};  ///< [m]
@@ -327,26 +330,25 @@ struct Probe {
 
 struct Output {
   int frames = 11;
-  /// Time between two rows of the history in dynamic phases [s]; empty: a 200th of the duration ("auto").
+  /// Interval of history rows in dynamic phases [s]; empty: 1/200 of the duration ("auto").
   std::optional<double> history = {};
   std::vector<Probe> probes = {};
-  /// Number or name of the boundary condition that the load curve follows; unset: what
-  /// drives the body.
+  /// Number or name of the boundary condition for the load curve; unset: the driving condition.
   std::variant<std::monostate, int, std::string> governing = {};
 };
 
 enum class RandomDistribution { normal, lognormal, uniform, triangular, weibull, beta, truncated };
-/// As in the input.
+/// As spelled in the input.
 inline constexpr std::array distribution_names{"normal",  "lognormal", "uniform",  "triangular",
                                                "weibull", "beta",      "truncated"};
 
-/// A number of the input that each sample has another value of. Parameters of the distribution are in the SI
-/// unit of that number; NaN: not given.
+/// A number of the input that varies between samples. Parameters of the distribution are in the SI unit of
+/// that number; NaN: not given.
 struct RandomInput {
   std::string key = {};   ///< "material.youngs_modulus", "specimen.notch[0].depth"
-  std::string unit = {};  ///< SI unit; empty for a plain number
-  double own = 0;         ///< the value that the input itself has
-  double exponent = 0;    ///< beta of a unit "Pa^beta s"; 0 for every other one
+  std::string unit = {};  ///< SI unit; empty for a dimensionless number
+  double own = 0;         ///< value in the input itself
+  double exponent = 0;    ///< beta of a unit "Pa^beta s"; 0 otherwise
   RandomDistribution distribution = RandomDistribution::normal;
   double mean = not_a_number;
   double standard_deviation = not_a_number;
@@ -360,13 +362,13 @@ struct RandomInput {
 /// Keys whose values change together from case to case.
 struct Sweep {
   std::vector<std::string> keys;
-  std::vector<std::vector<std::string>> values;  ///< of each case, of each key, in TOML
+  std::vector<std::vector<std::string>> values;  ///< by case and key, in TOML
 };
 
-/// What makes the parameters those of one sample with random inputs.
+/// The draw that specializes the parameters to one sample with random inputs.
 struct Draw {
   std::vector<double> values;         ///< of Parameters::random [SI]
-  std::vector<std::string> settings;  ///< sample_settings() of the input they were drawn from
+  std::vector<std::string> settings;  ///< sample_settings() of the original input
 };
 
 struct Parameters {
@@ -383,7 +385,7 @@ struct Parameters {
   Output output;
   std::vector<RandomInput> random = {};
   std::vector<Sweep> sweeps = {};
-  std::optional<Draw> draw = {};  ///< of the parameters of one sample
+  std::optional<Draw> draw = {};  ///< for the parameters of one sample
 
   double damping_rate() const { return damping ? damping->mass : 0; }  ///< [1/s]
 };

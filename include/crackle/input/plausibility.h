@@ -8,8 +8,8 @@
 
 namespace crackle::input {
 
-/// Warnings about values that are accepted and that hardly anyone means, such as "32000 mPa" of Young's
-/// modulus: one sentence each, with the slip that is likely behind it.
+/// Warnings about valid but implausible values, such as a Young's modulus of "32000 mPa": one sentence each,
+/// with the probable mistake.
 std::vector<std::string> plausibility_warnings(const Parameters& parameters);
 
 }  // namespace crackle::input

@@ -3,7 +3,7 @@
 
 namespace crackle::input {
 
-/// Poisson's ratios for which the strength that belongs to a toughness has been measured. Above the greatest,
+/// Range of Poisson's ratio for which the relation of strength and toughness has been measured. Above it,
 /// linear tetrahedra lock.
 inline constexpr double least_measured_poisson_ratio = 0;
 inline constexpr double greatest_measured_poisson_ratio = 0.45;

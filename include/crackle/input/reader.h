@@ -22,10 +22,10 @@ private:
   std::vector<std::string> messages_;
 };
 
-/// The file of mother points, where another one stands for the file that mesh.points names.
+/// The file of mother points, if another one replaces the file named by mesh.points.
 struct PointsFile {
-  std::filesystem::path path;  ///< empty: the file that mesh.points names
-  std::string digest;          ///< of its content, when that is known already; then it is not looked at
+  std::filesystem::path path;  ///< empty: the file named by mesh.points
+  std::string digest;          ///< of its contents if already known; the file is then not read
 };
 
 /// Reads and validates an input file: syntax, units, dimensions, ranges, unknown and missing keys, and
@@ -34,90 +34,91 @@ struct PointsFile {
 /// @throws InputError with every error of the file
 Parameters read(const std::filesystem::path& file, const PointsFile& points = {});
 
-/// As read(), for a text already in memory; `name` stands for the file in messages.
+/// As read(), for a text in memory; `name` is used as the file name in messages.
 Parameters parse(const std::string& text, const std::filesystem::path& name, const PointsFile& points = {});
 
-/// A value in place of the one that an input has.
+/// A replacement for a value of an input.
 struct Setting {
   std::string key;    ///< "fracture.release", "specimen.notch[0].depth"
   std::string value;  ///< in TOML
   bool operator==(const Setting&) const = default;
 };
 
-/// The text of an input with other values; comments and order stay. A key that the text does not have is
-/// added to its table.
-/// @throws InputError when a value has no place: of a list that is too short, or in a table that is missing
+/// The text of an input with other values, preserving comments and order. Missing keys are added to their
+/// tables.
+/// @throws InputError when a value cannot be placed: in a list that is too short, or in a missing table
 std::string with_settings(const std::string& text, const std::vector<Setting>& settings);
 
-/// The parameters with other values, read and judged anew, as those of a draw: `text` stays.
-/// @param name stands for the file in messages
+/// The parameters with other values, read and validated again as those of a draw; `text` is unchanged.
+/// @param name used as the file name in messages
 /// @throws InputError with every error
 Parameters drawn(const Parameters& parameters, const std::vector<double>& values, const std::string& name);
 
 /// One case of a sweep.
 struct Case {
   std::vector<Setting> settings;
-  Parameters parameters;  ///< an input of its own, without [[sweep]]
+  Parameters parameters;  ///< a separate input, without [[sweep]]
 };
 
-/// All combinations of the sweeps' values; the last sweep changes fastest.
-/// @param name stands for the file in messages
-/// @throws InputError with every error of the first case that has any, naming the case
+/// All combinations of the sweeps' values; the last sweep varies fastest.
+/// @param name used as the file name in messages
+/// @throws InputError with every error of the first invalid case, naming the case
 std::vector<Case> sweep_cases(const Parameters& parameters, const std::filesystem::path& name);
 
-/// One line for each group of equal cases: with the same value of every key, the same samples.
+/// One line for each group of identical cases: equal values of all keys give equal samples.
 std::vector<std::string> sweep_warnings(const std::vector<Case>& cases);
 
 /// "mesh.perturbation = 0.1, fracture.release = \"facet\""
 std::string to_string(const std::vector<Setting>& settings);
 
-/// The same input with other sections, for results at sections that it was not computed with; `text` stays.
+/// The same input with other sections, for results at sections other than those of the run; `text` is
+/// unchanged.
 /// @param given at least one "y=7 mm, 9 mm", "z=30 mm" or "line=1 mm, 2 mm; 3 mm, 4 mm" (y, z of a line's
-/// ends), read and judged as the keys of [sections]; those of one axis are put together
-/// @param name stands for the file in messages
+///   ends), read and validated like the keys of [sections]; those of one axis are combined
+/// @param name used as the file name in messages
 /// @throws InputError with every error
 Parameters with_sections(Parameters parameters, const std::vector<std::string>& given,
                          const std::string& name);
 
-/// A random input's distribution and the parameters of it that are given, as "normal, mean 3.3 GPa, standard
-/// deviation 0.2 GPa".
+/// A random input's distribution with its given parameters, as "normal, mean 3.3 GPa, standard deviation 0.2
+/// GPa".
 std::string describe(const RandomInput& random);
 
-/// A value of a random input with its unit, as people read it.
+/// A value of a random input with a readable unit.
 std::string format_value(const RandomInput& random, double value);
 
 /// A value with its unit, such as "500 N".
-/// @param si_unit unit of the result; "" and "1" for plain numbers
-/// @throws std::runtime_error for a text that is no such value
+/// @param si_unit unit of the result; "" or "1" for dimensionless numbers
+/// @throws std::runtime_error when the text is not such a value
 double read_value(const std::string& text, const std::string& si_unit);
 
 /// Key or name, and value.
 using Line = std::pair<std::string, std::string>;
-/// "name = value" for each line, values under each other.
+/// "name = value" for each line, with values aligned.
 std::string aligned(const std::vector<Line>& lines);
 
-/// The resolved input, one "key = value unit" line for each key, defaults included.
+/// The resolved input, one "key = value unit" line for each key, including defaults.
 std::string echo(const Parameters& parameters);
 
-/// The lines of echo() that a sample's results follow from: all but the number of samples, the rule to stop
-/// early, the ranks that share a sample, and the name of the points' file.
+/// The lines of echo() that determine a sample's results: all but the number of samples, the stopping rule,
+/// the ranks per sample, and the name of the points file.
 std::vector<std::string> sample_settings(const Parameters& parameters);
 
-/// Those that the meshed bodies follow from: specimen, mesh, and the regions that conditions hold on.
+/// The lines that determine the meshed bodies: specimen, mesh, and the regions of boundary conditions.
 std::vector<std::string> body_settings(const Parameters& parameters);
 
-/// Check sum of sample_settings(), as text: two inputs with the same one have the same samples.
+/// Checksum of sample_settings(), as text: inputs with equal checksums have the same samples.
 std::string sample_identity(const Parameters& parameters);
 
-/// In which runs a sample of an engine has the same bits: "on any number of ranks".
+/// Under which conditions samples of an engine are bitwise equal: "on any number of ranks".
 std::string same_bits(Engine engine);
 
-/// The line of a log that says so; empty for the default engine.
+/// The corresponding line of a log; empty for the default engine.
 std::string bits_notice(Engine engine);
 
-/// An input with every key that it does not give as a comment, in the order of the schema: "#seed = 0" after
-/// lines "# meaning: what is accepted". What the input gives stays as it is; the text is still that input.
-/// @param text a sound input
+/// The input with all missing keys added as comments, in the order of the schema: "#seed = 0" after lines "#
+/// meaning: what is accepted". Existing content is unchanged; the text still describes the same input.
+/// @param text a valid input
 std::string annotated(const std::string& text);
 
 /// The table of all keys in Markdown: key, dimension, default, accepted range, meaning.

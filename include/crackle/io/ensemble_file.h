@@ -21,7 +21,7 @@
 /// | attributes of / | | kind, schema_version, program_version, git_commit, library_versions, seed, input,
 /// points, input_identity |
 /// | /specimen/... | | see geometry::for_each_member |
-/// | /samples/status, error, note | N | analysis::SampleStatus; why it failed; what else is to be known |
+/// | /samples/status, error, note | N | analysis::SampleStatus; reason of a failure; remarks |
 /// | /samples/... | N | the results of analysis::for_each_result |
 /// | /crack_path/section, section_axis | S | where the sections lie: 1 y = const first, then 2 z = const,
 /// then 0 lines, whose `section` is 0 | | /crack_path/section_line | lines x 2 x 2 | y, z of the lines' ends;
@@ -35,13 +35,13 @@
 /// /statistics/reference_notch | notches | see analysis::LeaderFrame | | /statistics/pattern_share,
 /// pattern_half_width, pattern_lower, pattern_upper | 4 | | | attributes confidence, interval_scope, n_looks,
 /// n_needed of /statistics | | see analysis::Statistics | | /mother_points/position, spacing, movable | M x
-/// 3, M, M | see geometry::MotherPoints; absent where each sample has its own | | /timing/wall_time,
-/// attributes of /provenance | N | what differs between two runs |
+/// 3, M, M | see geometry::MotherPoints; absent if each sample has its own | | /timing/wall_time, attributes
+/// of /provenance | N | what differs between two runs |
 ///
-/// Attributes of each result's dataset say what it means and how it is shown, see analysis::ResultInfo.
+/// Attributes of each result's dataset describe its meaning and display, see analysis::ResultInfo.
 namespace crackle::io {
 
-/// Raised with every change of what the file holds.
+/// Incremented with every change of the file's contents.
 inline constexpr std::int64_t ensemble_schema_version = 5;
 
 /// Rows first..first+rows.size() of the ensemble, written by one rank.
@@ -50,39 +50,40 @@ struct EnsembleBlock {
   std::vector<analysis::SampleSummary> rows;
 };
 
-/// Writes ensemble.h5 through MPI-IO; every rank writes its block of rows, all ranks take part in every
-/// collective call, ranks without rows too. Samples that no rank holds are pending. Written under another
-/// name and renamed when whole; the file is the same for any distribution of the rows over any number of
-/// ranks, except /provenance. Collective.
+/// Writes ensemble.h5 through MPI-IO; every rank writes its block of rows, and all ranks take part in every
+/// collective call, with or without rows. Samples that no rank holds are pending. The file is written under a
+/// temporary name and renamed when complete; except for /provenance it does not depend on the distribution of
+/// rows over ranks. Collective.
 /// @param statistics, base the same on every rank; only the root's are written
-/// @throws the same parallel::AgreedError on every rank: blocks that overlap or leave the ensemble, a row of
-/// another shape than the input's, a file that cannot be written
+/// @throws the same parallel::AgreedError on every rank when blocks overlap or exceed the ensemble, a row
+///   does not have the input's shape, or the file cannot be written
 void write_ensemble(const parallel::Communicator& world, const std::filesystem::path& file,
                     const input::Parameters& parameters, const EnsembleBlock& block,
                     const analysis::Statistics& statistics, const geometry::MotherPoints& base);
 
-/// Why a file must not be replaced by an ensemble's: "is a folder", "was not written by crackle". Empty
-/// where there is none, and for one of crackle, be it damaged. Not collective.
+/// Why a file must not be replaced by an ensemble file: "is a folder", "was not written by crackle". Empty if
+/// there is none, or one of crackle, even if damaged. Not collective.
 std::string obstacle(const std::filesystem::path& file);
 
-/// What is stored in an ensemble file, without the statistics, which follow from the samples.
+/// Contents of an ensemble file, without the statistics, which follow from the samples.
 struct EnsembleContent {
   std::string input_text;
   input::Sections sections;
   std::vector<analysis::SampleSummary> samples;
-  geometry::MotherPoints base;  ///< empty where each sample has its own
+  geometry::MotherPoints base;  ///< empty if each sample has its own
 };
 
-/// Not collective. What an older file does not have yet is as in a row without results.
-/// @throws std::runtime_error when the file is not a whole ensemble file of oldest_schema_version or above
+/// Not collective. Results missing from an older file are as in a row without results.
+/// @throws std::runtime_error when the file is not a complete ensemble file of oldest_schema_version or above
 EnsembleContent read_ensemble(const std::filesystem::path& file);
 
-/// The same, of this input only; the number of samples may differ. Not collective.
-/// @throws std::runtime_error also when the file is of an input with other samples
+/// The same, for this input only; the number of samples may differ. Not collective.
+/// @throws std::runtime_error also when the file's input has different samples
 EnsembleContent read_ensemble(const std::filesystem::path& file, const input::Parameters& parameters);
 
 /// The base mother points alone. Not collective.
-/// @throws std::runtime_error when the file is not a whole ensemble file of a readable version and this input
+/// @throws std::runtime_error when the file is not a complete ensemble file of a readable version and this
+///   input
 geometry::MotherPoints read_mother_points(const std::filesystem::path& file,
                                           const input::Parameters& parameters);
 

@@ -47,38 +47,39 @@
 /// | attribute rayleigh_speed [m/s] of /history | | of the material |
 /// | /frames/time, broken | t | see dynamics::Frame |
 /// | /frames/displacement, velocity | t x n x 3 | single precision |
-/// | attributes youngs_modulus [Pa], poisson_ratio of /frames | | what the stress follows from; of broken
+/// | attributes youngs_modulus [Pa], poisson_ratio of /frames | | for computing the stress; of broken
 /// tetrahedra also from /breaks/cut, /ties and the input |
 /// | /summary/... | | the row: analysis::for_each_result, for_each_position_result |
-/// | /summary/phase_start | | load time that the times of cracks and frames are counted from |
+/// | /summary/phase_start | | load time at time zero of cracks and frames |
 /// | /summary/time_step, stable_step | | steps |
 /// | /counts/... | | dynamics::SampleCounts |
 /// | /timing/..., attributes of /provenance | | what differs between two runs |
 ///
-/// Behind the end of the HDF5 file stands a check sum of all its bytes: a file that was cut short, damaged or
-/// changed afterwards is not used.
+/// A checksum of all bytes follows the end of the HDF5 file: a truncated, damaged or modified file is
+/// rejected.
 ///
-/// A failed sample has the attributes, /summary, /timing and /provenance, and of the rest what there was when
-/// it failed on its way.
+/// A failed sample has the attributes, /summary, /timing and /provenance, and whatever else was available
+/// when it failed.
 namespace crackle::io {
 
-/// Raised with every change of what the file holds.
+/// Incremented with every change of the file's contents.
 inline constexpr std::int64_t sample_schema_version = 5;
 
-/// Of the files, samples' and ensembles', whose results can still be read; no sample continues from them.
+/// Oldest version of sample and ensemble files whose results can still be read; samples cannot continue from
+/// them.
 inline constexpr std::int64_t oldest_schema_version = 2;
 
-/// Raised with every change that moves the results of some inputs: samples of different models are not parts
-/// of one ensemble. Files without it are of model 1.
+/// Incremented with every change that affects the results of some inputs: samples of different models cannot
+/// belong to one ensemble. Files without it are of model 1.
 inline constexpr std::int64_t model_version = 2;
 
-/// A whole file that a version of the program wrote whose samples do not go together with those of this one.
+/// A complete file written by a program version whose samples are incompatible with those of this one.
 class OlderFormat : public std::runtime_error {
 public:
   using std::runtime_error::runtime_error;
 };
 
-/// Everything that goes into out/samples/NNNN.h5.
+/// Contents of out/samples/NNNN.h5.
 struct SampleFileContent {
   const input::Parameters& parameters;
   std::uint64_t sample;
@@ -96,8 +97,8 @@ struct SampleFileContent {
 /// out/samples/NNNN.h5 for folder = out
 std::filesystem::path sample_path(const std::filesystem::path& folder, std::uint64_t sample);
 
-/// Writes the file under another name, flushes it and renames it when it is whole; makes its folder when it
-/// is missing. Not collective.
+/// Writes the file under a temporary name, flushes it and renames it when complete; creates its folder if
+/// missing. Not collective.
 /// @throws std::runtime_error naming the file when anything cannot be written; no partial file is left
 void write_sample(const std::filesystem::path& file, const SampleFileContent& content);
 
@@ -105,49 +106,47 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
 void write_failed_sample(const std::filesystem::path& file, const input::Parameters& parameters,
                          std::uint64_t sample, const analysis::SampleSummary& summary);
 
-/// The sample's row. @throws OlderFormat for a whole file of an older version or another model;
-/// std::runtime_error with the
-/// reason when the file is not a whole, undamaged sample file of this number and input
-/// (input::sample_identity)
+/// The sample's row. @throws OlderFormat for a complete file of an older version or another model;
+/// std::runtime_error with the reason when the file is not a complete, undamaged sample file of this number
+/// and input (input::sample_identity)
 analysis::SampleSummary read_summary(const std::filesystem::path& file, const input::Parameters& parameters,
                                      std::uint64_t sample);
 
-/// As read_summary, of oldest_schema_version and above. What an older file does not have yet is as in a row
+/// As read_summary, for oldest_schema_version and above. Results missing from an older file are as in a row
 /// without results, and an older file's input is not compared.
 analysis::SampleSummary read_any_summary(const std::filesystem::path& file,
                                          const input::Parameters& parameters, std::uint64_t sample);
 
-/// The input that a sample was made from, as text. @throws std::runtime_error as read_any_summary
+/// The text of the input from which a sample was computed. @throws std::runtime_error as read_any_summary
 std::string read_input_text(const std::filesystem::path& file);
 
-/// The rows of samples first, first + 1, ... first + count - 1 of an ensemble's folder. A sample without file
-/// is pending; so is one whose file cannot be used, with the reason in `error`. Not collective.
+/// The rows of samples first, first + 1, ... first + count - 1 of an ensemble's folder. A sample without a
+/// file is pending; so is one with an unusable file, with the reason in `error`. Not collective.
 std::vector<analysis::SampleSummary> read_summaries(const std::filesystem::path& folder,
                                                     const input::Parameters& parameters, std::uint64_t first,
                                                     std::size_t count);
 
-/// A sample as its file holds it.
+/// A sample as stored in its file.
 struct StoredSample {
   analysis::SampleSummary summary;
   analysis::CrackSurface surface;     ///< without facets unless the sample is done
-  std::vector<analysis::Fork> forks;  ///< none of files of version 2, which do not have them
+  std::vector<analysis::Fork> forks;  ///< empty for files of version 2, which lack them
 };
 
-/// As read_summaries, of one sample with its crack surface, which is that of the run bit by bit. Not
-/// collective.
+/// As read_summaries, for one sample with its crack surface, bitwise as computed. Not collective.
 StoredSample read_stored_sample(const std::filesystem::path& folder, const input::Parameters& parameters,
                                 std::uint64_t sample);
 
-/// The oldest version of the files of an ensemble's folder; the present one where it holds none. Not
+/// The oldest version of the files in an ensemble's folder; the current one if there are none. Not
 /// collective.
 std::int64_t format_version(const std::filesystem::path& folder);
 
-/// Refuses a folder with samples of an older format or another model. One file stands for all, as no run
-/// mixes them. Not collective.
+/// Refuses a folder with samples of an older format or another model. Checks a single file, as runs never mix
+/// them. Not collective.
 /// @throws OlderFormat naming the file
 void check_model(const std::filesystem::path& folder);
 
-/// Whether the folder holds an ensemble's or a sample's file of an older version. Not collective.
+/// True if the folder contains an ensemble or sample file of an older version. Not collective.
 inline bool holds_older_format(const std::filesystem::path& folder) {
   return format_version(folder) < sample_schema_version;
 }

@@ -6,7 +6,7 @@
 
 namespace crackle::io {
 
-/// Writes a text under another name and renames it when it is whole, so that the file is never there in part.
+/// Writes a text atomically: under a temporary name, renamed when complete.
 /// @throws std::runtime_error naming the file and the reason
 void write_text_file(const std::filesystem::path& file, const std::string& text);
 

@@ -14,13 +14,13 @@
 
 namespace crackle::mechanics {
 
-/// Where a time step begins and ends [s].
+/// Start and end of a time step [s].
 struct StepSpan {
   double begin = 0;
   double end = 0;
 };
 
-/// A quantity that is prescribed over time: value + rate t, or value times a piecewise linear factor.
+/// A prescribed function of time: value + rate t, or value times a piecewise linear factor.
 class LoadCurve {
 public:
   LoadCurve() = default;
@@ -29,11 +29,11 @@ public:
 
   double at(double time) const;
   double slope(double time) const;  ///< right-sided derivative
-  /// The slope at `time` in a step, or the step's mean where there is a kink in it: shares of the step times
-  /// their slopes add up to the change over the step.
+  /// The slope at `time` in a step, or the mean over the step if it contains a kink: partial durations times
+  /// slopes add up to the change over the step.
   double slope(double time, const StepSpan& step) const;
   double integral(double time) const;  ///< from 0 to time, exact
-  /// First time after `time` at which the slope changes; infinity when there is none.
+  /// First time after `time` at which the slope changes; infinity if there is none.
   double next_kink(double time) const;
   bool has_kink(const StepSpan& step) const;
   bool is_zero() const { return value_ == 0 && rate_ == 0; }
@@ -52,14 +52,14 @@ struct ForcePattern {
   std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
   /// Share of the total (adds up to 1 over all ranks), or area [m^2]; 0 where the load has ended.
   std::vector<double> weight;
-  double total_weight = 0;  ///< of magnitudes, over all ranks and before any of it has ended
-  double resultant = 0;     ///< likewise with signs: force on the body over the amplitude
+  double total_weight = 0;  ///< sum of magnitudes over all ranks, before any of the load has ended
+  double resultant = 0;     ///< likewise with signs: force on the body per amplitude
   int condition = 0;        ///< index into the input's boundaries
-  /// Of each node: whether a motion prescribes its component. What acts there acts on the support or drive,
-  /// and does no work on the body. Empty: at no node.
+  /// Per node: true if its component is also prescribed by a motion. The force there acts on the support or
+  /// drive, and does no work on the body. Empty: at no node.
   std::vector<std::uint8_t> is_driven = {};
 
-  /// The parts of total_weight and resultant that still act where some of the load has ended.
+  /// The still active parts of total_weight and resultant, if some of the load has ended.
   std::optional<double> left_weight = {}, left_resultant = {};
 
   bool does_work_at(std::size_t i) const { return is_driven.empty() || is_driven[i] == 0; }
@@ -67,11 +67,11 @@ struct ForcePattern {
   double acting_resultant() const { return left_resultant.value_or(resultant); }
 };
 
-/// Displacement components that follow a curve. A component of a node belongs to one motion only: where
-/// conditions meet, to one that fixes it, or else to the first in the input.
+/// Displacement components that follow a curve. Each component of a node belongs to one motion only: where
+/// conditions meet, to one that fixes it, otherwise to the first in the input.
 struct PrescribedMotion {
   int component = 0;
-  bool is_velocity = false;  ///< the curve is a velocity, the displacement its integral from time 0
+  bool is_velocity = false;  ///< the curve is a velocity, and the displacement its integral from time 0
   bool is_fixed = false;
   LoadCurve curve;
   std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
@@ -80,24 +80,24 @@ struct PrescribedMotion {
   bool never_moves() const { return is_fixed || curve.is_zero(); }
   double displacement(double time) const { return is_velocity ? curve.integral(time) : curve.at(time); }
   double velocity(double time) const { return is_velocity ? curve.at(time) : curve.slope(time); }
-  /// As the slope of a curve over a step.
+  /// Like the slope of a curve over a step.
   double velocity(double time, const StepSpan& step) const;
 };
 
-/// A face that absorbs waves (Lysmer and Kuhlemeyer 1969): dashpots per area of density times wave speed,
-/// dilatational along the normal and shear across it. What meets it straight on leaves the body.
+/// A wave-absorbing face (Lysmer and Kuhlemeyer 1969): dashpots with, per area, density times wave speed,
+/// dilatational along the normal and shear across it. Waves at normal incidence leave the body.
 struct Absorber {
   std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
-  /// Force against the velocity, over it; none in components that a condition prescribes [kg/s].
+  /// Damping force per velocity; zero in components prescribed by a condition [kg/s].
   std::vector<Symmetric> impedance;
   int condition = 0;  ///< index into the input's boundaries
 };
 
-/// Where a condition acts: what its mean displacement is taken over.
+/// The nodes of a condition, over which its mean displacement is taken.
 struct ConditionNodes {
   std::vector<std::int32_t> nodes;  ///< owned local nodes, ascending
   std::vector<double> share;        ///< of the loaded area, or of the held nodes; adds up to 1 over all ranks
-  std::vector<std::uint8_t> has_ended = {};  ///< of each node: its load has; empty: at none
+  std::vector<std::uint8_t> has_ended = {};  ///< per node: its load has ended; empty: at no node
   double acting_share = 1;                   ///< of the nodes whose load has not ended, over all ranks
 
   bool acts_at(std::size_t i) const { return has_ended.empty() || has_ended[i] == 0; }
@@ -106,23 +106,23 @@ struct ConditionNodes {
 /// Owned local nodes, ascending, for each condition of the input.
 using NodesOfConditions = std::vector<std::vector<std::int32_t>>;
 
-/// The input's boundary list on one subdomain. A condition holds on whole boundary triangles, whose linear
-/// shape functions share out its loads; where its region is a line, on whole edges of the mesh; on a point,
-/// on its node. In every realization their area and centroid are those of geometry::ConditionRegion.
+/// The input's boundary conditions on one subdomain. A condition applies to whole boundary triangles, whose
+/// linear shape functions distribute its loads; to whole mesh edges if its region is a line, or to a node if
+/// it is a point. In every realization their area and centroid are those of geometry::ConditionRegion.
 struct BoundaryLoads {
   std::vector<ForcePattern> forces;
   std::vector<PrescribedMotion> motions;
   std::vector<Absorber> absorbers = {};
   std::vector<ConditionNodes> conditions = {};  ///< in the order of the input
-  /// Local tetrahedra, ascending, that touch a node with a prescribed motion: what reactions follow from.
+  /// Local tetrahedra, ascending, that touch a node with a prescribed motion; needed for reactions.
   std::vector<std::int32_t> held_tetrahedra = {};
   std::vector<GoverningCondition> governing = {};
 
-  /// First time after `time` at which any program's slope changes; infinity when there is none.
+  /// First time after `time` at which the slope of any load curve changes; infinity if there is none.
   double next_kink(double time) const;
-  /// Whether any load or motion changes after `time`.
+  /// True if any load or motion changes after `time`.
   bool grows_after(double time) const;
-  /// Ends the loads of conditions at some of their nodes, for good. Collective.
+  /// Permanently ends the loads of conditions at some of their nodes. Collective.
   void end_loads(const parallel::Communicator& group, const NodesOfConditions& nodes);
   /// Adds the nodal forces at `time` to `force` (3 n_owned).
   void add_forces(double time, std::span<double> force) const;
@@ -131,7 +131,7 @@ struct BoundaryLoads {
 };
 
 /// Collective (total areas are summed over the group).
-/// @throws parallel::AgreedError when a condition meets no node or no area of the body
+/// @throws parallel::AgreedError when a condition applies to no node or no area of the body
 BoundaryLoads make_boundary_loads(const parallel::Communicator& group, const input::Parameters& parameters,
                                   const geometry::Subdomain& subdomain);
 

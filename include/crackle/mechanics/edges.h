@@ -13,13 +13,13 @@
 
 namespace crackle::mechanics {
 
-/// The pairs of a subdomain's nodes that share a tetrahedron, each pair with an owned node. Every tetrahedron
-/// round such a pair is in the subdomain.
+/// The node pairs of a subdomain that share a tetrahedron and include an owned node. Every tetrahedron around
+/// such a pair is in the subdomain.
 struct Edges {
-  std::vector<std::array<std::int32_t, 2>> nodes;  ///< local, the smaller first; in ascending order
+  std::vector<std::array<std::int32_t, 2>> nodes;  ///< local numbers, the smaller first; ascending
   std::vector<std::int32_t> offset;                ///< n_edges + 1, into `tetrahedron`
-  std::vector<std::int32_t> tetrahedron;           ///< round each edge, ascending
-  std::vector<std::uint8_t> is_inner;              ///< 1 where the tetrahedra close round the edge
+  std::vector<std::int32_t> tetrahedron;           ///< around each edge, ascending
+  std::vector<std::uint8_t> is_inner;              ///< 1 if the tetrahedra form a closed ring around the edge
   /// The edges of each tetrahedron, in the order of geometry::dual_facet_nodes; -1 for a pair of ghosts.
   std::vector<std::array<std::int32_t, 6>> of_tetrahedron;
 
@@ -34,16 +34,16 @@ Edges make_edges(const geometry::Subdomain& subdomain);
 /// The coupling K_ab = S + [w]x of two nodes: the internal force on a is the sum over its edges of
 /// K_ab (u_b - u_a).
 ///
-/// For isotropic elasticity a tetrahedron adds V (lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I); its
-/// antisymmetric part is V (lambda - mu) / 2 g_b x g_a, which cancels where the tetrahedra close round the
-/// edge.
+/// For isotropic elasticity a tetrahedron contributes V (lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I);
+/// its antisymmetric part is V (lambda - mu) / 2 g_b x g_a, which cancels if the tetrahedra form a closed
+/// ring around the edge.
 struct EdgeCoupling {
   Symmetric s{};  ///< [N/m]
   Vector w{};     ///< [N/m]
 };
 
-/// Sum over what the tetrahedra round an edge carry, in ascending order: the same bits on every rank.
-/// `w` is exactly 0 where the edge is inner and all tetrahedra round it are intact.
+/// Sum over the stiffness still carried by the tetrahedra around an edge, in ascending order: bitwise equal
+/// on every rank. `w` is exactly 0 if the edge is inner and all tetrahedra around it are intact.
 EdgeCoupling edge_coupling(const PdsOperators& operators, const IsotropicElasticity& elasticity,
                            const Edges& edges, const ResidualStiffness& residual_stiffness,
                            std::int32_t edge);

@@ -42,10 +42,11 @@ inline double shear_speed(const input::Material& material) {
   return std::sqrt(IsotropicElasticity(material).mu / material.density);
 }
 
-/// Speed of Rayleigh's surface wave [m/s].
+/// Speed of Rayleigh waves [m/s].
 inline double rayleigh_speed(const input::Material& material) {
   const double nu = material.poisson_ratio;
-  const double ratio = (1 - 2 * nu) / (2 * (1 - nu));  // of the squares of the shear and the pressure speed
+  const double ratio =
+      (1 - 2 * nu) / (2 * (1 - nu));  // squared ratio of the shear and the pressure wave speed
   const auto excess = [&](double c) {
     return (2 - c * c) * (2 - c * c) - 4 * std::sqrt(1 - c * c) * std::sqrt(1 - ratio * c * c);
   };

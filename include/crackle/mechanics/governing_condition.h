@@ -8,23 +8,24 @@
 
 namespace crackle::mechanics {
 
-/// A boundary condition whose load enters the load curve of a sample.
+/// A boundary condition that contributes to the load curve of a sample.
 struct GoverningCondition {
   int condition = 0;  ///< index into the input's boundaries
-  /// Unit vector: along what it prescribes, or against the drive for a condition that prescribes no motion or
-  /// force of its own; zero where nothing tells it. Of a pressure, which acts along the normal, x is 1 where
-  /// it presses and -1 where it pulls.
+  /// Unit vector along the prescribed quantity, or opposite to the drive for a condition that prescribes no
+  /// motion or force itself; zero if undefined. For a pressure, which acts along the normal, x is 1 if it
+  /// pushes and -1 if it pulls.
   Vector direction{};
   bool is_support = false;  ///< fixes, absorbs, or prescribes zero
-  double area = 0;          ///< of a pressure: the loaded one [m^2]
+  double area = 0;          ///< loaded area of a pressure [m^2]
 };
 
-/// The conditions whose loads add up to that of the testing machine: the one that `[output] governing` names,
-/// or else the one that drives the body, with all of its name. What drives is the first that changes with
-/// time, or else the first that prescribes anything but zero. Empty where nothing does.
+/// The conditions whose loads add up to that of the testing machine: all those with the name given by
+/// `[output] governing` or, without it, with the name of the driving condition. The driving condition is the
+/// first that changes with time, otherwise the first with a non-zero prescribed value. Empty if there is
+/// none.
 ///
-/// A condition's direction is that of its rate, of a velocity or without a rate that of its value, turned
-/// round where the first non-zero factor of its history is negative.
+/// The direction of a condition is that of its rate or, for a velocity or without a rate, that of its value,
+/// reversed if the first non-zero factor of its history is negative.
 std::vector<GoverningCondition> governing_conditions(const input::Parameters& parameters);
 
 }  // namespace crackle::mechanics

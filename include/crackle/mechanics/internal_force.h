@@ -9,21 +9,21 @@
 
 namespace crackle::mechanics {
 
-/// The internal force of a body with its broken set, by the definition: a plain loop over tetrahedra in
-/// ascending order, in double precision. Every owned node has the same bits for every partition. Not
+/// The internal force of a body with its broken tetrahedra, by definition: a plain loop over tetrahedra in
+/// ascending order, in double precision. Forces at owned nodes are bitwise independent of the partition. Not
 /// collective: ghost displacements must be up to date.
 class InternalForce {
 public:
-  /// The references must outlive the object; what the tetrahedra carry may change.
+  /// The references must outlive the object; the residual stiffness may change.
   InternalForce(const PdsOperators& operators, const ResidualStiffness& residual_stiffness)
       : operators_(&operators), residual_stiffness_(&residual_stiffness) {}
 
-  /// force_a = sum over tetrahedra of V sigma b^a, with the stress that they still carry.
+  /// force_a = sum over tetrahedra of V sigma b^a, with the stress sigma that they still carry.
   /// @param displacement 3 n_local values [m]
   /// @param force 3 n_local values, valid for owned nodes [N]
   void evaluate(std::span<const double> displacement, std::span<double> force) const;
 
-  /// The same of some tetrahedra: nodes that no other one touches get the bits of evaluate().
+  /// The same for some tetrahedra: nodes touched by no others get the same bits as from evaluate().
   /// @param tetrahedra local numbers, ascending
   void evaluate(std::span<const std::int32_t> tetrahedra, std::span<const double> displacement,
                 std::span<double> force) const;

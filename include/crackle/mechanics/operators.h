@@ -20,7 +20,7 @@ struct TetrahedronOperator {
   double volume;                   ///< V [m^3]
 };
 
-/// What is constant in time on a subdomain: paper section 2, on the barycentric dual.
+/// Time-independent operators on a subdomain: paper section 2, on the barycentric dual.
 struct PdsOperators {
   std::vector<TetrahedronOperator> tetrahedra;  ///< in the subdomain's order
   std::vector<double> node_mass;                ///< M^a = rho sum V/4 of the owned nodes [kg]
@@ -33,7 +33,7 @@ PdsOperators make_operators(const geometry::Subdomain& subdomain, double density
 TetrahedronOperator tetrahedron_operator(const geometry::Tetrahedron& nodes,
                                          const std::array<geometry::Point, 4>& x);
 
-/// A bound of the entries of every tetrahedron's stiffness matrix [N/m].
+/// An upper bound on the entries of every tetrahedron's stiffness matrix [N/m].
 double stiffness_bound(const PdsOperators& operators, const IsotropicElasticity& elasticity);
 
 /// Vector area S^ab = V (b^b - b^a) / 4 of the dual facet between particles a and b, from a to b [m^2].
@@ -55,7 +55,7 @@ inline Symmetric strain(const TetrahedronOperator& t, std::span<const double> di
   return e;
 }
 
-/// The local tetrahedra round each local node, ascending.
+/// The local tetrahedra around each local node, ascending.
 struct NodeTetrahedra {
   std::vector<std::int32_t> offset;  ///< n_local + 1
   std::vector<std::int32_t> tetrahedron;

@@ -12,83 +12,83 @@
 
 namespace crackle::mechanics {
 
-/// Edges of a tetrahedron: bit k stands for edge k in the order of geometry::dual_facet_nodes.
+/// Edges of a tetrahedron: bit k represents edge k in the order of geometry::dual_facet_nodes.
 using EdgeSet = std::uint8_t;
 inline constexpr EdgeSet no_edge = 0;
 inline constexpr EdgeSet all_edges = 63;
 
 using Matrix = std::array<Vector, 3>;  ///< rows
 
-/// What a tetrahedron carries by some of its edges only.
+/// Stiffness of a tetrahedron with only some of its edges carrying load.
 ///
-/// Its strain is that of its six edges, e_k = d_k . eps . d_k, and its intact stiffness a matrix K between
-/// them: sigma = sum_k q_k d_k (x) d_k with q = K e. A released edge k has q_k = 0 and any e_k:
-/// K' = K_rr - K_rc K_cc^-1 K_cr. So it stays free of stress in rigid rotations, symmetric and positive
-/// semi-definite, and every release lowers the energy.
+/// Its strain is given by those of its six edges, e_k = d_k . eps . d_k, and its intact stiffness by a matrix
+/// K between them: sigma = sum_k q_k d_k (x) d_k with q = K e. A released edge k has q_k = 0 and arbitrary
+/// e_k: K' = K_rr - K_rc K_cc^-1 K_cr. Hence it remains stress-free in rigid rotations, symmetric and
+/// positive semi-definite, and every release lowers the energy.
 struct EdgeStiffness {
   std::array<Vector, 6> edge;              ///< d_k [m]
   std::array<std::array<double, 6>, 6> k;  ///< K'; 0 in the rows and columns of released edges
 
   Symmetric stress(const Symmetric& strain) const;
-  /// The block of V B^T C B that couples corners a and b, over the volume [Pa/m^2].
+  /// The block of V B^T C B that couples corners a and b, per volume [Pa/m^2].
   Matrix coupling(std::size_t a, std::size_t b) const;
 };
 
-/// Always from the intact tetrahedron, so it does not depend on the order in which edges were released.
+/// Always computed from the intact tetrahedron, so the order in which edges were released has no influence.
 EdgeStiffness edge_stiffness(const TetrahedronOperator& tetrahedron, const IsotropicElasticity& elasticity,
                              EdgeSet released);
 
-/// What each tetrahedron of a subdomain still carries.
+/// The residual stiffness of each tetrahedron of a subdomain.
 class ResidualStiffness {
 public:
-  /// All are intact. The operators must outlive the object.
+  /// Initially all are intact. The operators must outlive the object.
   ResidualStiffness(const PdsOperators& operators, const IsotropicElasticity& elasticity);
 
   EdgeSet released(std::int32_t tetrahedron) const {
     return static_cast<EdgeSet>(released_[index(tetrahedron)] & all_edges);
   }
   bool is_intact(std::int32_t tetrahedron) const { return released_[index(tetrahedron)] == no_edge; }
-  /// Whether it carries by its edges, contact apart.
+  /// True if any of its edges carries load, ignoring contact.
   bool carries(std::int32_t tetrahedron) const { return released(tetrahedron) != all_edges; }
   bool has_contact(std::int32_t tetrahedron) const {
     return !contact_place_.empty() && contact_place_[index(tetrahedron)] >= 0;
   }
 
-  /// Stress that it carries at a strain, contact included [Pa].
+  /// Stress carried at a strain, including contact [Pa].
   Symmetric stress(std::int32_t tetrahedron, const Symmetric& strain) const;
   /// Strain energy [J].
   double energy(std::int32_t tetrahedron, const Symmetric& strain) const;
-  /// @pre neither intact nor without any edge
+  /// @pre neither intact nor fully released
   const EdgeStiffness& partial(std::int32_t tetrahedron) const {
     return partial_[index(place_[index(tetrahedron)])];
   }
 
-  /// Leaves a share of the intact stiffness.
+  /// Reduces the stiffness to a share of the intact one.
   /// @pre no edge is released
   void soften(std::int32_t tetrahedron, double share);
 
-  /// Releases edges besides those that are.
+  /// Releases further edges.
   void release(std::int32_t tetrahedron, EdgeSet edges);
 
-  /// A broken tetrahedron resists closing its cut again: from now on it carries E e_n n (x) n when its strain
-  /// e_n along the normal n is negative. Frictionless; Young's modulus is the stiffest that never adds energy
-  /// to what the unbroken tetrahedron would have.
-  /// @param normal of length 1
+  /// Makes a broken tetrahedron resist closing its cut: from now on it carries E e_n n (x) n while its strain
+  /// e_n along the normal n is negative. Frictionless; Young's modulus is the largest stiffness that never
+  /// adds energy beyond that of the unbroken tetrahedron.
+  /// @param normal unit vector
   void add_contact(std::int32_t tetrahedron, const Vector& normal);
   /// Tetrahedra with contact, in the order in which they were added.
   std::span<const std::int32_t> contacts() const { return contacts_; }
-  /// Stress of contact number i at a strain of its tetrahedron [Pa]; 0 when it is open.
+  /// Stress of contact number i at a strain of its tetrahedron [Pa]; 0 while it is open.
   Symmetric contact_stress(std::size_t i, const Symmetric& strain) const;
 
 private:
-  /// Beside the edges in released_.
+  /// Flag in addition to the edges in released_.
   static constexpr EdgeSet softened = 64;
   EdgeStiffness& make_partial(std::int32_t tetrahedron);
 
   const PdsOperators* operators_;
   IsotropicElasticity elasticity_;
   std::vector<EdgeSet> released_;
-  std::vector<std::int32_t> place_;  // in partial_; -1 for those that never were partial
+  std::vector<std::int32_t> place_;  // index in partial_; -1 for those never partially released
   std::vector<EdgeStiffness> partial_;
   std::vector<std::int32_t> contacts_;
   std::vector<Vector> contact_normal_;

@@ -5,8 +5,8 @@
 
 #include <array>
 
-/// Symmetric tensors for the kernels. Every function fixes its order of
-/// operations, so a result has the same bits wherever the tetrahedron is computed.
+/// Symmetric tensors for the kernels. Every function has a fixed order of operations, so results are bitwise
+/// equal wherever the tetrahedron is computed.
 namespace crackle::mechanics {
 
 using Symmetric = std::array<double, 6>;  ///< xx, yy, zz, yz, xz, xy

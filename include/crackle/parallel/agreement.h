@@ -12,7 +12,7 @@
 
 namespace crackle::parallel {
 
-/// The same failure on every rank of a group: the message of the lowest failing rank.
+/// A failure agreed on by all ranks of a group: the message of the lowest failing rank.
 class AgreedError : public std::runtime_error {
 public:
   AgreedError(int failing_rank, const std::string& message)
@@ -23,17 +23,17 @@ private:
   int failing_rank_;
 };
 
-/// Collective. `error` is this rank's failure, or empty. Needs no memory but for the error.
+/// Collective. `error` is this rank's failure, or empty. Allocates only for the error.
 /// @throws AgreedError on every rank when any rank failed
 void agree_on_error(const Communicator& group, const std::optional<std::string>& error);
 
-/// The message of the exception that is being handled; for use in a catch block.
+/// The message of the current exception; for use in a catch block.
 std::string current_error();
 
-/// The same with the group's stage in front; empty when there is no memory for it.
+/// The same, prefixed with the group's stage; empty if it cannot be allocated.
 std::string current_error(const Communicator& group) noexcept;
 
-/// This rank has not failed. To be called directly before messages that are sent in together(). Collective.
+/// Declares that this rank has not failed. Call directly before communication within together(). Collective.
 /// @throws AgreedError on every rank when any rank has failed
 inline void agree(const Communicator& group) {
   agree_on_error(group, {});
@@ -64,7 +64,7 @@ auto agree(const Communicator& group, Work&& work) {
   }
 }
 
-/// Whether the exception that is being handled is one of these.
+/// True if the current exception is one of these.
 template <class... Exceptions>
 bool is_being_handled() {
   [[maybe_unused]] const auto is = [](auto* type) {
@@ -79,13 +79,13 @@ bool is_being_handled() {
   return (is(static_cast<Exceptions*>(nullptr)) || ...);
 }
 
-/// Runs `work`, which communicates over `group`; afterwards all ranks go on or all throw the same
-/// AgreedError, or one of the exceptions named, which `work` throws on all ranks. Collective.
+/// Runs `work`, which communicates over `group`; afterwards either all ranks continue or all throw the same
+/// AgreedError, or one of the exceptions in Common, which `work` throws on all ranks. Collective.
 ///
-/// Directly before its messages there must be an agreement on `group`: agree(), agree_on_error() or a
-/// function that begins with one. Then a rank may fail anywhere in its local work: it leaves for the
-/// agreement that the others come to before they wait for it. Where work is to go on after a failure, it must
-/// not catch an AgreedError, nor what only one rank throws.
+/// Communication must be directly preceded by an agreement on `group`: agree(), agree_on_error() or a
+/// function that begins with one. Then a rank may fail anywhere in its local work: it enters the agreement
+/// that the others reach before they would wait for it. `work` must not continue after catching an
+/// AgreedError, or an exception thrown on a single rank.
 template <class... Common, class Work>
 void together(const Communicator& group, Work&& work) {
   std::optional<std::string> error;
@@ -103,8 +103,8 @@ void together(const Communicator& group, Work&& work) {
   agree_on_error(group, error);
 }
 
-/// Runs `work` on the root, which may take long, while the other ranks sleep; afterwards either all ranks go
-/// on or all throw the same AgreedError. Collective.
+/// Runs `work`, which may take long, on the root while the other ranks sleep; afterwards either all ranks
+/// continue or all throw the same AgreedError. Collective.
 template <class Work>
 void agree_on_root(const Communicator& group, Work&& work) {
   std::optional<std::string> error;

@@ -18,7 +18,7 @@
 
 namespace crackle::parallel {
 
-/// MPI's name of a number's type.
+/// The MPI datatype of a number.
 template <class Number>
 MPI_Datatype mpi_type() {
   if constexpr (std::is_same_v<Number, int>) return MPI_INT;
@@ -26,7 +26,7 @@ MPI_Datatype mpi_type() {
   if constexpr (std::is_same_v<Number, double>) return MPI_DOUBLE;
 }
 
-/// Reduces the numbers of all ranks, place by place, in place on every rank. Collective; does not agree()
+/// Element-wise reduction of the numbers of all ranks, in place on every rank. Collective; does not agree()
 /// before.
 template <class Numbers>
 requires requires {
@@ -48,12 +48,12 @@ requires std::is_arithmetic_v<Number> Number all_reduce(const Communicator& grou
   return numbers[0];
 }
 
-/// The largest of all ranks' values, on every rank. Collective; does not agree() before.
+/// The maximum over all ranks, on every rank. Collective; does not agree() before.
 inline double largest_of_all(const Communicator& group, double value) {
   return all_reduce(group, value, MPI_MAX);
 }
 
-/// Whether any rank says so, on every rank. Collective; does not agree() before.
+/// True on every rank if true on any rank. Collective; does not agree() before.
 inline bool any_of_all(const Communicator& group, bool is_so) {
   return all_reduce(group, is_so ? 1 : 0, MPI_MAX) != 0;
 }
@@ -66,7 +66,7 @@ requires(std::is_trivially_copyable_v<Value> && !std::is_pointer_v<Value>) Value
   return value;
 }
 
-/// The root's text or list of plain values on every rank; what the others pass is replaced. Collective;
+/// The root's text or list of plain values on every rank; replaces the arguments of the others. Collective;
 /// agrees before its messages.
 template <class List>
 List share(const Communicator& group, List list) {
@@ -81,7 +81,7 @@ List share(const Communicator& group, List list) {
   return list;
 }
 
-/// One value of a type as MPI sees it, so that counts of values need to fit an int, not counts of bytes.
+/// MPI datatype of a single value, so that counts of values, rather than bytes, need to fit an int.
 class ValueType {
 public:
   explicit ValueType(std::size_t n_bytes) {
@@ -100,7 +100,7 @@ private:
   MPI_Datatype type_ = MPI_DATATYPE_NULL;
 };
 
-/// What a gathering needs before its messages.
+/// Buffers allocated before the communication of a gather.
 struct GatherBuffers {
   GatherBuffers(std::size_t value_size, int n_ranks)
       : type(value_size), counts(static_cast<std::size_t>(n_ranks)), offsets(counts.size()) {}
@@ -127,9 +127,9 @@ std::vector<Value> gather_all(const Communicator& group, std::span<const Value> 
   return all;
 }
 
-/// What find() returns on each rank, of all ranks in their order, on every rank. Where nothing is found, as
-/// is usual, one small reduction tells. Collective; does not agree() before. Where find() throws on a rank,
-/// it throws there, and nothing is found elsewhere.
+/// Concatenates the results of find() of all ranks, in rank order, on every rank. If nothing is found, as is
+/// usual, only a small reduction is needed. Collective; does not agree() before. If find() throws on a rank,
+/// it propagates there and the other ranks get an empty result.
 template <class Value, class Find>
 std::vector<Value> gather_found(const Communicator& group, const Find& find) {
   enum Found { nothing, something, failure };

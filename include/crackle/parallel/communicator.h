@@ -33,7 +33,7 @@ public:
 
   using StageHook = std::function<void(std::string_view stage)>;
 
-  /// Begins a stage of local work on this rank; its name is put in front of the message of a failure. Local.
+  /// Begins a stage of local work on this rank; its name is prefixed to the message of a failure. Local.
   /// @param stage of static storage duration
   /// @throws what on_stage() throws
   void enter(const char* stage) const {
@@ -42,7 +42,7 @@ public:
   }
   /// The stage entered last on this rank; empty before the first one.
   const char* stage() const { return stage_; }
-  /// Calls `hook` at the beginning of every stage from now on, as tests do to make stages fail; may be empty.
+  /// Calls `hook` at the beginning of every stage from now on, as tests do to inject failures; may be empty.
   void on_stage(StageHook hook) {
     stage_ = "";
     on_stage_ = std::move(hook);

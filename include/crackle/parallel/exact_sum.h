@@ -9,11 +9,11 @@
 
 namespace crackle::parallel {
 
-/// A sum of doubles that does not depend on the order of its terms, nor on the ranks they lie on.
+/// A sum of doubles that is independent of the order of its terms and of their distribution over ranks.
 ///
 /// Every term is added without rounding to a fixed-point number that spans the whole range of a double (a
-/// small superaccumulator, Kulisch 2008); only value() rounds. So energies, areas and dot products have the
-/// same bits for every numbering and partition.
+/// small superaccumulator, Kulisch 2008); only value() rounds. Thus energies, areas and dot products are
+/// bitwise equal for every numbering and partition.
 class ExactSum {
 public:
   /// @throws std::domain_error for a term that is not finite
@@ -22,11 +22,11 @@ public:
   /// The sum, rounded to a double (error below one unit in the last place).
   double value() const;
 
-  /// Adds up the sums of all ranks, in place. Collective.
+  /// Adds the sums of all ranks, in place. Collective.
   void all_reduce(const Communicator& group);
 
 private:
-  // Digit d counts multiples of 2^(32 d - 1074). Digits hold 32 bits and 31 bits of room for carries.
+  // Digit d counts multiples of 2^(32 d - 1074). Digits have 32 bits plus 31 bits for carries.
   static constexpr int n_digits = 68;
   void carry();
   std::array<std::int64_t, n_digits> digit_{};

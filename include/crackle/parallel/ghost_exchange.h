@@ -15,7 +15,7 @@
 
 namespace crackle::parallel {
 
-/// Which owned nodes travel to other ranks, and the star forest (PETSc) that takes them to their ghosts.
+/// The owned nodes sent to other ranks, and the star forest (PETSc) that transfers them to their ghosts.
 class GhostForest {
 public:
   /// Collective; agrees before its messages.
@@ -32,8 +32,8 @@ private:
   PetscOwner<PetscSF, PetscSFDestroy> forest_;
 };
 
-/// Sends a value of each owned node to the ranks that hold the node as a ghost, with computation between the
-/// beginning and the end.
+/// Sends a value of each owned node to the ranks that hold the node as a ghost, allowing computation between
+/// begin() and end().
 template <class Value>
 requires std::is_trivially_copyable_v<Value>
 class GhostExchange {
@@ -45,17 +45,17 @@ public:
       sent_.resize(forest_.sent_nodes().size());
       received_.resize(forest_.n_ghosts());
     });
-    // The first exchange allocates, the later ones do not.
+    // The first exchange allocates, later ones do not.
     begin();
     end();
     n_exchanges_ = 0;
   }
 
-  /// The owned nodes whose values travel, ascending.
+  /// The owned nodes whose values are sent, ascending.
   std::span<const std::int32_t> sent_nodes() const { return forest_.sent_nodes(); }
-  /// One for each of sent_nodes(); to be filled before begin().
+  /// One value for each of sent_nodes(); fill before begin().
   std::span<Value> sent() { return sent_; }
-  /// One for each ghost, in the order of the local numbers; valid after end().
+  /// One value per ghost, in the order of local numbers; valid after end().
   std::span<const Value> received() const { return received_; }
 
   void begin() { forest_.begin(type_.get(), sent_.data(), received_.data()); }  ///< Collective.
@@ -65,8 +65,7 @@ public:
     ++n_exchanges_;
   }
 
-  /// Gives the ghosts among all values that this rank holds those of their owners. Collective; does not
-  /// agree() before.
+  /// Updates the ghosts among all values held by this rank. Collective; does not agree() before.
   void update(std::span<Value> local) {
     for (std::size_t i = 0; i < sent_.size(); ++i) sent_[i] = local[index(sent_nodes()[i])];
     begin();

@@ -8,10 +8,10 @@
 #include <type_traits>
 #include <vector>
 
-/// Arrays of any length from one rank to another, over ranks of the same architecture.
+/// Messages of any length between ranks of the same architecture.
 namespace crackle::parallel {
 
-/// MPI counts are int; longer arrays travel in pieces of this many bytes.
+/// MPI counts are int; longer arrays are sent in pieces of this size [byte].
 inline constexpr std::size_t largest_message = std::size_t{1} << 30;
 
 /// Sends the length and then the bytes, in pieces of at most `piece` bytes.

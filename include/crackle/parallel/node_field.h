@@ -10,10 +10,10 @@
 
 namespace crackle::parallel {
 
-/// Three numbers at every node that a rank holds: a ghosted PETSc vector of block size 3.
+/// Three numbers at every node held by a rank: a ghosted PETSc vector of block size 3.
 ///
-/// The local array holds the owned nodes first, then the ghosts, each node's x, y, z in a row. Ghost values
-/// are those of the last update_ghosts().
+/// The local array holds the owned nodes first, then the ghosts, with x, y, z of each node adjacent. Ghost
+/// values are those of the last update_ghosts().
 class NodeField {
 public:
   /// All zero. Collective; agrees before its messages.
@@ -30,7 +30,7 @@ public:
   /// Sends owned values to the ranks that hold them as ghosts. Collective; does not agree() before.
   void update_ghosts();
 
-  /// Tells PETSc that values were written through the spans, before it reads the vector.
+  /// Informs PETSc that values were written through the spans, before it reads the vector.
   void mark_changed();
 
   /// Copies all values, ghosts included.
@@ -41,12 +41,12 @@ public:
 
 private:
   VecOwner global_;
-  Vec ghosted_ = nullptr;  // PETSc's local form of global_, held for the field's life
+  Vec ghosted_ = nullptr;  // PETSc's local form of global_, held for the field's lifetime
   std::span<double> values_;
   std::size_t n_owned_ = 0;
 };
 
-/// All nodes' values in the mesh's numbering on the root, empty elsewhere. Collective; agrees before
+/// The values of all nodes in the mesh's numbering on the root, empty elsewhere. Collective; agrees before
 /// its messages.
 /// @param owned 3 n_owned values
 std::vector<double> gather_nodes(const Communicator& group, const NodeLayout& layout,

@@ -13,12 +13,12 @@
 
 namespace crackle::parallel {
 
-/// Rows of 64-bit words, each with its node's or tetrahedron's number in the realization: a table that does
-/// not depend on which rank holds what.
+/// Rows of 64-bit words, each with its node's or tetrahedron's number in the realization: a table independent
+/// of the distribution over ranks.
 struct NumberedRows {
   std::size_t width = 1;
   std::vector<std::int64_t> numbers;  ///< ascending once gathered
-  std::vector<std::int64_t> values;   ///< width for each number
+  std::vector<std::int64_t> values;   ///< `width` per number
 
   void add(std::int64_t number, std::int64_t value) {
     numbers.push_back(number);
@@ -26,16 +26,16 @@ struct NumberedRows {
   }
   void add(std::int64_t number, double value) { add(number, std::bit_cast<std::int64_t>(value)); }
 
-  /// The row of a number, empty when there is none. For gathered rows.
+  /// The row of a number; empty if there is none. For gathered rows.
   std::span<const std::int64_t> find(std::int64_t number) const;
-  /// The only word of a row as a floating-point number, 0 when there is no row. For gathered rows of width 1.
+  /// The single word of a row as a floating-point number; 0 if there is no row. For gathered rows of width 1.
   double number_at(std::int64_t number) const;
 };
 
-/// The rows of all ranks in ascending order of their numbers on the root, none elsewhere. Collective.
+/// The rows of all ranks, sorted by number, on the root; empty elsewhere. Collective.
 NumberedRows gather_rows(const Communicator& group, const NumberedRows& local);
 
-/// For a Packer. @throws std::runtime_error when there are not as many values as the rows have
+/// For a Packer. @throws std::runtime_error when the number of values does not match the rows
 void for_each_field(std::derived_from<NumberedRows> auto& rows, const auto& visit) {
   visit(rows.width, rows.numbers, rows.values);
   if (rows.width * rows.numbers.size() != rows.values.size())

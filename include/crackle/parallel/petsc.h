@@ -12,8 +12,8 @@ namespace crackle::parallel {
 /// @throws std::runtime_error with PETSc's message unless `code` is 0
 void check_petsc(PetscErrorCode code, const char* call);
 
-/// That there is memory for what PETSc is about to allocate: between its messages a rank without memory would
-/// leave the others waiting. Local.
+/// Checks that there is memory for PETSc's next allocations: between its messages, a rank that fails to
+/// allocate would leave the others waiting. Local.
 /// @throws std::bad_alloc
 void check_room(std::size_t n_bytes);
 
@@ -35,7 +35,7 @@ public:
   PetscOwner& operator=(const PetscOwner&) = delete;
 
   Handle get() const { return handle_; }
-  /// For PETSc's creating functions. @pre the owner is empty
+  /// For PETSc's creation functions. @pre the owner is empty
   Handle* put() { return &handle_; }
 
 private:

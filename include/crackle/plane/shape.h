@@ -25,13 +25,13 @@ inline Point operator*(double factor, const Point& a) {
 inline double dot(const Point& a, const Point& b) {
   return a[0] * b[0] + a[1] * b[1];
 }
-/// Above 0 where b points to the left of a.
+/// Positive if b points to the left of a.
 inline double cross(const Point& a, const Point& b) {
   return a[0] * b[1] - a[1] * b[0];
 }
 double norm(const Point& a);
 
-/// A named piece of a boundary, such as one edge of an outline or the whole of a hole.
+/// A named part of a boundary, such as one edge of an outline or the whole of a hole.
 struct Part {
   std::string name;
   bool is_curve = false;  ///< its sides are the chords of one closed curve
@@ -54,76 +54,75 @@ struct Shape {
   std::vector<Part> parts;
 };
 
-/// By which boundary conditions call a side: the name of its part and, where it lies at an end of the shape
-/// along an axis, "y-min", "y-max", "z-min" or "z-max". Where a curve ends the shape, the chords that touch
-/// the end have that name.
+/// Names of a side in boundary conditions: that of its part and, if it lies at an end of the shape along an
+/// axis, "y-min", "y-max", "z-min" or "z-max". If a curve ends the shape, the chords that touch the end have
+/// that name.
 std::vector<std::string> names_of_side(const Shape& shape, std::size_t loop, std::size_t side);
 
-/// The least box round the figure.
+/// The bounding box of the figure.
 struct Bounds {
   Point lower;
   Point upper;
 };
 Bounds bounds_of(const Polygon& corners);
 
-/// Above 0 for corners in counter-clockwise order [m^2].
+/// Positive for counter-clockwise corners [m^2].
 double signed_area(const Polygon& corners);
 double area(const Shape& shape);  ///< without the holes [m^2]
 
-/// Whether the ray from a point along y meets a side: a point is inside where it meets an odd number of them.
-/// Of no use on a side.
+/// True if the ray from a point along y intersects a side: a point is inside if its ray intersects an odd
+/// number of sides. Undefined on a side.
 inline bool ray_meets(const Point& p, const Point& from, const Point& to) {
   return (from[1] > p[1]) != (to[1] > p[1]) &&
          from[0] + (p[1] - from[1]) / (to[1] - from[1]) * (to[0] - from[0]) > p[0];
 }
-/// Whether a point lies inside a polygon, and not on its sides.
+/// True if a point lies strictly inside a polygon.
 bool holds(const Polygon& polygon, const Point& p);
 
-/// Euclidean distances [m]; 0 where the sets meet.
+/// Euclidean distances [m]; 0 if the sets intersect.
 double distance(const Point& p, const Point& from, const Point& to);
 double distance(const Point& from, const Point& to, const Point& other_from, const Point& other_to);
 
-/// The distance of neighbouring points that is wanted at a place [m].
+/// The required distance of neighbouring points at a place [m].
 using Spacing = std::function<double(const Point&)>;
 
-/// Of an eighth of an ellipse.
+/// Per eighth of an ellipse.
 inline constexpr double max_chords = 250;
 
 /// Corners on a part of an ellipse, centre + cos(angle) first + sin(angle) second, from angle 0 over
-/// `n_quarters` quarter turns; without the last one where these make a full turn. Each eighth is divided
-/// into chords of the same length in local spacings, none longer than the spacing, unless
-/// these are more than max_chords. Takes no more than square
-/// roots, so every machine computes the same bits.
+/// `n_quarters` quarter turns; without the last one if these make a full turn. Each eighth is divided into
+/// chords of equal length in local spacings, none longer than the spacing unless that requires more than
+/// max_chords. Uses only square roots, so results are bitwise equal on every machine.
 Polygon arc(const Point& centre, const Point& first, const Point& second, int n_quarters,
             const Spacing& spacing);
 
-/// Whether no two sides meet but neighbours in their common corner. Exact.
+/// True if no two sides intersect, except neighbours in their common corner. Exact.
 bool is_simple(const Polygon& polygon);
 
-/// What is left of a figure where another one is cut out: its connected pieces, none where nothing is left.
-/// Exact but for the rounding of the corners that arise. Sides keep their parts and those of the cutter,
-/// which are indices into the same list; corners of both stay corners.
+/// The connected pieces of a figure after cutting out another one; empty if nothing is left. Exact except for
+/// the rounding of new corners. Sides keep their parts and those of the cutter, which are indices into the
+/// same list; corners of both are kept.
 /// @param cutter simple, counter-clockwise
 std::vector<Shape> difference(const Shape& shape, const Loop& cutter);
 
-/// Whether the interiors of two simple polygons meet. Exact.
+/// True if the interiors of two simple polygons intersect. Exact.
 bool overlap(const Polygon& a, const Polygon& b);
 
-/// Two sides that belong together without being neighbours.
+/// Two close sides that are not neighbours.
 struct Gap {
   double distance;  ///< [m]
   std::size_t loop, side;
   std::size_t other_loop, other_side;
 };
 
-/// The sides of a shape that come nearest to each other without being neighbours, nor chords of the same
-/// curve; nothing where all keep a distance of `limit` [m].
+/// The closest two sides of a shape that are neither neighbours nor chords of the same curve; empty if all
+/// are at least `limit` [m] apart.
 std::optional<Gap> smallest_gap(const Shape& shape, double limit);
 
-/// Whether the sides of two polygons come as near to each other as `limit` [m]. Fast for those far apart.
+/// True if the sides of two polygons come closer than `limit` [m]. Fast for distant ones.
 bool come_near(const Polygon& a, const Polygon& b, double limit);
 
-/// The smallest inner angle at the corners of a shape [rad], and where it is.
+/// The smallest interior angle at the corners of a shape [rad], and its location.
 struct Corner {
   double angle;
   Point place;

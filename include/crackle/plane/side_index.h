@@ -17,21 +17,21 @@ struct Side {
   double length;  ///< [m]
   int part;       ///< index into Shape::parts
 
-  /// Distance of a point from the side's line [m], above 0 to the left.
+  /// Distance of a point from the side's line [m], positive to the left.
   double height(const Point& p) const { return cross(along, p - from); }
-  /// How far along the line a point is [m].
+  /// Coordinate of a point along the line [m].
   double way(const Point& p) const { return dot(along, p - from); }
 };
 
-/// Where the convex hull of some points lies.
+/// Location of the convex hull of some points.
 enum class Cover {
   inside,    ///< in the figure
-  outside,   ///< its interior is clear of the figure, or all points lie on the line of one side
+  outside,   ///< its interior is outside the figure, or all points lie on the line of one side
   crossing,  ///< neither
 };
 
-/// Finds what of a shape is near a place, in a time that does not grow with the number of sides. Points
-/// within the tolerance of a side are on it.
+/// Finds the parts of a shape near a point, in a time independent of the number of sides. Points within the
+/// tolerance of a side are on it.
 class SideIndex {
 public:
   SideIndex(const Shape& shape, double tolerance);
@@ -75,10 +75,10 @@ private:
   Bounds bounds_{};
   double cell_size_ = 0;
   std::array<std::size_t, 2> n_{};                 ///< cells along y and z
-  std::vector<std::int32_t> of_cell_;              ///< sides of one cell after the other
-  std::vector<std::size_t> first_;                 ///< of each cell in that list
+  std::vector<std::int32_t> of_cell_;              ///< sides, cell by cell
+  std::vector<std::size_t> first_;                 ///< first entry of each cell in that list
   std::vector<std::uint8_t> is_inside_;            ///< of cells without sides
-  std::vector<std::vector<std::int32_t>> of_row_;  ///< sides that reach into a row of cells
+  std::vector<std::vector<std::int32_t>> of_row_;  ///< sides that intersect a row of cells
 };
 
 }  // namespace crackle::plane

@@ -8,10 +8,9 @@
 
 namespace crackle::uncertainty {
 
-/// The polynomials up to a degree that are orthonormal under a random input's distribution, at given values
-/// of that input: Hermite's of the standard normal variable that has the same probability for normal,
-/// lognormal and Weibull distributions, Legendre's for the uniform one, and for the others those that
-/// OpenTURNS makes.
+/// The orthonormal polynomials of a random input's distribution up to a degree, at given values of that
+/// input: Hermite polynomials of the corresponding standard normal variable for normal, lognormal and Weibull
+/// distributions, Legendre polynomials for the uniform one, and those made by OpenTURNS for the others.
 /// @param values of the input [SI]
 /// @return (highest_degree + 1) x values.size()
 /// @throws std::runtime_error when OpenTURNS cannot make them
