@@ -636,12 +636,10 @@ class Stats(unittest.TestCase):
                 self.assertTrue(0 < coordinate < length, place)
 
     def test_rows_that_no_sample_has_are_left_out(self):
-        text = self.stats()
-        with h5py.File(self.folder / "ensemble.h5") as results:
-            n_reached = int((results["statistics/reached"][...] > 0).sum())
-        rows = re.search(r"(?s)all cracks of the notch.*?\nnotch[^\n]*\n(.*?)\n\n", text)[1].splitlines()
-        self.assertEqual(len(rows), n_reached)
-        self.assertNotRegex(text, r"(?m)^follower .* 0 +- ")
+        text = invoke("stats", self.folder, "--sections", "y=3 mm, 7.9 mm").stdout
+        self.assertRegex(text, r"\n +0 +y = 3 mm +z +3 ")
+        self.assertEqual(text.count("7.9 mm"), 1, text)
+        self.assertIn("\nno crack reaches y = 7.9 mm\n", text)
 
     def test_other_folders_are_an_error(self):
         for folder, reason in ((self.folder / "samples", "neither input.toml nor ensemble.h5 nor samples"),
