@@ -396,16 +396,16 @@ std::string phases_text(int n) {
   return fmt::format("{} dynamic phase{}", n, n == 1 ? "" : "s");
 }
 
-/// The equilibria up to the first break, with the corresponding loading rates; empty if the loads break
-/// nothing.
+/// The load and time of the first break in equilibrium, up to which the loading rate has no effect; empty if
+/// the loads break nothing.
 std::string loading_text(const dynamics::LoadOutlook& outlook) {
-  if (!outlook.breaks || !std::isfinite(outlook.time)) return {};
+  if (!std::isfinite(outlook.time)) return {};
   return fmt::format(
       "in equilibrium up to the first break ({}, after {}); until then the loading rate has no effect",
       quantity_text(outlook.load, "N"), time_text(outlook.time));
 }
 
-/// Unintended above this [h].
+/// Core-hours above which a slip in the input is likely [h].
 constexpr double unaffordable_hours = 10'000;
 
 std::string unaffordable_text(const Subject& subject, double hours) {
@@ -451,9 +451,8 @@ std::string cost_text(const Subject& subject, const CheckOptions& options) {
   rows.emplace_back("core-hours", fmt::format("{:.3g} for {}, with {} each", hours, subject.samples_text(),
                                               phases_text(n_phases)));
   std::string text = input::aligned(rows);
-  const bool at_rest = parameters.time.start == input::Start::rest;  // print_rest_outlook() reports the loads
   for (const std::string& warning :
-       {at_rest ? std::string() : dynamics::weak_load_warning(parameters, measured.outlook),
+       {dynamics::weak_load_warning(parameters, measured.outlook),
         dynamics::fast_loading_warning(parameters, measured.outlook.time), unaffordable_text(subject, hours)})
     if (!warning.empty()) text += fmt::format("\nWarning: {}\n", warning);
   if (options.ranks > 0) text += plan_text(subject, measured, work, cost, rate, options.ranks);

@@ -163,9 +163,12 @@ SampleRange range_of(const input::Parameters& parameters, const RunOptions& opti
 }  // namespace
 
 void plan_run(const input::Parameters& parameters, const RunOptions& options, MasterState& master) {
-  check_folder(options.folder, parameters, options.plan);
-  if (is_taken(options.folder)) return lock_run(parameters, options, master);
-  master.plan = make_plan(options.folder, parameters, options.plan, summary_reader(parameters));
+  if (!is_taken(options.folder)) {
+    master.plan = make_plan(options.folder, parameters, options.plan, summary_reader(parameters));
+    return;
+  }
+  check_folder(options.folder, parameters, options.plan);  // before the lock writes into it
+  lock_run(parameters, options, master);
 }
 
 void lock_run(const input::Parameters& parameters, const RunOptions& options, MasterState& master) {
@@ -179,6 +182,20 @@ LockMark share_mark(const parallel::Communicator& world, const std::optional<Fol
   return {parallel::share(world, own.file.string()), parallel::share(world, own.text)};
 }
 
+namespace {
+
+/// Why the lock is lost; empty while it is held.
+std::string loss_of(const LockMark& mark) {
+  try {
+    mark.require();
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace
+
 StopRequest with_loss(const parallel::Communicator& world, StopRequest request, const LockMark& mark) {
   if (!world.is_root()) return request;
   return [mark, own = std::move(request), clock = Stopwatch()]() mutable -> std::optional<std::string> {
@@ -186,22 +203,13 @@ StopRequest with_loss(const parallel::Communicator& world, StopRequest request, 
       if (auto reason = own()) return reason;
     if (clock.seconds() < look_interval) return std::nullopt;
     clock = Stopwatch();
-    try {
-      mark.require();
-    } catch (const std::exception& error) {
-      return error.what();
-    }
-    return std::nullopt;
+    std::string reason = loss_of(mark);
+    return reason.empty() ? std::nullopt : std::optional(std::move(reason));
   };
 }
 
 std::string loss(const std::optional<FolderLock>& lock) {
-  try {
-    if (lock) lock->mark().require();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return {};
+  return lock ? loss_of(lock->mark()) : std::string();
 }
 
 SampleSteps guarded(SampleSteps steps, const LockMark& mark) {

@@ -26,14 +26,23 @@ std::shared_ptr<const SampleInput> SampleInputs::of(std::uint64_t sample) const 
   return last_->second;
 }
 
-SampleFunction sample_mechanics(const input::Parameters& parameters) {
-  return [&parameters](const parallel::Communicator& group, std::uint64_t sample,
-                       const geometry::Subdomain& subdomain, const dynamics::SampleControl& control) {
-    if (parameters.random.empty()) return dynamics::run_sample(group, parameters, subdomain, control);
+SampleFunction with_own_input(const input::Parameters& parameters, InputFunction function) {
+  return [&parameters, function = std::move(function)](
+             const parallel::Communicator& group, std::uint64_t sample, const geometry::Subdomain& subdomain,
+             const dynamics::SampleControl& control) {
+    if (parameters.random.empty()) return function(group, parameters, sample, subdomain, control);
     const input::Parameters own =
         parallel::agree(group, [&] { return uncertainty::sample_parameters(parameters, sample); });
-    return dynamics::run_sample(group, own, subdomain, control);
+    return function(group, own, sample, subdomain, control);
   };
+}
+
+SampleFunction sample_mechanics(const input::Parameters& parameters) {
+  return with_own_input(parameters,
+                        [](const parallel::Communicator& group, const input::Parameters& own, std::uint64_t,
+                           const geometry::Subdomain& subdomain, const dynamics::SampleControl& control) {
+                          return dynamics::run_sample(group, own, subdomain, control);
+                        });
 }
 
 }  // namespace crackle::ensemble

@@ -3,7 +3,6 @@
 
 #include "crackle/dynamics/sample_setup.h"
 #include "crackle/ensemble/sample_inputs.h"
-#include "crackle/uncertainty/random_inputs.h"
 
 #include <utility>
 
@@ -12,26 +11,23 @@ namespace crackle::ensemble {
 namespace {
 
 /// Sets up a sample and parks it immediately.
-SampleFunction set_up_only(const input::Parameters& parameters) {
-  return [&parameters](const parallel::Communicator& group, std::uint64_t sample,
-                       const geometry::Subdomain& subdomain, const dynamics::SampleControl&) {
-    const input::Parameters own =
-        parameters.random.empty() ? parameters : uncertainty::sample_parameters(parameters, sample);
-    const dynamics::SampleSetup setup(group, own, subdomain, sample);
-    if (own.time.start != input::Start::rest) setup.refuse_free_body();
-    dynamics::SampleResult result;
-    result.parked = true;
-    return result;
-  };
+dynamics::SampleResult set_up_only(const parallel::Communicator& group, const input::Parameters& own,
+                                   std::uint64_t sample, const geometry::Subdomain& subdomain,
+                                   const dynamics::SampleControl&) {
+  const dynamics::SampleSetup setup(group, own, subdomain, sample);
+  if (own.time.start != input::Start::rest) setup.refuse_free_body();
+  dynamics::SampleResult result;
+  result.parked = true;
+  return result;
 }
 
 }  // namespace
 
 Trial::Trial(const input::Parameters& parameters, const geometry::Body& body,
              const geometry::MotherPoints& base, TrialDepth depth)
-    : steps_(make_sample_steps(
-          parameters, body, base, {}, 1,
-          depth == TrialDepth::start ? sample_mechanics(parameters) : set_up_only(parameters))),
+    : steps_(make_sample_steps(parameters, body, base, {}, 1,
+                               depth == TrialDepth::start ? sample_mechanics(parameters)
+                                                          : with_own_input(parameters, set_up_only))),
       self_(parallel::Communicator(MPI_COMM_SELF)) {
   steps_.stop = [] { return true; };
   steps_.write = [](const auto&...) {};

@@ -16,7 +16,7 @@ from .results import Ensemble, Paths, Result, Samples
 
 STATUS_NAMES = ("pending", "done", "failed")
 MISSING = "–"
-# What is measured along cracks that start at notches, holes or outlines.
+# Results measured along cracks that start at notches, holes or outlines.
 OF_PATHS = ("pattern", "leading_notch", "overlap", "bifurcations", "bifurcations_projected", "kinks", "crack_speed_max", "crack_speed_ratio",
             "traced_area", "effective_toughness")
 

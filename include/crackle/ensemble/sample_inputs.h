@@ -6,6 +6,7 @@
 #include "crackle/input/parameters.h"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -37,6 +38,14 @@ private:
   mutable std::mutex mutex_;
   mutable std::optional<Draw> last_;
 };
+
+/// As SampleFunction, with the input of the sample.
+using InputFunction = std::function<dynamics::SampleResult(
+    const parallel::Communicator& group, const input::Parameters& own, std::uint64_t sample,
+    const geometry::Subdomain& subdomain, const dynamics::SampleControl& control)>;
+
+/// Calls a function with each sample's own input. The reference must outlive the result.
+SampleFunction with_own_input(const input::Parameters& parameters, InputFunction function);
 
 /// A sample's mechanics by dynamics::run_sample, with its own input. The reference must outlive the function.
 SampleFunction sample_mechanics(const input::Parameters& parameters);
