@@ -18,7 +18,7 @@ std::vector<Line> resolved(const Parameters& parameters) {
   Parameters shown = parameters;
   std::vector<Line> lines;
   for (const Table& table : schema()) {
-    for (std::size_t i = 0; i < table.count(shown); ++i) {
+    for (std::size_t i = 0; i < (table.count ? table.count(shown) : 1); ++i) {
       const std::string path =
           table.occurrence == Occurrence::many ? fmt::format("{}[{}]", table.path, i) : table.path;
       for (const Key& key : table.keys) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <utility>
 
 namespace crackle::input {
@@ -33,6 +34,8 @@ const Dimension stress_intensity_dimension{
 
 const Dimension rate_of_decay_dimension{
     "a rate", "1/s", "500 1/s", 0, {{"1/us", 1e6}, {"1/ms", 1e3, 1e5}, {"1/s", 1}}};
+
+const Dimension angle_dimension{"an angle", "radian", "30 degree", 0, {{"degree", std::numbers::pi / 180}}};
 
 Dimension impulse_dimension(double exponent) {
   const std::string power = exponent == 1 ? std::string() : fmt::format("^{}", format_number(exponent));

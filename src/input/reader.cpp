@@ -21,39 +21,6 @@ namespace crackle::input {
 
 namespace {
 
-void locate(const Value& value, const std::string& key, Findings& findings) {
-  if (!key.empty()) findings.locate(key, value.line);
-  for (const Member& member : value.members) {
-    locate(member.value, key.empty() ? member.name : key + "." + member.name, findings);
-  }
-  for (std::size_t i = 0; i < value.elements.size(); ++i) {
-    locate(value.elements[i], fmt::format("{}[{}]", key, i), findings);
-  }
-}
-
-void read_default(const Key& key, const std::string& name, Parameters& parameters, std::size_t index,
-                  Context& context) {
-  if (key.requirement.fallback.empty()) return;
-  const Value document = parse_document("value = " + key.requirement.fallback);
-  key.read({*document.find("value"), name, context}, parameters, index);
-}
-
-/// Reads the keys of one table of the document.
-void read_table(const Table& table, const Value& value, const std::string& name, Parameters& parameters,
-                std::size_t index, Context& context) {
-  for (const Key& key : table.keys) {
-    const std::string key_name = name + "." + key.name;
-    if (const Value* given = find_path(value, key.name)) {
-      key.read({*given, key_name, context}, parameters, index);
-    } else if (key.requirement.required) {
-      if (!key.requirement.instead.empty() && find_path(value, key.requirement.instead)) continue;
-      context.findings.report(key_name, "the key is missing; give {}", key.accepted);
-    } else {
-      read_default(key, key_name, parameters, index, context);
-    }
-  }
-}
-
 /// Handles a table that is missing in the document.
 void read_missing_table(const Table& table, Parameters& parameters, Context& context) {
   std::vector<std::string> needed;
@@ -76,7 +43,7 @@ void read_tables(const Table& table, const Value& root, Parameters& parameters, 
     }
   } else if (value != nullptr) {
     if (value->kind != ValueKind::table) return;
-    table.append(parameters);
+    if (table.append) table.append(parameters);
     read_table(table, *value, table.path, parameters, 0, context);
   } else if (table.occurrence == Occurrence::once) {
     read_missing_table(table, parameters, context);
@@ -101,9 +68,21 @@ std::optional<std::string> with_outline(const std::string& text, const Value& na
   return text.substr(0, first) + fmt::format("[{}]", fmt::join(points, ", ")) + text.substr(last + 1);
 }
 
-std::string read_text_file(const std::filesystem::path& file) {
+}  // namespace
+
+void locate(const Value& value, const std::string& key, Findings& findings) {
+  if (!key.empty()) findings.locate(key, value.line);
+  for (const Member& member : value.members) {
+    locate(member.value, key.empty() ? member.name : key + "." + member.name, findings);
+  }
+  for (std::size_t i = 0; i < value.elements.size(); ++i) {
+    locate(value.elements[i], fmt::format("{}[{}]", key, i), findings);
+  }
+}
+
+std::string read_text_file(const std::filesystem::path& file, const std::string& wanted) {
   const auto fail = [&](const std::string& reason) {
-    throw InputError({fmt::format("{}: {}; give an input file in TOML", file.string(), reason)});
+    throw InputError({fmt::format("{}: {}; give {}", file.string(), reason, wanted)});
   };
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
@@ -118,8 +97,6 @@ std::string read_text_file(const std::filesystem::path& file) {
   text.resize(static_cast<std::size_t>(stream.gcount()));
   return text;
 }
-
-}  // namespace
 
 InputError::InputError(std::vector<std::string> messages)
     : std::runtime_error(fmt::format("{}", fmt::join(messages, "\n"))), messages_(std::move(messages)) {}
@@ -140,7 +117,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
     }
     Context context{UnitSystem::shared(), findings, name.parent_path(), points, &root};
     locate(root, "", findings);
-    report_unknown_keys(root, findings);
+    report_unknown_keys(root, known_tables(), findings);
     for (const Table& table : schema()) read_tables(table, root, parameters, context);
     const Value* const outline = find_path(root, "specimen.outline");
     if (outline != nullptr && outline->kind == ValueKind::string &&
@@ -192,7 +169,7 @@ Parameters drawn(const Parameters& parameters, const std::vector<double>& values
 }
 
 Parameters read(const std::filesystem::path& file, const PointsFile& points) {
-  return parse(read_text_file(file), file, points);
+  return parse(read_text_file(file, "an input file in TOML"), file, points);
 }
 
 }  // namespace crackle::input

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "crackle/common/real.h"
+#include "table.h"
 #include "values.h"
 
 #include "crackle/input/parameters.h"
@@ -24,60 +25,14 @@ namespace crackle::input {
 template <class T>
 using Access = std::function<T&(Parameters& parameters, std::size_t index)>;
 
-/// Treatment of a missing key.
-struct Requirement {
-  bool required = true;
-  std::string fallback;  ///< default as written in the file; empty: the value stays unset
-  std::string unset;     ///< meaning of an unset value, for the table of keys
-  std::string instead;   ///< key of the same table that can replace a required one
-};
-inline Requirement required() {
-  return {};
-}
-inline Requirement required_unless(std::string key) {
-  return {true, {}, {}, std::move(key)};
-}
-inline Requirement by_default(std::string value) {
-  return {false, std::move(value), {}, {}};
-}
-inline Requirement optional(std::string meaning) {
-  return {false, {}, std::move(meaning), {}};
-}
-
-struct Key {
-  std::string name;       ///< within its table; "region.y" for a member of a nested table
-  std::string dimension;  ///< for the table of keys
-  Requirement requirement;
-  std::string accepted;
-  std::string help;
-  std::function<void(const Source&, Parameters&, std::size_t)> read;
-  /// Text for the echo; empty if the key does not apply.
-  std::function<std::optional<std::string>(Parameters&, std::size_t)> show;
-};
-
-enum class Occurrence { once, optional, many };
-
-struct Table {
-  std::string path;
-  Occurrence occurrence = Occurrence::once;
-  std::string help;
-  std::vector<Key> keys;
-  /// Number of these tables in the parameters, and appending one; for `once` there is always one.
-  std::function<std::size_t(const Parameters&)> count = [](const Parameters&) { return std::size_t{1}; };
-  std::function<void(Parameters&)> append = [](Parameters&) {};
-};
-
-/// "[path]", or "[[path]]" of an array of tables.
-inline std::string header_of(const Table& table) {
-  return table.occurrence == Occurrence::many ? "[[" + table.path + "]]" : "[" + table.path + "]";
-}
+using Key = BasicKey<Parameters>;
+using Table = BasicTable<Parameters>;
 
 /// All tables with their keys, in the order of reading and display.
 const std::vector<Table>& schema();
 
-/// Reports every key and table of the document missing in the schema, with the nearest known name, and tables
-/// of the wrong form ([name] instead of [[name]], a number instead of a table).
-void report_unknown_keys(const Value& root, Findings& findings);
+/// Their names.
+std::vector<KnownTable> known_tables();
 
 /// [specimen], [[specimen.hole]] and [[specimen.notch]].
 std::vector<Table> specimen_tables();

@@ -13,9 +13,6 @@ namespace crackle::input {
 namespace {
 
 constexpr std::size_t max_corners = 1000;  ///< of a polygon; limits the checks to less than a second
-constexpr double degree = std::numbers::pi / 180;
-
-const Dimension angle_dimension{"an angle", "radian", "30 degree", 0, {{"degree", degree}}};
 
 const std::string point_form = "two lengths, y and z, such as [\"5 mm\", \"8 mm\"]";
 const std::string polygon_form =

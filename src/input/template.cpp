@@ -34,9 +34,8 @@ std::string comment(const std::string& text) {
 }
 
 /// A possible value of the key: its default, or one taken from the description of accepted values.
-std::string example_of(const Key& key) {
-  if (!key.requirement.fallback.empty()) return key.requirement.fallback;
-  const std::string& accepted = key.accepted;
+std::string example_of(const Requirement& requirement, const std::string& accepted) {
+  if (!requirement.fallback.empty()) return requirement.fallback;
   if (accepted == "true") return accepted;
   constexpr std::string_view such_as = "such as ";
   if (const auto at = accepted.find(such_as); at != std::string::npos) {
@@ -61,15 +60,14 @@ std::string example_of(const Key& key) {
   return {};
 }
 
-std::string explanation(const Key& key) {
-  const std::string& unset = key.requirement.unset;
-  return comment(
-      fmt::format("{}: {}{}", key.help, key.accepted, unset.empty() ? unset : "; left out: " + unset));
+std::string explanation(const Requirement& requirement, const std::string& accepted,
+                        const std::string& help) {
+  const std::string& unset = requirement.unset;
+  return comment(fmt::format("{}: {}{}", help, accepted, unset.empty() ? unset : "; left out: " + unset));
 }
 
-/// A missing key of an input, as a comment.
 std::string commented_out(const Key& key) {
-  return explanation(key) + fmt::format("#{} = {}\n", key.name, example_of(key));
+  return commented_out(key.name, key.requirement, key.accepted, key.help);
 }
 
 /// The lines of a table with an explanation before each key.
@@ -79,7 +77,7 @@ std::string explained(const std::string& block, const Table& table) {
   for (std::string line; std::getline(lines, line);) {
     const std::string name = line.substr(0, line.find_first_of(" ="));
     const auto key = std::ranges::find(table.keys, name, &Key::name);
-    if (key != table.keys.end()) result += explanation(*key);
+    if (key != table.keys.end()) result += explanation(key->requirement, key->accepted, key->help);
     result += line + "\n";
   }
   return result;
@@ -118,6 +116,12 @@ std::string without_blank_end(std::string text) {
 }
 
 }  // namespace
+
+std::string commented_out(const std::string& name, const Requirement& requirement,
+                          const std::string& accepted, const std::string& help) {
+  return explanation(requirement, accepted, help) +
+         fmt::format("#{} = {}\n", name, example_of(requirement, accepted));
+}
 
 std::string annotated(const std::string& text) {
   const Value root = parse_document(text);

@@ -20,7 +20,7 @@ struct Place {
   Form form;
 };
 
-std::vector<Place> all_places() {
+std::vector<Place> places_in(const std::vector<KnownTable>& tables) {
   std::vector<Place> places;
   const auto add = [&](const std::string& path, Place::Form form) {
     const auto known = std::ranges::find(places, path, &Place::path);
@@ -29,15 +29,17 @@ std::vector<Place> all_places() {
     else if (form == Place::Form::tables)
       known->form = form;
   };
-  for (const Table& table : schema()) {
+  for (const KnownTable& table : tables) {
     for (auto dot = table.path.find('.'); dot != std::string::npos; dot = table.path.find('.', dot + 1)) {
       add(table.path.substr(0, dot), Place::Form::table);
     }
-    add(table.path, table.occurrence == Occurrence::many ? Place::Form::tables : Place::Form::table);
-    for (const Key& key : table.keys) {
-      const auto dot = key.name.find('.');
-      if (dot != std::string::npos) add(table.path + "." + key.name.substr(0, dot), Place::Form::table);
-      add(table.path + "." + key.name, Place::Form::key);
+    const std::string inside = table.path.empty() ? "" : table.path + ".";
+    if (!inside.empty())
+      add(table.path, table.occurrence == Occurrence::many ? Place::Form::tables : Place::Form::table);
+    for (const std::string& key : table.keys) {
+      const auto dot = key.find('.');
+      if (dot != std::string::npos) add(inside + key.substr(0, dot), Place::Form::table);
+      add(inside + key, Place::Form::key);
     }
   }
   return places;
@@ -147,8 +149,14 @@ const Key* find_key(const std::string& path) {
   return nullptr;
 }
 
-void report_unknown_keys(const Value& root, Findings& findings) {
-  visit(root, "", "", all_places(), findings);
+std::vector<KnownTable> known_tables() {
+  std::vector<KnownTable> known;
+  for (const Table& table : schema()) known.push_back(names_in(table));
+  return known;
+}
+
+void report_unknown_keys(const Value& root, const std::vector<KnownTable>& tables, Findings& findings) {
+  visit(root, "", "", places_in(tables), findings);
 }
 
 }  // namespace crackle::input
