@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "commands.h"
 #include "crackle/common/whole_number.h"
+#include "crackle/experiment/observation.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
 
@@ -83,6 +84,19 @@ input::Parameters read_sections(const parallel::Communicator& world, const input
   return with_input_errors([&] {
     return parallel::agree(world, [&] { return input::with_sections(parameters, given, "--sections"); });
   });
+}
+
+std::vector<experiment::Experiment> read_experiments(const parallel::Communicator& world,
+                                                     const std::filesystem::path& file,
+                                                     const geometry::Body& body) {
+  std::vector<experiment::Experiment> experiments;
+  with_input_errors([&] {
+    parallel::agree_on_root(world, [&] {
+      experiments = experiment::read_experiments(file);
+      experiment::check_places(file, experiments, body);
+    });
+  });
+  return experiments;
 }
 
 }  // namespace crackle::apps

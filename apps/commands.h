@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "crackle/experiment/experiments_file.h"
+#include "crackle/geometry/body.h"
 #include "crackle/input/reader.h"
 #include "crackle/parallel/communicator.h"
 
@@ -41,6 +43,7 @@ void add_run_command(CLI::App& app, const CommandLine& typed, Action& run);
 void add_stats_command(CLI::App& app, Action& run);
 void add_watch_command(CLI::App& app, Action& run);
 void add_compare_command(CLI::App& app, Action& run);
+void add_match_command(CLI::App& app, Action& run);
 
 /// Declares the option --sample, the number of a sample.
 CLI::Option* add_sample_option(CLI::App& command, std::uint64_t& sample);
@@ -73,5 +76,11 @@ void refuse_sweep(const input::Parameters& parameters, const std::filesystem::pa
 /// input::InputError. Collective over `world`.
 input::Parameters read_sections(const parallel::Communicator& world, const input::Parameters& parameters,
                                 const std::vector<std::string>& given);
+
+/// Reads experiments whose cracks are in the body of an ensemble: the root has them, or all ranks throw the
+/// same input::InputError. Collective over `world`.
+std::vector<experiment::Experiment> read_experiments(const parallel::Communicator& world,
+                                                     const std::filesystem::path& file,
+                                                     const geometry::Body& body);
 
 }  // namespace crackle::apps

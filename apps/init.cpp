@@ -2,8 +2,12 @@
 // crackle init: writes an input to start from.
 #include "commands.h"
 #include "crackle/common/regular_file.h"
+#include "crackle/experiment/matching.h"
+#include "crackle/geometry/body.h"
 #include "crackle/io/text_file.h"
 #include "crackle/parallel/agreement.h"
+#include "ensemble_folder.h"
+#include "observed_samples.h"
 #include "problems.h"
 
 #include <fmt/format.h>
@@ -23,22 +27,43 @@ constexpr const char* basis_of_template = "demo";
 struct InitOptions {
   std::filesystem::path file;
   std::string from;
+  std::string ensemble;  ///< folder
 };
 
 const Problem& problem(const std::string& name) {
   return *std::ranges::find(problems(), name, &Problem::name);
 }
 
+void write_new(const std::filesystem::path& file, const std::string& text) {
+  if (is_taken(file))
+    throw std::runtime_error(fmt::format("{} already exists; give another name", file.string()));
+  io::write_text_file(file, text);
+}
+
 int init(const parallel::Communicator& world, const InitOptions& options) {
   parallel::agree_on_root(world, [&] {
-    if (is_taken(options.file))
-      throw std::runtime_error(fmt::format("{} already exists; give another name", options.file.string()));
-    io::write_text_file(options.file, options.from.empty() ? input::annotated(problem(basis_of_template).text)
-                                                           : problem(options.from).text);
+    write_new(options.file, options.from.empty() ? input::annotated(problem(basis_of_template).text)
+                                                 : problem(options.from).text);
     fmt::print("{0}: {1}\ncrackle check {0}     # is it right, and what will it cost?\n",
                options.file.string(),
                options.from.empty() ? "a notched plate; to set another key, take away the # before it"
                                     : options.from);
+  });
+  return success;
+}
+
+/// Writes an experiments file for an ensemble.
+int init_experiments(const parallel::Communicator& world, const InitOptions& options) {
+  const auto folder = folder_of(world, options.ensemble);
+  const input::Parameters parameters = input_of(world, folder);
+  parallel::agree_on_root(world, [&] {
+    const auto body = geometry::make_body(parameters.specimen);
+    const auto samples = observed_samples(folder, parameters, *body, false);
+    write_new(options.file, experiment::experiments_template(samples, *body, parameters, options.ensemble));
+    fmt::print(
+        "{0}: a made-up experiment, to be replaced by yours; to set another key, take away the # before "
+        "it\ncrackle match {1} {0}\n",
+        options.file.string(), options.ensemble);
   });
   return success;
 }
@@ -55,9 +80,16 @@ void add_init_command(CLI::App& app, Action& run) {
   for (const Problem& each : problems()) names.push_back(each.name);
   command->add_option("--from", options->from, "the problem to write instead of the template")
       ->check(CLI::IsMember(names));
+  command
+      ->add_option("--from-ensemble", options->ensemble,
+                   "write an experiments file for crackle match instead, with values of this ensemble: an "
+                   "output folder of crackle run, or the ensemble.h5 in it")
+      ->excludes("--from");
   command->footer("Exit status: 0 done; 1 usage error, or the file cannot be written.");
   command->callback([options, &run] {
-    run = [options](const parallel::Communicator& world) { return init(world, *options); };
+    run = [options](const parallel::Communicator& world) {
+      return options->ensemble.empty() ? init(world, *options) : init_experiments(world, *options);
+    };
   });
 }
 

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "observed_samples.h"
+
+#include "crackle/analysis/statistics.h"
+#include "crackle/common/failure.h"
+#include "crackle/ensemble/sample_inputs.h"
+#include "crackle/io/sample_file.h"
+
+#include "ensemble_folder.h"
+
+#include <utility>
+
+namespace crackle::apps {
+
+namespace {
+
+/// Adds the crack of a sample, if its file is usable.
+bool add_crack(const std::filesystem::path& folder, const input::Parameters& parameters,
+               const ensemble::SampleInputs& inputs, experiment::ObservedSample& sample) {
+  const io::StoredSample stored = io::read_stored_sample(folder, parameters, sample.number);
+  if (stored.summary.status != analysis::SampleStatus::done) return false;
+  add_arms(*inputs.of(sample.number)->body, stored.surface, sample);
+  return true;
+}
+
+}  // namespace
+
+experiment::ObservedSamples observed_samples(const std::filesystem::path& folder,
+                                             const input::Parameters& parameters, const geometry::Body& body,
+                                             bool with_arms) {
+  auto rows = stored_samples(folder, parameters).rows;
+  analysis::leave_out_surplus(analysis::make_statistics(rows, parameters), 0, rows);
+  auto found = experiment::sort_samples(rows, parameters.ensemble.seed);
+  if (found.samples.empty()) fail("'{}' has no sample that is done and decided", folder.string());
+  if (!with_arms) return found;
+  const ensemble::SampleInputs inputs(parameters, body);
+  std::vector<experiment::ObservedSample> with_crack;
+  for (experiment::ObservedSample& sample : found.samples) {
+    if (add_crack(folder, parameters, inputs, sample))
+      with_crack.push_back(std::move(sample));
+    else
+      found.missing.push_back(sample.number);
+  }
+  if (with_crack.empty())
+    fail(
+        "'{}' holds no sample files; paths and tips are compared with the cracks in these, loads alone with "
+        "ensemble.h5, too",
+        folder.string());
+  found.samples = std::move(with_crack);
+  return found;
+}
+
+}  // namespace crackle::apps

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "crackle/experiment/matching.h"
+
+#include "crackle/analysis/statistics.h"
+#include "crackle/common/checksum.h"
+#include "crackle/common/index.h"
+#include "crackle/common/quantity_text.h"
+#include "crackle/input/reader.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <set>
+#include <utility>
+
+namespace crackle::experiment {
+
+namespace {
+
+/// The rows of some observables that all of them have.
+struct CommonRows {
+  std::vector<std::size_t> experiments, samples;  ///< as in Observable
+};
+
+std::vector<std::size_t> in_both(const std::vector<std::size_t>& one, const std::vector<std::size_t>& other) {
+  std::vector<std::size_t> both;
+  std::ranges::set_intersection(one, other, std::back_inserter(both));
+  return both;
+}
+
+CommonRows common_rows(std::span<const Observable> observables) {
+  CommonRows common{observables.front().experiments, observables.front().samples};
+  for (const Observable& each : observables)
+    common = {in_both(common.experiments, each.experiments), in_both(common.samples, each.samples)};
+  return common;
+}
+
+void add_rows(const ValueTable& from, const std::vector<std::size_t>& numbers,
+              const std::vector<std::size_t>& wanted, ValueTable& to) {
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    if (std::ranges::binary_search(wanted, numbers[i])) to.add(from.row(i));
+}
+
+/// The experiments, then the samples with errors.
+ValueTable table_of(const Observable& observable, const CommonRows& rows) {
+  ValueTable table{observable.of_experiments.n_columns, {}};
+  add_rows(observable.of_experiments, observable.experiments, rows.experiments, table);
+  add_rows(observable.with_error, observable.samples, rows.samples, table);
+  return table;
+}
+
+Distances distances_by(std::span<const Observable> observables, const CommonRows& rows) {
+  std::vector<Distances> distances;
+  for (const Observable& each : observables) distances.push_back(distances_of(table_of(each, rows)));
+  return distances.size() == 1 ? distances.front() : joint_distances(distances);
+}
+
+MatchBy match_by(std::span<const Observable> observables, const ObservedSamples& samples) {
+  const CommonRows rows = common_rows(observables);
+  MatchBy by;
+  by.name = observables.size() == 1 ? name_of(observables.front().quantity) : "jointly";
+  by.unit = observables.size() == 1 ? observables.front().unit : "1";
+  by.n_samples = rows.samples.size();
+  for (std::size_t i = 0; i < samples.samples.size(); ++i)
+    if (!std::ranges::binary_search(rows.samples, i)) by.left_out.push_back(samples.samples[i].number);
+  if (by.n_samples == 0) return by;
+  const Distances distances = distances_by(observables, rows);
+  by.p_value = rank_p_value(distances);
+  for (std::size_t k = 0; k < rows.samples.size(); ++k)
+    by.nearest.push_back({samples.samples[rows.samples[k]].number, distances(0, k + 1)});
+  std::ranges::stable_sort(by.nearest, {}, &Neighbour::distance);
+  by.nearest.resize(std::min(n_nearest, by.nearest.size()));
+  std::vector<double> means = distances.means();
+  by.mean_distance = means.front();
+  means.erase(means.begin());
+  by.usual_distance = analysis::quantile(std::move(means), 0.5);
+  return by;
+}
+
+/// Where row 0 leaves the band, one entry for each connected part.
+std::vector<Departure> departures(const PathFrame& frame, const Envelope& band,
+                                  const std::vector<double>& offset) {
+  std::vector<Departure> parts;
+  bool goes_on = false;
+  for (std::size_t k = 0; k < offset.size(); ++k) {
+    if (!band.is_outside[k]) {
+      goes_on = false;
+      continue;
+    }
+    if (!goes_on) parts.push_back({frame.place[k], frame.place[k]});
+    goes_on = true;
+    Departure& part = parts.back();
+    part.to = frame.place[k];
+    const double beyond = offset[k] > band.upper[k] ? offset[k] - band.upper[k] : offset[k] - band.lower[k];
+    if (std::isnan(part.beyond) || std::abs(beyond) > std::abs(part.beyond)) part.beyond = beyond;
+  }
+  return parts;
+}
+
+std::optional<PathMatch> match_path(const Observable& observable) {
+  if (!observable.frame || observable.samples.empty()) return std::nullopt;
+  PathMatch path{*observable.frame, {}, {}, {}};
+  path.band = envelope(table_of(observable, common_rows({&observable, 1})), 1 - match_level);
+  const auto row = observable.of_experiments.row(0);
+  path.offset.assign(row.begin(), row.end());
+  path.departures = departures(path.frame, path.band, path.offset);
+  return path;
+}
+
+ExperimentMatch match_one(const Experiment& experiment, const ObservedSamples& samples,
+                          const geometry::Body& body) {
+  ExperimentMatch found{.name = experiment.name};
+  const auto observables = observe({&experiment, 1}, samples, body, checksum(experiment.name));
+  for (const Observable& each : observables) {
+    found.by.push_back(match_by({&each, 1}, samples));
+    if (each.quantity == Quantity::path) found.path = match_path(each);
+  }
+  if (observables.size() > 1) found.by.push_back(match_by(observables, samples));
+  if (!found.by.empty()) found.p_value = found.by.back().p_value;
+  if (!experiment.lines.empty() && !found.path)
+    found.note = "its path has no part in common with those of the samples";
+  else if (found.by.empty())
+    found.note = "nothing in it can be compared with the samples";
+  return found;
+}
+
+SetMatchBy match_set_by(std::span<const Observable> observables) {
+  const CommonRows rows = common_rows(observables);
+  SetMatchBy by;
+  by.n_experiments = rows.experiments.size();
+  by.n_samples = rows.samples.size();
+  if (by.n_experiments < 2 || by.n_samples < 2) return by;
+  by.test = group_test(distances_by(observables, rows), by.n_experiments);
+  by.name = observables.size() == 1 ? name_of(observables.front().quantity) : "jointly";
+  by.unit = observables.size() == 1 ? observables.front().unit : "1";
+  if (observables.size() > 1) return by;
+  const Observable& only = observables.front();
+  by.power = power(only.with_error, by.n_experiments, n_power_trials);
+  by.scatter = scatter(only.of_experiments, only.of_samples, only.error, 1 - match_level);
+  if (only.frame) by.axis = only.frame->is_along_y ? "y" : "z";
+  by.advice = advice(by);
+  return by;
+}
+
+std::optional<SetMatch> match_set(std::span<const Experiment> experiments, const ObservedSamples& samples,
+                                  const geometry::Body& body) {
+  if (experiments.size() < 2) return std::nullopt;
+  SetMatch found;
+  std::vector<Observable> used;
+  for (Observable& each : observe(experiments, samples, body, 0)) {
+    SetMatchBy by = match_set_by({&each, 1});
+    if (by.name.empty()) continue;
+    found.by.push_back(std::move(by));
+    used.push_back(std::move(each));
+  }
+  if (used.empty()) return std::nullopt;
+  if (used.size() > 1)
+    if (SetMatchBy by = match_set_by(used); !by.name.empty()) found.by.push_back(std::move(by));
+  found.n_experiments = found.by.back().n_experiments;
+  found.p_value = found.by.back().test.p_value();
+  return found;
+}
+
+/// Number of samples whose crack is turned onto the start of an experiment's.
+std::ptrdiff_t count_turned(const ObservedSamples& samples, std::span<const Experiment> experiments,
+                            const geometry::Body& body) {
+  std::set<int> starts;
+  for (const Experiment& experiment : experiments)
+    if (needs_arms({&experiment, 1})) starts.insert(crack_start_of(body, experiment));
+  return std::ranges::count_if(samples.samples, [&](const ObservedSample& sample) {
+    return std::ranges::any_of(starts, [&](int start) {
+      const bool has_arm =
+          start >= 0 && index(start) < sample.arms.size() && !sample.arms[index(start)].empty();
+      return has_arm && sample.arms[index(start)].front().is_turned;
+    });
+  });
+}
+
+std::vector<std::string> warnings_of(const ObservedSamples& samples, std::span<const Experiment> experiments,
+                                     const geometry::Body& body, const input::Parameters& parameters) {
+  std::vector<std::string> warnings;
+  const std::size_t n = samples.samples.size();
+  if (parameters.mesh.base == input::Base::shared && !parameters.mesh.points)
+    warnings.emplace_back(
+        "the samples share their base of mother points (mesh.base = \"shared\"), an experiment does not: "
+        "they "
+        "are more alike than bodies of their own are, and the p-values are too small, so not valid; compute "
+        "the ensemble with base = \"own\"");
+  if (parameters.mesh.points)
+    warnings.emplace_back(
+        "the samples share their base of mother points, mesh.points, an experiment does not: the p-values "
+        "are "
+        "too small, so not valid");
+  if (parameters.ensemble.replicates > 1)
+    warnings.push_back(fmt::format(
+        "{} samples share each draw of the random inputs, so they are not independent, and the p-values are "
+        "not exact",
+        parameters.ensemble.replicates));
+  if (n < samples_needed(match_level))
+    warnings.push_back(fmt::format(
+        "{} sample{} cannot give a p-value below {:.2g}, whatever the experiment; {} are needed for {}", n,
+        n == 1 ? "" : "s", least_p_value(n), samples_needed(match_level), match_level));
+  if (const auto n_turned = count_turned(samples, experiments, body); n_turned > 0)
+    warnings.push_back(
+        fmt::format("in {} of the samples another crack leads than that from the experiment's start; their "
+                    "paths are turned "
+                    "by the symmetry of the body, which supposes that the loads have it too",
+                    n_turned));
+  return warnings;
+}
+
+}  // namespace
+
+Match match(std::span<const Experiment> experiments, const ObservedSamples& samples,
+            const geometry::Body& body, const input::Parameters& parameters) {
+  Match found{.set = match_set(experiments, samples, body),
+              .warnings = warnings_of(samples, experiments, body, parameters),
+              .n_planned = samples.n_planned,
+              .n_used = samples.samples.size(),
+              .failed = samples.failed,
+              .undecided = samples.undecided,
+              .missing = samples.missing};
+  for (const Experiment& experiment : experiments)
+    found.experiments.push_back(match_one(experiment, samples, body));
+  return found;
+}
+
+std::string advice(const SetMatchBy& by) {
+  const auto& [ratio, lower, upper] = by.scatter.ratio;
+  const auto& shift = by.scatter.shift;
+  std::string text;
+  if (!std::isnan(ratio)) {
+    const std::string times = fmt::format("{:.2g} times as much ({:.2g} to {:.2g})", ratio, lower, upper);
+    if (lower > 1)
+      text = fmt::format("The experiments scatter {}: more disturbance or a varying material.", times);
+    else if (upper < 1)
+      text = fmt::format("The experiments scatter {}: less disturbance or a finer mesh.", times);
+    else
+      text = fmt::format("The experiments scatter {}: no evidence that the disturbance is wrong.", times);
+  }
+  if (std::isnan(shift.lower)) return text;
+  const std::string along = by.axis.empty() ? "" : " in " + by.axis;
+  const std::string size =
+      fmt::format("{}{} ({} to {})", quantity_text(shift.value, by.unit), along,
+                  quantity_text(shift.lower, by.unit), quantity_text(shift.upper, by.unit));
+  const bool is_sure = shift.lower > 0 || shift.upper < 0;
+  return text + (text.empty() ? "" : " ") +
+         (is_sure
+              ? fmt::format("A shift of {}: no disturbance will cure that; look at material, supports and "
+                            "dimensions.",
+                            size)
+              : fmt::format("Their mean is {} off, which may be chance.", size));
+}
+
+}  // namespace crackle::experiment

@@ -1,0 +1,196 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tests of `crackle match` on a small ensemble, and of the experiments file that `crackle init` writes for it."""
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.dont_write_bytecode = True
+sys.path[:0] = [str(ROOT / "tools"), str(Path(__file__).parent)]
+
+from crackle_launch import environment  # noqa: E402
+from small_input import run, small_input  # noqa: E402
+
+PROGRAM = Path()
+N = 20
+
+
+def state(folder: Path) -> dict:
+    return {str(file): (file.stat().st_mtime_ns, file.stat().st_size) for file in folder.rglob("*")}
+
+
+class Match(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = Path(cls.temporary.name)
+        text = small_input(samples=N).replace("[mesh]\n", '[mesh]\nbase = "own"\n')
+        cls.out = run(PROGRAM, text, cls.folder / "out")
+        with h5py.File(cls.out / "samples" / "0007.h5") as file:
+            lines = file["crack_lines/lines"]
+            first = int(lines["first"][0])
+            cls.line = file["crack_lines/position"][first:first + int(lines["count"][0])]
+            cls.time = file["crack_lines/time"][first:first + int(lines["count"][0])]
+            cls.peak = float(file["summary/peak_load"][()])
+            cls.onset = float(file["summary/onset_force"][()])
+        rows = "".join(f"{1e3 * y:.9f},{1e3 * z - 15:.9f}\n" for y, z in cls.line)
+        (cls.folder / "seven.csv").write_text("y_mm,z_mm\n" + rows)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def crackle(self, *arguments: str, status: int = 0) -> subprocess.CompletedProcess:
+        done = subprocess.run([str(PROGRAM), *arguments], capture_output=True, text=True, check=False, cwd=self.folder, env=environment(),
+                              timeout=300)
+        self.assertEqual(done.returncode, status, done.stderr)
+        return done
+
+    def match(self, text: str, *options: str, out: str = "out") -> str:
+        (self.folder / "experiments.toml").write_text(text)
+        return self.crackle("match", out, "experiments.toml", *options).stdout
+
+    def json(self, text: str, out: str = "out") -> dict:
+        return json.loads(self.match(text, "--json", out=out))
+
+    SEVEN = """[[experiment]]
+name = "seven"
+path = "seven.csv"
+origin = ["0 mm", "15 mm"]
+"""
+
+    def test_finds_a_sample_by_its_crack(self):
+        tip = f'[[experiment.tip]]\ntime = "{self.time[3]} s"\nat = ["{self.line[3][0]} m", "{self.line[3][1] - 15e-3} m"]\n'
+        found = self.json(self.SEVEN + f'peak_load = "{self.peak} N"\nonset_load = "{self.onset} N"\n' + tip)
+        one, = found["experiments"]
+        self.assertEqual(set(one["by"]), {"path", "onset_load", "peak_load", "tip_times", "jointly"})
+        for name, limit in (("path", 1e-6), ("onset_load", 1e-9), ("peak_load", 1e-9), ("tip_times", 1e-12), ("jointly", 1e-2)):
+            nearest = one["by"][name]["nearest"]
+            self.assertEqual(nearest[0]["sample"], 7, name)
+            self.assertLess(nearest[0]["distance"], limit, name)
+            self.assertEqual(one["by"][name]["n_samples"], N)
+        self.assertAlmostEqual(one["least_p_value"], 1 / (N + 1))
+        self.assertEqual(one["samples_needed"], 19)
+        self.assertEqual(one["p_value"], one["by"]["jointly"]["p_value"])
+        self.assertEqual(one["nearest"], one["by"]["jointly"]["nearest"])
+        self.assertIsNone(found["set"])
+        self.assertEqual(found["warnings"], [])
+        self.assertEqual(found["samples"], {"planned": N, "used": N, "failed": [], "undecided": [], "missing": []})
+        # The offsets of the path are those that the same line has in the file.
+        path = one["path"]
+        self.assertEqual(len(path["offset"]), 50)
+        place, normal = np.array(path["place"]), np.array(path["normal"])
+        foot = place + np.array(path["offset"])[:, None] * normal
+        a, b = self.line[:-1], self.line[1:]
+        for p in foot:
+            share = np.clip(np.sum((p - a) * (b - a), axis=1) / np.sum((b - a)**2, axis=1), 0, 1)
+            self.assertLess(np.min(np.linalg.norm(p - a - share[:, None] * (b - a), axis=1)), 1e-6)
+
+    def test_p_value_of_loads_by_numpy(self):
+        with h5py.File(self.out / "ensemble.h5") as file:
+            loads = file["samples/peak_load"][:]
+        for load in (loads.min() - 1, np.median(loads), loads.max() + 0.01):
+            pooled = np.append(load, loads)
+            means = np.abs(pooled[:, None] - pooled).sum(axis=1) / N
+            found = self.json(f'[[experiment]]\nname = "a"\npeak_load = "{load} N"\n')["experiments"][0]
+            self.assertAlmostEqual(found["p_value"], np.mean(means >= means[0] - 1e-9))
+            self.assertEqual(found["by"]["peak_load"]["nearest"][0]["sample"], int(np.argmin(np.abs(loads - load))))
+
+    def test_loads_alone(self):
+        with h5py.File(self.out / "ensemble.h5") as file:
+            loads = file["samples/peak_load"][:]
+        (self.folder / "loads.csv").write_text("peak_load_kN\n" + "".join(f"{1e-3 * (1.5 * load)}\n" for load in loads[:15]))
+        text = self.match('loads = "loads.csv"\n')
+        self.assertIn("row 15", text)
+        self.assertIn("By peak load: ", text)
+        found = self.json('loads = "loads.csv"\n')
+        self.assertEqual(len(found["experiments"]), 15)
+        by = found["set"]["by"]["peak_load"]
+        self.assertLess(found["set"]["p_value"], 0.01)
+        self.assertAlmostEqual(by["shift"]["value"], 1.5 * loads[:15].mean() - loads.mean(), places=6)
+        self.assertAlmostEqual(by["scatter_ratio"]["value"], 1.5 * loads[:15].std(ddof=1) / loads.std(ddof=1), places=6)
+        self.assertIn("no disturbance will cure that", by["advice"])
+        self.assertEqual(by["n_experiments"], 15)
+        self.assertGreater(by["power"]["n_trials"] + 1, 0)
+
+    def test_the_same_and_nothing_written(self):
+        before = state(self.out)
+        text = self.SEVEN + 'path_error = "0.1 mm"\n'
+        self.assertEqual(self.match(text), self.match(text))
+        self.assertEqual(state(self.out), before)
+        self.assertIn("20 of 20 samples", self.match(text))
+
+    def test_template_goes_through_match(self):
+        done = self.crackle("init", "new.toml", "--from-ensemble", "out")
+        self.assertIn("crackle match out new.toml", done.stdout)
+        text = (self.folder / "new.toml").read_text()
+        self.assertIn("# The body goes from y = 0 mm, z = 0 mm to y = 12 mm, z = 30 mm.", text)
+        self.assertIn("y = 3 mm, z = 15 mm", text)
+        self.assertIn("# Sections: y = 5 mm; y = 8 mm.", text)
+        found = json.loads(self.crackle("match", "out", "new.toml", "--json").stdout)
+        self.assertGreater(found["experiments"][0]["p_value"], 0.3)
+        again = self.crackle("init", "new.toml", "--from-ensemble", "out", status=1)
+        self.assertIn("already exists", again.stderr)
+        # Every key but those of names and files, which do not exist, can be taken as it stands.
+        lines = [line[1:] if line.startswith("#") and not line.startswith("# ") else line for line in text.splitlines()]
+        (self.folder / "all.toml").write_text("\n".join(lines))
+        errors = self.crackle("match", "out", "all.toml", status=1).stderr
+        for line in errors.strip().splitlines():
+            self.assertRegex(line, r"no such file|picture|loads")
+
+    def test_errors_are_told_at_once(self):
+        (self.folder / "bad.csv").write_text("y_mm,z_mm\n1,2\n1,x\n")
+        (self.folder / "experiments.toml").write_text('[[experiment]]\nname = "a"\npath = "bad.csv"\npeak_load = "3 mm"\n[[experiment]]\n'
+                                                      'name = "b"\n')
+        done = self.crackle("match", "out", "experiments.toml", status=1)
+        self.assertEqual(done.stdout, "")
+        lines = done.stderr.strip().splitlines()
+        self.assertEqual(len(lines), 3)
+        for line, part in zip(lines, ("3: experiment[0].path: bad.csv: line 3", "4: experiment[0].peak_load", "5: experiment[1]")):
+            self.assertTrue(line.startswith("experiments.toml:" + part), line)
+        (self.folder / "experiments.toml").write_text(self.SEVEN.replace('"15 mm"', '"80 mm"'))
+        self.assertIn("set origin, angle and mirror", self.crackle("match", "out", "experiments.toml", status=1).stderr)
+        self.assertIn("there is no such file", self.crackle("match", "out", "none.toml", status=1).stderr)
+        (self.folder / "empty").mkdir()
+        self.assertIn("is not the folder of an ensemble", self.crackle("match", "empty", "experiments.toml", status=1).stderr)
+
+    def test_missing_samples_are_named(self):
+        shutil.copytree(self.out, self.folder / "part")
+        for number in (3, 5):
+            (self.folder / "part" / "samples" / f"{number:04}.h5").unlink()
+        found = self.json(self.SEVEN, out="part")
+        self.assertEqual(found["samples"]["missing"], [3, 5])
+        self.assertEqual(found["samples"]["used"], N - 2)
+        self.assertIn("below 0.053", found["warnings"][0])
+        self.assertIn("2 missing (3, 5)", self.match(self.SEVEN, out="part"))
+        # Loads are in ensemble.h5.
+        shutil.rmtree(self.folder / "part" / "samples")
+        load = '[[experiment]]\nname = "a"\npeak_load = "90 N"\n'
+        self.assertEqual(self.json(load, out="part")["samples"]["used"], N)
+        self.assertIn("holds no sample files", self.crackle("match", "part", "seven.toml", status=1).stderr
+                      if (self.folder / "seven.toml").write_text(self.SEVEN) else "")
+
+    def test_a_shared_base_is_warned_of(self):
+        shared = run(PROGRAM, small_input(samples=2, ensemble='').replace("[mesh]\n", '[mesh]\nbase = "shared"\n'), self.folder / "shared")
+        load = '[[experiment]]\nname = "a"\npeak_load = "90 N"\n'
+        self.assertIn("not valid", self.json(load, out=shared.name)["warnings"][0])
+        self.assertIn("warning: the samples share their base", self.match(load, out=shared.name))
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--program", type=Path, required=True)
+    known, rest = parser.parse_known_args()
+    PROGRAM = known.program.resolve()
+    unittest.main(argv=[sys.argv[0], *rest])
