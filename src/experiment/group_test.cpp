@@ -204,11 +204,11 @@ GroupTest group_test(const Distances& distances, std::size_t n_experiments, std:
 Power power(const ValueTable& samples, std::size_t n_experiments, int n_trials) {
   Power found;
   const std::size_t n = samples.n_rows();
-  if (n < n_experiments + 2) return found;
+  const double deviation = std::sqrt(mean_variance(samples));
+  if (n < n_experiments + 2 || !(deviation > 0)) return found;
   found = {0, 0, n_trials};
   const Distances known = distances_of(samples);
   const double missing = largest_difference(samples);
-  const double deviation = std::sqrt(mean_variance(samples));
   const std::vector<double> means = column_means(samples);
   RandomStream stream(0, 0, "match: pseudo-experiments");
   Rows order = first_rows(n);

@@ -88,16 +88,21 @@ struct SeenPaths {
 
 SeenPaths paths_of(std::span<const Experiment> experiments, const geometry::Body& body) {
   SeenPaths seen;
+  const auto symmetries = body.symmetries();
   for (std::size_t i = 0; i < experiments.size(); ++i) {
     const Experiment& experiment = experiments[i];
     if (experiment.lines.empty()) continue;
+    Polyline line = experiment.lines.front();
     const int start = crack_start_of(body, experiment);
     if (seen.lines.empty()) seen.start = start;
-    if (start != seen.start) continue;
-    const Polyline& line = experiment.lines.front();
+    if (start != seen.start) {
+      const geometry::Symmetry* const symmetry = symmetry_to(symmetries, start, seen.start);
+      if (symmetry == nullptr) continue;
+      for (Point& p : line) p = image_of(*symmetry, p);
+    }
     seen.experiments.push_back(i);
-    seen.lines.push_back(line);
     seen.windows.push_back({line.front(), line.back(), experiment.is_arrested});
+    seen.lines.push_back(std::move(line));
     seen.error_length += experiment.path_error_length;
   }
   seen.error_length /= static_cast<double>(std::max<std::size_t>(1, seen.lines.size()));

@@ -31,9 +31,8 @@ double slab_of(const TimedLine& arm) {
 TimedLine timed(const analysis::CrackLine& line, const geometry::Symmetry* symmetry) {
   TimedLine arm{.points = {}, .time = {}, .is_turned = symmetry != nullptr};
   for (const analysis::LinePoint& p : line.points) {
-    geometry::Point at{0, p.y, p.z};
-    if (symmetry != nullptr) at = symmetry->image(at);
-    arm.points.push_back({at[1], at[2]});
+    const Point at{p.y, p.z};
+    arm.points.push_back(symmetry == nullptr ? at : image_of(*symmetry, at));
     arm.time.push_back(p.time);
   }
   return arm;
@@ -53,13 +52,6 @@ TimedLine joined(const TimedLine& one, const TimedLine& other) {
   return arm;
 }
 
-/// The symmetry that maps one crack start onto another; null if there is none.
-const geometry::Symmetry* symmetry_to(const std::vector<geometry::Symmetry>& symmetries, int from, int to) {
-  const auto found = std::ranges::find_if(
-      symmetries, [&](const geometry::Symmetry& each) { return each.crack_start[index(from)] == to; });
-  return found == symmetries.end() ? nullptr : &*found;
-}
-
 double length_within(const Polyline& line, const plane::Bounds& box) {
   const double length = length_of(line);
   int n_inside = 0;
@@ -73,6 +65,17 @@ double length_within(const Polyline& line, const plane::Bounds& box) {
 }
 
 }  // namespace
+
+const geometry::Symmetry* symmetry_to(const std::vector<geometry::Symmetry>& symmetries, int from, int to) {
+  const auto found = std::ranges::find_if(
+      symmetries, [&](const geometry::Symmetry& each) { return each.crack_start[index(from)] == to; });
+  return found == symmetries.end() ? nullptr : &*found;
+}
+
+Point image_of(const geometry::Symmetry& symmetry, const Point& p) {
+  const geometry::Point image = symmetry.image({0, p[0], p[1]});
+  return {image[1], image[2]};
+}
 
 void add_arms(const geometry::Body& body, const analysis::CrackSurface& surface, ObservedSample& sample) {
   const auto lines = analysis::crack_lines(body, surface);

@@ -5,6 +5,11 @@
 
 namespace crackle::experiment {
 
+/// The symmetry that maps one crack start onto another; null if there is none.
+const geometry::Symmetry* symmetry_to(const std::vector<geometry::Symmetry>& symmetries, int from, int to);
+
+plane::Point image_of(const geometry::Symmetry& symmetry, const plane::Point& p);
+
 /// The arm from a crack start that runs longest in the box and half its size around it, or the only one; null
 /// if there is none.
 const TimedLine* arm_in_sight(const ObservedSample& sample, int start, const plane::Bounds& box);

@@ -311,6 +311,21 @@ TEST(Observation, PlacesOutsideTheBodyAreRefused) {
   }
 }
 
+TEST(Observation, ExperimentsFromAnotherStartAreTurned) {
+  // Turned by 180 degrees the plate is the same, and each notch is at the place of the other.
+  const auto body = testing::body({2, 16, 24}, {testing::notch(input::Face::y_min, 9, 4, 0.6),
+                                                testing::notch(input::Face::y_max, 15, 4, 0.6)});
+  MadeSamples made(11, 20);
+  for (ObservedSample& sample : made.samples.samples) sample.arms.emplace_back();
+  std::vector experiments{made.experiment("one"), made.experiment("other")};
+  for (Point& p : experiments[1].lines[0]) p = {16 * mm - p[0], 24 * mm - p[1]};
+  EXPECT_EQ(crack_start_of(body, experiments[0]), 0);
+  EXPECT_EQ(crack_start_of(body, experiments[1]), 1);
+  const Observable path = observe(experiments, made.samples, body, 0).at(0);
+  ASSERT_THAT(path.experiments, SizeIs(2));
+  for (const double offset : path.of_experiments.values) EXPECT_LT(std::abs(offset), 1.5 * mm);
+}
+
 TEST(Observation, SamplesAreSorted) {
   using analysis::SampleStatus;
   std::vector<analysis::SampleSummary> rows(4);

@@ -46,7 +46,7 @@ struct Power {
 };
 
 /// @param samples alone
-/// @return n_trials 0 with fewer than n_experiments + 2 samples
+/// @return n_trials 0 with fewer than n_experiments + 2 samples, or without scatter
 Power power(const ValueTable& samples, std::size_t n_experiments, int n_trials);
 
 /// How experiments differ from samples: by a shift, and in scatter.

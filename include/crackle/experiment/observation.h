@@ -83,7 +83,8 @@ struct Observable {
 
 /// Everything that any of the experiments has, with the samples seen as the experiments were: through the
 /// same window, with errors of the same size. Times of tips only for a single experiment, since others have
-/// their own places. Paths of experiments from other crack starts than the first one's are left out.
+/// their own places. Paths from other crack starts than the first experiment's are turned onto that by a
+/// symmetry of the body, or left out if it has none.
 ///
 /// Loads: `onset_load` is the sample's onset_force or, without quasi-static loading, its first_break_load;
 /// `peak_load` is peak_load. Samples that lack them are left out. Paths: offsets along the stations of a
