@@ -59,22 +59,14 @@ bool covers(const Boundary& condition, const geometry::Box& box, std::size_t axi
 }
 
 bool prescribes_motion(const Boundary& condition, std::size_t axis) {
-  const bool is_motion = condition.kind == BoundaryKind::fix || condition.kind == BoundaryKind::velocity ||
-                         condition.kind == BoundaryKind::displacement;
-  return is_motion && condition.components[axis];
+  return input::prescribes_motion(condition.kind) && condition.components[axis];
 }
 
 /// True if a condition acts across the thickness of the plate.
 bool acts_across(const Boundary& condition) {
-  switch (condition.kind) {
-    case BoundaryKind::pressure:
-      return is_side(condition) && (condition.value[0] != 0 || condition.rate[0] != 0);
-    case BoundaryKind::fix:
-    case BoundaryKind::absorbing:
-      return false;
-    default:
-      return condition.value[0] != 0 || condition.rate[0] != 0;
-  }
+  if (!input::has_quantity(condition.kind)) return false;
+  const bool is_along_normal = input::traits(condition.kind).form == input::QuantityForm::scalar;
+  return (!is_along_normal || is_side(condition)) && (condition.value[0] != 0 || condition.rate[0] != 0);
 }
 
 /// True if the same pressure acts on both sides of the plate, so that it does not bend.

@@ -22,8 +22,7 @@ std::string boundary_key(std::size_t i) {
 }
 
 bool prescribes_motion(const Boundary& condition) {
-  return condition.kind == BoundaryKind::fix || condition.kind == BoundaryKind::velocity ||
-         condition.kind == BoundaryKind::displacement;
+  return prescribes_motion(condition.kind);
 }
 
 /// The box face on which a condition acts; empty if its name is that of something else.

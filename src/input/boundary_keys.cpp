@@ -13,13 +13,14 @@ Boundary& boundary(Parameters& parameters, std::size_t i) {
   return parameters.boundaries.at(i);
 }
 
-const char* kind_name(BoundaryKind kind) {
-  return kind_names[static_cast<std::size_t>(kind)];
+/// The key of a kind may be missing, since another kind is given.
+Requirement one_of_kinds() {
+  return optional(fmt::format("one of the {} kinds", boundary_kinds.size()));
 }
 
 /// True if components may be left free: motions are prescribed by component, loads as vectors.
 bool may_be_free(BoundaryKind kind) {
-  return kind == BoundaryKind::velocity || kind == BoundaryKind::displacement;
+  return prescribes_motion(kind) && has_quantity(kind);
 }
 
 Range value_range(BoundaryKind kind) {
@@ -113,7 +114,7 @@ Key fix_key() {
   const std::string form = "an array of different axes out of \"x\", \"y\", \"z\"";
   return {"fix",
           "words",
-          optional("one of the seven kinds"),
+          one_of_kinds(),
           form,
           "zero displacement of these components",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
@@ -144,9 +145,9 @@ Key fix_key() {
 Key prescription_key(BoundaryKind kind, const std::string& help) {
   const Dimension& dimension = value_dimension(kind);
   const bool free = may_be_free(kind);
-  return {kind_name(kind),
+  return {name_of(kind),
           dimension.name.substr(dimension.name.find(' ') + 1),
-          optional("one of the seven kinds"),
+          one_of_kinds(),
           vector_form(dimension, free),
           help,
           [=](const Source& source, Parameters& parameters, std::size_t i) {
@@ -171,9 +172,9 @@ Key prescription_key(BoundaryKind kind, const std::string& help) {
 
 Key pressure_key() {
   const Dimension& dimension = value_dimension(BoundaryKind::pressure);
-  return {kind_name(BoundaryKind::pressure),
+  return {name_of(BoundaryKind::pressure),
           "stress",
-          optional("one of the seven kinds"),
+          one_of_kinds(),
           accepted(dimension, value_range(BoundaryKind::pressure)),
           "force per area against the outward normal: above 0 it presses on the body",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
@@ -190,9 +191,9 @@ Key pressure_key() {
 }
 
 Key absorbing_key() {
-  return {kind_name(BoundaryKind::absorbing),
+  return {name_of(BoundaryKind::absorbing),
           "boolean",
-          optional("one of the seven kinds"),
+          one_of_kinds(),
           "true",
           "waves leave the body here, best those that meet the face at a right angle: dashpots after Lysmer "
           "and Kuhlemeyer; with time.integrator = \"verlet\" only",
@@ -233,7 +234,7 @@ Key rate_key() {
             }
             const bool free = may_be_free(condition.kind);
             const auto rate = read_components(source, rate_dimension(condition.kind), rate_range, free);
-            if (!rate || source.context.findings.faulty(table + "." + kind_name(condition.kind))) return;
+            if (!rate || source.context.findings.faulty(table + "." + name_of(condition.kind))) return;
             for (std::size_t axis = 0; axis < 3; ++axis) {
               if (rate->value[axis] != 0 && !given_components(condition)[axis]) {
                 source.report("component {} is free and cannot have a rate; give \"free\" here too",

@@ -40,9 +40,7 @@ void label_as(hid_t group, std::initializer_list<const char*> datasets,
 }
 
 bool is_load(const input::Boundary& condition) {
-  using input::BoundaryKind;
-  return condition.kind == BoundaryKind::force || condition.kind == BoundaryKind::traction ||
-         condition.kind == BoundaryKind::pressure;
+  return input::traits(condition.kind).action == input::Action::load;
 }
 
 void write_conditions(hid_t group, const std::vector<input::Boundary>& conditions,

@@ -4,6 +4,7 @@
 #include "crackle/common/index.h"
 #include "crackle/common/real.h"
 #include "crackle/common/vector.h"
+#include "crackle/input/boundary_kind.h"
 #include "crackle/plane/shape.h"
 
 #include <array>
@@ -226,25 +227,6 @@ struct Fracture {
   double length = 0;  ///< radius of the ball for averaging the stress [m]; 0: no averaging
   std::optional<Variation> variation = {};
 };
-
-/// The quantity prescribed by a boundary condition.
-enum class BoundaryKind {
-  fix,           ///< zero displacement of the chosen components
-  force,         ///< total force, distributed by area [N]
-  traction,      ///< [Pa]
-  velocity,      ///< [m/s]
-  displacement,  ///< [m]
-  pressure,      ///< against the outward normal, in value[0] [Pa]
-  absorbing,     ///< nothing: waves leave the body
-};
-
-/// By BoundaryKind, as the keys of [[boundary]].
-inline constexpr std::array kind_names{"fix",          "force",    "traction", "velocity",
-                                       "displacement", "pressure", "absorbing"};
-
-constexpr const char* name_of(BoundaryKind kind) {
-  return kind_names[index(kind)];
-}
 
 /// One prescribed quantity on a face or on a box region of it.
 ///
