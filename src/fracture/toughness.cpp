@@ -128,6 +128,17 @@ std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
   return strengths;
 }
 
+std::vector<double> tetrahedron_toughness(const parallel::Communicator& group,
+                                          const input::Parameters& parameters,
+                                          const geometry::Subdomain& subdomain,
+                                          const mechanics::PdsOperators& operators,
+                                          std::span<const double> strengths) {
+  auto toughness = fracture_spacings(group, parameters, subdomain, operators);
+  for (std::size_t t = 0; t < toughness.size(); ++t)
+    toughness[t] = toughness_of(parameters, strengths[t], toughness[t]);
+  return toughness;
+}
+
 void soften_by_input(const parallel::Communicator& group, const input::Parameters& parameters,
                      std::uint64_t sample, BreakableBody& body) {
   const input::Fracture& fracture = parameters.fracture;

@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace crackle::fracture {
@@ -63,6 +64,14 @@ std::vector<double> tetrahedron_strengths(const parallel::Communicator& group,
                                           const input::Parameters& parameters, std::uint64_t sample,
                                           const geometry::Subdomain& subdomain,
                                           const mechanics::PdsOperators& operators);
+
+/// Energy per crack area that corresponds to the strength of each local tetrahedron [J/m^2]. Collective as
+/// local_spacings().
+std::vector<double> tetrahedron_toughness(const parallel::Communicator& group,
+                                          const input::Parameters& parameters,
+                                          const geometry::Subdomain& subdomain,
+                                          const mechanics::PdsOperators& operators,
+                                          std::span<const double> strengths);
 
 /// Enables softening of an intact body if the input requests it. Each tetrahedron then dissipates, per
 /// volume, the sample's local toughness divided by the width of the crack band. Collective; equal for any
