@@ -12,6 +12,21 @@
 
 namespace crackle::geometry {
 
+namespace {
+
+/// Both ends of a free slot, or the tip of a notch in a face.
+std::vector<plane::Point> notch_ends(const input::Notch& notch, const Box& bounds) {
+  if (notch.slot) return {notch.slot->from, notch.slot->to};
+  const std::size_t depth_axis = index(axis_of(notch.face));
+  plane::Point tip{};
+  tip[depth_axis - 1] =
+      is_upper(notch.face) ? bounds.upper[depth_axis] - notch.depth : bounds.lower[depth_axis] + notch.depth;
+  tip[index(position_axis(notch.face)) - 1] = notch.at;
+  return {tip};
+}
+
+}  // namespace
+
 std::vector<SpacingSource> ExtrudedPlate::spacing_sources(const input::Mesh& mesh) const {
   std::vector<SpacingSource> sources;
   const double far = mesh.spacing;
@@ -28,18 +43,7 @@ std::vector<SpacingSource> ExtrudedPlate::spacing_sources(const input::Mesh& mes
   // The walls at the tips of slots: those of a half circle or a rectangle at the end.
   for (std::size_t i = 0; i < notches_.size(); ++i) {
     const input::Notch& notch = notches_[i];
-    std::vector<plane::Point> ends;
-    if (notch.slot) {
-      ends = {notch.slot->from, notch.slot->to};
-    } else {
-      const bool upper = is_upper(notch.face);
-      const std::size_t depth_axis = index(axis_of(notch.face));
-      plane::Point tip{};
-      tip[depth_axis - 1] =
-          upper ? bounds().upper[depth_axis] - notch.depth : bounds().lower[depth_axis] + notch.depth;
-      tip[index(position_axis(notch.face)) - 1] = notch.at;
-      ends = {tip};
-    }
+    const std::vector<plane::Point> ends = notch_ends(notch, bounds());
     for (const FaceId face : faces_named(fmt::format("notch-{}", i))) {
       const plane::Side& side = side_of(face);
       const auto is_near = [&](const plane::Point& end, const plane::Point& p) {
