@@ -122,7 +122,7 @@ std::vector<std::vector<Release>> releases_of(const CrackSurface& surface, std::
   };
   add(result.breaks);
   add(result.bridge_releases);
-  add(result.tooth_falls);
+  add(result.stiffness_reductions);
   std::vector<std::vector<Release>> releases(n_starts);
   for (const CrackFacet& facet : surface.facets) {
     const auto found = energy.find(facet.tetrahedron);

@@ -48,9 +48,8 @@ void SampleSetup::refuse_free_body() const {
   const std::vector<std::string> free = free_motions();
   if (free.empty()) return;
   throw parallel::AgreedError(
-      0, fmt::format("the conditions leave the body free to {}, and in equilibrium it must be held; fix more "
-                     "of it, or start from rest",
-                     fmt::join(free, " and to ")));
+      0, fmt::format("rigid-body motion is not constrained ({}): add supports, or use start = \"rest\"",
+                     fmt::join(free, ", ")));
 }
 
 }  // namespace crackle::dynamics

@@ -140,7 +140,7 @@ SampleReport lead_sample(SampleGroup& group, const SampleSteps& steps, PreparedS
     result = staged("computation", [&] {
       return compute_agreed(group, steps, sample, parts[0], partial, checkpoint_error);
     });
-    if (result.parked) {
+    if (result.suspended) {
       SampleReport report;
       report.sample = sample;
       report.parked = true;

@@ -17,7 +17,7 @@ dynamics::SampleResult set_up_only(const parallel::Communicator& group, const in
   const dynamics::SampleSetup setup(group, own, subdomain, sample);
   if (own.time.start != input::Start::rest) setup.refuse_free_body();
   dynamics::SampleResult result;
-  result.parked = true;
+  result.suspended = true;
   return result;
 }
 

@@ -63,7 +63,7 @@ void BreakableBody::release(std::int32_t tetrahedron, const Symmetric& strain, d
                             double phase_time) {
   const auto index = static_cast<std::size_t>(tetrahedron);
   if (broken_[index] != 0) throw std::logic_error("a tetrahedron was broken twice");
-  if (softening_ && lose_tooth(tetrahedron, strain, load_time, phase_time)) return;
+  if (softening_ && reduce_stiffness(tetrahedron, strain, load_time, phase_time)) return;
   const Symmetric sigma = residual_stiffness_.stress(tetrahedron, strain);
   const double before = residual_stiffness_.energy(tetrahedron, strain);
   const int cut = most_loaded_cut(operators_.tetrahedra[index], elasticity_(strain));
@@ -78,8 +78,8 @@ void BreakableBody::soften(const SofteningLaw& law, std::vector<double> dissipat
   dissipation_ = std::move(dissipation);
 }
 
-bool BreakableBody::lose_tooth(std::int32_t tetrahedron, const Symmetric& strain, double load_time,
-                               double phase_time) {
+bool BreakableBody::reduce_stiffness(std::int32_t tetrahedron, const Symmetric& strain, double load_time,
+                                     double phase_time) {
   const auto index = static_cast<std::size_t>(tetrahedron);
   auto& softened = softened_[tetrahedron];
   if (softened.n_fallen == 0)
@@ -92,9 +92,9 @@ bool BreakableBody::lose_tooth(std::int32_t tetrahedron, const Symmetric& strain
   residual_stiffness_.soften(tetrahedron, share);
   changes_.push_back(tetrahedron);
   if (subdomain_->counted[index] != 0)
-    tooth_falls_.push_back({subdomain_->tetrahedron_number[index], load_time, phase_time,
-                            before - residual_stiffness_.energy(tetrahedron, strain), share,
-                            softened.ductility});
+    stiffness_reductions_.push_back({subdomain_->tetrahedron_number[index], load_time, phase_time,
+                                     before - residual_stiffness_.energy(tetrahedron, strain), share,
+                                     softened.ductility});
   return true;
 }
 
@@ -107,7 +107,7 @@ double BreakableBody::threshold(std::int32_t tetrahedron) const {
 
 void BreakableBody::open(std::int32_t tetrahedron, int cut) {
   const auto index = static_cast<std::size_t>(tetrahedron);
-  let_go(tetrahedron, release_ == input::Release::facet ? crossed_edges(cut) : mechanics::all_edges);
+  release_edges(tetrahedron, release_ == input::Release::facet ? crossed_edges(cut) : mechanics::all_edges);
   broken_[index] = 1;
   order_.push_back(tetrahedron);
   if (contact_ == input::Contact::frictionless) {
@@ -116,13 +116,13 @@ void BreakableBody::open(std::int32_t tetrahedron, int cut) {
   }
 }
 
-void BreakableBody::let_go(std::int32_t tetrahedron, mechanics::EdgeSet edges) {
+void BreakableBody::release_edges(std::int32_t tetrahedron, mechanics::EdgeSet edges) {
   residual_stiffness_.release(tetrahedron, edges);
   changes_.push_back(tetrahedron);
 }
 
 void BreakableBody::restore(const Releases& releases) {
-  for (const auto& fall : releases.tooth_falls) {
+  for (const auto& fall : releases.stiffness_reductions) {
     const std::int32_t t = subdomain_->local_number(fall.tetrahedron);
     if (t < 0) continue;
     residual_stiffness_.soften(t, fall.share);
@@ -130,7 +130,7 @@ void BreakableBody::restore(const Releases& releases) {
     auto& softened = softened_[t];
     ++softened.n_fallen;
     softened.ductility = fall.ductility;
-    if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) tooth_falls_.push_back(fall);
+    if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) stiffness_reductions_.push_back(fall);
   }
   for (const auto& record : releases.breaks) {
     const std::int32_t t = subdomain_->local_number(record.tetrahedron);
@@ -141,7 +141,7 @@ void BreakableBody::restore(const Releases& releases) {
   for (const auto& release : releases.bridge_releases) {
     const std::int32_t t = subdomain_->local_number(release.tetrahedron);
     if (t < 0) continue;
-    let_go(t, static_cast<mechanics::EdgeSet>(release.edges));
+    release_edges(t, static_cast<mechanics::EdgeSet>(release.edges));
     if (subdomain_->counted[static_cast<std::size_t>(t)] != 0) bridge_releases_.push_back(release);
   }
   n_checked_ = order_.size();
@@ -195,7 +195,7 @@ void BreakableBody::release_bridges(const parallel::Communicator& group, double 
     if (t < 0 || (edges & ~static_cast<unsigned>(residual_stiffness_.released(t))) == 0) continue;
     const Symmetric eps = strain(t);
     const double before = residual_stiffness_.energy(t, eps);
-    let_go(t, static_cast<mechanics::EdgeSet>(edges));
+    release_edges(t, static_cast<mechanics::EdgeSet>(edges));
     if (subdomain_->counted[static_cast<std::size_t>(t)] != 0)
       bridge_releases_.push_back(
           {number, load_time, phase_time, before - residual_stiffness_.energy(t, eps), edges});
@@ -226,9 +226,9 @@ std::vector<double> BreakableBody::strain_energies(std::span<const double> displ
 
 std::vector<double> BreakableBody::released_energies() const {
   std::vector<double> energies;
-  energies.reserve(records_.size() + bridge_releases_.size() + tooth_falls_.size());
+  energies.reserve(records_.size() + bridge_releases_.size() + stiffness_reductions_.size());
   for (const auto& record : records_) energies.push_back(record.released_energy);
-  for (const auto& fall : tooth_falls_) energies.push_back(fall.released_energy);
+  for (const auto& fall : stiffness_reductions_) energies.push_back(fall.released_energy);
   for (const auto& release : bridge_releases_) energies.push_back(release.released_energy);
   return energies;
 }

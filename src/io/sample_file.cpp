@@ -158,12 +158,14 @@ void write_bridge_releases(hid_t file, const std::vector<fracture::BridgeRelease
   write_column<std::uint8_t>(group, "edges", bridge_releases, &BridgeRelease::edges);
 }
 
-void write_tooth_falls(hid_t file, const std::vector<fracture::ToothFall>& tooth_falls) {
-  using fracture::ToothFall;
+void write_stiffness_reductions(hid_t file,
+                                const std::vector<fracture::StiffnessReduction>& stiffness_reductions) {
+  using fracture::StiffnessReduction;
   const hdf5::Handle group = hdf5::create_group(file, "softening");
-  write_moments(group, tooth_falls);
-  write_column<double>(group, "released_energy", tooth_falls, &ToothFall::released_energy, "J");
-  write_column<double>(group, "share", tooth_falls, &ToothFall::share);
+  write_moments(group, stiffness_reductions);
+  write_column<double>(group, "released_energy", stiffness_reductions, &StiffnessReduction::released_energy,
+                       "J");
+  write_column<double>(group, "share", stiffness_reductions, &StiffnessReduction::share);
 }
 
 void write_energy(hid_t file, const std::vector<dynamics::EnergyRow>& rows) {
@@ -294,7 +296,7 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
     if (content.parameters.fracture.release == input::Release::facet)
       write_bridge_releases(id, result.bridge_releases);
     if (content.parameters.fracture.release == input::Release::softening)
-      write_tooth_falls(id, result.tooth_falls);
+      write_stiffness_reductions(id, result.stiffness_reductions);
     write_energy(id, result.energy);
     write_history(id, content.parameters, result.history, result.separated_at, content.crack_history);
     write_frames(id, result.frames, content.realization.nodes.size(), content.parameters.material);

@@ -104,7 +104,7 @@ on = "x-min"
 region = { y = ["0 mm", "1 mm"], z = ["0 mm", "1 mm"] }
 fix = ["y"]
 """
-        reason = "the conditions leave the body free to turn about z, and in equilibrium it must be held"
+        reason = "rigid-body motion is not constrained (turn about z)"
         self.assert_same_refusal(text, reason)
         self.assert_same_refusal(text, reason, ("--no-measure",))
 

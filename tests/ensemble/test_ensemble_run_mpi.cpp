@@ -273,7 +273,7 @@ TEST_F(EnsembleRun, AParkedSampleSaysThatItsCheckpointCouldNotBeKept) {
       EXPECT_THROW(control.save(std::vector<std::byte>(100)), std::runtime_error);
     }
     dynamics::SampleResult result;
-    result.parked = true;
+    result.suspended = true;
     return result;
   };
   EXPECT_EQ(run("full", plate(1, 1), true, parked).left, 1);

@@ -69,13 +69,13 @@ dynamics::SampleResult compare(const input::Parameters& parameters, const geomet
       static_cast<long>(geometry::edge_cut(mesh, partition)), to_string(shared.outcome).c_str(),
       shared.energy_error, static_cast<long long>(shared.counts.static_solves),
       static_cast<long long>(shared.counts.dynamic_phases),
-      static_cast<long long>(shared.counts.range_restarts), shared.tooth_falls.size());
+      static_cast<long long>(shared.counts.range_restarts), shared.stiffness_reductions.size());
   EXPECT_GT(alone.breaks.size(), least_breaks) << "the case must break";
   test::expect_same_course(shared, alone);
   EXPECT_EQ(shared.counts.static_solves, alone.counts.static_solves);
   EXPECT_EQ(shared.counts.solver_iterations, alone.counts.solver_iterations);
   EXPECT_EQ(alone.bridge_releases.empty(), parameters.fracture.release != input::Release::facet);
-  EXPECT_EQ(alone.tooth_falls.empty(), parameters.fracture.release != input::Release::softening);
+  EXPECT_EQ(alone.stiffness_reductions.empty(), parameters.fracture.release != input::Release::softening);
   return alone;
 }
 

@@ -171,7 +171,7 @@ TEST_F(SampleFile, HoldsTheTiesWithReleaseByFacets) {
 }
 
 TEST_F(SampleFile, HoldsTheTeethWithSoftening) {
-  result.tooth_falls = {{7, 76.18, 1e-6, 2e-9, 0.8, 5}, {7, 76.18, 2e-6, 1e-9, 0.5, 5}};
+  result.stiffness_reductions = {{7, 76.18, 1e-6, 2e-9, 0.8, 5}, {7, 76.18, 2e-6, 1e-9, 0.5, 5}};
   const fs::path elements = folder.path() / "elements.h5";
   const fs::path softening = folder.path() / "softening.h5";
   write(elements);

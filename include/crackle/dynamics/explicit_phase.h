@@ -26,18 +26,18 @@ public:
 /// Action after a poll; the strongest request of any rank applies.
 enum class Request : int {
   go_on,
-  save,  ///< write a checkpoint and continue
-  park   ///< write a checkpoint and stop
+  save,    ///< write a checkpoint and continue
+  suspend  ///< write a checkpoint and stop
 };
 
-/// Steps between polls of whether a phase has arrested, failed, or should save or park: each poll requires
-/// communication.
+/// Steps between polls of whether a phase has arrested, failed, or should save or be suspended: each poll
+/// requires communication.
 inline constexpr std::int64_t steps_per_poll = 32;
 
 struct PhaseResult {
   bool arrested = false;
   bool separated = false;  ///< the body had separated when the phase ended
-  bool parked = false;     ///< the rest is undefined
+  bool suspended = false;  ///< the rest is undefined
   double time = 0;         ///< duration of the phase until it ended [s]
   /// Time since the start of the phase of the last break before the conditions were found to act on separate
   /// pieces; NaN if they were not [s].

@@ -26,7 +26,7 @@ enum class QuasiStaticEnd {
   unstable,   ///< a tetrahedron exceeds the limit at constant load: dynamics takes over
   no_load,    ///< no further loading breaks the body
   separated,  ///< the loads are no longer supported, or without stiffness: the body carries no load
-  parked,     ///< stopped on request between two breaks
+  suspended,  ///< stopped on request between two breaks
 };
 
 /// Event-driven quasi-static loading. Between breaks the equilibrium is linear in the loads: one unit
@@ -58,10 +58,10 @@ public:
   double stress_share() const;
 
   /// Continues loading until instability or the end of the curve. Collective.
-  /// @param is_asked_to_park this rank's request, polled after each break; may be empty
+  /// @param must_suspend this rank's request, polled after each break; may be empty
   /// @param on_equilibrium called on every rank with the loads before and after each increment, up to a break
   ///   or a kink of a load curve; may be empty
-  QuasiStaticEnd advance(EnergyAccount& account, const std::function<bool()>& is_asked_to_park = {},
+  QuasiStaticEnd advance(EnergyAccount& account, const std::function<bool()>& must_suspend = {},
                          const std::function<void(const LoadState& loads)>& on_equilibrium = {});
 
   /// Continues at `time` from a body that came to rest after the dynamic state `displacement`, including its

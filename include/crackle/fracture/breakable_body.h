@@ -78,8 +78,8 @@ public:
   std::span<const std::int32_t> changes() const { return changes_; }
   /// Breaks counted by this rank, in order of breaking.
   std::span<const Break> breaks() const { return records_; }
-  /// Fallen teeth of softening tetrahedra counted by this rank, in order.
-  std::span<const ToothFall> tooth_falls() const { return tooth_falls_; }
+  /// Stiffness reductions of softening tetrahedra counted by this rank, in order.
+  std::span<const StiffnessReduction> stiffness_reductions() const { return stiffness_reductions_; }
   /// Releases by the bridging rule of tetrahedra counted by this rank.
   std::span<const BridgeRelease> bridge_releases() const { return bridge_releases_; }
 
@@ -95,8 +95,8 @@ public:
   /// @param dissipation of each local tetrahedron, per volume [J/m^3]
   void soften(const SofteningLaw& law, std::vector<double> dissipation);
 
-  /// Breaks a tetrahedron, or drops one tooth of a softening one; the recorded energy and cut are computed
-  /// from the given strain. Local; every rank that holds it must do the same.
+  /// Breaks a tetrahedron, or reduces the stiffness of a softening one by a tooth; the recorded energy and
+  /// cut are computed from the given strain. Local; every rank that holds it must do the same.
   void release(std::int32_t tetrahedron, const mechanics::Symmetric& strain, double load_time,
                double phase_time);
 
@@ -113,7 +113,7 @@ public:
 
   /// Strain energy of each tetrahedron counted by this rank [J].
   std::vector<double> strain_energies(std::span<const double> displacement) const;
-  /// Energies released by the breaks, bridge releases and teeth counted by this rank [J].
+  /// Energies released by the breaks, bridge releases and stiffness reductions counted by this rank [J].
   std::vector<double> released_energies() const;
 
 private:
@@ -130,10 +130,10 @@ private:
   };
   std::vector<BridgingEdge> find_bridging_edges() const;
   /// @return false when no tooth is left
-  bool lose_tooth(std::int32_t tetrahedron, const mechanics::Symmetric& strain, double load_time,
-                  double phase_time);
+  bool reduce_stiffness(std::int32_t tetrahedron, const mechanics::Symmetric& strain, double load_time,
+                        double phase_time);
   void open(std::int32_t tetrahedron, int cut);
-  void let_go(std::int32_t tetrahedron, mechanics::EdgeSet edges);
+  void release_edges(std::int32_t tetrahedron, mechanics::EdgeSet edges);
 
   const geometry::Subdomain* subdomain_;
   input::Release release_;
@@ -150,7 +150,7 @@ private:
   std::optional<SofteningLaw> softening_;
   std::vector<double> dissipation_;  // of each softening tetrahedron, per volume [J/m^3]
   std::unordered_map<std::int32_t, Softened> softened_;
-  std::vector<ToothFall> tooth_falls_;
+  std::vector<StiffnessReduction> stiffness_reductions_;
   std::size_t n_checked_ = 0;  // number of entries in order_ whose edges were checked
   std::vector<BridgeRelease> bridge_releases_;
   std::vector<Break> records_;
