@@ -44,7 +44,8 @@ struct Accuracy {
 /// precision; the preconditioner combines block Jacobi with a coarse correction by rigid motions of cells;
 /// the residual is periodically recomputed in double precision.
 ///
-/// All sums are independent of the order, so the solution is bitwise equal for every partition.
+/// All sums are independent of the order, so the solution is bitwise equal for every partition; that of
+/// PETSc's solvers is not, and their matrix product takes four times as long (tests/benchmark).
 class StaticSolver {
 public:
   /// Collective. The references must outlive the object.
