@@ -41,25 +41,12 @@ struct Wall {
   std::vector<std::string> names;
 };
 
-/// All walls of a shape; for a box those of its notches.
-std::vector<Wall> walls_of(const Specimen& specimen) {
+std::vector<Wall> walls_of(const plane::Shape& shape) {
   std::vector<Wall> walls;
-  if (specimen.shape) {
-    for (std::size_t l = 0; l < specimen.shape->loops.size(); ++l) {
-      const plane::Loop& loop = specimen.shape->loops[l];
-      for (std::size_t i = 0; i < loop.size(); ++i)
-        walls.push_back({loop.from(i), loop.to(i), plane::names_of_side(*specimen.shape, l, i)});
-    }
-  } else if (is_box(specimen)) {
-    for (std::size_t i = 0; i < specimen.notches.size(); ++i) {
-      const Region slot = slot_of(specimen.notches[i], specimen.size);
-      const plane::Polygon corners{{slot[1].first, slot[2].first},
-                                   {slot[1].second, slot[2].first},
-                                   {slot[1].second, slot[2].second},
-                                   {slot[1].first, slot[2].second}};
-      for (std::size_t k = 0; k < 4; ++k)
-        walls.push_back({corners[k], corners[(k + 1) % 4], {fmt::format("notch-{}", i)}});
-    }
+  for (std::size_t l = 0; l < shape.loops.size(); ++l) {
+    const plane::Loop& loop = shape.loops[l];
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      walls.push_back({loop.from(i), loop.to(i), plane::names_of_side(shape, l, i)});
   }
   return walls;
 }
@@ -353,7 +340,7 @@ void check_boundaries(const Parameters& parameters, Findings& findings) {
   const Specimen& specimen = parameters.specimen;
   const bool size_known = is_box(specimen) ? size_is_known(findings) : specimen.shape.has_value();
   const std::vector<Wall> walls =
-      size_known && !findings.faulty("specimen.notch") ? walls_of(specimen) : std::vector<Wall>{};
+      size_known && !findings.faulty("specimen.notch") ? walls_of(shape_of(specimen)) : std::vector<Wall>{};
   for (std::size_t i = 0; i < parameters.boundaries.size(); ++i) {
     const std::string key = boundary_key(i);
     const Boundary& condition = parameters.boundaries[i];

@@ -27,14 +27,6 @@ double rounded_down(double value) {
 }
 
 /// Volume of the intersection of two boxes [m^3]; 0 if they do not intersect.
-double common_volume(const Region& a, const Region& b) {
-  double volume = 1;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    volume *=
-        std::max(0.0, std::min(a[axis].second, b[axis].second) - std::max(a[axis].first, b[axis].first));
-  return volume;
-}
-
 /// Area of the intersection of a shape and a box [m^2].
 double common_area(const plane::Shape& shape, const Region& box) {
   const plane::Bounds bounds = plane::bounds_of(shape.loops.front().corners);
@@ -51,17 +43,10 @@ double common_area(const plane::Shape& shape, const Region& box) {
   return common;
 }
 
-/// Volume of the body in a box, without its notches, which must not overlap [m^3].
+/// Volume of the body in a box [m^3].
 double material_volume(const Specimen& specimen, const Region& box) {
-  const Vector& size = specimen.size;
-  if (specimen.shape) {
-    const double thickness = std::min(box[0].second, size[0]) - std::max(box[0].first, 0.0);
-    return std::max(0.0, thickness) * common_area(*specimen.shape, box);
-  }
-  double volume = common_volume(box, bounds_of(specimen));
-  for (const Notch& notch : specimen.notches)
-    if (!notch.slot) volume -= common_volume(box, slot_of(notch, size));
-  return volume;
+  const double thickness = std::min(box[0].second, specimen.size[0]) - std::max(box[0].first, 0.0);
+  return std::max(0.0, thickness) * common_area(shape_of(specimen), box);
 }
 
 /// Rejects a spacing with too many points in a box: at least one per spacing^3; refinements elsewhere are
@@ -115,7 +100,7 @@ void check_region(const Parameters& parameters, std::size_t i, Findings& finding
                     fmt::format("the region from {} to {} is outside the body; give a part of {} to {}",
                                 show(lower), show(upper), first == 0 ? "0" : show(first), show(last)));
   }
-  if (findings.faulty(key) || findings.faulty("specimen")) return;
+  if (findings.faulty(key) || !shape_is_known(parameters.specimen, findings)) return;
   const double volume = material_volume(parameters.specimen, region.box);
   if (volume <= 1e-12 * size[0] * size[1] * size[2])
     findings.report(key, "lies {}, where there is nothing to mesh; give a box in the body",
@@ -146,7 +131,7 @@ void check_mesh(const Parameters& parameters, Findings& findings) {
                     show(mesh.spacing), show(smallest));
     return;
   }
-  if (findings.faulty("specimen")) return;
+  if (!shape_is_known(parameters.specimen, findings)) return;
   check_number(mesh, mesh.spacing, material_volume(parameters.specimen, everywhere), "mesh.spacing",
                findings);
   if (!findings.faulty("mesh")) check_softening(parameters, findings);

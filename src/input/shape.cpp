@@ -508,36 +508,8 @@ bool size_is_known(const Findings& findings) {
   });
 }
 
-bool is_box(const Specimen& specimen) {
-  return !specimen.outline && specimen.holes.empty() &&
-         std::ranges::none_of(specimen.notches, [](const Notch& notch) { return notch.slot.has_value(); });
-}
-
-Region slot_of(const Notch& notch, const Vector& size) {
-  Region slot;
-  slot[0] = {0, size[0]};
-  const auto depth_axis = static_cast<std::size_t>(axis_of(notch.face));
-  const double extent = size[depth_axis];
-  slot[depth_axis] =
-      is_upper(notch.face) ? std::pair{extent - notch.depth, extent} : std::pair{0.0, notch.depth};
-  slot[index(position_axis(notch.face))] = {notch.at - notch.height / 2, notch.at + notch.height / 2};
-  return slot;
-}
-
-double ligament_end(const std::vector<Notch>& notches, std::size_t i, const Vector& size) {
-  const Notch& notch = notches[i];
-  const auto depth_axis = index(axis_of(notch.face)), at_axis = index(position_axis(notch.face));
-  const bool ascends = !is_upper(notch.face);
-  const double tip = ascends ? notch.depth : size[depth_axis] - notch.depth;
-  double end = ascends ? size[depth_axis] : 0;
-  for (const Notch& other : notches) {
-    const Region slot = slot_of(other, size);
-    if (!(notch.at > slot[at_axis].first && notch.at < slot[at_axis].second)) continue;
-    const auto [low, high] = slot[depth_axis];
-    if (ascends && low > tip) end = std::min(end, low);
-    if (!ascends && high < tip) end = std::max(end, high);
-  }
-  return end;
+bool shape_is_known(const Specimen& specimen, const Findings& findings) {
+  return !findings.faulty("specimen") && (is_box(specimen) || specimen.shape);
 }
 
 Region bounds_of(const Specimen& specimen) {

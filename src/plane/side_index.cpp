@@ -30,7 +30,8 @@ SideIndex::SideIndex(const Shape& shape, double tolerance) : tolerance_(toleranc
     for (std::size_t i = 0; i < loop.size(); ++i) {
       const Point way = loop.to(i) - loop.from(i);
       const double length = norm(way);
-      sides_.push_back({loop.from(i), loop.to(i), 1 / length * way, length, loop.part[i]});
+      // Divided, so that the vector of a side along an axis is one of +-1 and 0.
+      sides_.push_back({loop.from(i), loop.to(i), {way[0] / length, way[1] / length}, length, loop.part[i]});
     }
   bounds_ = bounds_of(shape.loops.front().corners);
   const Point size = bounds_.upper - bounds_.lower;

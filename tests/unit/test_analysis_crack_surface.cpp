@@ -25,8 +25,8 @@ geometry::Realization one_tetrahedron(const std::array<Point, 4>& p) {
   return realization;
 }
 
-geometry::NotchedBox plain_box() {
-  return geometry::NotchedBox(input::Specimen{{1, 1, 1}, {}});
+geometry::ExtrudedPlate plain_box() {
+  return geometry::ExtrudedPlate(input::Specimen{{1, 1, 1}, {}});
 }
 
 TEST(CrackSurface, RegularTetrahedronHasThreeOrFourEqualFacets) {

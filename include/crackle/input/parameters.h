@@ -141,6 +141,14 @@ struct Specimen {
   std::optional<plane::Shape> shape = {};
 };
 
+/// True for a box with at most slots cut into its faces.
+bool is_box(const Specimen& specimen);
+
+/// The shape of a body in the plane of the plate. The parts of a box are edge-0 to edge-3 (box_edges) and
+/// notch-0 and so on, its corners have the coordinates of its faces and slots without rounding.
+/// @throws std::runtime_error unless every notch of a box is a slot inside its face, apart from others
+plane::Shape shape_of(const Specimen& specimen);
+
 /// The bounding box of the body, starting at x = 0.
 Region bounds_of(const Specimen& specimen);
 
