@@ -338,7 +338,7 @@ void add_criterion(Rows& rows, const Subject& subject) {
   if (parameters.fracture.variation)
     rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
                                       ", from the variation of sample 0");
-  if (parameters.fracture.memory == input::Memory::step)
+  if (parameters.fracture.accumulation == input::Accumulation::step)
     rows.emplace_back("strength",
                       fmt::format("{:.4g} MPa, which breaks in one step", criterion->strength(0) / 1e6));
   auto toughness = fracture::fracture_spacings(self, parameters, subdomain, operators);
@@ -675,7 +675,7 @@ void print_cases(const std::vector<input::Case>& cases) {
 
 int check(const parallel::Communicator& world, const CheckOptions& options) {
   const std::string& file = options.file;
-  const input::Parameters parameters = read_input(world, file);
+  const input::Parameters parameters = read_given_input(world, file);
   std::vector<input::Case> cases;
   if (!parameters.sweeps.empty()) cases = read_cases(world, parameters, file);
   parallel::agree(world, [&] {
