@@ -95,7 +95,7 @@ class Report(Ensembles):
             self.assertTrue(image.startswith((b"\x89PNG\r\n", b"GIF89a")))
         chosen = choosing.samples_in_detail(reading.read_ensemble(self.folder))
         detail = [f"growth-{i:04d}" for i in chosen]
-        stems = ["convergence", "crack-paths", "crossings", "energy", "shares", *detail, *(f"surface-{i:04d}" for i in chosen)]
+        stems = ["convergence", "crack-paths", "crack-speed", "crossings", "energy", "load", "shares", *detail, *(f"surface-{i:04d}" for i in chosen)]
         files = {file.name: file.read_bytes() for file in (self.folder / "report").iterdir()}
         self.assertEqual(sorted(files), sorted([f"{stem}.{kind}" for stem in stems for kind in ("png", "svg")]
                                                + [f"{stem}.gif" for stem in detail]))

@@ -171,10 +171,10 @@ input::Parameters plate() {
   return parameters;
 }
 
-SampleSummary done(double force, int forks, std::vector<double> z) {
+SampleSummary done(double force, int branching_points, std::vector<double> z) {
   SampleSummary row = empty_summary(1, 2, SampleStatus::done);
   row.onset_force = force;
-  row.bifurcations = forks;
+  row.branching_points = branching_points;
   row.position = std::move(z);
   row.leading_start = 0;
   return row;

@@ -121,7 +121,7 @@ void for_each_result(Visit&& visit) {
         &Row::branching_points);
   visit(ResultInfo{"bifurcations_projected", "",
                    "number of branching points of the crack projected on the plane of the plate", counts,
-                   "branching in projection", "", 1, "d"},
+                   "branching projected", "", 1, "d"},
         &Row::branching_points_projected);
   visit(ResultInfo{"kinks", "",
                    "number of kinks of all crack lines: turns of 26 degrees or more within 0.08 ligaments",
