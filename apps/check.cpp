@@ -196,7 +196,7 @@ void print_cases(const std::vector<input::Case>& cases) {
 
 int check(const parallel::Communicator& world, const CheckOptions& options) {
   const std::string& file = options.file;
-  const input::Parameters parameters = read_input(world, file);
+  const input::Parameters parameters = read_given_input(world, file);
   std::vector<input::Case> cases;
   if (!parameters.sweeps.empty()) cases = read_cases(world, parameters, file);
   parallel::agree(world, [&] {

@@ -108,7 +108,7 @@ void add_criterion(Rows& rows, const Subject& subject) {
   if (parameters.fracture.variation)
     rows.emplace_back("strength", spread({strengths.begin(), strengths.end()}, 1e6, "MPa") +
                                       ", from the variation of sample 0");
-  if (parameters.fracture.memory == input::Memory::step)
+  if (parameters.fracture.accumulation == input::Accumulation::step)
     rows.emplace_back("strength",
                       fmt::format("{:.4g} MPa, which breaks in one step", criterion->strength(0) / 1e6));
   rows.emplace_back(

@@ -63,7 +63,7 @@ void make_mesh(const input::Parameters& ensemble, const MeshOptions& options) {
 }
 
 int run_mesh(const parallel::Communicator& world, const MeshOptions& options) {
-  const input::Parameters parameters = read_input(world, options.input);
+  const input::Parameters parameters = read_given_input(world, options.input);
   refuse_sweep(parameters, options.input);
   int status = success;
   parallel::agree_on_root(world, [&] {

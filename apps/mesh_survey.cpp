@@ -58,12 +58,12 @@ bool survey_meshes(const input::Parameters& parameters, std::uint64_t n_samples,
   ensemble::Progress progress(n_samples, 1, uncracked);
   SurveyFigures figures{base.size(), base_seconds, survey.base_orientation(), {}, 0};
   auto& rows = figures.rows;
-  const auto look = [&](const geometry::Realization& realization) {
+  const auto inspect = [&](const geometry::Realization& realization) {
     if (figures.stable_step == 0) figures.stable_step = dynamics::stable_step(parameters, realization);
   };
   for (std::uint64_t sample = 0; sample < n_samples; ++sample) {
     progress.started(sample, clock.seconds());
-    rows.push_back(survey.measure(sample, look));
+    rows.push_back(survey.measure(sample, inspect));
     const std::string& error = rows.back().error;
     if (!error.empty()) log.line(error);
     ensemble::SampleReport report;

@@ -31,7 +31,7 @@ struct RunArguments {
   bool retry_failed = false;
   std::string samples;
   std::string part;
-  ParkingOptions parking;
+  SuspendOptions suspend;
 };
 
 /// "12" or "0-49"; empty for an empty text.
@@ -98,8 +98,8 @@ int run_command(const parallel::Communicator& world, const input::Parameters& pa
                .range = chosen_range(world, parameters, cases, arguments)},
       .log = &std::cout,
       .terminal_width = terminal_width(STDOUT_FILENO),
-      .stop = ensemble::make_stop_request(arguments.parking.time_limit),
-      .checkpoint_interval = arguments.parking.checkpoint_interval,
+      .stop = ensemble::make_stop_request(arguments.suspend.time_limit),
+      .checkpoint_interval = arguments.suspend.checkpoint_interval,
       .next = {.resume = continuation(typed, "--resume"),
                .retry_failed = continuation(typed, "--retry-failed"),
                .report = "tools/crackle-report " + shell_line({{arguments.folder.string()}})},
@@ -148,7 +148,7 @@ void add_run_command(CLI::App& app, const CommandLine& typed, Action& run) {
           "N-1, such as 0/20: as --samples, for job arrays")
       ->check(checked(part))
       ->excludes(samples);
-  add_parking_options(*command, arguments->parking);
+  add_suspend_options(*command, arguments->suspend);
   command->footer(std::string("Exit status: 0 all samples done; 1 usage or input error, nothing was written; "
                               "2 finished, but some "
                               "samples failed; 3 stopped early, continue with --resume; ") +
@@ -157,10 +157,11 @@ void add_run_command(CLI::App& app, const CommandLine& typed, Action& run) {
     run = [arguments, typed](const parallel::Communicator& world) {
       parallel::agree(world,
                       [&] { check_tasks(world, arguments->samples.empty() && arguments->part.empty()); });
-      const input::Parameters parameters = read_input(world, arguments->input);
+      const input::Parameters parameters = read_given_input(world, arguments->input);
       std::vector<input::Case> cases;
       if (!parameters.sweeps.empty()) cases = read_cases(world, parameters, arguments->input);
-      return end_together(world, [&] { return run_command(world, parameters, cases, *arguments, typed); });
+      return end_collectively(world,
+                              [&] { return run_command(world, parameters, cases, *arguments, typed); });
     };
   });
 }

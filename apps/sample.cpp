@@ -28,7 +28,7 @@ struct SampleArguments {
   bool resume = false;
   bool retry_failed = false;
   bool overwrite = false;
-  ParkingOptions parking;
+  SuspendOptions suspend;
 };
 
 int sample_command(const parallel::Communicator& world, const input::Parameters& parameters,
@@ -43,8 +43,8 @@ int sample_command(const parallel::Communicator& world, const input::Parameters&
       .resume = arguments.resume || arguments.retry_failed,
       .retry_failed = arguments.retry_failed,
       .overwrite = arguments.overwrite,
-      .stop = ensemble::make_stop_request(arguments.parking.time_limit),
-      .checkpoint_interval = arguments.parking.checkpoint_interval,
+      .stop = ensemble::make_stop_request(arguments.suspend.time_limit),
+      .checkpoint_interval = arguments.suspend.checkpoint_interval,
       .progress = width > 0 ? dynamics::SampleLog(show) : dynamics::SampleLog(),
   };
   const auto report =
@@ -70,7 +70,7 @@ void add_sample_command(CLI::App& app, const CommandLine& typed, Action& run) {
   command->add_option("-o,--output", arguments->folder, "folder for the results")->required();
   CLI::Option* resume =
       command->add_flag("--resume", arguments->resume,
-                        "keep the sample if it is done; continue from its checkpoint if it was parked");
+                        "keep the sample if it is done; continue from its checkpoint if it was suspended");
   CLI::Option* retry_failed = command->add_flag("--retry-failed", arguments->retry_failed,
                                                 "as --resume, and compute a failed sample again");
   command
@@ -79,17 +79,17 @@ void add_sample_command(CLI::App& app, const CommandLine& typed, Action& run) {
                  "this or --resume, a folder that holds the sample is refused")
       ->excludes(resume)
       ->excludes(retry_failed);
-  add_parking_options(*command, arguments->parking);
+  add_suspend_options(*command, arguments->suspend);
   command->footer(
       std::string("Exit status: 0 done; 1 usage or input error, nothing was written; 2 the sample "
-                  "failed; 3 parked, continue with --resume; ") +
+                  "failed; 3 suspended, continue with --resume; ") +
       crash_help + signals_help);
   command->callback([arguments, typed, &run] {
     run = [arguments, typed](const parallel::Communicator& world) {
       check_tasks(world, false);
-      const input::Parameters parameters = read_input(world, arguments->input);
+      const input::Parameters parameters = read_given_input(world, arguments->input);
       refuse_sweep(parameters, arguments->input);
-      return end_together(world, [&] { return sample_command(world, parameters, *arguments, typed); });
+      return end_collectively(world, [&] { return sample_command(world, parameters, *arguments, typed); });
     };
   });
 }

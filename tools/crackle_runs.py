@@ -73,7 +73,7 @@ def median_range(values: list[float | None], form: str, unit: str = "") -> str:
     return text if len(there) == len(values) else f"{text}, {len(there)} of {len(values)}"
 
 
-FRONT_WINDOW = 2e-3  # [m] along a crack, over which its speed where it forks is measured
+FRONT_WINDOW = 2e-3  # [m] along a crack, over which its speed where it branches is measured
 
 
 def front_speed(advance: np.ndarray, time: np.ndarray, at: float) -> float:
@@ -122,8 +122,8 @@ class Sample:
     wall_time: float  # that it took [s]
 
     @property
-    def projected_forks(self) -> np.ndarray:
-        """Places in `forks` of those that show in the projection on the plate's plane."""
+    def projected_branching(self) -> np.ndarray:
+        """Indices in `forks` of those that show in the projection on the plate's plane."""
         return np.flatnonzero(self.forks["in_projection"] == 1)
 
     def passing_time(self, place: float) -> float | None:

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure  # noqa: E402
 import numpy as np  # noqa: E402
 
 from crackle_report import style  # noqa: E402
-from crackle_report.drawing import draw_facets, draw_fork_rings, draw_plate, time_colours  # noqa: E402
+from crackle_report.drawing import draw_facets, draw_plate, draw_rings, time_colours  # noqa: E402
 from crackle_report.plate import Plate  # noqa: E402
 from crackle_report.results import CrackSurface  # noqa: E402
 from crackle_report.writing import write_light_figure  # noqa: E402
@@ -41,7 +41,7 @@ def _ring_pressure(load: float) -> str:
 LOADS: dict[str, Callable[[float], str]] = {
     "ring": _ring_pressure, "offset-notch": lambda load: f"first break at {load:.0f} N", "pmma-strip": lambda load: "", "glass-plate": lambda load: ""}
 
-FORKED = ("paper-plate", "pmma-strip", "glass-plate")  # of which forks are counted
+BRANCHED = ("paper-plate", "pmma-strip", "glass-plate")  # of which branching points are counted
 
 style.apply()
 DPI = 130
@@ -54,13 +54,13 @@ def draw(name: str, picture: Path, results: Path, samples: list[Sample]) -> None
     if name == "uncertain-strip":
         draw_exponents(picture, samples)
     else:
-        draw_cracks(picture, results, samples, LOADS.get(name, lambda load: f"{load:.0f} N"), name in FORKED)
+        draw_cracks(picture, results, samples, LOADS.get(name, lambda load: f"{load:.0f} N"), name in BRANCHED)
 
 
 def draw_cracks(picture: Path, results: Path, samples: list[Sample], load_text: Callable[[float], str], rings: bool = False) -> None:
     """The mesh of the first sample on the side x = 0, and the cracks of the first samples; of a long body the part that breaks.
 
-    @param rings: round the forks in the projection
+    @param rings: round the branching points in the projection
     """
     with h5py.File(sorted((results / "samples").glob("*.h5"))[0]) as root:
         plate = Plate.of({name: values[...] for name, values in root["specimen"].items()})
@@ -93,7 +93,7 @@ def draw_cracks(picture: Path, results: Path, samples: list[Sample], load_text: 
         if len(time):
             draw_facets(panel, CrackSurface(sample.facet_corners, time, np.zeros(len(time), int)), colours)
         if rings:
-            draw_fork_rings(panel, sample.forks["position"][sample.projected_forks])
+            draw_rings(panel, sample.forks["position"][sample.projected_branching])
         _time_bar(figure, panel, colours)
         load = breaking_load(sample)
         text = load_text(load) if np.isfinite(load) and load else ""

@@ -45,19 +45,19 @@ def _mean(values: list[float]) -> str:
     return f"{middle:.2f} ± {half_width:.2f}"
 
 
-def _forked(samples: list[Sample]) -> str:
-    count = sum(sample.projected_forks.size > 0 for sample in samples)
+def _branched(samples: list[Sample]) -> str:
+    count = sum(sample.projected_branching.size > 0 for sample in samples)
     return f"{count} of {len(samples)}"
 
 
-LONG_ARM = 2 * MILLIMETRE
+LONG_BRANCH = 2 * MILLIMETRE
 
 
-def _fork_angle(samples: list[Sample]) -> str:
-    """Between the arms of each sample's first fork along the strip, of those with long arms."""
+def _branching_angle(samples: list[Sample]) -> str:
+    """Between the branches of each sample's first branching point along the strip, of those with long branches."""
     def angle(sample: Sample) -> float | None:
-        seen = sample.projected_forks
-        seen = seen[sample.forks["length"][seen] >= LONG_ARM]
+        seen = sample.projected_branching
+        seen = seen[sample.forks["length"][seen] >= LONG_BRANCH]
         if not seen.size:
             return None
         return math.degrees(sample.forks["angle"][seen[np.argmin(sample.forks["position"][seen, 0])]])
@@ -66,9 +66,9 @@ def _fork_angle(samples: list[Sample]) -> str:
 
 
 def _branching_time(samples: list[Sample]) -> str:
-    """When the fork with the longest arm comes."""
+    """When the branching point with the longest branch comes."""
     def time(sample: Sample) -> float | None:
-        seen = sample.projected_forks
+        seen = sample.projected_branching
         return 1e6 * sample.forks["time"][seen[np.argmax(sample.forks["length"][seen])]] if seen.size else None
 
     return median_range([time(sample) for sample in samples], ".0f", " µs")
@@ -206,12 +206,12 @@ def _depth_reference(samples: list[Sample]) -> str:
 
 
 PROBLEMS = {
-    "paper-plate": Problem("paper.toml", (Figure("samples with a fork in the projection", _forked, _always("4 of the paper's 8 typical samples, no share")),),
+    "paper-plate": Problem("paper.toml", (Figure("samples with branching in the projection", _branched, _always("4 of the paper's 8 typical samples, no share")),),
                            {"ensemble.samples": "8", "time.integrator": '"verlet"', "time.step": '"auto"'},
                            {"ensemble.samples": "2", "mesh.notch_spacing": '"0.6 mm"', "mesh.growth": "0.1", "mesh.spacing": '"2 mm"'}),
     "pmma-strip": Problem("verification/pmma-strip.toml", (
-        Figure("samples with a fork in the projection", _forked, _always("all")),
-        Figure("angle between the arms of the first fork with arms of 2 mm", _fork_angle, _always("some 30°"))),
+        Figure("samples with branching in the projection", _branched, _always("all")),
+        Figure("angle between the branches of the first branching point with branches of 2 mm", _branching_angle, _always("some 30°"))),
         {}, {"ensemble.samples": "2"}),
     "glass-plate": Problem("verification/glass-plate.toml", (
         Figure("the crack has grown by 1 mm after", _passing_time(51 * MILLIMETRE), _always("about 10 µs")),

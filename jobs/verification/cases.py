@@ -49,7 +49,7 @@ def glass_plate(folder: Path, program: Path) -> list[Figure]:
     return [
         Figure(case, "the crack has grown by 1 mm", median_range([p.start for p in plates], ".0f", " µs"), "about 10 µs"),
         Figure(case, "branching for good", median_range([p.branching for p in plates], ".0f", " µs"), "about 33 µs"),
-        Figure(case, "branchings, short arms included", median_range(short, ".0f"), "1"),
+        Figure(case, "branchings, short branches included", median_range(short, ".0f"), "1"),
         Figure(case, "arrival at the far edge", median_range([p.arrival for p in plates], ".0f", " µs"), "about 75 µs"),
         Figure(case, "largest speed / c_R (2125 m/s)", median_range([p.speed for p in plates], ".2f"), "below 0.6"),
         Figure(case, "energy of broken tetrahedra per traced area", median_range([p.energy for p in plates], ".2f", " J/m²"),
@@ -88,8 +88,8 @@ class StripCrack:
     """What a crack did in the PMMA strip."""
 
     ran: bool  # through more than half of the strip
-    forks: int  # in the projection
-    angle: float  # between the arms of the first fork [degrees]; NaN where there is none
+    n_branching: int  # branching points in the projection
+    angle: float  # between the branches of the first branching point [degrees]; NaN where there is none
     speed_there: float  # over Rayleigh's, on the way to it
     largest_speed: float  # the same, of all the way
 
@@ -97,7 +97,7 @@ class StripCrack:
 def _strip_crack(sample: Sample, tip: float, width: float) -> StripCrack:
     y = sample.facet_corners[:, :, 1].mean(axis=1)
     ran = y.size > 0 and float(y.max()) > (tip + width) / 2
-    seen = sample.projected_forks
+    seen = sample.projected_branching
     angle = speed = math.nan
     if seen.size:
         first = seen[np.argmin(sample.forks["position"][seen, 0])]
@@ -106,15 +106,15 @@ def _strip_crack(sample: Sample, tip: float, width: float) -> StripCrack:
     return StripCrack(ran, seen.size, angle, speed, float(sample.summary["crack_speed_ratio"]))
 
 
-def threshold(load: np.ndarray, forked: np.ndarray) -> str:
-    """Load at which half of the samples fork, by logistic regression, and its 95 % interval by profile likelihood."""
-    if forked.all() or not forked.any():
-        return f"{'all' if forked.all() else 'none'} fork from {load.min():.3f} to {load.max():.3f} mm"
+def threshold(load: np.ndarray, branched: np.ndarray) -> str:
+    """Load at which half of the samples branch, by logistic regression, and its 95 % interval by profile likelihood."""
+    if branched.all() or not branched.any():
+        return f"{'all' if branched.all() else 'none'} branch from {load.min():.3f} to {load.max():.3f} mm"
     extent = load.max() - load.min()
     grid = np.linspace(load.min() - 3 * extent, load.max() + 3 * extent, 2801)
     widths = np.geomspace(1e-3, 3, 250) * extent
     x = (load[:, None, None] - grid[None, :, None]) / widths[None, None, :]
-    likelihood = -np.where(forked[:, None, None], np.logaddexp(0, -x), np.logaddexp(0, x)).sum(axis=0)
+    likelihood = -np.where(branched[:, None, None], np.logaddexp(0, -x), np.logaddexp(0, x)).sum(axis=0)
     profile = likelihood.max(axis=1)
     inside = grid[profile > profile.max() - 1.92]  # half of the 95 % quantile of chi squared with one degree of freedom
     best = grid[profile > profile.max() - 1e-6]  # a plateau where the shares jump from none to all
@@ -140,20 +140,20 @@ def pmma_strip(folder: Path, program: Path) -> list[Figure]:
             samples = run(setting, _strip_folder(folder, spacing, travel), program)
             cracks[travel] = [_strip_crack(sample, 4 * MILLIMETRE, 32 * MILLIMETRE) for sample in samples]
         ran = [(travel, crack) for travel, some in cracks.items() for crack in some if crack.ran]
-        forked = np.array([crack.forks > 0 for _, crack in ran])
-        shares = ", ".join(f"{sum(c.ran and c.forks > 0 for c in some)}/{sum(c.ran for c in some)}"
+        branched = np.array([crack.n_branching > 0 for _, crack in ran])
+        shares = ", ".join(f"{sum(c.ran and c.n_branching > 0 for c in some)}/{sum(c.ran for c in some)}"
                            for some in cracks.values())
         loads = ", ".join(f"{travel:.3f}" for travel in TRAVELS)
-        first = [crack for _, crack in ran if crack.forks > 0]
+        first = [crack for _, crack in ran if crack.n_branching > 0]
         figures += [
-            Figure(case, f"samples with forks of those that crack, each edge moved by {loads} mm", shares,
+            Figure(case, f"samples that branch of those that crack, each edge moved by {loads} mm", shares,
                    "none up to 0.038 mm, all from 0.040 mm on"),
-            Figure(case, "edge displacement at which half of them fork (95 % interval)", threshold(np.array([travel for travel, _ in ran]), forked),
+            Figure(case, "edge displacement at which half of them branch (95 % interval)", threshold(np.array([travel for travel, _ in ran]), branched),
                    "0.038 to 0.040 mm"),
-            Figure(case, "speed / c_R on the 2 mm before the first fork", median_range([c.speed_there for c in first], ".2f"),
+            Figure(case, "speed / c_R on the 2 mm before the first branching point", median_range([c.speed_there for c in first], ".2f"),
                    "0.55, Katzav et al. 2007"),
-            Figure(case, "angle between its arms", median_range([c.angle for c in first], ".0f", "°"), "some 30°"),
-            Figure(case, "largest speed / c_R, with forks", median_range([c.largest_speed for c in first], ".2f"), "0.6 to 0.7"),
+            Figure(case, "angle between its branches", median_range([c.angle for c in first], ".0f", "°"), "some 30°"),
+            Figure(case, "largest speed / c_R, with branching", median_range([c.largest_speed for c in first], ".2f"), "0.6 to 0.7"),
         ]
     return figures
 

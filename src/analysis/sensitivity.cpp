@@ -74,7 +74,7 @@ std::vector<Subject> all_subjects(const input::Parameters& parameters, std::size
       if (member != &SampleSummary::position) return;
       for (std::size_t k = 0; k < n_positions; ++k) {
         Sensitivity of{.info = info};
-        of.notch = static_cast<int>(k / n_sections);
+        of.start = static_cast<int>(k / n_sections);
         of.section = static_cast<int>(k % n_sections);
         subjects.push_back({of, [k](const SampleSummary& row) { return row.position[k]; }});
       }

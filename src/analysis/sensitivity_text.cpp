@@ -14,8 +14,8 @@ namespace crackle::analysis {
 namespace {
 
 std::string name_of(const Sensitivity& result, const input::Sections& sections) {
-  if (result.notch >= 0)
-    return fmt::format("notch {}, {}", result.notch, input::name_of(sections.all()[index(result.section)]));
+  if (result.start >= 0)
+    return fmt::format("start {}, {}", result.start, input::name_of(sections.all()[index(result.section)]));
   if (!result.share_of.empty()) return fmt::format("{}: {}", result.info.label, result.share_of);
   const std::string units = result.info.shown_units;  // distinguishes results with the same label
   return units.empty() ? result.info.label : fmt::format("{} [{}]", result.info.label, units);

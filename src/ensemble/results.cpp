@@ -151,7 +151,7 @@ Results write_results(const parallel::Communicator& world, const input::Paramete
                           [&] { results.statistics = analysis::make_statistics(results.rows, parameters); });
   analysis::Statistics& statistics = results.statistics;
   statistics.n_needed = parallel::share(world, statistics.n_needed);
-  statistics.n_notches = parallel::share(world, statistics.n_notches);
+  statistics.n_starts = parallel::share(world, statistics.n_starts);
   statistics.n_sections = parallel::share(world, statistics.n_sections);
   analysis::leave_out_surplus(results.statistics, 0, results.rows);
   analysis::leave_out_surplus(results.statistics, block.first, block.rows);
@@ -182,7 +182,7 @@ Results results_at(const parallel::Communicator& world, const input::Parameters&
       const auto own = is_done ? inputs.of(sample)->body : nullptr;
       const geometry::Body& of_sample = own ? *own : *body;
       if (is_done)  // not stored in files of version 2
-        found.summary.leading_notch = analysis::leading_notch(of_sample, found.surface);
+        found.summary.leading_start = analysis::leading_start(of_sample, found.surface);
       stored.push_back(found.summary);
       measured.push_back(found.summary);
       analysis::measure_crossings(of_sample, found.surface, sections.sections, measured.back());

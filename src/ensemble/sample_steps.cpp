@@ -37,11 +37,12 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
     const input::Parameters& own = input->parameters;
     SampleAnalysis analysis;
     analysis.surface = analysis::make_crack_surface(own_body, realization, result.breaks, result.phase_start);
-    analysis.lines = analysis::crack_lines(own_body, analysis.surface);
-    analysis.arms = analysis::find_forks(own_body, analysis.surface);
-    analysis.crossings = analysis::section_crossings(own_body, analysis.surface, analysis.arms, own.sections);
-    analysis.summary = analysis::summarize(own_body, result, analysis.surface, analysis.lines, analysis.arms,
-                                           analysis.crossings, own.material);
+    analysis.branches = analysis::find_branches(own_body, analysis.surface);
+    analysis.lines = analysis::crack_lines(own_body, analysis.surface, analysis.branches);
+    analysis.crossings =
+        analysis::section_crossings(own_body, analysis.surface, analysis.branches, own.sections);
+    analysis.summary = analysis::summarize(own_body, result, analysis.surface, analysis.lines,
+                                           analysis.branches, analysis.crossings, own.material);
     if (own.draw) analysis.summary.inputs = own.draw->values;
     analysis.history = analysis::crack_history(own_body, analysis.surface, analysis.lines, result);
     return analysis;
@@ -52,7 +53,7 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
     io::write_sample(
         io::sample_path(folder, sample),
         {inputs->of(sample)->parameters, sample, realization, result, analysis.surface, analysis.lines,
-         analysis.arms, analysis.crossings, analysis.summary, analysis.history, n_ranks});
+         analysis.branches, analysis.crossings, analysis.summary, analysis.history, n_ranks});
   };
   steps.write_failure = [&parameters, inputs, folder, n_ranks](std::uint64_t sample,
                                                                const analysis::SampleSummary& failure,
@@ -62,7 +63,7 @@ SampleSteps make_sample_steps(const input::Parameters& parameters, const geometr
       io::write_failed_sample(file, parameters, sample, failure);
     } else {
       io::write_sample(file, {inputs->of(sample)->parameters, sample, partial->realization, partial->result,
-                              partial->analysis.surface, partial->analysis.lines, partial->analysis.arms,
+                              partial->analysis.surface, partial->analysis.lines, partial->analysis.branches,
                               partial->analysis.crossings, failure, partial->analysis.history, n_ranks});
     }
   };

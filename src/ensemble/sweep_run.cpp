@@ -37,7 +37,7 @@ namespace {
 std::string mesh_settings(const input::Parameters& parameters, bool of_mesh) {
   std::string settings = parameters.mesh.points_digest;
   for (const std::string& line : input::body_settings(parameters)) {
-    const bool of_realization = line.starts_with("mesh.perturbation") || line.starts_with("mesh.turn");
+    const bool of_realization = line.starts_with("mesh.perturbation") || line.starts_with("mesh.symmetry");
     if (of_mesh || !of_realization) settings += line + "\n";
   }
   for (const std::string& line : input::sample_settings(parameters)) {

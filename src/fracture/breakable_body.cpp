@@ -156,23 +156,16 @@ std::vector<BreakableBody::BridgingEdge> BreakableBody::find_bridging_edges() co
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
   std::vector<BridgingEdge> bridging;
   for (const auto edge : edges) {
-    double unbroken = 0, all = 0;
+    bool all_broken = true;
     std::vector<BridgingEdge> here;
     for (const auto t : edges_.round(edge)) {
       const auto index = static_cast<std::size_t>(t);
       const auto& of_tetrahedron = edges_.of_tetrahedron[index];
       const auto k = std::ranges::find(of_tetrahedron, edge) - of_tetrahedron.begin();
-      const auto [a, b] = geometry::dual_facet_nodes[static_cast<std::size_t>(k)];
-      const Vector area =
-          mechanics::dual_facet_area(operators_.tetrahedra[index], static_cast<int>(a), static_cast<int>(b));
-      const double size = norm(area);
-      all += size;
-      if (broken_[index] == 0)
-        unbroken += size;
-      else
-        here.push_back({subdomain_->tetrahedron_number[index], k});
+      all_broken = all_broken && broken_[index] != 0;
+      here.push_back({subdomain_->tetrahedron_number[index], k});
     }
-    if (unbroken <= bridging_share * all) bridging.insert(bridging.end(), here.begin(), here.end());
+    if (all_broken) bridging.insert(bridging.end(), here.begin(), here.end());
   }
   return bridging;
 }

@@ -78,11 +78,11 @@ std::optional<Range> toughness_along_ligaments(const input::Parameters& paramete
 std::vector<double> local_spacings(const parallel::Communicator& group, const geometry::Subdomain& subdomain,
                                    const mechanics::PdsOperators& operators) {
   std::vector<double> at_node(subdomain.nodes.size());
-  const auto round_node = mechanics::node_tetrahedra(subdomain);
+  const auto node_to_cell = mechanics::node_tetrahedra(subdomain);
   for (std::int32_t node = 0; node < subdomain.layout.n_owned; ++node) {
     double volume = 0;
-    for (const auto t : round_node[node]) volume += operators.tetrahedra[index(t)].volume;
-    volume /= static_cast<double>(round_node[node].size());
+    for (const auto t : node_to_cell[node]) volume += operators.tetrahedra[index(t)].volume;
+    volume /= static_cast<double>(node_to_cell[node].size());
     at_node[index(node)] = std::cbrt(6 * std::sqrt(2.0) * volume);
   }
   parallel::GhostExchange<double> exchange(group, subdomain.layout);

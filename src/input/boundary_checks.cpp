@@ -306,13 +306,13 @@ void check_absorbs(const Parameters& parameters, std::size_t i, const std::vecto
   }
 }
 
-void check_held_in_all_directions(const Parameters& parameters, Findings& findings) {
+void check_constrained_in_all_directions(const Parameters& parameters, Findings& findings) {
   std::vector<std::string> loose;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto is_held = std::ranges::any_of(parameters.boundaries, [&](const Boundary& condition) {
+    const auto is_constrained = std::ranges::any_of(parameters.boundaries, [&](const Boundary& condition) {
       return prescribes_motion(condition) && condition.components[axis];
     });
-    if (!is_held) loose.emplace_back(axis_names[axis]);
+    if (!is_constrained) loose.emplace_back(axis_names[axis]);
   }
   if (loose.empty()) return;
   findings.report("boundary",
@@ -357,7 +357,7 @@ void check_boundaries(const Parameters& parameters, Findings& findings) {
   }
   if (parameters.time.start != Start::rest && !findings.faulty("boundary") &&
       !findings.faulty("time.start")) {
-    check_held_in_all_directions(parameters, findings);
+    check_constrained_in_all_directions(parameters, findings);
   }
 }
 

@@ -2,6 +2,7 @@
 #include "crackle/common/checksum.h"
 #include "crackle/input/reader.h"
 
+#include "renamed_keys.h"
 #include "schema.h"
 
 #include <fmt/format.h>
@@ -92,6 +93,7 @@ std::string sample_identity(const Parameters& parameters) {
   // Files that predate these keys have the samples of their defaults.
   for (const char* const setting : {"mesh.base = shared", "time.engine = fixed-point"})
     std::erase(settings, setting);
+  std::ranges::transform(settings, settings.begin(), with_earlier_name);
   return fmt::format("FNV-1a {:016x}", checksum(fmt::format("{}", fmt::join(settings, "\n"))));
 }
 

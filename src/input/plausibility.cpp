@@ -110,8 +110,8 @@ std::string of_duration(const Parameters& parameters) {
 
 std::vector<std::string> plausibility_warnings(const Parameters& parameters) {
   std::vector<std::string> warnings;
-  for (const auto look : {of_modulus, of_density, of_strength, of_toughness, of_duration})
-    if (std::string text = look(parameters); !text.empty()) warnings.push_back(std::move(text));
+  for (const auto warning_on : {of_modulus, of_density, of_strength, of_toughness, of_duration})
+    if (std::string text = warning_on(parameters); !text.empty()) warnings.push_back(std::move(text));
   return warnings;
 }
 

@@ -4,6 +4,7 @@
 #include "consistency.h"
 #include "document.h"
 #include "findings.h"
+#include "renamed_keys.h"
 #include "schema.h"
 #include "values.h"
 
@@ -134,10 +135,11 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
   Parameters parameters;
   std::string stored = text;
   try {
-    const Value root = parse_document(text);
+    Value root = parse_document(text);
     if (root.members.empty()) {
       throw SyntaxError(1, "there are no keys in the file; give an input file in TOML");
     }
+    stored = with_current_names(text, root, findings);
     Context context{UnitSystem::shared(), findings, name.parent_path(), points, &root};
     locate(root, "", findings);
     report_unknown_keys(root, findings);
@@ -145,7 +147,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
     const Value* const outline = find_path(root, "specimen.outline");
     if (outline != nullptr && outline->kind == ValueKind::string &&
         !parameters.specimen.outline->polygon.empty()) {
-      if (const auto completed = with_outline(text, *outline, parameters.specimen.outline->polygon))
+      if (const auto completed = with_outline(stored, *outline, parameters.specimen.outline->polygon))
         stored = *completed;
       else
         findings.report("specimen.outline", "give the name of the file in quotes in the line of the key");
@@ -165,6 +167,7 @@ Parameters parse(const std::string& text, const std::filesystem::path& name, con
   if (!findings.empty()) throw InputError(findings.messages(name));
   if (parameters.time.engine == Engine::petsc) parameters.time.precision = Precision::double_;
   parameters.text = std::move(stored);
+  parameters.notes = findings.notes(name);
   return parameters;
 }
 

@@ -245,10 +245,11 @@ Table mesh_table() {
                   "amplitude of the disturbance, in local spacings"),
        number_key("min_quality", in(&Parameters::mesh, &Mesh::min_quality), {0, 0.5}, by_default("0.2"),
                   "mean-ratio quality that every tetrahedron keeps"),
-       choice_key<Turn>("turn", in(&Parameters::mesh, &Mesh::turn),
-                        {{"random", Turn::random}, {"none", Turn::none}}, by_default("\"random\""),
-                        "where reflections or half-turns map the body on itself, each realization takes "
-                        "one of them, so that equal notches have equal chances"),
+       choice_key<MeshSymmetry>(
+           "symmetry", in(&Parameters::mesh, &Mesh::symmetry),
+           {{"random", MeshSymmetry::random}, {"none", MeshSymmetry::none}}, by_default("\"random\""),
+           "where reflections or half-turns map the body on itself, each realization takes "
+           "one of them, so that equal notches have equal chances"),
        choice_key<Base>(
            "base", in(&Parameters::mesh, &Mesh::base), {{"shared", Base::shared}, {"own", Base::own}},
            by_default("\"shared\""),
@@ -334,9 +335,10 @@ Table fracture_table() {
        number_key("exponent", in(&Parameters::fracture, &Fracture::exponent), {0, 20, true}, by_default("2"),
                   "beta"),
        impulse_key(),
-       choice_key<Memory>(
-           "memory", in(&Parameters::fracture, &Fracture::memory),
-           {{"cumulative", Memory::cumulative}, {"step", Memory::step}}, by_default("\"cumulative\""),
+       choice_key<Accumulation>(
+           "accumulation", in(&Parameters::fracture, &Fracture::accumulation),
+           {{"cumulative", Accumulation::cumulative}, {"step", Accumulation::step}},
+           by_default("\"cumulative\""),
            "whether damage accumulates over all steps or over one only: a strength of sigma_0 + "
            "(impulse / step)^(1 / exponent)"),
        choice_key<Release>(

@@ -39,11 +39,6 @@ std::size_t end_of_line(const std::string& text, std::size_t at) {
   return end == std::string::npos ? text.size() : end + 1;
 }
 
-std::pair<std::size_t, std::size_t> extent_of(const std::string& text, const Value& value) {
-  const std::size_t begin = std::min(start_of_line(text, value.line) + value.column - 1, text.size());
-  return {begin, std::min(begin + value.length, text.size())};
-}
-
 /// Byte offset after the header line of a table: "[fracture]", or the second "[[boundary]]" for
 /// "boundary[1]". Empty if the text has no such line.
 std::optional<std::size_t> behind_header(const std::string& text, const std::string& path) {
@@ -94,6 +89,11 @@ std::string apply(std::string text, std::vector<Change> changes) {
 }
 
 }  // namespace
+
+std::pair<std::size_t, std::size_t> extent_of(const std::string& text, const Value& value) {
+  const std::size_t begin = std::min(start_of_line(text, value.line) + value.column - 1, text.size());
+  return {begin, std::min(begin + value.length, text.size())};
+}
 
 std::string with_settings(const std::string& text, const std::vector<Setting>& settings) {
   const Value root = parse_document(text);

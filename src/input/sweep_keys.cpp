@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // [[sweep]]: keys whose values define the cases of a study.
 #include "consistency.h"
+#include "renamed_keys.h"
 #include "schema.h"
 #include "settings.h"
 
@@ -26,8 +27,9 @@ Sweep& sweep(Parameters& parameters, std::size_t i) {
 }
 
 void read_key(const Source& source, Sweep& sweep) {
-  const auto path = read_text(source, accepted_sweep_key);
+  auto path = read_text(source, accepted_sweep_key);
   if (!path) return;
+  path = current_name(*path, source.key, source.value.line, source.context.findings);
   const bool is_known = find_key(*path) != nullptr && !path->starts_with("sweep");
   const bool is_common = std::ranges::find(same_for_all, *path) != same_for_all.end();
   if (!is_known)
@@ -82,8 +84,8 @@ Key values_key() {
           auto& row = sweep(parameters, i).values.emplace_back();
           if (n_keys <= 1) {
             read_value(values, row);
-          } else if (const auto together = read_elements(values, n_keys, accepted_values)) {
-            for (const Source& value : *together) read_value(value, row);
+          } else if (const auto row_values = read_elements(values, n_keys, accepted_values)) {
+            for (const Source& value : *row_values) read_value(value, row);
           }
         }
       },

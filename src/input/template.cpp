@@ -26,7 +26,7 @@ std::string comment(const std::string& text) {
   for (std::string word; words >> word;) {
     if (line.size() + 1 + word.size() > comment_width) {
       result += line + "\n";
-      line = "#";
+      line.assign(1, '#');
     }
     line += " " + word;
   }

@@ -71,7 +71,7 @@ void write_conditions(hid_t group, const std::vector<input::Boundary>& condition
   write_vectors(
       group, "displacement", rows, conditions.size(),
       [](const HistoryRow& row, std::size_t k) { return row.displacement[k]; }, "m",
-      "mean over the loaded area, or over the held nodes, of each condition (x, y, z)");
+      "mean over the loaded area, or over the constrained nodes, of each condition (x, y, z)");
 }
 
 /// Writes a group for each probe, by its name.

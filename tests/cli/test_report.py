@@ -95,7 +95,7 @@ class Report(Ensembles):
             self.assertTrue(image.startswith((b"\x89PNG\r\n", b"GIF89a")))
         chosen = choosing.samples_in_detail(reading.read_ensemble(self.folder))
         detail = [f"growth-{i:04d}" for i in chosen]
-        stems = ["convergence", "crack-paths", "crossings", "energy", "shares", *detail, *(f"surface-{i:04d}" for i in chosen)]
+        stems = ["convergence", "crack-paths", "crack-speed", "crossings", "energy", "load", "shares", *detail, *(f"surface-{i:04d}" for i in chosen)]
         files = {file.name: file.read_bytes() for file in (self.folder / "report").iterdir()}
         self.assertEqual(sorted(files), sorted([f"{stem}.{kind}" for stem in stems for kind in ("png", "svg")]
                                                + [f"{stem}.gif" for stem in detail]))
@@ -138,7 +138,7 @@ class Report(Ensembles):
     def test_a_running_ensemble_has_the_statistics_of_what_is_there(self):
         finished = self.folder.with_name("finished")
         write_ensemble(finished, 12, failed=(4,))
-        write_ensemble(self.folder, 12, failed=(4,), with_ensemble_file=False, version=2)
+        write_ensemble(self.folder, 12, failed=(4,), with_ensemble_file=False)
         (self.folder / "samples" / "0011.h5.partial").write_bytes(b"half of a file")
         for ensemble in (reading.read_ensemble(finished), reading.read_ensemble(self.folder)):
             z = ensemble.samples.position
@@ -153,11 +153,10 @@ class Report(Ensembles):
         self.assertIn("not finished", page)
 
     def test_leading_and_following_cracks_are_told_apart(self):
-        write_ensemble(self.folder, 8, failed=(3,), version=2)
+        write_ensemble(self.folder, 8, failed=(3,))
         self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
         page = (self.folder / "report.html").read_text(encoding="utf-8")
-        for words in ("The leading notch is not in these files, which are of an older format",
-                      "samples that these notches lead: notch 1 as if notch 0 did", ">leading<", ">following<",
+        for words in ("samples that these notches lead: notch 1 as if notch 0 did", ">leading<", ">following<",
                       "all of notch 1, leading and following", "that share one set of mother points"):
             self.assertIn(words, page)
         write_ensemble(self.folder, 8, failed=(3,), leading=[0, 1] * 4)
@@ -166,13 +165,12 @@ class Report(Ensembles):
         self.assertEqual(self.run_report(str(self.folder)).returncode, 0)
         page = (self.folder / "report.html").read_text(encoding="utf-8")
         self.assertIn("notch 0 in 4, notch 1 in 3.", page)
-        self.assertNotIn("of an older format", page)
 
     def test_samples_that_ensemble_h5_lacks_come_from_their_files(self):
-        write_ensemble(self.folder, 8, pending=(5, 6), version=2)
+        write_ensemble(self.folder, 8, pending=(5, 6))
         old = reading.read_ensemble(self.folder)
         self.assertEqual(old.samples.count(0), 2)
-        write_ensemble(self.folder.with_name("whole"), 8, version=2)
+        write_ensemble(self.folder.with_name("whole"), 8)
         for number in ("0005", "0006"):
             source = self.folder.with_name("whole") / "samples" / f"{number}.h5"
             source.rename(self.folder / "samples" / f"{number}.h5")
@@ -365,8 +363,8 @@ class Pictures(Ensembles):
         ensemble = reading.read_ensemble(self.folder)
         samples = ensemble.samples
         chosen = choosing.typical_samples(ensemble, 8)
-        forks = samples.numbers[samples.forks]
-        kinds = [(int(samples.pattern[i]), bool(forks[i])) for i in ensemble.done]
+        branching = samples.bifurcations_projected
+        kinds = [(int(samples.pattern[i]), bool(branching[i])) for i in ensemble.done]
         print("chosen", [(i, kinds[list(ensemble.done).index(i)]) for i in chosen])
         self.assertEqual(len(set(chosen)), 8)
         self.assertNotIn(4, chosen)
@@ -381,11 +379,11 @@ class Pictures(Ensembles):
                         for b in z) for a in z]
             self.assertEqual(taken[0], group[int(np.argmin(sums))])
         self.assertEqual([int(samples.pattern[i]) for i in choosing.samples_in_detail(ensemble)], [1, 2])
-        # Of the samples with two cracks the one that forks is shown, typical or not.
+        # Of the samples with two cracks the one that branches is shown, typical or not.
         two = [int(i) for i in ensemble.done if samples.pattern[i] == 2]
         for only in two[:3]:
-            forks[:] = 0
-            forks[only] = 1
+            branching[:] = 0
+            branching[only] = 1
             self.assertEqual(choosing.samples_in_detail(ensemble)[1], only)
 
     def test_fringes_are_those_of_the_frames(self):

@@ -52,7 +52,7 @@ density = "1180 kg/m^3"
 strength = "35 MPa"
 exponent = 2
 impulse = "1e-8 MPa^2 s"
-memory = "cumulative"
+accumulation = "cumulative"
 release = "element"
 [[boundary]]
 on = "z-min"
@@ -157,8 +157,8 @@ class Stats(unittest.TestCase):
         with h5py.File(self.folder / "ensemble.h5") as root:
             mean, reached = root["statistics/z_mean"][0, 0], root["statistics/reached"][0, 0]
             median = np.median(root["samples/onset_force"][...])
-            forks = root["samples/bifurcations_projected"][...]
-        self.assertRegex(text, rf"\nforks in projection +{forks.mean():.2f} +{100 * (forks > 0).mean():.1f}   [0-9.]+ to [0-9.]+\n")
+            branching = root["samples/bifurcations_projected"][...]
+        self.assertRegex(text, rf"\nbranching projected +{branching.mean():.2f} +{100 * (branching > 0).mean():.1f}   [0-9.]+ to [0-9.]+\n")
         self.assertRegex(text, rf"\n +0 +y = 3 mm +z +{reached} +{mean * 1e3:.3f} ")
         self.assertRegex(text, rf"\nonset force \[N\] +\S+ +\S+ +{median:.3f} ")
 
@@ -188,7 +188,7 @@ class Stats(unittest.TestCase):
         self.assertRegex(text, rf"\none crack +{one[0]} +{one[1]} to {one[2]}\n")
         ensemble = reading.read_ensemble(self.folder)
         for i in ensemble.done:
-            self.assertEqual(ensemble.files.forks(i).in_space.sum(), ensemble.samples.bifurcations[i])
+            self.assertEqual(ensemble.files.branching(i).in_space.sum(), ensemble.samples.bifurcations[i])
 
     def assert_json_is_what_the_files_hold(self, document, folder):
         """@return the names of the members of groups, which are datasets of the files"""
@@ -291,31 +291,6 @@ class Stats(unittest.TestCase):
         self.assertIn("3 samples: 2 done, 0 failed, 1 left", result.stdout)
         self.assertEqual(sorted(file.name for file in self.folder.iterdir()), ["run.log", "samples"])
 
-    def test_leaders_of_an_older_ensemble_follow_from_its_crossings(self):
-        """Text and report say the same."""
-        older = ROOT / "tests" / "support" / "schema-2"
-        ensemble = reading.read_ensemble(older)
-        result = invoke("stats", older)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertRegex(result.stdout, r"^The leading notch is not in these files, which are of an older format: it is "
-                                        r"taken from the sections that the cracks reach\.\n")
-        counts = [int((ensemble.leading == notch).sum()) for notch in (0, 1)]
-        self.assertEqual(sum(counts), 3)
-        self.assertIn(f"\nleading notch: 0 in {counts[0]} samples, 1 in {counts[1]}\n", result.stdout)
-        for name, title in (("leader", "leader"), ("leader/one_crack", "leader, one crack"),
-                            ("leader/two_cracks", "leader, two cracks"), ("follower", "follower")):
-            ranks = ensemble.ranks[name]
-            for k, section in enumerate(ensemble.sections):
-                row = re.search(rf"\n{title} +0 +{ranks.notch[0]} +{section.name} +z +(.*)\n", result.stdout)
-                self.assertEqual(row is None, ranks.reached[0, k] == 0)
-                if row is None:
-                    continue
-                shown = row[1].split()
-                numbers = [ranks.reached[0, k], *(1e3 * values[0, k] for values in
-                                                  (ranks.z_mean, ranks.z_std, ranks.z_half_width)), ranks.counted[0, k]]
-                self.assertEqual(shown, [f"{v:.3f}" if 0 < i < 4 and np.isfinite(v) else "-" if 0 < i < 4 else str(v)
-                                         for i, v in enumerate(numbers)])
-
     def test_an_ensemble_that_stopped_early_stays_as_it_is(self):
         setting = pathlib.Path(self.parent.name) / "stop.toml"
         setting.write_text(INPUT.replace("samples = 3", "samples = 9").replace(
@@ -366,13 +341,10 @@ class Stats(unittest.TestCase):
             self.assertEqual({file: file.read_bytes() for file in self.folder.rglob("*.*")}, before)
 
     def test_other_sections_of_files_of_an_older_version(self):
-        old = pathlib.Path(__file__).resolve().parents[1] / "support" / "schema-2"
-        sections = 'y=' + re.search(r"\[sections\]\s+y = \[(.*?)\]", (old / "input.toml").read_text())[1].replace('"', "")
-        result = invoke("stats", old, "--sections", sections)
+        expected = self.older().stdout
+        result = invoke("stats", self.folder, "--sections", "y=3 mm, 4 mm")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
-        note, table = invoke("stats", old).stdout.split("\n", 1)
-        self.assertRegex(note, "^The leading notch is not in these files")  # here the crack surfaces tell it
-        self.assertEqual(result.stdout.split("\n\n", 1)[1], table)
+        self.assertEqual(result.stdout.split("\n\n", 1)[1], expected)
 
     def test_other_sections_of_unfinished_ensembles(self):
         self.sample.write_bytes(b"no sample")
@@ -512,24 +484,35 @@ class Stats(unittest.TestCase):
             root.attrs["schema_version"] = 99
         self.assert_refused("version 99 of the file format; this program reads versions up to 5")
 
+    def older(self, version=4):
+        """Makes the folder one of an older version of the format, with the names that this version had; what stats prints."""
+        for file in (self.folder / "ensemble.h5", *(self.folder / "samples").glob("*.h5")):
+            with opened(file, sealed=file.parent.name == "samples") as root:
+                root.attrs["schema_version"] = version
+                for name in ("first_break_x", "first_break_y", "first_break_z"):
+                    del root["summary" if "summary" in root else "samples"][name]
+                if "crack_surface" in root:
+                    root["crack_surface"].move("branch", "arm")
+        return invoke("stats", self.folder)
+
     def test_an_ensemble_of_an_older_version_is_shown_and_stays_as_it_is(self):
-        shutil.copytree(ROOT / "tests/support/schema-2", self.folder / "old")
-        old = self.folder / "old"
-        before = {file: file.read_bytes() for file in old.rglob("*") if file.is_file()}
-        result = invoke("stats", old)
-        self.assertEqual((result.returncode, result.stderr), (0, ""))
-        self.assertIn("3 samples: 3 done", result.stdout)
-        self.assertRegex(result.stdout, r"onset force \[N\] +114\.179")
-        self.assertNotIn("first break", result.stdout)
-        refused = invoke("run", old / "input.toml", "-o", old, "--resume")
+        before = invoke("stats", self.folder).stdout
+        self.older()
+        files = {file: file.read_bytes() for file in self.folder.rglob("*.*")}
+        result = invoke("stats", self.folder)
+        self.assertEqual((result.returncode, result.stderr, result.stdout), (0, "", before))
+        refused = invoke("run", self.folder / "input.toml", "-o", self.folder, "--resume")
         self.assertEqual(refused.returncode, 1, refused.stdout)
-        self.assertIn("version 2 of the file format, written by version", refused.stderr)
+        self.assertIn("version 4 of the file format, written by version", refused.stderr)
         self.assertIn("continue with the program that began this ensemble", refused.stderr)
-        report = subprocess.run([ROOT / "tools/crackle-report", old], capture_output=True, text=True, check=False)
+        self.assertEqual({file: file.read_bytes() for file in self.folder.rglob("*.*")}, files)
+        report = subprocess.run([ROOT / "tools/crackle-report", self.folder], capture_output=True, text=True, check=False)
         self.assertEqual((report.returncode, report.stderr), (0, ""))
-        after = {file: file.read_bytes() for file in old.rglob("*")
-                 if file.is_file() and "report" not in str(file.relative_to(old))}
-        self.assertEqual(before, after)
+
+    def test_versions_before_the_first_release_are_refused(self):
+        result = self.older(version=3)
+        self.assertEqual(result.returncode, 1, result.stdout)
+        self.assertIn("version 3 of the file format", result.stderr)
 
     def test_the_papers_stored_ensemble_is_shown(self):
         with h5py.File(ROOT / "jobs/paper/ensemble.h5") as root:

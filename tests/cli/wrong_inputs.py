@@ -207,7 +207,7 @@ CASES = [
          '"quasi-static", "equilibrium" or "rest"'),
     Case("notch in an x face", lambda t: t.set("specimen.notch", "face", '"x-min"'), "specimen.notch[0].face",
          '"y-min", "y-max", "z-min" or "z-max"'),
-    Case("unknown memory", lambda t: t.set("fracture", "memory", "1"), "fracture.memory",
+    Case("unknown accumulation", lambda t: t.set("fracture", "accumulation", "1"), "fracture.accumulation",
          '"cumulative" or "step"'),
     Case("word with another case", lambda t: t.set("time", "integrator", '"Verlet"'), "time.integrator",
          '"Verlet" is not known'),

@@ -49,7 +49,7 @@ density = "1180 kg/m^3"
 strength = "35 MPa"
 exponent = 2
 impulse = "1e-8 MPa^2 s"
-memory = "cumulative"
+accumulation = "cumulative"
 release = "element"
 [[boundary]]
 on = "z-min"

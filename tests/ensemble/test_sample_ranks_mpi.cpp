@@ -309,7 +309,7 @@ input::Parameters in_many_phases(int number) {
       boundaries.push_back(
           test::boundary(Face::y_max, BoundaryKind::velocity, {false, true, false}, {0, -1e-6, 0}));
       boundaries.back().region[2] = {0.005, 0.007};
-      parameters.fracture.memory = input::Memory::step;
+      parameters.fracture.accumulation = input::Accumulation::step;
       break;
     default:  // the same by facets, with toughness and a longitudinal force
       boundaries.push_back(test::boundary(Face::z_max, BoundaryKind::fix, {true, true, true}));

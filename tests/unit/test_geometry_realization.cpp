@@ -190,7 +190,7 @@ TEST_F(PlateRealization, IsNumberedCanonically) {
 // equally often at the other.
 TEST_F(PlateRealization, IsSetIntoTheBodyInEachWayThatFits) {
   input::Mesh as_it_lies = testing::plate_mesh();
-  as_it_lies.turn = input::Turn::none;
+  as_it_lies.symmetry = input::MeshSymmetry::none;
   std::map<std::uint8_t, int> count;
   for (std::uint64_t sample = 0; sample < 12; ++sample) {
     const Realization made = make(2012, sample);

@@ -37,7 +37,7 @@ SampleReport done(std::uint64_t sample, double force, double z_middle) {
   report.summary.onset_force = force;
   report.summary.position = {0, z_middle, 0, 0, 0, 0};
   report.summary.z_spread.resize(6);
-  report.summary.leading_notch = 0;
+  report.summary.leading_start = 0;
   report.stored = true;
   return report;
 }
@@ -52,12 +52,12 @@ SampleReport failed(std::uint64_t sample) {
 }
 
 /// Two notches, three sections.
-Progress make_progress(std::size_t n_to_do, int n_groups, std::size_t n_notches = 2) {
+Progress make_progress(std::size_t n_to_do, int n_groups, std::size_t n_starts = 2) {
   input::Parameters parameters;
   parameters.ensemble.samples = 200;
   parameters.specimen.size = {0.005, 0.0245, 0.14};
   // With different depths: no symmetry maps one onto the other.
-  for (std::size_t i = 0; i < n_notches; ++i)
+  for (std::size_t i = 0; i < n_starts; ++i)
     parameters.specimen.notches.push_back(
         crackle::testing::notch(i == 0 ? input::Face::y_min : input::Face::y_max, 65, 5 + double(i), 0.6));
   parameters.sections.y = {0.007, 0.01225, 0.0175};
@@ -166,7 +166,7 @@ TEST(Progress, BodyWithoutNotchesHasNoPosition) {
   auto report = done(0, 400, 0.07);
   report.summary.position.clear();
   report.summary.z_spread.clear();
-  report.summary.leading_notch = -1;
+  report.summary.leading_start = -1;
   progress.finished(report, 1);
   EXPECT_EQ(progress.line(1), "1 done, 0 failed, 0 running, 0 left; median onset 400.000 N");
 }

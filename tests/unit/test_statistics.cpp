@@ -22,7 +22,7 @@ SampleSummary done(std::vector<double> z, Pattern pattern = Pattern::one_crack, 
   SampleSummary row = empty_summary(1, static_cast<int>(z.size()), SampleStatus::done);
   row.position = std::move(z);
   row.pattern = static_cast<std::int32_t>(pattern);
-  row.leading_notch = 0;
+  row.leading_start = 0;
   row.onset_force = force;
   return row;
 }

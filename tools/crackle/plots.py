@@ -91,7 +91,7 @@ class Plots:
         for number, last in phases.items():
             for notch in range(last.sizes["notch"]):
                 axes.plot(times.of(last["phase_time"]), unit.of(last[name].isel(notch=notch)), color=f"C{notch}", linewidth=0.9,
-                          label=f"sample {number}, notch {notch}")
+                          label=f"sample {number}, start {notch}")
         axes.set_xlabel(times.label("time since onset"))
         axes.set_ylabel(unit.label(name.replace("_", " ")))
         return axes

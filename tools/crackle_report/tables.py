@@ -112,10 +112,10 @@ def _about_ranks(ensemble: Ensemble) -> str:
     counts = [f"{ensemble.plate.name_of(notch)} in {int((done == notch).sum())}" for notch in range(ensemble.n_notches)]
     text = "A sample's crack leads that crosses the largest share of its ligament: " + ", ".join(counts)
     if (done < 0).any():
-        text += f", {'unknown or none' if ensemble.notes else 'none'} in {int((done < 0).sum())}"
+        text += f", none in {int((done < 0).sum())}"
     text = " ".join([text + ".", *ensemble.notes])
-    turned = [f"{ensemble.plate.name_of(notch)} as if {ensemble.plate.name_of(turn.reference)} did" for notch, turn in enumerate(ensemble.turns)
-              if notch != turn.reference]
+    turned = [f"{ensemble.plate.name_of(notch)} as if {ensemble.plate.name_of(symmetry.reference)} did" for notch, symmetry in enumerate(ensemble.symmetries)
+              if notch != symmetry.reference]
     if turned:
         text += f" Turned by the body's symmetry are the samples that these notches lead: {', '.join(turned)}."
     return text
@@ -157,7 +157,7 @@ def tiles(ensemble: Ensemble) -> str:
             found = ensemble.statistics.pattern(pattern)
             entries.append((f"{100 * found.share:.0f} %",
                             f"{style.pattern_name(pattern)} ({100 * found.lower:.0f} to {100 * found.upper:.0f} %)"))
-    for name, label in (("bifurcations_projected", "forks in the projection"), ("bifurcations", "forks in space")):
+    for name, label in (("bifurcations_projected", "branching in the projection"), ("bifurcations", "branching in space")):
         if ensemble.n_notches and name in table.numbers and table.result(name).any:
             entries.append((str(table.result(name).n_any), f"samples with {label}"))
     return '<div class="tiles">' + "".join(

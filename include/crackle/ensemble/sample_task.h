@@ -28,7 +28,7 @@ using SampleFunction = std::function<dynamics::SampleResult(
 struct SampleAnalysis {
   analysis::CrackSurface surface;
   std::vector<analysis::CrackLine> lines;
-  analysis::CrackArms arms;
+  analysis::CrackBranches branches;
   std::vector<analysis::SectionCrossing> crossings;  ///< notches x sections
   analysis::SampleSummary summary;
   analysis::CrackHistory history;

@@ -31,17 +31,13 @@ int most_loaded_cut(const mechanics::TetrahedronOperator& tetrahedron, const mec
 /// The edges crossed by a cut.
 mechanics::EdgeSet crossed_edges(int cut);
 
-/// With release by facets, a broken tetrahedron also releases an edge when the dual facets of the unbroken
-/// tetrahedra around that edge are at most this share of all. With 0 all tetrahedra around the edge must be
-/// broken.
-inline constexpr double bridging_share = 0.0;
-
 /// A body that can break: its constant operators, its internal force and its set of broken tetrahedra, on one
 /// subdomain.
 ///
 /// Release by elements: a broken tetrahedron carries no load. Release by facets: it releases the edges
-/// crossed by its most loaded cut (mechanics::EdgeStiffness), and further ones by the bridging rule, without
-/// which neighbouring tetrahedra with different cuts would bridge the crack forever.
+/// crossed by its most loaded cut (mechanics::EdgeStiffness), and those around which all tetrahedra are
+/// broken (the bridging rule), without which neighbouring tetrahedra with different cuts would bridge the
+/// crack forever.
 ///
 /// Ranks that hold the same tetrahedron compute bitwise the same stress, so they break it consistently
 /// without communication.

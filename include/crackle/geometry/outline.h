@@ -16,8 +16,9 @@ struct Outline {
   std::vector<double> points;       ///< y, z of the polygons' corners, one polygon after the other
   std::vector<std::int32_t> first;  ///< index of each polygon's first corner, and one past the last of all
   std::vector<std::string> names;   ///< of each crack start: notch-0, hole-0, free surface
-  std::vector<double> tips;         ///< y, z of each crack start's tip; crack starts are notches in the files
-  std::vector<double> slots;        ///< min and max y, min and max z of each start's faces
+  std::vector<double>
+      tips;  ///< y, z of each crack start's tip; the members of crack starts are called notch_...
+  std::vector<double> slots;  ///< min and max y, min and max z of each start's faces
   std::vector<std::int32_t>
       axis;  ///< per start: axis along which its crack mainly advances, 1 for y, 2 for z; 0 if any
   std::vector<std::int32_t> direction;  ///< per start: 1 or -1, direction of advance along the axis; 0 if any

@@ -160,7 +160,7 @@ Region slot_of(const Notch& notch, const Vector& size);
 double ligament_end(const std::vector<Notch>& notches, std::size_t i, const Vector& size);
 
 /// How realizations are oriented in a body with symmetries.
-enum class Turn {
+enum class MeshSymmetry {
   random,  ///< each by a random symmetry
   none,    ///< all as the base distribution
 };
@@ -183,7 +183,7 @@ struct Mesh {
   double growth = 0;         ///< increase of spacing per unit distance from a notch tip or a region
   double perturbation = 0;   ///< amplitude of the perturbation, in local spacings
   double min_quality = 0;    ///< minimum mean-ratio quality of every tetrahedron
-  Turn turn = Turn::random;
+  MeshSymmetry symmetry = MeshSymmetry::random;
   Base base = Base::shared;
   std::optional<std::filesystem::path> points;  ///< file with base mother points, to be used instead
   std::string points_digest;  ///< of that file's contents, which are part of the input; empty without a file
@@ -196,7 +196,7 @@ struct Material {
   double density = 0;  ///< [kg/m^3]
 };
 
-enum class Memory { cumulative, step };
+enum class Accumulation { cumulative, step };  ///< of damage
 enum class Release { element, facet, softening };
 /// Shape of the curve of stress over opening.
 enum class SofteningCurve { linear, exponential };
@@ -222,7 +222,7 @@ struct Fracture {
   double strength = 0;  ///< sigma_0 [Pa]; 0 if derived from the toughness
   double exponent = 2;  ///< beta
   double impulse = 0;   ///< K_f [Pa^beta s]
-  Memory memory = Memory::cumulative;
+  Accumulation accumulation = Accumulation::cumulative;
   Release release = Release::element;
   SofteningCurve softening = SofteningCurve::linear;
   int teeth = 10;  ///< steps in which a tetrahedron's stiffness decreases
@@ -362,7 +362,9 @@ struct Draw {
 };
 
 struct Parameters {
-  std::string text;  ///< the input file as it was read
+  /// The input file as it was read, with the current names of keys and the points of an outline file.
+  std::string text;
+  std::vector<std::string> notes = {};  ///< on the file, such as keys given by an earlier name
   Ensemble ensemble;
   Specimen specimen;
   Mesh mesh;

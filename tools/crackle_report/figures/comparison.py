@@ -49,7 +49,7 @@ def _is_sure(entry: dict[str, Any]) -> bool:
 
 def _answer(name: str, comparison: dict[str, Any]) -> str:
     differing = [f"{_label(entry).partition(' [')[0]} ({_shown(entry)})" for entry in comparison["results"] if _is_sure(entry)]
-    differing += [f"the paths led by notch {paths['leading_notch']}" for paths in comparison["paths"] if _is_sure(paths)]
+    differing += [f"the paths led by start {paths['leading_notch']}" for paths in comparison["paths"] if _is_sure(paths)]
     how = f"{comparison['n_pairs']} pairs of samples with the same bodies" if comparison["paired"] else comparison["note"]
     found = "differs in " + ", ".join(differing) if differing else "does not differ in anything that could not be by chance"
     return f"{name} {found} ({how})."
@@ -73,7 +73,7 @@ def _figure(comparison: dict[str, Any], sections: list[str], lengths: Unit) -> F
     panels = [("percent of this ensemble's mean", [(_label(entry), entry["difference_of_means"], 100 / abs(entry["mean_first"]), _is_sure(entry))
                                                    for entry in numbers]),
               ("percentage points of the samples", [(_label(entry), entry["difference_of_means"], 100, _is_sure(entry)) for entry in shares]),
-              (lengths.label("mean position"), [(f"notch {paths['leading_notch']} leads, {where}", difference, 1 / lengths.size, _is_sure(paths))
+              (lengths.label("mean position"), [(f"start {paths['leading_notch']} leads, {where}", difference, 1 / lengths.size, _is_sure(paths))
                                       for paths in comparison["paths"] for where, difference in zip(sections, paths["difference_of_means"])
                                       if difference["value"] is not None])]
     panels = [panel for panel in panels if panel[1]]

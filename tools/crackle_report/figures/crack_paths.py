@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 
 from .. import style
 from ..choosing import typical_samples
-from ..drawing import draw_facets, draw_forks, draw_plate, fork_handles, panel_size, time_bar, time_colours, window
+from ..drawing import branching_handles, draw_branching, draw_facets, draw_plate, panel_size, time_bar, time_colours, window
 from ..options import Options
 from ..results import CrackSurface, Ensemble
 from .picture import Picture, Section
@@ -26,7 +26,7 @@ DIGIT = 5.8  # width of one in a title [point]
 MOST_PANELS = 240  # a page with thousands is neither read nor quickly drawn
 
 EXPLANATION = ("The opened dual facets, projected on the YZ plane and coloured by the time they opened, counted "
-               "from the onset of the last dynamic phase. Grey facets opened before it. Rings are round the forks that are "
+               "from the onset of the last dynamic phase. Grey facets opened before it. Rings are round the branching points that are "
                "counted: whole ones show in this projection, dotted ones only in a window through the thickness.")
 
 
@@ -107,7 +107,7 @@ def _sheet(ensemble: Ensemble, numbers: list[int], cracks: dict[int, CrackSurfac
     handles: list[Artist] = []
     if any((crack.time < 0).any() for crack in cracks.values()):
         handles.append(Patch(color=style.BEFORE_ONSET, label="opened before the onset"))
-    handles += fork_handles(axes, [forks for i in numbers if i in cracks and (forks := ensemble.files.forks(i)) is not None])
+    handles += branching_handles(axes, [points for i in numbers if i in cracks and (points := ensemble.files.branching(i)) is not None])
     if handles:
         figure.legend(handles=handles, loc="upper left", bbox_to_anchor=((left + 3.4) / style.PAGE_WIDTH, 1 - 0.04 / height),
                       labelspacing=0.3)
@@ -147,6 +147,6 @@ def _panel(axes: Axes, ensemble: Ensemble, number: int, crack: CrackSurface | No
         return
 
     draw_facets(axes, crack, colours, lengths=ensemble.plate.lengths, times=ensemble.times)
-    forks = ensemble.files.forks(number)
-    if forks is not None:
-        draw_forks(axes, forks, ensemble.plate.lengths)
+    points = ensemble.files.branching(number)
+    if points is not None:
+        draw_branching(axes, points, ensemble.plate.lengths)

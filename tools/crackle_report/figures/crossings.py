@@ -36,7 +36,7 @@ def section(ensemble: Ensemble, _: Options) -> Section | None:
 
 def _draw(ensemble: Ensemble) -> Figure:
     panels = [(group, row) for group in ("leader", "follower") for row in ensemble.rows_shown(group)]
-    lines = _turned_lines(ensemble)
+    lines = _mapped_lines(ensemble)
     z_range = window(ensemble.plate, [line.points[:, 1] for of_panel in lines.values() for line in of_panel])
     n_columns = min(len(panels), 3)
     n_rows = -(-len(panels) // n_columns)
@@ -68,17 +68,17 @@ def _draw(ensemble: Ensemble) -> Figure:
     return figure
 
 
-def _turned_lines(ensemble: Ensemble) -> dict[tuple[str, int], list[CrackLine]]:
+def _mapped_lines(ensemble: Ensemble) -> dict[tuple[str, int], list[CrackLine]]:
     """The lines of each panel: group and row, in the frame of the leading crack."""
     lines = defaultdict(list)
     for i in ensemble.done:
         leading = int(ensemble.leading[i])
         for line in ensemble.files.lines(i) if leading >= 0 else []:
-            turn = ensemble.turns[leading]
+            symmetry = ensemble.symmetries[leading]
             for group in ("leader", "follower") if line.notch >= 0 else ():
-                row = ensemble.ranks[group].row_of(turn.reference, turn.notch.index(line.notch))
+                row = ensemble.ranks[group].row_of(symmetry.reference, symmetry.notch.index(line.notch))
                 if row is not None:
-                    points = turn.turned(line.points, ensemble.plate)
+                    points = symmetry.mapped(line.points, ensemble.plate)
                     lines[group, row].append(CrackLine(line.notch, line.is_branch, points))
     return lines
 

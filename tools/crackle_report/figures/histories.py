@@ -159,9 +159,9 @@ def _growth(ensemble: Ensemble, histories: dict[int, History], detailed: list[in
             speed_axes.plot(time, history.tip_speed[rows, notch], style_of, color=style.notch_colour(k), linewidth=1.1)
             latest = max(latest, float(time[np.isfinite(history.tip_speed[rows, notch])].max(initial=0)))
     rayleigh = next(iter(histories.values())).rayleigh_speed
-    speed_axes.axhline(rayleigh, color=style.FORK, linewidth=0.8)
+    speed_axes.axhline(rayleigh, color=style.BRANCHING, linewidth=0.8)
     speed_axes.annotate(f"Rayleigh speed, {rayleigh:.0f} m/s", (1, rayleigh), xycoords=("axes fraction", "data"), xytext=(0, -3),
-                        textcoords="offset points", ha="right", va="top", fontsize=7, color=style.FORK)
+                        textcoords="offset points", ha="right", va="top", fontsize=7, color=style.BRANCHING)
     for axes, label, top in ((length_axes, lengths.label("crack length"), None), (speed_axes, "tip speed [m/s]", 1.08 * rayleigh)):
         axes.set_xlim(0, 1.15 * latest if latest > 0 else None)
         axes.set_ylim(0, top)

@@ -52,7 +52,7 @@ def _rows(results: list[dict[str, Any]], n_sections: int) -> list[dict[str, Any]
 
 def _label(one: dict[str, Any], ensemble: Ensemble) -> str:
     if "section" in one:
-        return f"path of notch {one['notch']}, {ensemble.sections[one['section']].name}"
+        return f"path of {ensemble.plate.name_of(one['notch'])}, {ensemble.sections[one['section']].name}"
     return f"{one['label']}: {one['share_of']}" if one["share_of"] else one["label"]
 
 

@@ -55,9 +55,9 @@ def _draw_onset(ensemble: Ensemble) -> Figure:
 
 def _patterns(axes: Axes, ensemble: Ensemble) -> None:
     done = ensemble.done
-    names = [*style.PATTERN_NAMES[1:], style.PATTERN_NAMES[0], "with forks"]
+    names = [*style.PATTERN_NAMES[1:], style.PATTERN_NAMES[0], "with branching"]
     colours = [*(style.PATTERN_COLOURS[p] for p in (1, 2, 3, 0)), style.MUTED]
-    shares = [*(ensemble.statistics.pattern(p) for p in (1, 2, 3, 0)), ensemble.samples.result(ensemble.samples.forks).any]
+    shares = [*(ensemble.statistics.pattern(p) for p in (1, 2, 3, 0)), ensemble.samples.result("bifurcations_projected").any]
     for row, (found, colour) in enumerate(zip(shares, colours)):
         share, low, high = (100 * value for value in (found.share, found.lower, found.upper))
         count = round(found.share * done.size)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Detection rates and false positives of forks, on perturbed Delaunay tessellations cut by synthetic
+// Detection rates and false positives of branching, on perturbed Delaunay tessellations cut by synthetic
 // surfaces.
-#include "crackle/analysis/forks.h"
+#include "crackle/analysis/branching.h"
 #include "crackle/common/index.h"
 #include "crackle/geometry/mother_points.h"
 #include "crackle/geometry/realization.h"
@@ -56,33 +56,33 @@ private:
   std::vector<Wave> waves_;
 };
 
-/// A synthetic crack along z = plane with arms; lengths in spacings, angles in degrees.
+/// A synthetic crack along z = plane with branches; lengths in spacings, angles in degrees.
 struct Made {
   const char* name = "";
-  int arms = 2;             ///< 1: no fork
-  double length = 10;       ///< of the shorter arms
-  double half_angle = 20;   ///< between neighbouring arms
-  double share = 1;         ///< of the thickness, covered by the shorter arms
+  int branches = 2;         ///< 1: no branching
+  double length = 10;       ///< of the shorter branches
+  double half_angle = 20;   ///< between neighbouring branches
+  double share = 1;         ///< of the thickness, covered by the shorter branches
   double roughness = 0.2;   ///< standard deviation of the surface heights
   double touching = 0.1;    ///< share of the tetrahedra next to the crack that break
   double strays = 0;        ///< single breaks per spacing of crack advance
-  double distance = 0;      ///< non-zero: the arms are parallel at this distance instead of at an angle
+  double distance = 0;      ///< non-zero: the branches are parallel at this distance instead of at an angle
   double s_shape = 0;       ///< amplitude of the path
   double tilt = 0;          ///< of the crack through the thickness
-  bool is_twisted = false;  ///< each half of the thickness contains one of the arms
-  bool has_spurs = false;   ///< arms of 2 spacings at several places
-  bool meets = false;       ///< parallel arms that meet once
+  bool is_twisted = false;  ///< each half of the thickness contains one of the branches
+  bool has_spurs = false;   ///< branches of 2 spacings at several places
+  bool meets = false;       ///< parallel branches that meet once
 };
 
 struct Counts {
   int samples = 0;
-  int projected = 0;  ///< samples in which the correct number of forks was found
+  int projected = 0;  ///< samples in which the correct number of branching points was found
   int in_space = 0;
-  int any_projected = 0;  ///< samples with any fork
+  int any_projected = 0;  ///< samples with any branching
   int any_in_space = 0;
 };
 
-class MadeForks : public testing::Test {
+class MadeBranches : public testing::Test {
 protected:
   static constexpr int n_realizations = 4;
 
@@ -98,7 +98,7 @@ protected:
     const auto base = geometry::make_mother_points(*body, mesh, 1);
     for (int i = 0; i < n_realizations; ++i)
       realizations.push_back(geometry::make_realization(*body, base, mesh, 1, static_cast<std::uint64_t>(i)));
-    const CrackSurface straight = make({.arms = 1, .roughness = 0, .touching = 0}, 0);
+    const CrackSurface straight = make({.branches = 1, .roughness = 0, .touching = 0}, 0);
     double mean = 0;
     for (const CrackFacet& facet : straight.facets)
       mean += local_spacing(facet) / static_cast<double>(straight.facets.size());
@@ -112,10 +112,10 @@ protected:
 
   static CrackSurface make(const Made& made, std::uint64_t seed) {
     RandomStream random(seed, 0, "made fork");
-    const double fork = made.has_spurs ? 6 : random.uniform(5, 8);
+    const double split = made.has_spurs ? 6 : random.uniform(5, 8);
     const double above = random.uniform(-0.5, 0.5);
     const double phase = random.uniform(0, 2 * std::numbers::pi);
-    const bool is_up = random.uniform() < 0.5;  // selects the shorter one of two arms
+    const bool is_up = random.uniform() < 0.5;  // selects the shorter one of two branches
     const double covered = made.share * thickness;
     const double first_x = random.uniform(0, thickness - covered);
     std::vector<Roughness> surface;
@@ -126,53 +126,53 @@ protected:
       return plane + above + made.tilt * (x - thickness / 2) +
              made.s_shape * (std::sin(2 * std::numbers::pi * (y - tip) / 30 + phase) - std::sin(phase));
     };
-    // Heights of the arms in ascending order; arms meet where they cross due to roughness.
+    // Heights of the branches in ascending order; branches meet where they cross due to roughness.
     const auto heights = [&](const Point& p) {
       const double x = p[0] / spacing;
       const double y = p[1] / spacing;
-      const double way = std::max(0.0, y - tip - fork);
-      double half = made.distance > 0 ? std::min(way * 2, made.distance / 2) : way * slope;
-      if (made.meets) half = std::min(half, 2 * std::max(0.0, std::abs(way - 6) - 0.5));
+      const double past = std::max(0.0, y - tip - split);
+      double half = made.distance > 0 ? std::min(past * 2, made.distance / 2) : past * slope;
+      if (made.meets) half = std::min(half, 2 * std::max(0.0, std::abs(past - 6) - 0.5));
       std::array<double, 3> z{};
-      for (int i = 0; i < made.arms; ++i) {
+      for (int i = 0; i < made.branches; ++i) {
         const auto k = static_cast<std::size_t>(i);
-        // Before the fork all are the same surface; beyond it each has its own roughness.
-        const double own = std::min(way / 2, 1.0);
+        // Before the branching all are the same surface; beyond it each has its own roughness.
+        const double own = std::min(past / 2, 1.0);
         const double rough_z = (1 - own) * surface[0](x, y) + own * surface[k](x, y);
-        z[k] = trunk(x, y) + rough_z + (2.0 * i - (made.arms - 1)) * half;
+        z[k] = trunk(x, y) + rough_z + (2.0 * i - (made.branches - 1)) * half;
         if (i > 0) z[k] = std::max(z[k], z[k - 1]);
       }
       return z;
     };
     // The long arm is the last or the first; of three the middle one.
-    const int main = made.arms == 3 ? 1 : is_up ? 0 : made.arms - 1;
+    const int main = made.branches == 3 ? 1 : is_up ? 0 : made.branches - 1;
     test::Cutting cutting;
     cutting.label = [&](const Point& p) {
-      // Most nodes are far from all arms.
+      // Most nodes are far from all branches.
       const double away = std::abs(p[2] / spacing - trunk(p[0] / spacing, p[1] / spacing));
-      const double way = std::max(0.0, p[1] / spacing - tip - fork);
+      const double past = std::max(0.0, p[1] / spacing - tip - split);
       if (away > 3 + 4 * made.roughness +
-                     (made.arms == 1 ? 0 : std::max(made.distance, way * slope * (made.arms - 1))))
-        return p[2] / spacing > trunk(p[0] / spacing, p[1] / spacing) ? made.arms : 0;
+                     (made.branches == 1 ? 0 : std::max(made.distance, past * slope * (made.branches - 1))))
+        return p[2] / spacing > trunk(p[0] / spacing, p[1] / spacing) ? made.branches : 0;
       const auto z = heights(p);
       int label = 0;
-      for (int i = 0; i < made.arms; ++i) label += p[2] / spacing > z[index(i)] ? 1 : 0;
+      for (int i = 0; i < made.branches; ++i) label += p[2] / spacing > z[index(i)] ? 1 : 0;
       return label;
     };
     cutting.is_cracked = [&](const Point& p, const std::array<int, 4>& labels) {
       const double x = p[0] / spacing;
-      const double way = p[1] / spacing - tip - fork;
+      const double past = p[1] / spacing - tip - split;
       if (p[1] < tip * spacing) return false;
-      if (way < 0) return true;
+      if (past < 0) return true;
       const auto [low, high] = std::minmax_element(labels.begin(), labels.end());
-      for (int arm = *low; arm < *high; ++arm) {  // between label arm and label arm + 1
+      for (int branch = *low; branch < *high; ++branch) {  // between label branch and label branch + 1
         if (made.is_twisted) {
-          if ((x < thickness / 2) == (arm == 0)) return true;
-        } else if (arm == main) {
+          if ((x < thickness / 2) == (branch == 0)) return true;
+        } else if (branch == main) {
           return true;
         } else if (x >= first_x && x <= first_x + covered) {
-          if (made.has_spurs ? std::fmod(way, 6) < made.length
-                             : way * (made.distance > 0 ? 1 : std::hypot(1, slope)) < made.length)
+          if (made.has_spurs ? std::fmod(past, 6) < made.length
+                             : past * (made.distance > 0 ? 1 : std::hypot(1, slope)) < made.length)
             return true;
         }
       }
@@ -193,14 +193,14 @@ protected:
 
   static Counts count(const Made& made, int n) {
     Counts counts;
-    const int expected = made.has_spurs ? 0 : made.arms - 1;
+    const int expected = made.has_spurs ? 0 : made.branches - 1;
     for (int i = 0; i < n; ++i) {
-      const CrackArms arms = find_forks(*body, make(made, static_cast<std::uint64_t>(i)));
+      const CrackBranches branches = find_branches(*body, make(made, static_cast<std::uint64_t>(i)));
       ++counts.samples;
-      counts.projected += arms.n_projected() == expected;
-      counts.in_space += arms.n_in_space() == expected;
-      counts.any_projected += arms.n_projected() > 0;
-      counts.any_in_space += arms.n_in_space() > 0;
+      counts.projected += branches.n_projected() == expected;
+      counts.in_space += branches.n_in_space() == expected;
+      counts.any_projected += branches.n_projected() > 0;
+      counts.any_in_space += branches.n_in_space() > 0;
     }
     std::printf("%-52s | %3d | %5.1f %5.1f | %5.1f %5.1f\n", made.name, n, 100.0 * counts.projected / n,
                 100.0 * counts.in_space / n, 100.0 * counts.any_projected / n,
@@ -223,8 +223,8 @@ struct Row {
   double in_space;
 };
 
-// Arms at least two spacings apart over a length of four: these are found.
-const std::vector<Row> forks{
+// Branches at least two spacings apart over a length of four: these are found.
+const std::vector<Row> branched{
     {{.name = "half angle 20 degrees, 7 long", .length = 6.9}, 90, 95},
     {{.name = "half angle 30 degrees, 6 long", .length = 6, .half_angle = 30}, 95, 95},
     {{.name = "half angle 45 degrees, 5.4 long", .length = 5.4, .half_angle = 45}, 95, 95},
@@ -234,11 +234,11 @@ const std::vector<Row> forks{
     {{.name = "roughness 0.4", .roughness = 0.4}, 95, 90},
     {{.name = "wide", .touching = 0.3}, 95, 95},
     {{.name = "many strays", .strays = 3}, 90, 95},
-    {{.name = "three arms", .arms = 3}, 95, 95},
+    {{.name = "three branches", .branches = 3}, 95, 95},
     {{.name = "tilted by 1:2", .tilt = 0.5}, 0, 95},
 };
 
-// The arms' own thickness and roughness close the gap; reported, not asserted.
+// The branches' own thickness and roughness close the gap; reported, not asserted.
 const std::vector<Row> at_the_limit{
     {{.name = "half angle 10 degrees, 9.8 long", .length = 9.8, .half_angle = 10}, 0, 0},
     {{.name = "half angle 20 degrees, 4 long", .length = 4}, 0, 0},
@@ -249,52 +249,53 @@ const std::vector<Row> at_the_limit{
     {{.name = "side by side at 3, 4 long", .length = 4, .distance = 3}, 0, 0},
     {{.name = "side by side at 3, 6 long", .length = 6, .distance = 3}, 0, 0},
     {{.name = "over 0.15 of the thickness", .share = 0.15}, 0, 0},
-    {{.name = "three arms over half of the thickness", .arms = 3, .share = 0.5}, 0, 0},
+    {{.name = "three branches over half of the thickness", .branches = 3, .share = 0.5}, 0, 0},
     {{.name = "roughness 0.6, wide, many strays", .roughness = 0.6, .touching = 0.3, .strays = 3}, 0, 0},
 };
 
-const std::vector<Row> no_forks{
-    {{.name = "straight", .arms = 1}, 99, 99},
-    {{.name = "straight, rough, wide", .arms = 1, .roughness = 0.4, .touching = 0.3}, 99, 99},
-    {{.name = "straight, many strays", .arms = 1, .strays = 3}, 99, 99},
-    {{.name = "S-shaped, rough, strays", .arms = 1, .roughness = 0.4, .strays = 1, .s_shape = 4}, 99, 99},
-    {{.name = "tilted", .arms = 1, .tilt = 0.7}, 99, 99},
+const std::vector<Row> unbranched{
+    {{.name = "straight", .branches = 1}, 99, 99},
+    {{.name = "straight, rough, wide", .branches = 1, .roughness = 0.4, .touching = 0.3}, 99, 99},
+    {{.name = "straight, many strays", .branches = 1, .strays = 3}, 99, 99},
+    {{.name = "S-shaped, rough, strays", .branches = 1, .roughness = 0.4, .strays = 1, .s_shape = 4}, 99, 99},
+    {{.name = "tilted", .branches = 1, .tilt = 0.7}, 99, 99},
     {{.name = "spurs of 2", .length = 2, .has_spurs = true}, 95, 95},
 };
 
-TEST_F(MadeForks, AreFound) {
+TEST_F(MadeBranches, AreFound) {
   head();
-  for (const Row& row : forks) {
+  for (const Row& row : branched) {
     const Counts found = count(row.made, 12);
     EXPECT_GE(found.projected, row.projected / 100 * found.samples) << row.made.name;
     EXPECT_GE(found.in_space, row.in_space / 100 * found.samples) << row.made.name;
   }
 }
 
-TEST_F(MadeForks, AreNotFoundInOneCrack) {
+TEST_F(MadeBranches, AreNotFoundInOneCrack) {
   head();
-  for (const Row& row : no_forks) {
+  for (const Row& row : unbranched) {
     const Counts found = count(row.made, row.made.name == std::string("straight") ? 200 : 12);
     EXPECT_GE(found.projected, row.projected / 100 * found.samples) << row.made.name;
     EXPECT_GE(found.in_space, row.in_space / 100 * found.samples) << row.made.name;
   }
 }
 
-TEST_F(MadeForks, WhoseArmsMeetAndPartAgainHaveTheirWholeLength) {
+TEST_F(MadeBranches, ThatMeetAndPartAgainHaveTheirWholeLength) {
   constexpr int n = 40;
   int n_whole = 0;
   for (std::uint64_t i = 0; i < n; ++i) {
     const Made made{.length = 9.5, .distance = 4, .meets = true};
-    const CrackArms arms = find_forks(*body, make(made, i));
+    const CrackBranches branches = find_branches(*body, make(made, i));
     // From the first branching on; either part alone is shorter.
-    n_whole += std::ranges::any_of(
-        arms.forks, [](const Fork& fork) { return fork.is_in_projection && fork.length > 7 * spacing; });
+    n_whole += std::ranges::any_of(branches.points, [](const BranchingPoint& point) {
+      return point.is_in_projection && point.length > 7 * spacing;
+    });
   }
-  std::printf("%d of %d forks have their whole length\n", n_whole, n);
+  std::printf("%d of %d branches have their whole length\n", n_whole, n);
   EXPECT_GE(n_whole, n * 3 / 4);
 }
 
-TEST_F(MadeForks, OfATwistedCrackAreInTheProjectionOnly) {
+TEST_F(MadeBranches, OfATwistedCrackAreInTheProjectionOnly) {
   head();
   const Counts found = count({.name = "twisted", .length = 20, .is_twisted = true}, 10);
   EXPECT_EQ(found.projected, 10);
@@ -302,9 +303,9 @@ TEST_F(MadeForks, OfATwistedCrackAreInTheProjectionOnly) {
 }
 
 // All rows with 200 samples each: takes minutes.
-TEST_F(MadeForks, DISABLED_Table) {
+TEST_F(MadeBranches, DISABLED_Table) {
   head();
-  for (const auto* rows : {&forks, &at_the_limit, &no_forks})
+  for (const auto* rows : {&branched, &at_the_limit, &unbranched})
     for (const Row& row : *rows) count(row.made, 200);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/crack_ways.h"
+#include "crackle/analysis/crack_ligaments.h"
 
 #include "crackle/common/disjoint_sets.h"
 #include "crackle/common/index.h"
@@ -33,7 +33,7 @@ Point nearest_point(const geometry::Patch& patch, const Point& p) {
   return patch.at(own);
 }
 
-/// Finds where a way leaves the body.
+/// Finds where a ligament leaves the body.
 class Exit {
 public:
   explicit Exit(const geometry::Body& body) : polygons_(body.outline()) {}
@@ -70,10 +70,10 @@ private:
   const std::vector<geometry::Polygon>& polygons_;
 };
 
-/// The ways from a start without a ligament.
-class WayFinder {
+/// The ligaments of a start that has none of its own.
+class LigamentFinder {
 public:
-  WayFinder(const geometry::Body& body, const CrackSurface& surface, std::int32_t number)
+  LigamentFinder(const geometry::Body& body, const CrackSurface& surface, std::int32_t number)
       : surface_(surface),
         number_(number),
         start_(body.crack_starts()[index(number)]),
@@ -89,16 +89,16 @@ public:
     }
   }
 
-  std::vector<CrackWay> ways() const {
+  std::vector<CrackLigament> ligaments() const {
     std::map<std::int32_t, Numbers> cracks;
     for (const std::size_t i : facets_from(surface_, number_)) cracks[surface_.facets[i].crack].push_back(i);
-    std::vector<CrackWay> found;
+    std::vector<CrackLigament> found;
     for (const auto& [crack, facets] : cracks) {
-      const double least = min_way_length * mean_spacing(surface_, facets);
+      const double least = min_crack_length * mean_spacing(surface_, facets);
       const std::vector<Point> roots = roots_of(facets);
       std::vector<Numbers> of_root(roots.size());
       for (const std::size_t i : facets) of_root[nearest(roots, centre(i))].push_back(i);
-      for (std::size_t i = 0; i < roots.size(); ++i) add_ways(found, roots[i], of_root[i], least);
+      for (std::size_t i = 0; i < roots.size(); ++i) add_ligaments(found, roots[i], of_root[i], least);
     }
     return found;
   }
@@ -154,7 +154,7 @@ private:
       place.from_first = std::min(place.from_first, distance);
     }
     std::vector<Point> roots;
-    double least = min_way_length * spacing;
+    double least = min_crack_length * spacing;
     for (const auto& [number, place] : found) {
       // Other contacts are where a crack of the free surface arrived.
       if (start_.is_free_surface && place.from_first >= least) continue;
@@ -179,29 +179,30 @@ private:
     return sum / n;
   }
 
-  void add_ways(std::vector<CrackWay>& found, const Point& root, const Numbers& facets, double least) const {
+  void add_ligaments(std::vector<CrackLigament>& found, const Point& root, const Numbers& facets,
+                     double least) const {
     const auto farthest = farthest_from(root, facets);
     if (!farthest || norm(*farthest) < least) return;
     Numbers ahead, behind;
     for (const std::size_t i : facets) (dot(centre(i) - root, *farthest) >= 0 ? ahead : behind).push_back(i);
     const auto backwards = farthest_from(root, behind);
     const bool is_both = backwards && norm(*backwards) >= least;
-    found.push_back(way(root, *farthest, is_both ? std::move(ahead) : facets));
-    if (is_both) found.push_back(way(root, *backwards, std::move(behind)));
+    found.push_back(ligament(root, *farthest, is_both ? std::move(ahead) : facets));
+    if (is_both) found.push_back(ligament(root, *backwards, std::move(behind)));
   }
 
   /// Vector from the root to the farthest facet.
   std::optional<Vector> farthest_from(const Point& root, const Numbers& facets) const {
     std::optional<Vector> farthest;
     for (const std::size_t i : facets) {
-      const Vector way = centre(i) - root;
-      if (!farthest || norm(way) > norm(*farthest)) farthest = way;
+      const Vector to_facet = centre(i) - root;
+      if (!farthest || norm(to_facet) > norm(*farthest)) farthest = to_facet;
     }
     return farthest;
   }
 
-  CrackWay way(const Point& root, const Vector& to_farthest, Numbers facets) const {
-    CrackWay found{number_, start_, std::move(facets)};
+  CrackLigament ligament(const Point& root, const Vector& to_farthest, Numbers facets) const {
+    CrackLigament found{number_, start_, std::move(facets)};
     CrackStart& line = found.line;
     const double length = norm(to_farthest);
     line.tip = root;
@@ -223,18 +224,18 @@ private:
 
 }  // namespace
 
-std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface& surface,
-                                 std::int32_t start) {
+std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const CrackSurface& surface,
+                                           std::int32_t start) {
   const CrackStart& from = body.crack_starts()[index(start)];
   if (from.is_straight) return {{start, from, facets_from(surface, start)}};
-  return WayFinder(body, surface, start).ways();
+  return LigamentFinder(body, surface, start).ligaments();
 }
 
-std::vector<CrackWay> crack_ways(const geometry::Body& body, const CrackSurface& surface) {
-  std::vector<CrackWay> all;
+std::vector<CrackLigament> crack_ligaments(const geometry::Body& body, const CrackSurface& surface) {
+  std::vector<CrackLigament> all;
   for (std::size_t start = 0; start < body.crack_starts().size(); ++start)
-    for (CrackWay& way : crack_ways(body, surface, static_cast<std::int32_t>(start)))
-      all.push_back(std::move(way));
+    for (CrackLigament& ligament : crack_ligaments(body, surface, static_cast<std::int32_t>(start)))
+      all.push_back(std::move(ligament));
   return all;
 }
 

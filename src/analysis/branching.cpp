@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "crackle/analysis/forks.h"
+#include "crackle/analysis/branching.h"
 
-#include "crackle/analysis/crack_ways.h"
+#include "crackle/analysis/crack_ligaments.h"
 #include "crackle/common/disjoint_sets.h"
 #include "crackle/common/index.h"
 
@@ -22,9 +22,9 @@ namespace {
 constexpr double stations_per_spacing = 4;
 /// The window of the whole thickness.
 constexpr int projection = -1;
-/// Minimum overlap of forks seen in two windows to be identified; such windows have at most half of their
-/// facets in common.
-constexpr double min_likeness = 0.1;
+/// Minimum overlap of branching points detected in two windows to be identified; such windows have at most
+/// half of their facets in common.
+constexpr double min_overlap_of_windows = 0.1;
 
 using Facets = Numbers;
 
@@ -70,49 +70,50 @@ struct Run {
   std::vector<std::size_t> next;  ///< overlapping runs at the next station, ascending
 };
 
-using Level = Numbers;           ///< runs of one station
-using Way = std::vector<Level>;  ///< levels at consecutive stations
+using Level = Numbers;                    ///< runs of one station
+using Continuation = std::vector<Level>;  ///< levels at consecutive stations
 
-struct Arm {
+struct Branch {
   Facets facets;
-  Facets first;                                 ///< the subset on the first min_arm_length
+  Facets first;                                 ///< the subset on the first min_branch_length
   std::vector<std::pair<double, double>> line;  ///< advance, across: centre at every station
   double reach = 0;                             ///< advance of its end [m]
   double end_across = 0;                        ///< coordinate across at its end [m]
-  double length = 0;                            ///< straight length from the fork to its end [m]
+  double length = 0;                            ///< straight length from the branching point to its end [m]
 };
 
-/// A fork seen in one window; arms 0 and 1 are at lower and higher values across.
-struct Sighting {
-  double advance;  ///< where the arms separate
+/// A branching point detected in one window; branches 0 and 1 are at lower and higher values across.
+struct Detection {
+  double advance;  ///< where the branches separate
   double across;
   double angle;
-  std::array<Arm, 2> arms;
-  int window = 0;        ///< window of the sighting
+  std::array<Branch, 2> branches;
+  int window = 0;        ///< window of the detection
   std::size_t last = 0;  ///< station of the last levels
-  Level together;        ///< the runs there, if the arms have met again
+  Level reunited;        ///< the runs there, if the branches have met again
 };
 
-/// Merges the same arm as seen in another window.
-void add_arm(Arm& to, const Arm& from) {
+/// Merges the same branch as detected in another window.
+void add_branch(Branch& to, const Branch& from) {
   add(to.facets, from.facets);
   add(to.first, from.first);
   to.reach = std::max(to.reach, from.reach);
   to.length = std::max(to.length, from.length);
 }
 
-/// Continues arms that have met with those of a later sighting.
-void go_on(Sighting& fork, const Sighting& later) {
+/// Extends branches that have met with those of a later detection.
+void extend(Detection& point, const Detection& later) {
   for (std::size_t side = 0; side < 2; ++side) {
-    Arm& arm = fork.arms[side];
-    const Arm& rest = later.arms[side];
-    add(arm.facets, rest.facets);
-    arm.reach = rest.reach;
-    arm.end_across = rest.end_across;
-    arm.length = std::max(arm.length, std::hypot(rest.reach - fork.advance, rest.end_across - fork.across));
+    Branch& branch = point.branches[side];
+    const Branch& rest = later.branches[side];
+    add(branch.facets, rest.facets);
+    branch.reach = rest.reach;
+    branch.end_across = rest.end_across;
+    branch.length =
+        std::max(branch.length, std::hypot(rest.reach - point.advance, rest.end_across - point.across));
   }
-  fork.last = later.last;
-  fork.together = later.together;
+  point.last = later.last;
+  point.reunited = later.reunited;
 }
 
 /// A crack between two planes x = const, projected on the plane of the plate.
@@ -133,7 +134,7 @@ public:
       }
       std::sort(seen.begin(), seen.end());
       for (const auto& [range, facet] : seen) {
-        if (runs_[k].empty() || range.first > runs_[k].back().high + arm_gap * spacing_[k])
+        if (runs_[k].empty() || range.first > runs_[k].back().high + branch_gap * spacing_[k])
           runs_[k].push_back({range.first, range.second, {}, {}});
         Run& run = runs_[k].back();
         run.high = std::max(run.high, range.second);
@@ -150,20 +151,20 @@ public:
     }
   }
 
-  std::vector<Sighting> forks() const {
-    std::vector<Sighting> found;
+  std::vector<Detection> detections() const {
+    std::vector<Detection> found;
     for (std::size_t k = 0; k + 1 < runs_.size(); ++k) {
       for (std::size_t i = 0; i < runs_[k].size(); ++i) {
         if (runs_[k][i].next.size() < 2) continue;
-        const std::vector<Way> ways = separate_ways(k, runs_[k][i]);
-        for (std::size_t j = 0; j + 1 < ways.size(); ++j) {
-          Sighting fork = follow(k + 1, ways[j], ways[j + 1]);
-          const auto earlier =
-              std::find_if(found.begin(), found.end(), [&](const Sighting& f) { return goes_on(f, k, i); });
+        const std::vector<Continuation> continuations = separate_continuations(k, runs_[k][i]);
+        for (std::size_t j = 0; j + 1 < continuations.size(); ++j) {
+          Detection point = follow(k + 1, continuations[j], continuations[j + 1]);
+          const auto earlier = std::find_if(found.begin(), found.end(),
+                                            [&](const Detection& f) { return is_extended_at(f, k, i); });
           if (earlier == found.end()) {
-            found.push_back(std::move(fork));
+            found.push_back(std::move(point));
           } else {
-            go_on(*earlier, fork);
+            extend(*earlier, point);
           }
         }
       }
@@ -184,48 +185,50 @@ private:
     return next;
   }
 
-  /// Continues from run i of station k until the way is min_gap_length long; empty if it ends before.
-  Way way_from(std::size_t k, std::size_t i) const {
-    Way way{{i}};
-    const double start = middle(k, way.front());
+  /// Continues from run i of station k until the continuation is min_gap_length long; empty if it ends
+  /// before.
+  Continuation continuation_from(std::size_t k, std::size_t i) const {
+    Continuation levels{{i}};
+    const double start = middle(k, levels.front());
     for (std::size_t last = k;; ++last) {
       const double length =
-          std::hypot(static_cast<double>(way.size()) * step_, middle(last, way.back()) - start);
-      if (length >= min_gap_length * spacing_[k]) return way;
+          std::hypot(static_cast<double>(levels.size()) * step_, middle(last, levels.back()) - start);
+      if (length >= min_gap_length * spacing_[k]) return levels;
       if (last + 1 >= runs_.size()) return {};
-      Level next = ahead(last, way.back());
+      Level next = ahead(last, levels.back());
       if (next.empty()) return {};
-      way.push_back(std::move(next));
+      levels.push_back(std::move(next));
     }
   }
 
   /// The continuations of a run that are long enough and have no run in common, ordered across.
-  std::vector<Way> separate_ways(std::size_t k, const Run& run) const {
-    std::vector<Way> ways;
+  std::vector<Continuation> separate_continuations(std::size_t k, const Run& run) const {
+    std::vector<Continuation> continuations;
     for (const std::size_t j : run.next) {
-      Way way = way_from(k + 1, j);
-      if (way.empty()) continue;
-      // Ways are ordered across, so one that joins several earlier ones joins the last of them.
-      while (!ways.empty() &&
-             (meet(ways.back(), way) || widest_gap(k + 1, ways.back(), way) < min_arm_distance)) {
-        Way& earlier = ways.back();
-        if (earlier.size() > way.size()) way.resize(earlier.size());
-        for (std::size_t level = 0; level < earlier.size(); ++level) add(way[level], earlier[level]);
-        ways.pop_back();
+      Continuation continuation = continuation_from(k + 1, j);
+      if (continuation.empty()) continue;
+      // Continuations are ordered across, so one that joins several earlier ones joins the last of them.
+      while (!continuations.empty() &&
+             (meet(continuations.back(), continuation) ||
+              widest_gap(k + 1, continuations.back(), continuation) < min_branch_distance)) {
+        Continuation& earlier = continuations.back();
+        if (earlier.size() > continuation.size()) continuation.resize(earlier.size());
+        for (std::size_t level = 0; level < earlier.size(); ++level) add(continuation[level], earlier[level]);
+        continuations.pop_back();
       }
-      ways.push_back(std::move(way));
+      continuations.push_back(std::move(continuation));
     }
-    return ways;
+    return continuations;
   }
 
-  static bool meet(const Way& a, const Way& b) {
+  static bool meet(const Continuation& a, const Continuation& b) {
     for (std::size_t level = 0; level < std::min(a.size(), b.size()); ++level)
       if (have_common(a[level], b[level])) return true;
     return false;
   }
 
-  /// Widest gap between two ways, in spacings.
-  double widest_gap(std::size_t k, const Way& lower, const Way& upper) const {
+  /// Widest gap between two continuations, in spacings.
+  double widest_gap(std::size_t k, const Continuation& lower, const Continuation& upper) const {
     double widest = 0;
     for (std::size_t level = 0; level < std::min(lower.size(), upper.size()); ++level) {
       const double gap =
@@ -235,27 +238,28 @@ private:
     return widest;
   }
 
-  /// Follows both arms from station k until they end or meet.
-  Sighting follow(std::size_t k, const Way& lower, const Way& upper) const {
-    Sighting fork{};
-    fork.advance = (static_cast<double>(k) + 0.5) * step_;
-    fork.across = (runs_[k][lower.front().back()].high + runs_[k][upper.front().front()].low) / 2;
+  /// Follows both branches from station k until they end or meet.
+  Detection follow(std::size_t k, const Continuation& lower, const Continuation& upper) const {
+    Detection point{};
+    point.advance = (static_cast<double>(k) + 0.5) * step_;
+    point.across = (runs_[k][lower.front().back()].high + runs_[k][upper.front().front()].low) / 2;
     std::array<Level, 2> level{lower.front(), upper.front()};
     std::size_t station = k;
     for (;;) {
       for (std::size_t side = 0; side < 2; ++side) {
-        Arm& arm = fork.arms[side];
+        Branch& branch = point.branches[side];
         if (level[side].empty()) continue;
         const double across = middle(station, level[side]);
         const double advance = (static_cast<double>(station) + 0.5) * step_;
-        arm.line.emplace_back(advance, across);
-        arm.reach = advance;
-        const bool is_first = std::hypot(advance - arm.line.front().first,
-                                         across - arm.line.front().second) <= min_arm_length * spacing_[k];
+        branch.line.emplace_back(advance, across);
+        branch.reach = advance;
+        const bool is_first =
+            std::hypot(advance - branch.line.front().first, across - branch.line.front().second) <=
+            min_branch_length * spacing_[k];
         for (const std::size_t i : level[side]) {
           const Facets& facets = runs_[station][i].facets;
-          arm.facets.insert(arm.facets.end(), facets.begin(), facets.end());
-          if (is_first) arm.first.insert(arm.first.end(), facets.begin(), facets.end());
+          branch.facets.insert(branch.facets.end(), facets.begin(), facets.end());
+          if (is_first) branch.first.insert(branch.first.end(), facets.begin(), facets.end());
         }
       }
       if (station + 1 >= runs_.size()) break;
@@ -264,23 +268,23 @@ private:
       ++station;
       if (have_common(next[0], next[1])) {
         std::set_intersection(next[0].begin(), next[0].end(), next[1].begin(), next[1].end(),
-                              std::back_inserter(fork.together));
+                              std::back_inserter(point.reunited));
         break;
       }
       level = std::move(next);
     }
-    fork.last = station;
+    point.last = station;
     std::array<double, 2> direction{};
     for (std::size_t side = 0; side < 2; ++side) {
-      Arm& arm = fork.arms[side];
-      sort_out(arm.facets);
-      sort_out(arm.first);
-      arm.end_across = arm.line.back().second;
-      arm.length = std::hypot(arm.reach - fork.advance, arm.end_across - fork.across);
-      direction[side] = std::atan(slope(arm.line, fork.advance + min_arm_length * spacing_[k]));
+      Branch& branch = point.branches[side];
+      sort_out(branch.facets);
+      sort_out(branch.first);
+      branch.end_across = branch.line.back().second;
+      branch.length = std::hypot(branch.reach - point.advance, branch.end_across - point.across);
+      direction[side] = std::atan(slope(branch.line, point.advance + min_branch_length * spacing_[k]));
     }
-    fork.angle = std::abs(direction[1] - direction[0]);
-    return fork;
+    point.angle = std::abs(direction[1] - direction[0]);
+    return point;
   }
 
   /// Slope of the line up to this advance, by least squares.
@@ -304,12 +308,13 @@ private:
     return variance > 0 ? (n * st - s * t) / variance : 0;
   }
 
-  /// True if run i of station k, where ways separate, closely follows the place where the arms of a fork met.
-  bool goes_on(const Sighting& fork, std::size_t k, std::size_t i) const {
+  /// True if run i of station k, where continuations separate, closely follows the place where the branches
+  /// met.
+  bool is_extended_at(const Detection& point, std::size_t k, std::size_t i) const {
     const auto soon = static_cast<std::size_t>(reunion_length * spacing_[k] / step_);
-    if (fork.together.empty() || k < fork.last || k > fork.last + soon) return false;
-    Level level = fork.together;
-    for (std::size_t station = fork.last; station < k; ++station) level = ahead(station, level);
+    if (point.reunited.empty() || k < point.last || k > point.last + soon) return false;
+    Level level = point.reunited;
+    for (std::size_t station = point.last; station < k; ++station) level = ahead(station, level);
     return std::binary_search(level.begin(), level.end(), i);
   }
 
@@ -318,51 +323,51 @@ private:
   std::vector<std::vector<Run>> runs_;
 };
 
-/// Finds the forks of the crack on one way.
-class ForkFinder {
+/// Finds the branching points of the crack on one ligament.
+class BranchFinder {
 public:
-  ForkFinder(const geometry::Body& body, const CrackSurface& surface, const CrackWay& way)
+  BranchFinder(const geometry::Body& body, const CrackSurface& surface, const CrackLigament& ligament)
       : surface_(surface),
-        number_(way.notch),
-        start_(way.line),
+        number_(ligament.start),
+        start_(ligament.line),
         thickness_(body.size()[0]),
-        mean_spacing_(mean_spacing(surface, way.facets)),
+        mean_spacing_(mean_spacing(surface, ligament.facets)),
         step_(mean_spacing_ / stations_per_spacing),
         traces_(static_cast<std::size_t>(std::ceil(start_.ligament / step_))) {
-    for (const std::size_t i : without_strays(surface, way.facets)) add_traces(i);
+    for (const std::size_t i : without_strays(surface, ligament.facets)) add_traces(i);
     measure_spacing();
   }
 
-  void add_to(CrackArms& found) const {
+  void add_to(CrackBranches& found) const {
     const int n_windows =
         std::max(1, static_cast<int>(2 * thickness_ / (window_thickness * mean_spacing_)) - 1);
     const double half = thickness_ / (n_windows + 1);
-    std::vector<Sighting> seen;
-    const auto look = [&](int window, double low, double high) {
-      for (Sighting& fork : Window(step_, spacing_, traces_, low, high).forks()) {
-        fork.window = window;
-        seen.push_back(std::move(fork));
+    std::vector<Detection> seen;
+    const auto detect = [&](int window, double low, double high) {
+      for (Detection& point : Window(step_, spacing_, traces_, low, high).detections()) {
+        point.window = window;
+        seen.push_back(std::move(point));
       }
     };
-    look(projection, 0, thickness_);
-    for (int w = 0; w < n_windows; ++w) look(w, w * half, (w + 2) * half);
-    std::vector<Merged> forks = merge(seen);
-    std::stable_sort(forks.begin(), forks.end(), [](const Merged& a, const Merged& b) {
+    detect(projection, 0, thickness_);
+    for (int w = 0; w < n_windows; ++w) detect(w, w * half, (w + 2) * half);
+    std::vector<Merged> points = merge(seen);
+    std::stable_sort(points.begin(), points.end(), [](const Merged& a, const Merged& b) {
       return std::pair(a.advance, a.across) < std::pair(b.advance, b.across);
     });
-    for (const Merged& fork : forks) {
-      if (is_long(fork)) add_fork(found, fork);
+    for (const Merged& point : points) {
+      if (is_long(point)) add_point(found, point);
     }
   }
 
 private:
-  /// All sightings of one fork.
+  /// All detections of one branching point.
   struct Merged {
     double advance = 0;
     double across = 0;
     double angle = 0;
-    std::array<Arm, 2> arms;
-    bool ends_apart = false;  ///< the arms do not meet again
+    std::array<Branch, 2> branches;
+    bool ends_apart = false;  ///< the branches do not meet again
     bool is_in_projection = false;
     bool is_in_space = false;
   };
@@ -394,12 +399,12 @@ private:
     }
   }
 
-  /// Overlap of two sightings, relative to the smaller arms.
-  static double likeness(const Sighting& a, const Sighting& b) {
+  /// Overlap of two detections, relative to the smaller branches.
+  static double overlap(const Detection& a, const Detection& b) {
     double least = 1;
     for (std::size_t side = 0; side < 2; ++side) {
-      const Facets& mine = a.arms[side].facets;
-      const Facets& other = b.arms[side].facets;
+      const Facets& mine = a.branches[side].facets;
+      const Facets& other = b.branches[side].facets;
       Facets both;
       std::set_intersection(mine.begin(), mine.end(), other.begin(), other.end(), std::back_inserter(both));
       least = std::min(
@@ -408,76 +413,76 @@ private:
     return least;
   }
 
-  /// True if one window shows both at the same advance: then they are different forks. If one is behind the
-  /// other they may be the same fork, whose arms meet in between.
-  static bool are_beside(const Sighting& a, const Sighting& b) {
-    const auto end = [](const Sighting& s) { return std::min(s.arms[0].reach, s.arms[1].reach); };
+  /// True if one window shows both at the same advance: then they are different branching points. If one is
+  /// behind the other they may be the same one, whose branches meet in between.
+  static bool are_beside(const Detection& a, const Detection& b) {
+    const auto end = [](const Detection& s) { return std::min(s.branches[0].reach, s.branches[1].reach); };
     return a.window == b.window && a.advance <= end(b) && b.advance <= end(a);
   }
 
-  /// Merges sightings into forks, most similar ones first.
-  static std::vector<Merged> merge(const std::vector<Sighting>& seen) {
+  /// Merges detections into branching points, most similar ones first.
+  static std::vector<Merged> merge(const std::vector<Detection>& seen) {
     struct Pair {
-      double likeness;
+      double overlap;
       std::size_t i, j;
     };
     std::vector<Pair> pairs;
     for (std::size_t i = 0; i < seen.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) {
-        if (const double found = likeness(seen[i], seen[j]); found >= min_likeness)
+        if (const double found = overlap(seen[i], seen[j]); found >= min_overlap_of_windows)
           pairs.push_back({found, i, j});
       }
     }
-    std::ranges::stable_sort(pairs, std::greater(), &Pair::likeness);
-    std::vector<Numbers> groups(seen.size());  // of sightings
+    std::ranges::stable_sort(pairs, std::greater(), &Pair::overlap);
+    std::vector<Numbers> groups(seen.size());  // of detections
     std::vector<std::size_t> group_of(seen.size());
     for (std::size_t i = 0; i < seen.size(); ++i) groups[group_of[i] = i] = {i};
     for (const Pair& pair : pairs) {
       Numbers& mine = groups[group_of[pair.i]];
       Numbers& other = groups[group_of[pair.j]];
-      const bool is_other_fork = std::ranges::any_of(mine, [&](std::size_t i) {
+      const bool are_different = std::ranges::any_of(mine, [&](std::size_t i) {
         return std::ranges::any_of(other, [&](std::size_t j) { return are_beside(seen[i], seen[j]); });
       });
-      if (&mine == &other || is_other_fork) continue;
+      if (&mine == &other || are_different) continue;
       for (const std::size_t j : other) group_of[j] = group_of[pair.i];
       add(mine, std::exchange(other, {}));
     }
-    std::vector<Merged> forks;
+    std::vector<Merged> points;
     for (const Numbers& group : groups) {
-      if (!group.empty()) forks.push_back(merged(seen, group));
+      if (!group.empty()) points.push_back(merged(seen, group));
     }
-    return forks;
+    return points;
   }
 
-  static Merged merged(const std::vector<Sighting>& seen, const Numbers& group) {
-    // Joins successive sightings in one window if another window shows that they are one fork.
-    std::vector<Sighting> of_windows;
+  static Merged merged(const std::vector<Detection>& seen, const Numbers& group) {
+    // Joins successive detections in one window if another window shows that they are one.
+    std::vector<Detection> in_windows;
     for (const std::size_t i : group) {
-      if (of_windows.empty() || of_windows.back().window != seen[i].window)
-        of_windows.push_back(seen[i]);
+      if (in_windows.empty() || in_windows.back().window != seen[i].window)
+        in_windows.push_back(seen[i]);
       else
-        go_on(of_windows.back(), seen[i]);
+        extend(in_windows.back(), seen[i]);
     }
-    Merged fork;
+    Merged point;
     double n = 0;
-    for (const Sighting& one : of_windows) {
-      for (std::size_t side = 0; side < 2; ++side) add_arm(fork.arms[side], one.arms[side]);
-      fork.ends_apart = fork.ends_apart || one.together.empty();
-      (one.window == projection ? fork.is_in_projection : fork.is_in_space) = true;
-      // The projection comes first, and contains the whole fork.
-      if (fork.is_in_projection && n > 0) continue;
+    for (const Detection& one : in_windows) {
+      for (std::size_t side = 0; side < 2; ++side) add_branch(point.branches[side], one.branches[side]);
+      point.ends_apart = point.ends_apart || one.reunited.empty();
+      (one.window == projection ? point.is_in_projection : point.is_in_space) = true;
+      // The projection comes first, and contains both whole branches.
+      if (point.is_in_projection && n > 0) continue;
       n += 1;
-      fork.advance += (one.advance - fork.advance) / n;
-      fork.across += (one.across - fork.across) / n;
-      fork.angle += (one.angle - fork.angle) / n;
+      point.advance += (one.advance - point.advance) / n;
+      point.across += (one.across - point.across) / n;
+      point.angle += (one.angle - point.angle) / n;
     }
-    return fork;
+    return point;
   }
 
-  bool is_long(const Merged& fork) const {
-    const auto station = static_cast<std::size_t>(fork.advance / step_);
-    return std::min(fork.arms[0].length, fork.arms[1].length) >=
-           (fork.ends_apart ? min_arm_length : reunion_length) * spacing_.at(station);
+  bool is_long(const Merged& point) const {
+    const auto station = static_cast<std::size_t>(point.advance / step_);
+    return std::min(point.branches[0].length, point.branches[1].length) >=
+           (point.ends_apart ? min_branch_length : reunion_length) * spacing_.at(station);
   }
 
   double area(const Facets& facets) const {
@@ -494,45 +499,46 @@ private:
     return *middle;
   }
 
-  /// The arm to which most of these facets have been assigned so far.
-  static std::int32_t arm_of(const CrackArms& found, const Facets& facets) {
+  /// The branch to which most of these facets have been assigned so far.
+  static std::int32_t branch_of(const CrackBranches& found, const Facets& facets) {
     std::map<std::int32_t, std::size_t> n;
-    for (const std::size_t i : facets) ++n[found.arm[i]];
+    for (const std::size_t i : facets) ++n[found.branch[i]];
     return std::max_element(n.begin(), n.end(),
                             [](const auto& a, const auto& b) { return a.second < b.second; })
         ->first;
   }
 
-  void add_fork(CrackArms& found, const Merged& seen) const {
-    const double ahead = seen.arms[1].reach - seen.arms[0].reach;
-    const bool upper_is_main = std::abs(ahead) > min_arm_length * mean_spacing_
+  void add_point(CrackBranches& found, const Merged& seen) const {
+    const double ahead = seen.branches[1].reach - seen.branches[0].reach;
+    const bool upper_is_main = std::abs(ahead) > min_branch_length * mean_spacing_
                                    ? ahead > 0
-                                   : area(seen.arms[1].facets) > area(seen.arms[0].facets);
-    std::size_t leaving = upper_is_main ? 0 : 1;
-    // With three arms, the middle one may already have been separated from this one.
-    const std::array<std::int32_t, 2> known{arm_of(found, seen.arms[0].facets),
-                                            arm_of(found, seen.arms[1].facets)};
-    if (known[leaving] > known[1 - leaving]) leaving = 1 - leaving;
+                                   : area(seen.branches[1].facets) > area(seen.branches[0].facets);
+    std::size_t secondary = upper_is_main ? 0 : 1;
+    // With three branches, the middle one may already have been separated from this one.
+    const std::array<std::int32_t, 2> known{branch_of(found, seen.branches[0].facets),
+                                            branch_of(found, seen.branches[1].facets)};
+    if (known[secondary] > known[1 - secondary]) secondary = 1 - secondary;
 
-    const Arm& arm = seen.arms[leaving];
-    found.forks.emplace_back();
-    Fork& fork = found.forks.back();
-    fork.notch = number_;
+    const Branch& branch = seen.branches[secondary];
+    found.points.emplace_back();
+    BranchingPoint& point = found.points.back();
+    point.start = number_;
+    point.parent = known[secondary];
     const geometry::Point place = start_.plane_at(seen.advance).at(seen.across);
-    fork.y = place[1];
-    fork.z = place[2];
-    fork.time = std::max(median_time(seen.arms[0].first), median_time(seen.arms[1].first));
-    fork.length = arm.length;
-    fork.angle = seen.angle;
+    point.y = place[1];
+    point.z = place[2];
+    point.time = std::max(median_time(seen.branches[0].first), median_time(seen.branches[1].first));
+    point.length = branch.length;
+    point.angle = seen.angle;
     geometry::Box box = geometry::nowhere;
-    for (const std::size_t i : arm.facets) {
-      found.arm[i] = static_cast<std::int32_t>(found.forks.size());
+    for (const std::size_t i : branch.facets) {
+      found.branch[i] = static_cast<std::int32_t>(found.points.size());
       for (const geometry::Point& p : surface_.facets[i].corner) box.include(p);
     }
-    fork.x = (box.lower[0] + box.upper[0]) / 2;
-    fork.share = (box.upper[0] - box.lower[0]) / thickness_;
-    fork.is_in_projection = seen.is_in_projection;
-    fork.is_in_space = seen.is_in_space;
+    point.x = (box.lower[0] + box.upper[0]) / 2;
+    point.share = (box.upper[0] - box.lower[0]) / thickness_;
+    point.is_in_projection = seen.is_in_projection;
+    point.is_in_space = seen.is_in_space;
   }
 
   const CrackSurface& surface_;
@@ -547,11 +553,11 @@ private:
 
 }  // namespace
 
-CrackArms find_forks(const geometry::Body& body, const CrackSurface& surface) {
-  CrackArms found;
-  found.arm.assign(surface.facets.size(), 0);
-  for (const CrackWay& way : crack_ways(body, surface))
-    if (!way.facets.empty()) ForkFinder(body, surface, way).add_to(found);
+CrackBranches find_branches(const geometry::Body& body, const CrackSurface& surface) {
+  CrackBranches found;
+  found.branch.assign(surface.facets.size(), 0);
+  for (const CrackLigament& ligament : crack_ligaments(body, surface))
+    if (!ligament.facets.empty()) BranchFinder(body, surface, ligament).add_to(found);
   return found;
 }
 

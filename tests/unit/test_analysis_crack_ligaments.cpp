@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Cracks that start at a slanted slot, at a hole, on the free surface and inside the body.
-#include "crackle/analysis/crack_ways.h"
+#include "crackle/analysis/crack_ligaments.h"
 
 #include "crackle/analysis/crack_line.h"
 #include "crackle/analysis/crack_path.h"
@@ -160,30 +160,30 @@ input::SectionLine line_across(const Point& place, double degrees) {
 
 std::vector<SectionCrossing> crossings_of(const CrackSurface& surface, const input::Sections& sections,
                                           const PlateWithHole& plate) {
-  return section_crossings(plate, surface, find_forks(plate, surface), sections);
+  return section_crossings(plate, surface, find_branches(plate, surface), sections);
 }
 
-class CrackWays : public testing::Test {
+class CrackLigaments : public testing::Test {
 protected:
   PlateWithHole plate;
   MadeCracks made;
 };
 
-TEST_F(CrackWays, AStraightStartHasItsLigamentWithAllItsCracks) {
-  EXPECT_EQ(crack_ways(plate, {}, slot).size(), 1U);
+TEST_F(CrackLigaments, AStraightStartHasItsLigamentWithAllItsCracks) {
+  EXPECT_EQ(crack_ligaments(plate, {}, slot).size(), 1U);
   made.begin(slot);
   made.add(plate.crack_starts()[slot].tip, 30, 20 * mm, 500, 0);
   made.begin(slot);
   made.add({0, 40 * mm, 30 * mm}, 100, 4 * mm, 500, 1e-5);
   const CrackSurface surface = made.surface();
-  const auto ways = crack_ways(plate, surface, slot);
-  ASSERT_EQ(ways.size(), 1U);
-  EXPECT_EQ(ways[0].facets.size(), surface.facets.size());
-  EXPECT_EQ(ways[0].line.tip, plate.crack_starts()[slot].tip);
-  EXPECT_EQ(ways[0].line.ligament, plate.crack_starts()[slot].ligament);
+  const auto ligaments = crack_ligaments(plate, surface, slot);
+  ASSERT_EQ(ligaments.size(), 1U);
+  EXPECT_EQ(ligaments[0].facets.size(), surface.facets.size());
+  EXPECT_EQ(ligaments[0].line.tip, plate.crack_starts()[slot].tip);
+  EXPECT_EQ(ligaments[0].line.ligament, plate.crack_starts()[slot].ligament);
 }
 
-TEST_F(CrackWays, ASlantedSlotsCrackHasItsTrueSpeedLengthAndPlace) {
+TEST_F(CrackLigaments, ASlantedSlotsCrackHasItsTrueSpeedLengthAndPlace) {
   made.begin(slot);
   const CrackStart& start = plate.crack_starts()[slot];
   made.add(start.tip, 30, 30 * mm, 500, 0);
@@ -204,14 +204,14 @@ TEST_F(CrackWays, ASlantedSlotsCrackHasItsTrueSpeedLengthAndPlace) {
   EXPECT_TRUE(std::isnan(found[4].position)) << "the ligament runs along it";
 }
 
-TEST_F(CrackWays, AHolesCrackHasItsTrueSpeedLengthAndPlace) {
+TEST_F(CrackLigaments, AHolesCrackHasItsTrueSpeedLengthAndPlace) {
   made.begin(round_hole);
   made.add(rim(45), 45, 20 * mm, 400, 0);
   const CrackSurface surface = made.surface();
-  const auto ways = crack_ways(plate, surface, round_hole);
-  ASSERT_EQ(ways.size(), 1U);
-  const CrackStart& line = ways[0].line;
-  EXPECT_EQ(ways[0].facets.size(), surface.facets.size());
+  const auto ligaments = crack_ligaments(plate, surface, round_hole);
+  ASSERT_EQ(ligaments.size(), 1U);
+  const CrackStart& line = ligaments[0].line;
+  EXPECT_EQ(ligaments[0].facets.size(), surface.facets.size());
   EXPECT_NEAR(norm(line.tip - rim(45)), 0, 1e-9);
   EXPECT_NEAR(norm(line.along - direction(45)), 0, 1e-9);
   EXPECT_NEAR(dot(line.along, line.across), 0, 1e-12);
@@ -219,12 +219,12 @@ TEST_F(CrackWays, AHolesCrackHasItsTrueSpeedLengthAndPlace) {
   EXPECT_NEAR(line.ligament, ligament, 1e-9);
   EXPECT_NEAR(line.end[1], width, 1e-9);
   EXPECT_NEAR(crossed_shares(plate, surface)[round_hole], 20 * mm / ligament, 0.02);
-  EXPECT_EQ(leading_notch(plate, surface), round_hole);
+  EXPECT_EQ(leading_start(plate, surface), round_hole);
   EXPECT_NEAR(max_crack_speed(plate, surface), 400, 0.4);
   EXPECT_EQ(classify(plate, surface), Pattern::other) << "not through";
   EXPECT_TRUE(std::isnan(pattern_overlap(plate, surface)));
 
-  const auto traced = crack_lines(plate, surface);
+  const auto traced = crack_lines(plate, surface, find_branches(plate, surface));
   ASSERT_EQ(traced.size(), 1U);
   const LinePoint &first = traced[0].points.front(), &last = traced[0].points.back();
   EXPECT_NEAR(std::hypot(last.y - first.y, last.z - first.z), 20 * mm, 1.1 * MadeCracks::spacing);
@@ -237,7 +237,7 @@ TEST_F(CrackWays, AHolesCrackHasItsTrueSpeedLengthAndPlace) {
   EXPECT_TRUE(std::isnan(found[0].position)) << "of the slot";
 }
 
-TEST_F(CrackWays, ALineEndsWhereItEnds) {
+TEST_F(CrackLigaments, ALineEndsWhereItEnds) {
   made.begin(round_hole);
   made.add(rim(0), 0, 20 * mm, 400, 0);
   const CrackSurface surface = made.surface();
@@ -252,18 +252,18 @@ TEST_F(CrackWays, ALineEndsWhereItEnds) {
   EXPECT_NEAR(found[5].position, 1 * mm, 1e-9);
   EXPECT_TRUE(std::isnan(found[6].position)) << "beyond its end";
   EXPECT_TRUE(std::isnan(found[7].position)) << "before its start";
-  EXPECT_TRUE(found[7].arms.empty());
+  EXPECT_TRUE(found[7].branches.empty());
 }
 
-TEST_F(CrackWays, AKinkedCrackIsMeasuredTowardsItsEnd) {
+TEST_F(CrackLigaments, AKinkedCrackIsMeasuredTowardsItsEnd) {
   made.begin(round_hole);
   const double time = made.add(rim(0), 0, 8 * mm, 400, 0);
   const Point kink = rim(0) + 8 * mm * direction(0);
   made.add(kink, 50, 8 * mm, 400, time);
   const CrackSurface surface = made.surface();
-  const auto ways = crack_ways(plate, surface, round_hole);
-  ASSERT_EQ(ways.size(), 1U);
-  const Vector& along = ways[0].line.along;
+  const auto ligaments = crack_ligaments(plate, surface, round_hole);
+  ASSERT_EQ(ligaments.size(), 1U);
+  const Vector& along = ligaments[0].line.along;
   EXPECT_NEAR(std::atan2(along[2], along[1]), 25 * std::numbers::pi / 180, 0.02);
   EXPECT_NEAR(max_crack_speed(plate, surface), 400 * std::cos(25 * std::numbers::pi / 180), 8);
   const Point before = rim(0) + 4 * mm * direction(0);
@@ -271,83 +271,84 @@ TEST_F(CrackWays, AKinkedCrackIsMeasuredTowardsItsEnd) {
   const auto found = crossings_of(surface, lines({line_across(before, 0), line_across(after, 50)}), plate);
   EXPECT_NEAR(found[2].position, 7 * mm, 1e-9);
   EXPECT_NEAR(found[3].position, 7 * mm, 1e-9);
-  const auto traced = crack_lines(plate, surface);
+  const auto traced = crack_lines(plate, surface, find_branches(plate, surface));
   ASSERT_EQ(traced.size(), 1U);
   EXPECT_EQ(traced[0].kinks, 1);
 }
 
-TEST_F(CrackWays, ACrackFromAHoleToBothSidesIsTwo) {
+TEST_F(CrackLigaments, ACrackFromAHoleToBothSidesIsTwo) {
   // Connected, as if the rim between them had broken.
   made.begin(round_hole);
   made.add(rim(0), 0, 22 * mm, 400, 0);
   made.add(rim(180), 180, 12 * mm, 200, 1e-5);
   const CrackSurface surface = made.surface();
-  auto ways = crack_ways(plate, surface, round_hole);
-  ASSERT_EQ(ways.size(), 2U);
-  if (ways[0].line.along[1] < 0) std::swap(ways[0], ways[1]);
+  auto ligaments = crack_ligaments(plate, surface, round_hole);
+  ASSERT_EQ(ligaments.size(), 2U);
+  if (ligaments[0].line.along[1] < 0) std::swap(ligaments[0], ligaments[1]);
   for (std::size_t i = 0; i < 2; ++i) {
-    EXPECT_NEAR(norm(ways[i].line.tip - rim(180.0 * static_cast<double>(i))), 0, 1e-9);
-    EXPECT_NEAR(norm(ways[i].line.along - direction(180.0 * static_cast<double>(i))), 0, 1e-6);
-    EXPECT_NEAR(ways[i].line.ligament, 25 * mm, 1e-9);
+    EXPECT_NEAR(norm(ligaments[i].line.tip - rim(180.0 * static_cast<double>(i))), 0, 1e-9);
+    EXPECT_NEAR(norm(ligaments[i].line.along - direction(180.0 * static_cast<double>(i))), 0, 1e-6);
+    EXPECT_NEAR(ligaments[i].line.ligament, 25 * mm, 1e-9);
   }
-  EXPECT_EQ(ways[0].facets.size() + ways[1].facets.size(), surface.facets.size());
+  EXPECT_EQ(ligaments[0].facets.size() + ligaments[1].facets.size(), surface.facets.size());
   EXPECT_NEAR(crossed_shares(plate, surface)[round_hole], 22.0 / 25, 0.02) << "the larger one";
   EXPECT_NEAR(max_crack_speed(plate, surface), 400, 0.5);
   EXPECT_EQ(classify(plate, surface), Pattern::two_cracks);
-  const auto traced = crack_lines(plate, surface);
+  const auto traced = crack_lines(plate, surface, find_branches(plate, surface));
   ASSERT_EQ(traced.size(), 2U);
   for (const CrackLine& line : traced) {
     EXPECT_EQ(line.parent, -1);
-    EXPECT_EQ(line.notch, round_hole);
+    EXPECT_EQ(line.start, round_hole);
   }
 }
 
-TEST_F(CrackWays, OneOfBothSidesIsOneCrack) {
+TEST_F(CrackLigaments, OneOfBothSidesIsOneCrack) {
   made.begin(round_hole);
   made.add(rim(90), 90, 33 * mm, 400, 0);
   made.add(rim(270), 270, 6 * mm, 400, 0);
-  EXPECT_EQ(crack_ways(plate, made.surface(), round_hole).size(), 2U);
+  EXPECT_EQ(crack_ligaments(plate, made.surface(), round_hole).size(), 2U);
   EXPECT_EQ(classify(plate, made.surface()), Pattern::one_crack);
 }
 
-TEST_F(CrackWays, InsideTheBodyCracksRunToBothSides) {
+TEST_F(CrackLigaments, InsideTheBodyCracksRunToBothSides) {
   made.begin(surface_start);
   const Point place{thickness / 2, 20 * mm, 60 * mm};
   made.add(place, 20, 15 * mm, 300, 0);
   made.add(place, 200, 10 * mm, 300, 0);
-  auto ways = crack_ways(plate, made.surface(), surface_start);
-  ASSERT_EQ(ways.size(), 2U);
-  if (ways[0].line.along[1] < 0) std::swap(ways[0], ways[1]);
-  for (const CrackWay& way : ways) EXPECT_NEAR(norm(way.line.tip - place), 0, MadeCracks::step);
-  EXPECT_NEAR(norm(ways[0].line.along - direction(20)), 0, 1e-2);
-  EXPECT_NEAR(norm(ways[1].line.along - direction(200)), 0, 1e-2);
-  EXPECT_NEAR(ways[0].line.ligament, 40 * mm / std::cos(20 * std::numbers::pi / 180), 0.5 * mm);
+  auto ligaments = crack_ligaments(plate, made.surface(), surface_start);
+  ASSERT_EQ(ligaments.size(), 2U);
+  if (ligaments[0].line.along[1] < 0) std::swap(ligaments[0], ligaments[1]);
+  for (const CrackLigament& ligament : ligaments)
+    EXPECT_NEAR(norm(ligament.line.tip - place), 0, MadeCracks::step);
+  EXPECT_NEAR(norm(ligaments[0].line.along - direction(20)), 0, 1e-2);
+  EXPECT_NEAR(norm(ligaments[1].line.along - direction(200)), 0, 1e-2);
+  EXPECT_NEAR(ligaments[0].line.ligament, 40 * mm / std::cos(20 * std::numbers::pi / 180), 0.5 * mm);
   EXPECT_NEAR(max_crack_speed(plate, made.surface()), 300, 3);
 }
 
-TEST_F(CrackWays, AcrossTheBodyACrackRunsFromTheSideWhereItOpenedFirst) {
+TEST_F(CrackLigaments, AcrossTheBodyACrackRunsFromTheSideWhereItOpenedFirst) {
   made.begin(surface_start);
   made.add({0, width, 20 * mm}, 180, 60 * mm, 300, 0);
-  const auto ways = crack_ways(plate, made.surface(), surface_start);
-  ASSERT_EQ(ways.size(), 1U);
-  EXPECT_NEAR(ways[0].line.tip[1], width, 1e-9);
-  EXPECT_NEAR(ways[0].line.tip[2], 20 * mm, 1e-9);
-  EXPECT_NEAR(ways[0].line.ligament, 60 * mm, 1e-9);
+  const auto ligaments = crack_ligaments(plate, made.surface(), surface_start);
+  ASSERT_EQ(ligaments.size(), 1U);
+  EXPECT_NEAR(ligaments[0].line.tip[1], width, 1e-9);
+  EXPECT_NEAR(ligaments[0].line.tip[2], 20 * mm, 1e-9);
+  EXPECT_NEAR(ligaments[0].line.ligament, 60 * mm, 1e-9);
   EXPECT_DOUBLE_EQ(crossed_shares(plate, made.surface())[surface_start], 1);
   EXPECT_EQ(classify(plate, made.surface()), Pattern::one_crack);
 }
 
-TEST_F(CrackWays, StrayBreaksHaveNone) {
+TEST_F(CrackLigaments, StrayBreaksHaveNone) {
   made.begin(surface_start);
   made.add({0, 59.5 * mm, 20 * mm}, 0, 0.4 * mm, 300, 0);
   made.begin(round_hole);
   made.add(rim(0), 0, 2 * mm, 300, 0);
-  EXPECT_TRUE(crack_ways(plate, made.surface()).size() == 1) << "the slot's ligament alone";
-  EXPECT_EQ(leading_notch(plate, made.surface()), -1);
+  EXPECT_TRUE(crack_ligaments(plate, made.surface()).size() == 1) << "the slot's ligament alone";
+  EXPECT_EQ(leading_start(plate, made.surface()), -1);
   EXPECT_EQ(classify(plate, made.surface()), Pattern::none);
 }
 
-TEST_F(CrackWays, TheOutlineHasNoDirectionWhereThereIsNone) {
+TEST_F(CrackLigaments, TheOutlineHasNoDirectionWhereThereIsNone) {
   const geometry::Outline outline = geometry::outline_of(plate);
   EXPECT_EQ(outline.axis, (std::vector<std::int32_t>{1, 0, 0}));
   EXPECT_EQ(outline.direction, (std::vector<std::int32_t>{1, 0, 0}));
@@ -373,7 +374,7 @@ TEST(CrackStarts, TheFreeSurfaceHasWhatTouchesNoOtherOne) {
     std::vector<std::int32_t> found;
     for (const Crack& crack :
          make_crack_surface(BodyWithStarts(starts), mesh.realization(), breaks, 0).cracks)
-      found.push_back(crack.notch);
+      found.push_back(crack.start);
     return found;
   };
   std::vector<CrackStart> starts = mesh.body().crack_starts();
