@@ -178,17 +178,16 @@ def _arrivals(ensemble: Ensemble) -> Figure:
     figure = Figure(figsize=(style.PAGE_WIDTH * 0.72, 3.2), layout="constrained")
     axes = figure.subplots()
     shown = []
-    for name, colour, shift, times in (("leading", "#0072b2", -0.13, _times_of(ensemble, True)),
-                                       ("following", "#d55e00", 0.13, _times_of(ensemble, False))):
+    for name, colour, shift in (("leading", "#0072b2", -0.13), ("following", "#d55e00", 0.13)):
+        times = _times_of(ensemble, name == "leading")
         if not any(t.size for t in times):
             continue
         shown.append(Line2D([], [], color=colour, marker="o", linestyle="none", markersize=3, label=f"{name} cracks"))
         for k, t in enumerate(times):
             axes.plot(np.full(t.size, k + shift), t, "o", color=colour, markersize=2.2, alpha=0.45, markeredgewidth=0)
             if t.size >= MIN_BAND:
-                low, median, high = np.percentile(t, (BAND[0], 50, BAND[1]))
-                axes.plot([k + shift] * 2, [low, high], color=colour, linewidth=3, alpha=0.3, solid_capstyle="butt")
-                axes.plot([k + shift - 0.08, k + shift + 0.08], [median, median], color=colour, linewidth=1.4)
+                axes.boxplot(t, positions=[k + shift], whis=BAND, widths=0.16, showbox=False, showcaps=False, showfliers=False,
+                             whiskerprops={"color": colour, "alpha": 0.3, "linewidth": 3}, medianprops={"color": colour}, manage_ticks=False)
     axes.axhline(0, color=style.MUTED, linewidth=0.6)
     axes.set_xticks(range(len(ensemble.sections)), [section.name for section in ensemble.sections])
     axes.tick_params(axis="x", labelrotation=30 if len(ensemble.sections) > 5 else 0)
