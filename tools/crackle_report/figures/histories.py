@@ -186,8 +186,9 @@ def _arrivals(ensemble: Ensemble) -> Figure:
         for k, t in enumerate(times):
             axes.plot(np.full(t.size, k + shift), t, "o", color=colour, markersize=2.2, alpha=0.45, markeredgewidth=0)
             if t.size >= MIN_BAND:
-                axes.boxplot(t, positions=[k + shift], whis=BAND, widths=0.16, showbox=False, showcaps=False, showfliers=False,
-                             whiskerprops={"color": colour, "alpha": 0.3, "linewidth": 3}, medianprops={"color": colour}, manage_ticks=False)
+                low, median, high = np.percentile(t, (BAND[0], 50, BAND[1]))
+                axes.vlines(k + shift, low, high, color=colour, linewidth=3, alpha=0.3)
+                axes.hlines(median, k + shift - 0.08, k + shift + 0.08, color=colour, linewidth=1.4)
     axes.axhline(0, color=style.MUTED, linewidth=0.6)
     axes.set_xticks(range(len(ensemble.sections)), [section.name for section in ensemble.sections])
     axes.tick_params(axis="x", labelrotation=30 if len(ensemble.sections) > 5 else 0)
