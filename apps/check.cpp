@@ -231,7 +231,7 @@ void add_check_command(CLI::App& app, Action& run) {
   CLI::App* command = app.add_subcommand(
       "check", "Validate an input file; print the resolved values and what running them will take");
   command->add_option("input", options->file, "input file (TOML)");
-  command->add_flag("--keys", options->keys, "print the table of all input keys (Markdown) instead");
+  command->add_flag("--keys", options->keys, "print the list of all input keys (Markdown) instead");
   CLI::Option* const ranks =
       command
           ->add_option("--ranks", options->ranks,
@@ -259,7 +259,7 @@ void add_check_command(CLI::App& app, Action& run) {
     }
     run = [options](const parallel::Communicator& world) {
       if (!options->keys) return check(world, *options);
-      if (world.is_root()) fmt::print("{}", input::key_table());
+      if (world.is_root()) fmt::print("{}", input::key_list());
       return static_cast<int>(success);
     };
   });

@@ -175,7 +175,7 @@ Key pressure_key() {
   return {name_of(BoundaryKind::pressure),
           "stress",
           one_of_kinds(),
-          accepted(dimension, value_range(BoundaryKind::pressure)),
+          quantity_form(dimension),
           "force per area against the outward normal: above 0 it presses on the body",
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             Boundary& condition = boundary(parameters, i);

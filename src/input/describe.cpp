@@ -32,6 +32,17 @@ std::vector<Line> resolved(const Parameters& parameters) {
   return lines;
 }
 
+/// What the list of keys says of a key, after its name.
+std::string description(const Key& key) {
+  const Requirement& requirement = key.requirement;
+  const std::string unset = !requirement.instead.empty()
+                                ? fmt::format("required, or `{}`", requirement.instead)
+                            : requirement.required         ? "required"
+                            : requirement.fallback.empty() ? requirement.unset
+                                                           : fmt::format("`{}`", requirement.fallback);
+  return fmt::format("({}): {}; {}", unset, key.accepted, key.help);
+}
+
 }  // namespace
 
 std::string aligned(const std::vector<Line>& lines) {
@@ -97,21 +108,21 @@ std::string sample_identity(const Parameters& parameters) {
   return fmt::format("FNV-1a {:016x}", checksum(fmt::format("{}", fmt::join(settings, "\n"))));
 }
 
-std::string key_table() {
-  std::string result =
-      "| key | default | accepted | meaning |\n"
-      "|---|---|---|---|\n";
+std::string key_list() {
+  std::string result;
   for (const Table& table : schema()) {
-    const bool many = table.occurrence == Occurrence::many;
-    const char* occurrence = many ? "any number" : table.occurrence == Occurrence::optional ? "optional" : "";
-    result += fmt::format("| **`{}`** | {} | | {} |\n", header_of(table), occurrence, table.help);
-    for (const Key& key : table.keys) {
-      const Requirement& requirement = key.requirement;
-      const std::string fallback = !requirement.instead.empty() ? "required, or `" + requirement.instead + "`"
-                                   : requirement.required       ? "required"
-                                   : requirement.fallback.empty() ? requirement.unset
-                                                                  : "`" + requirement.fallback + "`";
-      result += fmt::format("| `{}` | {} | {} | {} |\n", key.name, fallback, key.accepted, key.help);
+    const char* occurrence = table.occurrence == Occurrence::many       ? ", any number"
+                             : table.occurrence == Occurrence::optional ? ", optional"
+                                                                        : "";
+    result += fmt::format("{}**`{}`**{}: {}\n\n", result.empty() ? "" : "\n", header_of(table), occurrence,
+                          table.help);
+    for (std::size_t i = 0; i < table.keys.size(); ++i) {
+      const Key& key = table.keys[i];
+      std::string names = fmt::format("`{}`", key.name);
+      // Keys that differ in their names only, such as the extents along three axes, share an entry.
+      for (; i + 1 < table.keys.size() && description(table.keys[i + 1]) == description(key); ++i)
+        names += fmt::format(", `{}`", table.keys[i + 1].name);
+      result += fmt::format("- {} {}\n", names, description(key));
     }
   }
   return result;

@@ -487,8 +487,8 @@ const std::vector<Table>& schema() {
 Key quantity_key(std::string name, Access<double> access, const Dimension& dimension, Range range,
                  Requirement requirement, std::string help) {
   return value_key(
-      name, dimension.name.substr(dimension.name.find(' ') + 1), requirement, accepted(dimension, range),
-      help, access, [=](const Source& source) { return read_quantity(source, dimension, range); },
+      name, dimension.name.substr(dimension.name.find(' ') + 1), requirement, quantity_form(dimension), help,
+      access, [=](const Source& source) { return read_quantity(source, dimension, range); },
       [=](double value) { return format_quantity(value, dimension); });
 }
 
@@ -505,7 +505,7 @@ Key automatic_time_key(std::string name, Access<std::optional<double>> access, c
   return {std::move(name),
           "time",
           by_default("\"auto\""),
-          "\"auto\" or " + accepted(dimension, positive_time),
+          fmt::format("\"auto\" or {}", quantity_form(dimension)),
           std::move(help),
           [=](const Source& source, Parameters& parameters, std::size_t i) {
             const bool text = source.value.kind == ValueKind::string;

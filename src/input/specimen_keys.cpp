@@ -111,7 +111,7 @@ Key size_key() {
   return {"size",
           "length",
           required_unless("outline"),
-          form + ", each from 1 nm to 1 km",
+          form,
           "thickness (x), width (y) and length (z) of the box",
           [=](const Source& source, Parameters& parameters, std::size_t) {
             const auto elements = read_elements(source, 3, form);
@@ -132,7 +132,7 @@ Key thickness_key() {
   return {"thickness",
           "length",
           optional("required with outline"),
-          accepted(length_dimension, positive_length),
+          quantity_form(length_dimension),
           "of a body with an outline, along x",
           [](const Source& source, Parameters& parameters, std::size_t) {
             if (const auto value = read_quantity(source, length_dimension, positive_length))
@@ -172,7 +172,7 @@ Key outline_radius_key() {
   return {"radius",
           "length",
           optional("required with \"circle\""),
-          accepted(length_dimension, positive_length),
+          quantity_form(length_dimension),
           "of outline = \"circle\"",
           [](const Source& source, Parameters& parameters, std::size_t) {
             if (const auto value = read_quantity(source, length_dimension, positive_length))
@@ -208,7 +208,7 @@ Key hole_radius_key() {
   return {"radius",
           "length",
           optional("one of radius, semi_axes and polygon is required"),
-          accepted(length_dimension, positive_length),
+          quantity_form(length_dimension),
           "of a circle",
           [](const Source& source, Parameters& parameters, std::size_t i) {
             if (const auto value = read_quantity(source, length_dimension, positive_length))

@@ -47,6 +47,10 @@ std::string what_is_given(const Value& value) {
 
 }  // namespace
 
+std::string quantity_form(const Dimension& dimension) {
+  return fmt::format("{} such as \"{}\"", dimension.name, dimension.example);
+}
+
 std::string accepted(const Dimension& dimension, const Range& range) {
   return fmt::format("{} {}, such as \"{}\"", dimension.name, describe_range(range, dimension),
                      dimension.example);
@@ -71,7 +75,7 @@ std::string accepted_choice(const std::vector<std::string>& names) {
 
 std::optional<double> read_quantity(const Source& source, const Dimension& dimension, const Range& range) {
   const Value& value = source.value;
-  const std::string advice = fmt::format("; give {} such as \"{}\"", dimension.name, dimension.example);
+  const std::string advice = fmt::format("; give {}", quantity_form(dimension));
   if (value.kind == ValueKind::integer || value.kind == ValueKind::number)
     return source.report(
         "{} is a plain number without a unit; give {} with its unit, in quotes, such as "

@@ -27,11 +27,10 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "cli")]
 
 from crackle_report import choosing, figures, reading, style, tables  # noqa: E402
-from crackle_report.figures import convergence, crack_paths, crossings, growth, realizations  # noqa: E402
+from crackle_report.figures import convergence, crack_paths, crossings, growth  # noqa: E402
 from crackle_report.mesh import Mesh  # noqa: E402
 from crackle_report.options import Options  # noqa: E402
 from crackle_report.photoelasticity import Optics  # noqa: E402
-from crackle_report.plate import Plate  # noqa: E402
 from crackle_report.program import find_program  # noqa: E402
 from crackle_launch import environment  # noqa: E402
 from box_mesh import box_mesh  # noqa: E402
@@ -432,14 +431,6 @@ class Pictures(Ensembles):
         self.assertEqual(growth._chosen_frames(frames, crack, ())[0], 0)
 
 
-def block(n: int, plate: Plate) -> Mesh:
-    nodes, tetrahedra = box_mesh(tuple(plate.size), (n, n, n))
-    corners = nodes[tetrahedra]
-    inside_out = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0
-    tetrahedra[inside_out] = tetrahedra[inside_out][:, [0, 2, 1, 3]]
-    return Mesh(nodes, tetrahedra, np.linspace(0.3e-3, 1e-3, len(nodes)), plate=plate)
-
-
 class Plates(Ensembles):
     """A plate that does not begin at y = z = 0, with cracks that may start anywhere."""
 
@@ -520,22 +511,12 @@ frames = 3
             np.testing.assert_allclose(seen.mean(axis=1)[away] * 20, width[away], atol=1)
 
 
-class Realizations(unittest.TestCase):
-    plate = Plate.of({"size": [5e-3, 20e-3, 60e-3], "outline": [[0, 0], [20e-3, 0], [20e-3, 60e-3], [0, 60e-3]],
-                      "outline_first": [0, 4], "notch_tip": [[5e-3, 28e-3], [15e-3, 33e-3]],
-                      "notch_slot": [[[0, 5e-3], [27.5e-3, 28.5e-3]], [[15e-3, 20e-3], [32.5e-3, 33.5e-3]]],
-                      "notch_axis": [1, 1], "notch_direction": [1, -1]})
-
+class Meshes(unittest.TestCase):
     def test_a_cut_covers_the_section(self):
-        polygons, numbers = block(4, self.plate).cut(0, 2e-3)
+        polygons, numbers = Mesh(*box_mesh((5e-3, 20e-3, 60e-3), (4, 4, 4))).cut(0, 2e-3)
         area = [0.5 * abs(np.sum(p[:, 0] * np.roll(p[:, 1], -1) - p[:, 1] * np.roll(p[:, 0], -1))) for p in polygons]
         self.assertAlmostEqual(sum(area) / (20e-3 * 60e-3), 1, places=12)
         self.assertEqual(len(polygons), len(numbers))
-
-    def test_pictures_have_no_overlapping_texts(self):
-        style.apply()
-        picture = realizations.spacing(block(6, self.plate))
-        self.assertEqual(overlapping_texts(picture.figure), [])
 
 
 if __name__ == "__main__":

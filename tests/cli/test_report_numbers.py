@@ -115,13 +115,6 @@ class Document(Folders):
         self.assertEqual([plate.notch_axis.tolist(), plate.notch_direction.tolist()], [[1, 1, 1, 2, 2], [1, -1, 1, -1, 1]])
         np.testing.assert_allclose(plate.notch_slot[1], [[WIDTH - 5e-3, WIDTH], [74.75e-3, 75.25e-3]])
         np.testing.assert_allclose(plate.slot_ends[:2], [64.7e-3, 65.3e-3])
-        np.testing.assert_allclose([plate.ligament(notch) for notch in range(5)],
-                                   [WIDTH - 6e-3, WIDTH - 5e-3, WIDTH - 2e-3, 137e-3, 136e-3])
-
-    def test_a_ligament_ends_at_the_next_slot(self):
-        write_ensemble(self.folder, 1, slots=(("y-min", 65, 6, 0.6), ("y-max", 65.2, 5, 0.6), ("z-min", 22, 4, 0.8)))
-        plate = reading.read_ensemble(self.folder).plate
-        np.testing.assert_allclose([plate.ligament(notch) for notch in range(3)], [WIDTH - 11e-3, WIDTH - 11e-3, 64.9e-3 - 4e-3])
 
     def test_the_frame_of_the_leading_crack_is_that_of_the_body(self):
         write_ensemble(self.folder, 3)

@@ -114,19 +114,18 @@ class Usage(unittest.TestCase):
         self.assertEqual(result.returncode, 0)
         self.assertEqual(result.stdout.count("git commit"), 1)
 
-    def test_key_table_has_every_key_of_the_demo(self):
+    def test_the_list_of_keys_has_every_key_of_the_demo(self):
         result = invoke("check", "--keys")
         self.assertEqual(result.returncode, 0)
-        rows = [line for line in result.stdout.splitlines() if line.startswith("|")]
-        self.assertTrue(all(row.count("|") == 5 for row in rows))
         table = None
         keys = {}
-        for row in rows[2:]:
-            name = re.search(r"`\[*([^\]`]*)\]*`", row).group(1)
-            if row.startswith("| **"):
-                table = name
+        for line in filter(None, result.stdout.splitlines()):
+            self.assertRegex(line, r"^(\*\*`\[.*\]`\*\*.*: .|- `[\w.]+`(, `[\w.]+`)* \(.+\): .+; .)")
+            names = re.findall(r"`\[*([^\]`]*)\]*`", line.split(" (")[0])
+            if line.startswith("**"):
+                table = names[0]
             else:
-                keys.setdefault(table, []).append(name)
+                keys.setdefault(table, []).extend(names)
         for line in pathlib.Path(OPTIONS.demo).read_text().splitlines():
             line = line.split("#")[0].strip()
             if line.startswith("["):

@@ -302,26 +302,26 @@ TEST(InputEcho, ShowsReadableUnitsInAlignedLines) {
   }
 }
 
-/// The keys of the table, as "table.key".
-std::set<std::string> table_keys() {
+/// The keys of the list, as "table.key".
+std::set<std::string> listed_keys() {
   std::set<std::string> keys;
   std::string table;
-  std::istringstream lines(input::key_table());
+  std::istringstream lines(input::key_list());
   for (std::string line; std::getline(lines, line);) {
-    const auto open = line.find('`');
-    if (open == std::string::npos) continue;
-    std::string name = line.substr(open + 1, line.find('`', open + 1) - open - 1);
-    if (name[0] == '[') {
-      const auto first = name.find_first_not_of('[');
-      table = name.substr(first, name.find(']') - first);
-    } else {
-      keys.insert(table + "." + name);
+    if (line.starts_with("**")) {
+      const auto first = line.find_first_not_of("*`[");
+      table = line.substr(first, line.find(']') - first);
+      continue;
     }
+    // "- `x`, `y` (...": what is in backquotes before the bracket.
+    std::istringstream names(line.substr(0, line.find(" (")));
+    for (std::string name; std::getline(names, name, '`') && std::getline(names, name, '`');)
+      keys.insert(table + "." + name);
   }
   return keys;
 }
 
-TEST(InputEcho, AndTableOfKeysNameTheSameKeys) {
+TEST(InputEcho, AndListOfKeysNameTheSameKeys) {
   std::set<std::string> shown;
   std::istringstream lines(input::echo(parse_tables(full_tables())) + input::echo(parse_tables(plates()[0])) +
                            input::echo(parse_tables(plates()[1])));
@@ -338,7 +338,7 @@ TEST(InputEcho, AndTableOfKeysNameTheSameKeys) {
         "sweep.values"}) {
     shown.insert(unused);
   }
-  const auto declared = table_keys();
+  const auto declared = listed_keys();
   std::printf("%zu keys\n", declared.size());
   EXPECT_EQ(shown, declared);
 }

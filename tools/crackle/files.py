@@ -83,7 +83,7 @@ def open_results(file: Path, kind: str) -> h5py.File:
     is_marked = _check_sum(file) if kind == SAMPLE_KIND and file.is_file() else True
     root = open_hdf5(file)
     try:
-        with _naming(file):
+        with naming(file):
             found = text_of(root.attrs["kind"]) if "kind" in root.attrs else None
         if str(found) != kind:
             own = f"but a {found} file" if str(found) in (ENSEMBLE_KIND, SAMPLE_KIND) else "but of another program"
@@ -99,12 +99,12 @@ def open_results(file: Path, kind: str) -> h5py.File:
 @contextlib.contextmanager
 def results(file: Path, kind: str) -> Iterator[h5py.File]:
     """As open_results, closed at the end; what cannot be read in the meantime is a ResultsError, too."""
-    with open_results(file, kind) as root, _naming(file):
+    with open_results(file, kind) as root, naming(file):
         yield root
 
 
 @contextlib.contextmanager
-def _naming(file: Path) -> Iterator[None]:
+def naming(file: Path) -> Iterator[None]:
     """Errors of reading become a ResultsError that names the file."""
     try:
         yield

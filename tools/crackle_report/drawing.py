@@ -83,6 +83,22 @@ def panel_size(plate: Plate, z_range: tuple[float, float], room: float, most_hei
     return width, width * proportion
 
 
+class Sheet(Figure):
+    """Panels of one size in rows and columns, with room at the left, right, top and bottom and gaps between them [inch]."""
+
+    def __init__(self, panel: tuple[float, float], n_rows: int, n_columns: int, room: tuple[float, float, float, float],
+                 gaps: tuple[float, float], least_width: float = 0.0, **more: Any) -> None:
+        self._panel, self._steps = panel, (panel[0] + gaps[0], panel[1] + gaps[1])
+        self._left, right, self._top, bottom = room
+        super().__init__(figsize=(max(self._left + right + n_columns * self._steps[0] - gaps[0], least_width),
+                                  self._top + bottom + n_rows * self._steps[1] - gaps[1]), **more)
+
+    def panel(self, row: int, column: int) -> Axes:
+        (width, height), (panel_width, panel_height) = self.get_size_inches(), self._panel
+        return self.add_axes(((self._left + column * self._steps[0]) / width,
+                              1 - (self._top + panel_height + row * self._steps[1]) / height, panel_width / width, panel_height / height))
+
+
 def time_colours(latest: float, times: Unit = US) -> Normalize:
     """Colours for times from onset to the latest one [s]; for times in this unit."""
     return Normalize(0.0, times.of(latest) if latest > 0 else 1.0)

@@ -110,16 +110,16 @@ class SampleFiles:
         return self._read(sample, _read_lines) or []
 
     def branching(self, sample: int) -> Optional[BranchingPoints]:
-        return self._read(sample, _read_branching)
+        return self._read(sample, _members_of(BranchingPoints, "forks"))
 
     def mesh(self, sample: int) -> Optional[Mesh]:
         return self._read(sample, _read_mesh)
 
     def energy(self, sample: int) -> Optional[Energy]:
-        return self._read(sample, _read_energy)
+        return self._read(sample, _members_of(Energy, "energy"))
 
     def history(self, sample: int) -> Optional[History]:
-        return self._read(sample, _read_history)
+        return self._read(sample, _members_of(History, "history"))
 
     def frames(self, sample: int) -> Optional[Frames]:
         return self._read(sample, _read_frames)
@@ -169,23 +169,14 @@ def _read_lines(root: h5py.File) -> list[CrackLine]:
             zip(*(table[name][...] for name in ("notch", "parent", "first", "count")))]
 
 
-def _read_branching(root: h5py.File) -> BranchingPoints:
-    return BranchingPoints(**{name: root["forks"][name][...] for name in BranchingPoints.__dataclass_fields__})
-
-
-def _has_contact(input_text: str) -> bool:
-    """Whether opened facets carry compression when they close again."""
-    return tomllib.loads(input_text).get("fracture", {}).get("contact", "none") != "none"
-
-
-def _read_energy(root: h5py.File) -> Energy:
-    return Energy(**{name: root["energy"][name][...] for name in Energy.__dataclass_fields__})
-
-
-def _read_history(root: h5py.File) -> History:
-    group = root["history"]
-    names = [name for name in History.__dataclass_fields__ if name != "rayleigh_speed"]
-    return History(*(group[name][...] for name in names), float(group.attrs["rayleigh_speed"]))
+def _members_of(kind: type, name: str) -> Callable[[h5py.File], Any]:
+    """Reads a group whose datasets, and attributes of one number, are the members of this class; None where there is no such group."""
+    def read(root: h5py.File) -> Any:
+        if name not in root:
+            return None
+        group = root[name]
+        return kind(**{member: group[member][...] if member in group else float(group.attrs[member]) for member in kind.__dataclass_fields__})
+    return read
 
 
 def _read_frames(root: h5py.File) -> Frames:
@@ -196,7 +187,7 @@ def _read_frames(root: h5py.File) -> Frames:
                   group["displacement"][...], group["velocity"][...], [broken[:n] for n in n_broken],
                   [cut[:n] for n in n_broken], [_released_edges(root, n) for n in n_broken],
                   [_stiffness(root, time) for time in group["time"][...]],
-                  _has_contact(text_of(root.attrs["input"])),
+                  tomllib.loads(text_of(root.attrs["input"])).get("fracture", {}).get("contact", "none") != "none",
                   float(group.attrs["youngs_modulus"]), float(group.attrs["poisson_ratio"]))
 
 

@@ -10,7 +10,6 @@ import matplotlib.pyplot as plt  # noqa: E402
 from matplotlib.colors import LinearSegmentedColormap  # noqa: E402
 
 MILLIMETRE = 1e-3
-MICROSECOND = 1e-6
 
 PAGE_WIDTH = 9.6  # of a picture [inch]
 

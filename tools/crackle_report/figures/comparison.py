@@ -77,13 +77,9 @@ def _figure(comparison: dict[str, Any], sections: list[str], lengths: Unit) -> F
                                       for paths in comparison["paths"] for where, difference in zip(sections, paths["difference_of_means"])
                                       if difference["value"] is not None])]
     panels = [panel for panel in panels if panel[1]]
-    heights = [len(rows) * ROW_HEIGHT + 0.65 for _, rows in panels]
-    figure = Figure(figsize=(style.PAGE_WIDTH, sum(heights) + 0.1))
-    top = 1.0
-    for (unit, rows), height in zip(panels, heights):
-        total = figure.get_figheight()
-        axes = figure.add_axes((0.3, top - (height - 0.5) / total, 0.66, (height - 0.6) / total))
-        top -= height / total
+    heights = [len(rows) + 1 for _, rows in panels]
+    figure = Figure(figsize=(style.PAGE_WIDTH, ROW_HEIGHT * sum(heights) + 0.4 * len(panels)), layout="constrained")
+    for axes, (unit, rows) in zip(figure.subplots(len(panels), height_ratios=heights, squeeze=False)[:, 0], panels):
         _draw(axes, unit, rows)
     return figure
 

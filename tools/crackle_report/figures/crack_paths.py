@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 
 from .. import style
 from ..choosing import typical_samples
-from ..drawing import branching_handles, draw_branching, draw_facets, draw_plate, panel_size, time_bar, time_colours, window
+from ..drawing import Sheet, branching_handles, draw_branching, draw_facets, draw_plate, panel_size, time_bar, time_colours, window
 from ..options import Options
 from ..results import CrackSurface, Ensemble
 from .picture import Picture, Section
@@ -84,16 +84,12 @@ def _sheet(ensemble: Ensemble, numbers: list[int], cracks: dict[int, CrackSurfac
     if is_slender:
         gap_x = TITLE_ROOM[small] - panel_width
         n_columns = min(len(numbers), int((style.PAGE_WIDTH - left - right) / TITLE_ROOM[small]))
-    n_rows = math.ceil(len(numbers) / n_columns)
-    height = top + bottom + n_rows * panel_height + (n_rows - 1) * gap_y
-
-    figure = Figure(figsize=(style.PAGE_WIDTH, height))
+    # As wide as a page, with few columns too.
+    figure = Sheet((panel_width, panel_height), math.ceil(len(numbers) / n_columns), n_columns, (left, right, top, bottom), (gap_x, gap_y),
+                   style.PAGE_WIDTH)
     for k, number in enumerate(numbers):
         row, column = divmod(k, n_columns)
-        axes = figure.add_axes((
-            (left + column * (panel_width + gap_x)) / style.PAGE_WIDTH,
-            1 - (top + (row + 1) * panel_height + row * gap_y) / height,
-            panel_width / style.PAGE_WIDTH, panel_height / height))
+        axes = figure.panel(row, column)
         _panel(axes, ensemble, number, cracks.get(number), colours, z_range)
         _title(axes, ensemble, number, small, in_a_row=is_slender)
         last = k + n_columns >= len(numbers)  # of its column
@@ -109,7 +105,7 @@ def _sheet(ensemble: Ensemble, numbers: list[int], cracks: dict[int, CrackSurfac
         handles.append(Patch(color=style.BEFORE_ONSET, label="opened before the onset"))
     handles += branching_handles(axes, [points for i in numbers if i in cracks and (points := ensemble.files.branching(i)) is not None])
     if handles:
-        figure.legend(handles=handles, loc="upper left", bbox_to_anchor=((left + 3.4) / style.PAGE_WIDTH, 1 - 0.04 / height),
+        figure.legend(handles=handles, loc="upper left", bbox_to_anchor=((left + 3.4) / figure.get_figwidth(), 1 - 0.04 / figure.get_figheight()),
                       labelspacing=0.3)
     return figure
 

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from .. import style
-from ..drawing import draw_plate, panel_size, window
+from ..drawing import Sheet, draw_plate, panel_size, window
 from ..options import Options
 from ..results import CrackLine, Ensemble, Ranks
 from .picture import Picture, Section
@@ -44,16 +44,9 @@ def _draw(ensemble: Ensemble) -> Figure:
     room = min((style.PAGE_WIDTH - left - right - (n_columns - 1) * gap_x) / n_columns, 4.2)
     panel_width, panel_height = panel_size(ensemble.plate, z_range, room, 6.0)
     gap_x = max(gap_x, min(room, TITLE_ROOM) - panel_width)
-    width = max(left + right + n_columns * (panel_width + gap_x) - gap_x, LEGEND_ROOM)
-    height = top + bottom + n_rows * panel_height + (n_rows - 1) * gap_y
-
-    figure = Figure(figsize=(width, height))
+    figure = Sheet((panel_width, panel_height), n_rows, n_columns, (left, right, top, bottom), (gap_x, gap_y), LEGEND_ROOM)
     for number, panel in enumerate(panels):
-        row, column = divmod(number, n_columns)
-        axes = figure.add_axes((
-            (left + column * (panel_width + gap_x)) / width,
-            1 - (top + (row + 1) * panel_height + row * gap_y) / height,
-            panel_width / width, panel_height / height))
+        axes = figure.panel(*divmod(number, n_columns))
         draw_plate(axes, ensemble.plate, z_range)
         axes.set_xlabel(ensemble.plate.lengths.label("y"))
         axes.set_ylabel(ensemble.plate.lengths.label("z"))
@@ -64,7 +57,7 @@ def _draw(ensemble: Ensemble) -> Figure:
         Patch(color="black", alpha=0.2, linewidth=0,
               label=f"{100 * ensemble.confidence:g} % confidence interval of the mean"),
         Line2D([], [], color="black", linewidth=0.8, linestyle="--", label="± one standard deviation"),
-    ], loc="upper left", ncol=4 if n_columns > 1 else 2, bbox_to_anchor=((left - 0.1) / width, 1.0))
+    ], loc="upper left", ncol=4 if n_columns > 1 else 2, bbox_to_anchor=((left - 0.1) / figure.get_figwidth(), 1.0))
     return figure
 
 

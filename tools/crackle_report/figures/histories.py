@@ -178,8 +178,8 @@ def _arrivals(ensemble: Ensemble) -> Figure:
     figure = Figure(figsize=(style.PAGE_WIDTH * 0.72, 3.2), layout="constrained")
     axes = figure.subplots()
     shown = []
-    for name, colour, shift, times in (("leading", "#0072b2", -0.13, _times_of(ensemble, True)),
-                                       ("following", "#d55e00", 0.13, _times_of(ensemble, False))):
+    for name, colour, shift in (("leading", "#0072b2", -0.13), ("following", "#d55e00", 0.13)):
+        times = _times_of(ensemble, name == "leading")
         if not any(t.size for t in times):
             continue
         shown.append(Line2D([], [], color=colour, marker="o", linestyle="none", markersize=3, label=f"{name} cracks"))
@@ -187,8 +187,8 @@ def _arrivals(ensemble: Ensemble) -> Figure:
             axes.plot(np.full(t.size, k + shift), t, "o", color=colour, markersize=2.2, alpha=0.45, markeredgewidth=0)
             if t.size >= MIN_BAND:
                 low, median, high = np.percentile(t, (BAND[0], 50, BAND[1]))
-                axes.plot([k + shift] * 2, [low, high], color=colour, linewidth=3, alpha=0.3, solid_capstyle="butt")
-                axes.plot([k + shift - 0.08, k + shift + 0.08], [median, median], color=colour, linewidth=1.4)
+                axes.vlines(k + shift, low, high, color=colour, linewidth=3, alpha=0.3)
+                axes.hlines(median, k + shift - 0.08, k + shift + 0.08, color=colour, linewidth=1.4)
     axes.axhline(0, color=style.MUTED, linewidth=0.6)
     axes.set_xticks(range(len(ensemble.sections)), [section.name for section in ensemble.sections])
     axes.tick_params(axis="x", labelrotation=30 if len(ensemble.sections) > 5 else 0)

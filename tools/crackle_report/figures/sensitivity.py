@@ -41,11 +41,8 @@ def section(ensemble: Ensemble, _: Options) -> Optional[Section]:
 
 def _rows(results: list[dict[str, Any]], n_sections: int) -> list[dict[str, Any]]:
     """The results that are shown: of two that say the opposite ("one crack", "two cracks") the second."""
-    asked = [one for name in ASKED for one in results if one["result"] == name]
-    by_name: dict[str, list[dict[str, Any]]] = {}
-    for one in asked:
-        by_name.setdefault(one["result"], []).append(one)
-    shown = [one for group in by_name.values() for one in (group[1:] if len(group) == 2 and group[0]["share_of"] else group)]
+    groups = [[one for one in results if one["result"] == name] for name in ASKED]
+    shown = [one for group in groups for one in (group[1:] if len(group) == 2 and group[0]["share_of"] else group)]
     middle = n_sections // 2
     return shown + [one for one in results if one.get("section") == middle]
 
@@ -72,11 +69,7 @@ def _answer(rows: list[dict[str, Any]], ensemble: Ensemble) -> str:
         name, share = max(_parts(one, keys), key=lambda part: part[1])
         if share >= 0.3:
             ruled.setdefault(name, []).append(f"{_label(one, ensemble)} ({100 * share:.0f} %)")
-    return " ".join(f"{name[0].upper() + name[1:] if name == 'the mesh' else name} rules {_listed(results)}." for name, results in ruled.items())
-
-
-def _listed(names: list[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+    return " ".join(f"{name[0].upper() + name[1:] if name == 'the mesh' else name} rules {', '.join(results)}." for name, results in ruled.items())
 
 
 def _bars(rows: list[dict[str, Any]], ensemble: Ensemble) -> Figure:
