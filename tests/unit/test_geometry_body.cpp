@@ -258,7 +258,7 @@ TEST(Body, ContainsAndDistances) {
   EXPECT_NEAR(notched.distance_to_surface({mm, 5 * mm, 6 * mm}), 1 * mm, 1e-15);
   EXPECT_NEAR(notched.distance_to_surface({mm, 7.7 * mm, 6 * mm}), 0.3 * mm, 1e-15);
   EXPECT_NEAR(notched.distance_to_outline(3, {mm, 10 * mm, 7 * mm}), 0.75 * mm, 1e-15) << "from the mouth";
-  EXPECT_LE(notched.distance_to_outline(3, {mm, 10 * mm, 6 * mm}), 0) << "in the mouth";
+  EXPECT_LE(notched.distance_to_outline(3, {mm, 10 * mm, 6 * mm}), 0) << "in the opening";
   EXPECT_NEAR(notched.distance_to_outline(8, {mm, 8 * mm, 6.05 * mm}), 0.2 * mm, 1e-15);
 }
 
