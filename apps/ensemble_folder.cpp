@@ -78,9 +78,9 @@ std::string derive_leading_notches(const input::Parameters& parameters,
     if (row.leading_notch < 0) ++n_open;
   }
   return fmt::format(
-      "The leading notch is not in these files, which are of an older format: it is taken from the sections "
-      "that the cracks reach{}.",
-      n_open == 0 ? "" : fmt::format(", and stays open in {}", n_open));
+      "These files, of an older format, do not hold the leading notch: it is derived from the sections that "
+      "the cracks reach{}.",
+      n_open == 0 ? "" : fmt::format(", and unknown in {}", n_open));
 }
 
 }  // namespace

@@ -135,15 +135,14 @@ void add_parking_options(CLI::App& command, ParkingOptions& options) {
       "");
   command
       .add_option("--time-limit", options.time_limit,
-                  "park samples under way and stop within this time, such as 8h, 30min, 90s or, as SLURM "
-                  "writes it, 8:00:00; in a SLURM job the end of the job is a limit too")
+                  "suspend running samples and stop within this time, such as 8h, 30min, 90s or, as in "
+                  "SLURM, 8:00:00; in a SLURM job also before the job ends")
       ->transform(as_seconds)
       ->type_name("TIME");
   command
-      .add_option(
-          "--checkpoint-interval", options.checkpoint_interval,
-          "write a checkpoint of each sample this often, such as 30min or 30:00; default: only when it "
-          "is parked")
+      .add_option("--checkpoint-interval", options.checkpoint_interval,
+                  "write a checkpoint of each sample this often, such as 30min or 30:00; default: only when "
+                  "it is suspended")
       ->transform(as_seconds)
       ->type_name("TIME");
 }

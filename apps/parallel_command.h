@@ -39,7 +39,7 @@ void check_tasks(const parallel::Communicator& world, bool is_whole);
 
 /// Effect of signals; for the end of a command's help.
 inline constexpr const char* signals_help =
-    "SIGTERM, SIGINT, SIGUSR1: park samples under way and stop; a second signal ends the program at once.";
+    "SIGTERM, SIGINT, SIGUSR1: suspend running samples and stop; a second signal ends the program at once.";
 
 /// For the end of a command's help.
 inline constexpr const char* crash_help =

@@ -215,7 +215,7 @@ def slow_growth(folder: Path, program: Path) -> list[Figure]:
     jumps = [jump for file in sorted((folder / "slow-growth" / "out" / "samples").glob("*.h5")) for jump in _jumps(file)]
     case = "Strip with toughness, opened like a wedge, all breaks quasi-static"
     return [Figure(case, "energy of broken tetrahedra over toughness times traced area", mean(broken, ".2f"), "0.7 to 0.8"),
-            Figure(case, "energy lost on the way to the next equilibrium, likewise", mean(lost, ".2f"), "the rest"),
+            Figure(case, "energy lost before the next equilibrium, likewise", mean(lost, ".2f"), "the rest"),
             Figure(case, "both", mean([a + b for a, b in zip(broken, lost)], ".2f"), "1"),
             Figure(case, "energy release rate over toughness when the front jumps", mean([j[0] for j in jumps], ".2f"),
                    "1"),

@@ -69,15 +69,15 @@ void write_forks(hid_t file, const std::vector<analysis::Fork>& forks) {
   const auto place = [](const Fork& fork) { return std::array{fork.y, fork.z}; };
   write_column<double>(group, "position", forks, place, "m", "y, z where the gap between the arms begins");
   write_column<double>(group, "x", forks, &Fork::x, "m",
-                       "middle of the range that the arm which leaves spans through the thickness");
+                       "middle of the range through the thickness that the arm branching off spans");
   write_column<double>(group, "time", forks, &Fork::time, "s",
                        "when the later arm opened, since the onset of the last dynamic phase");
   write_column<double>(group, "length", forks, &Fork::length, "m",
-                       "of the arm that leaves, from the fork straight to its end");
-  write_column<double>(group, "angle", forks, &Fork::angle, "rad", "between the arms where they part");
+                       "length of the arm branching off, straight from the fork to its end");
+  write_column<double>(group, "angle", forks, &Fork::angle, "rad", "angle between the arms where they part");
   write_column<double>(group, "share", forks, &Fork::share, "1",
-                       "of the thickness: the range that the arm which leaves spans");
-  write_column<std::int32_t>(group, "notch", forks, &Fork::notch, "", "that the crack started at");
+                       "share of the thickness that the arm branching off spans");
+  write_column<std::int32_t>(group, "notch", forks, &Fork::notch, "", "notch at which the crack started");
   write_column<std::uint8_t>(group, "in_projection", forks, &Fork::is_in_projection, "",
                              "1 where the crack projected on the plane of the plate shows it");
   write_column<std::uint8_t>(group, "in_space", forks, &Fork::is_in_space, "",
@@ -98,10 +98,10 @@ void write_crossings(hid_t file, const std::vector<analysis::SectionCrossing>& c
   const hdf5::Handle group = hdf5::create_group(file, "crossings");
   write_column<double>(group, "position", rows, &Row::position, "m",
                        "coordinate along the section, through-thickness mean");
-  write_column<double>(group, "share", rows, &Row::share, "1", "of the thickness that it covers");
+  write_column<double>(group, "share", rows, &Row::share, "1", "share of the thickness that it covers");
   write_column<std::int32_t>(group, "arm", rows, &Row::arm, "",
-                             "0 for the main arm, i + 1 for the one that leaves at fork i");
-  write_column<std::int32_t>(group, "notch", rows, &Row::notch, "", "that the crack started at");
+                             "0 for the main arm, i + 1 for the arm that branches off at fork i");
+  write_column<std::int32_t>(group, "notch", rows, &Row::notch, "", "notch at which the crack started");
   write_column<std::int32_t>(group, "section", rows, &Row::section, "", "number of the section");
   hdf5::label_datasets(group, {"crossing"});
 }
@@ -284,7 +284,7 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
       write_column<double>(
           id, "mesh/strength_factor",
           fracture::strength_factors(content.parameters, content.sample, {mesh.nodes, mesh.tetrahedra}),
-          std::identity(), "1", "by which the variation multiplies the strength of each tetrahedron");
+          std::identity(), "1", "factor by which the variation multiplies the strength of each tetrahedron");
     }
     write_crack_surface(id, content.surface, content.arms.arm);
     write_crack_lines(id, content.lines);

@@ -68,10 +68,10 @@ std::vector<std::string> free_rigid_motions(const parallel::Communicator& group,
     if (solver.eigenvalues()[k] <= negligible * n) freedom += solver.eigenvectors().col(k).cwiseAbs2();
   std::vector<std::string> found;
   for (int k = 3; k < 6; ++k)
-    if (freedom[k] > negligible) found.push_back(std::string("turn about ") + "xyz"[k - 3]);
+    if (freedom[k] > negligible) found.push_back(std::string("rotate about ") + "xyz"[k - 3]);
   if (!found.empty()) return found;  // the centre of the held nodes may move as a result
   for (int k = 0; k < 3; ++k)
-    if (freedom[k] > negligible) found.push_back(std::string("move along ") + "xyz"[k]);
+    if (freedom[k] > negligible) found.push_back(std::string("translate along ") + "xyz"[k]);
   return found;
 }
 

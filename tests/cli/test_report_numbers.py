@@ -98,7 +98,7 @@ class Document(Folders):
         self.assertNotIn("bifurcations_projected", [result["name"] for result in found["results"]])
         self.assertTrue(any(leading is not None and leading >= 0 for leading in found["samples"]["leading_notch"]))
         (note,) = found["notes"]
-        self.assertIn("The leading notch is not in these files", note)
+        self.assertIn("These files, of an older format, do not hold the leading notch", note)
         ensemble = reading.read_ensemble(self.folder)
         self.assertNotIn("bifurcations_projected", ensemble.samples.numbers)
         text = subprocess.run([os.environ["CRACKLE"], "stats", self.folder], check=True, capture_output=True, text=True).stdout
@@ -193,7 +193,7 @@ class Program(Folders):
             with self.assertRaisesRegex(program.ResultsError, "^there is no program '/nowhere/crackle'$"):
                 reading.read_ensemble(self.folder)
         with mock.patch.dict(os.environ, {"CRACKLE": "", "PATH": "/nowhere"}), mock.patch.object(program, "_PLACES", ()):
-            with self.assertRaisesRegex(program.ResultsError, "tools/build makes it; --program or"):
+            with self.assertRaisesRegex(program.ResultsError, "build it with tools/build, or"):
                 reading.read_ensemble(self.folder)
         self.assertEqual(program.find_program(Path("/bin/sh")), "/bin/sh")
 

@@ -60,14 +60,14 @@ void for_each_result(Visit&& visit) {
   visit(ResultInfo{"first_break_time", "s", "load time of the first break", quantiles, "first break", "s", 1,
                    ".6f", "", 3},
         &Row::first_break_time);
-  visit(ResultInfo{"first_break_x", "m", "place of the first break, across the thickness", places,
+  visit(ResultInfo{"first_break_x", "m", "position of the first break across the thickness", places,
                    "first break at x", "mm", 1e3, ".3f", "", 5},
         &Row::first_break_x);
-  visit(ResultInfo{"first_break_y", "m", "the same along the width", places, "first break at y", "mm", 1e3,
-                   ".3f", "", 5},
+  visit(ResultInfo{"first_break_y", "m", "position of the first break along the width", places,
+                   "first break at y", "mm", 1e3, ".3f", "", 5},
         &Row::first_break_y);
-  visit(ResultInfo{"first_break_z", "m", "the same along the length", places, "first break at z", "mm", 1e3,
-                   ".3f", "", 5},
+  visit(ResultInfo{"first_break_z", "m", "position of the first break along the length", places,
+                   "first break at z", "mm", 1e3, ".3f", "", 5},
         &Row::first_break_z);
   visit(ResultInfo{"first_break_load", "N", "load of the testing machine at the first break", quantiles,
                    "first break", "N", 1, ".3f", "", 3},
@@ -75,11 +75,11 @@ void for_each_result(Visit&& visit) {
   visit(
       ResultInfo{
           "onset_time", "s",
-          "load time at the start of the last dynamic phase; NaN where no quasi-static loading led to one",
+          "load time at the start of the last dynamic phase; NaN if no quasi-static loading preceded it",
           quantiles, "onset time", "s", 1, ".6f"},
       &Row::onset_time);
-  visit(ResultInfo{"onset_force", "N", "load of the testing machine then", quantiles, "onset force", "N", 1,
-                   ".3f"},
+  visit(ResultInfo{"onset_force", "N", "load of the testing machine at that time", quantiles, "onset force",
+                   "N", 1, ".3f"},
         &Row::onset_force);
   visit(ResultInfo{"peak_load", "N", "largest load of the testing machine up to separation", quantiles,
                    "peak load", "N", 1, ".3f", "", 4},
@@ -87,8 +87,8 @@ void for_each_result(Visit&& visit) {
   visit(
       ResultInfo{
           "displacement_at_peak", "m",
-          "displacement of the machine along its drive when that load first comes within 0.1 % of its peak: "
-          "the prescribed one, or the mean over the loaded area",
+          "displacement of the testing machine along the loading direction when the load first comes within "
+          "0.1 % of its peak: the prescribed displacement, or the mean over the loaded area",
           quantiles, "displacement at peak", "mm", 1e3, ".5f", "", 4},
       &Row::displacement_at_peak);
   visit(ResultInfo{"work_of_fracture", "J",
@@ -108,13 +108,15 @@ void for_each_result(Visit&& visit) {
                    "0 none, 1 one crack, 2 two cracks, 3 other"},
         &Row::pattern);
   visit(ResultInfo{"leading_notch", "",
-                   "notch whose crack crosses the largest share of its ligament; -1 where none has started",
+                   "notch whose crack crosses the largest share of its ligament; -1 if no crack has started",
                    none, "leading notch", "", 1, "d", "", 3},
         &Row::leading_notch);
-  visit(ResultInfo{"overlap", "1",
-                   "share of the two cracks' paths in which one lies over the other turned by 180 degrees",
-                   none, "overlap", "%", 100, ".0f"},
-        &Row::overlap);
+  visit(
+      ResultInfo{
+          "overlap", "1",
+          "share of the two cracks' paths in which one coincides with the other rotated by 180 degrees", none,
+          "overlap", "%", 100, ".0f"},
+      &Row::overlap);
   visit(ResultInfo{"bifurcations", "", "number of forks in space, seen in windows through the thickness",
                    counts, "forks in space", "", 1, "d"},
         &Row::bifurcations);
@@ -133,8 +135,8 @@ void for_each_result(Visit&& visit) {
   visit(ResultInfo{"crack_speed_max", "m/s", "largest crack speed, over a tenth of the ligament or more",
                    quantiles, "crack speed", "m/s", 1, ".1f"},
         &Row::crack_speed_max);
-  visit(ResultInfo{"crack_speed_ratio", "1", "largest crack speed over the Rayleigh speed", quantiles,
-                   "over Rayleigh's", "", 1, ".3f"},
+  visit(ResultInfo{"crack_speed_ratio", "1", "ratio of the largest crack speed to the Rayleigh speed",
+                   quantiles, "over Rayleigh's", "", 1, ".3f"},
         &Row::crack_speed_ratio);
   visit(ResultInfo{"traced_area", "m^2", "length of the crack lines times the thickness", none, "traced area",
                    "mm^2", 1e6, ".1f"},
@@ -142,14 +144,13 @@ void for_each_result(Visit&& visit) {
   visit(ResultInfo{"effective_toughness", "J/m^2", "released energy over the traced area", quantiles,
                    "toughness", "J/m^2", 1, ".3f"},
         &Row::effective_toughness);
-  visit(ResultInfo{"energy_error", "1", "largest imbalance of the energy account over the work done",
+  visit(ResultInfo{"energy_error", "1", "largest imbalance of the energy account relative to the work done",
                    quantiles, "energy error", "", 1, ".1e"},
         &Row::energy_error);
-  visit(
-      ResultInfo{"equilibrium_residual", "1",
-                 "largest residual of the static solves over that of their loads; NaN without static solves",
-                 quantiles, "equilibrium residual", "", 1, ".1e", "", 3},
-      &Row::equilibrium_residual);
+  visit(ResultInfo{"equilibrium_residual", "1",
+                   "largest residual of the static solves relative to their loads; NaN without static solves",
+                   quantiles, "equilibrium residual", "", 1, ".1e", "", 3},
+        &Row::equilibrium_residual);
 }
 
 /// Calls visit(info, member) for every result with notches x sections values per sample: /summary/<name> of a
@@ -158,22 +159,19 @@ template <class Visit>
 void for_each_position_result(Visit&& visit) {
   using Row = SampleSummary;
   using enum Reduction;
-  visit(
-      ResultInfo{
-          "position", "m",
-          "coordinate along the section, z for y = const and y for z = const: through-thickness mean of "
-          "the main arm of the crack that starts at the notch; NaN where it did not arrive",
-          quantiles, "position", "mm", 1e3, ".3f", "", 2, "z"},
-      &Row::position);
+  visit(ResultInfo{"position", "m",
+                   "coordinate along the section (z for y = const, y for z = const) of the main arm of the "
+                   "crack that starts at the notch, through-thickness mean; NaN if it did not arrive",
+                   quantiles, "position", "mm", 1e3, ".3f", "", 2, "z"},
+        &Row::position);
   visit(ResultInfo{"z_spread", "m", "standard deviation of the position through the thickness", none,
                    "spread of the position", "mm", 1e3, ".3f"},
         &Row::z_spread);
-  visit(
-      ResultInfo{"arrival_time", "s",
-                 "through-thickness mean of when the crack opened there, since the start of the last dynamic "
-                 "phase; NaN where it did not arrive",
-                 quantiles, "arrival", "us", 1e6, ".2f", "", 4},
-      &Row::arrival_time);
+  visit(ResultInfo{"arrival_time", "s",
+                   "time at which the crack opened there, through-thickness mean, since the start of the "
+                   "last dynamic phase; NaN if it did not arrive",
+                   quantiles, "arrival", "us", 1e6, ".2f", "", 4},
+        &Row::arrival_time);
   visit(ResultInfo{"branches", "", "number of separate crossings there, of all arms", none, "crossings", "",
                    1, "d"},
         &Row::branches);

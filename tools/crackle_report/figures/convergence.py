@@ -26,8 +26,8 @@ def section(ensemble: Ensemble, _: Options) -> Section | None:
         "Convergence of the mean crack position",
         "Running mean of the leading cracks over the samples in order of their number, with its "
         f"{100 * ensemble.confidence:g} % confidence band{_together(ensemble)}; one column for each section. Samples "
-        "that another notch leads are turned by the body's symmetry where it has one; otherwise there is one row for "
-        f"each leading notch. All panels span the same length.", _verdict(ensemble))
+        "led by another notch are mapped by the body's symmetry if it has one; otherwise there is one row for each "
+        f"leading notch. All panels span the same length.", _verdict(ensemble))
     if ensemble.sections and len(ensemble.samples):
         result.pictures.append(Picture(
             "convergence", "Running mean of the leading crack's position with its confidence band", _draw(ensemble)))
@@ -37,7 +37,7 @@ def section(ensemble: Ensemble, _: Options) -> Section | None:
 def _together(ensemble: Ensemble) -> str:
     if ensemble.n_looks == 1:
         return ""
-    return f" (of all {ensemble.n_looks} looks together at which the ensemble could stop)"
+    return f" (simultaneous over the {ensemble.n_looks} tests at which the ensemble could stop)"
 
 
 def _verdict(ensemble: Ensemble) -> str:
@@ -45,7 +45,7 @@ def _verdict(ensemble: Ensemble) -> str:
     precision, n_done = ensemble.precision, ensemble.done.size
     # Where hardly any leading crack comes, no number of samples is enough, and the mean says little.
     if "half_width" not in precision:
-        return "No section has been reached by enough samples to say whether they are enough."
+        return "Too few samples have reached any section to tell whether there are enough."
     reason = "as the input asks for" if precision["is_of_the_input"] else "1 % of the width"
     lengths = ensemble.plate.lengths
     half_width, target = precision["half_width"], precision["half_width_wanted"]
@@ -53,8 +53,8 @@ def _verdict(ensemble: Ensemble) -> str:
              f"certain section ({_of_class(ensemble, precision['row'])}{ensemble.sections[precision['section']].name})")
     wanted = f"±{lengths.of(target):.2g} {lengths.name} ({reason})"
     if half_width <= target:
-        return f"Were {n_done} samples enough? Yes: {known}, and {wanted} was wanted."
-    return (f"Were {n_done} samples enough? No: {known}; {wanted} would take about "
+        return f"Were {n_done} samples enough? Yes: {known}, and {wanted} is the target."
+    return (f"Were {n_done} samples enough? No: {known}; {wanted} would need about "
             f"{_round_up(precision['n_samples_needed'])} samples with the scatter seen so far.")
 
 

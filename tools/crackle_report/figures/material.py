@@ -28,8 +28,8 @@ def section(ensemble: Ensemble, options: Options) -> Optional[Section]:
         if mesh is not None and mesh.strength_factor is not None:
             return Section(
                 "Material",
-                "The strength of each tetrahedron over the input's value, as [fracture.variation] asks for; cut at "
-                "mid-thickness, and its distribution over the volume. The field is the sample's own.",
+                "Strength of each tetrahedron relative to the input's value, as given by [fracture.variation]: cut at "
+                "mid-thickness, and distribution over the volume. Each sample has its own field.",
                 answer=f"Sample {number}: {_in_words(mesh)}.",
                 pictures=[strength(mesh, ensemble.plate, f"sample {number}")])
     return None
@@ -51,16 +51,16 @@ def strength(mesh: Mesh, plate: Plate, title: str) -> Picture:
     whole.set_ylabel(plate.lengths.label("z"))
     whole.set_title("whole body")
     near.set_title(title)
-    figure.colorbar(collection, ax=[whole, near], shrink=0.6, label="strength over the input's")
+    figure.colorbar(collection, ax=[whole, near], shrink=0.6, label="strength / input strength")
     _draw_distribution(distribution, factor, volume)
-    return Picture("strength", "Strength of the tetrahedra over the input's strength, cut at mid-thickness, and its "
+    return Picture("strength", "Strength of the tetrahedra relative to the input's strength, cut at mid-thickness, and its "
                                "distribution over the volume", figure)
 
 
 def _draw_distribution(axes: Axes, factor: np.ndarray, volume: np.ndarray) -> None:
     axes.hist(factor, 60, weights=100 * volume / volume.sum(), color=style.NOTCH_COLOURS[0])
     axes.axvline(float(np.average(factor, weights=volume)), color="black", linewidth=0.9, linestyle="--", label="mean")
-    axes.set_xlabel("strength over the input's")
+    axes.set_xlabel("strength / input strength")
     axes.set_ylabel("share of the volume [%]")
     axes.legend(loc="upper right")
 
@@ -70,7 +70,7 @@ def _in_words(mesh: Mesh) -> str:
     mean = np.average(factor, weights=volume)
     deviation = np.sqrt(np.average((factor - mean) ** 2, weights=volume))
     return (f"mean over the volume {mean:.3g}, coefficient of variation {deviation / mean:.3g}, "
-            f"least {factor.min():.3g}, greatest {factor.max():.3g}")
+            f"min {factor.min():.3g}, max {factor.max():.3g}")
 
 
 def _quantiles(values: np.ndarray, weights: np.ndarray, shares: tuple[float, float]) -> np.ndarray:

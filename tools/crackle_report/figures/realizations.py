@@ -24,7 +24,7 @@ SPACING_COLOURS = ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.3
 
 
 def spacing(mesh: Mesh) -> Picture:
-    """The tetrahedra cut at mid-thickness, coloured by the spacing asked for: the whole plate, and the ligament."""
+    """The tetrahedra cut at mid-thickness, coloured by the requested spacing: the whole plate, and the ligament."""
     plate, regions = mesh.plate, mesh.regions
     polygons, numbers = mesh.cut(0, plate.size[0] / 2)
     polygons = [plate.lengths.of(polygon) for polygon in polygons]
@@ -52,7 +52,7 @@ def spacing(mesh: Mesh) -> Picture:
     whole.set_ylabel(plate.lengths.label("z"))
     whole.set_title("whole plate")
     near.set_title(f"ligament; {_grouped(len(mesh.nodes))} points, {_grouped(len(mesh.tetrahedra))} tetrahedra in all")
-    bar = figure.colorbar(collection, ax=[whole, near], shrink=0.5, label=spacings.label("spacing asked for"))
+    bar = figure.colorbar(collection, ax=[whole, near], shrink=0.5, label=spacings.label("requested spacing"))
     ticks = sorted({float(f"{value:.2g}") for value in np.geomspace(norm.vmin, norm.vmax, 5)})
     bar.set_ticks(ticks, labels=[f"{tick:g}" for tick in ticks], minor=False)
     bar.minorticks_off()
