@@ -89,7 +89,7 @@ def open_results(file: Path, kind: str) -> h5py.File:
             own = f"but a {found} file" if str(found) in (ENSEMBLE_KIND, SAMPLE_KIND) else "but of another program"
             raise ResultsError(f"'{file}' is not a {kind} file, {own}")
         if not is_marked:
-            raise ResultsError(f"'{file}' is truncated or modified: it has no checksum at its end")
+            raise ResultsError(f"'{file}' is damaged or truncated: it has no checksum at its end")
     except ResultsError:
         root.close()
         raise
