@@ -27,7 +27,7 @@ namespace {
 void check_writable(const std::filesystem::path& table) {
   const std::filesystem::path folder = table.has_parent_path() ? table.parent_path() : ".";
   if (std::filesystem::is_directory(table) || ::access(folder.c_str(), W_OK) != 0)
-    fail("{}: cannot be written", table.string());
+    fail("cannot write '{}'", table.string());
 }
 
 }  // namespace
@@ -38,8 +38,8 @@ bool survey_meshes(const input::Parameters& parameters, std::uint64_t n_samples,
     if (random.key.starts_with("specimen.") || random.key.starts_with("mesh.") ||
         random.key.find(".region.") != std::string::npos)
       fail(
-          "--survey looks at the meshes of one body, but this input draws {}; make one sample's mesh with "
-          "--sample",
+          "--survey needs the same body for all samples, but this input draws {}; use --sample for the mesh "
+          "of one sample",
           random.key);
   if (!table.empty()) check_writable(table);
   const Stopwatch base_clock;

@@ -124,7 +124,7 @@ void add_run_command(CLI::App& app, const CommandLine& typed, Action& run) {
   command->add_flag("--resume", arguments->resume,
                     "continue the ensemble in the folder; finished samples are kept");
   command->add_flag("--retry-failed", arguments->retry_failed,
-                    "as --resume, and compute failed samples again");
+                    "like --resume, but compute failed samples again");
   const auto checked = [](const auto& parse) {
     return [parse](const std::string& text) {
       try {
@@ -135,17 +135,15 @@ void add_run_command(CLI::App& app, const CommandLine& typed, Action& run) {
       }
     };
   };
-  CLI::Option* samples =
-      command
-          ->add_option("--samples", arguments->samples,
-                       "compute only this range, such as 0-49: a part of the ensemble, beside others in the "
-                       "same folder")
-          ->check(checked(sample_range));
+  CLI::Option* samples = command
+                             ->add_option("--samples", arguments->samples,
+                                          "compute only this range of samples, such as 0-49; other runs can "
+                                          "compute other ranges in the same folder")
+                             ->check(checked(sample_range));
   command
-      ->add_option(
-          "--part", arguments->part,
-          "compute only part K of N about equal ranges of the samples, given as K/N with K from 0 to "
-          "N-1, such as 0/20: as --samples, for job arrays")
+      ->add_option("--part", arguments->part,
+                   "compute only part K of N parts of about equal size, given as K/N with K from 0 to N-1, "
+                   "such as 0/20; like --samples, for job arrays")
       ->check(checked(part))
       ->excludes(samples);
   add_suspend_options(*command, arguments->suspend);

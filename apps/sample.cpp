@@ -72,11 +72,11 @@ void add_sample_command(CLI::App& app, const CommandLine& typed, Action& run) {
       command->add_flag("--resume", arguments->resume,
                         "keep the sample if it is done; continue from its checkpoint if it was suspended");
   CLI::Option* retry_failed = command->add_flag("--retry-failed", arguments->retry_failed,
-                                                "as --resume, and compute a failed sample again");
+                                                "like --resume, but compute a failed sample again");
   command
       ->add_flag("--overwrite", arguments->overwrite,
-                 "compute the sample from its beginning, in place of what the folder holds of it; without "
-                 "this or --resume, a folder that holds the sample is refused")
+                 "compute the sample from the start and replace its files; without this or --resume, a "
+                 "folder that holds the sample is refused")
       ->excludes(resume)
       ->excludes(retry_failed);
   add_suspend_options(*command, arguments->suspend);

@@ -26,7 +26,7 @@ std::vector<std::string> settings_of_bodies(const input::Parameters& parameters)
   for (std::string& line : input::sample_settings(parameters))
     if (line.starts_with("random[") || line.starts_with("ensemble.")) settings.push_back(std::move(line));
   if (!parameters.mesh.points_digest.empty())
-    settings.push_back("mesh.points of digest " + parameters.mesh.points_digest);
+    settings.push_back("mesh.points with digest " + parameters.mesh.points_digest);
   return settings;
 }
 
@@ -223,15 +223,15 @@ Comparison compare(const Compared& first, const Compared& second, double confide
     comparison.note += comparison.note.empty() ? text : "; " + text;
   };
   if (!comparison.are_paired)
-    note(fmt::format("not paired, as the bodies differ: {} in one, {} in the other",
-                     in_one.value_or("nothing of the kind"), in_other.value_or("nothing of the kind")));
+    note(fmt::format("not paired, because the bodies differ: {} in one, {} in the other",
+                     in_one.value_or("no such setting"), in_other.value_or("no such setting")));
   const int replicates =
       std::max(first.parameters->ensemble.replicates, second.parameters->ensemble.replicates);
   if (replicates > 1)
-    note(fmt::format(
-        "samples with the same draw are not independent: intervals take them for it and are up to {:.2f} "
-        "times too narrow, and p is too small",
-        std::sqrt(replicates)));
+    note(
+        fmt::format("samples with the same draw are not independent, as intervals and p assume: intervals "
+                    "are up to {:.2f} times too narrow, and p is too small",
+                    std::sqrt(replicates)));
   for (std::size_t i = 0; i < std::min(first.rows.size(), second.rows.size()); ++i)
     comparison.n_pairs += comparison.are_paired && is_done(first.rows[i]) && is_done(second.rows[i]) ? 1 : 0;
   comparison.results = compare_results(first, second, comparison.are_paired, confidence);
@@ -239,9 +239,9 @@ Comparison compare(const Compared& first, const Compared& second, double confide
     return line && line->starts_with("specimen.");
   };
   if (first.parameters->sections.all() != second.parameters->sections.all()) {
-    note("paths are not compared, as the sections differ");
+    note("paths are not compared, because the sections differ");
   } else if (is_of_the_specimen(in_one) || is_of_the_specimen(in_other)) {
-    note("paths are not compared, as they are in other bodies");
+    note("paths are not compared, because the bodies differ");
   } else {
     comparison.paths = compare_paths(first, second, comparison.are_paired, confidence);
   }
@@ -251,11 +251,11 @@ Comparison compare(const Compared& first, const Compared& second, double confide
 
 std::string to_text(const Comparison& comparison, const std::string& first, const std::string& second,
                     const input::Sections& sections) {
-  std::string text = fmt::format("{} less {}\n", second, first);
+  std::string text = fmt::format("{} minus {}\n", second, first);
   const double percent = 100 * comparison.confidence;
   if (comparison.are_paired)
     fmt::format_to(std::back_inserter(text),
-                   "{} pairs of samples with the same bodies; differences are those within pairs\n",
+                   "{} pairs of samples with the same bodies; differences are within pairs\n",
                    comparison.n_pairs);
   if (!comparison.note.empty()) text += comparison.note + "\n";
   std::vector<std::array<std::string, 8>> table{{"", "samples", "first", "second", "difference",

@@ -132,7 +132,7 @@ std::vector<SampleSummary> gather_on_root(const parallel::Communicator& group,
 std::optional<std::string> sample_warning(std::uint64_t sample, const SampleSummary& summary) {
   if (summary.status != SampleStatus::done || !(summary.crack_speed_ratio > 1)) return std::nullopt;
   return fmt::format(
-      "warning: sample {}: a crack speed of {:.0f} m/s is {:.2f} times the Rayleigh speed, the limit of an "
+      "warning: sample {}: a crack speed of {:.0f} m/s is {:.2f} times the Rayleigh speed, the limit for an "
       "opening crack",
       sample, summary.crack_speed_max, summary.crack_speed_ratio);
 }

@@ -139,7 +139,7 @@ void append_positions(std::string& text, const Statistics& statistics, std::span
   }
   fmt::format_to(out, "\ncrack positions, through-thickness mean [{}]; +- at {:g} % confidence{}\n",
                  sections.unit(), 100 * statistics.confidence,
-                 statistics.n_looks > 1 ? fmt::format(" over {} looks", statistics.n_looks) : "");
+                 statistics.n_looks > 1 ? fmt::format(" over {} tests", statistics.n_looks) : "");
   fmt::format_to(out, "{}\n", interval_scope(statistics.base));
   fmt::format_to(out, "\nby rank{}\n{:<18} {:>7} {:>5}{} {:>10}\n", mapped_samples(statistics), "cracks",
                  "leading", "start", sections.heads(), "of samples");
@@ -196,8 +196,8 @@ void append_counts(std::string& text, const std::vector<ResultStatistics>& resul
 
 /// @param with_places show results of type places
 void append_quantiles(std::string& text, const std::vector<ResultStatistics>& results, bool with_places) {
-  fmt::format_to(std::back_inserter(text), "\n{:<30} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "", "least",
-                 "25 %", "median", "75 %", "greatest");
+  fmt::format_to(std::back_inserter(text), "\n{:<30} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "", "min", "25 %",
+                 "median", "75 %", "max");
   for (const ResultStatistics& result : results) {
     const ResultInfo& info = result.info;
     const bool is_shown =
@@ -221,10 +221,10 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
   });
   std::string text;
   for (const std::string& note : origin.notes) text += note + "\n";
-  text += fmt::format("{}: {} done, {} failed, {} left\n", plural(statistics.n_needed, "sample"),
+  text += fmt::format("{}: {} done, {} failed, {} pending\n", plural(statistics.n_needed, "sample"),
                       statistics.n_done, n_failed, statistics.n_needed - statistics.n_done - n_failed);
   if (statistics.n_needed < statistics.n_samples) {
-    fmt::format_to(std::back_inserter(text), "stopped early: these are enough, of {}\n",
+    fmt::format_to(std::back_inserter(text), "stopped early: these samples suffice, {} were planned\n",
                    statistics.n_samples);
   }
   constexpr double least = 0.1;  // of positions, so that small deviations remain visible [mm]
@@ -239,7 +239,7 @@ std::string to_text(const Statistics& statistics, std::span<const SampleSummary>
     auto out = std::back_inserter(text);
     if (!samples[i].error.empty())
       fmt::format_to(out, "\n{} {}: {}",
-                     samples[i].status == SampleStatus::failed ? "failed sample" : "left sample", i,
+                     samples[i].status == SampleStatus::failed ? "failed sample" : "pending sample", i,
                      samples[i].error);
     if (!samples[i].note.empty()) fmt::format_to(out, "\nsample {}: {}", i, samples[i].note);
   }

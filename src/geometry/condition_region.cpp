@@ -116,7 +116,7 @@ ConditionRegion condition_region(const Body& body, const input::Boundary& condit
   ConditionRegion region;
   for (const FaceId id : body.faces_named(condition.on))
     if (auto part = part_of(body, id, condition.region)) region.parts.push_back(std::move(*part));
-  if (region.parts.empty()) fail("boundary[{}]: its region holds no part of \"{}\"", number, condition.on);
+  if (region.parts.empty()) fail("boundary[{}]: its region contains no part of \"{}\"", number, condition.on);
   region.n_dimensions = std::ranges::max(region.parts, {}, &FacePart::n_dimensions).n_dimensions();
   std::erase_if(region.parts,
                 [&](const FacePart& part) { return part.n_dimensions() < region.n_dimensions; });

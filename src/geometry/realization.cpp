@@ -97,8 +97,8 @@ Realization make_realization(const Body& body, const MotherPoints& base, const i
              RandomStream(seed, sample, "choice of redrawn points" + suffix), {.max_rounds = max_rounds});
   if (!outcome.remaining.empty())
     fail(
-        "sample {}: after {} rounds of redrawing, {} tetrahedra are still below min_quality = {} or "
-        "reach out of the body",
+        "sample {}: after {} rounds of redrawing, {} tetrahedra are still below min_quality = {} or extend "
+        "beyond the body",
         sample, outcome.rounds, outcome.remaining.size(), mesh.min_quality);
 
   realization.nodes.assign(tessellation.points().begin(), tessellation.points().end());

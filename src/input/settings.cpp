@@ -115,11 +115,11 @@ std::string with_settings(const std::string& text, const std::vector<Setting>& s
       const Value wanted = parse_document("value = " + setting.value);
       if (found == nullptr || *found != *wanted.find("value"))
         refuse(setting,
-               "the input has no place for it; write the key into the input, in a table with a "
-               "header such as [mesh]");
+               "the key cannot be inserted into the input; add it by hand, in a table with a header such as "
+               "[mesh]");
     }
   } catch (const SyntaxError&) {
-    refuse(settings.front(), "the input has no place for it; write the key into the input");
+    refuse(settings.front(), "the key cannot be inserted into the input; add it by hand");
   }
   return result;
 }
@@ -143,10 +143,8 @@ std::string without_tables(const std::string& text, const std::string& name) {
   Value expected = root;
   std::erase_if(expected.members, [&](const Member& member) { return member.name == name; });
   if (parse_document(result) != expected)
-    throw InputError(
-        {fmt::format("{0}: cannot be told from the rest of the input; write it as [[{0}]], in a "
-                     "table of its own",
-                     name)});
+    throw InputError({fmt::format(
+        "{0}: cannot be separated from the rest of the input; write it as a separate table [[{0}]]", name)});
   return result;
 }
 

@@ -35,7 +35,7 @@ void read_key(const Source& source, Sweep& sweep) {
   if (!is_known)
     source.report("the input has no key \"{}\"; give {}", shortened(*path), accepted_sweep_key);
   else if (is_common)
-    source.report("\"{}\" is the same in all cases of a run; leave it out", *path);
+    source.report("\"{}\" must be the same in all cases of a run; leave it out", *path);
   sweep.keys.push_back(*path);
 }
 
@@ -49,23 +49,22 @@ void read_value(const Source& source, std::vector<std::string>& values) {
   if (is_plain(source.value))
     values.push_back(to_toml(source.value));
   else
-    source.report("this holds {}; give {}", describe(source.value.kind), accepted_values);
+    source.report("this contains {}; give {}", describe(source.value.kind), accepted_values);
 }
 
 Key sweep_key_key() {
-  return {
-      "key",
-      "name, or names",
-      required(),
-      accepted_sweep_key,
-      "what differs from case to case; list entries are counted from 0, as in \"specimen.notch[0].depth\"",
-      [](const Source& source, Parameters& parameters, std::size_t i) {
-        if (source.value.kind != ValueKind::array) return read_key(source, sweep(parameters, i));
-        const auto names = read_elements(source, 0, accepted_sweep_key);
-        if (!names) return;
-        for (const Source& name : *names) read_key(name, sweep(parameters, i));
-      },
-      [](Parameters& parameters, std::size_t i) { return bracketed(sweep(parameters, i).keys); }};
+  return {"key",
+          "name, or names",
+          required(),
+          accepted_sweep_key,
+          "key that varies between cases; list entries are counted from 0, as in \"specimen.notch[0].depth\"",
+          [](const Source& source, Parameters& parameters, std::size_t i) {
+            if (source.value.kind != ValueKind::array) return read_key(source, sweep(parameters, i));
+            const auto names = read_elements(source, 0, accepted_sweep_key);
+            if (!names) return;
+            for (const Source& name : *names) read_key(name, sweep(parameters, i));
+          },
+          [](Parameters& parameters, std::size_t i) { return bracketed(sweep(parameters, i).keys); }};
 }
 
 Key values_key() {
@@ -108,7 +107,7 @@ std::size_t n_cases(const Parameters& parameters) {
 Table sweep_table() {
   return {"sweep",
           Occurrence::many,
-          "a study: crackle run computes an ensemble for each of the values",
+          "a parameter study: crackle run computes an ensemble for each value",
           {sweep_key_key(), values_key()},
           [](const Parameters& parameters) { return parameters.sweeps.size(); },
           [](Parameters& parameters) { parameters.sweeps.emplace_back(); }};

@@ -64,7 +64,7 @@ std::string example_of(const Key& key) {
 std::string explanation(const Key& key) {
   const std::string& unset = key.requirement.unset;
   return comment(
-      fmt::format("{}: {}{}", key.help, key.accepted, unset.empty() ? unset : "; left out: " + unset));
+      fmt::format("{}: {}{}", key.help, key.accepted, unset.empty() ? unset : "; default: " + unset));
 }
 
 /// A missing key of an input, as a comment.

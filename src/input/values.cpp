@@ -135,7 +135,7 @@ std::optional<std::string> read_text(const Source& source, const std::string& ac
 }
 
 std::string accepted_name(const std::string& example) {
-  return fmt::format("a text of 1 to {} characters without \"/\" and control characters, such as \"{}\"",
+  return fmt::format("a text of 1 to {} characters without \"/\" or control characters, such as \"{}\"",
                      max_name, example);
 }
 
@@ -183,12 +183,12 @@ double read_value(const std::string& text, const std::string& si_unit) {
     const char* const end = text.data() + text.size();
     const auto [rest, status] = std::from_chars(text.data(), end, value);
     if (status != std::errc{} || rest != end || !std::isfinite(value))
-      fail("'{}' is no plain number; give one such as 0.5", shortened(text));
+      fail("'{}' is not a plain number; give one such as 0.5", shortened(text));
     return value;
   }
   const Quantity quantity = UnitSystem::shared().read(text, {"a value", si_unit, "1 " + si_unit, 0, {}});
   if (quantity.error != QuantityError::none)
-    fail("'{}' is no value in {}; give one such as \"1 {}\"", shortened(text), si_unit, si_unit);
+    fail("'{}' is not a value in {}; give one such as \"1 {}\"", shortened(text), si_unit, si_unit);
   return quantity.value;
 }
 

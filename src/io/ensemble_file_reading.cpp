@@ -35,7 +35,7 @@ std::vector<SampleSummary> read_samples(hid_t file, const Shape& shape, std::int
   const auto wall_time = hdf5::read_dataset<double>(file, "timing/wall_time", {n_samples});
   const auto notes = hdf5::read_texts(file, "samples/note");
   if (errors.size() != n_samples || notes.size() != n_samples)
-    throw hdf5::Error("datasets samples/error and note: not one text for each sample");
+    throw hdf5::Error("datasets samples/error and note: wrong number of texts");
   // Results missing from an older version stay empty.
   std::vector<SampleSummary> samples(
       n_samples, analysis::empty_summary(static_cast<int>(shape[1]), static_cast<int>(shape[2]),
@@ -94,7 +94,7 @@ input::Sections read_sections(hid_t file, std::size_t n_sections) {
 geometry::MotherPoints read_mother_points(hid_t file) {
   const hdf5::Handle group = hdf5::open_group(file, "mother_points");
   const Shape shape = hdf5::read_shape(group, "spacing");
-  if (shape.size() != 1) throw hdf5::Error("dataset mother_points/spacing: not one value for each point");
+  if (shape.size() != 1) throw hdf5::Error("dataset mother_points/spacing: wrong number of values");
   geometry::MotherPoints base;
   const auto position = hdf5::read_dataset<double>(group, "position", {shape[0], 3});
   base.position.resize(shape[0]);

@@ -288,7 +288,7 @@ void write_sample(const std::filesystem::path& file, const SampleFileContent& co
       write_column<double>(
           id, "mesh/strength_factor",
           fracture::strength_factors(content.parameters, content.sample, {mesh.nodes, mesh.tetrahedra}),
-          std::identity(), "1", "by which the variation multiplies the strength of each tetrahedron");
+          std::identity(), "1", "factor by which the variation multiplies the strength of each tetrahedron");
     }
     write_crack_surface(id, content.surface, content.branches.branch);
     write_crack_lines(id, content.lines);

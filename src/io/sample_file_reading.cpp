@@ -118,7 +118,8 @@ analysis::CrackSurface read_surface(hid_t root) {
   read_column<std::int32_t>(group, "crack", facets, &CrackFacet::crack);
   for (std::size_t i = 0; i < facets.size(); ++i)
     if (facets[i].crack < 0 || static_cast<std::size_t>(facets[i].crack) >= cracks.size())
-      fail<hdf5::Error>("facet {} is of crack {}, and there are {}", i, facets[i].crack, cracks.size());
+      fail<hdf5::Error>("facet {} belongs to crack {}, but there are only {} cracks", i, facets[i].crack,
+                        cracks.size());
   return surface;
 }
 

@@ -72,7 +72,7 @@ std::vector<std::string> free_rigid_motions(const parallel::Communicator& group,
     if (freedom[k] > negligible) found.push_back(std::string("turn about ") + "xyz"[k - 3]);
   if (!found.empty()) return found;  // the centre of the constrained nodes may move as a result
   for (int k = 0; k < 3; ++k)
-    if (freedom[k] > negligible) found.push_back(std::string("move along ") + "xyz"[k]);
+    if (freedom[k] > negligible) found.push_back(std::string("translate along ") + "xyz"[k]);
   return found;
 }
 

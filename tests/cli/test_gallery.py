@@ -129,7 +129,7 @@ class Runs(unittest.TestCase):
         result = subprocess.run([ROOT / "jobs" / "gallery" / "gallery", "--coarse", "--keep", "--program", OPTIONS.program],
                                 capture_output=True, text=True, env=environment(), check=False)
         self.assertEqual(result.returncode, 2)
-        self.assertIn("what --coarse gives is not kept", result.stderr)
+        self.assertIn("results of --coarse cannot be stored", result.stderr)
 
 
 if __name__ == "__main__":

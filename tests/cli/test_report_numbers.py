@@ -179,7 +179,7 @@ class Program(Folders):
             with self.assertRaisesRegex(program.ResultsError, "^there is no program '/nowhere/crackle'$"):
                 reading.read_ensemble(self.folder)
         with mock.patch.dict(os.environ, {"CRACKLE": "", "PATH": "/nowhere"}), mock.patch.object(program, "_PLACES", ()):
-            with self.assertRaisesRegex(program.ResultsError, "tools/build makes it; --program or"):
+            with self.assertRaisesRegex(program.ResultsError, "build it with tools/build, or"):
                 reading.read_ensemble(self.folder)
         self.assertEqual(program.find_program(Path("/bin/sh")), "/bin/sh")
 

@@ -141,7 +141,7 @@ class Stats(unittest.TestCase):
 
     def assert_refused(self, reason):
         """Sample 1 counts as left, for this reason."""
-        self.assertRegex(self.stats(), rf"(?s)3 samples: 2 done, 0 failed, 1 left.*left sample 1: .*{reason}")
+        self.assertRegex(self.stats(), rf"(?s)3 samples: 2 done, 0 failed, 1 pending.*pending sample 1: .*{reason}")
         with h5py.File(self.folder / "ensemble.h5") as root:
             self.assertEqual(root["samples/status"][...].tolist(), [1, 0, 1])
 
@@ -149,7 +149,7 @@ class Stats(unittest.TestCase):
         for ranks in (0, 2, 4):
             (self.folder / "ensemble.h5").unlink(missing_ok=True)
             text = self.stats(ranks)
-            self.assertIn("3 samples: 3 done, 0 failed, 0 left\n", text)
+            self.assertIn("3 samples: 3 done, 0 failed, 0 pending\n", text)
             self.assertEqual(content(self.folder / "ensemble.h5"), content(self.finished / "ensemble.h5"))
 
     def test_table_shows_what_the_file_holds(self):
@@ -244,7 +244,7 @@ class Stats(unittest.TestCase):
         result = invoke("stats", self.folder, "--json", "--sections", "y=2.5 mm, 4 mm")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         found, own = json.loads(result.stdout), json.loads(invoke("stats", self.folder, "--json").stdout)
-        self.assertEqual(found["notes"], ["crossings computed anew from the sample files; ensemble.h5 stays as it is"])
+        self.assertEqual(found["notes"], ["crossings computed again from the sample files; ensemble.h5 is not changed"])
         self.assertEqual(found["crack_path"]["section"], [0.0025, 0.004])
         self.assertEqual(found["statistics"]["leader"]["z_mean"][0][1], own["statistics"]["leader"]["z_mean"][0][1])
         self.assertEqual(found["samples"], own["samples"])
@@ -288,7 +288,7 @@ class Stats(unittest.TestCase):
             (self.folder / name).unlink()
         result = invoke("stats", self.folder)
         self.assertEqual((result.returncode, result.stderr), (0, ""))
-        self.assertIn("3 samples: 2 done, 0 failed, 1 left", result.stdout)
+        self.assertIn("3 samples: 2 done, 0 failed, 1 pending", result.stdout)
         self.assertEqual(sorted(file.name for file in self.folder.iterdir()), ["run.log", "samples"])
 
     def test_an_ensemble_that_stopped_early_stays_as_it_is(self):
@@ -311,7 +311,7 @@ class Stats(unittest.TestCase):
         shutil.copy(self.finished / "samples" / "0002.h5", stopped / "samples" / "0002.h5")
         result = invoke("stats", stopped)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("2 samples: 2 done, 0 failed, 0 left\nstopped early: these are enough, of 9\n", result.stdout)
+        self.assertIn("2 samples: 2 done, 0 failed, 0 pending\nstopped early: these samples suffice, 9 were planned\n", result.stdout)
         self.assertEqual(before, content(stopped / "ensemble.h5"))
         # It is another run's, which does not take away what it has not computed.
         result = invoke("run", setting, "-o", stopped, "--resume")
@@ -321,7 +321,7 @@ class Stats(unittest.TestCase):
         # At a section that no crack reaches the rule would ask for more samples; they are the ensemble all the same.
         result = invoke("stats", stopped, "--sections", "y=7.95 mm")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
-        self.assertIn("2 samples: 2 done, 0 failed, 0 left\nstopped early: these are enough, of 9\n", result.stdout)
+        self.assertIn("2 samples: 2 done, 0 failed, 0 pending\nstopped early: these samples suffice, 9 were planned\n", result.stdout)
 
     def test_other_sections_are_as_if_the_ensemble_had_been_run_with_them(self):
         setting, other = (pathlib.Path(self.parent.name) / name for name in ("other.toml", "other"))
@@ -336,7 +336,7 @@ class Stats(unittest.TestCase):
             result = invoke("stats", self.folder, "--sections", "y=2.5 mm, 4 mm", "--sections", "y=0.6 cm", ranks=ranks)
             self.assertEqual((result.returncode, result.stderr), (0, ""))
             note, table = result.stdout.split("\n\n", 1)
-            self.assertEqual(note, "crossings computed anew from the sample files; ensemble.h5 stays as it is")
+            self.assertEqual(note, "crossings computed again from the sample files; ensemble.h5 is not changed")
             self.assertEqual(table, expected)
             self.assertEqual({file: file.read_bytes() for file in self.folder.rglob("*.*")}, before)
 
@@ -349,7 +349,7 @@ class Stats(unittest.TestCase):
     def test_other_sections_of_unfinished_ensembles(self):
         self.sample.write_bytes(b"no sample")
         result = invoke("stats", self.folder, "--sections", "y=3 mm", ranks=2)
-        self.assertRegex(result.stdout, "(?s)3 samples: 2 done, 0 failed, 1 left.*left sample 1: .*check sum is missing")
+        self.assertRegex(result.stdout, "(?s)3 samples: 2 done, 0 failed, 1 pending.*pending sample 1: .*no checksum at its end")
         shutil.rmtree(self.folder / "samples")
         for ranks in (0, 2):
             result = invoke("stats", self.folder, "--sections", "y=3 mm", ranks=ranks)
@@ -401,7 +401,7 @@ class Stats(unittest.TestCase):
 
     def test_samples_that_are_missing_are_left(self):
         self.sample.unlink()
-        self.assertIn("3 samples: 2 done, 0 failed, 1 left\n", self.stats())
+        self.assertIn("3 samples: 2 done, 0 failed, 1 pending\n", self.stats())
         with h5py.File(self.folder / "ensemble.h5") as root, h5py.File(self.finished / "ensemble.h5") as whole:
             self.assertEqual(root["samples/status"][...].tolist(), [1, 0, 1])
             z = whole["crack_path/z"][...][[0, 2]]
@@ -425,13 +425,13 @@ class Stats(unittest.TestCase):
                     np.testing.assert_array_equal(root[name][...], before[name][...], name)
         copy.write_text(re.sub("samples *= *3", "samples = 5", copy.read_text()))
         result = invoke("stats", "--keep-rows", self.folder)
-        self.assertIn("5 samples: 3 done, 0 failed, 2 left\n", result.stdout, result.stderr)
+        self.assertIn("5 samples: 3 done, 0 failed, 2 pending\n", result.stdout, result.stderr)
 
     def test_rows_do_not_hide_damaged_files(self):
         self.sample.write_bytes(self.sample.read_bytes()[:-100])
         result = invoke("stats", "--keep-rows", self.folder)
-        self.assertIn("3 samples: 2 done, 0 failed, 1 left\n", result.stdout, result.stderr)
-        self.assertIn(f"left sample {int(self.sample.stem)}: ", result.stdout)
+        self.assertIn("3 samples: 2 done, 0 failed, 1 pending\n", result.stdout, result.stderr)
+        self.assertIn(f"pending sample {int(self.sample.stem)}: ", result.stdout)
 
     def test_rows_that_stay_are_at_the_ensembles_own_sections(self):
         result = invoke("stats", "--keep-rows", "--sections", "y=9 mm", self.folder)
@@ -472,7 +472,7 @@ class Stats(unittest.TestCase):
     def test_cracks_faster_than_the_rayleigh_speed_are_warned_of(self):
         number = int(self.sample.stem)
         for ratio, expected in ((0.99, []), (1.25, [f"warning: sample {number}: a crack speed of 1234 m/s is 1.25 times "
-                                                    "the Rayleigh speed, the limit of an opening crack"])):
+                                                    "the Rayleigh speed, the limit for an opening crack"])):
             with opened(self.sample) as root:
                 root["summary/crack_speed_max"][()] = 1234
                 root["summary/crack_speed_ratio"][()] = ratio
@@ -520,7 +520,7 @@ class Stats(unittest.TestCase):
         result = invoke("stats", ROOT / "jobs/paper")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         n_done = int((status == 1).sum())
-        self.assertIn(f"200 samples: {n_done} done, 0 failed, {200 - n_done} left", result.stdout)
+        self.assertIn(f"200 samples: {n_done} done, 0 failed, {200 - n_done} pending", result.stdout)
 
     def test_files_of_another_kind_are_refused(self):
         shutil.copy(self.folder / "ensemble.h5", self.sample)
@@ -531,7 +531,7 @@ class Stats(unittest.TestCase):
     def test_truncated_files_are_refused(self):
         with open(self.sample, "r+b") as file:
             file.truncate(self.sample.stat().st_size - 1)
-        self.assert_refused("truncated file")
+        self.assert_refused("damaged or truncated file")
 
     def test_samples_of_another_input_are_refused(self):
         with opened(self.sample) as root:
@@ -541,7 +541,7 @@ class Stats(unittest.TestCase):
     def test_samples_that_were_changed_are_refused(self):
         with opened(self.sample, sealed=False) as root:
             root["energy/strain"][0] *= 2
-        self.assert_refused("changed since it was written|damaged file")
+        self.assert_refused("damaged or truncated file|damaged file")
 
     def test_another_writer_is_waited_for_and_newer_rows_stay(self):
         results, lock = self.folder / "ensemble.h5", self.folder / "lock-ensemble.h5"

@@ -301,7 +301,7 @@ TEST_F(PointFile, ErrorsNameTheLine) {
   write("");
   EXPECT_THAT([&] { read_points(file_, box); }, ThrowsMessage<std::runtime_error>(HasSubstr("corner")));
   EXPECT_THAT([&] { read_points("/nonexistent/cloud.txt", box); },
-              ThrowsMessage<std::runtime_error>(HasSubstr("/nonexistent/cloud.txt: cannot be opened")));
+              ThrowsMessage<std::runtime_error>(HasSubstr("/nonexistent/cloud.txt: cannot be read")));
   write("1\n2\n3\n4\n5\n6\n7\n8\n9\n10\n11\n12\n13\n14\n15\n16\n17\n18\n19\n20\n21\n22\n");
   EXPECT_THAT([&] { read_points(file_, box); },
               ThrowsMessage<std::runtime_error>(HasSubstr("2 more errors")));

@@ -121,7 +121,7 @@ TEST_F(Verify, TetrahedronAcrossANotch) {
     for (std::size_t i = 2; volume(across) == 0; ++i) across[3] = upper[i];
     if (volume(across) < 0) std::swap(across[2], across[3]);
     broken.tetrahedra.push_back(across);
-    expect("reaches out of the body", 0);
+    expect("extends beyond the body", 0);
   }
 }
 

@@ -296,9 +296,9 @@ TEST(Input, SectionsAlongLines) {
   EXPECT_STREQ(input::coordinate_of(all.back()), "distance");
   EXPECT_NE(input::sample_identity(p), input::sample_identity(parse_tables(minimal_tables())));
 
-  EXPECT_THAT(
-      errors(R"(["1 mm", "20 mm"])", R"(["0.1 cm", "20 mm"])"),
-      ElementsAre(HasSubstr("sections.line[0].to: [1 mm, 20 mm] is where the line starts; give another")));
+  EXPECT_THAT(errors(R"(["1 mm", "20 mm"])", R"(["0.1 cm", "20 mm"])"),
+              ElementsAre(HasSubstr(
+                  "sections.line[0].to: [1 mm, 20 mm] is also the start of the line; give another")));
   EXPECT_THAT(
       errors(R"(["-1 mm", "20 mm"])", R"(["-3 mm", "30 mm"])"),
       ElementsAre(HasSubstr("sections.line[0]: the line from [-1 mm, 20 mm] to [-3 mm, 30 mm] does not pass "

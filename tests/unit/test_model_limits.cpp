@@ -167,7 +167,7 @@ TEST(ModelLimits, NothingIsSaidOfTheJobs) {
     const input::Parameters parameters = test::job(file);
     // Bodies that must not break have a strength above that of atomic bonds.
     if (parameters.fracture.strength >= 1e11)
-      EXPECT_THAT(warnings(parameters), ElementsAre(HasSubstr("which no bond carries"))) << file;
+      EXPECT_THAT(warnings(parameters), ElementsAre(HasSubstr("which no solid sustains"))) << file;
     else
       EXPECT_THAT(warnings(parameters), IsEmpty()) << file;
     ++n_read;

@@ -331,12 +331,12 @@ TEST_F(SampleFile, ForeignFilesAreRefusedWithTheReason) {
   const fs::path file = folder.path() / "a.h5";
   EXPECT_THAT(refusal(file), testing::HasSubstr("No such file"));
   put_bytes(file, "no HDF5 here");
-  EXPECT_THAT(refusal(file), testing::HasSubstr("its check sum is missing"));
+  EXPECT_THAT(refusal(file), testing::HasSubstr("no checksum at its end"));
   write_ensemble(parallel::Communicator(MPI_COMM_SELF), file, parameters, {},
                  analysis::make_statistics(
                      std::vector(5, analysis::empty_summary(2, 3, SampleStatus::pending)), parameters),
                  {});
-  EXPECT_THAT(refusal(file), testing::HasSubstr("its check sum is missing"));
+  EXPECT_THAT(refusal(file), testing::HasSubstr("no checksum at its end"));
   const std::string ensemble = bytes_of(file);
   const auto bytes = std::as_bytes(std::span(ensemble));
   write_checked_file(file, {bytes.begin(), bytes.end()});

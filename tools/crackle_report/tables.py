@@ -107,14 +107,14 @@ def _about_ranks(ensemble: Ensemble) -> str:
     """Which samples lead, in sentences."""
     done = ensemble.leading[ensemble.done]
     counts = [f"{ensemble.plate.name_of(notch)} in {int((done == notch).sum())}" for notch in range(ensemble.n_notches)]
-    text = "A sample's crack leads that crosses the largest share of its ligament: " + ", ".join(counts)
+    text = "The leading crack of a sample crosses the largest share of its ligament: " + ", ".join(counts)
     if (done < 0).any():
         text += f", none in {int((done < 0).sum())}"
     text = " ".join([text + ".", *ensemble.notes])
     turned = [f"{ensemble.plate.name_of(notch)} as if {ensemble.plate.name_of(symmetry.reference)} did" for notch, symmetry in enumerate(ensemble.symmetries)
               if notch != symmetry.reference]
     if turned:
-        text += f" Turned by the body's symmetry are the samples that these notches lead: {', '.join(turned)}."
+        text += f" The body's symmetry maps the samples led by some notches: {', '.join(turned)}."
     return text
 
 
@@ -173,7 +173,7 @@ def _others(table: Samples) -> str:
 def _stopped(ensemble: Ensemble) -> str:
     if ensemble.n_planned == len(ensemble.samples):
         return ""
-    return f"; enough, {ensemble.n_planned} were planned"
+    return f"; these suffice, {ensemble.n_planned} were planned"
 
 
 def _head(column: Column) -> str:

@@ -59,14 +59,14 @@ void for_each_result(Visit&& visit) {
   visit(ResultInfo{"first_break_time", "s", "load time of the first break", quantiles, "first break", "s", 1,
                    ".6f"},
         &Row::first_break_time);
-  visit(ResultInfo{"first_break_x", "m", "place of the first break, across the thickness", places,
+  visit(ResultInfo{"first_break_x", "m", "position of the first break across the thickness", places,
                    "first break at x", "mm", 1e3, ".3f", "", 5},
         &Row::first_break_x);
-  visit(ResultInfo{"first_break_y", "m", "the same along the width", places, "first break at y", "mm", 1e3,
-                   ".3f", "", 5},
+  visit(ResultInfo{"first_break_y", "m", "position of the first break along the width", places,
+                   "first break at y", "mm", 1e3, ".3f", "", 5},
         &Row::first_break_y);
-  visit(ResultInfo{"first_break_z", "m", "the same along the length", places, "first break at z", "mm", 1e3,
-                   ".3f", "", 5},
+  visit(ResultInfo{"first_break_z", "m", "position of the first break along the length", places,
+                   "first break at z", "mm", 1e3, ".3f", "", 5},
         &Row::first_break_z);
   visit(ResultInfo{"first_break_load", "N", "load of the testing machine at the first break", quantiles,
                    "first break", "N", 1, ".3f"},
@@ -74,11 +74,11 @@ void for_each_result(Visit&& visit) {
   visit(
       ResultInfo{
           "onset_time", "s",
-          "load time at the start of the last dynamic phase; NaN where no quasi-static loading led to one",
+          "load time at the start of the last dynamic phase; NaN if no quasi-static loading preceded it",
           quantiles, "onset time", "s", 1, ".6f"},
       &Row::onset_time);
-  visit(ResultInfo{"onset_force", "N", "load of the testing machine then", quantiles, "onset force", "N", 1,
-                   ".3f"},
+  visit(ResultInfo{"onset_force", "N", "load of the testing machine at that time", quantiles, "onset force",
+                   "N", 1, ".3f"},
         &Row::onset_force);
   visit(ResultInfo{"peak_load", "N", "largest load of the testing machine up to separation", quantiles,
                    "peak load", "N", 1, ".3f"},
@@ -134,8 +134,8 @@ void for_each_result(Visit&& visit) {
   visit(ResultInfo{"crack_speed_max", "m/s", "largest crack speed, over a tenth of the ligament or more",
                    quantiles, "crack speed", "m/s", 1, ".1f"},
         &Row::crack_speed_max);
-  visit(ResultInfo{"crack_speed_ratio", "1", "largest crack speed over the Rayleigh speed", quantiles,
-                   "over Rayleigh's", "", 1, ".3f"},
+  visit(ResultInfo{"crack_speed_ratio", "1", "ratio of the largest crack speed to the Rayleigh speed",
+                   quantiles, "over Rayleigh's", "", 1, ".3f"},
         &Row::crack_speed_ratio);
   visit(ResultInfo{"traced_area", "m^2", "length of the crack lines times the thickness", none, "traced area",
                    "mm^2", 1e6, ".1f"},
@@ -143,7 +143,7 @@ void for_each_result(Visit&& visit) {
   visit(ResultInfo{"effective_toughness", "J/m^2", "released energy over the traced area", quantiles,
                    "toughness", "J/m^2", 1, ".3f"},
         &Row::effective_toughness);
-  visit(ResultInfo{"energy_error", "1", "largest imbalance of the energy account over the work done",
+  visit(ResultInfo{"energy_error", "1", "largest imbalance of the energy account relative to the work done",
                    quantiles, "energy error", "", 1, ".1e"},
         &Row::energy_error);
   visit(

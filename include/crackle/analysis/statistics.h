@@ -22,11 +22,10 @@ inline constexpr std::array<double, 5> quantile_shares{0, 0.25, 0.5, 0.75, 1};
 
 /// Note for the user on what the confidence intervals of an ensemble do not cover.
 constexpr const char* interval_scope(input::Base base) {
-  return base == input::Base::shared ? "Intervals cover the scatter of samples that share one set of mother "
-                                       "points; that between such "
-                                       "sets is not in them."
-                                     : "Intervals cover the scatter of independent samples, each with a set "
-                                       "of mother points of its own.";
+  return base == input::Base::shared
+             ? "Intervals cover the scatter of samples that share one set of mother points, not the scatter "
+               "between such sets."
+             : "Intervals cover the scatter of independent samples, each with its own set of mother points.";
 }
 
 /// Statistics of crack positions (z at sections y = const, y at z = const), rows x sections, row-major. Only

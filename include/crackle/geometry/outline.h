@@ -40,10 +40,10 @@ void for_each_member(const Outline& outline, Visit&& visit) {
   visit("notch_name", Shape{n}, outline.names, "",
         "crack starts: notches and holes as the input numbers them, and the free surface");
   visit("notch_tip", Shape{n, 2}, outline.tips, "m", "y, z in the middle of the tip");
-  visit("notch_slot", Shape{n, 2, 2}, outline.slots, "m", "least and greatest y and z of the slot");
+  visit("notch_slot", Shape{n, 2, 2}, outline.slots, "m", "smallest and largest y and z of the slot");
   visit("notch_axis", Shape{n}, outline.axis, "", "axis along which the crack advances: 1 y, 2 z");
   visit("notch_direction", Shape{n}, outline.direction, "",
-        "1 or -1: in which the crack advances along the axis");
+        "1 or -1: direction of crack advance along the axis");
 }
 
 }  // namespace crackle::geometry

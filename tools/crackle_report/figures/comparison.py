@@ -24,8 +24,8 @@ def section(ensemble: Ensemble, options: Options) -> Optional[Section]:
     if options.comparison is None:
         return None
     result = Section("Compared with other ensembles",
-                     "Differences of means and shares, the other ensemble less this one, with their intervals. Marked are those that are not by "
-                     f"chance: p by permutations, adjusted for all looks, is below {LIMIT}.")
+                     "Differences of means and shares, the other ensemble minus this one, with their intervals. Significant "
+                     f"differences are marked: the adjusted p of a permutation test is below {LIMIT}.")
     answers = []
     for number, comparison in enumerate(options.comparison["comparisons"]):
         name = Path(comparison["second"]).resolve().name
@@ -51,7 +51,7 @@ def _answer(name: str, comparison: dict[str, Any]) -> str:
     differing = [f"{_label(entry).partition(' [')[0]} ({_shown(entry)})" for entry in comparison["results"] if _is_sure(entry)]
     differing += [f"the paths led by start {paths['leading_notch']}" for paths in comparison["paths"] if _is_sure(paths)]
     how = f"{comparison['n_pairs']} pairs of samples with the same bodies" if comparison["paired"] else comparison["note"]
-    found = "differs in " + ", ".join(differing) if differing else "does not differ in anything that could not be by chance"
+    found = "differs in " + ", ".join(differing) if differing else "does not differ significantly"
     return f"{name} {found} ({how})."
 
 

@@ -40,7 +40,7 @@ def _verdict(ensemble: Ensemble) -> str:
     precision, n_done = ensemble.precision, ensemble.done.size
     # Where hardly any leading crack comes, no number of samples is enough, and the mean says little.
     if "half_width" not in precision:
-        return "No section has been reached by enough samples to say whether they are enough."
+        return "Too few samples have reached any section to tell whether there are enough."
     reason = "as the input asks for" if precision["is_of_the_input"] else "1 % of the width"
     lengths = ensemble.plate.lengths
     half_width, target = precision["half_width"], precision["half_width_wanted"]

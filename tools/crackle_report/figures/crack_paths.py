@@ -36,8 +36,8 @@ def typical(ensemble: Ensemble, _: Options) -> Section:
         return _section(ensemble, "Crack paths", EXPLANATION, [list(range(len(ensemble.samples)))])
     chosen = typical_samples(ensemble, N_TYPICAL)
     result = _section(
-        ensemble, "Typical crack paths", "Each pattern's most typical sample, then those that differ most from "
-        "the ones before; panels in proportion to the patterns' shares. " + EXPLANATION, [chosen] if chosen else [])
+        ensemble, "Typical crack paths", "The most typical sample of each pattern, then those that differ most from "
+        "the ones shown; numbers of panels in proportion to the patterns' shares. " + EXPLANATION, [chosen] if chosen else [])
     for picture in result.pictures:
         picture.name = "typical-paths"
     return result
@@ -53,7 +53,7 @@ def every(ensemble: Ensemble, _: Options) -> Section | None:
     if n_samples > MOST_PANELS:
         numbers = np.flatnonzero(ensemble.samples.status != PENDING)[:MOST_PANELS].tolist()
         title = f"Crack paths of {len(numbers)} samples"
-        text = f"The first that are computed, of {n_samples:,}. {EXPLANATION}"
+        text = f"The first samples computed, of {n_samples:,}. {EXPLANATION}"
     sheets = [numbers[first:first + PANELS_PER_SHEET] for first in range(0, len(numbers), PANELS_PER_SHEET)]
     return _section(ensemble, title, text, sheets)
 

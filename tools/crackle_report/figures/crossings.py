@@ -23,9 +23,9 @@ def section(ensemble: Ensemble, _: Options) -> Section | None:
     if not ensemble.n_notches:
         return None
     result = Section(
-        "All cracks over each other",
-        "Through-thickness means of the leading and of the following cracks, with their branches; samples are turned "
-        "by the body's symmetry, where it has one, so that the leading cracks start at the same notch (numbered from 0, "
+        "All cracks superimposed",
+        "Through-thickness means of the leading and of the following cracks, with their branches; samples are mapped "
+        "by the body's symmetry, if it has one, so that the leading cracks start at the same notch (numbered from 0, "
         "in the order of the input). Mean, interval and deviation at the cross-sections (dotted) are over the "
         "samples whose crack arrived there; the numbers at their ends count these.")
     if ensemble.sections and any(ensemble.rows_shown(group) for group in ("leader", "follower")):

@@ -27,8 +27,8 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
     result = Section(
         "Energy",
         "The energy account of the samples shown in detail over the last dynamic phase. Work of the load = "
-        "strain + kinetic + released + dissipated, each counted from the unloaded body. Dissipated is what arrested phases and static "
-        "breaks left in motion, and what damping and absorbing faces took.")
+        "strain + kinetic + released + dissipated, each counted from the unloaded body. Dissipated energy is the kinetic "
+        "energy left by arrested phases and static breaks, and the energy removed by damping and absorbing faces.")
     result.pictures.append(Picture("energy", f"Energy over time of samples {', '.join(map(str, histories))}",
                                    _draw(histories, ensemble.times)))
     return result

@@ -45,16 +45,16 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
 
 
 def _explain(options: Options) -> str:
-    growth = "the cracks as they have opened by then. t₀ is the start of the last dynamic phase."
+    growth = "the cracks opened by then. t₀ is the start of the last dynamic phase."
     if not options.fringes:
         return growth[0].upper() + growth[1:]
     field = "light" if options.light_field else "dark"
     way = ("the product of the Jones matrices along each ray" if options.product else
            "the integrated stress along each ray")
-    return (f"What a circular polariscope shows ({field} field{', colours reversed' * options.reverse}), by {way}; "
+    return (f"View in a circular polariscope ({field} field{', colours reversed' * options.reverse}), by {way}; "
             f"stress-optic coefficient {options.optics.stress_optic:.3g} 1/Pa, wavelength "
-            f"{options.optics.wavelength * 1e9:g} nm. Broken tetrahedra show what they still carry: nothing, or the "
-            f"stress of uncut edges and of contact. Below, {growth}")
+            f"{options.optics.wavelength * 1e9:g} nm. Broken tetrahedra show the stress that they "
+            f"still carry: none, or that of uncut edges and of contact. Below, {growth}")
 
 
 def _chosen_frames(frames: Frames, crack: CrackSurface, times: tuple[float, ...]) -> list[int]:

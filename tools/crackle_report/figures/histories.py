@@ -40,15 +40,15 @@ def section(ensemble: Ensemble, options: Options) -> Section | None:
 
 
 def _explain(histories: dict[int, History], has_cracks: bool) -> str:
-    words = ["Load and displacement are those of the testing machine along its drive, of the same boundary conditions throughout. "
-             "Grey lines are all samples, coloured ones those shown in detail;"
+    words = ["Load and displacement are those of the testing machine along the loading direction, from the same "
+             "boundary conditions throughout. Grey lines are all samples, coloured ones those shown in detail;"
              f" where there are {MIN_BAND} samples or more, the black line is their median and the band holds {BAND[1] - BAND[0]} % of them."]
     if _is_quasi_static(histories):
-        words.append("While the load grows slowly the picture has its equilibria; the last dynamic phase then runs at an almost "
+        words.append("While the load grows slowly the figure shows equilibria; the last dynamic phase then runs at an almost "
                      "unchanged load or displacement.")
     if has_cracks:
-        words.append("A crack's length is that along its longest line, a tip's speed the through-thickness mean over a tenth of "
-                     "that line.")
+        words.append("The length of a crack is that of its longest line, the speed of a tip the through-thickness mean "
+                     "over a tenth of that line.")
     return " ".join(words)
 
 

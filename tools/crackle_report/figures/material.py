@@ -27,8 +27,8 @@ def section(ensemble: Ensemble, options: Options) -> Optional[Section]:
         if mesh is not None and mesh.strength_factor is not None:
             return Section(
                 "Material",
-                "The strength of each tetrahedron over the input's value, as [fracture.variation] asks for; cut at "
-                "mid-thickness, and its distribution over the volume. The field is the sample's own.",
+                "Strength of each tetrahedron relative to the input's value, as given by [fracture.variation]: cut at "
+                "mid-thickness, and distribution over the volume. Each sample has its own field.",
                 answer=f"Sample {number}: {_in_words(mesh)}.",
                 pictures=[_strength(mesh, ensemble.plate, f"sample {number}")])
     return None

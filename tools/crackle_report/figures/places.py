@@ -22,8 +22,8 @@ def section(ensemble: Ensemble, _: Options) -> Optional[Section]:
     if ensemble.n_notches or not places:
         return None
     return Section(
-        "Where it broke", "The first tetrahedron that broke in each sample, and the middle of its largest crack. Cracks are followed from notches, "
-        "holes and outlines only, so that of this body there are no paths, patterns and speeds.", _answer(ensemble, places),
+        "Where it broke", "The first tetrahedron that broke in each sample, and the middle of its largest crack. Cracks are traced from notches, "
+        "holes and outlines only, so this body has no paths, patterns or speeds.", _answer(ensemble, places),
         [Picture("places", "First breaks and largest cracks of all samples", _draw(ensemble, places))])
 
 
