@@ -156,18 +156,19 @@ TEST_F(SampleFile, HoldsNoTimesOutsideProvenance) {
   EXPECT_LT(places.back() - places.front(), text_length);
 }
 
-TEST_F(SampleFile, HoldsTheTiesWithReleaseByFacets) {
+TEST_F(SampleFile, HoldsBridgeReleasesWithReleaseByFacets) {
   result.bridge_releases = {{7, 76.18, 1e-6, 2e-9, 9}, {5, 76.18, 2e-6, 1e-9, 34}};
   const fs::path elements = folder.path() / "elements.h5";
   const fs::path facets = folder.path() / "facets.h5";
   write(elements);
   parameters.fracture.release = input::Release::facet;
   write(facets);
-  EXPECT_THAT(
-      differences(elements, facets),
-      testing::ElementsAre("/@input_identity", "/ties", "/ties/edges", "/ties/load_time",
-                           "/ties/load_time@units", "/ties/phase_time", "/ties/phase_time@units",
-                           "/ties/released_energy", "/ties/released_energy@units", "/ties/tetrahedron"));
+  EXPECT_THAT(differences(elements, facets),
+              testing::ElementsAre("/@input_identity", "/bridge_releases", "/bridge_releases/edges",
+                                   "/bridge_releases/load_time", "/bridge_releases/load_time@units",
+                                   "/bridge_releases/phase_time", "/bridge_releases/phase_time@units",
+                                   "/bridge_releases/released_energy",
+                                   "/bridge_releases/released_energy@units", "/bridge_releases/tetrahedron"));
   EXPECT_EQ(to_bytes(read_summary(facets, parameters, 3)), to_bytes(summary));
 }
 
