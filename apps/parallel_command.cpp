@@ -174,6 +174,12 @@ std::string continuation(const CommandLine& typed, const std::string& option) {
   return shell_line(words);
 }
 
+int exit_status(const ensemble::RunOutcome& outcome) {
+  if (outcome.stopped) return stopped_resumable;
+  const bool is_complete = outcome.failed == 0 && outcome.left == 0 && outcome.file_error.empty();
+  return is_complete ? success : some_samples_failed;
+}
+
 int end_collectively(const parallel::Communicator& world, const std::function<int()>& work) {
   try {
     return work();

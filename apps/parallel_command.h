@@ -3,6 +3,7 @@
 
 #include "commands.h"
 #include "crackle/common/real.h"
+#include "crackle/ensemble/case.h"
 
 #include <functional>
 #include <optional>
@@ -51,6 +52,9 @@ std::string shell_line(std::span<const std::string> words);
 /// The command line that continues this one: without --resume, --retry-failed and --overwrite, and with
 /// `option` appended. Excludes the launcher.
 std::string continuation(const CommandLine& typed, const std::string& option);
+
+/// The exit status of a run.
+int exit_status(const ensemble::RunOutcome& outcome);
 
 /// Runs `work`. An AgreedError propagates; any other failure, unknown to the other ranks, which would wait
 /// forever, is reported and aborts the whole program with the status internal_failure.

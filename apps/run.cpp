@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle run: runs the ensemble.
+#include "crackle/ensemble/run.h"
 #include "crackle/common/failure.h"
 #include "crackle/common/whole_number.h"
-#include "crackle/ensemble/ensemble_run.h"
-#include "crackle/ensemble/sample_inputs.h"
-#include "crackle/ensemble/sweep_run.h"
 #include "crackle/parallel/agreement.h"
 
 #include "parallel_command.h"
@@ -104,13 +102,7 @@ int run_command(const parallel::Communicator& world, const input::Parameters& pa
                .retry_failed = continuation(typed, "--retry-failed"),
                .report = "tools/crackle-report " + shell_line({{arguments.folder.string()}})},
   };
-  const ensemble::RunOutcome outcome =
-      cases.empty()
-          ? ensemble::run_ensemble(world, parameters, options, ensemble::sample_mechanics(parameters))
-          : ensemble::run_sweep(world, parameters, cases, options, ensemble::sample_mechanics);
-  if (outcome.stopped) return stopped_resumable;
-  const bool complete = outcome.failed == 0 && outcome.left == 0 && outcome.file_error.empty();
-  return complete ? success : some_samples_failed;
+  return exit_status(ensemble::run(world, parameters, cases, options));
 }
 
 }  // namespace

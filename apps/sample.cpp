@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // crackle sample: runs one sample on all ranks as one group.
-#include "crackle/analysis/sample_summary.h"
-#include "crackle/common/stopwatch.h"
-#include "crackle/ensemble/run_log.h"
-#include "crackle/ensemble/sample_inputs.h"
-#include "crackle/ensemble/single_sample.h"
-#include "crackle/io/sample_file.h"
+#include "crackle/ensemble/run.h"
 
 #include "parallel_command.h"
 
@@ -33,31 +28,19 @@ struct SampleArguments {
 
 int sample_command(const parallel::Communicator& world, const input::Parameters& parameters,
                    const SampleArguments& arguments, const CommandLine& typed) {
-  const int width = terminal_width(STDOUT_FILENO);
-  ensemble::RunLog log(std::cout, width, [clock = Stopwatch()] { return clock.seconds(); });
-  const auto say = [&log](const std::string& line) { log.line(line); };
-  const auto show = [&log](const std::string& line) { log.show([&] { return line; }, false); };
-  const ensemble::SingleSampleOptions options{
+  const ensemble::RunOptions options{
       .folder = arguments.folder,
-      .sample = arguments.sample,
-      .resume = arguments.resume || arguments.retry_failed,
-      .retry_failed = arguments.retry_failed,
-      .overwrite = arguments.overwrite,
+      .plan = {.resume = arguments.resume || arguments.retry_failed,
+               .retry_failed = arguments.retry_failed,
+               .single = arguments.sample,
+               .overwrite = arguments.overwrite},
+      .log = &std::cout,
+      .terminal_width = terminal_width(STDOUT_FILENO),
       .stop = ensemble::make_stop_request(arguments.suspend.time_limit),
       .checkpoint_interval = arguments.suspend.checkpoint_interval,
-      .progress = width > 0 ? dynamics::SampleLog(show) : dynamics::SampleLog(),
+      .next = {.resume = continuation(typed, "--resume"), .retry_failed = {}, .report = {}},
   };
-  const auto report =
-      ensemble::run_single_sample(world, parameters, options, ensemble::sample_mechanics(parameters), say);
-  if (world.is_root()) {
-    log.end_progress();
-    say(describe(report));
-    if (const auto warning = analysis::sample_warning(report.sample, report.summary)) say(*warning);
-    if (report.stored) say(io::sample_path(arguments.folder, arguments.sample).string());
-    if (report.parked) say("to continue: " + continuation(typed, "--resume"));
-  }
-  if (report.parked) return stopped_resumable;
-  return report.summary.status == analysis::SampleStatus::done ? success : some_samples_failed;
+  return exit_status(ensemble::run(world, parameters, {}, options));
 }
 
 }  // namespace

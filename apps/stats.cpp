@@ -11,7 +11,7 @@
 #include "crackle/ensemble/base_points.h"
 #include "crackle/ensemble/results.h"
 #include "crackle/ensemble/sample_plan.h"
-#include "crackle/ensemble/sweep_run.h"
+#include "crackle/ensemble/sweep_table.h"
 #include "crackle/geometry/body.h"
 #include "crackle/input/reader.h"
 #include "crackle/io/ensemble_file.h"

@@ -113,7 +113,7 @@ def run(text: str, folder: Path, program: Path, may_fail: bool = False, ranks: i
 
 
 def status_of(command: list[str], log: IO) -> int:
-    """Runs the program, its lines in the log. At SIGINT and SIGTERM it is asked to park what is under way, and waited for.
+    """Runs the program, its lines in the log. At SIGINT and SIGTERM it is asked to suspend what is under way, and waited for.
 
     @raise RunError: one of them came
     """

@@ -6,12 +6,12 @@
 #include "crackle/common/packing.h"
 #include "crackle/common/regular_file.h"
 #include "crackle/ensemble/folder_lock.h"
-#include "crackle/ensemble/sample_inputs.h"
 #include "crackle/geometry/body.h"
 #include "crackle/io/ensemble_file.h"
 #include "crackle/io/sample_file.h"
 #include "crackle/parallel/agreement.h"
 #include "crackle/parallel/collectives.h"
+#include "crackle/uncertainty/random_inputs.h"
 
 #include <fmt/format.h>
 
@@ -173,13 +173,14 @@ Results results_at(const parallel::Communicator& world, const input::Parameters&
   std::vector<analysis::SampleSummary> stored, measured;  // this rank's
   parallel::agree(world, [&] {
     const auto body = geometry::make_body(parameters.specimen);
-    const SampleInputs inputs(parameters, *body);
     const auto [first, end] = share_of_samples(world, parameters);
     for (std::size_t sample = first; sample < end; ++sample) {
       io::StoredSample found = io::read_stored_sample(folder, parameters, sample);
       const bool is_done = found.summary.status == analysis::SampleStatus::done;
       // Other samples may have no body.
-      const auto own = is_done ? inputs.of(sample)->body : nullptr;
+      const auto own = is_done && !parameters.random.empty()
+                           ? geometry::make_body(uncertainty::sample_parameters(parameters, sample))
+                           : nullptr;
       const geometry::Body& of_sample = own ? *own : *body;
       if (is_done)  // not stored in files of version 2
         found.summary.leading_start = analysis::leading_start(of_sample, found.surface);

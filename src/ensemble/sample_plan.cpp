@@ -272,10 +272,56 @@ SamplePlan make_plan(const fs::path& folder, const input::Parameters& parameters
     if (!is_taken(checkpoint)) continue;
     try {
       io::read_checkpoint(checkpoint, parameters, sample);
-      plan.parked.push_back(sample);
+      plan.suspended.push_back(sample);
     } catch (const std::exception& error) {
       plan.invalid.push_back({checkpoint, error.what()});
     }
+  }
+  return plan;
+}
+
+namespace {
+
+/// Refuses to replace an existing file of the sample.
+void check_is_free(const fs::path& file, const input::Parameters& parameters, std::uint64_t sample) {
+  if (!fs::exists(fs::symlink_status(file))) return;
+  bool has_failed = false;
+  try {
+    has_failed = summary_reader(parameters)(file, sample).status == analysis::SampleStatus::failed;
+  } catch (const std::exception&) {
+    // Damaged files are not silently replaced either.
+  }
+  fail("{} holds this sample already{}; keep it with --resume, or compute it again with {}--overwrite",
+       file.string(), has_failed ? ", as one that failed" : "", has_failed ? "--retry-failed or " : "");
+}
+
+}  // namespace
+
+SamplePlan plan_sample(const fs::path& folder, const input::Parameters& parameters,
+                       const PlanOptions& options) {
+  const auto n_samples = static_cast<std::uint64_t>(parameters.ensemble.samples);
+  const std::uint64_t sample = options.single.value();
+  if (sample >= n_samples) {
+    fail("there is no sample {}: ensemble.samples = {} has samples 0 to {}", sample, n_samples,
+         n_samples - 1);
+  }
+  const PlanOptions as_range{
+      .resume = true, .retry_failed = options.retry_failed, .range = SampleRange{sample, sample}};
+  if (options.resume) return make_plan(folder, parameters, as_range, summary_reader(parameters));
+  check_folder(folder, parameters, as_range);
+  SamplePlan plan;
+  plan.range = {sample, sample};
+  plan.to_do = {sample};
+  if (options.overwrite) {
+    plan.anew = {sample};
+    return plan;
+  }
+  check_is_free(io::sample_path(folder, sample), parameters, sample);
+  const auto checkpoint = io::checkpoint_path(folder, sample);
+  if (fs::exists(fs::symlink_status(checkpoint))) {
+    throw std::runtime_error(
+        checkpoint.string() +
+        " is a checkpoint of this sample; continue from it with --resume, or start again with --overwrite");
   }
   return plan;
 }
@@ -337,7 +383,7 @@ std::vector<std::string> prepare_folder(const fs::path& folder, const input::Par
   for (const auto& kept : plan.kept) fs::remove(io::checkpoint_path(folder, kept.sample), ignored);
   for (const auto sample : plan.anew) {
     // The file is removed last, so that a kill in between leaves no checkpoint to continue from. Without the
-    // file the sample is pending; with a checkpoint it would be parked and --resume would continue it.
+    // file the sample is pending; with a checkpoint it would be suspended and --resume would continue it.
     fs::remove(io::checkpoint_path(folder, sample));
     fs::remove(io::sample_path(folder, sample));
   }

@@ -59,8 +59,8 @@ std::string pattern_text(const analysis::SampleSummary& summary) {
 
 std::string describe(const SampleReport& report) {
   const auto& summary = report.summary;
-  if (report.parked)
-    return fmt::format("sample {} parked after {:.1f} s{}", report.sample, report.seconds,
+  if (report.suspended)
+    return fmt::format("sample {} suspended after {:.1f} s{}", report.sample, report.seconds,
                        report.checkpoint_error.empty()
                            ? ""
                            : ", but its checkpoint could not be kept: " + report.checkpoint_error);

@@ -18,7 +18,7 @@ import h5py
 import survival_fixture
 from survival_fixture import SMALL, TRIALS, SurvivalCase
 
-PARK_SECONDS = 10  # within which a run of this size has parked
+SUSPEND_SECONDS = 10  # within which a run of this size has suspended
 
 
 class Survival(SurvivalCase):
@@ -32,8 +32,8 @@ class Survival(SurvivalCase):
                 self.wait_for(lambda: (self.out / "samples" / "0000.h5").exists(), process)
                 start = time.monotonic()
                 process.send_signal(number)
-                out, err = process.communicate(timeout=PARK_SECONDS)
-                print(f"{number.name}: parked in {time.monotonic() - start:.2f} s")
+                out, err = process.communicate(timeout=SUSPEND_SECONDS)
+                print(f"{number.name}: suspended in {time.monotonic() - start:.2f} s")
                 self.assertEqual(process.returncode, 3, out + err)
                 self.assertIn(f"{number.name}: stopping\n", out)
                 self.assertFalse(list(self.out.glob("lock-*")))

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "crackle/common/index.h"
-#include "crackle/ensemble/sample_task.h"
+#include "crackle/ensemble/case.h"
 #include "crackle/input/reader.h"
 
 #include <fmt/format.h>
@@ -104,9 +104,8 @@ inline dynamics::SampleResult break_strip(const parallel::Communicator& group, s
   return result;
 }
 
-inline const SampleFunction strip = [](const parallel::Communicator& group, std::uint64_t sample,
-                                       const geometry::Subdomain& subdomain, const dynamics::SampleControl&) {
-  return break_strip(group, sample, subdomain);
-};
+inline const Mechanics strip =
+    [](const parallel::Communicator& group, const input::Parameters&, const geometry::Subdomain& subdomain,
+       const dynamics::SampleControl& control) { return break_strip(group, control.sample, subdomain); };
 
 }  // namespace crackle::ensemble

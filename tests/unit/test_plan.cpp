@@ -161,12 +161,12 @@ TEST_F(Plan, FailedSamplesThatAreTriedAgainBeginAnew) {
   const auto plan = make_plan(folder_, parameters_, retry, reader());
   EXPECT_THAT(plan.to_do, ElementsAre(0, 1, 2, 3, 4));
   EXPECT_THAT(plan.anew, ElementsAre(1, 3));
-  EXPECT_THAT(plan.parked, IsEmpty());
+  EXPECT_THAT(plan.suspended, IsEmpty());
   EXPECT_THAT(plan.invalid, IsEmpty());
   EXPECT_TRUE(fs::exists(checkpoint)) << "a plan writes nothing";
   prepare_folder(folder_, parameters_, plan);
   EXPECT_FALSE(fs::exists(checkpoint));
-  // Samples parked from now on are continued by --resume.
+  // Samples suspended from now on are continued by --resume.
   EXPECT_THAT(this->plan(true).to_do, ElementsAre(0, 1, 2, 3, 4));
 }
 

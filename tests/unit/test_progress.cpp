@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Progress shown to the user: counts, time left, means; the line on a terminal and in a log.
-#include "crackle/ensemble/group_layout.h"
+#include "crackle/ensemble/group.h"
 #include "crackle/ensemble/progress.h"
 #include "crackle/ensemble/run_log.h"
 #include "support/geometry_bodies.h"

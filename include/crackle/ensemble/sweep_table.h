@@ -2,16 +2,15 @@
 #pragma once
 
 #include "crackle/analysis/sample_summary.h"
-#include "crackle/ensemble/ensemble_run.h"
 #include "crackle/input/reader.h"
 
+#include <cstddef>
 #include <filesystem>
-#include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
-/// Sweeps: ensembles of several inputs, run from one queue.
+/// The folder of a sweep and its table of results.
 namespace crackle::ensemble {
 
 /// The copy of the sweep's input: folder/sweep.toml.
@@ -24,17 +23,9 @@ std::filesystem::path case_folder(const std::filesystem::path& folder, std::size
 /// The result table of a sweep: folder/summary.csv.
 std::filesystem::path sweep_table(const std::filesystem::path& folder);
 
-/// Runs all cases. Sample n of every case is handed out before sample n + 1, so that cases with the same body
-/// can share its mesh; cases with the same base mother points share these. Each case produces the output of
-/// run_ensemble; then the table is written. Collective over `world`.
-/// @param parameters with the sweep, stored as sweep_input()
-/// @param options of the run, for all cases; `folder` is the sweep's
-/// @param mechanics of a sample of a case
-/// @return the sums over all cases
-/// @throws as run_ensemble; before anything is written if the folder has other contents
-RunOutcome run_sweep(const parallel::Communicator& world, const input::Parameters& parameters,
-                     const std::vector<input::Case>& cases, const RunOptions& options,
-                     const std::function<SampleFunction(const input::Parameters&)>& mechanics);
+/// Refuses a folder with other contents or with other cases.
+/// @throws std::runtime_error with advice
+void check_sweep_folder(const std::filesystem::path& folder, std::size_t n_cases, bool is_resumed);
 
 /// The rows of one case.
 struct CaseRows {
