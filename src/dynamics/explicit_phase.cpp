@@ -80,11 +80,26 @@ Frame make_frame(const MotionContext& context, const MotionState& state, double 
   return frame;
 }
 
+/// The share of its stiffness that a breaking tetrahedron keeps in the coming step: the mean over the step of
+/// a linear fall.
+class GradualRelease {
+public:
+  GradualRelease(double duration, double step) : duration_(duration), step_(step) {}
+  /// @param elapsed since the break [s]
+  double remaining(double elapsed) const {
+    return duration_ > 0 ? std::max(0.0, 1 - (elapsed + step_ / 2) / duration_) : 0;
+  }
+
+private:
+  double duration_, step_;  // [s]
+};
+
 /// Restores body, criterion and motion to the state of the checkpoint's running phase.
-void restore(const Checkpoint& checkpoint, fracture::BreakableBody& body, fracture::Criterion& criterion,
-             MovingBody& motion) {
+void restore(const Checkpoint& checkpoint, const GradualRelease& release, double time,
+             fracture::BreakableBody& body, fracture::Criterion& criterion, MovingBody& motion) {
   const std::size_t n_changes = body.changes().size();
-  body.restore(checkpoint.running->releases);
+  body.restore(checkpoint.running->releases,
+               [&](double broke_at) { return release.remaining(time - broke_at); });
   fracture::update_strengths(criterion, body, body.changes().subspan(n_changes));
   restore_memory(checkpoint.memory, body.subdomain(), criterion);
   motion.release(body.changes().subspan(n_changes));
@@ -187,6 +202,7 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
   };
 
   const auto breaking_check = make_breaking_check(context, motion);
+  const GradualRelease gradual_release(options.release_time, dt);
   const ReleasesSince releases(body);
   std::int64_t last_break = 0;
   Separation separation;
@@ -195,7 +211,15 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
   std::int64_t step = 0;
   if (options.from != nullptr) {
     group.enter("restoring");
-    parallel::agree(group, [&] { restore(*options.from, body, criterion, motion); });
+    parallel::agree(group, [&] {
+      restore(*options.from, gradual_release, static_cast<double>(options.from->running->step) * dt, body,
+              criterion, motion);
+    });
+    if (context.vicinity != nullptr) {
+      const auto weakened = context.vicinity->update(group);
+      motion.update_strengths(weakened);
+      if (context.average != nullptr) context.average->forget(weakened);
+    }
     last_break = options.from->running->last_break;
     separation = options.from->running->separation;
     step = options.from->running->step;
@@ -236,8 +260,12 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
       begin_steps();
     }
     step_failure.guard([&] {
+      const double time = static_cast<double>(step) * dt;
+      if (body.is_releasing())
+        body.continue_releases([&](double broke_at) { return gradual_release.remaining(time - broke_at); },
+                               [&](std::int32_t t) { return motion.strain(t); });
       for (const auto t : breaking)
-        body.release(t, motion.strain(t), load_time, static_cast<double>(step) * dt);
+        body.release(t, motion.strain(t), load_time, time, gradual_release.remaining(0));
     });
     step_failure.guard_messages([&] {
       body.release_bridges(group, load_time, static_cast<double>(step) * dt,
@@ -251,6 +279,12 @@ void run_phase(const MotionContext& context, MovingBody& motion, const Splitting
       });
       last_break = step;
     }
+    if (context.vicinity != nullptr)
+      step_failure.guard_messages([&] {
+        const auto weakened = context.vicinity->update(group);
+        motion.update_strengths(weakened);
+        if (context.average != nullptr) context.average->forget(weakened);
+      });
     std::optional<std::vector<std::int64_t>> labels;  // of the current pieces, when needed
     if (load_watch && load_watch->is_due(step)) {
       parallel::agree_on_error(group, step_failure.error());

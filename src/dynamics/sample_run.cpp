@@ -64,13 +64,19 @@ public:
                  .history_interval = parameters.output.history},
         account_(group, body_),
         history_(group, body_, loads_, account_, parameters.output.probes),
-        context_{&group_,          &body_,
-                 &loads_,          parameters.material.density,
-                 criterion_.get(), criterion_->screening_share(setup_.stable_step),
-                 average_.get(),   parameters.damping_rate()} {
+        context_{&group_,
+                 &body_,
+                 &loads_,
+                 parameters.material.density,
+                 criterion_.get(),
+                 criterion_->screening_share(setup_.stable_step),
+                 average_.get(),
+                 parameters.damping_rate(),
+                 setup_.vicinity.get()} {
     result_.stable_step = setup_.stable_step;
     if (from_ != nullptr) first_break_reaction_ = from_->first_break_reaction;
     result_.load_is_reaction = machine_reacts();
+    options_.release_time = parameters_.fracture.release_time;
     result_.time_step = options_.grid.step;
     result_.timings.setup = setup_watch_.seconds();
     say(fmt::format("{} nodes, {} tetrahedra; stable step {:.3g} ns, used {:.4g} ns, {} steps",
@@ -138,7 +144,7 @@ private:
     group_.enter("quasi-static loading");
     setup_.refuse_free_body();
     QuasiStaticLoading loading(group_, body_, loads_, *criterion_, *options_.arrest_window, average_.get(),
-                               &loads_);
+                               &loads_, setup_.vicinity.get());
     release_freed_memory();
     loading.load_at_start(account_);
     bool is_first = parameters_.time.start == input::Start::equilibrium;

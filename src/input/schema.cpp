@@ -345,6 +345,10 @@ Table fracture_table() {
            by_default("\"element\""),
            "what a break opens: all dual facets of the tetrahedron, or one group; or all, but in "
            "steps, which needs strength and toughness"),
+       optional_quantity_key(
+           "release_time", in(&Parameters::fracture, &Fracture::release_time),
+           with_example(time_dimension, "0.2 us"), {0, 1, false}, optional("at once"),
+           "in dynamic phases, over which the stiffness of a breaking tetrahedron falls to nothing"),
        of_softening(choice_key<SofteningCurve>(
            "softening", in(&Parameters::fracture, &Fracture::softening),
            {{"linear", SofteningCurve::linear}, {"exponential", SofteningCurve::exponential}},

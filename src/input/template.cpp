@@ -26,7 +26,7 @@ std::string comment(const std::string& text) {
   for (std::string word; words >> word;) {
     if (line.size() + 1 + word.size() > comment_width) {
       result += line + "\n";
-      line = "#";
+      line.assign(1, '#');
     }
     line += " " + word;
   }
@@ -64,7 +64,7 @@ std::string example_of(const Key& key) {
 std::string explanation(const Key& key) {
   const std::string& unset = key.requirement.unset;
   return comment(
-      fmt::format("{}: {}{}", key.help, key.accepted, unset.empty() ? unset : "; left out: " + unset));
+      fmt::format("{}: {}{}", key.help, key.accepted, unset.empty() ? unset : fmt::format("; left out: {}", unset)));
 }
 
 /// A missing key of an input, as a comment.
@@ -125,8 +125,8 @@ std::string annotated(const std::string& text) {
   std::string result = blocks[""].front();
   for (const Table& table : schema()) {
     const auto& present = blocks[table.path];
-    result += "\n# ---- " + header_of(table) + ": " + table.help + "\n";
-    if (present.empty()) result += "#" + header_of(table) + "\n";
+    result += fmt::format("\n# ---- {}: {}\n", header_of(table), table.help);
+    if (present.empty()) result += fmt::format("#{}\n", header_of(table));
     for (std::size_t i = 0; i < present.size(); ++i) {
       const std::string block = without_blank_end(present[i]);
       result += i == 0 ? explained(block, table) : block;
