@@ -344,6 +344,10 @@ Table fracture_table() {
            by_default("\"element\""),
            "how a tetrahedron breaks: all its dual facets open at once, or one group of them does, or all "
            "soften in steps (requires strength and toughness)"),
+       optional_quantity_key(
+           "release_time", in(&Parameters::fracture, &Fracture::release_time),
+           with_example(time_dimension, "0.2 us"), {0, 1, false}, optional("at once"),
+           "in dynamic phases, over which the stiffness of a breaking tetrahedron falls to nothing"),
        of_softening(choice_key<SofteningCurve>(
            "softening", in(&Parameters::fracture, &Fracture::softening),
            {{"linear", SofteningCurve::linear}, {"exponential", SofteningCurve::exponential}},
